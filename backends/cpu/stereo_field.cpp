@@ -201,14 +201,12 @@ void StandingRow(Plane<const int16_t> supported, Plane<const int16_t> dense, int
 }
 
 // A row with its end values repeated on both sides.
-void CopyPadded(const int16_t* row, int width, int16_t* dst) {
-    std::copy_n(row, width, dst);
-    std::fill_n(dst - kMargin, kMargin, row[0]);
-    std::fill_n(dst + width, kMargin, row[width - 1]);
-}
-
 struct PaddedRow {
-    PaddedRow(const int16_t* row, int width) { CopyPadded(row, width, values); }
+    PaddedRow(const int16_t* row, int width) {
+        std::copy_n(row, width, values);
+        std::fill_n(memory, kMargin, row[0]);
+        std::fill_n(values + width, kMargin, row[width - 1]);
+    }
     int16_t memory[DEFREC_MAX_SIDE / 4 + 2 * kMargin];
     int16_t* values = memory + kMargin;
 };

@@ -26,7 +26,7 @@ struct Solver {
 };
 
 constexpr uint64_t kMaxItems = 1u << 24;  // counted in single precision
-constexpr uint32_t kMaxIterations = 1024, kSolverBlocks = 16;
+constexpr uint32_t kMaxIterations = 1024;
 
 template <class T>
 std::vector<T> part_of(const std::vector<T>& values, size_t first, size_t count) {
@@ -225,16 +225,16 @@ class Lm final : public Stage {
                              solver.blocks;
         };
         Solver solver{lm_gradients<ClusterBarrier, true>, true, 0, 0, 0};
-        if (fits(solver, kSolverBlocks)) return solver;
+        if (fits(solver, kMaxRowBlocks)) return solver;
         solver = {lm_gradients<GridBarrier, true>, false, 0, 0, 0};
         const uint32_t most = device_.limits().multiprocessors;
-        for (uint32_t blocks = std::min(kSolverBlocks, most);;
+        for (uint32_t blocks = std::min(kMaxRowBlocks, most);;
              blocks = std::min(2 * blocks, most)) {
             if (fits(solver, blocks)) return solver;
             if (blocks == most) break;
         }
         solver.kernel = lm_gradients<GridBarrier, false>;
-        fits(solver, std::min(kSolverBlocks, most));
+        fits(solver, std::min(kMaxRowBlocks, most));
         return solver;
     }
     // False where shared memory does not hold that. One block for each multiprocessor: more would

@@ -191,6 +191,15 @@ struct Gate {
     }
 };
 
+auto with(Gate& gate) {
+    return [&gate](defrec_context_desc& desc) {
+        add_asynchronous(desc);
+        desc.log = Gate::log;
+        desc.log_user = &gate;
+        desc.log_level = DEFREC_LOG_DEBUG;
+    };
+}
+
 }  // namespace
 
 TEST_CASE(
@@ -220,12 +229,7 @@ TEST_CASE(
 
 TEST_CASE("the device is asked for the next frame's images before it is done with a frame") {
     Gate gate;
-    TrackingSession session("asynchronous", 2, nullptr, [&](defrec_context_desc& desc) {
-        add_asynchronous(desc);
-        desc.log = Gate::log;
-        desc.log_user = &gate;
-        desc.log_level = DEFREC_LOG_DEBUG;
-    });
+    TrackingSession session("asynchronous", 2, nullptr, with(gate));
     const Pair pairs[] = {render(0, 0), render(0.5, 0), render(1, 0)};
     defrec_job jobs[3];
     for (int i = 0; i < 3; ++i) {
@@ -298,12 +302,7 @@ TEST_CASE(
     add_moved(2);
 
     Gate gate;
-    TrackingSession beside("asynchronous", 2, nullptr, [&](defrec_context_desc& desc) {
-        add_asynchronous(desc);
-        desc.log = Gate::log;
-        desc.log_user = &gate;
-        desc.log_level = DEFREC_LOG_DEBUG;
-    });
+    TrackingSession beside("asynchronous", 2, nullptr, with(gate));
     TrackingSession at_once("cpu");
     for (size_t i = 0; i < frames.size(); ++i) {
         CAPTURE(i);
