@@ -7,6 +7,7 @@
 #pragma once
 #include "backends/cuda/lm_linearise.cuh"
 #include "backends/cuda/lm_state.cuh"
+#include "backends/cuda/vector_loads.cuh"
 
 namespace defrec::cuda {
 
@@ -149,31 +150,11 @@ __device__ __forceinline__ void damp(const LmView& view, const LmRowMemory& memo
 struct LmBlock {
     float value[36];
 };
-__device__ __forceinline__ void load_block(const float* from, LmBlock& block) {
-    const auto* vectors = reinterpret_cast<const float4*>(from);
-    for (uint32_t i = 0; i < 9; ++i) {
-        const float4 v = vectors[i];
-        block.value[4 * i] = v.x;
-        block.value[4 * i + 1] = v.y;
-        block.value[4 * i + 2] = v.z;
-        block.value[4 * i + 3] = v.w;
-    }
-}
 // Times its column's factor, transposed, and its row's.
 __device__ __forceinline__ void condition(LmBlock& block, const float* row_factor,
                                           const float* column_factor, float* to) {
     float factor[kFactorRoom];
-    const auto load_factor = [&factor](const float* from) {
-        const auto* vectors = reinterpret_cast<const float4*>(from);
-        for (uint32_t i = 0; i < kFactorRoom / 4; ++i) {
-            const float4 v = vectors[i];
-            factor[4 * i] = v.x;
-            factor[4 * i + 1] = v.y;
-            factor[4 * i + 2] = v.z;
-            factor[4 * i + 3] = v.w;
-        }
-    };
-    load_factor(column_factor);
+    load_fours(column_factor, factor);
     for (uint32_t r = 0; r < 6; ++r)
         for (uint32_t back = 0; back < 6; ++back) {  // none is needed once it is overwritten
             const uint32_t c = 5 - back;
@@ -182,7 +163,7 @@ __device__ __forceinline__ void condition(LmBlock& block, const float* row_facto
                 sum = fmaf(factor[triangle(c, k)], block.value[6 * r + k], sum);
             block.value[6 * r + c] = sum;
         }
-    load_factor(row_factor);
+    load_fours(row_factor, factor);
     auto* vectors = reinterpret_cast<float4*>(to);
     for (uint32_t i = 0; i < 9; ++i) {
         float four[4];
@@ -441,9 +422,9 @@ __global__ void __launch_bounds__(kRowThreads, 1) lm_gradients(LmView view, uint
     const uint32_t thread = threadIdx.x, first_place = share.first_place;
     Barrier barrier(view.exchange.row_passed);
     const auto load_place = [&](uint32_t copy, uint32_t place, LmBlock& block) {
-        load_block(
+        load_fours(
             view.exchange.matrix + 36 * (size_t{copy} * view.surface.places + first_place + place),
-            block);
+            block.value);
     };
     // Loaded before it is known which copy is the present one, since steps mostly are accepted: the
     // last threads' diagonal blocks, the others' places.

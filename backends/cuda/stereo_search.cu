@@ -8,6 +8,7 @@
 // There is no volume of costs.
 #include "backends/cuda/stereo_steps.hpp"
 #include "backends/cuda/stereo_windows.cuh"
+#include "backends/cuda/vector_loads.cuh"
 
 namespace defrec::cuda {
 namespace {
@@ -148,36 +149,13 @@ __device__ __forceinline__ void stage_column(const SearchStep& step, const uint3
     }
 }
 
-template <int kCount>
-__device__ __forceinline__ void load_floats(const float* from, float (&to)[kCount]) {
-#pragma unroll
-    for (int i = 0; i < kCount; i += 4) {
-        const float4 four = *reinterpret_cast<const float4*>(from + i);
-        to[i] = four.x;
-        to[i + 1] = four.y;
-        to[i + 2] = four.z;
-        to[i + 3] = four.w;
-    }
-}
-template <int kCount>
-__device__ __forceinline__ void load_ints(const int* from, int (&to)[kCount]) {
-#pragma unroll
-    for (int i = 0; i < kCount; i += 4) {
-        const int4 four = *reinterpret_cast<const int4*>(from + i);
-        to[i] = four.x;
-        to[i + 1] = four.y;
-        to[i + 2] = four.z;
-        to[i + 3] = four.w;
-    }
-}
-
 // One row's windows from the sums along their columns, kStep columns apart.
 template <int kRadius, int kStep, int kColumns>
 __device__ __forceinline__ void window_run(const int (&columns)[kRows][kColumns], int row,
                                            int first, int (&sums)[kWindowRun]) {
     constexpr int kUsed = kStep * (kWindowRun - 1) + 1 + 2 * kRadius;
     int line[padded(kUsed)], used[kUsed];
-    load_ints(&columns[row][first], line);
+    load_fours(&columns[row][first], line);
 #pragma unroll
     for (int u = 0; u < kUsed; ++u) used[u] = line[u];
     sum_along<kRadius, kWindowRun, kStep>(used, sums);
@@ -241,11 +219,11 @@ __device__ __forceinline__ void score_row(typename S::Shared& shared, int row, i
                                           const int (&sums)[kGroup][S::kUsed]) {
     constexpr int kMet = padded(kMeet);
     float left_mean[kRun], left_root[kRun], right_sum[kMet], right_root[kMet], right_bias[kMet];
-    load_floats(&shared.left_mean[row][kRun * run], left_mean);
-    load_floats(&shared.left_root[row][kRun * run], left_root);
-    load_floats(&shared.right_sum[row][reach], right_sum);
-    load_floats(&shared.right_root[row][reach], right_root);
-    load_floats(&shared.right_bias[row][reach], right_bias);
+    load_fours(&shared.left_mean[row][kRun * run], left_mean);
+    load_fours(&shared.left_root[row][kRun * run], left_root);
+    load_fours(&shared.right_sum[row][reach], right_sum);
+    load_fours(&shared.right_root[row][reach], right_root);
+    load_fours(&shared.right_bias[row][reach], right_bias);
     int best[kRun], met[kMeet], window[kGroup];
 #pragma unroll
     for (int i = 0; i < kMeet; ++i) met[i] = 0;
@@ -327,8 +305,8 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
             for (int u = 0; u < S::kUsed; ++u) sums[k][u] = 0;
         const auto add_products = [&](int word) {
             int left_words[S::kLeftLine], right_words[S::kRightLine];
-            load_ints(&shared.left[word][kRunPixels * run], left_words);
-            load_ints(&shared.right[word][reach], right_words);
+            load_fours(&shared.left[word][kRunPixels * run], left_words);
+            load_fours(&shared.right[word][reach], right_words);
 #pragma unroll
             for (int k = 0; k < kGroup; ++k)
 #pragma unroll
