@@ -185,8 +185,12 @@ class Align final : public Stage {
         constexpr decltype(&align_halve<0>) kKernels[] = {align_halve<0>, align_halve<1>,
                                                           align_halve<2>, align_halve<3>};
         const dim3 blocks(cover(stride(), kHalveWidth), cover(height(), kHalveHeight));
-        recorder.launch(kKernels[p_.level], {blocks, dim3(kHalveWidth, kHalveHeight)},
-                        Source{given.gray, given.mask, static_cast<int32_t>(p_.stride)}, copies);
+        const uint64_t size = uint64_t{p_.stride} * p_.height;
+        recorder.early({range_of(given.gray, size), range_of(given.mask, size)}, [&] {
+            recorder.launch(kKernels[p_.level], {blocks, dim3(kHalveWidth, kHalveHeight)},
+                            Source{given.gray, given.mask, static_cast<int32_t>(p_.stride)},
+                            copies);
+        });
         return level(copies.gray, given.mask != nullptr ? copies.mask : nullptr);
     }
     template <int kRadius>

@@ -174,12 +174,18 @@ class Lm final : public Stage {
         const auto buffers = view_buffers<LmBuffers>(p_, in, out);
         const Surface& s = *surface_;
         const bool presolve = p_.presolve != 0 && buffers.matches != nullptr;
-        if (presolve)
-            recorder.launch(
-                lm_presolve, {dim3(1), dim3(kPresolveThreads)},
-                LmPresolve{s.landmarks.as<float4>(), s.landmark_nodes.as<int4>(), p_.landmarks,
-                           p_.match_tukey_mm, buffers.motions, buffers.matches,
-                           s.deformed.as<float4>(), s.rigid.as<float4>()});
+        if (presolve) {
+            const LmPresolve task{
+                s.landmarks.as<float4>(), s.landmark_nodes.as<int4>(), p_.landmarks,
+                p_.match_tukey_mm,        buffers.motions,             buffers.matches,
+                s.deformed.as<float4>(),  s.rigid.as<float4>()};
+            recorder.early({range_of(buffers.motions, p_.nodes)}, [&] {
+                recorder.launch(
+                    lm_deform, {dim3(cover(p_.landmarks, kDeformThreads)), dim3(kDeformThreads)},
+                    task);
+            });
+            recorder.launch(lm_presolve, {dim3(1), dim3(kPresolveThreads)}, task);
+        }
         const LmFrameView given{buffers.motions, buffers.matches, buffers.observations,
                                 presolve ? s.rigid.as<float4>() : nullptr};
         const LmView view{parameters(disparity_image(p_, buffers.disparity)),

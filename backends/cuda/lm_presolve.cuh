@@ -1,5 +1,5 @@
 // Stage lm, section 4: the rigid motion that brings the deformed landmarks onto their preselected
-// matches. One block.
+// matches. One block, after many have deformed them.
 #pragma once
 #include "backends/cuda/lm_memory.cuh"
 #include "backends/cuda/lm_sums.cuh"
@@ -15,11 +15,12 @@ struct LmPresolve {
     float match_tukey;
     const defrec_motion* motions;
     const defrec_match* matches;
-    float4* deformed;  // landmarks that no thread holds; w: their matches' weight, 0: none
+    float4* deformed;  // landmarks
     float4* rigid;     // rotation, translation
 };
 
-constexpr uint32_t kPresolveThreads = 256, kPresolveWarps = kPresolveThreads / kWarp;
+constexpr uint32_t kPresolveThreads = 256, kPresolveWarps = kPresolveThreads / kWarp,
+                   kDeformThreads = 64;
 constexpr float kMinSpreadMm2 = 0.01f;
 
 // Whether the second singular value is certainly above a bound: the sum of the squared 2x2 minors
@@ -89,14 +90,10 @@ __device__ __forceinline__ Vec3<float> mean3(const float* sums, float weight) {
     return {sums[0] / weight, sums[1] / weight, sums[2] / weight};
 }
 
-// A preselected match: where its landmark is deformed to, and where it was seen; weight 0: none.
-struct LmPull {
-    Vec3<float> from{}, to{};
-    float weight = 0;
-};
-__device__ LmPull deform_landmark(const LmPresolve& given, uint32_t i) {
-    const defrec_match& match = given.matches[i];
-    if (!preselected(match)) return {};
+// Of all landmarks, since it is known early where they are, and later which of them are matched.
+__global__ void __launch_bounds__(kDeformThreads) lm_deform(LmPresolve given) {
+    const uint32_t i = blockIdx.x * kDeformThreads + threadIdx.x;
+    if (i >= given.landmarks) return;
     const float4* vectors = given.items + LmLists::kItemVectors * size_t{i};
     const int4 nodes = given.item_nodes[i];
     const int32_t node[DEFREC_SKIN_NODES] = {nodes.x, nodes.y, nodes.z, nodes.w};
@@ -104,10 +101,21 @@ __device__ LmPull deform_landmark(const LmPresolve& given, uint32_t i) {
     for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k) weight[k] = vectors[LmLists::kItemArms + k].w;
     const auto motion = blend_with<float>(
         [&given](int32_t k) { return usable_motion<float>(given.motions[k]); }, node, weight);
-    return {apply(motion, vector_of(vectors[0])), load3<float>(match.position), match.weight};
+    given.deformed[i] = pack(apply(motion, vector_of(vectors[0])), 0);
 }
 
-// The first of them are kept in registers, those of longer lists in memory.
+// A preselected match: where its landmark is deformed to, and where it was seen; weight 0: none.
+struct LmPull {
+    Vec3<float> from{}, to{};
+    float weight = 0;
+};
+__device__ __forceinline__ LmPull pull_of(const LmPresolve& given, uint32_t i) {
+    const defrec_match match = given.matches[i];
+    return {vector_of(given.deformed[i]), load3<float>(match.position),
+            preselected(match) ? match.weight : 0};
+}
+
+// The first of them are kept in registers.
 struct LmPulls {
     static constexpr uint32_t kHeld = 4;  // of a thread
     LmPull held[kHeld];
@@ -115,22 +123,18 @@ struct LmPulls {
     __device__ explicit LmPulls(const LmPresolve& given) {
         for (uint32_t k = 0; k < kHeld; ++k) {
             const uint32_t i = k * kPresolveThreads + threadIdx.x;
-            if (i < given.landmarks) held[k] = deform_landmark(given, i);
-        }
-        for (uint32_t i = kHeld * kPresolveThreads + threadIdx.x; i < given.landmarks;
-             i += kPresolveThreads) {
-            const LmPull pull = deform_landmark(given, i);
-            given.deformed[i] = pack(pull.from, pull.weight);
+            if (i < given.landmarks) held[k] = pull_of(given, i);
         }
     }
     template <class Use>
     __device__ void each(const LmPresolve& given, Use&& use) const {
-        for (const LmPull& pull : held)
+        const auto use_it = [&use](const LmPull& pull) {
             if (pull.weight > 0) use(pull);
+        };
+        for (const LmPull& pull : held) use_it(pull);
         for (uint32_t i = kHeld * kPresolveThreads + threadIdx.x; i < given.landmarks;
              i += kPresolveThreads)
-            if (const float4 from = given.deformed[i]; from.w > 0)
-                use(LmPull{vector_of(from), load3<float>(given.matches[i].position), from.w});
+            use_it(pull_of(given, i));
     }
 };
 

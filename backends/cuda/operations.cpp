@@ -55,4 +55,13 @@ std::vector<std::vector<size_t>> dependencies(std::span<const Operation> operati
     return result;
 }
 
+std::vector<size_t> early_dependencies(std::span<const Operation> operations, size_t which,
+                                       const Node& node) {
+    const Touched early{touched(operations[which]).stage, node.early, {}};
+    std::vector<size_t> result;
+    for (size_t i = 0; i < which; ++i)
+        if (must_wait(early, touched(operations[i]))) result.push_back(i);
+    return result;
+}
+
 }  // namespace defrec::cuda

@@ -9,11 +9,6 @@
 
 namespace defrec::cuda {
 
-struct MemoryRange {
-    const std::byte* first;
-    uint64_t size;
-};
-
 // A stage's work on one set of buffers.
 struct StageRun {
     uint64_t serial;  // never given twice
@@ -37,5 +32,9 @@ using Operation = std::variant<std::shared_ptr<const StageRun>, Upload, Download
 // reads it writes, or which share the memory of a stage. Those that others in the list wait for
 // already are left out.
 std::vector<std::vector<size_t>> dependencies(std::span<const Operation> operations);
+// For what a node of operation `which`, a run, records early: those before it that write what the
+// node reads, and those that share the memory of its stage.
+std::vector<size_t> early_dependencies(std::span<const Operation> operations, size_t which,
+                                       const Node& node);
 
 }  // namespace defrec::cuda

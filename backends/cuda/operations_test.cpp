@@ -73,3 +73,31 @@ TEST_CASE("reading together, and buffers not given, keep nobody waiting") {
         run(2, {part(0, 10), {nullptr, 0}}, {part(21, 1), {nullptr, 0}})};
     CHECK(dependencies(readers) == Waits{{}, {}});
 }
+
+TEST_CASE("what is recorded early waits for what it reads, and what follows for all") {
+    auto early = std::make_shared<StageRun>(
+        StageRun{1, 4, {}, {part(0, 10), part(10, 10)}, {part(40, 10)}});
+    Recorder recorder(early->recording);
+    recorder.early({part(0, 10)}, [&] {
+        recorder.fill(memory + 800, 0, 1);
+        recorder.fill(memory + 810, 0, 1);
+    });
+    recorder.fill(memory + 40, 0, 1);
+    recorder.fill(memory + 41, 0, 1);
+    const std::vector<Node>& nodes = early->recording.nodes;
+    REQUIRE(nodes.size() == 4);
+    CHECK(nodes[0].first);
+    CHECK(nodes[1].first);
+    CHECK(nodes[1].after == std::vector<uint32_t>{0});
+    CHECK(nodes[2].first);
+    CHECK(nodes[2].early.empty());
+    CHECK(nodes[2].after == std::vector<uint32_t>{1});
+    CHECK_FALSE(nodes[3].first);
+
+    const std::vector<Operation> operations{run(1, {}, {part(0, 10)}),
+                                            run(2, {}, {part(10, 10)}),
+                                            run(4, {}, {part(30, 10)}),  // the same stage
+                                            run(3, {part(10, 10)}, {part(20, 10)}), early};
+    CHECK(dependencies(operations).back() == std::vector<size_t>{2, 1, 0});
+    CHECK(early_dependencies(operations, 4, nodes[0]) == std::vector<size_t>{0, 2});
+}

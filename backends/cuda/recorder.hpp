@@ -21,9 +21,20 @@ struct Copy {  // within the device
     uint64_t size;
 };
 
+struct MemoryRange {
+    const std::byte* first;
+    uint64_t size;
+};
+template <class T>
+MemoryRange range_of(const T* first, uint64_t count) {
+    return {reinterpret_cast<const std::byte*>(first), first != nullptr ? count * sizeof(T) : 0};
+}
+
 struct Node {
     std::variant<KernelCall, Fill, Copy> work;
-    std::vector<uint32_t> after;  // earlier nodes of the recording
+    std::vector<uint32_t> after;     // earlier nodes of the recording
+    bool first;                      // waits for what the run waits for, too; if early, for less
+    std::vector<MemoryRange> early;  // see Recorder::early; empty: it is not
 };
 
 // nodes in an order in which they may run.
@@ -66,14 +77,29 @@ class Recorder {
         recording_.last = after;
     }
 
+    // What `part` records reads these of the run's inputs and no others, and writes the stage's own
+    // memory alone: it need not wait for the other inputs. To be called before anything else is
+    // recorded; not for a stage that is reentrant.
+    template <class Part>
+    void early(std::vector<MemoryRange> reads, Part&& part) {
+        early_ = std::move(reads);
+        part();
+        early_.clear();
+    }
+
   private:
     static bool empty(const dim3& size) { return size.x == 0 || size.y == 0 || size.z == 0; }
     template <class Work>
     void add(Work&& work) {
-        recording_.nodes.push_back({std::forward<Work>(work), recording_.last});
+        const std::vector<uint32_t>& after = recording_.last;
+        const bool first = std::all_of(after.begin(), after.end(), [this](uint32_t node) {
+            return !recording_.nodes[node].early.empty();
+        });
+        recording_.nodes.push_back({std::forward<Work>(work), after, first, early_});
         recording_.last.assign(1, static_cast<uint32_t>(recording_.nodes.size() - 1));
     }
     Recording& recording_;
+    std::vector<MemoryRange> early_;
 };
 
 }  // namespace defrec::cuda

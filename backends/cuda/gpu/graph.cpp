@@ -2,6 +2,7 @@
 #include "backends/cuda/gpu/graph.hpp"
 
 #include <algorithm>
+#include <functional>
 
 #include "backends/cuda/gpu/check.hpp"
 #include "backends/cuda/gpu/graph_kernels.hpp"
@@ -17,6 +18,12 @@ constexpr uint64_t kMaxReadByKernel = 64 * 1024, kMaxWrittenByKernel = 512 * 102
 
 using Nodes = std::vector<cudaGraphNode_t>;
 
+// CUDA takes no node twice.
+void add_new(Nodes& nodes, const Nodes& others) {
+    for (const cudaGraphNode_t node : others)
+        if (std::find(nodes.begin(), nodes.end(), node) == nodes.end()) nodes.push_back(node);
+}
+
 class Builder {
   public:
     explicit Builder(const Limits& limits) : limits_(limits) {
@@ -27,10 +34,13 @@ class Builder {
     Builder& operator=(const Builder&) = delete;
     cudaGraph_t graph() const { return graph_; }
 
+    // The nodes that an early node of the operation has to wait for.
+    using EarlyNodes = std::function<Nodes(const Node&)>;
+
     // These give the nodes that later ones have to wait for.
-    Nodes add(const Operation& operation, const Nodes& after) {
+    Nodes add(const Operation& operation, const Nodes& after, const EarlyNodes& early) {
         if (const auto* run = std::get_if<std::shared_ptr<const StageRun>>(&operation))
-            return add((*run)->recording, after);
+            return add((*run)->recording, after, early);
         if (const auto* upload = std::get_if<Upload>(&operation))
             return {
                 add_copy(upload->to, upload->from, upload->size, cudaMemcpyHostToDevice, after)};
@@ -66,12 +76,13 @@ class Builder {
     }
 
   private:
-    Nodes add(const Recording& recording, const Nodes& after) {
+    Nodes add(const Recording& recording, const Nodes& after, const EarlyNodes& early) {
         Nodes nodes;
         for (const Node& node : recording.nodes) {
             Nodes before;
             for (const uint32_t index : node.after) before.push_back(nodes[index]);
-            nodes.push_back(add(node, node.after.empty() ? after : before));
+            if (node.first) add_new(before, node.early.empty() ? after : early(node));
+            nodes.push_back(add(node, before));
         }
         Nodes last;
         for (const uint32_t index : recording.last) last.push_back(nodes[index]);
@@ -98,12 +109,6 @@ class Builder {
     const Limits& limits_;
     cudaGraph_t graph_ = nullptr;
 };
-
-// CUDA takes no node twice.
-void add_new(Nodes& nodes, const Nodes& others) {
-    for (const cudaGraphNode_t node : others)
-        if (std::find(nodes.begin(), nodes.end(), node) == nodes.end()) nodes.push_back(node);
-}
 
 }  // namespace
 
@@ -137,7 +142,13 @@ Graph::Graph(std::span<const Operation> operations, const Progress& progress,
             add_new(after, last[j]);
             waited_for[j] = true;
         }
-        last[i] = builder.add(operations[i], after);
+        const auto early = [&](const Node& node) {
+            Nodes before;
+            for (const size_t j : early_dependencies(operations, i, node))
+                add_new(before, last[j]);
+            return before;
+        };
+        last[i] = builder.add(operations[i], after, early);
         if (last[i].empty()) last[i] = after;  // a run that records nothing
     }
     Nodes ends;
