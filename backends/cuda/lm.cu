@@ -94,7 +94,9 @@ struct Surface {
         sizes.rows = plan.rows;
         sizes.max_known = plan.max_known;
         sizes.max_places = plan.max_places;
-        sizes.max_sums = plan.max_sums;
+        sizes.max_items = plan.max_items;
+        sizes.max_connections = plan.max_connections;
+        sizes.max_terms = plan.max_terms;
         row_sizes.rows = rows.rows;
         row_sizes.max_known = rows.max_known;
         row_sizes.max_places = rows.max_places;
@@ -175,14 +177,18 @@ class Lm final : public Stage {
         const Surface& s = *surface_;
         const bool presolve = p_.presolve != 0 && buffers.matches != nullptr;
         if (presolve) {
-            const LmPresolve task{
-                s.landmarks.as<float4>(), s.landmark_nodes.as<int4>(), p_.landmarks,
-                p_.match_tukey_mm,        buffers.motions,             buffers.matches,
-                s.deformed.as<float4>(),  s.rigid.as<float4>()};
+            const LmPresolve task{s.landmarks.as<float4>(),
+                                  s.landmark_nodes.as<int4>(),
+                                  p_.landmarks,
+                                  p_.match_tukey_mm,
+                                  buffers.motions,
+                                  buffers.matches,
+                                  s.deformed.as<float4>(),
+                                  s.rigid.as<float4>()};
             recorder.early({range_of(buffers.motions, p_.nodes)}, [&] {
-                recorder.launch(
-                    lm_deform, {dim3(cover(p_.landmarks, kDeformThreads)), dim3(kDeformThreads)},
-                    task);
+                recorder.launch(lm_deform,
+                                {dim3(cover(p_.landmarks, kDeformThreads)), dim3(kDeformThreads)},
+                                task);
             });
             recorder.launch(lm_presolve, {dim3(1), dim3(kPresolveThreads)}, task);
         }
@@ -252,7 +258,8 @@ class Lm final : public Stage {
             const size_t local = lm_local_floats(plan);
             const Evaluation evaluation{
                 lm_begin<kShared>, lm_step<kShared>, static_cast<uint32_t>(plan.shares.size()),
-                sizeof(float) * (kLmChunkFloats + (kShared ? local : 0)), kShared ? 0 : local};
+                sizeof(float) * (lm_chunk_floats(plan) + (kShared ? local : 0)),
+                kShared ? 0 : local};
             if (evaluation.shared > device_.limits().shared_per_block) return false;
             maximum = device_.resident_blocks(reinterpret_cast<const void*>(evaluation.begin),
                                               kLmThreads, evaluation.shared);

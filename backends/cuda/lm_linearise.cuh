@@ -11,26 +11,21 @@ __host__ __device__ constexpr uint32_t triangle(uint32_t r, uint32_t c) {
     return r * (r + 1) / 2 + c;
 }
 
-constexpr uint32_t kColumns = 8, kGradientColumn = 6,
-                   kDataColumn = 7;  // of a warp's sums: a block's six, half the gradient, D
+constexpr uint32_t kGradientColumn = 6, kDataColumn = 7;  // of kLmColumns, after a block's six
 
-// Column of the block that a term adds to, as (arm x v; v).
-__device__ __forceinline__ Vec3<float> column_shift(const float* record, uint32_t k, uint32_t l,
-                                                    uint32_t column) {
-    const auto at = [record](uint32_t component) { return record[component * kLmChunk]; };
-    const float weight = at(kSkin + k);
-    if (column == kDataColumn) return {weight * at(kWeight), 0, 0};
-    if (column == kGradientColumn)
-        return weight * Vec3<float>{at(kPull), at(kPull + 1), at(kPull + 2)};
-    const Vec3<float> unit{column % 3 == 0 ? 1.0f : 0.0f, column % 3 == 1 ? 1.0f : 0.0f,
-                           column % 3 == 2 ? 1.0f : 0.0f};
-    const Vec3<float> arm{at(kArms + 3 * l), at(kArms + 3 * l + 1), at(kArms + 3 * l + 2)};
-    const Vec3<float> u = column < 3 ? cross(unit, arm) : unit;
-    const float both = weight * at(kSkin + l);
-    const float xx = at(kSquares), xy = at(kSquares + 1), xz = at(kSquares + 2),
-                yy = at(kSquares + 3), yz = at(kSquares + 4), zz = at(kSquares + 5);
-    return both * Vec3<float>{xx * u.x + xy * u.y + xz * u.z, xy * u.x + yy * u.y + yz * u.z,
-                              xz * u.x + yz * u.y + zz * u.z};
+// What a term adds to a column of a block: (arm x v; v) with v of the row's control point.
+__device__ __forceinline__ void add_term(const float4* record, uint32_t k, uint32_t l,
+                                         uint32_t column, float (&total)[6]) {
+    const float4 row = record[kArms + k];
+    const float4 v = record[column < 3 ? kTurns + 3 * l + column : kShifts + column - 3];
+    const float weight = column < kGradientColumn ? record[kArms + l].w : (k == l ? 1.0f : 0.0f);
+    const float x = weight * v.x, y = weight * v.y, z = weight * v.z;
+    total[0] = fmaf(row.y, z, fmaf(-row.z, y, total[0]));
+    total[1] = fmaf(row.z, x, fmaf(-row.x, z, total[1]));
+    total[2] = fmaf(row.x, y, fmaf(-row.y, x, total[2]));
+    total[3] = fmaf(row.w, x, total[3]);
+    total[4] = fmaf(row.w, y, total[4]);
+    total[5] = fmaf(row.w, z, total[5]);
 }
 
 // Where entry r of a column is in the record of a connection.
@@ -63,40 +58,29 @@ struct LmKinds {
     bool items, connections;
 };
 
-// A warp for each block of the matrix: eight lanes for its columns, and four times those to share
-// its terms.
+// kLmColumns threads for each block of the matrix.
 __device__ __forceinline__ void add_sums(const LmMemory& memory, uint32_t count, LmKinds kinds,
                                          uint32_t rows) {
-    constexpr uint32_t kSplit = kWarp / kColumns;
-    const uint32_t lane = threadIdx.x % kWarp, column = lane % kColumns, split = lane / kColumns;
-    for (uint32_t s = threadIdx.x / kWarp; s < count; s += kLmWarps) {
+    const uint32_t column = threadIdx.x % kLmColumns;
+    uint32_t component[6];
+    for (uint32_t r = 0; r < 6; ++r)
+        component[r] = connection_component(r, column) * memory.connection_slots;
+    for (uint32_t s = threadIdx.x / kLmColumns; s < count; s += kLmGroups) {
         const LmSum sum = memory.sums[s];
         if (sum.target == kLmNoTarget) break;
         const bool diagonal = sum.target < rows;
         if (!kinds.items && !diagonal) continue;
         float total[6] = {};
-        if (kinds.items && (diagonal || column < 6))
-            for (uint32_t at = sum.first_term + split; at < sum.last_term; at += kSplit) {
-                const uint32_t term = memory.terms[at], k = (term >> 2) & 3, l = term & 3;
-                if (column >= kGradientColumn && k != l) continue;
-                const float* record = memory.records + (term >> 4);
-                const Vec3<float> v = column_shift(record, k, l, column);
-                const Vec3<float> arm{record[(kArms + 3 * k) * kLmChunk],
-                                      record[(kArms + 3 * k + 1) * kLmChunk],
-                                      record[(kArms + 3 * k + 2) * kLmChunk]};
-                const Vec3<float> turn = cross(arm, v);
-                const float six[6] = {turn.x, turn.y, turn.z, v.x, v.y, v.z};
-                for (int r = 0; r < 6; ++r) total[r] += six[r];
+        if (kinds.items)
+            for (uint32_t at = sum.first_term; at < sum.last_term; ++at) {
+                const uint32_t term = memory.terms[at];
+                add_term(memory.records + kRecord * (term >> 4), (term >> 2) & 3, term & 3, column,
+                         total);
             }
         if (kinds.connections && diagonal && column != kDataColumn)
-            for (uint32_t c = sum.first_connection + split; c < sum.last_connection; c += kSplit)
+            for (uint32_t c = sum.first_connection; c < sum.last_connection; ++c)
                 for (uint32_t r = 0; r < 6; ++r)
-                    total[r] +=
-                        memory.connection_records[connection_component(r, column) * kLmChunk + c];
-        for (uint32_t apart = kColumns; apart < kWarp; apart *= 2)
-            for (float& value : total)
-                value += __shfl_xor_sync(kAllLanes, value, static_cast<int>(apart));
-        if (split != 0) continue;
+                    total[r] += memory.connection_records[component[r] + c];
         if (diagonal) {
             for (uint32_t r = 0; r < 6; ++r)
                 memory.own[kOwn * sum.target + 6 * column + r] += total[r];

@@ -4,8 +4,12 @@
 
 namespace defrec::cuda {
 
+constexpr size_t lm_term_floats(size_t terms) { return (terms + 7) / 8 * 4; }
 // What a chunk needs, always in shared memory.
-constexpr size_t kLmChunkFloats = (kRecord + kConnectionRecord) * kLmChunk + kLmMaxTerms / 2;
+constexpr size_t lm_chunk_floats(const LmPlan& plan) {
+    return 4 * kRecord * size_t{plan.max_items} + kConnectionRecord * size_t{plan.max_connections} +
+           lm_term_floats(plan.max_terms);
+}
 // All else, as lm_memory takes it.
 constexpr size_t lm_local_floats(const LmPlan& plan) {
     const size_t floats = (4 * kPose + 1) * size_t{plan.max_known} + kOwn * size_t{plan.rows} +
@@ -15,14 +19,16 @@ constexpr size_t lm_local_floats(const LmPlan& plan) {
 }
 
 struct LmMemory {
-    float *records, *connection_records;
+    float4* records;  // of the chunk's items, kRecord each
+    float* connection_records;
     uint16_t* terms;
     float4* poses;  // of the control points that it knows
     float* own;     // of its own control points
     float* matrix;  // its places
     uint32_t* known;
-    LmSum* sums;     // of the chunk
-    uint32_t count;  // of known control points
+    LmSum* sums;                // of the chunk
+    uint32_t count;             // of known control points
+    uint32_t connection_slots;  // of connection_records
 };
 
 namespace {
@@ -38,9 +44,9 @@ __device__ __forceinline__ LmMemory lm_memory(const LmView& view, const LmShare&
         at += floats;
         return taken;
     };
-    memory.records = take(kRecord * kLmChunk);
-    memory.connection_records = take(kConnectionRecord * kLmChunk);
-    memory.terms = reinterpret_cast<uint16_t*>(take(kLmMaxTerms / 2));
+    memory.records = reinterpret_cast<float4*>(take(4 * kRecord * size_t{surface.max_items}));
+    memory.terms = reinterpret_cast<uint16_t*>(take(lm_term_floats(surface.max_terms)));
+    memory.connection_records = take(kConnectionRecord * size_t{surface.max_connections});
     if constexpr (!kShared) at = view.exchange.local + blockIdx.x * view.exchange.local_floats;
     memory.poses = reinterpret_cast<float4*>(take(4 * kPose * size_t{surface.max_known}));
     memory.own = take(kOwn * size_t{surface.rows});
@@ -48,6 +54,7 @@ __device__ __forceinline__ LmMemory lm_memory(const LmView& view, const LmShare&
     memory.known = reinterpret_cast<uint32_t*>(take(surface.max_known));
     memory.sums = reinterpret_cast<LmSum*>(take(0));
     memory.count = share.last_known - share.first_known;
+    memory.connection_slots = surface.max_connections;
     for (uint32_t i = threadIdx.x; i < memory.count; i += kLmThreads)
         memory.known[i] = surface.known[share.first_known + i];
     __syncthreads();

@@ -212,31 +212,35 @@ void LmPlan::add_chunk(const LmLists& lists, const LmShare& share, uint32_t chun
     deal_out(here.first_sum);
     here.last_sum = uint32_t(sums.size());
     here.last_term = uint32_t(terms.size());
-    max_sums = std::max(max_sums, here.last_sum - here.first_sum);
+    const auto raise = [](uint32_t& most, uint32_t here_are) { most = std::max(most, here_are); };
+    raise(max_items, last_item - std::min(share.first_item + from, last_item));
+    raise(max_connections, (slot_of(share.last_connection) + 3u) / 4 * 4);
+    raise(max_sums, here.last_sum - here.first_sum);
+    raise(max_terms, here.last_term - here.first_term);
 }
 
-// Of those from `first` on: the longest goes to the warp that has least to do so far, and so on.
+// Of those from `first` on: the longest goes to the group that has least to do so far, and so on.
 void LmPlan::deal_out(size_t first) {
-    // In clock cycles, roughly: four of the terms or connections at a time.
+    // In instructions, roughly.
     const auto cost = [](const LmSum& sum) {
-        return 200 + 150 * ((sum.last_term - sum.first_term + 3) / 4) +
-               60 * ((sum.last_connection - sum.first_connection + 3) / 4);
+        return 40 + 24 * (sum.last_term - sum.first_term) +
+               12 * (sum.last_connection - sum.first_connection);
     };
     std::vector<LmSum> given(sums.begin() + std::ptrdiff_t(first), sums.end());
     std::stable_sort(given.begin(), given.end(),
                      [&](const LmSum& a, const LmSum& b) { return cost(a) > cost(b); });
-    std::array<std::vector<LmSum>, kLmWarps> of_warp;
-    std::array<int, kLmWarps> busy{};
+    std::array<std::vector<LmSum>, kLmGroups> of_group;
+    std::array<int, kLmGroups> busy{};
     size_t longest = 0;
     for (const LmSum& sum : given) {
-        const auto warp = size_t(std::min_element(busy.begin(), busy.end()) - busy.begin());
-        busy[warp] += cost(sum);
-        of_warp[warp].push_back(sum);
-        longest = std::max(longest, of_warp[warp].size());
+        const auto group = size_t(std::min_element(busy.begin(), busy.end()) - busy.begin());
+        busy[group] += cost(sum);
+        of_group[group].push_back(sum);
+        longest = std::max(longest, of_group[group].size());
     }
     sums.resize(first);
     for (size_t turn = 0; turn < longest; ++turn)
-        for (const std::vector<LmSum>& those : of_warp)
+        for (const std::vector<LmSum>& those : of_group)
             sums.push_back(turn < those.size() ? those[turn] : LmSum{kLmNoTarget, 0, 0, 0, 0});
 }
 

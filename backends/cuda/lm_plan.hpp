@@ -8,7 +8,8 @@ namespace defrec::cuda {
 
 // Items and connections are taken in chunks of this many, each with half of a block's threads.
 constexpr uint32_t kLmChunk = 128, kLmThreads = 2 * kLmChunk, kLmWarps = kLmThreads / 32;
-constexpr uint32_t kLmMaxTerms = kLmChunk * DEFREC_SKIN_NODES * DEFREC_SKIN_NODES;  // of a chunk
+// Eight threads add up a block of the matrix, one for each column, half the gradient, and D.
+constexpr uint32_t kLmColumns = 8, kLmGroups = kLmThreads / kLmColumns;
 
 // What a block owns: ranges of the lists below. It knows its own control points and those that
 // share a residual with them, its own first; indices of control points are among these unless said
@@ -41,8 +42,8 @@ struct alignas(16) LmConnection {
 constexpr uint32_t kLmNoTarget = ~0u;
 
 // The terms of a chunk that enter one block of the matrix: the control point's own where target <
-// rows, else place target - rows. Ranges are among the chunk's. A chunk's sums are dealt out to the
-// warps in turn; those that have fewer than others end with one of kLmNoTarget.
+// rows, else place target - rows. Ranges are among the chunk's. A chunk's sums are dealt out to
+// kLmGroups of threads in turn; those that have fewer than others end with one of kLmNoTarget.
 struct LmSum {
     uint32_t target;
     uint16_t first_term, last_term;
@@ -54,9 +55,11 @@ struct LmChunk {
 };
 
 struct LmPlan {
-    uint32_t rows = 1;                      // most control points of a block
-    uint32_t max_known = 0;                 // likewise
-    uint32_t max_places = 0, max_sums = 0;  // of a block, of a chunk
+    uint32_t rows = 1;        // most control points of a block
+    uint32_t max_known = 0;   // likewise
+    uint32_t max_places = 0;  // of a block
+    // Of a chunk; connections in multiples of four.
+    uint32_t max_items = 0, max_connections = 0, max_sums = 0, max_terms = 0;
     std::vector<LmShare> shares;
     std::vector<uint32_t> known;  // of all control points
     std::vector<LmPlace> places;

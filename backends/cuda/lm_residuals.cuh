@@ -133,19 +133,19 @@ __device__ __forceinline__ void evaluate_item(const LmView& view, const LmMemory
                        counted, sums, term);
     }
     if (!record) return;
-    float* out = memory.records + slot;
-    for (uint32_t i = 0; i < 6; ++i) out[(kSquares + i) * kLmChunk] = term.squares[i];
-    const auto store = [out](uint32_t at, Vec3<float> v) {
-        out[at * kLmChunk] = v.x;
-        out[(at + 1) * kLmChunk] = v.y;
-        out[(at + 2) * kLmChunk] = v.z;
-    };
-    store(kPull, term.pull);
-    out[kWeight * kLmChunk] = term.weight;
+    float4* out = memory.records + kRecord * slot;
+    const auto& [xx, xy, xz, yy, yz, zz] = term.squares;
+    const Vec3<float> columns[3] = {{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}};
+    for (uint32_t i = 0; i < 3; ++i) out[kShifts + i] = pack(columns[i], 0);
+    out[kPull] = pack(term.pull, 0);
+    out[kWeight] = make_float4(term.weight, 0, 0, 0);
     for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k) {
-        store(kArms + 3 * k,
-              rotate(quaternion_of(memory.poses[kPose * node[k]]), vector_of(arms[k])));
-        out[(kSkin + k) * kLmChunk] = weight[k];
+        const Vec3<float> arm =
+            rotate(quaternion_of(memory.poses[kPose * node[k]]), vector_of(arms[k]));
+        out[kArms + k] = pack(weight[k] * arm, weight[k]);
+        out[kTurns + 3 * k] = pack(arm.y * columns[2] - arm.z * columns[1], 0);
+        out[kTurns + 3 * k + 1] = pack(arm.z * columns[0] - arm.x * columns[2], 0);
+        out[kTurns + 3 * k + 2] = pack(arm.x * columns[1] - arm.y * columns[0], 0);
     }
 }
 
@@ -169,16 +169,17 @@ __device__ __forceinline__ void evaluate_connection(const LmView& view, const Lm
         sums[kArap] += arap_cost(geometry, i.rotation, weights);
     if (!record) return;
     const ArapTerm<float> term = arap_term(geometry, i.rotation, weights);
-    float* out = memory.connection_records + slot;
+    const auto store = [&memory, slot](uint32_t component, float value) {
+        memory.connection_records[component * memory.connection_slots + slot] = value;
+    };
     constexpr uint32_t kUpper[6] = {0, 1, 2, 7, 8, 14};
     for (uint32_t k = 0; k < 6; ++k) {
-        out[(kTurn + k) * kLmChunk] = term.aa[kUpper[k]];
-        out[(kShift + k) * kLmChunk] = term.aa[21 + kUpper[k]];
-        out[(kGradient + k) * kLmChunk] = term.gradient_a[k];
+        store(kTurn + k, term.aa[kUpper[k]]);
+        store(kShift + k, term.aa[21 + kUpper[k]]);
+        store(kGradient + k, term.gradient_a[k]);
     }
     for (uint32_t r = 0; r < 3; ++r)
-        for (uint32_t c = 0; c < 3; ++c)
-            out[(kLever + 3 * r + c) * kLmChunk] = term.aa[6 * r + 3 + c];
+        for (uint32_t c = 0; c < 3; ++c) store(kLever + 3 * r + c, term.aa[6 * r + 3 + c]);
     float* block = memory.matrix + 36 * size_t{connection.place & ~kLmUncounted};
     for (uint32_t k = 0; k < 36; ++k) block[k] += term.ab[k];
 }

@@ -27,7 +27,7 @@ struct LmSurface {
     const LmSum* sums;
     const uint16_t* terms;
     uint32_t blocks, places;  // in all
-    uint32_t rows, max_known, max_places, max_sums;
+    uint32_t rows, max_known, max_places, max_items, max_connections, max_terms;
 };
 
 // As in LmRowPlan.
@@ -97,16 +97,18 @@ struct LmView {
 constexpr uint32_t kFactor = 21, kFactorRoom = 24;
 constexpr uint32_t kDiagonal = 27;  // a diagonal block's lower triangle, and half the gradient
 constexpr uint32_t kOwn = 48;  // of a control point: its diagonal block, half the gradient, and D,
-                               // in eight columns of six
+                               // in kLmColumns of six
 constexpr uint32_t kPose =
     3;  // vectors of a control point in motion: rotation, dual part, position
 
-// A residual as the sums want it, one component after the other for the whole chunk: weighted sums
-// over its rows of gradient gradient^T (upper triangle) and value gradient; weight; where it is
-// from each of its control points, and their weights.
-constexpr uint32_t kSquares = 0, kPull = 6, kWeight = 9, kArms = 10, kSkin = 22, kRecord = 26;
-// A connection as the sums want it: i's own block as turn-turn (upper triangle), turn-shift,
-// shift-shift (upper triangle), half the gradient.
+// A residual as the sums want it, in vectors of four. With S, the weighted sum over its rows of
+// gradient gradient^T: for each of its control points where it is from there, times its weight, and
+// that weight; S times each axis' motion there by a turn; then S's columns, the weighted sum of
+// value gradient, and the residual's weight.
+constexpr uint32_t kArms = 0, kTurns = DEFREC_SKIN_NODES, kShifts = kTurns + 3 * DEFREC_SKIN_NODES,
+                   kPull = kShifts + 3, kWeight = kPull + 1, kRecord = kWeight + 1;
+// A connection as the sums want it, one component after the other for the whole chunk: i's own
+// block as turn-turn (upper triangle), turn-shift, shift-shift (upper triangle), half the gradient.
 constexpr uint32_t kTurn = 0, kLever = 6, kShift = 15, kGradient = 21, kConnectionRecord = 27;
 
 }  // namespace defrec::cuda

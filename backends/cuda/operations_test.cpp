@@ -75,8 +75,8 @@ TEST_CASE("reading together, and buffers not given, keep nobody waiting") {
 }
 
 TEST_CASE("what is recorded early waits for what it reads, and what follows for all") {
-    auto early = std::make_shared<StageRun>(
-        StageRun{1, 4, {}, {part(0, 10), part(10, 10)}, {part(40, 10)}});
+    auto early =
+        std::make_shared<StageRun>(StageRun{1, 4, {}, {part(0, 10), part(10, 10)}, {part(40, 10)}});
     Recorder recorder(early->recording);
     recorder.early({part(0, 10)}, [&] {
         recorder.fill(memory + 800, 0, 1);
@@ -94,8 +94,7 @@ TEST_CASE("what is recorded early waits for what it reads, and what follows for 
     CHECK(nodes[2].after == std::vector<uint32_t>{1});
     CHECK_FALSE(nodes[3].first);
 
-    const std::vector<Operation> operations{run(1, {}, {part(0, 10)}),
-                                            run(2, {}, {part(10, 10)}),
+    const std::vector<Operation> operations{run(1, {}, {part(0, 10)}), run(2, {}, {part(10, 10)}),
                                             run(4, {}, {part(30, 10)}),  // the same stage
                                             run(3, {part(10, 10)}, {part(20, 10)}), early};
     CHECK(dependencies(operations).back() == std::vector<size_t>{2, 1, 0});

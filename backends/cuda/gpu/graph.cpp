@@ -144,8 +144,7 @@ Graph::Graph(std::span<const Operation> operations, const Progress& progress,
         }
         const auto early = [&](const Node& node) {
             Nodes before;
-            for (const size_t j : early_dependencies(operations, i, node))
-                add_new(before, last[j]);
+            for (const size_t j : early_dependencies(operations, i, node)) add_new(before, last[j]);
             return before;
         };
         last[i] = builder.add(operations[i], after, early);
