@@ -47,6 +47,8 @@ class Services {
     void rouse(size_t threads) const noexcept {
         if (pool_ != nullptr) pool_->rouse(threads);
     }
+    // Threads besides the caller's that a loop finds awake.
+    uint32_t awake() const noexcept { return pool_ != nullptr ? pool_->awake() : 0; }
     // Its loops run on the library's own threads and call nothing of the application's.
     bool has_own_threads() const noexcept { return pool_ != nullptr; }
     // Threads that parallel_for uses, at least 1.

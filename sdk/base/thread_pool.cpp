@@ -104,6 +104,12 @@ void ThreadPool::parallel_for(size_t count, Body body, void* arg) noexcept {
 
 void ThreadPool::rouse(size_t threads) noexcept { wake(threads + 1, true); }
 
+uint32_t ThreadPool::awake() const noexcept {
+    uint32_t count = 0;
+    for (uint32_t i = 1; i < threads(); ++i) count += sleepers_[i].is_asleep ? 0 : 1;
+    return count;
+}
+
 // False where the loop of that state takes nobody in.
 bool ThreadPool::join(uint64_t state) noexcept {
     const uint64_t number = state / kNumber;

@@ -32,6 +32,8 @@ class ThreadPool {
     // Lets the first so many threads look for a loop for a little while, if they sleep: one that is
     // about to begin finds them awake. Any thread.
     void rouse(size_t threads) noexcept;
+    // Threads besides the caller's that do not sleep. Any thread.
+    uint32_t awake() const noexcept;
     uint32_t threads() const { return static_cast<uint32_t>(workers_.size()) + 1; }
 
   private:

@@ -84,6 +84,25 @@ TEST_CASE("threads that were roused, with or without a loop for them, take part 
     ThreadPool(1).rouse(3);
 }
 
+TEST_CASE("threads in a loop are awake, and without one they fall asleep") {
+    ThreadPool pool(4);
+    struct Meeting {
+        ThreadPool* pool;
+        std::atomic<int> inside{0};
+        std::atomic<uint32_t> awake{0};
+    } meeting{&pool};
+    const auto body = [](void* arg, size_t) {
+        auto& self = *static_cast<Meeting*>(arg);
+        ++self.inside;
+        while (self.inside < 4) std::this_thread::yield();
+        self.awake = self.pool->awake();
+    };
+    pool.parallel_for(4, body, &meeting);
+    CHECK(meeting.awake == 3);
+    while (pool.awake() > 0) std::this_thread::yield();
+    CHECK(ThreadPool(1).awake() == 0);
+}
+
 TEST_CASE("a loop from within a body, and loops from several threads at once, are complete") {
     ThreadPool pool(3);
     struct Nested {

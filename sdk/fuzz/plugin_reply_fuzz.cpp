@@ -126,6 +126,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     lateral.make_room(model_data);
     spread_patches(model_data, patch_px2, lateral);
     spread_checks(model_data, reply.output, lateral);
+    measure_lateral(model_data, reply.output, 0, reply.output.samples.size(), lateral);
     std::vector<float> last_rows, rows;
     std::vector<RowMatch> row_matches;
     RigMonitor monitor(kWidth, kHeight);
@@ -138,10 +139,13 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         estimate_confidence(
             model,
             {reply.output, lateral, static_cast<float>(evidence.mean_residual_mm), rig, last, true},
-            nullptr, confidence);
-        double motion[12];
-        const RigidSums sums = sum_for_rigid_motion(model, reply.output.samples, 0);
-        fit_rigid_motion(model, {&sums, 1}, motion);
+            nullptr,
+            [&] {
+                double motion[12];
+                const RigidSums sums = sum_for_rigid_motion(model, reply.output.samples, 0);
+                fit_rigid_motion(model, {&sums, 1}, motion);
+            },
+            confidence);
     }
     return 0;
 }

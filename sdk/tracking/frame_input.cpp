@@ -34,12 +34,16 @@ void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop&
             copy_gray(kept.format, kept.image.pixels + y * kept.image.stride,
                       rows * kept.row_pixels, &kept.copy[y * kept.row_pixels], helpers != nullptr);
     };
+    // Who is awake helps with little, too.
     const size_t shares = helpers != nullptr && largest > kShare
                               ? images.size() * ((largest + kShare - 1) / kShare)
-                              : 0;
+                              : 0,
+                 awake = helpers != nullptr && largest > kBand ? helpers->awake() : 0,
+                 called =
+                     std::max(shares, awake > 0 ? std::min(awake + 1, images.size() * bands) : 0);
     Services::forget_parallel_failure();
     loop.run(static_cast<uint32_t>(images.size() * bands), copy_band, [&] {
-        if (shares > 0) helpers->parallel_for(shares, [&loop](size_t) { loop.help(); });
+        if (called > 0) helpers->parallel_for(called, [&loop](size_t) { loop.help(); });
     });
     Services::expect_parallel_success("copying the pixels");
     for (const KeptImage& kept : images) {

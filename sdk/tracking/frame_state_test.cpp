@@ -86,12 +86,13 @@ struct Fixture {
         lateral.make_room(data);
         spread_patches(data, patch_px2(), lateral);
         spread_checks(data, output, lateral);
+        measure_lateral(data, output, 0, output.samples.size(), lateral);
         VertexConfidence result;
         const auto mean_residual = static_cast<float>(evidence().mean_residual_mm);
         const SurfaceModel model(data);
         begin_confidence(model, result);
-        estimate_confidence(model, {output, lateral, mean_residual, rig, last, uses_depth}, helpers,
-                            result);
+        estimate_confidence(
+            model, {output, lateral, mean_residual, rig, last, uses_depth}, helpers, [] {}, result);
         return result;
     }
 };

@@ -14,20 +14,32 @@ constexpr int32_t kMinScore = 4096 / 2;
 constexpr float kMinFittingShare = 0.6f;
 constexpr float kFarthestPx = 8;  // a patch farther off says no more than one at this distance
 
-using Sums = std::vector<Eigen::Array2f>;
+// The two of a control point's sums that are of patches, and of checks.
+enum SumsOf : Eigen::Index { kPatches = 0, kChecks = 2 };
 
+template <SumsOf kOf>
+void clear(std::vector<Eigen::Array4f>& sums) {
+    for (Eigen::Array4f& all : sums) all.segment<2>(kOf).setZero();
+}
 // Spreads a patch's value over the control points that move it.
-void add(const defrec_patch& patch, float value, Sums& sums) {
+template <SumsOf kOf>
+void add(const defrec_patch& patch, float value, std::vector<Eigen::Array4f>& sums) {
     for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
-        sums[static_cast<size_t>(patch.node[k])] += patch.weight[k] * Eigen::Array2f(value, 1);
+        sums[static_cast<size_t>(patch.node[k])].segment<2>(kOf) +=
+            patch.weight[k] * Eigen::Array2f(value, 1);
 }
 
-// 0 where there is none near.
-float mean_at(const defrec_surface_point& vertex, const Sums& sums) {
-    Eigen::Array2f sum = Eigen::Array2f::Zero();
+Eigen::Array4f sums_at(const defrec_surface_point& vertex,
+                       const std::vector<Eigen::Array4f>& sums) {
+    Eigen::Array4f sum = Eigen::Array4f::Zero();
     for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
         sum += vertex.weight[k] * sums[static_cast<size_t>(vertex.node[k])];
-    return sum[1] > 1e-3f ? sum[0] / sum[1] : 0;
+    return sum;
+}
+// 0 where there is none near.
+template <SumsOf kOf>
+float mean_of(const Eigen::Array4f& sums) {
+    return sums[kOf + 1] > 1e-3f ? sums[kOf] / sums[kOf + 1] : 0;
 }
 
 bool fits(const defrec_patch_observation& found) {
@@ -38,17 +50,18 @@ bool fits(const defrec_patch_observation& found) {
 void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t vertex,
                     LateralEvidence& evidence) {
     const defrec_surface_point& point = data.vertices[vertex];
-    evidence.patch_px2[vertex] = mean_at(point, evidence.patch_sums);
+    const Eigen::Array4f sums = sums_at(point, evidence.sums);
+    evidence.patch_px2[vertex] = mean_of<kPatches>(sums);
     evidence.is_confirmed[vertex] = 0;
     evidence.check_px2[vertex] = 0;
     evidence.check_score[vertex] = 0;
     if (data.check_of_vertex[vertex] < 0) return;
     const auto check = static_cast<size_t>(data.check_of_vertex[vertex]);
     const defrec_patch_observation& found = output.checks[check];
-    if (!fits(found) || mean_at(point, evidence.check_sums) < kMinFittingShare) return;
+    if (!fits(found) || mean_of<kChecks>(sums) < kMinFittingShare) return;
     const defrec_patch_prediction& expected = output.check_predictions[check];
-    const float du = static_cast<float>(found.u - expected.u) / 256,
-                dv = static_cast<float>(found.v - expected.v) / 256;
+    const float du = static_cast<float>(int64_t{found.u} - expected.u) / 256,
+                dv = static_cast<float>(int64_t{found.v} - expected.v) / 256;
     evidence.is_confirmed[vertex] = 1;
     evidence.check_px2[vertex] = du * du + dv * dv;
     evidence.check_score[vertex] = static_cast<float>(found.score) / 4096;
@@ -61,25 +74,24 @@ void LateralEvidence::make_room(const TemplateData& data) {
     is_confirmed.resize(vertices);
     for (std::vector<float>* values : {&check_px2, &check_score, &patch_px2})
         values->resize(vertices);
-    for (Sums* sums : {&patch_sums, &check_sums}) sums->resize(data.nodes.size() / 3);
+    sums.resize(data.nodes.size() / 3);
 }
 
 void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
                     LateralEvidence& evidence) {
-    Sums& sums = evidence.patch_sums;
-    std::fill(sums.begin(), sums.end(), Eigen::Array2f::Zero());
+    clear<kPatches>(evidence.sums);
     for (size_t i = 0; i < data.patches.size(); ++i)
         if (!std::isnan(patch_px2[i]))
-            add(data.patches[i],
+            add<kPatches>(
+                data.patches[i],
                 static_cast<float>(std::min<double>(patch_px2[i], kFarthestPx * kFarthestPx)),
-                sums);
+                evidence.sums);
 }
 
 void spread_checks(const TemplateData& data, const FrameOutput& output, LateralEvidence& evidence) {
-    Sums& sums = evidence.check_sums;
-    std::fill(sums.begin(), sums.end(), Eigen::Array2f::Zero());
+    clear<kChecks>(evidence.sums);
     for (size_t i = 0; i < data.checks.size(); ++i)
-        add(data.checks[i], fits(output.checks[i]) ? 1 : 0, sums);
+        add<kChecks>(data.checks[i], fits(output.checks[i]) ? 1 : 0, evidence.sums);
 }
 
 void measure_lateral(const TemplateData& data, const FrameOutput& output, size_t begin, size_t end,

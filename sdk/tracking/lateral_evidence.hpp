@@ -20,11 +20,12 @@ struct LateralEvidence {
                                    // were found
     // Working memory, per control point, sums weighted as it moves what they are of: px^2 of
     // patches and weights of those; checks that fit and weights of all checks.
-    std::vector<Eigen::Array2f> patch_sums, check_sums;
+    std::vector<Eigen::Array4f> sums;
 
     void make_room(const TemplateData& data);
 };
-// The sums alone; patch_px2: of measure_patches. Throw nothing once there is room.
+// Their own two of the sums, so that both may run at once; patch_px2: of measure_patches. Throw
+// nothing once there is room.
 void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
                     LateralEvidence& evidence);
 void spread_checks(const TemplateData& data, const FrameOutput& output, LateralEvidence& evidence);

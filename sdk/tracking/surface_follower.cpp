@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "backends/shared/motion.hpp"
+#include "sdk/base/platform.hpp"
 #include "sdk/template/cut.hpp"
 #include "sdk/tracking/check_output.hpp"
 #include "sdk/tracking/piece_search.hpp"
@@ -471,7 +472,7 @@ Verdict SurfaceFollower::judge(TrackerJob& job, std::optional<ObservedFrame>& fr
 // frame, and who waits for the job.
 ObservedFrame SurfaceFollower::finish(TrackerJob& job, FollowedFrame followed) {
     using Time = std::chrono::nanoseconds;
-    constexpr Time kWaking = std::chrono::microseconds(70);
+    constexpr Time kWaking = std::chrono::microseconds(45);
     const std::shared_ptr<const Services> services = job.services();
     const FrameInput::Clock::time_point start = FrameInput::Clock::now();
     // A wait that ends too early may cost a call of the driver. Each looks for a while before it
@@ -525,12 +526,18 @@ void SurfaceFollower::measure(TrackerJob& job) {
     std::atomic<bool> is_wrong = false;
     const std::span<double> patches(patch_px2_);
     const size_t patch_runs = std::max<size_t>(1, (patches.size() + kPatchRun - 1) / kPatchRun);
-    std::atomic<size_t> patch_runs_left = patch_runs;
+    std::atomic<size_t> patch_runs_left = patch_runs, sums_left = 2;
     const auto measure_patch_run = [&](size_t run) {
         const size_t first = run * kPatchRun;
         measure_patches(data, job.output, first,
                         patches.subspan(first, std::min(kPatchRun, patches.size() - first)));
-        if (--patch_runs_left == 0) spread_patches(data, patch_px2_, job.lateral);
+        if (--patch_runs_left != 0) return;
+        spread_patches(data, patch_px2_, job.lateral);
+        --sums_left;
+    };
+    const auto sum_checks = [&] {
+        spread_checks(data, job.output, job.lateral);
+        --sums_left;
     };
     const auto measure_rig = [&] {
         if (!watches_rig_) return;
@@ -548,25 +555,33 @@ void SurfaceFollower::measure(TrackerJob& job) {
             fast_vertices_[run] = count_moved_farther(
                 vertex_run(SurfaceSamples(last_->samples), run), vertex_run(samples, run), kFastMm);
     };
+    const auto sum_run = [&](size_t run) {
+        const size_t first = run * kVertexRun;
+        // Those that add them up have begun.
+        while (sums_left != 0) platform::spin_pause();
+        measure_lateral(data, job.output, first, std::min(first + kVertexRun, samples.size()),
+                        job.lateral);
+    };
     const std::shared_ptr<const Services> services = job.services();
-    // The longest first.
     constexpr size_t kOthers = 4;
-    const size_t first_run = kOthers + patch_runs;
-    for_each_task(own_threads(*services), first_run + 2 * runs, [&](size_t task) {
-        if (task == 0) return check_records();
-        if (task == 1) return measure_rig();
-        if (task == 2) return spread_checks(data, job.output, job.lateral);
-        if (task == 3) {
-            if (watches_rig_) disparities_after_.add_frame(data, samples);
-            return;
-        }
-        if (task < first_run) return measure_patch_run(task - kOthers);
-        const size_t run = (task - first_run) / 2;
-        if ((task - first_run) % 2 == 0)
+    for_tasks_and_runs(
+        own_threads(*services), kOthers + patch_runs,
+        [&](size_t task) {  // the longest first
+            if (task == 0) return check_records();
+            if (task == 1) return measure_rig();
+            if (task == 2) return sum_checks();
+            if (task == 3) {
+                if (watches_rig_) disparities_after_.add_frame(data, samples);
+                return;
+            }
+            measure_patch_run(task - kOthers);
+        },
+        runs,
+        [&](size_t run) {
             check_run(run);
-        else
             measure_run(job, run);
-    });
+            sum_run(run);
+        });
     if (is_wrong) pipeline_.check(job.output, data);
 }
 
@@ -767,15 +782,17 @@ void SurfaceFollower::search_lost_pieces(const TrackerJob& job) {
 void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {
     const std::shared_ptr<const Services> services = job.services();
     const Services* helpers = own_threads(*services);
+    const auto fit_motion = [&] { fit_rigid_motion(last_->model, rigid_sums_, job.rigid_motion); };
     if (job.state == DEFREC_LOST) {
         forget_confidence(job.age, job.confidence, job.output.samples.size());
+        fit_motion();
     } else {
         estimate_confidence(
             last_->model,
             {job.output, job.lateral, static_cast<float>(job.evidence.mean_residual_mm), rig_left_,
              job.state == DEFREC_RELOCALISED ? SurfaceSamples() : SurfaceSamples(last_->samples),
              uses_depth, is_interlaced(job), disparities_.slip_px(), stale_.views()},
-            helpers, job.confidence);
+            helpers, fit_motion, job.confidence);
         forget_lost_pieces(pieces_.pieces(), template_->vertex_pieces(), job.confidence);
     }
     job.pieces.assign(pieces_.pieces().begin(), pieces_.pieces().end());
@@ -783,7 +800,6 @@ void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {
         share_observed(template_->vertex_pieces(), job.confidence, job.pieces);
     job.observed_share = static_cast<float>(observed) /
                          static_cast<float>(std::max(1u, job.evidence.vertices_inside));
-    fit_rigid_motion(last_->model, rigid_sums_, job.rigid_motion);
 }
 
 }  // namespace defrec

@@ -298,16 +298,17 @@ void begin_confidence(const SurfaceModel& model, VertexConfidence& confidence) {
 }
 
 void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
-                         const Services* helpers, VertexConfidence& confidence) {
+                         const Services* helpers, const std::function<void()>& beside,
+                         VertexConfidence& confidence) {
     const size_t count = evidence.output.samples.size();
     std::vector<float>* const distances[2] = {&confidence.to_lateral, &confidence.to_observed};
     const ConfidenceEstimate estimate(model, evidence, confidence);
     for_runs(helpers, count, [&](size_t begin, size_t end) {
-        measure_lateral(*model.data, evidence.output, begin, end, evidence.lateral);
         for (size_t i = begin; i < end; ++i) estimate.look_at(i);
     });
-    for_each_task(helpers, 2, [&](size_t which) {
-        model.grids.spread(*distances[which], confidence.spreading[which]);
+    for_each_task(helpers, 3, [&](size_t task) {
+        if (task == 2) return beside();
+        model.grids.spread(*distances[task], confidence.spreading[task]);
     });
     for_runs(helpers, count, [&](size_t begin, size_t end) { estimate.conclude(begin, end); });
 }

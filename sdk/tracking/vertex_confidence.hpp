@@ -3,6 +3,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -49,8 +50,8 @@ inline constexpr uint8_t kLeftView = 1, kRightView = 2, kBothViews = kLeftView |
 // wrong.
 struct FrameEvidence {
     const FrameOutput& output;
-    LateralEvidence& lateral;  // with its sums alone
-    float mean_residual_mm;    // of live depth, of its absolute values
+    const LateralEvidence& lateral;
+    float mean_residual_mm;  // of live depth, of its absolute values
     const RigEstimate& rig;
     SurfaceSamples last_samples;  // of the frame before; empty where there is none
     bool uses_depth = true;       // else the surface was followed by the left image alone
@@ -70,9 +71,11 @@ Depth depth_per_px(const defrec_camera& camera, const Depth& z) {
 
 // Once before each estimate, which it spares what does not wait for a frame's results.
 void begin_confidence(const SurfaceModel& model, VertexConfidence& confidence);
-// Measures the lateral evidence on the way. helpers: whose threads take part; nullptr: none.
+// helpers: whose threads take part; nullptr: none. beside: called once on the way, by any of them,
+// where most would have nothing to do; must not throw.
 void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
-                         const Services* helpers, VertexConfidence& confidence);
+                         const Services* helpers, const std::function<void()>& beside,
+                         VertexConfidence& confidence);
 // Of a frame in which the surface was not found: every vertex is unknown, with errors that grow by
 // age (frames).
 void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertices);

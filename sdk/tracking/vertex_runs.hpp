@@ -28,7 +28,7 @@ void for_runs(const Services* helpers, size_t count, const Body& body) {
 
 // Runs of so many vertices, of which the last is shorter, are measured each by one thread. Their
 // sums are added in their order, so that it does not matter how many threads there are.
-constexpr size_t kVertexRun = 1024;
+constexpr size_t kVertexRun = 512;
 template <class T>
 std::span<T> vertex_run(std::span<T> vertices, size_t run) {
     const size_t begin = std::min(vertices.size(), run * kVertexRun);
@@ -48,6 +48,24 @@ void for_each_task(const Services* helpers, size_t count, const Task& task) {
         helpers->parallel_for(std::min(count, kMaxVertexThreads), take_tasks);
     else
         take_tasks(0);
+}
+
+// Calls task(0 .. tasks-1) like for_each_task, and run(0 .. runs-1), each once, and returns when
+// all have returned. Runs begin when the last task has begun, and a thread takes the same ones each
+// time, of whose vertices it may have something in its cache. Neither must throw.
+template <class Task, class Run>
+void for_tasks_and_runs(const Services* helpers, size_t tasks, const Task& task, size_t runs,
+                        const Run& run) {
+    std::atomic<size_t> next = 0;
+    const size_t threads = helpers != nullptr ? std::clamp<size_t>(runs, 1, kMaxVertexThreads) : 1;
+    const auto take_part = [&](size_t thread) {
+        for (size_t i = next++; i < tasks; i = next++) task(i);
+        for (size_t i = runs * thread / threads; i < runs * (thread + 1) / threads; ++i) run(i);
+    };
+    if (helpers != nullptr)
+        helpers->parallel_for(threads, take_part);
+    else
+        take_part(0);
 }
 
 }  // namespace defrec
