@@ -1,5 +1,6 @@
-# defrec_add_tests(TARGET SOURCES <name>_test.cpp... [LIBRARIES ...] [LABELS ...] [DEFINITIONS ...])
-# One doctest program, and in ctest one test for each source file, named after its path without _test.
+# defrec_add_tests(TARGET SOURCES <name>_test.cpp... [LONG <name>_test.cpp...] [LIBRARIES ...] [LABELS ...] [DEFINITIONS ...])
+# One doctest program, and in ctest one test for each source file, named after its path without _test. LONG: those of the sources whose
+# tests take longer than ten seconds.
 #
 # In a build for another machine these run by CMAKE_CROSSCOMPILING_EMULATOR. Left out there are tests in which this machine's compilers and
 # interpreters use what was built: of the bindings, of the packages, of the samples. DEFREC_EMULATED_ROOT is what the emulator calls this
@@ -40,8 +41,9 @@ if(DEFREC_BUILD_TESTS)
   endif()
 endif()
 
-# COST of tests: ctest starts them in descending order of it, and takes the seconds of earlier runs where it is not set. Before a test that
-# needs several processors some would lie idle until enough of them are, and beside a long one that comes late those that have no more to do.
+# COST of tests: ctest starts them in descending order of it, and takes the seconds of earlier runs where it is not set. Long ones come first,
+# so that no core is idle at the end. None claims several PROCESSORS: while single ones are left it would not start, and run last and alone.
+# Preset release runs three tests at a time on two cores, for some tests wait most of their time: for deadlines, or for a browser.
 set(DEFREC_COST_FIRST 1000)
 set(DEFREC_COST_LONG 20)
 
@@ -49,7 +51,7 @@ function(defrec_add_tests target)
   if(NOT DEFREC_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LIBRARIES;LABELS;DEFINITIONS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LONG;LIBRARIES;LABELS;DEFINITIONS")
   defrec_pick_system(arg_SOURCES)
   add_executable(${target} ${arg_SOURCES} "${CMAKE_SOURCE_DIR}/cmake/test_main.cpp")
   target_link_libraries(${target} PRIVATE doctest::doctest ${arg_LIBRARIES})
@@ -72,6 +74,9 @@ function(defrec_add_tests target)
       string(REGEX REPLACE "^\\.\\./|^/.*/" "" file "${source}")
       add_test(NAME ${test} COMMAND ${target} "--source-file=*/${file}" --no-version)
       set_tests_properties(${test} PROPERTIES LABELS "${stage};${arg_LABELS}")
+      if(source IN_LIST arg_LONG)
+        set_tests_properties(${test} PROPERTIES COST ${DEFREC_COST_LONG})
+      endif()
     endif()
   endforeach()
 endfunction()

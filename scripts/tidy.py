@@ -4,16 +4,19 @@
 usage: tidy.py [--build FOLDER] [--jobs N] [FILE|FOLDER...]
 
 Needs a folder that is configured and built: its compile_commands.json, and the headers that the
-build writes. Most of the time goes into headers that many sources share, so sources that are
-compiled alike are checked together, as one translation unit that includes them. Where that does not
-compile, the sources at fault are checked apart. A unit without findings is not checked again until one of its files, the
-checks or clang-tidy change. CUDA sources are checked as the C++ that tests without a GPU compile.
-Left out: tests, the plugins that are faulty on purpose, and the generated program of the layout.
+build writes. Most of the time goes into headers that many sources share, so sources whose options
+and names agree are checked together, as one translation unit that includes them. Where that does
+not compile, the sources at fault are checked apart, which takes longer and is reported. A unit
+without findings is not checked again until one of its files, the checks or clang-tidy change. CUDA
+sources are checked as the C++ that tests without a GPU compile. Left out: tests, the plugins that
+are faulty on purpose, and the generated program of the layout.
 
 Exit status: 0 no findings, 1 findings, 77 without clang-tidy 14.
 """
 import argparse
 import concurrent.futures
+import copy
+import functools
 import hashlib
 import json
 import os
@@ -31,84 +34,194 @@ LANGUAGES = {".c": "c", ".cpp": "c++", ".cu": "c++"}
 LEFT_OUT = re.compile(r"_test\.cpp$|test_main\.cpp$|^plugins/faulty/(?!frame)|^sdk/abi/layout\.c$")
 # Options that say what a source means; what only names the target would keep sources apart.
 MEANING = re.compile(r"-([IDU]|std=|march=|W(all|extra|pedantic|no-[a-z-]+)$)(?!.*_EXPORTS$)")
-# What a source declares outside of classes and functions: those lines are not indented.
-DECLARATION = re.compile(
-    r"^(?!namespace|template|extern|HWY_)\w[^;{=(\n]*?(?<!::)\b(\w+)(?:<[^>]*>)?\s*[\[{=(;]",
-    re.MULTILINE)
+# Of those the ones that mean nothing to a source that does without: folders of headers, and macros
+# that stand for a value.
+PATH = re.compile(r"-I|-isystem ")
+VALUE = re.compile(r"-D(\w+)=")
+# A check searches the whole unit for each of a hundred functions of these headers, so sources that
+# include them have a unit of their own.
+SLOW_HEADERS = re.compile(r"^#include <CLI/", re.MULTILINE)
+OWN_HEADER = re.compile(r'^#include "(\S+)"', re.MULTILINE)
+# What a file declares outside of classes and functions: those lines are not indented.
+BEFORE_DECLARATION = re.compile(r"^template <.*>[ \n]|__launch_bounds__\(.*?\)",
+                                re.MULTILINE)
+DECLARATIONS = [re.compile(pattern, re.MULTILINE) for pattern in (
+    r"^(?:class|struct|union|enum(?: class)?) (\w+)[^;{(]*\{",
+    r"^#define (?!HWY_)(\w+)",
+    r"^(?!(?:namespace|using|class|struct|union|enum)\b|HWY_)(?:extern \"C\" |\[\[\w+\]\] )?\w"
+    r"[^;{=(]*?(?<!::)\b(\w+)(?:<[^>]*>)?\s*[\[{=(;]")]
+CONSTANTS = re.compile(r"^(?:inline |static )*const(?:expr)? [^;{]*;", re.MULTILINE)
+ONE_CONSTANT = re.compile(r"[ ,](\w+) =")
+ENUMERATORS = re.compile(r"^enum \w+[^;{(]*\{([^}]*)\}", re.MULTILINE)
+ALIAS = re.compile(r"^using (\w+) = [^;]+;", re.MULTILINE)
+# Every fuzz target defines it, and none calls it.
+FUZZ_ENTRY = "LLVMFuzzerTestOneInput"
+MAX_UNIT_BYTES = 400_000
 FINDING = re.compile(r"^(?=\S+:\d+:\d+: (?:warning|error):)", re.MULTILINE)
 ERROR = re.compile(r"^(\S+?):\d+:\d+: error:", re.MULTILINE)
 INCLUDED = re.compile(r"^\.+ (.*)$", re.MULTILINE)  # what option -H prints
 
 
+class Options:
+    """Of a compiler's command line the options that say what a source means."""
+
+    def __init__(self, command, language):
+        self.paths = []
+        self.values = {}
+        self.others = ["-x", language]
+        words = iter(shlex.split(command))
+        for word in words:
+            if word in ("-isystem", "-include"):
+                word += " " + next(words)
+            elif not MEANING.match(word):
+                continue
+            if PATH.match(word):
+                self.paths.append(word)
+            elif VALUE.match(word):
+                self.values[VALUE.match(word)[1]] = word
+            else:
+                self.others.append(word)
+        if "-DHWY_SHARED_DEFINE" in self.others:
+            self.others.append("-DHWY_COMPILE_ONLY_STATIC")  # one instruction set stands for all
+
+    def agree_with(self, other):
+        return all(self.values[name] == other.values[name]
+                   for name in self.values.keys() & other.values.keys())
+
+    def merge(self, other):
+        self.paths += [path for path in other.paths if path not in self.paths]
+        self.values |= other.values
+
+    def words(self):
+        return [word for option in (*self.others, *self.values.values(), *self.paths)
+                for word in option.split(" ", 1)]
+
+
+@functools.cache
+def names_in(file):
+    """What each name stands for that a file declares: the file, or the text of an alias."""
+    text = BEFORE_DECLARATION.sub("", file.read_text())
+    names = {name for pattern in DECLARATIONS for name in pattern.findall(text)}
+    for constants in CONSTANTS.findall(text):
+        names.update(ONE_CONSTANT.findall(constants))
+    for enumerators in ENUMERATORS.findall(text):
+        names.update(re.findall(r"^\s*(\w+)", enumerators, re.MULTILINE))
+    return dict.fromkeys(names - {FUZZ_ENTRY}, file) | {
+        alias[1]: alias[0] for alias in ALIAS.finditer(text)}
+
+
+def differ(names, others):
+    """Whether a name stands for two things."""
+    return any(names[name] != others[name] for name in names.keys() & others.keys())
+
+
+@functools.cache
+def headers_in(file):
+    """Headers of the project that a file includes."""
+    paths = [ROOT / name for name in OWN_HEADER.findall(file.read_text())]
+    return [path for path in paths if path.exists()]
+
+
+class Source:
+    def __init__(self, path, options):
+        self.path = path
+        self.options = options
+        self.names = names_in(path)
+        self.headers = set()
+        self.add_headers(path)
+        self.is_slow = any(SLOW_HEADERS.search(file.read_text()) for file in (path, *self.headers))
+
+    def add_headers(self, file):
+        for header in headers_in(file):
+            if header not in self.headers:
+                self.headers.add(header)
+                self.add_headers(header)
+
+
 class Unit:
     """Sources that are checked as one."""
 
-    def __init__(self, arguments):
-        self.arguments = arguments
+    def __init__(self, sources):
+        self.options = copy.deepcopy(sources[0].options)
         self.sources = []
-        self.names = set()
+        self.names = {}
+        self.headers = set()
+        for source in sources:
+            self.add(source)
 
-    def add(self, source, names):
+    def add(self, source):
+        self.options.merge(source.options)
         self.sources.append(source)
-        self.names |= names
+        self.names |= source.names
+        self.headers |= source.headers
+
+    def takes(self, source):
+        """Whether no name would stand twice: in two sources, or in a source and a header that it
+        does not include."""
+        def strange(names, headers):
+            return any(differ(names, names_in(header)) for header in headers)
+        return (self.size() + source.path.stat().st_size <= MAX_UNIT_BYTES
+                and self.options.agree_with(source.options)
+                and not differ(self.names, source.names)
+                and not strange(source.names, self.headers - source.headers)
+                and not any(strange(other.names, source.headers - other.headers)
+                            for other in self.sources))
 
     def size(self):
-        return sum(source.stat().st_size for source in self.sources)
+        return sum(source.path.stat().st_size for source in self.sources)
 
+    def paths(self):
+        return [source.path for source in self.sources]
 
-def meaning(command, language):
-    """Of a compiler's command line the options that say what a source means."""
-    kept = ["-x", language]
-    words = iter(shlex.split(command))
-    for word in words:
-        if word in ("-isystem", "-include"):
-            kept += [word, next(words)]
-        elif MEANING.match(word):
-            kept.append(word)
-    if "-DHWY_SHARED_DEFINE" in kept:
-        kept.append("-DHWY_COMPILE_ONLY_STATIC")  # one instruction set stands for all
-    return kept
+    def text(self):
+        """The file that includes the sources."""
+        lines = []
+        for number, path in enumerate(self.paths()):
+            lines.append(f'#include "{path}"')
+            if FUZZ_ENTRY in path.read_text():
+                lines.insert(-1, f"#define {FUZZ_ENTRY} fuzz_{number}")
+                lines.append(f"#undef {FUZZ_ENTRY}")
+        return "".join(line + "\n" for line in lines)
 
 
 def sources_of(build):
-    """Options of each source of the project that the build compiles."""
+    """Each source of the project that the build compiles."""
     sources = {}
     for entry in json.loads((build / "compile_commands.json").read_text()):
-        source = Path(entry["directory"], entry["file"]).resolve()
-        if ROOT not in source.parents or build in source.parents or source in sources:
+        path = Path(entry["directory"], entry["file"]).resolve()
+        if ROOT not in path.parents or build in path.parents or path in sources:
             continue
         # nvcc's C++ is not clang's.
-        if LEFT_OUT.search(str(source.relative_to(ROOT))) or "nvcc" in entry["command"].split()[0]:
+        if LEFT_OUT.search(str(path.relative_to(ROOT))) or "nvcc" in entry["command"].split()[0]:
             continue
-        sources[source] = meaning(entry["command"], LANGUAGES[source.suffix])
-    return sources
+        sources[path] = Source(path, Options(entry["command"], LANGUAGES[path.suffix]))
+    return list(sources.values())
 
 
 def units_of(sources):
-    """Units of sources of one folder at the top level, with the same options, that declare no name
-    twice."""
+    """Units of sources whose options and names agree."""
     units = {}
-    for source, arguments in sorted(sources.items()):
-        names = set(DECLARATION.findall(source.read_text()))
-        alike = units.setdefault((source.relative_to(ROOT).parts[0], *arguments), [])
-        unit = next((unit for unit in alike if not names & unit.names), None)
+    # Sources that look for headers in the same folders stand together.
+    for source in sorted(sources, key=lambda source: (source.options.paths, source.path)):
+        # A plugin's list of makers does not compile where they are overloaded.
+        is_plugin = source.path.is_relative_to(ROOT / "plugins")
+        alike = units.setdefault((source.is_slow, is_plugin, *source.options.others), [])
+        unit = next((unit for unit in alike if unit.takes(source)), None)
         if unit is None:
-            unit = Unit(arguments)
-            alike.append(unit)
-        unit.add(source, names)
+            alike.append(Unit([source]))
+        else:
+            unit.add(source)
     return [unit for alike in units.values() for unit in alike]
 
 
 def parts_of(unit, output):
     """Two units in place of one that does not compile: the sources in which clang-tidy says that
     errors are, and the others; or halves, where errors are in headers alone."""
-    failed = {Path(path).resolve() for path in ERROR.findall(output)} & set(unit.sources)
+    failed = {Path(path).resolve() for path in ERROR.findall(output)} & set(unit.paths())
     if not failed or len(failed) == len(unit.sources):
-        failed = set(unit.sources[:len(unit.sources) // 2])
-    parts = Unit(unit.arguments), Unit(unit.arguments)
-    for source in unit.sources:
-        parts[source in failed].add(source, set())
-    return parts
+        failed = set(unit.paths()[:len(unit.sources) // 2])
+    return [Unit([source for source in unit.sources if (source.path in failed) == is_failed])
+            for is_failed in (False, True)]
 
 
 class Checker:
@@ -128,30 +241,31 @@ class Checker:
 
     def check(self, unit):
         """What clang-tidy says of a unit; nothing where there is nothing to say."""
-        includes = "".join(f'#include "{source}"\n' for source in unit.sources)
-        name = hashlib.sha256("\0".join([includes, *unit.arguments]).encode()).hexdigest()[:16]
+        arguments = unit.options.words()
+        name = hashlib.sha256("\0".join([unit.text(), *arguments]).encode()).hexdigest()[:16]
         record = self.folder / f"{name}.json"
         if record.exists():
             clean = json.loads(record.read_text())
             if all(Path(file).exists() for file in clean["files"]) and \
-                    clean["fingerprint"] == self.fingerprint(unit.arguments, clean["files"]):
+                    clean["fingerprint"] == self.fingerprint(arguments, clean["files"]):
                 return ""
-        file = unit.sources[0]
+        file = unit.sources[0].path
         if len(unit.sources) > 1:
             file = self.folder / f"{name}{file.suffix}"
-            file.write_text(includes)
+            file.write_text(unit.text())
         run = subprocess.run(
             [self.clang_tidy, "--quiet", f"--config-file={CHECKS}", str(file), "--",
-             *unit.arguments, "-H"], capture_output=True, text=True, cwd=ROOT, check=False)
+             *arguments, "-H"], capture_output=True, text=True, cwd=ROOT, check=False)
         if "clang-diagnostic-error" in run.stdout and len(unit.sources) > 1:
+            print(f"checked apart: {file}, {len(unit.sources)} sources", flush=True)
             return "".join(self.check(part) for part in parts_of(unit, run.stdout))
         if run.stdout.strip() or run.returncode != 0:
             return run.stdout or run.stderr
-        files = sorted({str(source) for source in unit.sources} |
+        files = sorted({str(path) for path in unit.paths()} |
                        {path for path in INCLUDED.findall(run.stderr)
                         if path.startswith(f"{ROOT}/") and path != str(file)})
         record.write_text(json.dumps(
-            {"fingerprint": self.fingerprint(unit.arguments, files), "files": files}))
+            {"fingerprint": self.fingerprint(arguments, files), "files": files}))
         return ""
 
 
@@ -179,8 +293,7 @@ def main():
     sources = sources_of(build)
     if options.paths:
         wanted = {path.resolve() for path in options.paths}
-        sources = {source: arguments for source, arguments in sources.items()
-                   if wanted & {source, *source.parents}}
+        sources = [source for source in sources if wanted & {source.path, *source.path.parents}]
     folder = build / "tidy"
     folder.mkdir(exist_ok=True)
     checker = Checker(clang_tidy, folder)

@@ -63,7 +63,7 @@ __device__ __forceinline__ void evaluate_point(const LmView& view,
     Row<float> row{};
     if (!icp_row(p.exact_camera, p.image, p.association, apply(motion, vector_of(item[0])),
                  rotate(motion, vector_of(item[1])), row)) {
-        if (counted) sums[kMissing] += 1;
+        if (counted) sums[kWithoutSurface] += 1;
         return;
     }
     const float squared = row.value * row.value;

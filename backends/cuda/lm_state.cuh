@@ -28,7 +28,7 @@ __device__ __forceinline__ float raised(float lambda) {
 __device__ __forceinline__ void begin_state(const LmParameters& p, const double (&there)[kSums],
                                             LmState& state) {
     for (uint32_t i = 0; i < kSums; ++i) state.sums[i] = there[i];
-    state.initial_cost = present_cost(there) + there[kMissing] * missing_cost(p);
+    state.initial_cost = present_cost(there) + there[kWithoutSurface] * missing_cost(p);
     state.lambda = p.damping;
     state.iterations = 0;
     state.copy = 0;
@@ -46,8 +46,9 @@ __device__ __forceinline__ void classify(const LmParameters& p, const double (&t
         state.any_step = true;
         state.converged = there[kFarthest] < kMinStepMm * kMinStepMm;
         const double cost = present_cost(there);
-        const double decrease = present_cost(state.sums) - cost +
-                                (state.sums[kMissing] - there[kMissing]) * missing_cost(p);
+        const double decrease =
+            present_cost(state.sums) - cost +
+            (state.sums[kWithoutSurface] - there[kWithoutSurface]) * missing_cost(p);
         accepted = decrease > 0;
         if (accepted) {
             state.copy ^= 1;
@@ -82,7 +83,8 @@ __device__ __forceinline__ defrec_lm_summary summarise(const LmParameters& p, co
     };
     defrec_lm_summary summary{};
     summary.initial_cost = float(state.initial_cost);
-    summary.final_cost = float(present_cost(state.sums) + state.sums[kMissing] * missing_cost(p));
+    summary.final_cost =
+        float(present_cost(state.sums) + state.sums[kWithoutSurface] * missing_cost(p));
     summary.icp_cost = float(state.sums[kIcp]);
     summary.match_cost = float(state.sums[kMatch]);
     summary.patch_cost = float(state.sums[kPatch]);

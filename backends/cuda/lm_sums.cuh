@@ -60,7 +60,7 @@ enum LmSumOf : uint32_t {
     kWeights,  // of each term, then likewise
     kResidualSquares = kWeights + kTerms,
     kCounts = kResidualSquares + kTerms,
-    kMissing = kCounts + kTerms,  // points without live surface
+    kWithoutSurface = kCounts + kTerms,  // points without live surface
     kFarthest  // not a sum: the longest squared step, mm^2; infinite where one is not finite
 };
 static_assert(kFarthest < kSums);

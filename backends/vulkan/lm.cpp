@@ -13,7 +13,7 @@
 namespace defrec::vulkan {
 namespace {
 
-struct Push {
+struct LmPush {
     LmConstants constants;
     LmRun run;
 };
@@ -124,7 +124,7 @@ class Lm final : public Stage {
         const Buffer* observations = given.observations != nullptr ? in[2] : nullptr;
         const Buffer* disparity = given.disparity != nullptr ? in[3] : nullptr;
         const Surface& s = *surface_;
-        Push push = first_push(matches != nullptr, observations != nullptr, disparity != nullptr);
+        LmPush push = first_push(matches != nullptr, observations != nullptr, disparity != nullptr);
 
         const auto shared_groups = [&](uint32_t split) {
             return Groups{cover(uint64_t{p_.nodes} * split, kBlockGroup)};
@@ -184,7 +184,7 @@ class Lm final : public Stage {
     }
 
   private:
-    Push first_push(bool matches, bool observations, bool disparity) const {
+    LmPush first_push(bool matches, bool observations, bool disparity) const {
         const uint32_t given = (matches ? kMatchesGiven : 0) |
                                (observations ? kObservationsGiven : 0) |
                                (matches && p_.presolve != 0 ? kPresolve : 0);

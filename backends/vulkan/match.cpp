@@ -11,7 +11,7 @@
 namespace defrec::vulkan {
 namespace {
 
-struct Push {
+struct MatchPush {
     MatchSizes sizes;
     MatchConstants constants;
 };
@@ -58,7 +58,7 @@ class Match final : public Stage {
         if (features > 0)
             recorder.beside(of_features_, {landmarks_, in[1], in[0], landmark_keys_}, sizes,
                             {cover(sizes.features, kGroup), sizes.landmark_splits});
-        const Push push{sizes, constants_of(p_)};
+        const MatchPush push{sizes, constants_of(p_)};
         recorder.dispatch(accept_, {feature_keys_, landmark_keys_, in[1], in[2], out[0]}, push,
                           {cover(sizes.landmarks, kGroup)});
     }

@@ -11,7 +11,7 @@ namespace {
 
 using orb::Layout;
 
-struct Push {
+struct OrbPush {
     orb::OrbConstants constants;
     OrbGiven given;
 };
@@ -81,7 +81,7 @@ class Orb final : public Stage {
         const Buffer& corners = optional(5) ? *out[5] : corners_;
         const Buffer& distances = optional(6) ? *out[6] : distances_;
         const Buffer* mask = masked ? in[1] : nullptr;
-        const Push push{constants_of(p_, layout_), {.mask = masked, .exported = exported}};
+        const OrbPush push{constants_of(p_, layout_), {.mask = masked, .exported = exported}};
         const auto blocks_of = [&](uint32_t l) {
             return Groups{cover(layout_.level[l].width, 4 * 32),
                           cover(layout_.level[l].height, 4 * 4)};

@@ -9,7 +9,7 @@
 namespace defrec::vulkan {
 namespace {
 
-struct Push {
+struct RectifyPush {
     RectifyConstants constants;
     RectifyGiven given;
 };
@@ -25,7 +25,7 @@ class Rectify final : public Stage {
         const RectifyBuffers given =
             rectify_buffers(p_, sizes_of_inputs(in), sizes_of_outputs(out));
         const auto optional = [&](size_t i) { return i < in.size() ? in[i] : nullptr; };
-        const Push push{constants_of(p_), {given.map != nullptr, given.ignore != nullptr}};
+        const RectifyPush push{constants_of(p_), {given.map != nullptr, given.ignore != nullptr}};
         const uint32_t words = cover(p_.width, 4);
         // Of four pixels in a word. Its own for each set of buffers, so that two views are
         // rectified beside each other.

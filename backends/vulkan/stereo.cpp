@@ -14,7 +14,7 @@
 namespace defrec::vulkan {
 namespace {
 
-struct Push {
+struct StereoPush {
     StereoConstants constants;
     StereoGiven given;
 };
@@ -89,10 +89,10 @@ class Stereo final : public Stage {
             outputs[i] = at(out, i);
             if (outputs[i] != nullptr) given_outputs |= 1 << i;
         }
-        const Push push{c_,
-                        {.mask = given.right_mask != nullptr,
-                         .left_mask = given.left_mask != nullptr,
-                         .outputs = given_outputs}};
+        const StereoPush push{c_,
+                              {.mask = given.right_mask != nullptr,
+                               .left_mask = given.left_mask != nullptr,
+                               .outputs = given_outputs}};
         Run run{recorder, push, in[0], in[1], at(in, 2), at(in, 3)};
         prepare_images(run, outputs);
         search(run, outputs);
@@ -146,7 +146,7 @@ class Stereo final : public Stage {
 
     struct Run {
         Recorder& recorder;
-        Push push;
+        StereoPush push;
         const Buffer *left, *right, *left_mask, *right_mask;
     };
 
@@ -157,7 +157,7 @@ class Stereo final : public Stage {
 
     void prepare_images(Run& run, const Outputs& out) {
         const Groups full = tiles(c_.width, c_.height), half = tiles(c_.half_width, c_.half_height);
-        Push left_push = run.push;
+        StereoPush left_push = run.push;
         left_push.given.mask = run.push.given.left_mask;
         // Not the buffer that stands for none: both write that, as far as the layers can tell.
         const Buffer* left_mask = run.left_mask != nullptr ? run.left_mask : run.left;

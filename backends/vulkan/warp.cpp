@@ -9,7 +9,7 @@ namespace {
 
 constexpr uint32_t kGroup = 64;
 
-struct Push {
+struct WarpPush {
     WarpConstants constants;
     DisparityGrid image;
 };
@@ -29,7 +29,7 @@ class Warp final : public Stage {
         const auto given =
             view_buffers<WarpBuffers>(p_, sizes_of_inputs(in), sizes_of_outputs(out));
         const bool has_disparity = given.disparity != nullptr;
-        const Push push{constants_of(p_), disparity_grid(p_, has_disparity)};
+        const WarpPush push{constants_of(p_), disparity_grid(p_, has_disparity)};
         recorder.dispatch(warp_, {points_, in[0], has_disparity ? in[1] : nullptr, out[0]}, push,
                           {cover(p_.points, kGroup)});
     }

@@ -49,8 +49,9 @@ class Services {
     }
     // Threads besides the caller's that a loop finds awake.
     uint32_t awake() const noexcept { return pool_ != nullptr ? pool_->awake() : 0; }
-    // Its loops run on the library's own threads and call nothing of the application's.
-    bool has_own_threads() const noexcept { return pool_ != nullptr; }
+    // Where loops run on the library's own threads, else nullptr: an application's parallel_for may
+    // hang, and only calls into a plugin are watched.
+    const Services* own_threads() const noexcept { return pool_ != nullptr ? this : nullptr; }
     // Threads that parallel_for uses, at least 1.
     uint32_t concurrency() const noexcept;
 

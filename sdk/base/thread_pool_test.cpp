@@ -88,7 +88,7 @@ TEST_CASE("threads in a loop are awake, and without one they fall asleep") {
     ThreadPool pool(4);
     struct Meeting {
         ThreadPool* pool;
-        std::atomic<int> inside{0};
+        std::atomic<int> inside{0}, looked{0};
         std::atomic<uint32_t> awake{0};
     } meeting{&pool};
     const auto body = [](void* arg, size_t) {
@@ -96,6 +96,8 @@ TEST_CASE("threads in a loop are awake, and without one they fall asleep") {
         ++self.inside;
         while (self.inside < 4) std::this_thread::yield();
         self.awake = self.pool->awake();
+        ++self.looked;
+        while (self.looked < 4) std::this_thread::yield();
     };
     pool.parallel_for(4, body, &meeting);
     CHECK(meeting.awake == 3);

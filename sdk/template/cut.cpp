@@ -9,17 +9,17 @@
 namespace defrec {
 namespace {
 
-double side(const Pixel& a, const Pixel& b, const Pixel& of) {
+double side(const ViewPixel& a, const ViewPixel& b, const ViewPixel& of) {
     return (b[0] - a[0]) * (of[1] - a[1]) - (b[1] - a[1]) * (of[0] - a[0]);
 }
 
 // A pixel on the line counts as on one side of it, the same one for all.
-bool crosses(const Pixel& a, const Pixel& b, const Pixel& from, const Pixel& to) {
+bool crosses(const ViewPixel& a, const ViewPixel& b, const ViewPixel& from, const ViewPixel& to) {
     return (side(a, b, from) < 0) != (side(a, b, to) < 0) &&
            (side(from, to, a) < 0) != (side(from, to, b) < 0);
 }
 
-double distance_to_segment(const Pixel& a, const Pixel& b, const Pixel& from) {
+double distance_to_segment(const ViewPixel& a, const ViewPixel& b, const ViewPixel& from) {
     const double du = b[0] - a[0], dv = b[1] - a[1], squared = du * du + dv * dv;
     const double along =
         squared > 0
@@ -35,21 +35,21 @@ bool any_segment(std::span<const CutLine> cuts, size_t piece, const Visit& visit
     for (const CutLine& cut : cuts) {
         if (cut.piece != piece) continue;
         for (size_t i = 0; i + 1 < cut.pixels.size(); ++i)
-            if (visit(Pixel{cut.pixels[i][0], cut.pixels[i][1]},
-                      Pixel{cut.pixels[i + 1][0], cut.pixels[i + 1][1]}))
+            if (visit(ViewPixel{cut.pixels[i][0], cut.pixels[i][1]},
+                      ViewPixel{cut.pixels[i + 1][0], cut.pixels[i + 1][1]}))
                 return true;
     }
     return false;
 }
 
-Pixel pixel_of(const defrec_camera& camera, const float xyz[3]) {
+ViewPixel pixel_of(const defrec_camera& camera, const float xyz[3]) {
     return {camera.fx * double{xyz[0]} / double{xyz[2]} + camera.cx,
             camera.fy * double{xyz[1]} / double{xyz[2]} + camera.cy};
 }
 
 // Moved by control points on its own side, where others moved it.
 template <class Item>
-void part(const TemplateData& data, const Pixel& at, Item& item) {
+void part(const TemplateData& data, const ViewPixel& at, Item& item) {
     bool is_across = false;
     for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
         const float* node = &data.nodes[3 * static_cast<size_t>(item.node[k])];
@@ -65,7 +65,7 @@ void part(const TemplateData& data, const Pixel& at, Item& item) {
 // Control points of the first view's grid.
 void release_connections(TemplateData& data) {
     const NodeGrid& grid = data.node_grid;
-    std::vector<Pixel> at(data.nodes.size() / 3);
+    std::vector<ViewPixel> at(data.nodes.size() / 3);
     std::vector<uint8_t> is_on_grid(at.size(), 0);
     for (size_t i = 0; i < grid.node.size(); ++i) {
         if (grid.node[i] < 0) continue;
@@ -90,14 +90,16 @@ void release_connections(TemplateData& data) {
 
 }  // namespace
 
-bool is_parted(std::span<const CutLine> cuts, size_t piece, const Pixel& from, const Pixel& to) {
-    return any_segment(cuts, piece,
-                       [&](const Pixel& a, const Pixel& b) { return crosses(a, b, from, to); });
+bool is_parted(std::span<const CutLine> cuts, size_t piece, const ViewPixel& from,
+               const ViewPixel& to) {
+    return any_segment(cuts, piece, [&](const ViewPixel& a, const ViewPixel& b) {
+        return crosses(a, b, from, to);
+    });
 }
 
-double distance_to_cut(std::span<const CutLine> cuts, size_t piece, const Pixel& from) {
+double distance_to_cut(std::span<const CutLine> cuts, size_t piece, const ViewPixel& from) {
     double nearest = std::numeric_limits<double>::infinity();
-    any_segment(cuts, piece, [&](const Pixel& a, const Pixel& b) {
+    any_segment(cuts, piece, [&](const ViewPixel& a, const ViewPixel& b) {
         nearest = std::min(nearest, distance_to_segment(a, b, from));
         return false;
     });
@@ -122,7 +124,7 @@ TemplateData release_across(TemplateData data, const CutLine& line) {
     const TemplateCounts first = data.first_counts();
     for (size_t i = 0; i < first.triangles; ++i) {
         uint32_t* corner = &data.triangles[3 * i];
-        Pixel at[3];
+        ViewPixel at[3];
         for (size_t k = 0; k < 3; ++k)
             at[k] = pixel_of(data.camera, data.vertices[corner[k]].position);
         const uint8_t piece = data.piece_of(data.vertices[corner[0]]);

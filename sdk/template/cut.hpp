@@ -9,16 +9,17 @@
 
 namespace defrec {
 
-using Pixel = std::array<double, 2>;  // u and v in the image of the first view
+using ViewPixel = std::array<double, 2>;  // u and v in the image of the first view
 
 // Whether a cut of the piece crosses the straight line between two pixels.
-bool is_parted(std::span<const CutLine> cuts, size_t piece, const Pixel& from, const Pixel& to);
+bool is_parted(std::span<const CutLine> cuts, size_t piece, const ViewPixel& from,
+               const ViewPixel& to);
 
 // 1 for each vertex of the first view that is closer to a cut than a spacing of control points.
 std::vector<uint8_t> vertices_beside_cuts(const TemplateData& data);
 
 // Distance (px) from a pixel to the nearest cut of the piece; infinite where there is none.
-double distance_to_cut(std::span<const CutLine> cuts, size_t piece, const Pixel& from);
+double distance_to_cut(std::span<const CutLine> cuts, size_t piece, const ViewPixel& from);
 
 // The template with one cut more. Indices keep their meaning, but those of connections: the ones
 // that crossed the line are gone. Triangles that crossed it have three equal corners, and what is

@@ -218,8 +218,8 @@ std::optional<CutLine> CutWatch::add_frame(const TemplateData& data,
     for (size_t i = 0; i < frames_.size(); ++i) {
         const size_t columns = static_cast<size_t>(grid.columns), column = i % columns,
                      row = i / columns;
-        const Pixel at{static_cast<double>(column) * grid.spacing,
-                       static_cast<double>(row) * grid.spacing};
+        const ViewPixel at{static_cast<double>(column) * grid.spacing,
+                           static_cast<double>(row) * grid.spacing};
         open[i] = frames_[i] == kFrames &&
                   distance_to_cut(data.node_grid.cuts, grid.piece.empty() ? 0 : grid.piece[i], at) >
                       data.node_grid.spacing_u;

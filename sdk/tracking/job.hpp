@@ -58,6 +58,8 @@ class TrackerJob final : public Job {
     std::atomic<JobPhase> phase = JobPhase::kFree;  // written under the monitor's mutex
     defrec_status status = DEFREC_OK;  // under the monitor's mutex; of one that is done
 
+    bool is_interlaced() const { return (reasons & DEFREC_REASON_INTERLACED) != 0; }
+
     // For the copies of this frame, where there is none yet.
     void make_room(const FrameInput& coming);
 

@@ -202,9 +202,9 @@ Film make_film(const BenchOptions& options) try {
 }
 
 Json spread_of(const std::vector<double>& ms) {
-    return {{"min_ms", percentile(ms, 0)},    {"median_ms", percentile(ms, 0.5)},
-            {"p99_ms", percentile(ms, 0.99)}, {"p999_ms", percentile(ms, 0.999)},
-            {"max_ms", percentile(ms, 1)},    {"noise_ms", median_noise(ms)}};
+    return {{"min_ms", nearest_rank(ms, 0)},    {"median_ms", nearest_rank(ms, 0.5)},
+            {"p99_ms", nearest_rank(ms, 0.99)}, {"p999_ms", nearest_rank(ms, 0.999)},
+            {"max_ms", nearest_rank(ms, 1)},    {"noise_ms", median_noise(ms)}};
 }
 
 }  // namespace
@@ -258,7 +258,7 @@ Json sequence_json(const BenchSequence& sequence) {
 
 Json bench_json(const BenchOptions& options, const BenchSequence& sequence,
                 const BenchTimes& times) {
-    const double median = percentile(times.latency_ms, 0.5);
+    const double median = nearest_rank(times.latency_ms, 0.5);
     Json json;
     json["defrec"] = defrec_version_string();
     json["device"] = {{"id", times.device.id}, {"name", times.device.name}};

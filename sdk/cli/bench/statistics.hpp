@@ -9,7 +9,7 @@
 namespace defrec::cli {
 
 // The value below or at which `share` (0..1) of the values lie, by nearest rank; 0 for none.
-inline double percentile(std::vector<double> values, double share) {
+inline double nearest_rank(std::vector<double> values, double share) {
     if (values.empty()) return 0;
     const auto rank =
         static_cast<std::size_t>(std::lround(share * static_cast<double>(values.size() - 1)));
@@ -29,7 +29,7 @@ inline double median_noise(const std::vector<double>& values) {
         const auto at = [&](std::size_t i) {
             return values.begin() + static_cast<std::ptrdiff_t>(values.size() * i / kParts);
         };
-        const double median = percentile({at(part), at(part + 1)}, 0.5);
+        const double median = nearest_rank({at(part), at(part + 1)}, 0.5);
         sum += median;
         squares += median * median;
     }

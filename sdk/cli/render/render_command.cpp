@@ -55,7 +55,7 @@ SceneSetting parse_setting(const std::string& text) {
     return {text.substr(0, equals), value};
 }
 
-int carry_out(Arguments& arguments, const StopFn& stop) {
+int run_render(Arguments& arguments, const StopFn& stop) {
     if (arguments.list) {
         print_scenes();
         return 0;
@@ -136,7 +136,7 @@ CLI::App* add_render_command(CLI::App& app, std::function<int()>& run, const Sto
     command->footer(
         "Example: defrec render heartbeat --out /tmp/heartbeat --size 960x540 --frames 60");
     command->callback([&run, arguments, stop] {
-        run = [arguments, stop] { return carry_out(*arguments, stop); };
+        run = [arguments, stop] { return run_render(*arguments, stop); };
     });
     return command;
 }

@@ -293,7 +293,7 @@ double heap_megabytes() {
 
 void print_line(double second, const Counts& counts) {
     const auto number = [](const std::vector<double>& values, double share) {
-        return values.empty() ? std::string() : format_fixed(percentile(values, share), 4);
+        return values.empty() ? std::string() : format_fixed(nearest_rank(values, share), 4);
     };
     std::string line = format_fixed(second, 3);
     for (const std::uint64_t value : {counts.frames, counts.lost, counts.trackers, counts.cuts,

@@ -126,7 +126,8 @@ Json stage_statistics(const std::vector<FrameRow>& rows) {
     Json json = Json::object();
     std::vector<double> values(rows.size());
     const auto add = [&](const std::string& name) {
-        json[name] = {{"median_ms", percentile(values, 0.5)}, {"p99_ms", percentile(values, 0.99)}};
+        json[name] = {{"median_ms", nearest_rank(values, 0.5)},
+                      {"p99_ms", nearest_rank(values, 0.99)}};
     };
     for (const std::string& stage : stage_names(rows)) {
         for (std::size_t i = 0; i < rows.size(); ++i) values[i] = stage_total(rows[i], stage);
