@@ -9,7 +9,7 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_GOOGLE_include_directive : require
 #include "stereo_refine.glsl"
-const int kInvocations = 160;
+const int kInvocations = 256;
 layout(local_size_x = kInvocations) in;
 
 const int kTileWidth = kWideRefineWidth, kTileHeight = kWideRefineHeight;
