@@ -100,7 +100,8 @@ class Orb final : public Stage {
         recorder.beside(soften_, {levels_, in[0], mask, pyramid_, masks_}, push, finest);
         for (const auto& [kernel, groups] : shrink_)
             recorder.dispatch(kernel, {levels_, pyramid_, masks_}, push, groups);
-        const auto score = device_.kernel(shaders::orb_score, {masked ? 1u : 0u});
+        const auto score =
+            device_.kernel(shaders::orb_score, {masked ? 1u : 0u, device_.wide() ? 1u : 0u});
         recorder.dispatch(score, {levels_, pyramid_, masks_, scores_}, push, blocks);
         recorder.beside(smooth_, {levels_, pyramid_, smoothed_}, push, blocks);
         const Groups cells{

@@ -22,11 +22,16 @@ shared uint pairs;
 shared vec4 sums[kSize], parts[kSize / 16], last_parts[8];
 
 bool usable(float position[3]) {
-    return abs(position[0]) < 1e6 && abs(position[1]) < 1e6 && abs(position[2]) < 1e6;
+    return all(lessThan(abs(vec3(position[0], position[1], position[2])), vec3(1e6)));
 }
+// Everything is loaded before anything is decided.
 bool takes_part(uint i) {
-    return matches[i].feature >= 0 && matches[i].weight > 0.0 && usable(landmarks[i].position) &&
-           usable(matches[i].position);
+    const int feature = matches[i].feature;
+    const float weight = matches[i].weight;
+    const float from_position[3] = landmarks[i].position, to_position[3] = matches[i].position;
+    const bvec4 all_of =
+        bvec4(feature >= 0, weight > 0.0, usable(from_position), usable(to_position));
+    return all(all_of);
 }
 vec3 vector(float v[3]) { return vec3(v[0], v[1], v[2]); }
 
