@@ -68,6 +68,9 @@ class Device {
     const PhysicalDevice& physical() const { return logical_->physical(); }
     const VkPhysicalDeviceLimits& limits() const { return logical_->limits(); }
     MemoryPool& memory() { return memory_; }
+    // Whether it runs so many invocations at once that few with much work each leave it idle, and
+    // has packed dot products. Where the processor is the device, few invocations are faster.
+    bool wide() const { return wide_; }
 
     // A buffer of the device with these bytes in it. Waits for the copy.
     Buffer upload(const void* data, uint64_t size);
@@ -101,6 +104,8 @@ class Device {
     }
     // Before the first kernel of the logical device is made.
     void set_instrument(Instrument instrument) { instrument_ = std::move(instrument); }
+    // Before the first stage is made: for tests of what other devices do.
+    void set_wide(bool wide) { wide_ = wide; }
     const Instrument* instrument() const { return instrument_.rewrite ? &instrument_ : nullptr; }
 
     // Submits what every queue has pending and waits until it is done: then anything made from this
@@ -118,6 +123,7 @@ class Device {
 
     std::shared_ptr<LogicalDevice> logical_;
     MemoryPool memory_;
+    bool wide_;
     std::atomic<uint64_t> serials_{0};
     Buffer nothing_;
     Instrument instrument_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <mutex>
+#include <string_view>
 
 #ifdef __SANITIZE_ADDRESS__
 #include <sanitizer/lsan_interface.h>
@@ -65,6 +66,25 @@ std::string missing_features(VkPhysicalDevice device,
     return {};
 }
 
+bool has_packed_dot(VkPhysicalDevice device) {
+    uint32_t count = 0;
+    vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
+    std::vector<VkExtensionProperties> extensions(count);
+    vkEnumerateDeviceExtensionProperties(device, nullptr, &count, extensions.data());
+    if (std::none_of(extensions.begin(), extensions.end(), [](const auto& extension) {
+            return std::string_view(extension.extensionName) ==
+                   VK_KHR_SHADER_INTEGER_DOT_PRODUCT_EXTENSION_NAME;
+        }))
+        return false;
+    VkPhysicalDeviceShaderIntegerDotProductFeatures dot{};
+    dot.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SHADER_INTEGER_DOT_PRODUCT_FEATURES;
+    VkPhysicalDeviceFeatures2 features{};
+    features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+    features.pNext = &dot;
+    vkGetPhysicalDeviceFeatures2(device, &features);
+    return dot.shaderIntegerDotProduct == VK_TRUE;
+}
+
 // Mesa's drivers keep what they find out about an AMD CPU here until the process ends, also when
 // the loader unloads them: LeakSanitizer would report it.
 VkResult enumerate(VkInstance instance, uint32_t& count, VkPhysicalDevice* handles) {
@@ -98,6 +118,7 @@ PhysicalDevice describe(VkPhysicalDevice handle) {
             device.memory_bytes =
                 std::max<uint64_t>(device.memory_bytes, memory.memoryHeaps[i].size);
     device.software = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+    device.packed_dot = has_packed_dot(handle);
     device.lacks = missing_features(handle, properties);
     if (!find_queue_family(handle, device.queue_family, device.queue_count))
         device.lacks = "a queue that computes";

@@ -16,6 +16,7 @@ struct PhysicalDevice {
     std::string name, driver;
     uint64_t memory_bytes;  // device-local
     bool software;          // lavapipe and its like: computed on the processor
+    bool packed_dot;        // dot products of four bytes in a word
     uint32_t queue_family, queue_count;
     std::string lacks;  // what the stages need and it has not; empty if nothing
 };

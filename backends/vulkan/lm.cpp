@@ -17,7 +17,7 @@ struct LmPush {
     LmConstants constants;
     LmRun run;
 };
-constexpr uint32_t kPresolveGroup = 256;
+constexpr uint32_t kPresolveGroup = 256, kWidePresolveGroup = 512;
 constexpr uint64_t kVector = 16;
 constexpr uint64_t kDiagonalVectors = kBlockVectors + 2, kGradientVectors = 2 * (2 * 3 + 5);
 
@@ -82,7 +82,8 @@ class Lm final : public Stage {
         : p_(params),
           device_(device),
           splits_(splits),
-          presolve_(device.kernel(shaders::lm_presolve, {kPresolveGroup})),
+          presolve_(device.kernel(shaders::lm_presolve,
+                                  {device.wide() ? kWidePresolveGroup : kPresolveGroup})),
           start_(device.kernel(shaders::lm_start)),
           points_(device.kernel(shaders::lm_residuals, {0})),
           landmarks_(device.kernel(shaders::lm_residuals, {1})),

@@ -49,11 +49,22 @@ void LogicalDevice::create(const PhysicalDevice& chosen) {
     features.features.shaderInt64 = VK_TRUE;
     features.features.robustBufferAccess = VK_TRUE;  // every device has it
 
+    VkPhysicalDeviceShaderIntegerDotProductFeatures dot{};
+    dot.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SHADER_INTEGER_DOT_PRODUCT_FEATURES;
+    dot.shaderIntegerDotProduct = VK_TRUE;
+    std::vector<const char*> extensions;
+    if (chosen.packed_dot) {
+        extensions.push_back(VK_KHR_SHADER_INTEGER_DOT_PRODUCT_EXTENSION_NAME);
+        v12.pNext = &dot;
+    }
+
     VkDeviceCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
     info.pNext = &features;
     info.queueCreateInfoCount = 1;
     info.pQueueCreateInfos = &queues;
+    info.enabledExtensionCount = uint32_t(extensions.size());
+    info.ppEnabledExtensionNames = extensions.data();
     vulkan::check(vkCreateDevice(chosen.handle, &info, nullptr, &handle_), "vkCreateDevice");
     volkLoadDeviceTable(&vk_, handle_);
     for (uint32_t i = 0; i < count; ++i) {

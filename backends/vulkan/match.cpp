@@ -17,11 +17,14 @@ struct MatchPush {
 };
 
 constexpr uint32_t kGroup = 64;
-constexpr uint32_t kMinSplit = 64,
-                   kMaxSplits =
-                       32;  // enough work groups for a large device, little to put together
+// Columns of a split, at least: a wide device is bound by how long one takes.
+constexpr uint32_t kMinSplit = 64, kMinWideSplit = 32;
+constexpr uint32_t kMaxSplits =
+    32;  // enough work groups for a large device, little to put together
 
-uint32_t splits_of(uint32_t count) { return std::clamp(count / kMinSplit, 1u, kMaxSplits); }
+uint32_t splits_of(uint32_t count, const Device& device) {
+    return std::clamp(count / (device.wide() ? kMinWideSplit : kMinSplit), 1u, kMaxSplits);
+}
 Buffer keys(Device& device, uint32_t rows, uint32_t splits, uint32_t places) {
     return Buffer(device, sizeof(uint32_t) * places * splits * rows);
 }
@@ -34,8 +37,8 @@ class Match final : public Stage {
           of_landmarks_(device.kernel(shaders::match_nearest, {1})),
           of_features_(device.kernel(shaders::match_nearest, {0})),
           accept_(device.kernel(shaders::match_accept)),
-          feature_keys_(keys(device, params.landmarks, splits_of(params.features), 3)),
-          landmark_keys_(keys(device, params.features, splits_of(params.landmarks), 1)) {}
+          feature_keys_(keys(device, params.landmarks, splits_of(params.features, device), 3)),
+          landmark_keys_(keys(device, params.features, splits_of(params.landmarks, device), 1)) {}
 
     void prepare(std::span<const InBuffer> in) override {
         const auto landmarks = read_template(p_, in);
@@ -51,8 +54,8 @@ class Match final : public Stage {
         if (landmark_count_ == 0) return;
         const MatchSizes sizes{.landmarks = landmark_count_,
                                .features = features,
-                               .feature_splits = splits_of(features),
-                               .landmark_splits = splits_of(landmark_count_)};
+                               .feature_splits = splits_of(features, device_),
+                               .landmark_splits = splits_of(landmark_count_, device_)};
         recorder.dispatch(of_landmarks_, {landmarks_, in[1], in[0], feature_keys_}, sizes,
                           {cover(sizes.landmarks, kGroup), sizes.feature_splits});
         if (features > 0)

@@ -1,4 +1,5 @@
 // Stage orb in shaders: the pyramid level by level, then all levels at once. docs/stages/orb.md.
+#include <utility>
 #include <vector>
 
 #include "backends/shared/orb_definition.hpp"
@@ -26,6 +27,9 @@ std::vector<orb::OrbLevel> table_of(const Layout& layout) {
 }
 uint64_t words_of(const Layout& layout) { return device_pixels(layout) / 4 + kSlackWords; }
 
+// Words that a row of a cell is in at most, wherever it begins.
+constexpr uint32_t words_of_cell(uint32_t cell) { return (cell + 2) / 4 + 1; }
+
 // For each orientation bin and test: both points as x, y, x, y in 8 bits.
 std::vector<uint32_t> pattern_table() {
     std::vector<uint32_t> table;
@@ -48,7 +52,7 @@ class Orb final : public Stage {
           layout_(orb::make_layout(params)),
           soften_(device.kernel(shaders::orb_soften)),
           smooth_(device.kernel(shaders::orb_smooth)),
-          corner_(device.kernel(shaders::orb_corners)),
+          corner_(device.kernel(shaders::orb_corners, {words_of_cell(params.cell)})),
           distance_(device.kernel(shaders::orb_distance)),
           count_(device.kernel(shaders::orb_count)),
           gather_(device.kernel(shaders::orb_gather)),
@@ -66,8 +70,15 @@ class Orb final : public Stage {
           blocks_(device, 4 * cover(layout_.cells, kBlock)),
           selection_(device, sizeof(OrbSelection)),
           kept_(device, 4 * uint64_t{params.capacity}) {
-        for (uint32_t l = 1; l < params.levels; ++l)
-            shrink_.push_back(device.kernel(shaders::orb_shrink, {l}));
+        for (uint32_t l = 1; l < params.levels;) {
+            const bool two = device.wide() && l + 1 < params.levels;
+            const Groups size = two ? Groups{kTwoColumns, kTwoRows} : Groups{32, 4};
+            shrink_.push_back(
+                {device.kernel(shaders::orb_shrink, {l, two ? 1u : 0u, size.x, size.y}),
+                 {cover(layout_.level[l].width, 4 * size.x),
+                  cover(layout_.level[l].height, 4 * size.y)}});
+            l += two ? 2 : 1;
+        }
     }
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
@@ -82,17 +93,15 @@ class Orb final : public Stage {
         const Buffer& distances = optional(6) ? *out[6] : distances_;
         const Buffer* mask = masked ? in[1] : nullptr;
         const OrbPush push{constants_of(p_, layout_), {.mask = masked, .exported = exported}};
-        const auto blocks_of = [&](uint32_t l) {
-            return Groups{cover(layout_.level[l].width, 4 * 32),
-                          cover(layout_.level[l].height, 4 * 4)};
-        };
-        const Groups blocks{blocks_of(0).x, blocks_of(0).y, p_.levels};
+        const Groups finest{cover(p_.width, 4 * 32), cover(p_.height, 4 * 4)};
+        const Groups blocks{finest.x, finest.y, p_.levels};
 
         recorder.fill(counts_, 0);
-        recorder.beside(soften_, {levels_, in[0], mask, pyramid_, masks_}, push, blocks_of(0));
-        for (uint32_t l = 1; l < p_.levels; ++l)
-            recorder.dispatch(shrink_[l - 1], {levels_, pyramid_, masks_}, push, blocks_of(l));
-        const auto score = device_.kernel(shaders::orb_score, {masked ? 1u : 0u});
+        recorder.beside(soften_, {levels_, in[0], mask, pyramid_, masks_}, push, finest);
+        for (const auto& [kernel, groups] : shrink_)
+            recorder.dispatch(kernel, {levels_, pyramid_, masks_}, push, groups);
+        const auto score =
+            device_.kernel(shaders::orb_score, {masked ? 1u : 0u, device_.wide() ? 1u : 0u});
         recorder.dispatch(score, {levels_, pyramid_, masks_, scores_}, push, blocks);
         recorder.beside(smooth_, {levels_, pyramid_, smoothed_}, push, blocks);
         const Groups cells{
@@ -124,7 +133,8 @@ class Orb final : public Stage {
     Layout layout_;
     std::shared_ptr<const Kernel> soften_, smooth_, corner_, distance_, count_, gather_, describe_,
         export_;
-    std::vector<std::shared_ptr<const Kernel>> shrink_;  // to levels 1, 2 ...
+    // To levels 1, 2 ... with the work groups of each.
+    std::vector<std::pair<std::shared_ptr<const Kernel>, Groups>> shrink_;
     Buffer levels_, patterns_;
     // Images as shaders/orb.glsl lays them out, then what there is one of for each cell.
     Buffer pyramid_, masks_, smoothed_, scores_, corners_, distances_;

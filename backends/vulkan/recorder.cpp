@@ -160,7 +160,11 @@ void Recording::write(const VolkDeviceTable& vk, CommandBuffer& commands,
                       const std::vector<Round>& rounds) {
     commands.begin();
     bool copied = true;  // whatever was before
-    for (const Round& round : rounds) {
+    for (Round round : rounds) {
+        // The smallest first: behind one that fills the device it would begin when that ends.
+        std::stable_sort(round.begin(), round.end(), [](const auto& one, const auto& other) {
+            return one.second->groups.count() < other.second->groups.count();
+        });
         const bool copies = std::any_of(round.begin(), round.end(), [](const auto& placed) {
             return placed.second->kernel == nullptr || placed.second->source != VK_NULL_HANDLE;
         });

@@ -20,6 +20,7 @@ namespace defrec::vulkan {
 // Work groups in x, y, z.
 struct Groups {
     uint32_t x = 1, y = 1, z = 1;
+    uint64_t count() const { return uint64_t{x} * y * z; }
 };
 // As many groups of `side` as cover `count`.
 constexpr uint32_t cover(uint64_t count, uint32_t side) {

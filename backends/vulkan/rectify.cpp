@@ -19,7 +19,8 @@ class Rectify final : public Stage {
     Rectify(const defrec_rectify_params& params, Device& device)
         : p_(params),
           sample_(device.kernel(shaders::rectify_sample, {params.format})),
-          mask_(device.kernel(shaders::rectify_mask)) {}
+          mask_rows_(device.wide() ? 2 : 4),
+          mask_(device.kernel(shaders::rectify_mask, {mask_rows_, params.highlight_radius})) {}
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
         const RectifyBuffers given =
@@ -33,12 +34,14 @@ class Rectify final : public Stage {
         recorder.dispatch(sample_, {in[0], optional(1), optional(2), out[0], state}, push,
                           {cover(words, 32), cover(p_.height, 4)});
         recorder.dispatch(mask_, {state, out[1]}, push,
-                          {cover(words, 32), cover(p_.height, 4 * 4)});
+                          {cover(words, 32), cover(p_.height, 4 * mask_rows_)});
     }
 
   private:
     defrec_rectify_params p_;
-    std::shared_ptr<const Kernel> sample_, mask_;
+    std::shared_ptr<const Kernel> sample_;
+    uint32_t mask_rows_;  // of an invocation
+    std::shared_ptr<const Kernel> mask_;
 };
 
 }  // namespace

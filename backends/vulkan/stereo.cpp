@@ -24,6 +24,39 @@ constexpr uint32_t kSearchTileWidth = 48, kRefineTileWidth = 96, kRefineTileHeig
                    kSmoothTile = 30;
 constexpr uint32_t kPassesAtOnce = 4;
 
+// How work is divided, by the names in the shaders: runs are what an invocation does of a line.
+struct Division {
+    uint32_t prepare_invocations;
+    uint32_t tile_levels;  // of support and fill, whose tiles have a side of 1 << tile_levels
+    uint32_t support_run, support_invocations;
+    uint32_t fill_run;
+    uint32_t holes_run;
+    uint32_t smooth_run, smooth_result_run, smooth_invocations;
+    uint32_t fill_invocations() const { return (1u << (2 * tile_levels)) / fill_run; }
+    uint32_t fill_tile() const { return 1u << tile_levels; }
+};
+constexpr Division kNarrow{.prepare_invocations = 64,
+                           .tile_levels = 5,
+                           .support_run = 4,
+                           .support_invocations = 320,
+                           .fill_run = 4,
+                           .holes_run = 8,
+                           .smooth_run = 8,
+                           .smooth_result_run = 2,
+                           .smooth_invocations = 144};
+constexpr Division kWide{.prepare_invocations = 256,
+                         .tile_levels = 4,
+                         .support_run = 1,
+                         .support_invocations = 352,
+                         .fill_run = 1,
+                         .holes_run = 2,
+                         .smooth_run = 2,
+                         .smooth_result_run = 1,
+                         .smooth_invocations = 512};
+
+// Of stereo_search_wide.comp: groups of disparities at once, as many as shared memory has room for.
+constexpr uint32_t wide_slots(const StereoConstants& c) { return c.radius <= 4 ? 16 : 8; }
+
 Groups tiles(int width, int height, uint32_t tile_width = kTile, uint32_t tile_height = kTile) {
     return {cover(uint64_t(width), tile_width), cover(uint64_t(height), tile_height)};
 }
@@ -61,13 +94,15 @@ class Stereo final : public Stage {
   public:
     Stereo(const defrec_stereo_params& params, Device& device)
         : c_(constants_of(params)),
+          wide_(device.wide()),
           levels_(levels_of(c_)),
-          kernels_(c_, levels_, device),
-          left_(device, column_words(c_.width, c_.height), c_, c_.half_samples()),
-          right_(device, row_words(c_.width, c_.height), c_, c_.right_winners()),
+          by_(wide_ ? kWide : kNarrow),
+          kernels_(c_, levels_, by_, device),
+          left_(device, column_words(c_.width, c_.height), c_, wide_ ? 0 : c_.half_samples()),
+          right_(device, row_words(c_.width, c_.height), c_, wide_ ? 0 : c_.right_winners()),
           right_half_rows_(device, row_words(c_.half_width, c_.half_height)),
           left_keys_(device, 4 * c_.half_samples()),
-          seconds_(device, 4 * c_.half_samples()),
+          candidates_(device, 2 * c_.half_samples()),
           right_keys_(device, 4 * c_.right_winners()),
           supported_(device, 2 * c_.half_samples()),
           pyramid_(device, 2 * all_pixels(levels_)),
@@ -75,7 +110,11 @@ class Stereo final : public Stage {
           standing_(device, c_.half_samples()),
           half_moved_(device, 2 * c_.half_samples()),
           evidence_(device, 4 * c_.samples()),
-          fields_{Buffer(device, 2 * c_.samples()), Buffer(device, 2 * c_.samples())} {}
+          fields_{Buffer(device, 2 * c_.samples()), Buffer(device, 2 * c_.samples())} {
+        // A wide search leaves out where no window fits.
+        device.clear(left_keys_);
+        device.clear(candidates_);
+    }
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
         const StereoBuffers given =
@@ -105,25 +144,38 @@ class Stereo final : public Stage {
     using Outputs = std::array<const Buffer*, kOutputs>;
 
     struct Kernels {
-        Kernels(const StereoConstants& c, const std::vector<Level>& levels, Device& device)
-            : Kernels(c, uint32_t(c.radius), uint32_t(all_pixels(levels, kTileLevels)), device) {}
-        Kernels(const StereoConstants& c, uint32_t radius, uint32_t coarse_cells, Device& device)
-            : prepare_left(device.kernel(shaders::stereo_prepare, {0})),
-              prepare_right(device.kernel(shaders::stereo_prepare, {1})),
-              left_statistics(device.kernel(shaders::stereo_statistics, {radius, 0})),
-              right_statistics(device.kernel(shaders::stereo_statistics, {radius, 1})),
-              search(device.kernel(shaders::stereo_search, {radius})),
-              support(device.kernel(shaders::stereo_support)),
-              fill(device.kernel(shaders::stereo_fill, {coarse_cells})),
-              refine_half(device.kernel(shaders::stereo_refine, {radius, 1})),
-              refine(device.kernel(shaders::stereo_refine, {uint32_t(c.refine_radius), 0})),
-              holes(device.kernel(shaders::stereo_holes, {uint32_t(c.fill_radius)})) {
+        Kernels(const StereoConstants& c, const std::vector<Level>& levels, const Division& by,
+                Device& device) {
+            const auto radius = uint32_t(c.radius), refine_radius = uint32_t(c.refine_radius);
+            prepare_left = device.kernel(shaders::stereo_prepare, {0, by.prepare_invocations});
+            prepare_right = device.kernel(shaders::stereo_prepare, {1, by.prepare_invocations});
+            if (device.wide()) {
+                const uint32_t slots = wide_slots(c);
+                search = device.kernel(shaders::stereo_search_wide,
+                                       {radius, slots, slots * kWideSearchTile / kWideSearchRun});
+            } else {
+                left_statistics = device.kernel(shaders::stereo_statistics, {radius, 0});
+                right_statistics = device.kernel(shaders::stereo_statistics, {radius, 1});
+                search = device.kernel(shaders::stereo_search, {radius});
+            }
+            support = device.kernel(shaders::stereo_support,
+                                    {by.tile_levels, by.support_run, by.support_invocations});
+            fill = device.kernel(shaders::stereo_fill,
+                                 {uint32_t(all_pixels(levels, by.tile_levels)), by.tile_levels,
+                                  by.fill_run, by.fill_invocations()});
+            const Shader& refinement =
+                device.wide() ? shaders::stereo_refine_wide : shaders::stereo_refine;
+            refine_half = device.kernel(refinement, {radius, 1});
+            refine = device.kernel(refinement, {refine_radius, 0});
+            holes = device.kernel(shaders::stereo_holes,
+                                  {uint32_t(c.fill_radius), by.holes_run, kTile / by.holes_run});
             for (uint32_t left = uint32_t(c.smooth_passes); left > 0;) {
                 const uint32_t passes = std::min(left, kPassesAtOnce);
                 left -= passes;
                 smooth.push_back(device.kernel(shaders::stereo_smooth,
                                                {uint32_t(c.smooth_radius), uint32_t(c.smooth_range),
-                                                passes, left == 0 ? 1u : 0u}));
+                                                passes, left == 0 ? 1u : 0u, by.smooth_run,
+                                                by.smooth_result_run, by.smooth_invocations}));
             }
         }
         std::shared_ptr<const Kernel> prepare_left, prepare_right, left_statistics,
@@ -133,6 +185,7 @@ class Stereo final : public Stage {
 
     // One of the two images with what is made of it before the search.
     struct Image {
+        // windows: of which statistics are kept for the search
         Image(Device& device, uint64_t bytes, const StereoConstants& c, uint64_t windows)
             : words(device, bytes),
               half_columns(device, column_words(c.half_width, c.half_height)),
@@ -164,29 +217,43 @@ class Stereo final : public Stage {
         const Buffer* right_mask = run.right_mask != nullptr ? run.right_mask : run.right;
         run.recorder.dispatch(kernels_.prepare_left,
                               {run.left, left_mask, left_.words, left_.half_columns, nullptr,
-                               left_.half_mask, out[kOutLeftGray]},
+                               left_.half_mask, out[kOutLeftGray], nullptr},
                               left_push, full);
         run.recorder.beside(kernels_.prepare_right,
                             {run.right, right_mask, right_.words, right_.half_columns,
-                             right_half_rows_, right_.half_mask, out[kOutRightGray]},
+                             right_half_rows_, right_.half_mask, out[kOutRightGray], right_keys_},
                             run.push, full);
+        if (wide_) return;
         run.recorder.dispatch(kernels_.left_statistics,
-                              {left_.half_columns, left_.statistics, left_.half_mask, nullptr},
-                              run.push, half);
+                              {left_.half_columns, left_.statistics, left_.half_mask}, run.push,
+                              half);
         run.recorder.beside(kernels_.right_statistics,
-                            {right_.half_columns, right_.statistics, nullptr, right_keys_},
-                            run.push, half);
+                            {right_.half_columns, right_.statistics, nullptr}, run.push, half);
     }
 
     // Leaves what is supported, the dense field and what stands.
     void search(Run& run, const Outputs& out) {
-        const Groups samples = tiles(c_.half_samples_x, c_.half_samples_y);
-        run.recorder.dispatch(kernels_.search,
-                              {left_.half_columns, right_.half_columns, left_.statistics,
-                               right_.statistics, left_keys_, seconds_, right_keys_},
-                              run.push, tiles(c_.half_width, c_.half_height, kSearchTileWidth));
+        const Groups samples =
+            tiles(c_.half_samples_x, c_.half_samples_y, by_.fill_tile(), by_.fill_tile());
+        if (wide_) {
+            // Pixels from the first sample to the last that has a window.
+            const int first_x = (c_.radius + c_.first + 1) / 2 * 2,
+                      first_y = (c_.radius + 1) / 2 * 2,
+                      width = c_.half_width - c_.radius - first_x,
+                      height = c_.half_height - c_.radius - first_y;
+            if (width > 0 && height > 0)
+                run.recorder.dispatch(
+                    kernels_.search,
+                    {left_.half_columns, right_.half_columns, candidates_, right_keys_, left_keys_},
+                    run.push, tiles(width, height, 2 * kWideSearchTile, 2 * kWideSearchRows));
+        } else {
+            run.recorder.dispatch(kernels_.search,
+                                  {left_.half_columns, right_.half_columns, left_.statistics,
+                                   right_.statistics, candidates_, right_keys_, left_keys_},
+                                  run.push, tiles(c_.half_width, c_.half_height, kSearchTileWidth));
+        }
         run.recorder.dispatch(kernels_.support,
-                              {left_keys_, seconds_, right_keys_, left_.half_mask, right_.half_mask,
+                              {candidates_, right_keys_, left_.half_mask, right_.half_mask,
                                out[kOutChecked], supported_, pyramid_},
                               run.push, samples);
         run.recorder.dispatch(kernels_.fill, {pyramid_, supported_, dense_, standing_}, run.push,
@@ -198,17 +265,19 @@ class Stereo final : public Stage {
     }
 
     void refine(Run& run, const Outputs& out) {
-        run.recorder.dispatch(
-            kernels_.refine_half,
-            {left_.half_columns, right_half_rows_, dense_, half_moved_, nullptr, nullptr, nullptr,
-             nullptr, nullptr, nullptr, nullptr, nullptr},
-            run.push, tiles(c_.half_width, c_.half_height, kRefineTileWidth, kRefineTileHeight));
+        run.recorder.dispatch(kernels_.refine_half,
+                              {left_.half_columns, right_half_rows_, dense_, half_moved_, nullptr,
+                               nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr},
+                              run.push, refine_groups(c_.half_width, c_.half_height));
         run.recorder.dispatch(kernels_.refine,
                               {left_.words, right_.words, half_moved_, nullptr, run.left_mask,
                                run.right_mask, standing_, evidence_, out[kOutHalfRefined],
                                out[kOutHypothesis], out[kOutRefined], out[kOutScore]},
-                              run.push,
-                              tiles(c_.width, c_.height, kRefineTileWidth, kRefineTileHeight));
+                              run.push, refine_groups(c_.width, c_.height));
+    }
+    Groups refine_groups(int width, int height) const {
+        return wide_ ? tiles(width, height, 2 * kWideRefineWidth, 2 * kWideRefineHeight)
+                     : tiles(width, height, kRefineTileWidth, kRefineTileHeight);
     }
 
     void finish(Run& run, const Outputs& out) {
@@ -225,11 +294,13 @@ class Stereo final : public Stage {
     }
 
     StereoConstants c_;
+    bool wide_;
     std::vector<Level> levels_;
+    const Division& by_;
     Kernels kernels_;
     Image left_, right_;
     Buffer right_half_rows_;
-    Buffer left_keys_, seconds_, right_keys_, supported_;
+    Buffer left_keys_, candidates_, right_keys_, supported_;
     Buffer pyramid_;  // the smoothed samples and coarser fields of them, all with their holes
     Buffer dense_, standing_, half_moved_;
     Buffer evidence_;   // shaders/stereo_evidence.glsl

@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <cstdlib>
+
 #include "backends/shared/test_in_host_memory.hpp"
 
 namespace defrec::under_test {
@@ -25,6 +27,8 @@ struct Opened {
         if (index < driver->devices().size())
             device = std::make_unique<vulkan::Device>(
                 std::make_shared<vulkan::LogicalDevice>(driver, index));
+        if (std::getenv("DEFREC_TEST_WIDE") != nullptr && device->physical().packed_dot)
+            device->set_wide(true);
     }
 };
 Opened& opened() {

@@ -29,7 +29,8 @@ layout(push_constant) uniform Push {
 const int kNoDistance = 257;  // farther than any
 const uint kSamePlace = 64;   // 1/16 px
 
-const uint kAhead = 8;  // keys that are loaded at a time: on a GPU their latency is what takes time
+const uint kAhead =
+    16;  // keys that are loaded at a time: on a GPU their latency is what takes time
 
 uvec3 three_nearest(uint landmark) {
     const uint count = 3 * sizes.feature_splits;

@@ -2,6 +2,16 @@
 // eigenvalue of Horn's (1987) symmetric 4x4 matrix as a quaternion. Where R is not unique it is one
 // of the best.
 
+// Of a symmetric matrix.
+mat4 squared(mat4 m) {
+    const float xy = dot(m[0], m[1]), xz = dot(m[0], m[2]), xw = dot(m[0], m[3]);
+    const float yz = dot(m[1], m[2]), yw = dot(m[1], m[3]), zw = dot(m[2], m[3]);
+    return mat4(dot(m[0], m[0]), xy, xz, xw,  //
+                xy, dot(m[1], m[1]), yz, yw,  //
+                xz, yz, dot(m[2], m[2]), zw,  //
+                xw, yw, zw, dot(m[3], m[3]));
+}
+
 // A unit eigenvector of the largest eigenvalue of a symmetric matrix, none of whose eigenvalues is
 // negative. Squaring it again and again leaves nothing but that eigenvector times itself; where the
 // eigenvalue is a double one, some vector of its plane.
@@ -10,12 +20,12 @@ vec4 dominant_eigenvector(mat4 m) {
     const float kNearlyOne = 0.999;  // of trace(m^2) where trace(m) is 1: alone after one more
     for (int round = 0; round < kRounds; ++round) {
         m *= 1.0 / (m[0].x + m[1].y + m[2].z + m[3].w);
-        m = m * m;
+        m = squared(m);
         const bool alone = m[0].x + m[1].y + m[2].z + m[3].w > kNearlyOne;
-        m = m * m;
+        m = squared(m);
         if (alone) break;
-        m = m * m;
-        m = m * m;
+        m = squared(m);
+        m = squared(m);
     }
     vec4 column = m[0];
     float largest = m[0].x;

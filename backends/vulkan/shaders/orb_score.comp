@@ -11,6 +11,7 @@ layout(std430, set = 0, binding = 2) readonly buffer Masks { uint masks[]; };
 layout(std430, set = 0, binding = 3) writeonly buffer Scores { uint scores[]; };
 
 layout(constant_id = 0) const uint kHasMask = 0;
+layout(constant_id = 1) const bool kLook = false;  // whether there may be a corner before scoring
 
 const int kRadius = 3, kRows = 2 * kRadius + 1;
 
@@ -23,6 +24,19 @@ ivec4 score(uvec3 rows[kRows]) {
     [[unroll]] for (int i = 0; i < 16; ++i) circle[i] =
         bytes_from(rows[kRadius + kCircle[i].y], 4 + kCircle[i].x);
     return corner_score(bytes_from(rows[kRadius], 4), circle);
+}
+// Whether one of the pixels may be a corner: nine of a circle that follow one another are two or
+// more of any four at equal distances.
+bool may_be_corner(uvec3 rows[kRows]) {
+    const ivec4 centre = bytes_from(rows[kRadius], 4);
+    ivec4 brighter = ivec4(0), darker = ivec4(0);
+    [[unroll]] for (int i = 0; i < 16; i += 4) {
+        const ivec4 difference =
+            bytes_from(rows[kRadius + kCircle[i].y], 4 + kCircle[i].x) - centre;
+        brighter += ivec4(greaterThan(difference, ivec4(push.threshold)));
+        darker += ivec4(lessThan(difference, ivec4(-push.threshold)));
+    }
+    return any(greaterThan(max(brighter, darker), ivec4(1)));
 }
 // 0 for pixels with one in the 7 x 7 round them that is not usable.
 ivec4 usable(uvec3 rows[kRows]) {
@@ -57,7 +71,7 @@ void main() {
         pixel_rows[kRows - 1] = pixels_at(below);
         if (kHasMask != 0) usable_rows[kRows - 1] = usable_at(below);
         ivec4 found = ivec4(0);
-        if (y >= kBorder && y < level.height - kBorder) {
+        if (y >= kBorder && y < level.height - kBorder && (!kLook || may_be_corner(pixel_rows))) {
             found = between * score(pixel_rows);
             found *= ivec4(greaterThan(found, ivec4(push.threshold)));
             if (kHasMask != 0) found *= ivec4(notEqual(usable(usable_rows), ivec4(0)));

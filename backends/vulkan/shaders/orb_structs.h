@@ -11,6 +11,10 @@ struct OrbGiven {
     int exported;  // a bit for each of the optional outputs 2, 3 and 4
 };
 
+// Blocks of 4 x 4 pixels of the finer level in a work group that makes two: as many as whole blocks
+// of the coarser one come from.
+const int kTwoColumns = 20, kTwoRows = 5;
+
 const int kDistances = 64, kScores = 256;
 struct OrbCounts {  // of corners
     uint of_distance[kDistances];

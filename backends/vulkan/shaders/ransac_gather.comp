@@ -1,8 +1,9 @@
 // Stage ransac: the matches that take part, in their order, and H. One work group.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
 #include "ransac.glsl"
-layout(local_size_x = 1024) in;
+layout(local_size_x = 1024) in;  // kSize
 
 layout(std430, set = 0, binding = 0) readonly buffer Landmarks { Landmark landmarks[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Matches { Match matches[]; };
@@ -13,15 +14,24 @@ layout(std430, set = 0, binding = 4) writeonly buffer PairOf {
 };  // by landmark; kNone: takes no part
 layout(std430, set = 0, binding = 5) writeonly buffer FrameBuffer { RansacFrame frame; };
 
-shared uint counts[1024];
-shared vec4 sums[1024];
+// Of invocations in groups of kGroup, which are added by one invocation each, so that there are few
+// barriers.
+const uint kSize = 1024, kGroup = 32, kGroups = kSize / kGroup;
+shared uint counts[kGroups][kGroup + 1], group_counts[kGroups];
+shared uint pairs;
+shared vec4 sums[kSize], parts[kSize / 16], last_parts[8];
 
 bool usable(float position[3]) {
-    return abs(position[0]) < 1e6 && abs(position[1]) < 1e6 && abs(position[2]) < 1e6;
+    return all(lessThan(abs(vec3(position[0], position[1], position[2])), vec3(1e6)));
 }
+// Everything is loaded before anything is decided.
 bool takes_part(uint i) {
-    return matches[i].feature >= 0 && matches[i].weight > 0.0 && usable(landmarks[i].position) &&
-           usable(matches[i].position);
+    const int feature = matches[i].feature;
+    const float weight = matches[i].weight;
+    const float from_position[3] = landmarks[i].position, to_position[3] = matches[i].position;
+    const bvec4 all_of =
+        bvec4(feature >= 0, weight > 0.0, usable(from_position), usable(to_position));
+    return all(all_of);
 }
 vec3 vector(float v[3]) { return vec3(v[0], v[1], v[2]); }
 
@@ -29,31 +39,56 @@ vec3 vector(float v[3]) { return vec3(v[0], v[1], v[2]); }
 vec4 sum_over_group(vec4 own, uint me) {
     sums[me] = own;
     barrier();
-    for (uint half_size = 512; half_size > 0; half_size >>= 1) {
-        if (me < half_size) sums[me] += sums[me + half_size];
-        barrier();
+    if (me < kSize / 16) {
+        vec4 sum = sums[me];
+        [[unroll]] for (uint i = 1; i < 16; ++i) sum += sums[me + i * (kSize / 16)];
+        parts[me] = sum;
     }
-    const vec4 total = sums[0];
     barrier();
+    if (me < 8) {
+        vec4 sum = parts[me];
+        [[unroll]] for (uint i = 1; i < kSize / 16 / 8; ++i) sum += parts[me + i * 8];
+        last_parts[me] = sum;
+    }
+    barrier();
+    vec4 total = last_parts[0];
+    [[unroll]] for (uint i = 1; i < 8; ++i) total += last_parts[i];
     return total;
+}
+
+// The sum of the invocations' numbers before this one; leaves that of all in pairs.
+uint count_before(uint own, uint me) {
+    counts[me / kGroup][me % kGroup] = own;
+    barrier();
+    uint line[kGroup], sum = 0;
+    if (me < kGroups) {
+        [[unroll]] for (uint i = 0; i < kGroup; ++i) {
+            line[i] = counts[me][i];
+            sum += line[i];
+        }
+        group_counts[me] = sum;
+    }
+    barrier();
+    if (me < kGroups) {
+        uint before = 0;
+        [[unroll]] for (uint i = 0; i < kGroups; ++i) before += i < me ? group_counts[i] : 0;
+        if (me == kGroups - 1) pairs = before + sum;
+        [[unroll]] for (uint i = 0; i < kGroup; ++i) {
+            counts[me][i] = before;
+            before += line[i];
+        }
+    }
+    barrier();
+    return counts[me / kGroup][me % kGroup];
 }
 
 void main() {
     const uint me = gl_LocalInvocationIndex;
-    const uint share = (push.landmarks + 1023) / 1024;
+    const uint share = (push.landmarks + kSize - 1) / kSize;
     const uint first = min(me * share, push.landmarks), last = min(first + share, push.landmarks);
     uint own = 0;
     for (uint i = first; i < last; ++i) own += takes_part(i) ? 1 : 0;
-    counts[me] = own;
-    barrier();
-    for (uint distance = 1; distance < 1024; distance <<= 1) {
-        const uint before = me >= distance ? counts[me - distance] : 0;
-        barrier();
-        counts[me] += before;
-        barrier();
-    }
-    const uint pairs = counts[1023];
-    const uint begin = counts[me] - own;
+    const uint begin = count_before(own, me);
     uint next = begin;
     vec4 sum = vec4(0);
     for (uint i = first; i < last; ++i) {

@@ -1,23 +1,23 @@
-// Stage rectify, section 3: the mask. An invocation has four rows of four pixels.
+// Stage rectify, section 3: the mask. An invocation has some rows of four pixels.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_GOOGLE_include_directive : require
 #include "rectify.glsl"
 layout(local_size_x = 32, local_size_y = 4) in;
+layout(constant_id = 0) const int kRows = 4;    // of an invocation
+layout(constant_id = 1) const int kRadius = 2;  // of the highlights
 
 layout(std430, set = 0, binding = 0) readonly buffer State { uint state[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer Mask { uint8_t mask[]; };
-
-const int kRows = 4;
 
 // The bytes of a word that lie within the radius of each of four pixels, the word being so many
 // words to the right of theirs.
 uvec4 reached(int words_away) {
     uvec4 result;
     [[unroll]] for (int k = 0; k < 4; ++k) {
-        const int first = max(k - push.highlight_radius - 4 * words_away, 0),
-                  last = min(k + push.highlight_radius - 4 * words_away, 3);
+        const int first = max(k - kRadius - 4 * words_away, 0),
+                  last = min(k + kRadius - 4 * words_away, 3);
         result[k] = first > last ? 0u : (~0u >> (8 * (3 - last + first))) << (8 * first);
     }
     return result;
@@ -25,21 +25,25 @@ uvec4 reached(int words_away) {
 
 void main() {
     const int x_word = int(gl_GlobalInvocationID.x), first = kRows * int(gl_GlobalInvocationID.y);
-    const int words = state_words(), radius = push.highlight_radius;
+    const int words = state_words();
     if (x_word >= words || first >= push.height) return;
-    uint own[kRows] = uint[](0, 0, 0, 0);
+    uint own[kRows];
     bvec4 near[kRows];  // a saturated pixel
-    [[unroll]] for (int j = 0; j < kRows; ++j) near[j] = bvec4(false);
-    const int words_away = (radius + 3) / 4;
+    [[unroll]] for (int j = 0; j < kRows; ++j) {
+        own[j] = 0;
+        near[j] = bvec4(false);
+    }
+    const int words_away = (kRadius + 3) / 4;
     for (int away = -words_away; away <= words_away; ++away) {
         const bool exists = x_word + away >= 0 && x_word + away < words;
-        uint seen[kRows] = uint[](0, 0, 0, 0);  // of the rows within the radius
-        for (int v = -radius; v < kRows + radius; ++v) {
+        uint seen[kRows];  // of the rows within the radius
+        [[unroll]] for (int j = 0; j < kRows; ++j) seen[j] = 0;
+        for (int v = -kRadius; v < kRows + kRadius; ++v) {
             const int y = first + v;
             const uint four =
                 exists && y >= 0 && y < push.height ? state[y * words + x_word + away] : 0u;
             [[unroll]] for (int j = 0; j < kRows; ++j) {
-                if (abs(v - j) <= radius) seen[j] |= four;
+                if (abs(v - j) <= kRadius) seen[j] |= four;
                 if (away == 0 && v == j) own[j] = four;
             }
         }

@@ -44,3 +44,10 @@ bool has_texture(int variance, int n) {
     const int64_t minimum = int64_t(push.texture) * int64_t(n);
     return int64_t(256) * int64_t(variance) >= minimum * minimum;
 }
+
+// Of a winner that has no rival: 1 + the index of its disparity; else 0.
+int candidate_of(int key, int second) {
+    const float score = intBitsToFloat(key & ~255);
+    precise const float lead = score - intBitsToFloat(second & ~255);
+    return key != 0 && score >= push.min_score && lead >= push.min_lead ? 1 + (key & 255) : 0;
+}

@@ -1,4 +1,4 @@
-// Stage stereo, section 6 the holes, and section 7. A work group has a tile of 32 x 32 samples: it
+// Stage stereo, section 6 the holes, and section 7. A work group has a tile of samples: it
 // fills the whole of the coarsest fields, those that stereo_support.comp made last and beyond, and
 // of the finer ones what its tile needs.
 #version 450
@@ -9,22 +9,24 @@
 #extension GL_GOOGLE_include_directive : require
 #include "stereo.glsl"
 #include "stereo_pyramid.glsl"
-layout(local_size_x = 256) in;
-
 layout(constant_id = 0) const int kCoarseCells = 1024;  // of the fields that are filled as a whole
+layout(constant_id = 1) const int kTileLevels = 5;
+layout(constant_id = 2) const int kRun = 4;  // samples beside each other that an invocation
+                                             // classifies, one run each
+layout(local_size_x_id = 3) in;
 layout(std430, set = 0, binding = 0) readonly buffer Pyramid { int16_t pyramid[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Supported { int16_t supported[]; };
 layout(std430, set = 0, binding = 2) writeonly buffer Dense { int16_t dense[]; };
 layout(std430, set = 0, binding = 3) writeonly buffer Standing { uint8_t standing[]; };
 
-const int kInvocations = 256, kTile = 1 << kTileLevels;
+const int kTile = 1 << kTileLevels, kInvocations = kTile * kTile / kRun;
 // Of the tile in each field, and two more on each side: what one field needs of the next coarser
 // one then reaches as far.
 const int kMargin = kEdgeRadius, kSide = kTile + 2 * kMargin;
-const int kRun = 4;  // samples beside each other that an invocation classifies, one run each
 
+shared int with_holes;  // bits of the finer fields
 shared int coarse_cells[kCoarseCells];
-shared int cells[kSide * kSide * 3 / 2];  // of the finer fields, one after the other
+shared int cells[kSide * kSide * 5 / 3];  // of the finer fields, one after the other
 
 int side_of(int level) { return (kTile >> level) + 2 * kMargin; }
 int cells_before(int level) {
@@ -89,6 +91,8 @@ void fill_coarse(Level finest, int me) {
 void main() {
     const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
     const int me = int(gl_LocalInvocationIndex);
+    if (me == 0) with_holes = 0;
+    barrier();
     Level levels[kTileLevels + 1];
     levels[0] = finest_level();
     int last = 0;
@@ -99,20 +103,26 @@ void main() {
         const int side = side_of(level);
         const ivec2 first = (tile >> level) - kMargin,
                     end = ivec2(levels[level].width, levels[level].height) - 1;
+        bool holes = false;
         for (int i = me; i < side * side; i += kInvocations) {
             const ivec2 at = clamp(first + ivec2(i % side, i / side), ivec2(0), end);
-            cells[cells_before(level) + i] =
+            const int disparity =
                 int(pyramid[levels[level].offset + at.y * levels[level].width + at.x]);
+            cells[cells_before(level) + i] = disparity;
+            holes = holes || disparity == kNoDisparity;
         }
+        if (holes) atomicOr(with_holes, 1 << level);
         if (coarsest) continue;
         levels[level + 1] = coarser_than(levels[level]);
         last = level + 1;
     }
+    barrier();
+    const int whole = findLSB(~with_holes);  // the finest without holes: none beyond is needed
     Level coarsest = levels[kTileLevels];
-    fill_coarse(coarsest, me);
+    if (whole >= last) fill_coarse(coarsest, me);
     coarsest.offset = 0;
     [[unroll]] for (int level = kTileLevels - 1; level >= 0; --level) {
-        if (level >= last) continue;
+        if (level >= last || level >= whole) continue;
         const int side = side_of(level);
         const ivec2 first = (tile >> level) - kMargin,
                     end = ivec2(levels[level].width, levels[level].height) - 1;

@@ -8,17 +8,16 @@
 #extension GL_GOOGLE_include_directive : require
 #include "stereo.glsl"
 #include "stereo_evidence.glsl"
-layout(local_size_x = 32, local_size_y = 4) in;
-
 layout(constant_id = 0) const int kRadius = 3;
+layout(constant_id = 1) const int kRun = 8;  // samples along a line that an invocation sums up for
+layout(local_size_x = 32, local_size_y_id = 2) in;
 layout(std430, set = 0, binding = 0) readonly buffer Words { uint words[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer To { int16_t to[]; };
 layout(std430, set = 0, binding = 2) writeonly buffer Confidence { uint8_t confidence[]; };
 layout(std430, set = 0, binding = 3) writeonly buffer Evidence { int16_t evidence[]; };
 
-const int kTile = 32, kInvocations = 128;
-const int kRun = 8, kRuns = kTile / kRun;  // samples along a line that an invocation sums up for
-const int kSide = kTile + 2 * kRadius;     // of a tile with the windows of its holes
+const int kTile = 32, kRuns = kTile / kRun, kInvocations = kTile * kRuns;
+const int kSide = kTile + 2 * kRadius;  // of a tile with the windows of its holes
 const int kSideRuns = (kSide + kRun - 1) / kRun, kCells = kSideRuns * kRun + 2 * kSpeckleRadius;
 const int kOne = 1 << 16;  // a cell counts its sample above the sum of differences
 

@@ -1,5 +1,6 @@
 // Stage stereo, sections 1 and 2: one image inpainted and halved, in words (stereo.glsl), with the
-// mask of half resolution. A work group per tile of 32 x 32 pixels.
+// mask of half resolution; with the right one the winners' keys are cleared. A work group per tile
+// of 32 x 32 pixels.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
@@ -7,9 +8,9 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_GOOGLE_include_directive : require
 #include "stereo.glsl"
-layout(local_size_x = 64) in;
-
 layout(constant_id = 0) const bool kRight = false;
+layout(constant_id = 1) const int kInvocations = 64;
+layout(local_size_x_id = 1) in;
 layout(std430, set = 0, binding = 0) readonly buffer Source { uint source[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Mask { uint mask[]; };
 layout(std430, set = 0, binding = 2) writeonly buffer Words {
@@ -21,8 +22,11 @@ layout(std430, set = 0, binding = 5) writeonly buffer HalfMask {
     uint8_t half_mask[];
 };  // of even rows
 layout(std430, set = 0, binding = 6) writeonly buffer Gray { uint8_t gray[]; };
+layout(std430, set = 0, binding = 7) writeonly buffer RightKeys {
+    int right_keys[];
+};  // right only
 
-const int kTile = 32, kHalf = kTile / 2, kInvocations = 64;
+const int kTile = 32, kHalf = kTile / 2;
 const int kWords = kTile * kTile / 4;  // of the tile
 const int kRun = 8;                    // pixels that an invocation sums up windows for
 const int kReach = kRun + 2 * kInpaintRadius, kSide = kTile + 2 * kInpaintRadius;
@@ -34,6 +38,9 @@ shared uint rows[kTile + kHalf][kTile / 4];  // of the tile, inpainted; then of 
 shared uint masked[kTile][kTile / 4];        // 255 in a masked pixel
 shared int cells[kSide][kSide + 1];
 shared int row_sums[kSide][kTile + 1];
+
+int rounds(int tasks) { return (tasks + kInvocations - 1) / kInvocations; }
+bool is_task(int i, int tasks) { return tasks % kInvocations == 0 || i < tasks; }
 
 uint bytes_from(uint word, uint next, int byte) {
     return byte == 0 ? word : word >> (8 * byte) | next << (32 - 8 * byte);
@@ -124,6 +131,7 @@ uvec4 column_words(int row, int word, int height) {
 uint pair_sums(uint four) { return (four & 0xff00ffu) + (four >> 8 & 0xff00ffu); }
 
 void halve(ivec2 tile, int me) {
+    if (!is_task(me, kHalf * (kHalf / 4))) return;
     const int row = me / (kHalf / 4), word = me % (kHalf / 4);
     uint four = 0u, unusable = 0u;
     [[unroll]] for (int k = 0; k < 2; ++k) {
@@ -140,8 +148,9 @@ void halve(ivec2 tile, int me) {
     if ((row & 1) != 0 || y >= push.half_height) return;
     [[unroll]] for (int k = 0; k < 4; ++k) {
         const int x = tile.x / 2 + 4 * word + k;
-        if (x < push.half_width)
-            half_mask[y / 2 * push.half_width + x] = uint8_t(1u - (unusable >> k & 1u));
+        if (x >= push.half_width) continue;
+        half_mask[y / 2 * push.half_width + x] = uint8_t(1u - (unusable >> k & 1u));
+        if (kRight) right_keys[y / 2 * push.half_width + x] = 0;
     }
 }
 
@@ -180,17 +189,18 @@ void main() {
         }
     if (kRight) {
         const int row_words = row_words_of(push.width);
-        [[unroll]] for (int t = 0; t < kTile * (kTile / 4 + 2) / kInvocations; ++t) {
+        const int tasks = kTile * (kTile / 4 + 2);
+        [[unroll]] for (int t = 0; t < rounds(tasks); ++t) {
             const int i = me + t * kInvocations, row = i / (kTile / 4 + 2), y = tile.y + row,
                       x = tile.x + 4 * (i % (kTile / 4 + 2)) - 4;
             const bool own = x < tile.x ? x < 0 : x < tile.x + kTile || x >= push.width;
-            if (!own || x / 4 + 1 >= row_words || y >= push.height) continue;
+            if (!is_task(i, tasks) || !own || x / 4 + 1 >= row_words || y >= push.height) continue;
             const int at = 2 * (y * row_words + x / 4 + 1);
             const uint four = row_word(row, tile.x, x, push.width);
             words[at] = four;
             if (x >= 0) words[at - 1] = four;
         }
-    } else {
+    } else if (is_task(me, kWords / 4)) {
         const int y = tile.y + me / (kTile / 4) * 4, x = tile.x + me % (kTile / 4) * 4;
         if (x < push.width && y < push.height) {
             const uvec4 columns = column_words(y - tile.y, (x - tile.x) / 4, push.height - y);

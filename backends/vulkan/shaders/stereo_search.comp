@@ -22,9 +22,9 @@ layout(std430, set = 0, binding = 2) readonly buffer LeftStatistics { vec2 left_
 layout(std430, set = 0, binding = 3) readonly buffer RightStatistics {
     int64_t right_statistics[];
 };  // two floats
-layout(std430, set = 0, binding = 4) writeonly buffer LeftKeys { int left_keys[]; };
-layout(std430, set = 0, binding = 5) writeonly buffer Seconds { int seconds[]; };
-layout(std430, set = 0, binding = 6) buffer RightKeys { int right_keys[]; };
+layout(std430, set = 0, binding = 4) writeonly buffer Candidates { uint16_t candidates[]; };
+layout(std430, set = 0, binding = 5) buffer RightKeys { int right_keys[]; };
+layout(std430, set = 0, binding = 6) writeonly buffer LeftKeys { int left_keys[]; };
 
 // The windows of sample s are the pairs of columns s to s + kRadius - 1 and the first column of the
 // pair after, the first pair beginning at column -kRadius of the tile.
@@ -199,7 +199,8 @@ void main() {
             offer_right(2 * (first + m) - push.first - last, j, right_best[c][m]);
         }
         if (first + m >= push.half_samples_x) continue;
-        left_keys[j * push.half_samples_x + first + m] = winner[m];
-        seconds[j * push.half_samples_x + first + m] = second[m];
+        const int at = j * push.half_samples_x + first + m;
+        candidates[at] = uint16_t(candidate_of(winner[m], second[m]));
+        if (is_given(kOutLeftKeys)) left_keys[at] = winner[m];
     }
 }

@@ -8,13 +8,14 @@
 #include "backends/stages/stereo.hpp"
 #include "stereo_push.h"
 #include "stereo_smooth.glsl"
-const int kInvocations = 144;
-layout(local_size_x = kInvocations) in;
-
 layout(constant_id = 0) const int kRadius = 2;
 layout(constant_id = 1) const int kRange = 24;
 layout(constant_id = 2) const int kPasses = 4;
 layout(constant_id = 3) const bool kLast = true;
+layout(constant_id = 4) const int kRun = 8;  // samples along a line that an invocation smooths
+layout(constant_id = 5) const int kResultRun = 2;  // rows of samples that it gives the pixels of
+layout(constant_id = 6) const int kInvocations = 144;
+layout(local_size_x_id = 6) in;
 layout(std430, set = 0, binding = 0) readonly buffer From { int16_t from[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer To { int16_t to[]; };
 layout(push_constant) uniform Push { SmoothSize push; };
@@ -24,9 +25,7 @@ const int kTile = 30;
 // follow.
 const int kMargin = (kPasses * kRadius + kRadius % 2 + 1) / 2 * 2, kSide = kTile + 2 + 2 * kMargin,
           kWords = kSide / 2;
-const int kRun = 8, kReach = kRun + 2 * kRadius;  // samples along a line that an invocation
-                                                  // smooths, and these with their neighbours
-const int kResultRun = 2;  // rows of samples that an invocation gives the pixels of
+const int kReach = kRun + 2 * kRadius;  // a run with its neighbours
 
 // Two samples beside each other in a word.
 shared int cells[kSide + kRun][kWords + kRun / 2 + 1];

@@ -1,7 +1,6 @@
 // Stage stereo, section 3: what a score needs to know of each window of a half image, around the
 // samples of the left one and all pixels of the right one's even rows. Of the left image also the
-// first checks of section 4; for the right one the winners' keys are cleared. A work group per tile
-// of 32 x 32 pixels.
+// first checks of section 4. A work group per tile of 32 x 32 pixels.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
@@ -18,7 +17,6 @@ layout(std430, set = 0, binding = 1) writeonly buffer Statistics {
     vec2 statistics[];
 };  // mean, or right sum; root of the variance
 layout(std430, set = 0, binding = 2) buffer LeftUsable { uint8_t left_usable[]; };
-layout(std430, set = 0, binding = 3) writeonly buffer RightKeys { int right_keys[]; };
 
 const int kTile = 32, kRows = kTile / 2, kInvocations = 96;
 const int kColumns = kTile + 2 * kRadius;
@@ -75,7 +73,6 @@ void main() {
             if (kRight) {
                 const int i = y / 2 * push.half_width + x;
                 statistics[i] = vec2(whole ? float(sum) : 0.0, root);
-                right_keys[i] = 0;
             } else {
                 precise const float mean = float(sum) * push.one_over_n;
                 statistics[y / 2 * push.half_samples_x + x / 2] = vec2(whole ? mean : 0.0, root);

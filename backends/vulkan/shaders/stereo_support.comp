@@ -1,5 +1,5 @@
 // Stage stereo, sections 4 and 5, and of section 6 what leads to the dense field: the smoothed
-// samples, and the coarser fields as far as a tile reaches. A work group per tile of 32 x 32
+// samples, and the coarser fields as far as a tile reaches. A work group per tile of
 // samples. stereo_statistics.comp has looked at the left pixels.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
@@ -10,20 +10,21 @@
 #include "stereo.glsl"
 #include "stereo_pyramid.glsl"
 #include "stereo_smooth.glsl"
-const int kInvocations = 320;
-layout(local_size_x = kInvocations) in;
+layout(constant_id = 0) const int kTileLevels = 5;  // coarser fields that a work group makes
+layout(constant_id = 1) const int kRun = 4;  // samples beside each other that an invocation counts
+                                             // the support of
+layout(local_size_x_id = 2) in;              // enough for all of these
+const int kInvocations = int(gl_WorkGroupSize.x);
 
-layout(std430, set = 0, binding = 0) readonly buffer LeftKeys { int left_keys[]; };
-layout(std430, set = 0, binding = 1) readonly buffer Seconds { int seconds[]; };
-layout(std430, set = 0, binding = 2) readonly buffer RightKeys { int right_keys[]; };
-layout(std430, set = 0, binding = 3) readonly buffer LeftUsable { uint8_t left_usable[]; };
-layout(std430, set = 0, binding = 4) readonly buffer RightMask { uint8_t right_mask[]; };
-layout(std430, set = 0, binding = 5) writeonly buffer Checked { int16_t checked[]; };
-layout(std430, set = 0, binding = 6) writeonly buffer Supported { int16_t supported[]; };
-layout(std430, set = 0, binding = 7) writeonly buffer Pyramid { int16_t pyramid[]; };
+layout(std430, set = 0, binding = 0) readonly buffer Candidates { uint16_t candidates[]; };
+layout(std430, set = 0, binding = 1) readonly buffer RightKeys { int right_keys[]; };
+layout(std430, set = 0, binding = 2) readonly buffer LeftUsable { uint8_t left_usable[]; };
+layout(std430, set = 0, binding = 3) readonly buffer RightMask { uint8_t right_mask[]; };
+layout(std430, set = 0, binding = 4) writeonly buffer Checked { int16_t checked[]; };
+layout(std430, set = 0, binding = 5) writeonly buffer Supported { int16_t supported[]; };
+layout(std430, set = 0, binding = 6) writeonly buffer Pyramid { int16_t pyramid[]; };
 
 const int kTile = 1 << kTileLevels;
-const int kRun = 4;  // samples beside each other that an invocation counts the support of
 const int kMargin = kHalfSmoothRadius, kSupportSide = kTile + 2 * kMargin;
 const int kRuns = (kSupportSide + kRun - 1) / kRun;
 const int kCheckedMargin = kMargin + kSupportRadius, kRows = kTile + 2 * kCheckedMargin,
@@ -33,19 +34,15 @@ shared int cells[kRows][kColumns + 1];  // checked; later each coarser field of 
 shared int agreed[kSupportSide][kRuns * kRun + 1];
 shared int rows[kSupportSide][kTile + 1];
 
-float score(int key) { return intBitsToFloat(key & ~255); }
-
 int check(ivec2 at) {
     if (any(lessThan(at, ivec2(0))) || at.x >= push.half_samples_x || at.y >= push.half_samples_y)
         return kNoDisparity;
-    const int i = at.y * push.half_samples_x + at.x, key = left_keys[i],
-              pixel = at.y * push.half_width + 2 * at.x;
-    if (key == 0 || int(left_usable[pixel]) == 0) return kNoDisparity;
-    const int d = push.first + (key & 255);
-    precise const float lead = score(key) - score(seconds[i]);
-    const bool alone = score(key) >= push.min_score && lead >= push.min_lead;
-    const bool agrees = abs((right_keys[pixel - d] & 255) - (key & 255)) <= push.left_right;
-    return alone && agrees && int(right_mask[pixel - d]) != 0 ? 16 * d : kNoDisparity;
+    const int candidate = int(candidates[at.y * push.half_samples_x + at.x]);
+    const int pixel = at.y * push.half_width + 2 * at.x;
+    if (candidate == 0 || int(left_usable[pixel]) == 0) return kNoDisparity;
+    const int index = candidate - 1, d = push.first + index;
+    const bool agrees = abs((right_keys[pixel - d] & 255) - index) <= push.left_right;
+    return agrees && int(right_mask[pixel - d]) != 0 ? 16 * d : kNoDisparity;
 }
 
 // Whether a sample of the tile is one of the field.
@@ -65,7 +62,7 @@ void main() {
             checked[at.y * push.half_samples_x + at.x] = int16_t(disparity);
     }
     barrier();
-    if (me < kSupportSide * kRuns) {  // there are invocations for all
+    if (me < kSupportSide * kRuns) {
         const int row = me / kRuns, first = me % kRuns * kRun;
         int centre[kRun], agreeing[kRun];
         [[unroll]] for (int m = 0; m < kRun; ++m) {
