@@ -136,11 +136,18 @@ Graph::Graph(std::span<const Operation> operations, const Progress& progress,
     const std::vector<std::vector<size_t>> waits = dependencies(operations);
     std::vector<Nodes> last(operations.size());
     std::vector<bool> waited_for(operations.size());
+    for (const std::vector<size_t>& earlier : waits)
+        for (const size_t j : earlier) waited_for[j] = true;
+    std::vector<Download> results;
     for (size_t i = 0; i < operations.size(); ++i) {
         Nodes after;
-        for (const size_t j : waits[i]) {
-            add_new(after, last[j]);
-            waited_for[j] = true;
+        for (const size_t j : waits[i]) add_new(after, last[j]);
+        const auto* download = std::get_if<Download>(&operations[i]);
+        if (download != nullptr && !waited_for[i] && download->size <= kMaxWrittenByKernel &&
+            results.size() < kMaxDelivered) {
+            results.push_back(*download);
+            last[i] = after;
+            continue;
         }
         const auto early = [&](const Node& node) {
             Nodes before;
@@ -153,7 +160,7 @@ Graph::Graph(std::span<const Operation> operations, const Progress& progress,
     Nodes ends;
     for (size_t i = 0; i < operations.size(); ++i)
         if (!waited_for[i]) add_new(ends, last[i]);
-    builder.add(publish_call(progress), ends);
+    builder.add(publish_call(progress, results), ends);
     check(cudaGraphInstantiate(&executable_, builder.graph(), 0), "cudaGraphInstantiate");
 }
 
