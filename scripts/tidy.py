@@ -93,8 +93,9 @@ class Options:
         self.values |= other.values
 
     def words(self):
+        of_two = re.compile(r"(-isystem|-include) (.*)")
         return [word for option in (*self.others, *self.values.values(), *self.paths)
-                for word in option.split(" ", 1)]
+                for word in (of_two.match(option).groups() if of_two.match(option) else [option])]
 
 
 @functools.cache

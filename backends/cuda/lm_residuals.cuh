@@ -8,7 +8,7 @@
 namespace defrec::cuda {
 namespace {
 
-// A residual in the normal equations: see kSquares and what follows it.
+// A residual in the normal equations: see kArms and what follows it.
 struct NormalTerm {
     float squares[6];
     Vec3<float> pull;

@@ -96,8 +96,8 @@ struct LmView {
 // room that it has.
 constexpr uint32_t kFactor = 21, kFactorRoom = 24;
 constexpr uint32_t kDiagonal = 27;  // a diagonal block's lower triangle, and half the gradient
-constexpr uint32_t kOwn = 48;  // of a control point: its diagonal block, half the gradient, and D,
-                               // in kLmColumns of six
+constexpr uint32_t kOwn = 6 * kLmColumns;  // of a control point: its diagonal block, half the
+                                           // gradient, and D, in kLmColumns of six
 constexpr uint32_t kPose =
     3;  // vectors of a control point in motion: rotation, dual part, position
 

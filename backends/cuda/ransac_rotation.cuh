@@ -81,7 +81,7 @@ __device__ float4 dominant_eigenvector(Symmetric m) {
 __device__ bool root_eigenvector(const Symmetric& m, float squares, float linear, float bound,
                                  float4& vector) {
     constexpr int kSteps = 12;
-    constexpr float kLeastStep = 1e-6f, kLeastGaps = 0.05f;  // of the other roots, multiplied
+    constexpr float kLeastStep = 1e-6f, kLeastGaps = 0.5f;  // of the other roots, multiplied
     const float b = m.x.y, c = m.x.z, d = m.x.w, f = m.y.z, g = m.y.w, i = m.z.w;
     const auto minor = [](float p, float q, float r, float s) { return fmaf(p, q, -(r * s)); };
     // Determinant of three numbers with three minors, of which the middle one counts negatively.

@@ -9,6 +9,7 @@
 #include "sdk/template/capture.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/tracking/check_output.hpp"
+#include "sdk/tracking/disparity_watch.hpp"
 #include "sdk/tracking/frame_state.hpp"
 #include "sdk/tracking/lateral_evidence.hpp"
 #include "sdk/tracking/rig_monitor.hpp"
@@ -112,40 +113,46 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const std::vector<defrec_surface_sample> last(reply.output.samples.begin(),
                                                   reply.output.samples.end());
     reply.overwrite(data, size);
-    try {
-        check_output(reply.output, model_data, kMaxFeatures);
-    } catch (const Error&) {
-        return 0;
-    }
+    // In a frame this is measured before what it is measured of has been checked.
     std::vector<double> patch_px2(model_data.patches.size());
     measure_patches(model_data, reply.output, 0, patch_px2);
     const VertexEvidence vertices = weigh_vertices(reply.output.samples);
-    const Evidence evidence = weigh_evidence(reply.output, {&vertices, 1}, patch_px2);
-    static_cast<void>(classify(model_data, evidence, true));
+    static_cast<void>(count_moved_farther(last, reply.output.samples, 5));
+    const RigidSums sums = sum_for_rigid_motion(model, reply.output.samples, 0);
     LateralEvidence lateral;
     lateral.make_room(model_data);
     spread_patches(model_data, patch_px2, lateral);
     spread_checks(model_data, reply.output, lateral);
     measure_lateral(model_data, reply.output, 0, reply.output.samples.size(), lateral);
+    DisparityWatch disparities;
+    disparities.make_room();
+    disparities.add_frame(model_data, reply.output.samples);
     std::vector<float> last_rows, rows;
     std::vector<RowMatch> row_matches;
     RigMonitor monitor(kWidth, kHeight);
+    RigEstimate rig;
     for (int frame = 0; frame < 2; ++frame) {
         match_rows(model_data, reply.output, last_rows, rows, row_matches);
         last_rows = rows;
-        const RigEstimate rig = monitor.update(row_matches);
-        VertexConfidence confidence;
-        begin_confidence(model, confidence);
-        estimate_confidence(
-            model,
-            {reply.output, lateral, static_cast<float>(evidence.mean_residual_mm), rig, last, true},
-            nullptr,
-            [&] {
-                double motion[12];
-                const RigidSums sums = sum_for_rigid_motion(model, reply.output.samples, 0);
-                fit_rigid_motion(model, {&sums, 1}, motion);
-            },
-            confidence);
+        rig = monitor.update(row_matches);
     }
+    try {
+        check_output(reply.output, model_data, kMaxFeatures);
+    } catch (const Error&) {
+        return 0;
+    }
+    const Evidence evidence = weigh_evidence(reply.output, {&vertices, 1}, patch_px2);
+    static_cast<void>(classify(model_data, evidence, true));
+    VertexConfidence confidence;
+    begin_confidence(model, confidence);
+    double motion[12];
+    estimate_confidence(
+        model,
+        {reply.output, lateral, static_cast<float>(evidence.mean_residual_mm), rig, last, true},
+        nullptr,
+        [&] {
+            fit_rigid_motion(model, {&sums, 1}, motion);
+        },
+        confidence);
     return 0;
 }

@@ -15,7 +15,7 @@ constexpr uint64_t kShare = 512 * 1024;  // bytes: what one thread copies while 
 }  // namespace
 
 void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop& loop,
-                 const Services* helpers) {
+                 const Services* helpers, bool is_idle) {
     const auto row_bytes = [](const KeptImage& kept) {
         return kept.row_pixels * bytes_per_pixel(kept.format);
     };
@@ -34,11 +34,10 @@ void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop&
             copy_gray(kept.format, kept.image.pixels + y * kept.image.stride,
                       rows * kept.row_pixels, &kept.copy[y * kept.row_pixels], helpers != nullptr);
     };
-    // Who is awake helps with little, too.
     const size_t shares = helpers != nullptr && largest > kShare
                               ? images.size() * ((largest + kShare - 1) / kShare)
                               : 0,
-                 awake = helpers != nullptr && largest > kBand ? helpers->awake() : 0,
+                 awake = helpers != nullptr && is_idle && largest > kBand ? helpers->awake() : 0,
                  called =
                      std::max(shares, awake > 0 ? std::min(awake + 1, images.size() * bands) : 0);
     Services::forget_parallel_failure();

@@ -44,9 +44,10 @@ struct KeptImage {
 };
 // Copies pixels of the host; the images are these gray copies afterwards, of which stage rectify
 // makes the same as of the colours. loop: who helps it helps copying. helpers: whose threads copy
-// as well where it is much, for a device that reads the copies by itself; may be nullptr. Throws
-// what Services::expect_parallel_success does.
+// as well where it is much, for a device that reads the copies by itself; may be nullptr. is_idle:
+// no frame is under way that may want these threads, so those that are awake copy little, too.
+// Throws what Services::expect_parallel_success does.
 void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop& loop,
-                 const Services* helpers);
+                 const Services* helpers, bool is_idle);
 
 }  // namespace defrec

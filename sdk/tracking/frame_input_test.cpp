@@ -35,7 +35,7 @@ void check_kept(const Services* helpers, bool with_ignore) {
                               {images[1], DEFREC_FORMAT_BGR8, kWidth, copies[1]},
                               {images[2], DEFREC_FORMAT_GRAY8, kWidth, copies[2]}};
     SharedLoop loop;
-    keep_pixels(kept, kHeight, loop, helpers);
+    keep_pixels(kept, kHeight, loop, helpers, true);
     CHECK(images[0].pixels == copies[0].data());
     CHECK(images[1].stride == kWidth);
     size_t wrong = 0;
@@ -78,6 +78,6 @@ TEST_CASE(
     image.stride = kRow;
     const KeptImage kept[] = {{image, DEFREC_FORMAT_GRAY8, kRow, copy}};
     SharedLoop loop;
-    CHECK_THROWS(keep_pixels(kept, kHeight, loop, &services));
+    CHECK_THROWS(keep_pixels(kept, kHeight, loop, &services, true));
     CHECK(image.pixels == pixels.data());
 }

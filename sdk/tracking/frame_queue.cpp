@@ -26,7 +26,7 @@ FrameQueue::FrameQueue(const std::shared_ptr<const Device>& device,
 }
 
 std::shared_ptr<TrackerJob> FrameQueue::submit(FrameInput input) {
-    std::shared_ptr<TrackerJob> job = reserve(input.timestamp_ns);
+    const auto [job, is_idle] = reserve(input.timestamp_ns);
     job->make_room(input);
     const auto view = [&](size_t i) -> KeptImage {
         const DeviceBuffer& in_device = job->views_in_device[i];
@@ -35,7 +35,7 @@ std::shared_ptr<TrackerJob> FrameQueue::submit(FrameInput input) {
     };
     const KeptImage images[] = {
         view(0), view(1), {input.ignore, DEFREC_FORMAT_GRAY8, width_, job->ignore.as<uint8_t>()}};
-    keep_pixels(images, height_, copying_, helpers_);
+    keep_pixels(images, height_, copying_, helpers_, is_idle);
     job->input = std::move(input);
 
     const std::lock_guard lock(monitor_->mutex);
@@ -49,7 +49,7 @@ std::shared_ptr<TrackerJob> FrameQueue::submit(FrameInput input) {
     return job;
 }
 
-std::shared_ptr<TrackerJob> FrameQueue::reserve(int64_t timestamp_ns) {
+FrameQueue::Reserved FrameQueue::reserve(int64_t timestamp_ns) {
     const std::lock_guard lock(monitor_->mutex);
     if (monitor_->is_given_up) fail(DEFREC_ERROR_DEVICE_LOST, monitor_->failure);
     check_timestamp(timestamp_ns);
@@ -57,7 +57,11 @@ std::shared_ptr<TrackerJob> FrameQueue::reserve(int64_t timestamp_ns) {
         if (job->phase == JobPhase::kFree) {
             announced_ = submitted_ + 1;
             arrived_.notify_all();
-            return job;
+            const bool is_idle = std::all_of(
+                jobs_.begin(), jobs_.end(), [](const std::shared_ptr<TrackerJob>& other) {
+                    return other->phase == JobPhase::kFree || other->phase == JobPhase::kDone;
+                });
+            return {job, is_idle};
         }
     fail(DEFREC_ERROR_BUSY, "all ", jobs_.size(),
          " places in the queue are taken; release a job first");

@@ -50,7 +50,11 @@ class FrameQueue {
     bool is_stopped() const { return stopped_ || monitor_->is_given_up; }
 
   private:
-    std::shared_ptr<TrackerJob> reserve(int64_t timestamp_ns);
+    struct Reserved {
+        std::shared_ptr<TrackerJob> job;
+        bool is_idle;  // no other frame is under way
+    };
+    Reserved reserve(int64_t timestamp_ns);
     void check_timestamp(int64_t timestamp_ns);
     std::unique_lock<std::mutex> await_frame();
 

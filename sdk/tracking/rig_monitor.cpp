@@ -101,7 +101,8 @@ void match_rows(const TemplateData& data, const FrameOutput& output,
         rows[i] = left.valid == 1 ? static_cast<float>(left.v) / 256 : kNone;
         if (left.valid != 1 || right.valid != 1) continue;
         matches.push_back({left.u / 256.0 - 0.5 * (data.width - 1),
-                           left.v / 256.0 - 0.5 * (data.height - 1), (right.v - left.v) / 256.0,
+                           left.v / 256.0 - 0.5 * (data.height - 1),
+                           static_cast<double>(int64_t{right.v} - left.v) / 256,
                            std::isnan(last) ? 0 : rows[i] - last});
     }
 }

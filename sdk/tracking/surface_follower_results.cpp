@@ -2,9 +2,11 @@
 // and what it tells of the surface. Which frames come so far: surface_follower.cpp.
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <numeric>
+#include <thread>
 
-#include "sdk/base/platform.hpp"
+#include "sdk/base/spin.hpp"
 #include "sdk/tracking/check_output.hpp"
 #include "sdk/tracking/piece_search.hpp"
 #include "sdk/tracking/surface_follower.hpp"
@@ -82,24 +84,22 @@ void SurfaceFollower::measure(TrackerJob& job) {
     };
     const auto sum_run = [&](size_t run) {
         const size_t first = run * kVertexRun;
-        // Those that add them up have begun.
-        while (sums_left != 0) platform::spin_pause();
+        // Those that add them up have begun; they may be kept from going on.
+        constexpr std::chrono::microseconds kSpin{100}, kSleep{50};
+        while (!spin_until(kSpin, [&] { return sums_left == 0; }))
+            std::this_thread::sleep_for(kSleep);
         measure_lateral(data, job.output, first, std::min(first + kVertexRun, samples.size()),
                         job.lateral);
     };
     const std::shared_ptr<const Services> services = job.services();
-    constexpr size_t kOthers = 4;
     for_tasks_and_runs(
-        services->own_threads(), kOthers + patch_runs,
-        [&](size_t task) {  // the longest first
-            if (task == 0) return check_records();
-            if (task == 1) return measure_rig();
-            if (task == 2) return sum_checks();
-            if (task == 3) {
-                if (watches_rig_) disparities_after_.add_frame(data, samples);
-                return;
-            }
-            measure_patch_run(task - kOthers);
+        services->own_threads(), patch_runs + 4,
+        [&](size_t task) {  // first those for whose sums the runs wait
+            if (task < patch_runs) return measure_patch_run(task);
+            if (task == patch_runs) return sum_checks();
+            if (task == patch_runs + 1) return check_records();
+            if (task == patch_runs + 2) return measure_rig();
+            if (watches_rig_) disparities_after_.add_frame(data, samples);
         },
         runs,
         [&](size_t run) {

@@ -57,7 +57,8 @@ template <class Task, class Run>
 void for_tasks_and_runs(const Services* helpers, size_t tasks, const Task& task, size_t runs,
                         const Run& run) {
     std::atomic<size_t> next = 0;
-    const size_t threads = helpers != nullptr ? std::clamp<size_t>(runs, 1, kMaxVertexThreads) : 1;
+    const size_t threads =
+        helpers != nullptr ? std::clamp<size_t>(std::max(tasks, runs), 1, kMaxVertexThreads) : 1;
     const auto take_part = [&](size_t thread) {
         for (size_t i = next++; i < tasks; i = next++) task(i);
         for (size_t i = runs * thread / threads; i < runs * (thread + 1) / threads; ++i) run(i);

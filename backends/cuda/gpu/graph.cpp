@@ -139,13 +139,15 @@ Graph::Graph(std::span<const Operation> operations, const Progress& progress,
     for (const std::vector<size_t>& earlier : waits)
         for (const size_t j : earlier) waited_for[j] = true;
     std::vector<Download> results;
+    uint64_t results_size = 0;
     for (size_t i = 0; i < operations.size(); ++i) {
         Nodes after;
         for (const size_t j : waits[i]) add_new(after, last[j]);
         const auto* download = std::get_if<Download>(&operations[i]);
-        if (download != nullptr && !waited_for[i] && download->size <= kMaxWrittenByKernel &&
-            results.size() < kMaxDelivered) {
+        if (download != nullptr && !waited_for[i] && results.size() < kMaxDelivered &&
+            results_size + download->size <= kMaxWrittenByKernel) {
             results.push_back(*download);
+            results_size += download->size;
             last[i] = after;
             continue;
         }

@@ -54,10 +54,16 @@ __global__ void __launch_bounds__(kThreads) publish(Progress progress, Deliverie
         const Delivery& its = deliveries.of[which];
         const uint32_t block = blockIdx.x - its.first_block,
                        blocks = deliveries.of[which + 1].first_block - its.first_block;
-        if (word_size(its.to, its.from) == sizeof(uint4))
-            copy_share<uint4>(its.to, its.from, its.size, block, blocks);
-        else
-            copy_share<uint8_t>(its.to, its.from, its.size, block, blocks);
+        switch (word_size(its.to, its.from)) {
+            case sizeof(uint4):
+                copy_share<uint4>(its.to, its.from, its.size, block, blocks);
+                break;
+            case sizeof(uint32_t):
+                copy_share<uint32_t>(its.to, its.from, its.size, block, blocks);
+                break;
+            default:
+                copy_share<uint8_t>(its.to, its.from, its.size, block, blocks);
+        }
         __threadfence_system();
         __syncthreads();
     }

@@ -242,6 +242,29 @@ TEST_CASE("ranges of every size and alignment are copied, and nothing beside the
         }
 }
 
+TEST_CASE("many results of every size and alignment are there once the graph has run") {
+    if (!under_test::available()) return;
+    Queue queue(under_test::device());
+    constexpr uint64_t kMax = 1 << 19, kOffsets = 64;
+    const Buffer buffer(under_test::device(), kMax + kOffsets);
+    std::vector<uint8_t> values(buffer.size());
+    for (size_t i = 0; i < values.size(); ++i)
+        values[i] = static_cast<uint8_t>(1 + i * 2654435761u % 255);
+    queue.write(buffer, 0, values.data(), values.size());
+    REQUIRE(queue.wait(queue.signal(), UINT64_MAX));
+    for (const size_t count : {1, 2, 16, 17, 40})
+        for (const uint64_t size : {uint64_t{1}, uint64_t{17}, uint64_t{4099}, kMax}) {
+            std::vector<std::vector<uint8_t>> results(count, std::vector<uint8_t>(size));
+            const auto offset = [](size_t i) { return (i * 4 + i / 4) % kOffsets; };
+            for (size_t i = 0; i < count; ++i)
+                queue.read(buffer, offset(i), results[i].data(), size);
+            REQUIRE(queue.wait(queue.signal(), UINT64_MAX));
+            for (size_t i = 0; i < count; ++i)
+                CHECK(std::equal(results[i].begin(), results[i].end(),
+                                 values.begin() + static_cast<std::ptrdiff_t>(offset(i))));
+        }
+}
+
 // What is freed leaves its address to the next that asks, also where the driver has given the
 // memory behind it back in between.
 TEST_CASE("memory that takes the place of freed memory is not taken for it") {

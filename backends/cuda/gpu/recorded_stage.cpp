@@ -1,6 +1,8 @@
 // See recorded_stage.hpp.
 #include "backends/cuda/gpu/recorded_stage.hpp"
 
+#include <algorithm>
+
 namespace defrec::cuda {
 namespace {
 
@@ -42,6 +44,11 @@ void RecordedStage::enqueue(Queue& queue, Buffers in, Buffers out) {
             const Gpu::Use use(gpu_);
             stage_->record(recorder, views<InBuffer>(in), views<OutBuffer>(out));
         }
+        const auto& nodes = run->recording.nodes;
+        if (stage_->reentrant() && std::any_of(nodes.begin(), nodes.end(), [](const Node& node) {
+                return !node.early.empty();
+            }))
+            throw StageError(DEFREC_ERROR_INTERNAL, "a stage that is reentrant begins early");
         if (runs_.size() == kMaxRuns) runs_.drop_last();
         known = &runs_.add(in, out, std::move(run));
     }
