@@ -70,7 +70,7 @@ void Buffer::swap(Buffer& other) noexcept {
 Device::Device(std::shared_ptr<LogicalDevice> logical)
     : logical_(std::move(logical)),
       memory_(physical().handle, handle(), vk()),
-      wide_(!physical().software && physical().packed_dot),
+      wide_(!physical().software && logical_->packed_dot()),
       nothing_(*this, kBufferMultiple) {
     clear(nothing_);
 }

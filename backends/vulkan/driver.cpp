@@ -66,6 +66,7 @@ std::string missing_features(VkPhysicalDevice device,
     return {};
 }
 
+// Of a device that lacks nothing: others may not know the call.
 bool has_packed_dot(VkPhysicalDevice device) {
     uint32_t count = 0;
     vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
@@ -118,10 +119,10 @@ PhysicalDevice describe(VkPhysicalDevice handle) {
             device.memory_bytes =
                 std::max<uint64_t>(device.memory_bytes, memory.memoryHeaps[i].size);
     device.software = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
-    device.packed_dot = has_packed_dot(handle);
     device.lacks = missing_features(handle, properties);
     if (!find_queue_family(handle, device.queue_family, device.queue_count))
         device.lacks = "a queue that computes";
+    device.packed_dot = device.lacks.empty() && has_packed_dot(handle);
     return device;
 }
 

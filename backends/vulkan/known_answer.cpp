@@ -55,6 +55,13 @@ uint32_t tree_sum(uint32_t group) {
     return tree[0];
 }
 
+int32_t packed_dot(uint32_t a, uint32_t b) {
+    int32_t sum = 0;
+    for (uint32_t shift = 0; shift < 32; shift += 8)
+        sum += int32_t{static_cast<int8_t>(a >> shift)} * static_cast<int8_t>(b >> shift);
+    return sum;
+}
+
 }  // namespace
 
 KnownAnswers expected_answers() {
@@ -128,12 +135,41 @@ std::string difference(const KnownAnswers& expected, const KnownAnswers& compute
     return text;
 }
 
+std::vector<int32_t> expected_packed_dots() {
+    std::vector<int32_t> result;
+    for (uint32_t i = 0; i < kCount; ++i) {
+        const bool lowest = i % 4 == 3;
+        const uint32_t a = lowest ? 0x80808080u : scrambled(2 * i),
+                       b = lowest ? 0x80808080u : (scrambled(2 * i + 1) & 0xffffff00u) | 0x80u;
+        for (const uint32_t other : {b, b ^ 0xffff0000u, ~a})
+            result.push_back(packed_dot(a, other));
+    }
+    return result;
+}
+
+std::vector<int32_t> computed_packed_dots(Device& device) {
+    std::vector<int32_t> result(3 * kCount);
+    const Buffer answers(device, result.size() * sizeof(int32_t));
+    Recording recording(device);
+    Recorder recorder(recording);
+    recorder.dispatch(device.kernel(shaders::known_packed_dot), {answers}, 0, {kGroups});
+    recorder.finish();
+    Queue queue(device);
+    queue.run(recording);
+    queue.read(answers, 0, result.data(), answers.size());
+    queue.wait(queue.signal(), UINT64_MAX);
+    return result;
+}
+
 void check_known_answers(Device& device) {
     const std::string wrong = difference(expected_answers(), computed_answers(device));
     if (!wrong.empty())
         throw StageError(
             DEFREC_ERROR_UNSUPPORTED,
             device.physical().name + " does not compute as the stages' definition needs: " + wrong);
+    LogicalDevice& logical = device.logical();
+    if (logical.packed_dot() && computed_packed_dots(device) != expected_packed_dots())
+        logical.distrust_packed_dot();
 }
 
 }  // namespace defrec::vulkan

@@ -22,7 +22,12 @@ KnownAnswers computed_answers(Device& device);
 // "" if they are equal, else how many of which kind are not.
 std::string difference(const KnownAnswers& expected, const KnownAnswers& computed);
 
-// Throws StageError(DEFREC_ERROR_UNSUPPORTED) with the error message.
+// The same of packed dot products, for a device that has them.
+std::vector<int32_t> expected_packed_dots();
+std::vector<int32_t> computed_packed_dots(Device& device);
+
+// Throws StageError(DEFREC_ERROR_UNSUPPORTED) with the error message. With packed dot products that
+// are wrong, a logical device has none from then on.
 void check_known_answers(Device& device);
 
 }  // namespace defrec::vulkan

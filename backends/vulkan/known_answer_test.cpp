@@ -14,6 +14,22 @@ TEST_CASE("row 48: a device that computes as the definition says passes the star
     check_known_answers(under_test::device());
 }
 
+TEST_CASE("packed dot products are what the start-up test expects") {
+    CHECK(expected_packed_dots()[3 * 3] == 4 * 128 * 128);
+    CHECK(expected_packed_dots()[3 * 3 + 2] == -4 * 128 * 127);
+    if (!under_test::available() || !under_test::device().physical().packed_dot) return;
+    CHECK(computed_packed_dots(under_test::device()) == expected_packed_dots());
+}
+
+TEST_CASE("a logical device whose packed dot products are wrong counts as one without") {
+    if (!under_test::available()) return;
+    const auto logical = under_test::new_logical_device();
+    CHECK(logical->packed_dot() == logical->physical().packed_dot);
+    logical->distrust_packed_dot();
+    CHECK(!logical->packed_dot());
+    CHECK(!Device(logical).wide());
+}
+
 TEST_CASE("row 48: every wrong answer is found, and its kind named") {
     const KnownAnswers right = expected_answers();
     CHECK(difference(right, right) == "");

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "backends/vulkan/test_device.hpp"
+#include "include/defrec_c.h"
 #include "sdk/contract/stage_params.hpp"
 
 using namespace defrec;
@@ -39,6 +40,22 @@ TEST_CASE("row 48: ransac refuses more landmarks than its loops may go through")
     ++p.landmarks;
     CHECK(refusal([&] { vulkan::make_ransac(p, under_test::device()); }) ==
           "ransac: 253466 landmarks with that many iterations; this device takes at most 253465");
+}
+
+TEST_CASE("the shaders of stereo have the shared memory they need for the largest image") {
+    if (!under_test::available()) return;
+    defrec_stereo_params p{};
+    p.width = p.height = DEFREC_MAX_SIDE;
+    p.disparities = 64;
+    fill_defaults(p);
+    for (const bool wide : {false, true}) {
+        vulkan::Device device(under_test::new_logical_device());
+        if (wide && !device.physical().packed_dot) continue;
+        device.set_wide(wide);
+        // The shaders are made before the buffers, of which lavapipe takes no such large ones.
+        const std::string text = refusal([&] { vulkan::make_stereo(p, device); });
+        CHECK_MESSAGE((text == "" || text.starts_with("a buffer of ")), text);
+    }
 }
 
 TEST_CASE("warp and align refuse more than a dispatch has work groups for") {

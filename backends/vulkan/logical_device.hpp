@@ -69,6 +69,9 @@ class LogicalDevice {
     const std::shared_ptr<const Driver>& driver() const { return driver_; }
     const PhysicalDevice& physical() const { return driver_->devices()[index_]; }
     const VkPhysicalDeviceLimits& limits() const { return limits_; }
+    // Whether packed dot products are there and right, as far as is known.
+    bool packed_dot() const { return physical().packed_dot && !wrong_packed_dot_; }
+    void distrust_packed_dot() { wrong_packed_dot_ = true; }
     VkPipelineCache pipeline_cache() const { return pipeline_cache_; }
 
     // The shader with constants, its specialization constants 0, 1, 2 ...; compiled once and kept
@@ -97,7 +100,7 @@ class LogicalDevice {
     VkDevice handle_ = VK_NULL_HANDLE;
     VolkDeviceTable vk_{};
     VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
-    std::atomic<bool> lost_{false};
+    std::atomic<bool> lost_{false}, wrong_packed_dot_{false};
 
     std::mutex kernel_mutex_;
     std::map<std::pair<const char*, std::vector<uint32_t>>, std::shared_ptr<const Kernel>> kernels_;

@@ -162,6 +162,7 @@ void Recording::write(const VolkDeviceTable& vk, CommandBuffer& commands,
     bool copied = true;  // whatever was before
     for (Round round : rounds) {
         // The smallest first: behind one that fills the device it would begin when that ends.
+        // An indirect one counts as one group: orb's has a small one for each feature.
         std::stable_sort(round.begin(), round.end(), [](const auto& one, const auto& other) {
             return one.second->groups.count() < other.second->groups.count();
         });

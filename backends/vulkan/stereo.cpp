@@ -27,18 +27,21 @@ constexpr uint32_t kPassesAtOnce = 4;
 // How work is divided, by the names in the shaders: runs are what an invocation does of a line.
 struct Division {
     uint32_t prepare_invocations;
-    uint32_t tile_levels;  // of support and fill, whose tiles have a side of 1 << tile_levels
-    uint32_t support_run, support_invocations;
-    uint32_t fill_run;
+    uint32_t tile_levels;  // of support and fill
+    uint32_t support_run, fill_run;
     uint32_t holes_run;
     uint32_t smooth_run, smooth_result_run, smooth_invocations;
-    uint32_t fill_invocations() const { return (1u << (2 * tile_levels)) / fill_run; }
-    uint32_t fill_tile() const { return 1u << tile_levels; }
+    uint32_t tile() const { return 1u << tile_levels; }  // side of the tiles of support and fill
+    // One for each run of the samples whose support is counted, in whole subgroups.
+    uint32_t support_invocations() const {
+        const uint32_t side = tile() + 2 * kHalfSmoothRadius;
+        return cover(side * cover(side, support_run), 32) * 32;
+    }
+    uint32_t fill_invocations() const { return tile() * tile() / fill_run; }
 };
 constexpr Division kNarrow{.prepare_invocations = 64,
                            .tile_levels = 5,
                            .support_run = 4,
-                           .support_invocations = 320,
                            .fill_run = 4,
                            .holes_run = 8,
                            .smooth_run = 8,
@@ -47,7 +50,6 @@ constexpr Division kNarrow{.prepare_invocations = 64,
 constexpr Division kWide{.prepare_invocations = 256,
                          .tile_levels = 4,
                          .support_run = 1,
-                         .support_invocations = 352,
                          .fill_run = 1,
                          .holes_run = 2,
                          .smooth_run = 2,
@@ -82,6 +84,23 @@ uint64_t all_pixels(const std::vector<Level>& levels, size_t first = 0) {
     return sum;
 }
 
+// Of stereo_fill.comp: bytes of shared memory.
+uint64_t fill_shared(const std::vector<Level>& levels, const Division& by) {
+    const uint64_t side = by.tile() + 2 * kEdgeRadius;
+    return 4 * (1 + all_pixels(levels, by.tile_levels) + side * side * 5 / 3);
+}
+
+// The narrow tiles fit any image: 30,488 bytes of the largest.
+Division division_of(const std::vector<Level>& levels, const Device& device) {
+    Division by = device.wide() ? kWide : kNarrow;
+    if (fill_shared(levels, by) > device.limits().maxComputeSharedMemorySize) {
+        by.tile_levels = kNarrow.tile_levels;
+        by.support_run = kNarrow.support_run;
+        by.fill_run = kNarrow.fill_run;
+    }
+    return by;
+}
+
 // Bytes of an image in words (shaders/stereo.glsl).
 uint64_t column_words(int width, int height) {
     return 4 * uint64_t(width) * cover(uint64_t(height), 4);
@@ -96,7 +115,7 @@ class Stereo final : public Stage {
         : c_(constants_of(params)),
           wide_(device.wide()),
           levels_(levels_of(c_)),
-          by_(wide_ ? kWide : kNarrow),
+          by_(division_of(levels_, device)),
           kernels_(c_, levels_, by_, device),
           left_(device, column_words(c_.width, c_.height), c_, wide_ ? 0 : c_.half_samples()),
           right_(device, row_words(c_.width, c_.height), c_, wide_ ? 0 : c_.right_winners()),
@@ -159,7 +178,7 @@ class Stereo final : public Stage {
                 search = device.kernel(shaders::stereo_search, {radius});
             }
             support = device.kernel(shaders::stereo_support,
-                                    {by.tile_levels, by.support_run, by.support_invocations});
+                                    {by.tile_levels, by.support_run, by.support_invocations()});
             fill = device.kernel(shaders::stereo_fill,
                                  {uint32_t(all_pixels(levels, by.tile_levels)), by.tile_levels,
                                   by.fill_run, by.fill_invocations()});
@@ -233,8 +252,7 @@ class Stereo final : public Stage {
 
     // Leaves what is supported, the dense field and what stands.
     void search(Run& run, const Outputs& out) {
-        const Groups samples =
-            tiles(c_.half_samples_x, c_.half_samples_y, by_.fill_tile(), by_.fill_tile());
+        const Groups samples = tiles(c_.half_samples_x, c_.half_samples_y, by_.tile(), by_.tile());
         if (wide_) {
             // Pixels from the first sample to the last that has a window.
             const int first_x = (c_.radius + c_.first + 1) / 2 * 2,
@@ -296,7 +314,7 @@ class Stereo final : public Stage {
     StereoConstants c_;
     bool wide_;
     std::vector<Level> levels_;
-    const Division& by_;
+    Division by_;
     Kernels kernels_;
     Image left_, right_;
     Buffer right_half_rows_;

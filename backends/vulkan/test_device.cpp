@@ -21,14 +21,20 @@ struct Opened {
     std::shared_ptr<const vulkan::Driver> driver = vulkan::Driver::open();
     size_t index = 0;
     std::unique_ptr<vulkan::Device> device;
+    const char* lacks = "device";  // what there is none of, where there is no `device`
     Opened() {
         if (driver == nullptr) return;
         while (index < driver->devices().size() && !driver->devices()[index].lacks.empty()) ++index;
         if (index < driver->devices().size())
             device = std::make_unique<vulkan::Device>(
                 std::make_shared<vulkan::LogicalDevice>(driver, index));
-        if (std::getenv("DEFREC_TEST_WIDE") != nullptr && device->physical().packed_dot)
+        if (std::getenv("DEFREC_TEST_WIDE") == nullptr || device == nullptr) return;
+        if (device->physical().packed_dot) {
             device->set_wide(true);
+        } else {
+            lacks = "device with packed dot products";
+            device = nullptr;
+        }
     }
 };
 Opened& opened() {
@@ -39,7 +45,7 @@ Opened& opened() {
 }  // namespace
 
 bool available() {
-    if (opened().device == nullptr) MESSAGE("skipped: no Vulkan device");
+    if (opened().device == nullptr) MESSAGE("skipped: no Vulkan ", opened().lacks);
     return opened().device != nullptr;
 }
 

@@ -12,7 +12,8 @@ constexpr const char* kBackend = "vulkan";
 
 // False, with a message, where there is no device to test on.
 bool available();
-// With DEFREC_TEST_WIDE in the environment it counts as wide, if it has what that needs.
+// With DEFREC_TEST_WIDE in the environment it counts as wide, and one without what that needs as
+// none.
 vulkan::Device& device();
 // The same for tests that open it themselves.
 const std::shared_ptr<const vulkan::Driver>& driver();

@@ -1,6 +1,6 @@
 // Stage stereo, sections 4 and 5, and of section 6 what leads to the dense field: the smoothed
 // samples, and the coarser fields as far as a tile reaches. A work group per tile of
-// samples. stereo_statistics.comp has looked at the left pixels.
+// samples. stereo_statistics.comp, or stereo_search_wide.comp, has looked at the left pixels.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
