@@ -74,71 +74,6 @@ __device__ float4 dominant_eigenvector(Symmetric m) {
     return scaled(rsqrtf(dot(column, column)), column);
 }
 
-// Likewise, quicker, of a symmetric matrix whose trace is 0: from the largest root of its
-// characteristic polynomial l^4 - squares / 2 l^2 + linear l + determinant, by Newton's method from
-// `bound`, which is not below it (Theobald, 2005); the eigenvector is a column of the cofactors.
-// squares: of all elements. False where the root is too near another one for that.
-__device__ bool root_eigenvector(const Symmetric& m, float squares, float linear, float bound,
-                                 float4& vector) {
-    constexpr int kSteps = 12;
-    constexpr float kLeastStep = 1e-6f, kLeastGaps = 0.5f;  // of the other roots, multiplied
-    const float b = m.x.y, c = m.x.z, d = m.x.w, f = m.y.z, g = m.y.w, i = m.z.w;
-    const auto minor = [](float p, float q, float r, float s) { return fmaf(p, q, -(r * s)); };
-    // Determinant of three numbers with three minors, of which the middle one counts negatively.
-    const auto expand = [](float p, float by_p, float q, float by_q, float r, float by_r) {
-        return fmaf(p, by_p, fmaf(-q, by_q, r * by_r));
-    };
-    const auto lower_minors = [&](float h, float j, float(&of)[5]) {  // of the last two rows
-        of[0] = minor(h, j, i, i);
-        of[1] = minor(f, j, g, i);
-        of[2] = minor(f, i, g, h);
-        of[3] = minor(c, j, d, i);
-        of[4] = minor(c, i, d, h);
-    };
-    const float last = minor(c, g, d, f);
-    float of[5];
-    lower_minors(m.z.z, m.w.w, of);
-    const float determinant = m.x.x * expand(m.y.y, of[0], f, of[1], g, of[2]) -
-                              b * expand(b, of[0], f, of[3], g, of[4]) +
-                              c * expand(b, of[1], m.y.y, of[3], g, last) -
-                              d * expand(b, of[2], m.y.y, of[4], f, last);
-    float root = bound;
-    for (int step = 0; step < kSteps; ++step) {
-        const float square = root * root, half = fmaf(-0.5f, squares, square);
-        const float value = fmaf(fmaf(half, root, linear), root, determinant),
-                    slope = fmaf(fmaf(2, square, 2 * half), root, linear);
-        if (!(slope > kLeastGaps)) return false;
-        const float change = __fdividef(value, slope);
-        root -= change;
-        if (fabsf(change) < kLeastStep * bound) break;
-    }
-    const float a = m.x.x - root, e = m.y.y - root, h = m.z.z - root, j = m.w.w - root;
-    lower_minors(h, j, of);
-    const float upper[5] = {minor(a, e, b, b), minor(a, f, b, c), minor(a, g, b, d),
-                            minor(b, f, e, c), minor(b, g, e, d)};
-    const float xx = expand(e, of[0], f, of[1], g, of[2]),
-                xy = -expand(b, of[0], f, of[3], g, of[4]),
-                xz = expand(b, of[1], e, of[3], g, last), xw = -expand(b, of[2], e, of[4], f, last),
-                yy = expand(a, of[0], c, of[3], d, of[4]),
-                yz = -expand(a, of[1], b, of[3], d, last), yw = expand(a, of[2], b, of[4], c, last),
-                zz = expand(d, upper[4], g, upper[2], j, upper[0]),
-                zw = -expand(d, upper[3], g, upper[1], i, upper[0]),
-                ww = expand(c, upper[3], f, upper[1], h, upper[0]);
-    if (!(fabsf(xx + yy + zz + ww) > kLeastGaps)) return false;
-    float4 column = make_float4(xx, xy, xz, xw);
-    float largest = fabsf(xx);
-    const auto prefer = [&](float diagonal, const float4& other) {
-        if (!(fabsf(diagonal) > largest)) return;
-        largest = fabsf(diagonal);
-        column = other;
-    };
-    prefer(yy, make_float4(xy, yy, yz, yw));
-    prefer(zz, make_float4(xz, yz, zz, zw));
-    prefer(ww, make_float4(xw, yw, zw, ww));
-    vector = scaled(rsqrtf(dot(column, column)), column);
-    return true;
-}
-
 // The rotation R that maximises the sum of R_ij m_ij, never a reflection: Horn's (1987) quaternion,
 // w last. Where it is not unique it is one of the best; the identity for a matrix that is zero or
 // not finite.
@@ -147,23 +82,15 @@ __device__ inline float4 nearest_quaternion(const float m[9]) {
     for (int i = 0; i < 9; ++i) squares = fmaf(m[i], m[i], squares);
     if (!(squares > 1e-30f && squares < 1e38f)) return make_float4(0, 0, 0, 1);
     const float scale = rsqrtf(squares);
-    constexpr float kBound = 1.7320508f;  // no eigenvalue is beyond sqrt(3) |m|
+    constexpr float kShift = 1.7320508f;  // no eigenvalue is below -sqrt(3) |m|
     const auto at = [&](int i, int j) { return scale * m[3 * i + j]; };
     const float xx = at(0, 0), yy = at(1, 1), zz = at(2, 2);
     const float wx = at(2, 1) - at(1, 2), wy = at(0, 2) - at(2, 0), wz = at(1, 0) - at(0, 1);
     const float xy = at(0, 1) + at(1, 0), xz = at(0, 2) + at(2, 0), yz = at(1, 2) + at(2, 1);
-    Symmetric horn{make_float4(xx - yy - zz, xy, xz, wx), make_float4(xy, yy - xx - zz, yz, wy),
-                   make_float4(xz, yz, zz - xx - yy, wz), make_float4(wx, wy, wz, xx + yy + zz)};
-    const float determinant = xx * fmaf(yy, zz, -(at(1, 2) * at(2, 1))) -
-                              at(0, 1) * fmaf(at(1, 0), zz, -(at(1, 2) * at(2, 0))) +
-                              at(0, 2) * fmaf(at(1, 0), at(2, 1), -(yy * at(2, 0)));
-    float4 quaternion;
-    if (root_eigenvector(horn, 4, -8 * determinant, kBound, quaternion)) return quaternion;
-    horn.x.x += kBound;
-    horn.y.y += kBound;
-    horn.z.z += kBound;
-    horn.w.w += kBound;
-    return dominant_eigenvector(horn);
+    return dominant_eigenvector({make_float4(kShift + xx - yy - zz, xy, xz, wx),
+                                 make_float4(xy, kShift + yy - xx - zz, yz, wy),
+                                 make_float4(xz, yz, kShift + zz - xx - yy, wz),
+                                 make_float4(wx, wy, wz, kShift + xx + yy + zz)});
 }
 __device__ inline Rotation nearest_rotation(const float m[9]) {
     const float4 q = nearest_quaternion(m);

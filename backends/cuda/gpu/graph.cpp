@@ -136,20 +136,11 @@ Graph::Graph(std::span<const Operation> operations, const Progress& progress,
     const std::vector<std::vector<size_t>> waits = dependencies(operations);
     std::vector<Nodes> last(operations.size());
     std::vector<bool> waited_for(operations.size());
-    for (const std::vector<size_t>& earlier : waits)
-        for (const size_t j : earlier) waited_for[j] = true;
-    std::vector<Download> results;
-    uint64_t results_size = 0;
     for (size_t i = 0; i < operations.size(); ++i) {
         Nodes after;
-        for (const size_t j : waits[i]) add_new(after, last[j]);
-        const auto* download = std::get_if<Download>(&operations[i]);
-        if (download != nullptr && !waited_for[i] && results.size() < kMaxDelivered &&
-            results_size + download->size <= kMaxWrittenByKernel) {
-            results.push_back(*download);
-            results_size += download->size;
-            last[i] = after;
-            continue;
+        for (const size_t j : waits[i]) {
+            add_new(after, last[j]);
+            waited_for[j] = true;
         }
         const auto early = [&](const Node& node) {
             Nodes before;
@@ -162,7 +153,7 @@ Graph::Graph(std::span<const Operation> operations, const Progress& progress,
     Nodes ends;
     for (size_t i = 0; i < operations.size(); ++i)
         if (!waited_for[i]) add_new(ends, last[i]);
-    builder.add(publish_call(progress, results), ends);
+    builder.add(publish_call(progress), ends);
     check(cudaGraphInstantiate(&executable_, builder.graph(), 0), "cudaGraphInstantiate");
 }
 

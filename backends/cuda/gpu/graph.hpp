@@ -11,12 +11,8 @@ namespace defrec::cuda {
 
 // Counts the graphs that have run, for the host to look at.
 struct Progress {
-    struct OnDevice {
-        uint64_t count;
-        uint32_t blocks;  // of the kernel that counts: how many are done; else 0
-    };
-    OnDevice* on_device;
-    volatile uint64_t* on_host;  // page-locked: a copy of the count
+    uint64_t* on_device;         // the count
+    volatile uint64_t* on_host;  // page-locked: its copy
 };
 
 // Memory of a block beyond what every kernel may ask for has to be allowed, once for each kernel.

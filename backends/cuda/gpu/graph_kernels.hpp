@@ -4,9 +4,8 @@
 
 namespace defrec::cuda {
 
-// The last of every graph: gives the host its results, and tells that it has run.
-constexpr size_t kMaxDelivered = 16;
-KernelCall publish_call(const Progress& progress, std::span<const Download> results);
+// The last of every graph: tells the host that it has run.
+KernelCall publish_call(const Progress& progress);
 KernelCall fill_call(const Fill& fill);
 // Between any two of the device's and the host's page-locked memory.
 KernelCall copy_call(void* to, const void* from, uint64_t size);

@@ -23,9 +23,9 @@ uint64_t address(const void* memory) { return reinterpret_cast<uintptr_t>(memory
 }  // namespace
 
 Queue::Queue(Gpu& gpu)
-    : gpu_(gpu), count_(gpu, sizeof(Progress::OnDevice)), count_on_host_(gpu, sizeof(uint64_t)) {
+    : gpu_(gpu), count_(gpu, sizeof(uint64_t)), count_on_host_(gpu, sizeof(uint64_t)) {
     gpu.clear(count_.data(), count_.size());
-    progress_ = {count_.as<Progress::OnDevice>(),
+    progress_ = {count_.as<uint64_t>(),
                  reinterpret_cast<volatile uint64_t*>(count_on_host_.data())};
     const Gpu::Use use(gpu);
     check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate");
