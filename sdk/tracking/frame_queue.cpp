@@ -26,7 +26,8 @@ FrameQueue::FrameQueue(const std::shared_ptr<const Device>& device,
 }
 
 std::shared_ptr<TrackerJob> FrameQueue::submit(FrameInput input) {
-    const auto [job, is_idle] = reserve(input.timestamp_ns);
+    const Reserved reserved = reserve(input.timestamp_ns);
+    const std::shared_ptr<TrackerJob>& job = reserved.job;
     job->make_room(input);
     const auto view = [&](size_t i) -> KeptImage {
         const DeviceBuffer& in_device = job->views_in_device[i];
@@ -35,7 +36,7 @@ std::shared_ptr<TrackerJob> FrameQueue::submit(FrameInput input) {
     };
     const KeptImage images[] = {
         view(0), view(1), {input.ignore, DEFREC_FORMAT_GRAY8, width_, job->ignore.as<uint8_t>()}};
-    keep_pixels(images, height_, copying_, helpers_, is_idle);
+    keep_pixels(images, height_, copying_, helpers_, reserved.is_idle);
     job->input = std::move(input);
 
     const std::lock_guard lock(monitor_->mutex);
