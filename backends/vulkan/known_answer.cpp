@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <initializer_list>
 #include <numeric>
 
 #include "backends/vulkan/check.hpp"
@@ -62,6 +63,20 @@ int32_t packed_dot(uint32_t a, uint32_t b) {
     return sum;
 }
 
+// Runs the shader's kGroups and what reads its answers, and waits.
+template <class Read>
+void compute(Device& device, const Shader& shader, std::initializer_list<Binding> answers,
+             const Read& read) {
+    Recording recording(device);
+    Recorder recorder(recording);
+    recorder.dispatch(device.kernel(shader), answers, 0, {kGroups});
+    recorder.finish();
+    Queue queue(device);
+    queue.run(recording);
+    read(queue);
+    queue.wait(queue.signal(), UINT64_MAX);
+}
+
 }  // namespace
 
 KnownAnswers expected_answers() {
@@ -103,16 +118,11 @@ KnownAnswers computed_answers(Device& device) {
                         std::vector<int16_t>(kCount)};
     const Buffer words(device, result.words.size() * sizeof(uint32_t)), bytes(device, kCount),
         shorts(device, kCount * sizeof(int16_t));
-    Recording recording(device);
-    Recorder recorder(recording);
-    recorder.dispatch(device.kernel(shaders::known_answer), {words, bytes, shorts}, 0, {kGroups});
-    recorder.finish();
-    Queue queue(device);
-    queue.run(recording);
-    queue.read(words, 0, result.words.data(), words.size());
-    queue.read(bytes, 0, result.bytes.data(), bytes.size());
-    queue.read(shorts, 0, result.shorts.data(), shorts.size());
-    queue.wait(queue.signal(), UINT64_MAX);
+    compute(device, shaders::known_answer, {words, bytes, shorts}, [&](Queue& queue) {
+        queue.read(words, 0, result.words.data(), words.size());
+        queue.read(bytes, 0, result.bytes.data(), bytes.size());
+        queue.read(shorts, 0, result.shorts.data(), shorts.size());
+    });
     return result;
 }
 
@@ -150,14 +160,8 @@ std::vector<int32_t> expected_packed_dots() {
 std::vector<int32_t> computed_packed_dots(Device& device) {
     std::vector<int32_t> result(3 * kCount);
     const Buffer answers(device, result.size() * sizeof(int32_t));
-    Recording recording(device);
-    Recorder recorder(recording);
-    recorder.dispatch(device.kernel(shaders::known_packed_dot), {answers}, 0, {kGroups});
-    recorder.finish();
-    Queue queue(device);
-    queue.run(recording);
-    queue.read(answers, 0, result.data(), answers.size());
-    queue.wait(queue.signal(), UINT64_MAX);
+    compute(device, shaders::known_packed_dot, {answers},
+            [&](Queue& queue) { queue.read(answers, 0, result.data(), answers.size()); });
     return result;
 }
 

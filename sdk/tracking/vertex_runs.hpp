@@ -36,23 +36,10 @@ std::span<T> vertex_run(std::span<T> vertices, size_t run) {
 }
 inline size_t vertex_runs(size_t vertices) { return (vertices + kVertexRun - 1) / kVertexRun; }
 
-// Calls task(0 .. count-1), each once, and returns when all have returned. Who has nothing to do
-// takes the next one, so the longest come first. It must not throw.
-template <class Task>
-void for_each_task(const Services* helpers, size_t count, const Task& task) {
-    std::atomic<size_t> next = 0;
-    const auto take_tasks = [&](size_t) {
-        for (size_t i = next++; i < count; i = next++) task(i);
-    };
-    if (helpers != nullptr)
-        helpers->parallel_for(std::min(count, kMaxVertexThreads), take_tasks);
-    else
-        take_tasks(0);
-}
-
-// Calls task(0 .. tasks-1) like for_each_task, and run(0 .. runs-1), each once, and returns when
-// all have returned. Runs begin when the last task has begun, and a thread takes the same ones each
-// time, of whose vertices it may have something in its cache. Neither must throw.
+// Calls task(0 .. tasks-1) and run(0 .. runs-1), each once, and returns when all have returned. Who
+// has nothing to do takes the next task, so the longest come first. Runs begin when the last task
+// has begun, and a thread takes the same ones each time, of whose vertices it may have something in
+// its cache. Neither must throw.
 template <class Task, class Run>
 void for_tasks_and_runs(const Services* helpers, size_t tasks, const Task& task, size_t runs,
                         const Run& run) {
@@ -67,6 +54,12 @@ void for_tasks_and_runs(const Services* helpers, size_t tasks, const Task& task,
         helpers->parallel_for(threads, take_part);
     else
         take_part(0);
+}
+
+// Tasks alone.
+template <class Task>
+void for_each_task(const Services* helpers, size_t count, const Task& task) {
+    for_tasks_and_runs(helpers, count, task, 0, [](size_t) {});
 }
 
 }  // namespace defrec

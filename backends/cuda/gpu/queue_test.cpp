@@ -27,6 +27,13 @@ std::vector<uint32_t> numbers() {
     return values;
 }
 
+std::vector<uint8_t> bytes_without_zero(uint64_t size) {
+    std::vector<uint8_t> values(size);
+    for (size_t i = 0; i < values.size(); ++i)
+        values[i] = static_cast<uint8_t>(1 + i * 2654435761u % 255);
+    return values;
+}
+
 // out[i] = in[i] + add, slowly.
 std::shared_ptr<const cuda::StageRun> adding(uint64_t serial, uint64_t stage, const Buffer& in,
                                              const Buffer& out, uint32_t add) {
@@ -224,9 +231,8 @@ TEST_CASE("ranges of every size and alignment are copied, and nothing beside the
     Queue queue(under_test::device());
     constexpr uint64_t kMax = (1 << 19) + 1, kRim = 32;
     const Buffer buffer(under_test::device(), kMax + 2 * kRim);
-    std::vector<uint8_t> values(kMax), out(buffer.size());
-    for (size_t i = 0; i < values.size(); ++i)
-        values[i] = static_cast<uint8_t>(1 + i * 2654435761u % 255);
+    const std::vector<uint8_t> values = bytes_without_zero(kMax);
+    std::vector<uint8_t> out(buffer.size());
     for (const uint64_t size :
          {uint64_t{1}, uint64_t{15}, uint64_t{16}, uint64_t{17}, uint64_t{70003}, kMax - 1, kMax})
         for (const uint64_t offset : {0, 1, 4, 16}) {
@@ -247,9 +253,7 @@ TEST_CASE("many results of every size and alignment are there once the graph has
     Queue queue(under_test::device());
     constexpr uint64_t kMax = 1 << 19, kOffsets = 64;
     const Buffer buffer(under_test::device(), kMax + kOffsets);
-    std::vector<uint8_t> values(buffer.size());
-    for (size_t i = 0; i < values.size(); ++i)
-        values[i] = static_cast<uint8_t>(1 + i * 2654435761u % 255);
+    const std::vector<uint8_t> values = bytes_without_zero(buffer.size());
     queue.write(buffer, 0, values.data(), values.size());
     REQUIRE(queue.wait(queue.signal(), UINT64_MAX));
     for (const size_t count : {1, 2, 16, 17, 40})
