@@ -598,6 +598,7 @@ typedef struct defrec_orb_params {
     uint32_t capacity;    /**< max number of features @default 2048 @range 1..65535 */
     uint32_t spacing;     /**< min distance between features of one level; grows until the features
                                fit the capacity @default 4 @range 1..63 @unit px of the level */
+    uint32_t halvings;    /**< of the image before the pyramid @range 0..3 */
 } defrec_orb_params;
 
 /** Parameters of stage match. */
@@ -701,6 +702,8 @@ typedef struct defrec_lm_params {
     float         match_threshold_mm;   /**< H in the weight 1 - d / (5 H) of matches that
                                              preselection left at 0 @default 2 @range 0..
                                              @unit mm */
+    uint32_t      trust_last_step;      /**< 1: the last iteration's step is taken without
+                                             evaluating its cost @range 0..1 */
 } defrec_lm_params;
 
 /** Parameters of stage warp. */

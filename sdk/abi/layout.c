@@ -200,6 +200,7 @@ int main(void) {
     FIELD(defrec_orb_params, threshold);
     FIELD(defrec_orb_params, capacity);
     FIELD(defrec_orb_params, spacing);
+    FIELD(defrec_orb_params, halvings);
     FIELD(defrec_match_params, struct_size);
     FIELD(defrec_match_params, landmarks);
     FIELD(defrec_match_params, features);
@@ -258,6 +259,7 @@ int main(void) {
     FIELD(defrec_lm_params, association_mm);
     FIELD(defrec_lm_params, damping);
     FIELD(defrec_lm_params, match_threshold_mm);
+    FIELD(defrec_lm_params, trust_last_step);
     FIELD(defrec_warp_params, struct_size);
     FIELD(defrec_warp_params, nodes);
     FIELD(defrec_warp_params, points);

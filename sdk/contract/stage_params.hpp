@@ -114,6 +114,7 @@ inline std::string range_error(const defrec_orb_params& p) {
     check.integer("threshold", p.threshold, 1, 254);
     check.integer("capacity", p.capacity, 1, 65535);
     check.integer("spacing", p.spacing, 1, 63);
+    check.integer("halvings", p.halvings, 0, 3);
     return check.error();
 }
 inline constexpr int32_t kOrbMaxLevels = 8;
@@ -121,6 +122,7 @@ inline constexpr int32_t kOrbMaxCell = 16;
 inline constexpr int32_t kOrbMaxThreshold = 254;
 inline constexpr int32_t kOrbMaxCapacity = 65535;
 inline constexpr int32_t kOrbMaxSpacing = 63;
+inline constexpr int32_t kOrbMaxHalvings = 3;
 
 inline void fill_defaults(defrec_match_params& p) {
     p.struct_size = sizeof p;
@@ -259,8 +261,10 @@ inline std::string range_error(const defrec_lm_params& p) {
     check.real("association_mm", p.association_mm, 0.0f, kNoMax, false);
     check.real("damping", p.damping, 0.0f, kNoMax, false);
     check.real("match_threshold_mm", p.match_threshold_mm, 0.0f, kNoMax, false);
+    check.integer("trust_last_step", p.trust_last_step, 0, 1);
     return check.error();
 }
+inline constexpr int32_t kLmMaxTrustLastStep = 1;
 
 inline void fill_defaults(defrec_warp_params& p) {
     p.struct_size = sizeof p;

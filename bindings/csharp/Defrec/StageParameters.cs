@@ -117,6 +117,8 @@ namespace Defrec
         /// default 4.
         /// </summary>
         public uint Spacing;
+        /// <summary>Of the image before the pyramid; 0 to 3.</summary>
+        public uint Halvings;
     }
 
     /// <summary>Parameters of stage match.</summary>
@@ -257,6 +259,8 @@ namespace Defrec
         public float Damping;
         /// <summary>H in the weight 1 - d / (5 H) of matches that preselection left at 0, mm; at least 0; default 2.</summary>
         public float MatchThresholdMm;
+        /// <summary>1: the last iteration's step is taken without evaluating its cost; 0 to 1.</summary>
+        public uint TrustLastStep;
     }
 
     /// <summary>Parameters of stage warp.</summary>

@@ -525,6 +525,8 @@ class OrbParams(Struct):
     spacing: U32
     """Min distance between features of one level; grows until the features fit the capacity, px of the level; 1 to
     63; default 4."""
+    halvings: U32
+    """Of the image before the pyramid; 0 to 3."""
 
 
 @c_struct("defrec_match_params", max_distance=64, ratio=218)
@@ -665,6 +667,8 @@ class LmParams(Struct):
     """First lambda; at least 0; default 1e-3."""
     match_threshold_mm: F32
     """H in the weight 1 - d / (5 H) of matches that preselection left at 0, mm; at least 0; default 2."""
+    trust_last_step: U32
+    """1: the last iteration's step is taken without evaluating its cost; 0 to 1."""
 
 
 @c_struct("defrec_warp_params", tolerance_mm=2)
