@@ -364,6 +364,50 @@ TEST_CASE("an edge named twice or backwards counts as one with both weights") {
     }
 }
 
+TEST_CASE("a trusted last step is taken whatever it costs, but not after a refused one") {
+    if (!under_test::available()) return;
+    // Patches lead to where the image shows no surface, which costs more than they gain.
+    TestSurface surface({});
+    surface.deform(rigid({0, 0, 0}, {0, 0, 0}));
+    for (auto& observation : surface.observations) observation.u += 256 * 60;
+    for (const Maker make : kMakers) {
+        LmRun run(surface);
+        run.matches = false;
+        run.params.patch_tukey_px = 1000;
+        run.params.icp_weight = 300;
+        run.params.iterations = 1;
+        CHECK(unmoved(run(make), run.start));
+        run.params.trust_last_step = 1;
+        const Solved trusted = run(make);
+        CHECK_FALSE(unmoved(trusted, run.start));
+        CHECK(trusted.summary.iterations == 1);
+        CHECK(trusted.summary.failed == 0);
+        CHECK(trusted.summary.final_cost == trusted.summary.initial_cost);
+        CHECK(trusted.summary.damping < run.params.damping);
+        run.params.iterations = 2;
+        const Solved refused = run(make);
+        CHECK(unmoved(refused, run.start));
+        CHECK(refused.summary.iterations == 1);
+        CHECK(refused.summary.damping > run.params.damping);
+    }
+}
+
+TEST_CASE("a step that lowers the cost is the same, trusted or not") {
+    if (!under_test::available()) return;
+    TestSurface surface({});
+    surface.deform(wave);
+    for (const Maker make : kMakers)
+        for (const uint32_t iterations : {1u, 2u}) {
+            LmRun run(surface);
+            run.params.iterations = iterations;
+            const Solved evaluated = run(make);
+            run.params.trust_last_step = 1;
+            const Solved trusted = run(make);
+            CHECK(unmoved(trusted, evaluated.motions));
+            CHECK(trusted.summary.final_cost > evaluated.summary.final_cost);
+        }
+}
+
 TEST_CASE("a template that cannot be used is refused") {
     if (!under_test::available()) return;
     for (const Maker make : kMakers)

@@ -44,7 +44,8 @@ struct Surface {
         terms;
     Buffer row_shares, row_known, places;
     Buffer poses, diagonals, matrix, block_sums, scales, steps, states;
-    Buffer data, data_sums, factors, starts, products, dots, local, row_local, passed, row_passed;
+    Buffer data, data_sums, factors, starts, products, dots, local, row_local, passed, row_passed,
+        finite;
     Buffer deformed, rigid;
 
     Surface(Device& device, const Evaluation& evaluates, const Solver& solves, const LmLists& lists,
@@ -87,6 +88,7 @@ struct Surface {
           row_local(make_buffer<float>(device, solves.local * solves.blocks)),
           passed(upload(device, std::vector<uint32_t>(evaluates.blocks))),
           row_passed(upload(device, std::vector<uint32_t>(solves.blocks))),
+          finite(make_buffer<uint32_t>(device, solves.blocks)),
           deformed(make_buffer<float4>(device, p.landmarks)),
           rigid(make_buffer<float4>(device, 2)) {
         sizes.blocks = evaluates.blocks;
@@ -143,7 +145,8 @@ struct Surface {
                 .local_floats = evaluation.local,
                 .row_local_floats = solver.local,
                 .passed = passed.as<uint32_t>(),
-                .row_passed = row_passed.as<uint32_t>()};
+                .row_passed = row_passed.as<uint32_t>(),
+                .finite = finite.as<uint32_t>()};
     }
 };
 
@@ -209,6 +212,7 @@ class Lm final : public Stage {
         recorder.launch(s.evaluation.begin, begins, view);
         for (uint32_t i = 0; i < p_.iterations; ++i) {
             recorder.launch(s.solver.kernel, solves, view, i);
+            if (view.p.trusts_last_step && i + 1 == p_.iterations) return;
             recorder.launch(s.evaluation.step, evaluates, view, i);
         }
         recorder.launch(lm_finish,
@@ -217,7 +221,8 @@ class Lm final : public Stage {
 
   private:
     LmParameters parameters(const DisparityImage& image) const {
-        return {constants_of(p_), p_.camera, image, p_.iterations, gradient_steps(p_)};
+        return {constants_of(p_), p_.camera,          image,
+                p_.iterations,    gradient_steps(p_), p_.trust_last_step != 0};
     }
     // The first that the device holds.
     Solver choose_solver(const LmTemplate& surface) const {

@@ -2,28 +2,17 @@
 // and the one that ends it. docs/stages/lm.md.
 #pragma once
 #include "backends/cuda/lm_linearise.cuh"
-#include "backends/cuda/lm_state.cuh"
+#include "backends/cuda/lm_poses.cuh"
 
 namespace defrec::cuda {
 namespace {
 
 __device__ __forceinline__ void set_pose(const LmView& view, const LmMemory& memory, uint32_t i,
                                          const NodePose<float>& pose) {
-    const auto motion = from_rigid(
-        pose.rotation,
-        pose.position - rotate(pose.rotation, vector_of(view.surface.rest[memory.known[i]])));
+    const auto motion = motion_of(view, memory.known[i], pose);
     memory.poses[kPose * i] = pack(motion.real);
     memory.poses[kPose * i + 1] = pack(motion.dual);
     memory.poses[kPose * i + 2] = pack(pose.position, 0);
-}
-__device__ __forceinline__ float4* pose_at(const LmView& view, uint32_t copy, uint32_t node) {
-    return view.exchange.poses + 2 * (size_t{copy} * view.p.nodes + node);
-}
-__device__ __forceinline__ void give_pose(const LmView& view, uint32_t copy, uint32_t node,
-                                          const NodePose<float>& pose) {
-    float4* to = pose_at(view, copy, node);
-    to[0] = pack(pose.rotation);
-    to[1] = pack(pose.position, 0);
 }
 
 // Registers for four blocks on a multiprocessor, so that as many trackers' solves run beside each
@@ -65,12 +54,8 @@ __global__ void __launch_bounds__(kLmThreads, kShared ? 4 : 1)
         const float turned = view.p.spacing2 * dot(turn, turn), shifted = dot(shift, shift),
                     longest = fmaxf(turned, shifted);
         const bool good = std::isfinite(turned) && std::isfinite(shifted);
-        const float4* from = pose_at(view, present, node);
-        NodePose<float> pose{quaternion_of(from[0]), vector_of(from[1])};
-        if (good) {
-            const Quaternion<float> rotation = rotation_from_vector(turn) * pose.rotation;
-            pose = {(1 / std::sqrt(dot(rotation, rotation))) * rotation, pose.position + shift};
-        }
+        NodePose<float> pose = load_pose(view, present, node);
+        if (good) pose = moved(pose, turn, shift);
         set_pose(view, memory, i, pose);
         if (i < share.last_node - share.first_node) {
             give_pose(view, 1 - present, node, pose);
@@ -84,19 +69,9 @@ __global__ void __launch_bounds__(kLmThreads, kShared ? 4 : 1)
 __global__ void __launch_bounds__(kLmThreads) lm_finish(LmView view) {
     __shared__ LmState state;
     find_state(view, view.p.iterations, state);
-    const bool failed = state.failed || (state.iterations > 0 && !state.any_step);
     const uint32_t node = blockIdx.x * kLmThreads + threadIdx.x;
-    if (node < view.p.nodes) {
-        auto motion = usable_motion<float>(view.frame.motions[node]);
-        if (!failed) {
-            const float4* from = pose_at(view, state.copy, node);
-            const Quaternion<float> rotation = quaternion_of(from[0]);
-            motion = from_rigid(rotation, vector_of(from[1]) -
-                                              rotate(rotation, vector_of(view.surface.rest[node])));
-        }
-        view.results[node] = motion.store();
-    }
-    if (node == 0) *view.summary = summarise(view.p, state, failed);
+    if (node < view.p.nodes) give_result(view, state, node, load_pose(view, state.copy, node));
+    if (node == 0) *view.summary = summarise(view.p, state);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 // the vectors of all control points that it knows.
 #pragma once
 #include "backends/cuda/lm_linearise.cuh"
-#include "backends/cuda/lm_state.cuh"
+#include "backends/cuda/lm_poses.cuh"
 #include "backends/cuda/vector_loads.cuh"
 
 namespace defrec::cuda {
@@ -412,7 +412,55 @@ __device__ __forceinline__ void solve(const LmView& view, const LmRowMemory& mem
         __syncthreads();
 }
 
-// The step of an iteration from the system in the present copy.
+// Entry i of the solution, as the control points move.
+__device__ __forceinline__ float step_entry(const LmRowMemory& memory, uint32_t i) {
+    const float* factor = memory.factors + kFactorRoom * size_t{i / 6};
+    const uint32_t c = i % 6;
+    float sum = 0;
+    for (uint32_t r = c; r < 6; ++r)
+        sum = fmaf(factor[triangle(r, c)], memory.solution[i - c + r], sum);
+    return sum;
+}
+
+// Ends a run whose last step is trusted: takes that step, where there is one, and gives the results
+// of the block's own control points.
+template <class Barrier>
+__device__ __forceinline__ void take_last_step(const LmView& view, const LmRowMemory& memory,
+                                               const LmRowShare& share, Barrier& barrier,
+                                               LmState& state, bool is_there) {
+    const uint32_t thread = threadIdx.x;
+    float* step = memory.products;  // read by no other block any more
+    if (is_there) {
+        bool finite = true;
+        for (uint32_t i = thread; i < 6 * memory.rows; i += kRowThreads) {
+            step[i] = step_entry(memory, i);
+            finite &= std::isfinite(step[i]);
+        }
+        finite = __syncthreads_and(finite);
+        if (thread == 0) view.exchange.finite[blockIdx.x] = finite;
+        barrier.wait();
+        for (uint32_t block = thread; block < gridDim.x; block += kRowThreads)
+            finite &= view.exchange.finite[block] != 0;
+        finite = __syncthreads_and(finite);
+        if (thread == 0) {
+            ++state.iterations;
+            state.any_step |= finite;
+            state.lambda = finite ? lowered(state.lambda) : raised(state.lambda);
+        }
+        is_there = finite;
+        __syncthreads();
+    }
+    for (uint32_t row = thread; row < memory.rows; row += kRowThreads) {
+        const uint32_t node = share.first_node + row;
+        const float* own = step + 6 * row;
+        NodePose<float> pose = load_pose(view, state.copy, node);
+        if (is_there) pose = moved(pose, {own[0], own[1], own[2]}, {own[3], own[4], own[5]});
+        give_result(view, state, node, pose);
+    }
+    if (blockIdx.x == 0 && thread == 0) *view.summary = summarise(view.p, state);
+}
+
+// The step of an iteration from the system in the present copy; a trusted one is taken as well.
 template <class Barrier, bool kShared>
 __global__ void __launch_bounds__(kRowThreads, 1) lm_gradients(LmView view, uint32_t iteration) {
     __shared__ LmState state;
@@ -440,7 +488,11 @@ __global__ void __launch_bounds__(kRowThreads, 1) lm_gradients(LmView view, uint
     load_first(likely);
     find_state(view, iteration, state);
     if (blockIdx.x == 0 && thread == 0) view.exchange.states[iteration % 2] = state;
-    if (stopped(state)) return;
+    const bool trusts = view.p.trusts_last_step && iteration + 1 == view.p.iterations;
+    if (stopped(state) || (trusts && state.refused)) {
+        if (trusts) take_last_step(view, memory, share, barrier, state, false);
+        return;
+    }
     if (state.copy != likely) load_first(state.copy);
     for (uint32_t row = own_row; row < memory.rows; row += kRowThreads) {
         if (row != own_row) load_diagonal(view, state.copy, share.first_node + row, block.value);
@@ -464,14 +516,12 @@ __global__ void __launch_bounds__(kRowThreads, 1) lm_gradients(LmView view, uint
     }
     __syncthreads();
     if (coupled) solve(view, memory, share, barrier);
-    for (uint32_t i = thread; i < 6 * memory.rows; i += kRowThreads) {
-        const float* factor = memory.factors + kFactorRoom * size_t{i / 6};
-        const uint32_t c = i % 6;
-        float sum = 0;
-        for (uint32_t r = c; r < 6; ++r)
-            sum = fmaf(factor[triangle(r, c)], memory.solution[i - c + r], sum);
-        view.exchange.steps[6 * share.first_node + i] = sum;
+    if (trusts) {
+        take_last_step(view, memory, share, barrier, state, true);
+        return;
     }
+    for (uint32_t i = thread; i < 6 * memory.rows; i += kRowThreads)
+        view.exchange.steps[6 * share.first_node + i] = step_entry(memory, i);
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ __device__ __forceinline__ void begin_state(const LmParameters& p, const double 
     state.lambda = p.damping;
     state.iterations = 0;
     state.copy = 0;
-    state.any_step = false;
+    state.any_step = state.refused = false;
     state.converged = !(there[kCounts] + there[kCounts + 1] + there[kCounts + 2] > 0);
     state.failed = !std::isfinite(state.initial_cost);
 }
@@ -56,6 +56,7 @@ __device__ __forceinline__ void classify(const LmParameters& p, const double (&t
             for (uint32_t i = 0; i < kSums; ++i) state.sums[i] = there[i];
         }
     }
+    state.refused = !accepted;
     state.lambda = accepted ? lowered(state.lambda) : raised(state.lambda);
 }
 
@@ -75,8 +76,12 @@ __device__ __forceinline__ void find_state(const LmView& view, uint32_t iteratio
     __syncthreads();
 }
 
-__device__ __forceinline__ defrec_lm_summary summarise(const LmParameters& p, const LmState& state,
-                                                       bool failed) {
+__device__ __forceinline__ bool failed(const LmState& state) {
+    return state.failed || (state.iterations > 0 && !state.any_step);
+}
+
+__device__ __forceinline__ defrec_lm_summary summarise(const LmParameters& p,
+                                                       const LmState& state) {
     const auto rms = [&state](uint32_t term) {
         const double weights = state.sums[kWeights + term];
         return weights > 0 ? float(std::sqrt(state.sums[kResidualSquares + term] / weights)) : 0.0f;
@@ -97,7 +102,7 @@ __device__ __forceinline__ defrec_lm_summary summarise(const LmParameters& p, co
     summary.match_rms = rms(kMatch);
     summary.patch_rms = rms(kPatch);
     summary.damping = state.lambda;
-    summary.failed = failed ? 1 : 0;
+    summary.failed = failed(state) ? 1 : 0;
     return summary;
 }
 

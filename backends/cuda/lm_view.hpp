@@ -12,6 +12,7 @@ struct LmParameters : LmConstants {
     DisparityImage image;
     uint32_t iterations,
         steps;  // steps of the conjugate gradients; 0: every control point by itself
+    bool trusts_last_step;
 };
 
 // The template. Items are points, then landmarks, then patches; from shares on as in LmPlan.
@@ -54,7 +55,7 @@ struct LmState {
     float lambda;
     int32_t iterations;
     uint32_t copy;  // of poses and system, of the two that there are: the present one
-    bool any_step, converged, failed;
+    bool any_step, refused, converged, failed;  // refused: the last step
 };
 
 // Global memory.
@@ -80,6 +81,7 @@ struct LmExchange {
     float *local, *row_local;  // what shared memory does not hold: so many floats for each block
     size_t local_floats, row_local_floats;
     uint32_t *passed, *row_passed;  // GridBarriers'
+    uint32_t* finite;  // of each of the solver's blocks: whether its part of a trusted step is
 };
 
 struct LmView {

@@ -66,11 +66,13 @@ defrec_lm_summary levenberg_marquardt(Problem& problem, const defrec_lm_params& 
     summary.initial_cost = float(sums.total());
     summary.failed = std::isfinite(sums.total()) ? 0 : 1;
     double lambda = double(params.damping);
-    bool any_step = false, converged = !sums.any_data();
+    bool any_step = false, converged = !sums.any_data(), accepted = true;
 
     for (uint32_t i = 0; i < params.iterations && !converged && !summary.failed; ++i) {
+        const bool trusts = params.trust_last_step != 0 && i + 1 == params.iterations;
+        if (trusts && !accepted) break;
         ++summary.iterations;
-        bool accepted = false;
+        accepted = false;
         if (problem.solve(lambda, step.data())) {
             any_step = true;
             for_each_item(host, nodes.size(), [&](size_t k) {
@@ -84,15 +86,19 @@ defrec_lm_summary levenberg_marquardt(Problem& problem, const defrec_lm_params& 
             double largest = 0;
             for (size_t k = 0; k < nodes.size(); ++k) largest = std::max(largest, step[6 * k]);
             converged = largest < kMinStepMm * kMinStepMm;
-            const LmSums there = problem.evaluate(trial, i + 1 < params.iterations && !converged);
-            accepted = there.total() < sums.total();
-            if (accepted) {
-                converged =
-                    converged || sums.total() - there.total() < kMinDecrease * there.present();
-                problem.accept();
-                std::copy(trial.begin(), trial.end(), nodes.begin());
-                sums = there;
+            accepted = trusts;
+            if (!trusts) {
+                const LmSums there =
+                    problem.evaluate(trial, i + 1 < params.iterations && !converged);
+                accepted = there.total() < sums.total();
+                if (accepted) {
+                    converged =
+                        converged || sums.total() - there.total() < kMinDecrease * there.present();
+                    problem.accept();
+                    sums = there;
+                }
             }
+            if (accepted) std::copy(trial.begin(), trial.end(), nodes.begin());
         }
         lambda = std::clamp(lambda * (accepted ? kLambdaDown : kLambdaUp), kMinLambda, kMaxLambda);
     }

@@ -175,6 +175,7 @@ class Lm final : public Stage {
                 push, node_groups);
             push.run.evaluation = i + 1;
             push.run.step = 0;
+            if (p_.trust_last_step != 0 && i + 1 == p_.iterations) break;
             residuals();
             recorder.beside(edges_, edge_buffers, push, edge_groups);
         }
@@ -188,7 +189,8 @@ class Lm final : public Stage {
     LmPush first_push(bool matches, bool observations, bool disparity) const {
         const uint32_t given = (matches ? kMatchesGiven : 0) |
                                (observations ? kObservationsGiven : 0) |
-                               (matches && p_.presolve != 0 ? kPresolve : 0);
+                               (matches && p_.presolve != 0 ? kPresolve : 0) |
+                               (p_.trust_last_step != 0 ? kTrustsLastStep : 0);
         return {constants_of(p_),
                 {.image = disparity_grid(p_, disparity),
                  .edges = surface_->edges,

@@ -83,6 +83,7 @@ const std::vector<Expected> kExpected = {
      {"stage/lm/depth_alone"}},  // which bits change first is chance
     {"lm_drops_patches_term", "stage/lm/everything", "lm.", {"stage/lm/matches_alone"}},
     {"lm_forgets_a_piece", "stage/lm/pieces", "lm.", {"stage/lm/everything"}},
+    {"lm_refuses_trusted_steps", "stage/lm/trusted_rise", "lm.", {"stage/lm/one_iteration"}},
     {"lm_reads_previous_frame",
      "stage/lm/started_near",
      "other bits after another frame",

@@ -14,7 +14,9 @@ namespace {
 constexpr int kSparseStep = 2;
 constexpr float kIcpWeight = 2;        // of a sparse vertex; measured on the reference sequences
 constexpr float kRotationWeight = 40;  // tissue bends more easily than it shears
-constexpr uint32_t kMinBytes = 16;     // of a buffer, whatever a template lacks
+// Errors on the reference sequences are the same with ten.
+constexpr uint32_t kRansacIterations = 5;
+constexpr uint32_t kMinBytes = 16;  // of a buffer, whatever a template lacks
 // Of frames that are solved in part, how often the coarse pass solves all: what lies outside of the
 // image follows it then, and by the rigid motion of the matches alone in between.
 constexpr uint32_t kWholeEvery = 8;
@@ -134,6 +136,7 @@ void TemplateStages::make_matching(Queue& queue, const TemplateData& data) {
 
     auto ransac = make_params<defrec_ransac_params>();
     ransac.landmarks = count_of(data.landmarks);
+    ransac.iterations = kRansacIterations;
     ransac.seed = settings_.seed;
     ransac_ = make_stage<DEFREC_STAGE_RANSAC>(device_, ransac);
     ransac_->prepare(queue, {&landmarks_});
@@ -288,6 +291,7 @@ defrec_lm_params TemplateStages::solve_params(const SolverPass& pass,
     lm.match_threshold_mm = 2;
     lm.iterations = pass.iterations != nullptr ? settings_.*pass.iterations : 1;
     lm.presolve = pass.presolve ? 1 : 0;
+    lm.trust_last_step = 1;
     lm.match_weight = pass.match_weight;
     lm.patch_tukey_px = pass.patch_tukey_px;
     lm.icp_tukey_mm = pass.icp_tukey_mm;

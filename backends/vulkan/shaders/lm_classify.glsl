@@ -24,6 +24,13 @@ LmTerm share_of_terms(uint me, uint first, uint count) {
 }
 LmMove farther(LmMove a, LmMove b) { return LmMove(max(a.largest, b.largest), a.bad | b.bad); }
 
+void share_moves(uint me) {
+    LmMove move = LmMove(0, 0);
+    if (run.evaluation > 0)
+        for (uint i = me; i < node_groups(); i += kClassifies) move = farther(move, moves[i]);
+    move_shares[me] = move;
+}
+
 void share_sums(uint me) {
     const uint points = groups_of(push.points), landmarks = groups_of(push.landmarks),
                patches = groups_of(push.patches);
@@ -33,10 +40,7 @@ void share_sums(uint me) {
     float arap = 0.0;
     for (uint i = me; i < groups_of(run.edges); i += kClassifies) arap += arap_costs[i];
     arap_shares[me] = arap;
-    LmMove move = LmMove(0, 0);
-    if (run.evaluation > 0)
-        for (uint i = me; i < node_groups(); i += kClassifies) move = farther(move, moves[i]);
-    move_shares[me] = move;
+    share_moves(me);
 }
 
 // Of the shares from `first` on in steps of `step`, to the first; one invocation each for the three
@@ -64,9 +68,16 @@ LmState first_state(LmState there, float missing_cost) {
     state.lambda = push.damping;
     state.iterations = 0;
     state.any_step = 0;
+    state.refused = 0;
     state.converged = there.icp.count + there.match.count + there.patch_.count > 0 ? 0 : 1;
     state.failed = finite(state.initial_cost) ? 0 : 1;
     return state;
+}
+
+void damp_next(inout LmState state) {
+    state.refused = accepted ? 0 : 1;
+    state.lambda =
+        clamp(state.lambda * (accepted ? kLambdaDown : kLambdaUp), kMinLambda, kMaxLambda);
 }
 
 // The state after a step to `there`.
@@ -92,8 +103,7 @@ LmState next_state(LmState state, LmState there, LmMove move, float missing_cost
             state.arap = there.arap;
         }
     }
-    state.lambda =
-        clamp(state.lambda * (accepted ? kLambdaDown : kLambdaUp), kMinLambda, kMaxLambda);
+    damp_next(state);
     return state;
 }
 
@@ -119,6 +129,26 @@ void classify(uint me) {
             accepted = true;
         } else {
             now = next_state(before, there, move_shares[0], missing_cost);
+        }
+    }
+    barrier();
+}
+
+// Likewise for a trusted step.
+void trust(uint me) {
+    share_moves(me);
+    barrier();
+    if (me < kEighths) add_shares(4, me, kEighths);
+    barrier();
+    if (me == 0) {
+        add_shares(4, 0, 1);
+        now = states[(run.evaluation - 1) & 1];
+        const bool tried = !stopped(now) && now.refused == 0;
+        accepted = tried && move_shares[0].bad == 0;
+        if (tried) {
+            ++now.iterations;
+            if (accepted) now.any_step = 1;
+            damp_next(now);
         }
     }
     barrier();

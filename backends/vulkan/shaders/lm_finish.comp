@@ -1,4 +1,5 @@
-// Stage lm: classifies the last evaluation, and gives out motions and summary.
+// Stage lm: classifies the last evaluation or trusts the last step, and gives out motions and
+// summary.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
@@ -16,7 +17,9 @@ float rms(LmTerm term) { return term.weights > 0.0 ? sqrt(term.squares / term.we
 
 void main() {
     const uint me = gl_LocalInvocationIndex, i = gl_GlobalInvocationID.x;
-    if (stopped_before()) {
+    if ((run.given & kTrustsLastStep) != 0) {
+        trust(me);
+    } else if (stopped_before()) {
         if (me == 0) {
             now = states[(run.evaluation - 1) & 1];
             accepted = false;

@@ -15,7 +15,7 @@ struct LmRun {
     uint step;        // of the conjugate gradients; 0: none before
 };
 
-const uint kMatchesGiven = 1, kObservationsGiven = 2, kPresolve = 4;
+const uint kMatchesGiven = 1, kObservationsGiven = 2, kPresolve = 4, kTrustsLastStep = 8;
 
 const uint kResidualGroup = 128;  // invocations of a work group of residuals, and of edges
 const uint kNodeGroup = 64;       // likewise of control points: start, move, finish
@@ -45,7 +45,7 @@ struct LmState {
     float arap;
     float initial_cost, lambda;
     int iterations;
-    uint any_step, converged, failed;
+    uint any_step, refused, converged, failed;  // refused: the last step
 };
 
 // The farthest any control point of a work group moved, and whether a step was not finite.

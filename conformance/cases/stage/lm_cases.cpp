@@ -103,6 +103,14 @@ void keep_preselected(Scene& s, int count) {
     }
 }
 
+// By patches to where the image shows no surface, which costs more than they gain.
+void lead_off_the_surface(Scene& s) {
+    s.given = lm_patches | lm_depth;
+    for (defrec_patch_observation& observation : s.surface.observations) observation.u += 256 * 60;
+    s.params.patch_tukey_px = 1000;
+    s.params.icp_weight = 300;
+}
+
 void add_solvers(std::vector<StageCase>& cases) {
     add(cases, "independent", "Every control point by itself.",
         [](Scene& s) { s.params.solver = DEFREC_SOLVER_INDEPENDENT; });
@@ -122,6 +130,24 @@ void add_solvers(std::vector<StageCase>& cases) {
         [](Scene& s) { keep_preselected(s, 20); });
     cases.back().since = 6;
     add(cases, "one_iteration", "A single step.", [](Scene& s) { s.params.iterations = 1; });
+    add(cases, "trusted_step", "Two steps, of which the last one is trusted.", [](Scene& s) {
+        s.params.iterations = 2;
+        s.params.trust_last_step = 1;
+    });
+    cases.back().since = 10;
+    add(cases, "trusted_rise", "A trusted step that raises the cost.", [](Scene& s) {
+        lead_off_the_surface(s);
+        s.params.iterations = 1;
+        s.params.trust_last_step = 1;
+    });
+    cases.back().since = 10;
+    add(cases, "refused_before_trusted", "No step is trusted after one that was refused.",
+        [](Scene& s) {
+            lead_off_the_surface(s);
+            s.params.iterations = 2;
+            s.params.trust_last_step = 1;
+        });
+    cases.back().since = 10;
     add(cases, "few_cg_iterations", "Three steps of conjugate gradients in each.",
         [](Scene& s) { s.params.cg_iterations = 3; });
     add(cases, "started_near", "A start near the solution, as from the frame before.",
