@@ -182,6 +182,60 @@ TEST_CASE("equals the reference with other parameters, cut to the capacity") {
         }
 }
 
+TEST_CASE("equals the reference on halved images") {
+    if (!under_test::available()) return;
+    const uint32_t sizes[][3] = {{64, 48, 0}, {207, 163, 5}, {643, 481, 0}};
+    for (const auto& size : sizes)
+        for (uint32_t halvings : {1u, 2u, 3u}) {
+            CAPTURE(size[0]);
+            CAPTURE(halvings);
+            const Picture gray = random_bytes(size[0], size[1], size[2], halvings);
+            const Picture mask = mask_with_holes(size[0], size[1], size[2], halvings);
+            defrec_orb_params params = params_for(gray);
+            params.halvings = halvings;
+            params.levels = size[0] == 64 ? 8 : 3;
+            CHECK((agreed(params, gray).count > 0) == (orb::make_layout(params).cells > 0));
+            agreed(params, gray, &mask);
+        }
+}
+
+TEST_CASE("features of an image doubled in size are its own, between pixels of twice the size") {
+    if (!under_test::available()) return;
+    Picture gray = blobs(201, 163, 0, 4), mask = mask_with_holes(201, 163, 0, 5);
+    // The odd row and column that the first halving leaves are dropped.
+    const auto doubled = [](Picture& from) {
+        Picture to = empty(2 * from.width + 1, 2 * from.height + 1, 3);
+        for (uint32_t y = 0; y < to.height; ++y)
+            for (uint32_t x = 0; x < to.width; ++x)
+                to.at(x, y) = x / 2 < from.width && y / 2 < from.height ? from.at(x / 2, y / 2) : 0;
+        return to;
+    };
+    const Result expected = agreed(params_for(gray), gray, &mask);
+    REQUIRE(expected.count > 20);
+    for (uint32_t halvings = 1; halvings <= uint32_t(kOrbMaxHalvings); ++halvings) {
+        gray = doubled(gray);
+        mask = doubled(mask);
+        defrec_orb_params params = params_for(gray);
+        params.halvings = halvings;
+        Result result = agreed(params, gray, &mask);
+        for (uint32_t i = 0; i < result.count && i < expected.count; ++i) {
+            defrec_feature& found = result.features[i];
+            const defrec_feature& feature = expected.features[i];
+            // Pixel 0 of half the size has its centre at 1/2, half a pixel of the smaller image is
+            // rounded to a sixteenth.
+            const auto near = [&](int32_t large, int32_t small) {
+                const int32_t unit = 1 << halvings, exact = unit * (small + 8) - 8;
+                return std::abs(large - exact) <= (feature.level == 0 ? 0 : unit / 2);
+            };
+            CHECK(near(found.x, feature.x));
+            CHECK(near(found.y, feature.y));
+            found.x = feature.x;
+            found.y = feature.y;
+        }
+        check_equal(result, expected);
+    }
+}
+
 TEST_CASE("equals the reference where cells are many") {
     if (!under_test::available()) return;
     const Picture noise = random_bytes(900, 700, 0, 3);
@@ -300,12 +354,18 @@ TEST_CASE(
 TEST_CASE("positions of every level are those of the image, to half a pixel of the level") {
     if (!under_test::available()) return;
     for (uint32_t level = 0; level < kOrbMaxLevels; ++level)
-        for (uint32_t x : {0u, 1u, 17u, 200u, 1700u}) {
-            const double scale = std::pow(1.25, level);
-            CHECK(std::abs(orb::to_image(16 * x + 3, level) -
-                           (16 * ((x + 0.5) * scale - 0.5) + 3 * scale)) <= 0.51);
-        }
-    CHECK(orb::to_image(16 * (8192 * 64 / 125 * 64 / 125 * 4 / 5) - 9, 7) < 8192 * 16);
+        for (uint32_t x : {0u, 1u, 17u, 200u, 1700u})
+            for (uint32_t halvings = 0; halvings <= uint32_t(kOrbMaxHalvings); ++halvings) {
+                const double scale = std::pow(1.25, level) * std::pow(2.0, halvings);
+                if ((x + 1) * scale > int{DEFREC_MAX_SIDE}) continue;
+                CHECK(std::abs(orb::to_image(16 * x + 3, level, halvings) -
+                               (16 * ((x + 0.5) * scale - 0.5) + 3 * scale)) <= 0.51);
+            }
+    constexpr uint32_t kLast = 8192 * 64 / 125 * 64 / 125 * 4 / 5;  // width of level 7
+    CHECK(orb::to_image(16 * kLast - 9, 7, 0) < 8192 * 16);
+    CHECK(orb::to_image(16 * kLast - 9, 7, 0) > 8180 * 16);
+    CHECK(orb::to_image(16 * (kLast / 8) - 9, 7, 3) < 8192 * 16);
+    CHECK(orb::to_image(16 * (kLast / 8) - 9, 7, 3) > 8000 * 16);
 }
 
 TEST_CASE("positions follow a shift of a fraction of a pixel") {
@@ -414,6 +474,7 @@ TEST_CASE("parameters out of range are refused") {
     refused([](auto& p) { p.threshold = 255; });
     refused([](auto& p) { p.capacity = 65536; });
     refused([](auto& p) { p.spacing = 64; });
+    refused([](auto& p) { p.halvings = 4; });
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "backends/cpu/align_kernels.hpp"
+#include "backends/cpu/halving.hpp"
 #include "backends/cpu/stages.hpp"
 #include "backends/shared/align_view.hpp"
 
@@ -134,11 +135,11 @@ class Align final : public Stage {
                 size_t(level.height + kRowsPerTask - 1) / kRowsPerTask, [&](size_t task) {
                     const int32_t first = int32_t(task) * kRowsPerTask,
                                   last = std::min(level.height, first + kRowsPerTask);
-                    align_halve_gray(below.gray, below.stride, to, level.stride, level.width, first,
-                                     last);
+                    halve_gray(below.gray, below.stride, to, level.stride, level.width, first,
+                               last);
                     if (mask != nullptr)
-                        align_halve_mask(below.mask, below.stride, mask_to, level.stride,
-                                         level.width, first, last);
+                        halve_mask(below.mask, below.stride, mask_to, level.stride, level.width,
+                                   first, last);
                 });
             offset += level.size;
         }

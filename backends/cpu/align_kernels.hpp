@@ -104,13 +104,6 @@ struct AlignPeak {
     int32_t fraction_x, fraction_y;  // of the predicted centre, 1/256 px
 };
 
-// Rows [first, last) of an image of half the size: the rounded mean of each 2x2 block, or 1 where
-// all four are not 0.
-void align_halve_gray(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride,
-                      int32_t out_width, int32_t first, int32_t last);
-void align_halve_mask(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride,
-                      int32_t out_width, int32_t first, int32_t last);
-
 // Samples the patch into the scratch and searches it; false where it is not found.
 bool align_search(const AlignRun& run, const AlignCentre& centre,
                   const defrec_patch_prediction& prediction, AlignScratch& scratch,

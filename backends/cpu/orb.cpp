@@ -1,10 +1,11 @@
-// The stage orb on a CPU: order of work and memory. The inner loops are in orb_pyramid, orb_fast,
-// orb_distance and orb_describe, the choice of features in orb_selection.
+// The stage orb on a CPU: order of work and memory. The inner loops are in halving, orb_pyramid,
+// orb_fast, orb_distance and orb_describe, the choice of features in orb_selection.
 #include <hwy/cache_control.h>
 
 #include <algorithm>
 #include <utility>
 
+#include "backends/cpu/halving.hpp"
 #include "backends/cpu/orb_kernels.hpp"
 #include "backends/cpu/orb_selection.hpp"
 #include "backends/cpu/scratch_pool.hpp"
@@ -21,6 +22,23 @@ constexpr uint32_t kFeaturesAtOnce = 32;
 // An odd number of cache lines, so that pixels above each other do not compete for the same one.
 size_t padded(uint32_t width) { return ((width + kOrbSlack + 63) / 64 | 1) * 64; }
 
+// Row y, `width` pixels, of an image (halve_gray) or mask (halve_mask) halved so often, at least
+// once. scratch: row_scratch(width, halvings) elements.
+size_t row_scratch(uint32_t width, uint32_t halvings) {
+    return halvings > 1 ? 2 * padded(2 * width) + row_scratch(2 * width, halvings - 1) : 0;
+}
+void halve_row(decltype(halve_gray)& halve, OrbImage<const uint8_t> image, uint32_t halvings,
+               uint32_t width, uint32_t y, uint8_t* result, uint8_t* scratch) {
+    OrbImage<const uint8_t> from{image.row(2 * y), image.stride};
+    if (halvings > 1) {
+        const OrbImage<uint8_t> pair{scratch, padded(2 * width)};
+        for (uint32_t i = 0; i < 2; ++i)
+            halve_row(halve, image, halvings - 1, 2 * width, 2 * y + i, pair.row(i), pair.row(2));
+        from = {pair.data, pair.stride};
+    }
+    halve(from.data, from.stride, result, 0, int32_t(width), 0, 1);
+}
+
 // Some rows of cells of one level, the unit of work.
 struct Band {
     uint32_t level, first, last;
@@ -34,8 +52,9 @@ class Orb final : public Stage {
           layout_(make_layout(params)),
           pixels_(memory),
           masks_{HostVector<uint8_t>(memory), HostVector<uint8_t>(memory)},
-          scores_(host, params.cell * padded(params.width), SIZE_MAX),
-          scratch_(host, padded(params.width), SIZE_MAX),
+          scores_(host, params.cell * padded(layout_.level[0].width), SIZE_MAX),
+          scratch_(host, padded(layout_.level[0].width), SIZE_MAX),
+          halved_(host, params.halvings > 0 ? halved_size() : 0, SIZE_MAX),
           selection_(params, layout_, memory),
           bands_(memory),
           kept_(params.capacity, memory),
@@ -102,6 +121,12 @@ class Orb final : public Stage {
             offsets.test[i] = {offset(pattern[2 * i]), offset(pattern[2 * i + 1])};
     }
 
+    // Of a piece of level 0 before it is softened: its rows and those above and below.
+    size_t halved_size() const {
+        const uint32_t width = layout_.level[0].width;
+        return (kRowsAtOnce + 2) * padded(width) + row_scratch(width, params_.halvings);
+    }
+
     OrbImage<uint8_t> image(uint32_t l) { return {&pixels_[first_pixel_[l]], stride_[l]}; }
     OrbImage<const uint8_t> image(uint32_t l) const {
         return {&pixels_[first_pixel_[l]], stride_[l]};
@@ -114,20 +139,40 @@ class Orb final : public Stage {
     void build(uint32_t l, uint32_t first) {
         const Level& level = layout_.level[l];
         const uint32_t last = std::min(first + kRowsAtOnce, level.height);
-        const OrbImage<uint8_t> usable = mask(l);
-        if (l == 0) {
-            scratch_.lend([&](uint16_t* scratch) {
-                orb_soften({gray_, params_.stride}, level.width, level.height, image(0), first,
-                           last, scratch);
-            });
-            for (uint32_t y = first; mask_ != nullptr && y < last; ++y)
-                std::copy_n(mask_ + size_t(y) * params_.stride, level.width, usable.row(y));
-            return;
-        }
+        if (l == 0) return params_.halvings > 0 ? halve(first, last) : take(first, last);
         orb_shrink(std::as_const(*this).image(l - 1), image(l), level.width, first, last);
         const OrbImage<uint8_t> below = mask(l - 1);
         if (mask_ != nullptr)
-            orb_shrink_mask({below.data, below.stride}, usable, level.width, first, last);
+            orb_shrink_mask({below.data, below.stride}, mask(l), level.width, first, last);
+    }
+    // Level 0 from the image as it is.
+    void take(uint32_t first, uint32_t last) {
+        const Level& level = layout_.level[0];
+        scratch_.lend([&](uint16_t* scratch) {
+            orb_soften({gray_, params_.stride}, level.width, level.height, image(0), first, last,
+                       scratch);
+        });
+        for (uint32_t y = first; mask_ != nullptr && y < last; ++y)
+            std::copy_n(mask_ + size_t(y) * params_.stride, level.width, mask(0).row(y));
+    }
+    // Level 0 from the halved image, of which there are only the rows that it takes.
+    void halve(uint32_t first, uint32_t last) {
+        const Level& level = layout_.level[0];
+        const uint32_t above = first - std::min(first, 1u), end = std::min(last + 1, level.height);
+        halved_.lend([&](uint8_t* memory) {
+            const OrbImage<uint8_t> halved{memory, stride_[0]};
+            uint8_t* const rest = halved.row(kRowsAtOnce + 2);
+            for (uint32_t y = above; y < end; ++y)
+                halve_row(halve_gray, {gray_, params_.stride}, params_.halvings, level.width, y,
+                          halved.row(y - above), rest);
+            scratch_.lend([&](uint16_t* scratch) {
+                orb_soften({halved.data, halved.stride}, level.width, end - above,
+                           {image(0).row(above), stride_[0]}, first - above, last - above, scratch);
+            });
+            for (uint32_t y = first; mask_ != nullptr && y < last; ++y)
+                halve_row(halve_mask, {mask_, params_.stride}, params_.halvings, level.width, y,
+                          mask(0).row(y), rest);
+        });
     }
 
     // Corners of a band. all_scores: of all levels, or nullptr.
@@ -171,12 +216,13 @@ class Orb final : public Stage {
     defrec_feature describe(const OrbKept& kept) const {
         const uint32_t bin = orb_orientation(image(kept.level), kept.x, kept.y);
         const Offset off = orb_refine(image(kept.level), kept.x, kept.y);
-        defrec_feature feature{to_image(uint32_t(16 * kept.x + off.x), kept.level),
-                               to_image(uint32_t(16 * kept.y + off.y), kept.level),
-                               kept.level,
-                               uint16_t(bin),
-                               kept.score,
-                               {}};
+        defrec_feature feature{
+            to_image(uint32_t(16 * kept.x + off.x), kept.level, params_.halvings),
+            to_image(uint32_t(16 * kept.y + off.y), kept.level, params_.halvings),
+            kept.level,
+            uint16_t(bin),
+            kept.score,
+            {}};
         alignas(64) uint16_t smoothed[kOrbPatchSide * kOrbPatchSide];
         orb_smooth_patch(image(kept.level), kept.x, kept.y, smoothed);
         orb_describe(smoothed, offsets_[bin], feature.descriptor);
@@ -220,6 +266,7 @@ class Orb final : public Stage {
     HostVector<uint8_t> masks_[2];  // of the even levels, and of the odd ones, one at a time
     ScratchPool<uint8_t> scores_;
     ScratchPool<uint16_t> scratch_;
+    ScratchPool<uint8_t> halved_;  // halved_size()
     OrbSelection selection_;
     HostVector<Band> bands_;
     HostVector<OrbKept> kept_;

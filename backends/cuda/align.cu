@@ -2,6 +2,7 @@
 // observation. docs/stages/align.md.
 #include "backends/cuda/align_refine.cuh"
 #include "backends/cuda/align_search.cuh"
+#include "backends/cuda/halving.cuh"
 #include "backends/cuda/stages.hpp"
 #include "backends/shared/align_view.hpp"
 #include "backends/stages/align.hpp"
@@ -12,20 +13,6 @@ namespace {
 // ---- section 2 --------------------------------------------------------------
 
 constexpr uint32_t kHalveWidth = 32, kHalveHeight = 8;
-
-// A pixel of the level; of the mask 0 or not 0.
-template <int kLevel, bool kMask>
-__device__ int32_t level_at(const uint8_t* image, int32_t stride, int32_t x, int32_t y) {
-    if constexpr (kLevel == 0) {
-        return __ldg(image + int64_t{y} * stride + x);
-    } else {
-        const auto at = [&](int32_t dx, int32_t dy) {
-            return level_at<kLevel - 1, kMask>(image, stride, 2 * x + dx, 2 * y + dy);
-        };
-        const int32_t a = at(0, 0), b = at(1, 0), c = at(0, 1), d = at(1, 1);
-        return kMask ? min(min(a, b), min(c, d)) : (a + b + c + d + 2) >> 2;
-    }
-}
 
 // The live image and its mask as the caller has them, and copies of both at the level.
 struct Source {
@@ -45,11 +32,10 @@ __global__ void __launch_bounds__(kHalveWidth* kHalveHeight) align_halve(Source 
     const int64_t at = int64_t{y} * to.stride + x;
     const bool in_image = x < to.width;
     to.gray[at] =
-        in_image ? static_cast<uint8_t>(level_at<kLevel, false>(from.gray, from.stride, x, y)) : 0;
+        in_image ? static_cast<uint8_t>(halved<kLevel, false>(from.gray, from.stride, x, y)) : 0;
     if (from.mask != nullptr)
         to.mask[at] =
-            in_image ? static_cast<uint8_t>(level_at<kLevel, true>(from.mask, from.stride, x, y))
-                     : 0;
+            in_image ? static_cast<uint8_t>(halved<kLevel, true>(from.mask, from.stride, x, y)) : 0;
 }
 
 // ---- sections 1 and 3 to 6 --------------------------------------------------

@@ -147,8 +147,9 @@ __global__ void __launch_bounds__(kWarps* kWarp)
     for (int i = 0; i < 5; ++i) scores[i] = __shfl_sync(kAllLanes, score, i);
     const auto level = static_cast<uint32_t>(place.level);
     const auto in_image = [&](int px, int before, int behind) {
-        return static_cast<uint32_t>(orb::to_image(
-            static_cast<uint32_t>(16 * px + orb::peak(before, scores[0], behind)), level));
+        return static_cast<uint32_t>(
+            orb::to_image(static_cast<uint32_t>(16 * px + orb::peak(before, scores[0], behind)),
+                          level, static_cast<uint32_t>(levels.halvings)));
     };
     if (lane == 0) own = in_image(place.x, scores[1], scores[2]);
     if (lane == 1) own = in_image(place.y, scores[3], scores[4]);

@@ -3,6 +3,7 @@
 // up to 3 px that its neighbours make too.
 #include <algorithm>
 
+#include "backends/cuda/halving.cuh"
 #include "backends/cuda/orb_steps.hpp"
 
 namespace defrec::cuda {
@@ -73,7 +74,8 @@ __device__ void keep(const Part& part, const OrbMemory& memory, int x, int y, ui
     if (memory.mask != nullptr) memory.usable[at] = static_cast<uint8_t>(sample / kUsable);
 }
 
-// The gray image under the binomial window.
+// The halved image under the binomial window.
+template <int kHalvings>
 __device__ void soften(const Part& part, const OrbMemory& memory, int stride, Sample* gray,
                        Sample* result) {
     const int width = part.width() + 2 * kRim, last_x = part.level.width - 1,
@@ -81,9 +83,10 @@ __device__ void soften(const Part& part, const OrbMemory& memory, int stride, Sa
     for_pixels(width, part.height() + 2 * kRim, [&](int column, int row, uint32_t i) {
         const int x = min(max(part.x.first + column - kRim, 0), last_x),
                   y = min(max(part.y.first + row - kRim, 0), last_y);
-        const int64_t at = int64_t{y} * stride + x;
-        const bool usable = memory.mask == nullptr || memory.mask[at] != 0;
-        gray[i] = static_cast<Sample>(memory.gray[at] | (usable ? kUsable : 0));
+        const bool usable =
+            memory.mask == nullptr || halved<kHalvings, true>(memory.mask, stride, x, y) != 0;
+        gray[i] = static_cast<Sample>(halved<kHalvings, false>(memory.gray, stride, x, y) |
+                                      (usable ? static_cast<int32_t>(kUsable) : 0));
     });
     __syncthreads();
     for_pixels(part.width(), part.height(), [&](int column, int row, uint32_t i) {
@@ -129,6 +132,7 @@ __device__ void shrink(const Part& from, const Part& to, const OrbMemory& memory
 }
 
 // Level 0 and those behind it up to `last`, or those behind `first`.
+template <int kHalvings>
 __global__ void __launch_bounds__(kThreads)
     make_levels(OrbLevels levels, int first, int last, OrbMemory memory) {
     __shared__ Span spans[2][kLevelsAtOnce];
@@ -140,7 +144,7 @@ __global__ void __launch_bounds__(kThreads)
     };
     Sample *from = images[0], *to = images[1];
     if (first == 0) {
-        soften(part(0), memory, levels.stride, to, from);
+        soften<kHalvings>(part(0), memory, levels.stride, to, from);
     } else {
         load(part(first), memory, from);
     }
@@ -156,12 +160,15 @@ __global__ void __launch_bounds__(kThreads)
 }  // namespace
 
 void record_orb_pyramid(Recorder& recorder, const OrbLevels& levels, const OrbMemory& memory) {
+    constexpr decltype(&make_levels<0>) kKernels[] = {make_levels<0>, make_levels<1>,
+                                                      make_levels<2>, make_levels<3>};
     for (int first = 0, last = -1; last < levels.levels - 1; first = last) {
         last = std::min(first + kLevelsAtOnce, levels.levels) - 1;
         const auto tiles = [](int side) { return cover(static_cast<uint32_t>(side), kTile); };
         const OrbLevel& level = levels.level[last];
-        recorder.launch(make_levels, {dim3(tiles(level.width), tiles(level.height)), kThreads},
-                        levels, first, last, memory);
+        recorder.launch(kKernels[levels.halvings],
+                        {dim3(tiles(level.width), tiles(level.height)), kThreads}, levels, first,
+                        last, memory);
     }
 }
 

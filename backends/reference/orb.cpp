@@ -23,25 +23,39 @@ struct Corner {  // of one cell; score 0: none
     uint32_t score;
 };
 
-// Section "pyramid", level 0: the mean under a binomial window of 3 x 3, the image continued by its
-// edge.
-void soften(const defrec_orb_params& params, const uint8_t* gray, View<uint8_t> result) {
+// Section "pyramid": pixels of the image, and of its mask, halved so often.
+int32_t halved(View<const uint8_t> image, uint32_t halvings, int32_t x, int32_t y) {
+    if (halvings == 0) return image.at(x, y);
+    const auto at = [&](int32_t dx, int32_t dy) {
+        return halved(image, halvings - 1, 2 * x + dx, 2 * y + dy);
+    };
+    return (at(0, 0) + at(1, 0) + at(0, 1) + at(1, 1) + 2) >> 2;
+}
+bool halved_usable(View<const uint8_t> mask, uint32_t halvings, int32_t x, int32_t y) {
+    if (halvings == 0) return mask.at(x, y) != 0;
+    const auto at = [&](int32_t dx, int32_t dy) {
+        return halved_usable(mask, halvings - 1, 2 * x + dx, 2 * y + dy);
+    };
+    return at(0, 0) && at(1, 0) && at(0, 1) && at(1, 1);
+}
+
+// Level 0: the mean under a binomial window of 3 x 3, the image continued by its edge.
+void soften(const Level& level, View<const uint8_t> image, View<uint8_t> result) {
     constexpr int32_t kWeight[3] = {1, 2, 1};
-    const int32_t width = int32_t(params.width), height = int32_t(params.height);
+    const int32_t width = int32_t(level.width), height = int32_t(level.height);
     for (int32_t y = 0; y < height; ++y)
         for (int32_t x = 0; x < width; ++x) {
             int32_t sum = 8;
             for (int32_t dy = -1; dy <= 1; ++dy)
-                for (int32_t dx = -1; dx <= 1; ++dx) {
-                    const size_t row = size_t(std::clamp(y + dy, 0, height - 1)) * params.stride;
+                for (int32_t dx = -1; dx <= 1; ++dx)
                     sum += kWeight[dy + 1] * kWeight[dx + 1] *
-                           gray[row + size_t(std::clamp(x + dx, 0, width - 1))];
-                }
+                           image.at(std::clamp(x + dx, 0, width - 1),
+                                    std::clamp(y + dy, 0, height - 1));
             result.at(x, y) = uint8_t(sum >> 4);
         }
 }
 
-// Section "pyramid", the other levels: 5 pixels become 4, with weights in eighths.
+// The other levels: 5 pixels become 4, with weights in eighths.
 struct Resampled {
     int32_t source;         // the left or upper of the two pixels
     int32_t first, second;  // their weights
@@ -218,6 +232,7 @@ class Orb final : public Stage {
     Orb(const defrec_orb_params& params, const HostAllocator<uint8_t>& memory)
         : params_(params),
           layout_(make_layout(params)),
+          halved_(size_t(layout_.level[0].width) * layout_.level[0].height, memory),
           pyramid_(layout_.pixels, memory),
           masks_(layout_.pixels, memory),
           smoothed_(layout_.pixels, memory),
@@ -241,8 +256,9 @@ class Orb final : public Stage {
                   mask ? View<const uint8_t>(constant(of_level(masks_, l))) : View<const uint8_t>{},
                   params_.threshold, of_level(scores_, l));
             find_corners(level, params_.cell, constant(of_level(scores_, l)),
-                         &corners_[level.first_cell]);
-            find_distances(level, &corners_[level.first_cell], &distances_[level.first_cell]);
+                         corners_.data() + level.first_cell);
+            find_distances(level, corners_.data() + level.first_cell,
+                           distances_.data() + level.first_cell);
         }
         const Limits limits =
             choose_limits(params_, layout_.cells, corners_.data(), distances_.data());
@@ -262,10 +278,16 @@ class Orb final : public Stage {
     View<const uint8_t> image(uint32_t l) { return constant(of_level(pyramid_, l)); }
 
     void build_pyramid(const uint8_t* gray, const uint8_t* mask) {
-        soften(params_, gray, of_level(pyramid_, 0));
-        for (uint32_t y = 0; mask != nullptr && y < params_.height; ++y)
-            std::copy_n(mask + size_t(y) * params_.stride, params_.width,
-                        masks_.data() + size_t(y) * params_.width);
+        const Level& finest = layout_.level[0];
+        const View<uint8_t> small{halved_.data(), finest.width}, usable = of_level(masks_, 0);
+        for (int32_t y = 0; y < int32_t(finest.height); ++y)
+            for (int32_t x = 0; x < int32_t(finest.width); ++x) {
+                small.at(x, y) = uint8_t(halved({gray, params_.stride}, params_.halvings, x, y));
+                if (mask != nullptr)
+                    usable.at(x, y) =
+                        halved_usable({mask, params_.stride}, params_.halvings, x, y) ? 255 : 0;
+            }
+        soften(finest, constant(small), of_level(pyramid_, 0));
         for (uint32_t l = 1; l < layout_.levels; ++l) {
             shrink(layout_.level[l], image(l - 1), of_level(pyramid_, l));
             if (mask)
@@ -285,8 +307,8 @@ class Orb final : public Stage {
                 defrec_feature& feature = features[count++];
                 const uint32_t bin = orientation(image(l), corner.x, corner.y);
                 const Offset off = refinement(image(l), corner);
-                feature = {to_image(uint32_t(16 * corner.x + off.x), l),
-                           to_image(uint32_t(16 * corner.y + off.y), l),
+                feature = {to_image(uint32_t(16 * corner.x + off.x), l, params_.halvings),
+                           to_image(uint32_t(16 * corner.y + off.y), l, params_.halvings),
                            uint16_t(l),
                            uint16_t(bin),
                            corner.score,
@@ -315,6 +337,7 @@ class Orb final : public Stage {
 
     defrec_orb_params params_;
     Layout layout_;
+    HostVector<uint8_t> halved_;  // the image before it is softened
     HostVector<uint8_t> pyramid_, masks_;
     HostVector<uint16_t> smoothed_;
     HostVector<uint8_t> scores_;

@@ -59,12 +59,15 @@ constexpr int32_t peak(int32_t before, int32_t middle, int32_t after) {
 }
 
 // A coordinate of a level, 1/16 px, in the image, 1/16 px.
-constexpr int32_t to_image(uint32_t sixteenths, uint32_t level) {
+constexpr int32_t to_image(uint32_t sixteenths, uint32_t level, uint32_t halvings) {
     uint32_t five = 1;
     for (uint32_t l = 0; l < level; ++l) five *= 5;
     const uint32_t half = level == 0 ? 0 : 1u << (2 * level - 1);
-    return int32_t(((sixteenths + 8) * five + half) >> (2 * level)) - 8;
+    return int32_t((((sixteenths + 8) * five << halvings) + half) >> (2 * level)) - 8;
 }
+// A level is (4/5)^level / 2^halvings times as large as the image, so that what is shifted is less
+// than this, whatever the halvings.
+static_assert((uint64_t{16 * DEFREC_MAX_SIDE + 1} << 2 * (kOrbMaxLevels - 1)) <= UINT32_MAX);
 
 // The 512 points of the test pattern turned by one orientation bin: test i compares points 2i and
 // 2i + 1.

@@ -20,6 +20,7 @@ struct OrbConstants {
     int levels, cells;  // cells: of all levels
     int cell, threshold, spacing, capacity;
     int stride;  // of the gray image and the mask, bytes
+    int halvings;
 };
 
 // A level of the pyramid on a device: rows are padded to words of four pixels, and what is beyond
@@ -44,22 +45,24 @@ struct Level {
 };
 
 struct Layout {
-    uint32_t levels = 0;
+    uint32_t levels = 0;  // those with a pixel
     std::array<Level, kOrbMaxLevels> level{};
     size_t pixels = 0, cells = 0;  // of all levels
 };
 
 inline Layout make_layout(const defrec_orb_params& params) {
     Layout layout;
-    layout.levels = std::min(params.levels, uint32_t(kOrbMaxLevels));
     const auto cells = [&](uint32_t side) {
         return side > 2 * uint32_t(kBorder)
                    ? (side - 2 * uint32_t(kBorder) + params.cell - 1) / params.cell
                    : 0;
     };
-    uint32_t width = params.width, height = params.height;
-    for (uint32_t l = 0; l < layout.levels; ++l, width = width * 4 / 5, height = height * 4 / 5) {
-        Level& level = layout.level[l];
+    const uint32_t max_levels = std::min(params.levels, uint32_t(kOrbMaxLevels));
+    const uint32_t halvings = std::min(params.halvings, uint32_t(kOrbMaxHalvings));
+    uint32_t width = params.width >> halvings, height = params.height >> halvings;
+    for (; layout.levels < max_levels && width > 0 && height > 0;
+         width = width * 4 / 5, height = height * 4 / 5) {
+        Level& level = layout.level[layout.levels++];
         level = {width, height, cells(width), cells(height), layout.pixels, layout.cells};
         if (level.cells_x == 0 || level.cells_y == 0) level.cells_x = level.cells_y = 0;
         layout.pixels += size_t(width) * height;
@@ -69,13 +72,14 @@ inline Layout make_layout(const defrec_orb_params& params) {
 }
 
 constexpr OrbConstants constants_of(const defrec_orb_params& p, const Layout& layout) {
-    return {.levels = int(p.levels),
+    return {.levels = int(layout.levels),
             .cells = int(layout.cells),
             .cell = int(p.cell),
             .threshold = int(p.threshold),
             .spacing = int(p.spacing),
             .capacity = int(p.capacity),
-            .stride = int(p.stride)};
+            .stride = int(p.stride),
+            .halvings = int(p.halvings)};
 }
 
 inline std::array<OrbLevel, kOrbMaxLevels> device_levels(const Layout& layout) {

@@ -121,6 +121,29 @@ TEST_CASE("orb: sizes of the sub-stages follow the levels of the pyramid") {
     CHECK(orb::device_pixels(layout) == 204 * 100 + 160 * 80);
     CHECK(constants_of(p, layout).cells == int(layout.cells));
 }
+TEST_CASE("orb: levels are those of the halved image, as many as have a pixel") {
+    auto p = with_image<defrec_orb_params>();
+    p.width = p.stride = 403;
+    p.height = 206;
+    p.levels = 2;
+    p.cell = 8;
+    p.capacity = 500;
+    p.halvings = 1;
+    // 201 x 103 and 160 x 82
+    const uint64_t pixels = 201 * 103 + 160 * 82, cells = 21 * 9 + 16 * 6;
+    CHECK(inputs(p) == Sizes{403 * 206, 403 * 206});
+    CHECK(outputs(p) ==
+          Sizes{4, 500 * sizeof(defrec_feature), pixels, 2 * pixels, pixels, 4 * cells, cells});
+    p.width = p.stride = DEFREC_MIN_WIDTH;
+    p.height = DEFREC_MIN_HEIGHT;
+    p.levels = 8;
+    p.halvings = 3;
+    const orb::Layout layout = orb::make_layout(p);
+    CHECK(layout.levels == 5);
+    CHECK(layout.pixels == 8 * 6 + 6 * 4 + 4 * 3 + 3 * 2 + 2 * 1);
+    CHECK(layout.cells == 0);
+    CHECK(constants_of(p, layout).levels == 5);
+}
 
 TEST_CASE("match and ransac: records are counted by what prepare was given") {
     auto m = with_image<defrec_match_params>();

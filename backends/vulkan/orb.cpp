@@ -1,4 +1,5 @@
 // Stage orb in shaders: the pyramid level by level, then all levels at once. docs/stages/orb.md.
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -50,7 +51,7 @@ class Orb final : public Stage {
         : p_(params),
           device_(device),
           layout_(orb::make_layout(params)),
-          soften_(device.kernel(shaders::orb_soften)),
+          soften_(device.kernel(shaders::orb_soften, {params.halvings})),
           smooth_(device.kernel(shaders::orb_smooth)),
           corner_(device.kernel(shaders::orb_corners, {words_of_cell(params.cell)})),
           distance_(device.kernel(shaders::orb_distance)),
@@ -67,11 +68,11 @@ class Orb final : public Stage {
           corners_(device, 4 * layout_.cells),
           distances_(device, layout_.cells),
           counts_(device, sizeof(OrbCounts)),
-          blocks_(device, 4 * cover(layout_.cells, kBlock)),
+          blocks_(device, 4 * blocks_of_cells()),
           selection_(device, sizeof(OrbSelection)),
           kept_(device, 4 * uint64_t{params.capacity}) {
-        for (uint32_t l = 1; l < params.levels;) {
-            const bool two = device.wide() && l + 1 < params.levels;
+        for (uint32_t l = 1; l < layout_.levels;) {
+            const bool two = device.wide() && l + 1 < layout_.levels;
             const Groups size = two ? Groups{kTwoColumns, kTwoRows} : Groups{32, 4};
             shrink_.push_back(
                 {device.kernel(shaders::orb_shrink, {l, two ? 1u : 0u, size.x, size.y}),
@@ -93,8 +94,9 @@ class Orb final : public Stage {
         const Buffer& distances = optional(6) ? *out[6] : distances_;
         const Buffer* mask = masked ? in[1] : nullptr;
         const OrbPush push{constants_of(p_, layout_), {.mask = masked, .exported = exported}};
-        const Groups finest{cover(p_.width, 4 * 32), cover(p_.height, 4 * 4)};
-        const Groups blocks{finest.x, finest.y, p_.levels};
+        const orb::Level& level = layout_.level[0];
+        const Groups finest{cover(level.width, 4 * 32), cover(level.height, 4 * 4)};
+        const Groups blocks{finest.x, finest.y, layout_.levels};
 
         recorder.fill(counts_, 0);
         recorder.beside(soften_, {levels_, in[0], mask, pyramid_, masks_}, push, finest);
@@ -104,14 +106,11 @@ class Orb final : public Stage {
             device_.kernel(shaders::orb_score, {masked ? 1u : 0u, device_.wide() ? 1u : 0u});
         recorder.dispatch(score, {levels_, pyramid_, masks_, scores_}, push, blocks);
         recorder.beside(smooth_, {levels_, pyramid_, smoothed_}, push, blocks);
-        const Groups cells{
-            cover(uint64_t{layout_.level[0].cells_x} * layout_.level[0].cells_y, 128), 1,
-            p_.levels};
+        const Groups cells{cover(uint64_t{level.cells_x} * level.cells_y, 128), 1, layout_.levels};
         recorder.dispatch(corner_, {levels_, scores_, corners}, push, cells);
-        recorder.dispatch(
-            distance_, {levels_, corners, distances, counts_}, push,
-            {cover(layout_.level[0].cells_x, 16), cover(layout_.level[0].cells_y, 8), p_.levels});
-        const Groups selection{cover(layout_.cells, kBlock)};
+        recorder.dispatch(distance_, {levels_, corners, distances, counts_}, push,
+                          {cover(level.cells_x, 16), cover(level.cells_y, 8), layout_.levels});
+        const Groups selection{blocks_of_cells()};
         recorder.dispatch(count_, {levels_, corners, distances, counts_, selection_, blocks_}, push,
                           selection);
         recorder.dispatch(gather_,
@@ -124,10 +123,13 @@ class Orb final : public Stage {
             recorder.beside(
                 export_,
                 {levels_, pyramid_, smoothed_, scores_, optional(2), optional(3), optional(4)},
-                push, {cover(p_.width, 32), cover(p_.height, 8), p_.levels});
+                push, {cover(level.width, 32), cover(level.height, 8), layout_.levels});
     }
 
   private:
+    // At least one, which counts none where there are no cells.
+    uint32_t blocks_of_cells() const { return std::max(cover(layout_.cells, kBlock), 1u); }
+
     defrec_orb_params p_;
     Device& device_;
     Layout layout_;

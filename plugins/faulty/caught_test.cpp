@@ -51,6 +51,7 @@ const std::vector<Expected> kExpected = {
      "of features, which is to stay as it was",
      {"stage/orb/texture"}},
     {"orb_descriptor_bit", "stage/orb/texture", "descriptor", {"stage/orb/flat"}},
+    {"orb_ignores_halvings", "stage/orb/halved_alone", "features[", {"stage/orb/texture"}},
     {"writes_its_input", "stage/orb/texture", "orb changed its input 0", {"stage/rectify/gray"}},
     // match
     {"match_tie_by_last_index", "stage/match/ties", "feature is", {"stage/match/plain"}},

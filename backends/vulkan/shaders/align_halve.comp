@@ -4,6 +4,7 @@
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_GOOGLE_include_directive : require
 #include "align_push.h"
+#include "halving.glsl"
 layout(local_size_x = 32, local_size_y = 4) in;
 
 layout(constant_id = 0) const int kLevel = 1;
@@ -12,23 +13,11 @@ layout(std430, set = 0, binding = 0) readonly buffer From { uint8_t from[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer To { uint8_t to[]; };
 layout(push_constant) uniform Push { AlignLevelSize push; };
 
-int halve(int a, int b, int c, int d) {
-    return kMask ? min(min(a, b), min(c, d)) : (a + b + c + d + 2) >> 2;
-}
-
+int halve(int a, int b, int c, int d) { return kMask ? least_of(a, b, c, d) : mean_of(a, b, c, d); }
 int level0(int x, int y) { return int(from[y * push.stride + x]); }
-int level1(int x, int y) {
-    return halve(level0(2 * x, 2 * y), level0(2 * x + 1, 2 * y), level0(2 * x, 2 * y + 1),
-                 level0(2 * x + 1, 2 * y + 1));
-}
-int level2(int x, int y) {
-    return halve(level1(2 * x, 2 * y), level1(2 * x + 1, 2 * y), level1(2 * x, 2 * y + 1),
-                 level1(2 * x + 1, 2 * y + 1));
-}
-int level3(int x, int y) {
-    return halve(level2(2 * x, 2 * y), level2(2 * x + 1, 2 * y), level2(2 * x, 2 * y + 1),
-                 level2(2 * x + 1, 2 * y + 1));
-}
+HALVED(level1, level0, halve)
+HALVED(level2, level1, halve)
+HALVED(level3, level2, halve)
 
 void main() {
     const int x = int(gl_GlobalInvocationID.x), y = int(gl_GlobalInvocationID.y);

@@ -68,7 +68,7 @@ int to_image(uint sixteenths, uint level) {
     uint five = 1;
     for (uint l = 0; l < level; ++l) five *= 5;
     const uint half_unit = level == 0 ? 0 : 1u << (2 * level - 1);
-    return int(((sixteenths + 8) * five + half_unit) >> (2 * level)) - 8;
+    return int((((sixteenths + 8) * five << push.halvings) + half_unit) >> (2 * level)) - 8;
 }
 
 int smoothed_at(int at, int stride, int x, int y) { return int(smoothed[at + y * stride + x]); }

@@ -86,7 +86,8 @@ void limits(CaseRun& run, uint32_t stage) {
                  {"cells of 17 px", [](auto& p) { p.cell = 17; }},
                  {"threshold 255", [](auto& p) { p.threshold = 255; }},
                  {"capacity 65536", [](auto& p) { p.capacity = 65536; }},
-                 {"spacing 64", [](auto& p) { p.spacing = 64; }}});
+                 {"spacing 64", [](auto& p) { p.spacing = 64; }},
+                 {"4 halvings", [](auto& p) { p.halvings = 4; }}});
         case DEFREC_STAGE_MATCH:
             return refuse_all<defrec_match_params>(
                 run, stage,

@@ -161,12 +161,35 @@ void add_parameters(std::vector<StageCase>& cases) {
         none());
 }
 
+void add_halvings(std::vector<StageCase>& cases) {
+    Params params = base(323, 243);
+    params.stride = 325;
+    params.halvings = 1;
+    add(cases, "halved", "An image halved before the pyramid, with its mask, an odd size.", params,
+        texture(params), at_least(20), {.mask = true});
+    add(cases, "halved_alone", "The same without sub-stages.", params, texture(params),
+        at_least(20), {.mask = true, .extras = false});
+    params = base(643, 487);
+    params.levels = 3;
+    params.halvings = 2;
+    add(cases, "halved_twice", "Each halving rounds by itself.", params, noise(params),
+        at_least(20), {.mask = true});
+    params.halvings = 3;
+    add(cases, "halved_thrice", "The most halvings.", params, noise(params), at_least(10));
+    params = base(DEFREC_MIN_WIDTH, DEFREC_MIN_HEIGHT);
+    params.levels = 8;
+    params.halvings = 3;
+    add(cases, "halved_smallest", "The smallest image halved: no cell at all, levels of no pixel.",
+        params, texture(params), none(), {.mask = true});
+}
+
 }  // namespace
 
 void add_orb_cases(std::vector<StageCase>& cases) {
     add_inputs(cases);
     add_sizes(cases);
     add_parameters(cases);
+    add_halvings(cases);
 }
 
 }  // namespace defrec::conformance

@@ -1,8 +1,7 @@
-// Halving images and masks.
-#include "backends/cpu/align_kernels.hpp"
+#include "backends/cpu/halving.hpp"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "backends/cpu/align_pyramid.cpp"
+#define HWY_TARGET_INCLUDE "backends/cpu/halving.cpp"
 #include <hwy/foreach_target.h>
 // after foreach_target.h
 #include <hwy/highway.h>
@@ -67,12 +66,12 @@ namespace defrec::cpu {
 
 HWY_EXPORT(halve_gray);
 HWY_EXPORT(halve_mask);
-void align_halve_gray(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride,
-                      int32_t out_width, int32_t first, int32_t last) {
+void halve_gray(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride,
+                int32_t out_width, int32_t first, int32_t last) {
     HWY_DYNAMIC_DISPATCH(halve_gray)(in, in_stride, out, out_stride, out_width, first, last);
 }
-void align_halve_mask(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride,
-                      int32_t out_width, int32_t first, int32_t last) {
+void halve_mask(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride,
+                int32_t out_width, int32_t first, int32_t last) {
     HWY_DYNAMIC_DISPATCH(halve_mask)(in, in_stride, out, out_stride, out_width, first, last);
 }
 
