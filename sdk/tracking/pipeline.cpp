@@ -14,6 +14,15 @@ constexpr uint32_t kSmoothPasses = 1;
 // 1/16 px of half resolution: beside an instrument fewer disparities that mix with its own.
 constexpr uint32_t kDepthEdge = 16;
 
+// Features only begin what patches finish: coarse ones are as good for that, and quickly found.
+constexpr uint32_t kFeatureLevels = 3;
+constexpr uint32_t kLeastFeatureWidth = 480;  // of the image that they are found in
+constexpr uint32_t feature_halvings(uint32_t width) {
+    uint32_t halvings = 0;
+    while (halvings < kOrbMaxHalvings && width >> (halvings + 1) >= kLeastFeatureWidth) ++halvings;
+    return halvings;
+}
+
 // The image as a buffer: the application's own, the pixels as they are, or this one, which is made
 // where it is empty, with the pixels in it; nullptr where there is no image.
 const DeviceBuffer* upload(Queue& queue, const FrameImage& image, DeviceBuffer& buffer,
@@ -57,6 +66,8 @@ Pipeline::Pipeline(std::shared_ptr<const Rig> rig, std::shared_ptr<Device> devic
     orb.width = rig_->width();
     orb.height = rig_->height();
     orb.capacity = settings_.max_features;
+    orb.levels = kFeatureLevels;
+    orb.halvings = feature_halvings(rig_->width());
     orb_ = make_stage<DEFREC_STAGE_ORB>(device_, orb);
 
     observations_.push_back(make_observation());
