@@ -1,5 +1,5 @@
 // Stage rectify: a block samples its tile and the rim round it, and grows the mask in shared
-// memory. docs/stages/rectify.md.
+// memory, a bit for each pixel. docs/stages/rectify.md.
 #include "backends/cuda/stages.hpp"
 #include "backends/shared/gray.hpp"
 #include "backends/stages/rectify.hpp"
@@ -7,8 +7,12 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr int kTileWidth = 64, kTileHeight = 32, kThreads = 512;
+// A tile with the rim round it is so many words of bits wide.
+constexpr int kBits = static_cast<int>(kWarp), kWords = 4, kRimWidth = kWords * kBits,
+              kTileHeight = 32, kThreads = 512;
+constexpr int kMaxRows = kTileHeight + 2 * kRectifyMaxHighlightRadius;
 constexpr uint32_t kUsualRadius = 4;  // of highlights: the default
+constexpr int tile_width(int radius) { return kRimWidth - 2 * radius; }
 
 struct Sample {
     int gray;
@@ -54,43 +58,64 @@ __device__ Sample sample(const RectifyConstants& c, const RectifyBuffers& given,
     return {((128 - b) * above + b * below + 8192) >> 14, false, covered};
 }
 
-// Shared memory: which pixels of the tile with its rim are saturated, then which have one of those
-// within the radius in their row. kRadius: of highlights, where it is known beforehand, else 0.
+// Bit k of a row's word w is column 32 w + k of its tile with the rim round it.
+struct MaskRows {
+    uint32_t words[kMaxRows][kWords];
+    __device__ uint32_t& at(int item) { return words[item / kWords][item % kWords]; }
+};
+
+// Whether there is a set bit within the radius, in the row alone.
+__device__ __forceinline__ uint32_t grown_in_row(const uint32_t (&row)[kWords], int word,
+                                                 int radius) {
+    const uint32_t before = word > 0 ? row[word - 1] : 0, here = row[word],
+                   after = word + 1 < kWords ? row[word + 1] : 0;
+    uint32_t grown = here;
+    for (int dx = 1; dx <= radius; ++dx)
+        grown |= __funnelshift_r(here, after, static_cast<uint32_t>(dx)) |
+                 __funnelshift_r(before, here, static_cast<uint32_t>(kBits - dx));
+    return grown;
+}
+
+// kRadius: of highlights, where it is known beforehand, else 0.
 template <uint32_t kFormat, int kRadius>
 __global__ void __launch_bounds__(kThreads) rectify(RectifyConstants c, RectifyBuffers given) {
+    __shared__ MaskRows saturated, near_in_row, usable_here;
     const int radius = kRadius > 0 ? kRadius : static_cast<int>(c.highlight_radius);
-    const int rim_width = kTileWidth + 2 * radius, rim_height = kTileHeight + 2 * radius;
-    uint8_t* const saturated = dynamic_shared<uint8_t>();
-    uint8_t* const near_in_row = saturated + rim_width * rim_height;
-    uint8_t* const usable_here = near_in_row + kTileWidth * rim_height;
-    const int left = static_cast<int>(blockIdx.x) * kTileWidth,
+    const int width = tile_width(radius), rows = kTileHeight + 2 * radius;
+    const int left = static_cast<int>(blockIdx.x) * width,
               top = static_cast<int>(blockIdx.y) * kTileHeight;
-    const int thread = static_cast<int>(threadIdx.x);
+    const int thread = static_cast<int>(threadIdx.x), word = thread / kBits % kWords,
+              bit = thread % kBits, column = kBits * word + bit - radius, x = left + column;
 
-    for (int i = thread; i < rim_width * rim_height; i += kThreads) {
-        const int column = i % rim_width - radius, row = i / rim_width - radius;
-        const int x = left + column, y = top + row;
+    for (int row = thread / kRimWidth; row < rows; row += kThreads / kRimWidth) {
+        const int y = top + row - radius;
         const bool in_image = x >= 0 && y >= 0 && x < c.width && y < c.height;
         const Sample here = in_image ? sample<kFormat>(c, given, x, y) : Sample{0, true, false};
-        saturated[i] = !here.outside && here.gray >= c.saturation;
-        if (column < 0 || row < 0 || column >= kTileWidth || row >= kTileHeight) continue;
-        usable_here[row * kTileWidth + column] = !here.outside && here.covered;
-        if (in_image) given.gray[int64_t{y} * c.stride + x] = static_cast<uint8_t>(here.gray);
+        const uint32_t light = __ballot_sync(kAllLanes, !here.outside && here.gray >= c.saturation);
+        const uint32_t usable = __ballot_sync(kAllLanes, !here.outside && here.covered);
+        if (bit == 0) {
+            saturated.words[row][word] = light;
+            usable_here.words[row][word] = usable;
+        }
+        if (in_image && row >= radius && row < radius + kTileHeight && column >= 0 &&
+            column < width)
+            given.gray[int64_t{y} * c.stride + x] = static_cast<uint8_t>(here.gray);
     }
     __syncthreads();
-    for (int i = thread; i < kTileWidth * rim_height; i += kThreads) {
-        const uint8_t* from = saturated + i / kTileWidth * rim_width + i % kTileWidth;
-        uint8_t near_any = 0;
-        for (int dx = 0; dx <= 2 * radius; ++dx) near_any |= from[dx];
-        near_in_row[i] = near_any;
+    for (int i = thread; i < kWords * rows; i += kThreads)
+        near_in_row.at(i) = grown_in_row(saturated.words[i / kWords], i % kWords, radius);
+    __syncthreads();
+    for (int i = thread; i < kWords * kTileHeight; i += kThreads) {
+        uint32_t near_any = 0;
+        for (int dy = 0; dy <= 2 * radius; ++dy) near_any |= near_in_row.at(i + kWords * dy);
+        usable_here.at(i + kWords * radius) &= ~near_any;
     }
     __syncthreads();
-    for (int i = thread; i < kTileWidth * kTileHeight; i += kThreads) {
-        const int x = left + i % kTileWidth, y = top + i / kTileWidth;
-        if (x >= c.width || y >= c.height) continue;
-        uint8_t near_any = 0;
-        for (int dy = 0; dy <= 2 * radius; ++dy) near_any |= near_in_row[i + dy * kTileWidth];
-        given.mask[int64_t{y} * c.stride + x] = usable_here[i] != 0 && near_any == 0 ? 255 : 0;
+    if (column < 0 || column >= width || x >= c.width) return;
+    for (int row = thread / kRimWidth; row < min(kTileHeight, c.height - top);
+         row += kThreads / kRimWidth) {
+        const uint32_t usable = usable_here.words[row + radius][word] >> bit & 1;
+        given.mask[int64_t{top + row} * c.stride + x] = usable != 0 ? 255 : 0;
     }
 }
 
@@ -102,13 +127,10 @@ class Rectify final : public Stage {
     void record(Recorder& recorder, std::span<const InBuffer> in,
                 std::span<const OutBuffer> out) override {
         const RectifyBuffers given = rectify_buffers(p_, in, out);
-        const uint32_t radius = p_.highlight_radius, rim_height = kTileHeight + 2 * radius;
-        const size_t shared = rim_height * (kTileWidth + 2 * radius) + rim_height * kTileWidth +
-                              kTileHeight * kTileWidth;
-        recorder.launch(kernel(),
-                        {dim3(cover(p_.width, kTileWidth), cover(p_.height, kTileHeight)),
-                         dim3(kThreads), shared},
-                        constants_of(p_), given);
+        const auto width = static_cast<uint32_t>(tile_width(static_cast<int>(p_.highlight_radius)));
+        recorder.launch(
+            kernel(), {dim3(cover(p_.width, width), cover(p_.height, kTileHeight)), dim3(kThreads)},
+            constants_of(p_), given);
     }
 
   private:
