@@ -798,7 +798,7 @@ typedef struct defrec_tracker_desc {
     float       vertex_spacing_px; /**< between template vertices in its image
                                         @default "width / 120, at least 4" @range 1..DEFREC_MAX_SIDE
                                         @unit px */
-    uint32_t    max_features;      /**< found in a frame @default 1024 @range 1..65535 */
+    uint32_t    max_features;      /**< found in a frame @default 768 @range 1..65535 */
     uint32_t    max_patches;       /**< of a template @default 1024 @range 1..65536 */
     float       arap_weight;       /**< of the smoothness term at the default spacing of control
                                         points: the tissue's stiffness, which is kept at others

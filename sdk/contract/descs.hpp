@@ -37,7 +37,7 @@ inline void fill_defaults(defrec_tracker_desc& p) {
     if (p.format == 0) p.format = DEFREC_FORMAT_BGR8;
     if (p.frames_in_flight == 0) p.frames_in_flight = 2;
     if (p.min_depth_mm == 0) p.min_depth_mm = 20.0f;
-    if (p.max_features == 0) p.max_features = 1024;
+    if (p.max_features == 0) p.max_features = 768;
     if (p.max_patches == 0) p.max_patches = 1024;
     if (p.arap_weight == 0) p.arap_weight = 0.55f;
     if (p.coarse_iterations == 0) p.coarse_iterations = 1;

@@ -26,7 +26,7 @@ namespace Defrec
         /// Between template vertices in its image, px; 1 to Constants.MaxSide; default width / 120, at least 4.
         /// </summary>
         public float VertexSpacingPx { get; set; }
-        /// <summary>Found in a frame; 1 to 65535; default 1024.</summary>
+        /// <summary>Found in a frame; 1 to 65535; default 768.</summary>
         public uint MaxFeatures { get; set; }
         /// <summary>Of a template; 1 to 65536; default 1024.</summary>
         public uint MaxPatches { get; set; }

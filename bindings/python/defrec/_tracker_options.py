@@ -17,7 +17,7 @@ OPTIONS = """seed: of random choices: the same seed gives the same results on a 
     min_depth_mm: nearest surface expected, mm; 0.1 to 100000; default 20.
     node_spacing_px: between control points in the template's image, px; 4 to MAX_SIDE; default width / 32.
     vertex_spacing_px: between template vertices in its image, px; 1 to MAX_SIDE; default width / 120, at least 4.
-    max_features: found in a frame; 1 to 65535; default 1024.
+    max_features: found in a frame; 1 to 65535; default 768.
     max_patches: of a template; 1 to 65536; default 1024.
     arap_weight: of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept
         at others; 0 to 1e9; default 0.55.

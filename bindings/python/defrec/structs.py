@@ -713,7 +713,7 @@ class ConstBuffer(Struct):
     """Bytes."""
 
 
-@c_struct("defrec_tracker_desc", frames_in_flight=2, min_depth_mm=20, max_features=1024, max_patches=1024,
+@c_struct("defrec_tracker_desc", frames_in_flight=2, min_depth_mm=20, max_features=768, max_patches=1024,
     arap_weight=0.55, coarse_iterations=1, fine_iterations=2, max_vertices=65536)
 class TrackerDesc(Struct):
     """What a tracker is made with. device_id "BACKEND:*": its device with the fewest trackers."""
@@ -740,7 +740,7 @@ class TrackerDesc(Struct):
     vertex_spacing_px: F32
     """Between template vertices in its image, px; 1 to MAX_SIDE; default width / 120, at least 4."""
     max_features: U32
-    """Found in a frame; 1 to 65535; default 1024."""
+    """Found in a frame; 1 to 65535; default 768."""
     max_patches: U32
     """Of a template; 1 to 65536; default 1024."""
     arap_weight: F32
