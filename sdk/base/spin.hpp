@@ -1,6 +1,7 @@
 // Looking for a little while instead of sleeping: being woken takes 30 to 60 microseconds.
 #pragma once
 #include <chrono>
+#include <thread>
 
 #include "sdk/base/platform.hpp"
 
@@ -15,6 +16,7 @@ bool spin_until(std::chrono::nanoseconds time, Condition condition) {
             if (condition()) return true;
             platform::spin_pause();
         }
+        std::this_thread::yield();
     } while (std::chrono::steady_clock::now() < end);
     return false;
 }
