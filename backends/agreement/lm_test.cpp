@@ -397,9 +397,12 @@ TEST_CASE("a step that lowers the cost is the same, trusted or not") {
     TestSurface surface({});
     surface.deform(wave);
     for (const Maker make : kMakers)
-        for (const uint32_t iterations : {1u, 2u}) {
+        for (const auto& [iterations, solver] :
+             {std::pair(1u, DEFREC_SOLVER_COUPLED), std::pair(2u, DEFREC_SOLVER_COUPLED),
+              std::pair(2u, DEFREC_SOLVER_INDEPENDENT)}) {
             LmRun run(surface);
             run.params.iterations = iterations;
+            run.params.solver = solver;
             const Solved evaluated = run(make);
             run.params.trust_last_step = 1;
             const Solved trusted = run(make);

@@ -35,7 +35,7 @@ struct Surface {
     Buffer trial, present, records, edge_records, scales, data, data_sums, terms, arap_costs, moves,
         states;
     Buffer matrix, diagonal, inverses, vectors, progress, products;
-    Buffer deformed, rigid;
+    Buffer deformed;
 
     Surface(Device& device, const LmBlocks& lists, const defrec_lm_params& p,
             const LmSplits& splits)
@@ -67,8 +67,7 @@ struct Surface {
           vectors(device, kVector * kGradientVectors * p.nodes),
           progress(device, 2 * sizeof(LmGradients)),
           products(device, 4 * sizeof(float) * cover(uint64_t{p.nodes} * splits.row, kBlockGroup)),
-          deformed(device, kVector * p.landmarks),
-          rigid(device, 2 * kVector) {}
+          deformed(device, kVector * p.landmarks) {}
 
     static uint32_t surface_groups(const defrec_lm_params& p) {
         return cover(p.points, kResidualGroup) + cover(p.landmarks, kResidualGroup) +
@@ -148,11 +147,12 @@ class Lm final : public Stage {
             s.edge_terms, s.items,    s.records,    s.edge_records, s.trial,      s.present,
             s.matrix,     s.diagonal, s.inverses,   s.vectors};
 
-        if ((push.run.given & kPresolve) != 0)
-            recorder.dispatch(presolve_,
-                              {motions, s.items, s.item_nodes, matches, s.deformed, s.rigid}, push,
-                              {1});
-        recorder.dispatch(start_, {motions, s.rest, s.rigid, s.trial}, push, node_groups);
+        if (p_.presolve != 0 && matches != nullptr)
+            recorder.dispatch(
+                presolve_, {motions, s.items, s.item_nodes, matches, s.deformed, s.rest, s.trial},
+                push, {1});
+        else
+            recorder.dispatch(start_, {motions, s.rest, s.trial}, push, node_groups);
         residuals();
         recorder.dispatch(data_,
                           {s.block_list, s.item_terms, s.items, s.records, s.data, s.data_sums},
@@ -163,19 +163,26 @@ class Lm final : public Stage {
             recorder.dispatch(diagonal_, system_buffers, push, shared_groups(splits_.own));
             recorder.beside(above_, system_buffers, push,
                             {cover(uint64_t{s.blocks - p_.nodes} * splits_.above, kBlockGroup)});
+            const bool trusts = p_.trust_last_step != 0 && i + 1 == p_.iterations;
             const uint32_t steps = gradient_steps(p_);
             for (push.run.step = 0; push.run.step < steps; ++push.run.step)
                 recorder.dispatch(step_,
                                   {s.states, s.progress, s.products, s.vectors, s.matrix,
                                    s.row_starts, s.columns, s.inverses},
                                   push, shared_groups(splits_.row));
-            recorder.dispatch(
-                move_,
-                {s.states, s.progress, s.products, s.vectors, s.rest, s.present, s.trial, s.moves},
-                push, node_groups);
+            const bool ends = trusts && steps > 0;
+            if (ends) push.run.given |= kTrustsLastStep;
+            recorder.dispatch(move_,
+                              {s.states, s.progress, s.products, s.vectors, s.rest, s.present,
+                               s.trial, s.moves, motions, out[0], out[1]},
+                              push, node_groups);
+            if (ends) return;
             push.run.evaluation = i + 1;
             push.run.step = 0;
-            if (p_.trust_last_step != 0 && i + 1 == p_.iterations) break;
+            if (trusts) {
+                push.run.given |= kTrustsLastStep;
+                break;
+            }
             residuals();
             recorder.beside(edges_, edge_buffers, push, edge_groups);
         }
@@ -187,10 +194,8 @@ class Lm final : public Stage {
 
   private:
     LmPush first_push(bool matches, bool observations, bool disparity) const {
-        const uint32_t given = (matches ? kMatchesGiven : 0) |
-                               (observations ? kObservationsGiven : 0) |
-                               (matches && p_.presolve != 0 ? kPresolve : 0) |
-                               (p_.trust_last_step != 0 ? kTrustsLastStep : 0);
+        const uint32_t given =
+            (matches ? kMatchesGiven : 0) | (observations ? kObservationsGiven : 0);
         return {constants_of(p_),
                 {.image = disparity_grid(p_, disparity),
                  .edges = surface_->edges,

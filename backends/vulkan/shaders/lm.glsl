@@ -1,7 +1,7 @@
 // What the shaders of stage lm share. docs/stages/lm.md. They run in this order, all recorded
 // before:
-//   [presolve] start, residuals, data, edges, then for each iteration: system, step ..., move,
-//   residuals beside edges; at the end finish.
+//   presolve or start, residuals, data, edges, then for each iteration: system, step ..., move,
+//   residuals beside edges; at the end finish. The move of a trusted last step ends the run.
 // Evaluation e (0: of the start, then one for each iteration's trial) is classified by what comes
 // after it: by system, or by finish. Judgement e is written to states[e & 1]; what follows in the
 // iteration looks there whether anything is left to do.

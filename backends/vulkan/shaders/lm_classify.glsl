@@ -6,8 +6,8 @@ layout(std430, set = 0, binding = 1) readonly buffer Terms { LmTerm terms[]; };
 layout(std430, set = 0, binding = 2) readonly buffer ArapCosts { float arap_costs[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Moves { LmMove moves[]; };
 
-const float kMinLambda = 1e-7, kMaxLambda = 1e7;
-const float kLambdaDown = 1.0 / 7.5, kLambdaUp = 10.0;
+#include "lm_decide.glsl"
+
 const float kMinStepMm = 0.01;
 const float kMinDecrease = 1e-4;
 
@@ -74,12 +74,6 @@ LmState first_state(LmState there, float missing_cost) {
     return state;
 }
 
-void damp_next(inout LmState state) {
-    state.refused = accepted ? 0 : 1;
-    state.lambda =
-        clamp(state.lambda * (accepted ? kLambdaDown : kLambdaUp), kMinLambda, kMaxLambda);
-}
-
 // The state after a step to `there`.
 LmState next_state(LmState state, LmState there, LmMove move, float missing_cost) {
     ++state.iterations;
@@ -103,7 +97,7 @@ LmState next_state(LmState state, LmState there, LmMove move, float missing_cost
             state.arap = there.arap;
         }
     }
-    damp_next(state);
+    damp_next(state, accepted);
     return state;
 }
 
@@ -143,13 +137,8 @@ void trust(uint me) {
     if (me == 0) {
         add_shares(4, 0, 1);
         now = states[(run.evaluation - 1) & 1];
-        const bool tried = !stopped(now) && now.refused == 0;
-        accepted = tried && move_shares[0].bad == 0;
-        if (tried) {
-            ++now.iterations;
-            if (accepted) now.any_step = 1;
-            damp_next(now);
-        }
+        accepted = trusts_step(now) && move_shares[0].bad == 0;
+        if (trusts_step(now)) now = after_trusted(now, accepted);
     }
     barrier();
 }

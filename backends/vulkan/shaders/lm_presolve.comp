@@ -1,5 +1,5 @@
 // Stage lm, section 4: the rigid motion that brings the deformed landmarks onto their preselected
-// matches. One work group.
+// matches, and every control point's start by it. One work group.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
@@ -13,11 +13,14 @@ layout(std430, set = 0, binding = 3) readonly buffer Matches { Match matches[]; 
 layout(std430, set = 0, binding = 4) buffer Deformed {
     vec4 deformed[];
 };  // landmarks; w: their matches' weight, 0 where not preselected
-layout(std430, set = 0, binding = 5) writeonly buffer Rigid { vec4 rigid[2]; };
+layout(std430, set = 0, binding = 5) readonly buffer Rest { vec4 rest[]; };
+layout(std430, set = 0, binding = 6) writeonly buffer Trial { vec4 trial[]; };
+#include "lm_start.glsl"
 
 const float kMinSpread = 0.01;  // mm^2
 shared mat3 rotation;           // rows
 shared vec3 shift;
+shared vec4 turn;  // of the start, as shift is then
 
 // Turns two columns so that they are orthogonal; false where they are so already.
 bool make_orthogonal(inout vec3 a, inout vec3 b) {
@@ -146,8 +149,11 @@ void main() {
         fit(me, 1.0 / max(push.match_tukey * push.match_tukey, 9.0 * spread[0].y / spread[0].x));
     }
     const vec2 cost = costs(me);
-    if (me != 0) return;
-    const bool closer = enough && cost.x < cost.y;
-    rigid[0] = closer ? quaternion_of(rotation) : vec4(0, 0, 0, 1);
-    rigid[1] = closer ? vec4(shift, 0) : vec4(0);
+    if (me == 0) {
+        const bool closer = enough && cost.x < cost.y;
+        turn = closer ? quaternion_of(rotation) : vec4(0, 0, 0, 1);
+        if (!closer) shift = vec3(0);
+    }
+    barrier();
+    for (uint i = me; i < push.nodes; i += kSize) start(i, turn, shift);
 }

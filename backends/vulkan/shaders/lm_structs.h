@@ -15,7 +15,8 @@ struct LmRun {
     uint step;        // of the conjugate gradients; 0: none before
 };
 
-const uint kMatchesGiven = 1, kObservationsGiven = 2, kPresolve = 4, kTrustsLastStep = 8;
+const uint kMatchesGiven = 1, kObservationsGiven = 2,
+           kTrustsLastStep = 4;  // of the dispatch that ends the run
 
 const uint kResidualGroup = 128;  // invocations of a work group of residuals, and of edges
 const uint kNodeGroup = 64;       // likewise of control points: start, move, finish

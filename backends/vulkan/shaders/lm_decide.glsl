@@ -1,0 +1,18 @@
+// What follows from a step for the next one, and for a step that is trusted. Needs lm.glsl.
+const float kMinLambda = 1e-7, kMaxLambda = 1e7;
+const float kLambdaDown = 1.0 / 7.5, kLambdaUp = 10.0;
+
+void damp_next(inout LmState state, bool accepted) {
+    state.refused = accepted ? 0 : 1;
+    state.lambda =
+        clamp(state.lambda * (accepted ? kLambdaDown : kLambdaUp), kMinLambda, kMaxLambda);
+}
+
+// Whether the last step is made, by the state before it.
+bool trusts_step(LmState state) { return !stopped(state) && state.refused == 0; }
+LmState after_trusted(LmState state, bool accepted) {
+    ++state.iterations;
+    if (accepted) state.any_step = 1;
+    damp_next(state, accepted);
+    return state;
+}
