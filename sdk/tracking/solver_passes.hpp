@@ -58,7 +58,7 @@ inline constexpr std::array<SolverPass, 3> kSolverPasses = {
                 .wide_radius = 12,
             },
         .iterations = &TrackerSettings::coarse_iterations,
-        .cg_iterations = 5,
+        .cg_iterations = 10,
         .presolve = false,
         .stiffness = 0.2f,
         .match_weight = 1,
