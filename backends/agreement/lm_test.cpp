@@ -392,6 +392,33 @@ TEST_CASE("a trusted last step is taken whatever it costs, but not after a refus
     }
 }
 
+TEST_CASE("a trusted step from the minimum moves nothing, and has not failed") {
+    if (!under_test::available()) return;
+    TestSurface surface({});
+    surface.deform(rigid({0, 0, 0}, {0, 0, 0}));
+    // Nothing is left of the gradient: without connections, and with one match, on the axis, where
+    // rounding leaves no residual.
+    surface.edges.clear();
+    for (defrec_match& match : surface.matches) match = {};
+    surface.matches[0].weight = 1;
+    for (float* position : {surface.landmarks[0].position, surface.matches[0].position}) {
+        position[0] = position[1] = 0;
+        position[2] = 80;
+    }
+    for (const Maker make : kMakers)
+        for (const uint32_t steps : {1u, 2u, 7u}) {
+            LmRun run(surface);
+            run.patches = run.depth = false;
+            run.params.iterations = 1;
+            run.params.trust_last_step = 1;
+            run.params.cg_iterations = steps;
+            const Solved solved = run(make);
+            CHECK(solved.summary.failed == 0);
+            CHECK(solved.summary.iterations == 1);
+            CHECK(unmoved(solved, run.start));
+        }
+}
+
 TEST_CASE("a step that lowers the cost is the same, trusted or not") {
     if (!under_test::available()) return;
     TestSurface surface({});

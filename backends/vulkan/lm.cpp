@@ -24,7 +24,8 @@ constexpr uint64_t kDiagonalVectors = kBlockVectors + 2, kGradientVectors = 2 * 
 constexpr uint64_t kMaxDispatches = 65536;  // recorded: each has a descriptor set
 // lavapipe ends loops, those of one invocation together, after 65,535 rounds.
 constexpr size_t kLongestLoop = 50000;
-constexpr uint32_t kMaxPresolveLandmarks = 2000 * kPresolveGroup;  // 17 times over all
+constexpr uint32_t kMaxPresolveLandmarks = 2000 * kPresolveGroup;  // 17 times over all, and once
+                                                                   // over the control points
 constexpr uint32_t kMaxItems = 1u << 28;                           // lm_blocks.glsl
 
 // The template, and everything that a run of it writes.
@@ -127,9 +128,10 @@ class Lm final : public Stage {
         LmPush push = first_push(matches != nullptr, observations != nullptr, disparity != nullptr);
 
         const auto shared_groups = [&](uint32_t split) {
-            return Groups{cover(uint64_t{p_.nodes} * split, kBlockGroup)};
+            return Groups{std::max(cover(uint64_t{p_.nodes} * split, kBlockGroup), 1u)};
         };
-        const Groups node_groups{cover(p_.nodes, kNodeGroup)};
+        // Without control points, too, somebody gives out the summary.
+        const Groups node_groups{std::max(cover(p_.nodes, kNodeGroup), 1u)};
         const std::initializer_list<Binding> item_buffers = {disparity, s.items, s.item_nodes,
                                                              s.trial,   matches, observations,
                                                              s.records, s.terms, s.states};

@@ -16,10 +16,13 @@ constexpr uint32_t kDepthEdge = 16;
 
 // Features only begin what patches finish: coarse ones are as good for that, and quickly found.
 constexpr uint32_t kFeatureLevels = 3;
-constexpr uint32_t kLeastFeatureWidth = 480;  // of the image that they are found in
-constexpr uint32_t feature_halvings(uint32_t width) {
+// Of the image that they are found in.
+constexpr uint32_t kLeastFeatureWidth = 480, kLeastFeatureHeight = 240;
+constexpr uint32_t feature_halvings(uint32_t width, uint32_t height) {
     uint32_t halvings = 0;
-    while (halvings < kOrbMaxHalvings && width >> (halvings + 1) >= kLeastFeatureWidth) ++halvings;
+    while (halvings < kOrbMaxHalvings && width >> (halvings + 1) >= kLeastFeatureWidth &&
+           height >> (halvings + 1) >= kLeastFeatureHeight)
+        ++halvings;
     return halvings;
 }
 
@@ -67,7 +70,7 @@ Pipeline::Pipeline(std::shared_ptr<const Rig> rig, std::shared_ptr<Device> devic
     orb.height = rig_->height();
     orb.capacity = settings_.max_features;
     orb.levels = kFeatureLevels;
-    orb.halvings = feature_halvings(rig_->width());
+    orb.halvings = feature_halvings(rig_->width(), rig_->height());
     orb_ = make_stage<DEFREC_STAGE_ORB>(device_, orb);
 
     observations_.push_back(make_observation());

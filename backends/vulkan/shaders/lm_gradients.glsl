@@ -41,10 +41,14 @@ LmGradients advance(Left left, uint me, out float beta) {
     vec2 sum = vec2(0);
     for (uint i = 0; i < kEighths; ++i) sum += product_shares[i];
     const bool first = run.step == 1;
+    if (!first && left.before.over != 0) {  // whose last steps left no sums
+        beta = 0.0;
+        return LmGradients(left.before.rho, 0.0, left.before.enough, 1);
+    }
     const float rho = sum.x;
     beta = first ? 0.0 : rho / left.before.rho;
     const float curvature = first ? sum.y : sum.y - beta * rho / left.before.alpha;  // p A p
     const float enough = first ? kTolerance * kTolerance * rho : left.before.enough;
-    const bool over = (!first && left.before.over != 0) || !(rho > enough) || !(curvature > 0.0);
+    const bool over = !(rho > enough) || !(curvature > 0.0);
     return LmGradients(rho, over ? 0.0 : rho / curvature, enough, over ? 1 : 0);
 }
