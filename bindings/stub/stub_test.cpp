@@ -31,7 +31,7 @@ TEST_CASE("arguments are written down as the header names and types them") {
     CHECK(defrec_stage_create(nullptr, "cpu", DEFREC_STAGE_ORB, &params, &stage) == DEFREC_OK);
     const std::string created = calls();
     CHECK(
-        created.find("(context=NULL, device_id=\"cpu\", stage=2, params=2400000034120000000000") !=
+        created.find("(context=NULL, device_id=\"cpu\", stage=2, params=2800000034120000000000") !=
         std::string::npos);
     char made[32];
     std::snprintf(made, sizeof made, ", out=%p)\n", static_cast<void*>(stage));
