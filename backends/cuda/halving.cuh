@@ -1,5 +1,5 @@
-// Pixels of images and masks that are halved (docs/stages/align.md, section 2), from the whole
-// ones.
+// Pixels of images and masks that are halved (docs/stages/align.md, section 2, and orb.md, section
+// 1), from the whole ones.
 #pragma once
 #include "backends/cuda/device_code.hpp"
 

@@ -1,5 +1,5 @@
-// Pixels of images and masks that are halved (docs/stages/align.md, section 2), from the whole
-// ones.
+// Pixels of images and masks that are halved (docs/stages/align.md, section 2, and orb.md, section
+// 1), from the whole ones.
 int mean_of(int a, int b, int c, int d) { return (a + b + c + d + 2) >> 2; }
 int least_of(int a, int b, int c, int d) { return min(min(a, b), min(c, d)); }
 
