@@ -22,7 +22,6 @@ LmTerm share_of_terms(uint me, uint first, uint count) {
     for (uint i = me; i < count; i += kClassifies) sum = plus(sum, terms[first + i]);
     return sum;
 }
-LmMove farther(LmMove a, LmMove b) { return LmMove(max(a.largest, b.largest), a.bad | b.bad); }
 
 void share_moves(uint me) {
     LmMove move = LmMove(0, 0);

@@ -2,6 +2,8 @@
 const float kMinLambda = 1e-7, kMaxLambda = 1e7;
 const float kLambdaDown = 1.0 / 7.5, kLambdaUp = 10.0;
 
+LmMove farther(LmMove a, LmMove b) { return LmMove(max(a.largest, b.largest), a.bad | b.bad); }
+
 void damp_next(inout LmState state, bool accepted) {
     state.refused = accepted ? 0 : 1;
     state.lambda =

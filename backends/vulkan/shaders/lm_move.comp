@@ -65,8 +65,6 @@ LmMove take_step(LmGradients by, float beta, uint i) {
     return LmMove(good ? largest : 0.0, good ? 0 : 1);
 }
 
-LmMove farther(LmMove a, LmMove b) { return LmMove(max(a.largest, b.largest), a.bad | b.bad); }
-
 // By the conjugate gradients: their sums, over all control points, tell whether the step is finite.
 void end_run(LmState state, Left left, uint me, uint i) {
     LmState end = state;
