@@ -2,9 +2,11 @@
 #include "sdk/tracking/surface_follower.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <new>
 #include <numbers>
 #include <optional>
+#include <thread>
 
 #include "backends/shared/motion.hpp"
 #include "sdk/template/cut.hpp"
@@ -453,14 +455,21 @@ Verdict SurfaceFollower::judge(TrackerJob& job, std::optional<ObservedFrame>& fr
 ObservedFrame SurfaceFollower::finish(TrackerJob& job, FollowedFrame followed) {
     using Time = std::chrono::nanoseconds;
     constexpr Time kWaking = std::chrono::microseconds(45);
+    // Waits beyond this are slept through up to their last eighth, a nap at a time: on a device
+    // that many trackers share, cores that look for its end are missing elsewhere.
+    constexpr Time kLongWait = std::chrono::milliseconds(1),
+                   kLongestNap = std::chrono::microseconds(500);
     const std::shared_ptr<const Services> services = job.services();
     const FrameInput::Clock::time_point start = FrameInput::Clock::now();
     // A wait that ends too early may cost a call of the driver. Each looks for a while before it
     // sleeps: many short ones would keep a core busy through a long frame.
-    const Time limit = pipeline_.deadline();
+    const Time limit = pipeline_.deadline(), last_part = usual_wait_ / 8,
+               asleep = usual_wait_ > kLongWait ? usual_wait_ - last_part : Time::zero(),
+               nap = std::min(last_part, kLongestNap);
     Time look = std::chrono::microseconds(200), wake = usual_wait_ - kWaking;
     bool looks = true, wakes = wake > Time::zero();
     for (Time waited{0};; waited = FrameInput::Clock::now() - start) {
+        if (waited >= look) look *= 2;
         looks = looks && look < limit && !observe_ahead(followed);
         if (wakes && waited >= wake) {
             wakes = false;
@@ -468,11 +477,15 @@ ObservedFrame SurfaceFollower::finish(TrackerJob& job, FollowedFrame followed) {
                 helpers->rouse(kMaxVertexThreads - 1);
             job.announce_end();
         }
-        if (!looks && !wakes) break;
-        const Time until = std::min(looks ? look : limit, wakes ? wake : limit),
-                   left = std::max(until - waited, Time::zero());
+        const bool naps = waited < asleep;
+        if (!looks && !wakes && !naps) break;
+        Time left =
+            std::max(std::min(looks ? look : limit, wakes ? wake : limit) - waited, Time::zero());
+        if (naps) {
+            std::this_thread::sleep_for(std::min({left, nap, asleep - waited}));
+            left = Time::zero();
+        }
         if (pipeline_.done(followed, static_cast<uint64_t>(left.count()))) break;
-        if (until == look) look *= 2;
     }
     ObservedFrame frame = pipeline_.finish(std::move(followed));
     usual_wait_ += (FrameInput::Clock::now() - start - usual_wait_) / 4;
