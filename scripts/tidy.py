@@ -42,18 +42,25 @@ VALUE = re.compile(r"-D(\w+)=")
 # include them have a unit of their own.
 SLOW_HEADERS = re.compile(r"^#include <CLI/", re.MULTILINE)
 OWN_HEADER = re.compile(r'^#include "(\S+)"', re.MULTILINE)
+SYSTEM_HEADER = re.compile(r"^#include <\S+>", re.MULTILINE)
+CONDITION = re.compile(r"^#\s*(?:if|ifdef|ifndef)\b.*?^#\s*endif\b", re.MULTILINE | re.DOTALL)
+# Names that cannot be others: behind these they are not the file's own.
+OTHERS_NAME = re.compile(r"(?:\.|->|::)\s*(\w+)|^#define (\w+)", re.MULTILINE)
 # What a file declares outside of classes and functions: those lines are not indented.
 BEFORE_DECLARATION = re.compile(r"^template <.*>[ \n]|__launch_bounds__\(.*?\)",
                                 re.MULTILINE)
 DECLARATIONS = [re.compile(pattern, re.MULTILINE) for pattern in (
-    r"^(?:class|struct|union|enum(?: class)?) (\w+)[^;{(]*\{",
+    r"^(?:class|struct|union|enum(?: class)?) (?:alignas\(\w+\) )?(\w+)[^;{(]*\{",
     r"^#define (?!HWY_)(\w+)",
     r"^(?!(?:namespace|using|class|struct|union|enum)\b|HWY_)(?:extern \"C\" |\[\[\w+\]\] )?\w"
     r"[^;{=(]*?(?<!::)\b(\w+)(?:<[^>]*>)?\s*[\[{=(;]")]
 CONSTANTS = re.compile(r"^(?:inline |static )*const(?:expr)? [^;{]*;", re.MULTILINE)
-ONE_CONSTANT = re.compile(r"[ ,](\w+) =")
+ONE_CONSTANT = re.compile(r"[ ,](\w+)(?:\[\w*\])* =")
 ENUMERATORS = re.compile(r"^enum \w+[^;{(]*\{([^}]*)\}", re.MULTILINE)
-ALIAS = re.compile(r"^using (\w+) = [^;]+;", re.MULTILINE)
+ONE_ENUMERATOR = re.compile(r"(?:^|,)\s*(\w+)", re.MULTILINE)
+ALIAS = re.compile(r"^using (?:(\w+) = [^;]+|[\w:]+::(\w+));", re.MULTILINE)
+# Names of a namespace that is opened stand beside those of another source's.
+OPENED = re.compile(r"^using namespace (defrec::[\w:]+);", re.MULTILINE)
 # Every fuzz target defines it, and none calls it.
 FUZZ_ENTRY = "LLVMFuzzerTestOneInput"
 MAX_UNIT_BYTES = 400_000
@@ -106,14 +113,24 @@ def names_in(file):
     for constants in CONSTANTS.findall(text):
         names.update(ONE_CONSTANT.findall(constants))
     for enumerators in ENUMERATORS.findall(text):
-        names.update(re.findall(r"^\s*(\w+)", enumerators, re.MULTILINE))
+        names.update(ONE_ENUMERATOR.findall(enumerators))
     return dict.fromkeys(names - {FUZZ_ENTRY}, file) | {
-        alias[1]: alias[0] for alias in ALIAS.finditer(text)}
+        alias[1] or alias[2]: alias[0] for alias in ALIAS.finditer(text)}
 
 
-def differ(names, others):
-    """Whether a name stands for two things."""
-    return any(names[name] != others[name] for name in names.keys() & others.keys())
+@functools.cache
+def fixed_names_in(file):
+    """Names that cannot be others in a file: of macros, of members that it uses, and all of a
+    source that is included again and again."""
+    text = file.read_text()
+    if "foreach_target.h" in text:
+        return names_in(file).keys()
+    return {name for names in OTHERS_NAME.findall(text) for name in names}
+
+
+def clashes(names, others):
+    """Names that stand for two things."""
+    return {name for name in names.keys() & others.keys() if names[name] != others[name]}
 
 
 @functools.cache
@@ -128,6 +145,7 @@ class Source:
         self.path = path
         self.options = options
         self.names = names_in(path)
+        self.opened = set(OPENED.findall(path.read_text()))
         self.headers = set()
         self.add_headers(path)
         self.is_slow = any(SLOW_HEADERS.search(file.read_text()) for file in (path, *self.headers))
@@ -146,6 +164,7 @@ class Unit:
         self.options = copy.deepcopy(sources[0].options)
         self.sources = []
         self.names = {}
+        self.opened = set()
         self.headers = set()
         for source in sources:
             self.add(source)
@@ -153,20 +172,24 @@ class Unit:
     def add(self, source):
         self.options.merge(source.options)
         self.sources.append(source)
-        self.names |= source.names
+        self.names = source.names | self.names
+        self.opened |= source.opened
         self.headers |= source.headers
 
     def takes(self, source):
-        """Whether no name would stand twice: in two sources, or in a source and a header that it
-        does not include."""
-        def strange(names, headers):
-            return any(differ(names, names_in(header)) for header in headers)
+        """Whether no name would stand twice, in two sources or in a source and a header that it
+        does not include, but for those that can be others."""
+        def can_be_others(one, names):
+            return not names & fixed_names_in(one.path)
+        def strange(one, headers):
+            return {name for header in headers for name in clashes(one.names, names_in(header))}
         return (self.size() + source.path.stat().st_size <= MAX_UNIT_BYTES
                 and self.options.agree_with(source.options)
-                and not differ(self.names, source.names)
-                and not strange(source.names, self.headers - source.headers)
-                and not any(strange(other.names, source.headers - other.headers)
-                            for other in self.sources))
+                and len(self.opened | source.opened) <= 1
+                and can_be_others(source, clashes(source.names, self.names)
+                                  | strange(source, self.headers - source.headers))
+                and all(can_be_others(other, strange(other, source.headers - other.headers))
+                        for other in self.sources))
 
     def size(self):
         return sum(source.path.stat().st_size for source in self.sources)
@@ -175,13 +198,24 @@ class Unit:
         return [source.path for source in self.sources]
 
     def text(self):
-        """The file that includes the sources."""
-        lines = []
-        for number, path in enumerate(self.paths()):
-            lines.append(f'#include "{path}"')
-            if FUZZ_ENTRY in path.read_text():
-                lines.insert(-1, f"#define {FUZZ_ENTRY} fuzz_{number}")
-                lines.append(f"#undef {FUZZ_ENTRY}")
+        """The file that includes the sources. A name that stands for something else in another
+        file is another one while its source is read, and so headers come first."""
+        included, seen = {}, {}
+        for source in self.sources:
+            text = CONDITION.sub("", source.path.read_text())
+            included |= dict.fromkeys(SYSTEM_HEADER.findall(text))
+            included |= dict.fromkeys(f'#include "{header}"' for header in headers_in(source.path))
+        lines = list(included)
+        for number, source in enumerate(self.sources):
+            headers = self.headers - source.headers
+            renamed = clashes(source.names, seen).union(
+                *(clashes(source.names, names_in(header)) for header in headers))
+            seen = source.names | seen
+            if FUZZ_ENTRY in source.path.read_text():
+                renamed.add(FUZZ_ENTRY)
+            lines += [f"#define {name} {name}_of_{number}" for name in sorted(renamed)]
+            lines.append(f'#include "{source.path}"')
+            lines += [f"#undef {name}" for name in sorted(renamed)]
         return "".join(line + "\n" for line in lines)
 
 
