@@ -187,10 +187,12 @@ class Match final : public Stage {
                                .feature_splits = splits_of(features),
                                .landmark_splits = splits_of(landmark_count_)};
         const size_t shared = sizeof(uint32_t) * cover(features, sizes.feature_splits);
-        recorder.launch(
-            search, {dim3(sizes.feature_splits, sizes.landmark_splits), kSearchThreads, shared},
-            sizes, landmarks_.as<Descriptor>(), reinterpret_cast<const uint4*>(given.features),
-            given.count, feature_keys_.as<uint32_t>(), landmark_keys_.as<uint32_t>());
+        recorder.early({range_of(given.count, 1), range_of(given.features, features)}, [&] {
+            recorder.launch(
+                search, {dim3(sizes.feature_splits, sizes.landmark_splits), kSearchThreads, shared},
+                sizes, landmarks_.as<Descriptor>(), reinterpret_cast<const uint4*>(given.features),
+                given.count, feature_keys_.as<uint32_t>(), landmark_keys_.as<uint32_t>());
+        });
         recorder.launch(accept, {cover(landmark_count_, kAcceptWarps), kAcceptWarps * kWarp}, sizes,
                         p_, match::Inputs{features, given.features, given.disparity},
                         feature_keys_.as<uint32_t>(), landmark_keys_.as<uint32_t>(), given.matches);

@@ -168,51 +168,90 @@ ObservedFrame Pipeline::take_observation(const FrameTask& task) {
              " frames are observed already, as many as there are buffers for");
     free->is_taken = true;
     free->has_work = true;
+    task.output.time_count = 0;
+    task.output.summary->features = 0;
     return ObservedFrame({&*free, {this}}, task, settings_.timed ? &queue_ : nullptr);
 }
 
 ObservedFrame Pipeline::observe(const FrameTask& task) {
-    const bool is_second = std::any_of(observations_.begin(), observations_.end(),
-                                       [](const Observation& o) { return o.is_taken; });
-    FrameOutput& output = task.output;
-    output.time_count = 0;
-    output.summary->features = 0;
     ObservedFrame frame = take_observation(task);
-    Observation& o = *frame.observation_;
-    rectify(frame, is_second ? *uploads_ : queue_);
-    stereo().enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
-                     {&o.disparity, nullptr});
-    frame.timer_.end("stereo");
-    orb_->enqueue(queue_, {&o.gray[0], &o.mask[0]}, {&o.feature_count, &o.features});
-    queue_.read(o.feature_count, &output.summary->features, sizeof output.summary->features);
-    if (settings_.keep_disparity)
-        queue_.read(o.disparity, output.disparity.data(), output.disparity.size_bytes());
+    upload_images(frame);
+    rectify(frame);
+    find_disparity_and_features(frame);
+    read_observed(frame);
     frame.timer_.end("orb");
     queue_.signal();
     return frame;
 }
 
-void Pipeline::rectify(ObservedFrame& frame, Queue& uploads) {
+// Copies before the first stage and behind the last: between two they would keep a device from
+// taking the stages as one.
+FollowedFrame Pipeline::observe_and_follow(const FrameTask& task,
+                                           std::span<const defrec_motion> start,
+                                           const Following& following) {
+    expect_template();
+    ObservedFrame frame = take_observation(task);
+    upload_images(frame);
+    template_->start(queue_, start, following);
+    rectify(frame);
+    find_disparity_and_features(frame);
+    frame.timer_.end("orb");
+    const uint32_t times = task.output.time_count;
+    template_->enqueue(queue_, *frame.observation_, following, task.input.samples.get(),
+                       frame.timer_, task.output);
+    read_observed(frame);
+    const uint64_t end = queue_.signal();
+    return FollowedFrame(std::move(frame), end, times);
+}
+
+void Pipeline::upload_images(ObservedFrame& frame) {
+    const bool is_second =
+        std::any_of(observations_.begin(), observations_.end(), [&](const Observation& other) {
+            return other.is_taken && &other != frame.observation_.get();
+        });
+    Queue& uploads = is_second ? *uploads_ : queue_;
     Observation& o = *frame.observation_;
     const FrameInput& input = frame.task_.input;
     const uint64_t pixels = o.gray[0].size();
-    const DeviceBuffer* ignored = upload(uploads, input.ignore, o.ignore, pixels);
-    const DeviceBuffer* raw[2] = {upload(uploads, input.views[0], o.raw[0], pixels),
-                                  upload(uploads, input.views[1], o.raw[1], pixels)};
+    frame.ignored_ = upload(uploads, input.ignore, o.ignore, pixels);
+    for (size_t view = 0; view < 2; ++view)
+        frame.raw_[view] = upload(uploads, input.views[view], o.raw[view], pixels);
     if (&uploads != &queue_) uploads.finish();  // the queue does not wait for another
     frame.timer_.end("upload");
+}
+
+void Pipeline::rectify(ObservedFrame& frame) {
+    Observation& o = *frame.observation_;
+    const FrameInput& input = frame.task_.input;
     bool reads_gray = false;
     for (size_t view = 0; view < 2; ++view) {
         const bool in_memory = input.views[view].memory != nullptr;
         rectify_of(input.views[view])
             .enqueue(queue_,
-                     {raw[view], map_[view] ? &map_[view] : nullptr, view == 0 ? ignored : nullptr},
+                     {frame.raw_[view], map_[view] ? &map_[view] : nullptr,
+                      view == 0 ? frame.ignored_ : nullptr},
                      {&o.gray[view], &o.mask[view]});
         if (in_memory) queue_.read(o.gray[view], frame.task_.gray[view], o.gray[view].size());
         reads_gray |= in_memory;
     }
     if (reads_gray) frame.gray_point_ = queue_.signal();
     frame.timer_.end("rectify");
+}
+
+void Pipeline::find_disparity_and_features(ObservedFrame& frame) {
+    Observation& o = *frame.observation_;
+    stereo().enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
+                     {&o.disparity, nullptr});
+    frame.timer_.end("stereo");
+    orb_->enqueue(queue_, {&o.gray[0], &o.mask[0]}, {&o.feature_count, &o.features});
+}
+
+void Pipeline::read_observed(ObservedFrame& frame) {
+    Observation& o = *frame.observation_;
+    FrameOutput& output = frame.task_.output;
+    queue_.read(o.feature_count, &output.summary->features, sizeof output.summary->features);
+    if (settings_.keep_disparity)
+        queue_.read(o.disparity, output.disparity.data(), output.disparity.size_bytes());
 }
 
 void Pipeline::await_gray(const ObservedFrame& frame) {
@@ -298,15 +337,21 @@ void Pipeline::set_template(const TemplateData& data) {
     template_ = std::move(stages);
 }
 
+void Pipeline::expect_template() const {
+    if (template_ == nullptr) fail(DEFREC_ERROR_INTERNAL, "there is no template to follow");
+}
+
 FollowedFrame Pipeline::follow(ObservedFrame&& frame, std::span<const defrec_motion> start,
                                const Following& following) {
-    if (template_ == nullptr) fail(DEFREC_ERROR_INTERNAL, "there is no template to follow");
+    expect_template();
     FrameOutput& output = frame.task_.output;
     const uint32_t times = output.time_count;
     frame.observation_->has_work = true;
     try {
-        template_->enqueue(queue_, *frame.observation_, start, following,
-                           frame.task_.input.samples.get(), frame.timer_, output);
+        frame.timer_.start();
+        template_->start(queue_, start, following);
+        template_->enqueue(queue_, *frame.observation_, following, frame.task_.input.samples.get(),
+                           frame.timer_, output);
         const uint64_t end = queue_.signal();
         return FollowedFrame(std::move(frame), end, times);
     } catch (...) {

@@ -72,6 +72,9 @@ class Pipeline {
     // Whether follow leaves the host free to look at the images, and can be taken back. Not where
     // the host chooses a part of the map, which later frames keep.
     bool can_follow_unseen() const;
+    // observe and follow at once, for which the device is called once.
+    FollowedFrame observe_and_follow(const FrameTask& task, std::span<const defrec_motion> start,
+                                     const Following& following);
     // Waits for what a frame is followed by, and drops it: the frame is as it was before.
     ObservedFrame take_back(FollowedFrame frame);
     // Whether the last frame was solved in part; whether all that its motions show was.
@@ -102,7 +105,11 @@ class Pipeline {
     DeviceStage& rectify_of(const FrameImage& view);
     void upload_maps();
     ObservedFrame take_observation(const FrameTask& task);
-    void rectify(ObservedFrame& frame, Queue& uploads);
+    void expect_template() const;
+    void upload_images(ObservedFrame& frame);
+    void rectify(ObservedFrame& frame);
+    void find_disparity_and_features(ObservedFrame& frame);
+    void read_observed(ObservedFrame& frame);
     // Waits for what is queued, after a failure.
     void drain() noexcept;
 

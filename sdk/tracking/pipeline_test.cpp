@@ -263,6 +263,33 @@ TEST_CASE("a frame that could not be followed, or is taken back, is as it was be
     CHECK(time_names(alone.output()) == time_names(again.output()));
 }
 
+TEST_CASE(
+    "a frame that is observed and followed at once is as one that is observed first, and can be "
+    "taken back; where that fails, its place is free") {
+    const TestDevice on("asynchronous");
+    Pipeline pipeline(on.rig, on.device, on.settings(1));
+    const TemplateData data = set_template(on, pipeline);
+    TestFrame one(on, render(0.5, 0)), other(on, render(0.5, 0));
+    one.memory.fit(data);
+    pipeline.finish(pipeline.follow(pipeline.observe(one.task()), no_motion(data)));
+    other.memory.fit(data);
+    const std::vector<defrec_motion> too_many(data.nodes.size());
+    CHECK(!error_of([&] { pipeline.observe_and_follow(other.task(), too_many, {}); }).empty());
+    CHECK(pipeline.can_observe());
+    pipeline.finish(pipeline.observe_and_follow(other.task(), no_motion(data), {}));
+    CHECK((results_of(one.output()) == results_of(other.output())));
+    CHECK(time_names(one.output()) == time_names(other.output()));
+
+    Following without_depth;
+    without_depth.uses_depth = false;
+    ObservedFrame back = pipeline.take_back(
+        pipeline.observe_and_follow(other.task(), no_motion(data), without_depth));
+    CHECK(time_names(other.output()) ==
+          std::vector<std::string>{"upload", "rectify", "stereo", "orb"});
+    pipeline.finish(pipeline.follow(std::move(back), no_motion(data)));
+    CHECK((results_of(one.output()) == results_of(other.output())));
+}
+
 TEST_CASE("what is followed unseen costs the host no time: not where it computes, or waits") {
     const TestDevice beside("asynchronous"), at_once("cpu");
     const auto can = [](const TestDevice& on, bool timed) {
@@ -281,6 +308,9 @@ TEST_CASE("nothing is followed without a template") {
     TestFrame frame(on, render(0, 0));
     CHECK(error_of([&] {
               pipeline.follow(pipeline.observe(frame.task()), {});
+          }).find("no template") != std::string::npos);
+    CHECK(error_of([&] {
+              pipeline.observe_and_follow(frame.task(), {}, {});
           }).find("no template") != std::string::npos);
     CHECK(pipeline.can_observe());
 }

@@ -135,8 +135,8 @@ void SurfaceFollower::process(TrackerJob& job) {
     rig_left_ = rig_monitor_.update({});
     job.rig_estimate = in_all(rig_left_, shift_);
     // The device begins while the host looks; frames in which there is nothing to observe are few.
-    std::optional<ObservedFrame> frame = observe(job);
-    std::optional<Unseen> unseen = follow_unseen(job, frame);
+    std::optional<ObservedFrame> frame;
+    std::optional<Unseen> unseen = begin(job, frame);
     if (const auto* followed = unseen ? std::get_if<FollowedFrame>(&unseen->result) : nullptr)
         pipeline_.await_gray(*followed);
     else
@@ -221,17 +221,23 @@ void SurfaceFollower::process(TrackerJob& job) {
     }
 }
 
-ObservedFrame SurfaceFollower::observe(TrackerJob& job) {
+// The device observes the frame, and follows it where that can be known: else frame is what was
+// observed.
+std::optional<SurfaceFollower::Unseen> SurfaceFollower::begin(TrackerJob& job,
+                                                              std::optional<ObservedFrame>& frame) {
     if (ahead_ && ahead_->job == &job) {
         auto result = std::move(ahead_->result);
         ahead_.reset();
         if (const auto* failure = std::get_if<std::exception_ptr>(&result))
             std::rethrow_exception(*failure);
-        return std::get<ObservedFrame>(std::move(result));
+        frame.emplace(std::get<ObservedFrame>(std::move(result)));
+    } else {
+        if (job.template_to_set != nullptr) to_adopt_ = std::exchange(job.template_to_set, nullptr);
+        if (to_adopt_ != nullptr) adopt_set_template(job);
     }
-    if (job.template_to_set != nullptr) to_adopt_ = std::exchange(job.template_to_set, nullptr);
-    if (to_adopt_ != nullptr) adopt_set_template(job);
-    return pipeline_.observe(task_of(job));
+    if (can_follow_unseen(job)) return follow_unseen(job, frame);
+    if (!frame) frame.emplace(pipeline_.observe(task_of(job)));
+    return std::nullopt;
 }
 
 // Where that fails, this frame does, and those after it: never is another template followed in its
@@ -263,20 +269,27 @@ bool SurfaceFollower::observe_ahead(const FollowedFrame& followed) {
 }
 
 // Most frames are as expected: a device that works by itself goes on with theirs while the host
-// still looks at the images. Nothing is followed yet where more than the images decides how; frame
-// then stays as it was.
-std::optional<SurfaceFollower::Unseen> SurfaceFollower::follow_unseen(
-    TrackerJob& job, std::optional<ObservedFrame>& frame) {
+// still looks at the images. Not where more than the images decides how they are followed.
+bool SurfaceFollower::can_follow_unseen(const TrackerJob& job) const {
     const bool captures = (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0;
-    if (!is_tracking_ || captures || cut_ || !growth_.rests() || !pipeline_.can_follow_unseen())
-        return std::nullopt;
+    return is_tracking_ && !captures && !cut_ && growth_.rests() && pipeline_.can_follow_unseen();
+}
+
+// frame: empty where it is not yet observed. It is, or is as it was, where it could not be
+// followed.
+SurfaceFollower::Unseen SurfaceFollower::follow_unseen(TrackerJob& job,
+                                                       std::optional<ObservedFrame>& frame) {
     const Following following{
         .uses_depth = !is_depth_spoilt_, .whole_map = false, .effort = begin_effort(job)};
     try {
         prepare_results(job);
-        return Unseen{following, pipeline_.follow(std::move(*frame), last_->motions, following)};
+        const std::span<const defrec_motion> start(last_->motions);
+        return {following, frame ? pipeline_.follow(std::move(*frame), start, following)
+                                 : pipeline_.observe_and_follow(task_of(job), start, following)};
     } catch (const std::exception&) {
-        return Unseen{following, std::current_exception()};
+        const std::exception_ptr failure = std::current_exception();
+        if (!frame) frame.emplace(pipeline_.observe(task_of(job)));
+        return {following, failure};
     }
 }
 

@@ -66,10 +66,11 @@ class SurfaceFollower {
     };
 
     void process(TrackerJob& job);
-    ObservedFrame observe(TrackerJob& job);
+    std::optional<Unseen> begin(TrackerJob& job, std::optional<ObservedFrame>& frame);
     void adopt_set_template(const TrackerJob& job);
     bool observe_ahead(const FollowedFrame& followed);
-    std::optional<Unseen> follow_unseen(TrackerJob& job, std::optional<ObservedFrame>& frame);
+    bool can_follow_unseen(const TrackerJob& job) const;
+    Unseen follow_unseen(TrackerJob& job, std::optional<ObservedFrame>& frame);
     static FollowedFrame followed_of(Unseen unseen);
     void take_back(std::optional<Unseen>& unseen, std::optional<ObservedFrame>& frame);
     void check_images(TrackerJob& job);

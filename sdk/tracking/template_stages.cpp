@@ -298,18 +298,20 @@ defrec_lm_params TemplateStages::solve_params(const SolverPass& pass,
     return lm;
 }
 
-void TemplateStages::enqueue(Queue& queue, const Observation& observed,
-                             std::span<const defrec_motion> start, const Following& following,
+void TemplateStages::start(Queue& queue, std::span<const defrec_motion> motions,
+                           const Following& following) {
+    uses_region_ = region_ && !following.whole_map && choose_region(queue, motions);
+    queue.write(start_, motions.data(), motions.size_bytes());
+}
+
+void TemplateStages::enqueue(Queue& queue, const Observation& observed, const Following& following,
                              const DeviceBuffer* samples, StageTimer& timer, FrameOutput& output) {
     if (samples == nullptr) samples = &samples_;
-    uses_region_ = region_ && !following.whole_map && choose_region(queue, start);
     const bool solves_whole_coarsely = partly_solved_ % kWholeEvery == 0;
     partly_solved_ = uses_region_ ? partly_solved_ + 1 : 0;
     const DeviceBuffer* disparity = following.uses_depth ? &observed.disparity : nullptr;
     // With positions in depth.
     const DeviceBuffer* matches = following.uses_depth && match_ != nullptr ? &weighted_ : nullptr;
-    timer.start();
-    queue.write(start_, start.data(), start.size_bytes());
     if (match_ != nullptr) {
         match_->enqueue(queue, {&observed.feature_count, &observed.features, &observed.disparity},
                         {&matches_});

@@ -20,11 +20,12 @@ class TemplateStages {
     TemplateStages(const std::shared_ptr<Device>& device, Queue& queue, const Rig& rig,
                    const TrackerSettings& settings, const TemplateData& data);
 
-    // Follows the template into the observed images from these motions. samples: where the device
-    // leaves them, its own memory where it is nullptr.
-    void enqueue(Queue& queue, const Observation& observed, std::span<const defrec_motion> start,
-                 const Following& following, const DeviceBuffer* samples, StageTimer& timer,
-                 FrameOutput& output);
+    // Before enqueue: the motions to start from. Chooses the part of the map that is solved.
+    void start(Queue& queue, std::span<const defrec_motion> motions, const Following& following);
+    // Follows the template into the observed images from there. samples: where the device leaves
+    // them, its own memory where it is nullptr.
+    void enqueue(Queue& queue, const Observation& observed, const Following& following,
+                 const DeviceBuffer* samples, StageTimer& timer, FrameOutput& output);
     // Whether frames may be solved in part: then each leaves a choice to those after it.
     bool has_region() const { return region_.has_value(); }
     // Whether the last frame was solved in part; whether all that its motions show was.

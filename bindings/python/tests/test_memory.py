@@ -11,7 +11,7 @@ import plane
 from defrec import Context, Error, Format, Rig, State, Status, Template, Tracker
 
 # A failure costs a few frames, and on some backends compiled shaders.
-STEPS = {"reference": 397, "cpu": 29, "vulkan": 1409, "cuda": 397}
+STEPS = {"reference": 397, "cpu": 29, "vulkan": 4001, "cuda": 397}
 FRAMES = [plane.pair(shift) for shift in range(3)]
 FAULTS = ctypes.CDLL(os.environ["LD_PRELOAD"])
 FAULTS.defrec_fail_allocation.argtypes = [ctypes.c_long]
