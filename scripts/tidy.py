@@ -5,8 +5,9 @@ usage: tidy.py [--build FOLDER] [--jobs N] [FILE|FOLDER...]
 
 Needs a folder that is configured and built: its compile_commands.json, and the headers that the
 build writes. Most of the time goes into headers that many sources share, so sources whose options
-and names agree are checked together, as one translation unit that includes them. Where that does
-not compile, the sources at fault are checked apart, which takes longer and is reported. A unit
+agree are checked together, as one translation unit that includes them. A name that two of them use
+for different things is another one in the second, by a macro, and checks that leave out what
+macros make do not see its declaration. Where a unit does not compile, the sources at fault are checked apart, which takes longer and is reported. A unit
 without findings is not checked again until one of its files, the checks or clang-tidy change. CUDA
 sources are checked as the C++ that tests without a GPU compile. Left out: tests, the plugins that
 are faulty on purpose, and the generated program of the layout.

@@ -87,7 +87,6 @@ void check_bits(const Table& own, HandleKind kind, const void* handle) {
 
 std::pmr::memory_resource* handle_memory() { return &table().memory; }
 
-// NOLINTNEXTLINE(performance-unnecessary-value-param): it is moved
 void* add_handle(HandleKind kind, std::shared_ptr<void> object) {
     Table& own = table();
     const uint64_t bits = kMark << 56 | static_cast<uint64_t>(kind) << 48 | own.next_serial++;

@@ -1,6 +1,7 @@
 // Every call that depends on the operating system, behind plain functions: platform_posix.cpp and
 // platform_windows.cpp. Paths are UTF-8.
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -53,6 +54,9 @@ void without_file_size_signal(const std::function<void()>& body);
 
 // The processor's hint that this is a spin loop.
 void spin_pause() noexcept;
+
+// By how much a thread that sleeps may wake late, where a core is free for it.
+std::chrono::microseconds sleep_error() noexcept;
 
 // ---- files ------------------------------------------------------------------
 

@@ -145,6 +145,8 @@ void spin_pause() noexcept {
 #endif
 }
 
+std::chrono::microseconds sleep_error() noexcept { return std::chrono::microseconds(125); }
+
 size_t name_start(std::string_view path) noexcept { return path.find_last_of('/') + 1; }
 
 char list_separator() noexcept { return ':'; }

@@ -145,6 +145,9 @@ void without_file_size_signal(const std::function<void()>& body) { body(); }
 
 void spin_pause() noexcept { YieldProcessor(); }
 
+// A tick of the clock that wakes threads, where no process asks for shorter ones.
+std::chrono::microseconds sleep_error() noexcept { return std::chrono::milliseconds(16); }
+
 size_t name_start(std::string_view path) noexcept { return path.find_last_of("/\\") + 1; }
 
 char list_separator() noexcept { return ';'; }

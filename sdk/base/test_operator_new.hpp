@@ -97,7 +97,7 @@ inline void give(void* memory, std::size_t alignment = 1) noexcept {
 
 }  // namespace defrec::test
 
-// NOLINTBEGIN(misc-definitions-in-headers): replacements may not be inline.
+// Replacements may not be inline.
 void* operator new(std::size_t size) {
     return defrec::test::take_or_throw(size, 1, __builtin_return_address(0));
 }
@@ -132,4 +132,3 @@ void operator delete(void* memory, std::size_t, std::align_val_t alignment) noex
 void operator delete[](void* memory, std::size_t, std::align_val_t alignment) noexcept {
     defrec::test::give(memory, std::size_t(alignment));
 }
-// NOLINTEND(misc-definitions-in-headers)

@@ -1,6 +1,6 @@
 // A frame on its way through a pipeline. Each step takes the object that the step before gave:
-// observe makes an ObservedFrame, which capture reads; follow makes a FollowedFrame of it, as
-// observe_and_follow does at once, which finish ends or take_back undoes.
+// observe makes an ObservedFrame, which capture reads; follow makes a FollowedFrame of it, which
+// finish ends or take_back undoes. observe_and_follow makes one at once.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -54,7 +54,7 @@ class ObservedFrame {
         : observation_(std::move(observation)), task_(task), timer_(task.output, timed) {}
 
     std::unique_ptr<Observation, End> observation_;
-    const DeviceBuffer *raw_[2] = {nullptr, nullptr}, *ignored_ = nullptr;  // as they were uploaded
+    const DeviceBuffer *raw_[2] = {nullptr, nullptr}, *ignored_ = nullptr;  // what rectify reads
     FrameTask task_;
     StageTimer timer_;
     uint64_t gray_point_ = 0;  // in the queue, behind gray pixels that are read back; 0: none are

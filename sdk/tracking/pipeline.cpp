@@ -348,8 +348,8 @@ FollowedFrame Pipeline::follow(ObservedFrame&& frame, std::span<const defrec_mot
     const uint32_t times = output.time_count;
     frame.observation_->has_work = true;
     try {
-        frame.timer_.start();
         template_->start(queue_, start, following);
+        frame.timer_.start();
         template_->enqueue(queue_, *frame.observation_, following, frame.task_.input.samples.get(),
                            frame.timer_, output);
         const uint64_t end = queue_.signal();

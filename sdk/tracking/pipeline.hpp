@@ -72,7 +72,7 @@ class Pipeline {
     // Whether follow leaves the host free to look at the images, and can be taken back. Not where
     // the host chooses a part of the map, which later frames keep.
     bool can_follow_unseen() const;
-    // observe and follow at once, for which the device is called once.
+    // observe and follow by one submission; two where a view in memory is read back.
     FollowedFrame observe_and_follow(const FrameTask& task, std::span<const defrec_motion> start,
                                      const Following& following);
     // Waits for what a frame is followed by, and drops it: the frame is as it was before.

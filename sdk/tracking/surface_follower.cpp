@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "backends/shared/motion.hpp"
+#include "sdk/base/platform.hpp"
 #include "sdk/template/cut.hpp"
 #include "sdk/tracking/vertex_runs.hpp"
 
@@ -221,8 +222,8 @@ void SurfaceFollower::process(TrackerJob& job) {
     }
 }
 
-// The device observes the frame, and follows it where that can be known: else frame is what was
-// observed.
+// The device observes the frame, and follows it unless the host has to see it first: then frame is
+// what was observed.
 std::optional<SurfaceFollower::Unseen> SurfaceFollower::begin(TrackerJob& job,
                                                               std::optional<ObservedFrame>& frame) {
     if (ahead_ && ahead_->job == &job) {
@@ -275,8 +276,8 @@ bool SurfaceFollower::can_follow_unseen(const TrackerJob& job) const {
     return is_tracking_ && !captures && !cut_ && growth_.rests() && pipeline_.can_follow_unseen();
 }
 
-// frame: empty where it is not yet observed. It is, or is as it was, where it could not be
-// followed.
+// frame: empty where it is not yet observed. Where this fails, it holds the observed frame, for
+// which the device is asked once more if need be: a frame that shows nothing needs no following.
 SurfaceFollower::Unseen SurfaceFollower::follow_unseen(TrackerJob& job,
                                                        std::optional<ObservedFrame>& frame) {
     const Following following{
@@ -467,22 +468,21 @@ Verdict SurfaceFollower::judge(TrackerJob& job, std::optional<ObservedFrame>& fr
 // frame, and who waits for the job.
 ObservedFrame SurfaceFollower::finish(TrackerJob& job, FollowedFrame followed) {
     using Time = std::chrono::nanoseconds;
-    constexpr Time kWaking = std::chrono::microseconds(45);
-    // Waits beyond this are slept through up to their last eighth, a nap at a time: on a device
-    // that many trackers share, cores that look for its end are missing elsewhere.
-    constexpr Time kLongWait = std::chrono::milliseconds(1),
+    constexpr Time kWaking = std::chrono::microseconds(45),
                    kLongestNap = std::chrono::microseconds(500);
     const std::shared_ptr<const Services> services = job.services();
     const FrameInput::Clock::time_point start = FrameInput::Clock::now();
+    const auto since_start = [start]() -> Time { return FrameInput::Clock::now() - start; };
     // A wait that ends too early may cost a call of the driver. Each looks for a while before it
     // sleeps: many short ones would keep a core busy through a long frame.
-    const Time limit = pipeline_.deadline(), last_part = usual_wait_ / 8,
-               asleep = usual_wait_ > kLongWait ? usual_wait_ - last_part : Time::zero(),
-               nap = std::min(last_part, kLongestNap);
-    Time look = std::chrono::microseconds(200), wake = usual_wait_ - kWaking;
+    const Time limit = pipeline_.deadline(), usual = std::min(usual_wait_, limit),
+               last_part = usual / 8;
+    // A long wait is slept through up to its last part, a nap at a time: on a device that many
+    // trackers share, cores that look for its end are missing elsewhere.
+    const Time asleep = last_part > platform::sleep_error() ? usual - last_part : Time::zero();
+    Time look = std::chrono::microseconds(200), wake = usual - kWaking;
     bool looks = true, wakes = wake > Time::zero();
-    for (Time waited{0};; waited = FrameInput::Clock::now() - start) {
-        if (waited >= look) look *= 2;
+    for (Time waited{0};; waited = since_start()) {
         looks = looks && look < limit && !observe_ahead(followed);
         if (wakes && waited >= wake) {
             wakes = false;
@@ -492,16 +492,18 @@ ObservedFrame SurfaceFollower::finish(TrackerJob& job, FollowedFrame followed) {
         }
         const bool naps = waited < asleep;
         if (!looks && !wakes && !naps) break;
-        Time left =
-            std::max(std::min(looks ? look : limit, wakes ? wake : limit) - waited, Time::zero());
-        if (naps) {
-            std::this_thread::sleep_for(std::min({left, nap, asleep - waited}));
-            left = Time::zero();
-        }
-        if (pipeline_.done(followed, static_cast<uint64_t>(left.count()))) break;
+        const Time until = std::min(looks ? look : limit, wakes ? wake : limit),
+                   left = std::max(until - waited, Time::zero());
+        if (pipeline_.done(followed, naps ? 0 : static_cast<uint64_t>(left.count()))) break;
+        if (naps)
+            std::this_thread::sleep_for(std::min({left, asleep - waited, last_part, kLongestNap}));
+        if (until == look && (!naps || since_start() >= look)) look *= 2;
     }
     ObservedFrame frame = pipeline_.finish(std::move(followed));
-    usual_wait_ += (FrameInput::Clock::now() - start - usual_wait_) / 4;
+    // One frame that took long is not yet usual.
+    const Time wait = since_start();
+    usual_wait_ +=
+        (usual_wait_ > Time::zero() ? std::min(wait, 2 * usual_wait_) - usual_wait_ : wait) / 4;
     return frame;
 }
 
