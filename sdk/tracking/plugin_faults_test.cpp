@@ -365,6 +365,15 @@ TEST_CASE("row 47: work that a device never finishes is given up, though it answ
     check_quarantined(session);
 }
 
+TEST_CASE("row 47: waits that end before their time and the work are told from a slow device") {
+    Session session;
+    REQUIRE(session.make_tracker() == DEFREC_OK);
+    REQUIRE(session.track() == DEFREC_OK);
+    session.misbehave("early", "wait");
+    CHECK(session.track() == DEFREC_ERROR_PLUGIN);
+    CHECK(contains(last_error(), "a wait ended before its time"));
+}
+
 TEST_CASE("row 79: a tracker whose device does not answer as it is made is not made") {
     for (const char* place : {"device_open", "buffer_create", "create"}) {
         CAPTURE(place);

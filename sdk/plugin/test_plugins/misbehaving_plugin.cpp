@@ -173,6 +173,7 @@ defrec_plugin wrapped(const defrec_plugin& plugin) {
     };
     outer.wait = [](defrec_pqueue* queue, uint64_t value, uint64_t timeout_ns) -> defrec_status {
         at("wait");
+        if (asked_for("early", "wait")) return DEFREC_TIMEOUT;
         if (!asked_for("never", "wait")) return inner.wait(queue, value, timeout_ns);
         std::this_thread::sleep_for(std::chrono::nanoseconds(timeout_ns));
         return DEFREC_TIMEOUT;
@@ -195,8 +196,8 @@ defrec_plugin wrapped(const defrec_plugin& plugin) {
 
 }  // namespace
 
-// From now on: kind "throw", "hang", "lie", "never" or "memory" at this place; "" nowhere. What
-// hangs goes on when this is called again. "memory" happens once, and then the place is "".
+// From now on: kind "throw", "hang", "lie", "never", "early" or "memory" at this place; "" nowhere.
+// What hangs goes on when this is called again. "memory" happens once, and then the place is "".
 extern "C" DEFREC_PLUGIN_EXPORT void defrec_misbehave(const char* kind, const char* place) {
     std::unique_lock lock(mutex);
     held = false;
