@@ -2,17 +2,5 @@
 #include "plugins/faulty/frame.hpp"
 
 namespace defrec::faulty {
-namespace {
-class Wrong final : public Right<defrec_align_params> {
-  public:
-    Wrong(const Params& given, const Host& host) : Right(of_left_view(given), host) {}
-
-  private:
-    static Params of_left_view(Params params) {
-        params.right_view = 0;
-        return params;
-    }
-};
-}  // namespace
-const Fault fault = in_stage<Wrong>();
+const Fault fault = ignores<&defrec_align_params::right_view>();
 }  // namespace defrec::faulty

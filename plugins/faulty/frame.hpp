@@ -60,6 +60,23 @@ constexpr Fault in_stage() {
     return result;
 }
 
+// A stage that takes a parameter for 0, whatever is given.
+template <auto kParameter>
+struct IgnoredIn;
+template <class P, class Value, Value P::*kParameter>
+struct IgnoredIn<kParameter> : Right<P> {
+    IgnoredIn(P params, const Host& host) : Right<P>(without(params), host) {}
+    static P without(P params) {
+        params.*kParameter = 0;
+        return params;
+    }
+};
+
+template <auto kParameter>
+constexpr Fault ignores() {
+    return in_stage<IgnoredIn<kParameter>>();
+}
+
 // A stage's inputs, of which some are to be changed.
 class ChangedInputs {
   public:
