@@ -6,11 +6,12 @@ usage: tidy.py [--build FOLDER] [--jobs N] [FILE|FOLDER...]
 Needs a folder that is configured and built: its compile_commands.json, and the headers that the
 build writes. Most of the time goes into headers that many sources share, so sources whose options
 agree are checked together, as one translation unit that includes them. A name that two of them use
-for different things is another one in the second, by a macro, and checks that leave out what
-macros make do not see its declaration. Where a unit does not compile, the sources at fault are checked apart, which takes longer and is reported. A unit
-without findings is not checked again until one of its files, the checks or clang-tidy change. CUDA
-sources are checked as the C++ that tests without a GPU compile. Left out: tests, the plugins that
-are faulty on purpose, and the generated program of the layout.
+for different things is another one in the second, by a macro, and checks that leave out what macros
+make do not see its declaration. Where a unit does not compile, the sources at fault are checked
+apart, which takes longer and is reported. A unit without findings is not checked again until one of
+its files, the checks or clang-tidy change. CUDA sources are checked as the C++ that tests without a
+GPU compile. Left out: tests, the plugins that are faulty on purpose, and the generated program of
+the layout.
 
 Exit status: 0 no findings, 1 findings, 77 without clang-tidy 14.
 """
@@ -45,7 +46,7 @@ SLOW_HEADERS = re.compile(r"^#include <CLI/", re.MULTILINE)
 OWN_HEADER = re.compile(r'^#include "(\S+)"', re.MULTILINE)
 SYSTEM_HEADER = re.compile(r"^#include <\S+>", re.MULTILINE)
 CONDITION = re.compile(r"^#\s*(?:if|ifdef|ifndef)\b.*?^#\s*endif\b", re.MULTILINE | re.DOTALL)
-# Names that cannot be others: behind these they are not the file's own.
+# Of members, of namespaces' and of macros: another name would not be theirs.
 OTHERS_NAME = re.compile(r"(?:\.|->|::)\s*(\w+)|^#define (\w+)", re.MULTILINE)
 # What a file declares outside of classes and functions: those lines are not indented.
 BEFORE_DECLARATION = re.compile(r"^template <.*>[ \n]|__launch_bounds__\(.*?\)",
@@ -151,6 +152,12 @@ class Source:
         self.add_headers(path)
         self.is_slow = any(SLOW_HEADERS.search(file.read_text()) for file in (path, *self.headers))
 
+    def clashes(self, names, headers):
+        """Of its names those that stand for something else among these or in those headers that it
+        does not include."""
+        return clashes(self.names, names).union(
+            *(clashes(self.names, names_in(header)) for header in headers - self.headers))
+
     def add_headers(self, file):
         for header in headers_in(file):
             if header not in self.headers:
@@ -182,14 +189,11 @@ class Unit:
         does not include, but for those that can be others."""
         def can_be_others(one, names):
             return not names & fixed_names_in(one.path)
-        def strange(one, headers):
-            return {name for header in headers for name in clashes(one.names, names_in(header))}
         return (self.size() + source.path.stat().st_size <= MAX_UNIT_BYTES
                 and self.options.agree_with(source.options)
                 and len(self.opened | source.opened) <= 1
-                and can_be_others(source, clashes(source.names, self.names)
-                                  | strange(source, self.headers - source.headers))
-                and all(can_be_others(other, strange(other, source.headers - other.headers))
+                and can_be_others(source, source.clashes(self.names, self.headers))
+                and all(can_be_others(other, other.clashes({}, source.headers))
                         for other in self.sources))
 
     def size(self):
@@ -208,9 +212,7 @@ class Unit:
             included |= dict.fromkeys(f'#include "{header}"' for header in headers_in(source.path))
         lines = list(included)
         for number, source in enumerate(self.sources):
-            headers = self.headers - source.headers
-            renamed = clashes(source.names, seen).union(
-                *(clashes(source.names, names_in(header)) for header in headers))
+            renamed = source.clashes(seen, self.headers)
             seen = source.names | seen
             if FUZZ_ENTRY in source.path.read_text():
                 renamed.add(FUZZ_ENTRY)
