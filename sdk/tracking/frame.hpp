@@ -54,7 +54,6 @@ class ObservedFrame {
         : observation_(std::move(observation)), task_(task), timer_(task.output, timed) {}
 
     std::unique_ptr<Observation, End> observation_;
-    const DeviceBuffer *raw_[2] = {nullptr, nullptr}, *ignored_ = nullptr;  // what rectify reads
     FrameTask task_;
     StageTimer timer_;
     uint64_t gray_point_ = 0;  // in the queue, behind gray pixels that are read back; 0: none are

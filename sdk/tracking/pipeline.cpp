@@ -175,8 +175,7 @@ ObservedFrame Pipeline::take_observation(const FrameTask& task) {
 
 ObservedFrame Pipeline::observe(const FrameTask& task) {
     ObservedFrame frame = take_observation(task);
-    upload_images(frame);
-    rectify(frame);
+    rectify(frame, upload_images(frame));
     find_disparity_and_features(frame);
     read_observed(frame);
     frame.timer_.end("orb");
@@ -191,9 +190,9 @@ FollowedFrame Pipeline::observe_and_follow(const FrameTask& task,
                                            const Following& following) {
     expect_template();
     ObservedFrame frame = take_observation(task);
-    upload_images(frame);
+    const Uploaded images = upload_images(frame);
     template_->start(queue_, start, following);
-    rectify(frame);
+    rectify(frame, images);
     find_disparity_and_features(frame);
     frame.timer_.end("orb");
     const uint32_t times = task.output.time_count;
@@ -204,23 +203,23 @@ FollowedFrame Pipeline::observe_and_follow(const FrameTask& task,
     return FollowedFrame(std::move(frame), end, times);
 }
 
-void Pipeline::upload_images(ObservedFrame& frame) {
-    const bool is_second =
-        std::any_of(observations_.begin(), observations_.end(), [&](const Observation& other) {
-            return other.is_taken && &other != frame.observation_.get();
-        });
-    Queue& uploads = is_second ? *uploads_ : queue_;
+Pipeline::Uploaded Pipeline::upload_images(ObservedFrame& frame) {
+    const auto taken = std::count_if(observations_.begin(), observations_.end(),
+                                     [](const Observation& each) { return each.is_taken; });
+    Queue& uploads = taken > 1 ? *uploads_ : queue_;
     Observation& o = *frame.observation_;
     const FrameInput& input = frame.task_.input;
     const uint64_t pixels = o.gray[0].size();
-    frame.ignored_ = upload(uploads, input.ignore, o.ignore, pixels);
-    for (size_t view = 0; view < 2; ++view)
-        frame.raw_[view] = upload(uploads, input.views[view], o.raw[view], pixels);
+    const DeviceBuffer* ignored = upload(uploads, input.ignore, o.ignore, pixels);
+    const Uploaded images{{upload(uploads, input.views[0], o.raw[0], pixels),
+                           upload(uploads, input.views[1], o.raw[1], pixels)},
+                          ignored};
     if (&uploads != &queue_) uploads.finish();  // the queue does not wait for another
     frame.timer_.end("upload");
+    return images;
 }
 
-void Pipeline::rectify(ObservedFrame& frame) {
+void Pipeline::rectify(ObservedFrame& frame, const Uploaded& images) {
     Observation& o = *frame.observation_;
     const FrameInput& input = frame.task_.input;
     bool reads_gray = false;
@@ -228,8 +227,8 @@ void Pipeline::rectify(ObservedFrame& frame) {
         const bool in_memory = input.views[view].memory != nullptr;
         rectify_of(input.views[view])
             .enqueue(queue_,
-                     {frame.raw_[view], map_[view] ? &map_[view] : nullptr,
-                      view == 0 ? frame.ignored_ : nullptr},
+                     {images.views[view], map_[view] ? &map_[view] : nullptr,
+                      view == 0 ? images.ignored : nullptr},
                      {&o.gray[view], &o.mask[view]});
         if (in_memory) queue_.read(o.gray[view], frame.task_.gray[view], o.gray[view].size());
         reads_gray |= in_memory;

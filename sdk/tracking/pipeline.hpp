@@ -106,8 +106,12 @@ class Pipeline {
     void upload_maps();
     ObservedFrame take_observation(const FrameTask& task);
     void expect_template() const;
-    void upload_images(ObservedFrame& frame);
-    void rectify(ObservedFrame& frame);
+    // Where a frame's images are on the device; nullptr: there are none.
+    struct Uploaded {
+        const DeviceBuffer *views[2], *ignored;
+    };
+    Uploaded upload_images(ObservedFrame& frame);
+    void rectify(ObservedFrame& frame, const Uploaded& images);
     void find_disparity_and_features(ObservedFrame& frame);
     void read_observed(ObservedFrame& frame);
     // Waits for what is queued, after a failure.
