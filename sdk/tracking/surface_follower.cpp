@@ -276,8 +276,8 @@ bool SurfaceFollower::can_follow_unseen(const TrackerJob& job) const {
     return is_tracking_ && !captures && !cut_ && growth_.rests() && pipeline_.can_follow_unseen();
 }
 
-// frame: empty where it is not yet observed. Where this fails, it holds the observed frame, for
-// which the device is asked once more if need be: a frame that shows nothing needs no following.
+// frame: empty where it is not yet observed. Where following fails it is observed after all: its
+// images decide whether the failure matters.
 SurfaceFollower::Unseen SurfaceFollower::follow_unseen(TrackerJob& job,
                                                        std::optional<ObservedFrame>& frame) {
     const Following following{
@@ -469,7 +469,8 @@ Verdict SurfaceFollower::judge(TrackerJob& job, std::optional<ObservedFrame>& fr
 ObservedFrame SurfaceFollower::finish(TrackerJob& job, FollowedFrame followed) {
     using Time = std::chrono::nanoseconds;
     constexpr Time kWaking = std::chrono::microseconds(45),
-                   kLongestNap = std::chrono::microseconds(500);
+                   kLongestNap = std::chrono::microseconds(500),
+                   kShort = std::chrono::milliseconds(1);
     const std::shared_ptr<const Services> services = job.services();
     const FrameInput::Clock::time_point start = FrameInput::Clock::now();
     const auto since_start = [start]() -> Time { return FrameInput::Clock::now() - start; };
@@ -500,10 +501,9 @@ ObservedFrame SurfaceFollower::finish(TrackerJob& job, FollowedFrame followed) {
         if (until == look && (!naps || since_start() >= look)) look *= 2;
     }
     ObservedFrame frame = pipeline_.finish(std::move(followed));
-    // One frame that took long is not yet usual.
-    const Time wait = since_start();
-    usual_wait_ +=
-        (usual_wait_ > Time::zero() ? std::min(wait, 2 * usual_wait_) - usual_wait_ : wait) / 4;
+    // Beyond a short wait, one frame that took long is not yet usual.
+    const Time counted = std::min(since_start(), std::max(2 * usual_wait_, kShort));
+    usual_wait_ += (counted - usual_wait_) / 4;
     return frame;
 }
 
