@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -62,15 +63,6 @@ Recording::~Recording() {
     device_.forget(*this);
     for (VkDescriptorPool pool : descriptor_pools_)
         device_.vk().vkDestroyDescriptorPool(device_.handle(), pool, nullptr);
-}
-
-bool Recording::independent(const Recording& other) const {
-    const auto common = [](const std::vector<uint64_t>& some, const std::vector<uint64_t>& others) {
-        return std::find_first_of(some.begin(), some.end(), others.begin(), others.end()) !=
-               some.end();
-    };
-    return !common(writes_, other.writes_) && !common(writes_, other.reads_) &&
-           !common(reads_, other.writes_);
 }
 
 void Recording::add_descriptor_pool() {
@@ -146,63 +138,90 @@ void Recording::put(VkCommandBuffer commands, const Operation& operation) const 
         vk.vkCmdDispatch(commands, operation.groups.x, operation.groups.y, operation.groups.z);
 }
 
-size_t Recording::place(std::vector<Round>& rounds, size_t first) const {
-    size_t end = first;
-    for (const Operation& operation : operations_) {
-        if (operation.waits || end == first) ++end;
-        if (rounds.size() < end) rounds.resize(end);
-        rounds[end - 1].push_back({this, &operation});
+// Operations in rounds: each in the first after those of all before it that it depends on.
+class Recording::Schedule {
+  public:
+    // Behind all that was added before.
+    void add(const Recording& recording) {
+        for (const Operation& operation : recording.operations_) {
+            if (!operation.beside) note_placed();
+            const size_t round = first_round(operation);
+            if (rounds_.size() == round) rounds_.emplace_back();
+            rounds_[round].emplace_back(&recording, &operation);
+            placed_.emplace_back(&operation, round);
+        }
+        note_placed();
     }
-    return end;
-}
+    size_t rounds() const { return rounds_.size(); }
 
-void Recording::write(const VolkDeviceTable& vk, CommandBuffer& commands,
-                      const std::vector<Round>& rounds) {
-    commands.begin();
-    bool copied = true;  // whatever was before
-    for (Round round : rounds) {
-        // The smallest first: behind one that fills the device it would begin when that ends.
-        // An indirect one counts as one group: orb's has a small one for each feature.
-        std::stable_sort(round.begin(), round.end(), [](const auto& one, const auto& other) {
-            return one.second->groups.count() < other.second->groups.count();
-        });
-        const bool copies = std::any_of(round.begin(), round.end(), [](const auto& placed) {
-            return placed.second->kernel == nullptr || placed.second->source != VK_NULL_HANDLE;
-        });
-        if (copied || copies)
-            record_barrier(vk, commands.handle());
-        else
-            record_shader_barrier(vk, commands.handle());
-        copied = copies;
-        for (const auto& [recording, operation] : round)
-            recording->put(commands.handle(), *operation);
+    void write(const VolkDeviceTable& vk, CommandBuffer& commands) const {
+        commands.begin();
+        bool copied = true;  // whatever was before
+        for (Round round : rounds_) {
+            // The smallest first: behind one that fills the device it would begin when that ends.
+            // An indirect one counts as one group: orb's has a small one for each feature.
+            std::stable_sort(round.begin(), round.end(), [](const auto& one, const auto& other) {
+                return one.second->groups.count() < other.second->groups.count();
+            });
+            const bool copies = std::any_of(round.begin(), round.end(), [](const auto& placed) {
+                return placed.second->kernel == nullptr || placed.second->source != VK_NULL_HANDLE;
+            });
+            if (copied || copies)
+                record_barrier(vk, commands.handle());
+            else
+                record_shader_barrier(vk, commands.handle());
+            copied = copies;
+            for (const auto& [recording, operation] : round)
+                recording->put(commands.handle(), *operation);
+        }
+        commands.end();
     }
-    commands.end();
-}
+
+  private:
+    // Between two barriers.
+    using Round = std::vector<std::pair<const Recording*, const Operation*>>;
+    // The round after the last that reads a buffer, and that writes it.
+    struct Use {
+        size_t read = 0, written = 0;
+    };
+
+    size_t first_round(const Operation& operation) {
+        size_t round = 0;
+        for (const uint64_t buffer : operation.reads)
+            round = std::max(round, uses_[buffer].written);
+        for (const uint64_t buffer : operation.writes)
+            round = std::max({round, uses_[buffer].written, uses_[buffer].read});
+        return round;
+    }
+    // What comes next depends on them.
+    void note_placed() {
+        for (const auto& [operation, round] : placed_) {
+            for (const uint64_t buffer : operation->reads)
+                uses_[buffer].read = std::max(uses_[buffer].read, round + 1);
+            for (const uint64_t buffer : operation->writes)
+                uses_[buffer].written = std::max(uses_[buffer].written, round + 1);
+        }
+        placed_.clear();
+    }
+
+    std::vector<Round> rounds_;
+    std::map<uint64_t, Use> uses_;                             // by serial
+    std::vector<std::pair<const Operation*, size_t>> placed_;  // beside each other, and where
+};
 
 JointRecording::JointRecording(const Device& device, std::span<const Recording* const> parts)
     : parts_(parts.begin(), parts.end()), commands_(device) {
-    std::vector<Recording::Round> rounds;
-    std::vector<size_t> ends;  // of each part: the round after its last
-    for (const Recording* part : parts_) {
-        size_t first = 0;
-        for (size_t i = 0; i < ends.size(); ++i)
-            if (!part->independent(*parts_[i])) first = std::max(first, ends[i]);
-        ends.push_back(part->place(rounds, first));
-    }
-    Recording::write(device.vk(), commands_, rounds);
+    Recording::Schedule schedule;
+    for (const Recording* part : parts_) schedule.add(*part);
+    schedule.write(device.vk(), commands_);
+    rounds_ = schedule.rounds();
 }
 
 void Recorder::finish() {
-    const auto sort = [](std::vector<uint64_t>& serials) {
-        std::sort(serials.begin(), serials.end());
-        serials.erase(std::unique(serials.begin(), serials.end()), serials.end());
-    };
-    sort(recording_.reads_);
-    sort(recording_.writes_);
-    std::vector<Recording::Round> rounds;
-    recording_.place(rounds, 0);
-    Recording::write(recording_.device_.vk(), recording_.commands_, rounds);
+    Recording::Schedule schedule;
+    schedule.add(recording_);
+    schedule.write(recording_.device_.vk(), recording_.commands_);
+    recording_.rounds_ = schedule.rounds();
 }
 
 Recording::Operation& Recorder::add(const std::shared_ptr<const Kernel>& kernel,
@@ -214,18 +233,15 @@ Recording::Operation& Recorder::add(const std::shared_ptr<const Kernel>& kernel,
         throw StageError(DEFREC_ERROR_INTERNAL, std::string("shader ") + kernel->name() + " has " +
                                                     std::to_string(expected) + " buffers, " +
                                                     std::to_string(bindings.size()) + " given");
+    Recording::Operation operation;
     uint32_t index = 0;
     for (const Binding& binding : bindings) {
         const bool written = kernel->writes(index++);
-        if (binding.buffer == nullptr) continue;
-        if (written)
-            writes(*binding.buffer);
-        else
-            reads(*binding.buffer);
+        if (binding.buffer != nullptr)
+            (written ? operation.writes : operation.reads).push_back(binding.buffer->serial());
     }
-    if (recording_.device_.instrument() != nullptr)
-        writes(recording_.device_.instrument()->results);
-    Recording::Operation operation;
+    if (const Instrument* instrument = recording_.device_.instrument(); instrument != nullptr)
+        operation.writes.push_back(instrument->results.serial());
     operation.kernel = kernel;
     operation.set = recording_.descriptor_set(*kernel, bindings);
     std::memcpy(operation.push.data(), push, push_size);
@@ -239,8 +255,8 @@ void Recorder::copy(const Buffer& from, const Buffer& to, uint64_t size) {
     operation.source = from.handle();
     operation.target = to.handle();
     operation.size = size;
-    reads(from);
-    writes(to);
+    operation.reads = {from.serial()};
+    operation.writes = {to.serial()};
     recording_.operations_.push_back(std::move(operation));
 }
 
@@ -248,7 +264,7 @@ void Recorder::fill(const Buffer& buffer, uint32_t value) {
     Recording::Operation operation;
     operation.target = buffer.handle();
     operation.value = value;
-    writes(buffer);
+    operation.writes = {buffer.serial()};
     recording_.operations_.push_back(std::move(operation));
 }
 

@@ -1,5 +1,6 @@
 // Records the work of a stage into a command buffer, once for each set of buffers it is run with,
-// and that of stages which run one after the other into one.
+// and that of stages which run one after the other into one. Between barriers lie rounds of
+// operations: an operation is in the first round after all that it depends on.
 #pragma once
 #include <volk.h>
 
@@ -63,8 +64,7 @@ class Recording {
     Recording& operator=(const Recording&) = delete;
 
     VkCommandBuffer commands() const { return commands_.handle(); }
-    // Neither writes what the other reads or writes.
-    bool independent(const Recording& other) const;
+    size_t rounds() const { return rounds_; }
     // Whether it was asked before: what runs once is not worth a joint recording.
     bool ran_before() const { return ran_.exchange(true); }
 
@@ -74,7 +74,7 @@ class Recording {
     // A dispatch, where there is a kernel (indirect, where there is a source: of the groups); a
     // copy, where there is a source; else a fill.
     struct Operation {
-        bool waits = true;  // for all before it, not only for what those before it waited for
+        bool beside = false;  // does not depend on the operation before it
         std::shared_ptr<const Kernel> kernel;
         VkDescriptorSet set = VK_NULL_HANDLE;
         std::array<std::byte, kPushBytes> push{};
@@ -83,15 +83,11 @@ class Recording {
         VkBuffer source = VK_NULL_HANDLE, target = VK_NULL_HANDLE;
         VkDeviceSize size = VK_WHOLE_SIZE;
         uint32_t value = 0;
+        std::vector<uint64_t> reads, writes;  // serials of buffers
     };
+    class Schedule;
     VkDescriptorSet descriptor_set(const Kernel& kernel, std::initializer_list<Binding> bindings);
     void add_descriptor_pool();
-    // Operations between two barriers.
-    using Round = std::vector<std::pair<const Recording*, const Operation*>>;
-    // Adds the operations to the rounds from `first` on; returns the round after the last.
-    size_t place(std::vector<Round>& rounds, size_t first) const;
-    static void write(const VolkDeviceTable& vk, CommandBuffer& commands,
-                      const std::vector<Round>& rounds);
     void put(VkCommandBuffer commands, const Operation& operation) const;
 
     Device& device_;
@@ -99,27 +95,29 @@ class Recording {
     std::vector<VkDescriptorPool> descriptor_pools_;
     std::vector<Operation> operations_;
     std::deque<Buffer> scratch_;
-    std::vector<uint64_t> reads_, writes_;  // serials of buffers
+    size_t rounds_ = 0;
     mutable std::atomic<bool> ran_{false};
 };
 
-// Several recordings in one command buffer: each begins when those before it that are not
-// independent of it have ended.
+// Several recordings in one command buffer, and in its rounds.
 class JointRecording {
   public:
     JointRecording(const Device& device, std::span<const Recording* const> parts);
 
     VkCommandBuffer commands() const { return commands_.handle(); }
     std::span<const Recording* const> parts() const { return parts_; }
+    size_t rounds() const { return rounds_; }
 
   private:
     std::vector<const Recording*> parts_;
+    size_t rounds_ = 0;
     CommandBuffer commands_;
 };
 
-// Every operation waits for all before it, those of earlier command buffers included, and sees what
-// they wrote; but one recorded with `beside` runs along with the operation just before it: neither
-// may read or write what the other writes.
+// An operation sees what all before it wrote, those of earlier command buffers included. It depends
+// on those before it that write what it reads or writes, or read what it writes; but one recorded
+// with `beside` not on the operation just before it, nor on those that this one is beside: what
+// they write of a buffer lies apart.
 class Recorder {
   public:
     explicit Recorder(Recording& recording) : recording_(recording) {}
@@ -138,7 +136,7 @@ class Recorder {
                 std::initializer_list<Binding> bindings, const Push& push, Groups groups) {
         Recording::Operation& operation = add(kernel, bindings, &push, push_size<Push>());
         operation.groups = groups;
-        operation.waits = false;
+        operation.beside = true;
     }
     // The numbers of groups are the first three uint32 in `counts`, which earlier work may have
     // written.
@@ -146,8 +144,9 @@ class Recorder {
     void dispatch_indirect(const std::shared_ptr<const Kernel>& kernel,
                            std::initializer_list<Binding> bindings, const Push& push,
                            const Buffer& counts) {
-        add(kernel, bindings, &push, push_size<Push>()).source = counts.handle();
-        reads(counts);
+        Recording::Operation& operation = add(kernel, bindings, &push, push_size<Push>());
+        operation.source = counts.handle();
+        operation.reads.push_back(counts.serial());
     }
 
     // Memory of this recording alone: with it a stage's recordings for other buffers are
@@ -169,8 +168,6 @@ class Recorder {
     Recording::Operation& add(const std::shared_ptr<const Kernel>& kernel,
                               std::initializer_list<Binding> bindings, const void* push,
                               uint32_t push_size);
-    void reads(const Buffer& buffer) { recording_.reads_.push_back(buffer.serial()); }
-    void writes(const Buffer& buffer) { recording_.writes_.push_back(buffer.serial()); }
 
     Recording& recording_;
 };

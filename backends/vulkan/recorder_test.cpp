@@ -1,11 +1,13 @@
-// Recordings that have nothing in common run beside each other; whatever else happens, each sees
+// Operations that have nothing in common run beside each other; whatever else happens, each sees
 // what those before it wrote.
 #include "backends/vulkan/recorder.hpp"
 
 #include <doctest/doctest.h>
 
 #include <array>
+#include <functional>
 #include <memory>
+#include <vector>
 
 #include "backends/vulkan/queue.hpp"
 #include "backends/vulkan/test_device.hpp"
@@ -18,22 +20,26 @@ namespace {
 
 using Words = std::array<uint32_t, 4>;
 
-std::unique_ptr<Recording> record_copy(Device& device, const Buffer& from, const Buffer& to) {
-    auto recording = std::make_unique<Recording>(device);
-    Recorder recorder(*recording);
+void add_copy(Recorder& recorder, const Buffer& from, const Buffer& to) {
     recorder.copy(from, to, sizeof(Words));
-    recorder.finish();
-    return recording;
 }
-std::unique_ptr<Recording> record_rows(Device& device, const Buffer& state, const Buffer& next) {
+void add_rows(Recorder& recorder, const Buffer& state, const Buffer& next) {
     struct {
         int32_t width = 4, height = 4, unused[8] = {};
     } push;
+    recorder.dispatch(under_test::device().kernel(shaders::rectify_mask), {state, next}, push,
+                      {1, 1});
+}
+template <class Record>
+std::unique_ptr<Recording> record(Device& device, Record&& add) {
     auto recording = std::make_unique<Recording>(device);
     Recorder recorder(*recording);
-    recorder.dispatch(device.kernel(shaders::rectify_mask), {state, next}, push, {1, 1});
+    add(recorder);
     recorder.finish();
     return recording;
+}
+std::unique_ptr<Recording> record_copy(Device& device, const Buffer& from, const Buffer& to) {
+    return record(device, [&](Recorder& recorder) { add_copy(recorder, from, to); });
 }
 Words read_back(Queue& queue, const Buffer& buffer) {
     Words words{};
@@ -44,24 +50,64 @@ Words read_back(Queue& queue, const Buffer& buffer) {
 
 }  // namespace
 
-TEST_CASE("recordings are independent where neither writes what the other touches") {
+TEST_CASE("an operation waits for those that it depends on, and for no other") {
+    if (!under_test::available()) return;
+    Device& device = under_test::device();
+    const Buffer a(device, sizeof(Words)), b(device, sizeof(Words)), c(device, sizeof(Words)),
+        d(device, sizeof(Words)), e(device, sizeof(Words));
+    // Of one recording, and of one for each of them.
+    const auto rounds = [&](const std::vector<std::function<void(Recorder&)>>& operations) {
+        const auto whole = record(device, [&](Recorder& recorder) {
+            for (const auto& add : operations) add(recorder);
+        });
+        std::vector<std::unique_ptr<Recording>> recordings;
+        std::vector<const Recording*> parts;
+        for (const auto& add : operations) {
+            recordings.push_back(record(device, add));
+            parts.push_back(recordings.back().get());
+        }
+        CHECK(JointRecording(device, parts).rounds() == whole->rounds());
+        return whole->rounds();
+    };
+    const auto copy = [](const Buffer& from, const Buffer& to) {
+        return [&](Recorder& recorder) { add_copy(recorder, from, to); };
+    };
+    const auto rows = [](const Buffer& from, const Buffer& to) {
+        return [&](Recorder& recorder) { add_rows(recorder, from, to); };
+    };
+    CHECK(rounds({copy(a, b), copy(a, c)}) == 1);
+    CHECK(rounds({copy(a, b), copy(b, c)}) == 2);  // reads what was written
+    CHECK(rounds({copy(a, b), copy(c, a)}) == 2);  // writes what was read
+    CHECK(rounds({copy(a, b), copy(c, b)}) == 2);  // both write b
+    // What a shader only reads is none of what it writes.
+    CHECK(rounds({rows(a, b), rows(a, c)}) == 1);
+    CHECK(rounds({rows(a, b), rows(c, a)}) == 2);
+    // The last of them in each: of a, b, c; of a, d; of what is read in the third round.
+    CHECK(rounds({rows(a, b), rows(b, c), copy(a, d), rows(c, e)}) == 3);
+    CHECK(rounds({rows(a, b), rows(b, c), copy(a, d), copy(d, e)}) == 2);
+    CHECK(rounds({rows(a, b), rows(b, c), rows(c, d), copy(e, a), copy(e, c)}) == 4);
+}
+
+TEST_CASE("what is recorded beside an operation does not wait for it, what follows does") {
     if (!under_test::available()) return;
     Device& device = under_test::device();
     const Buffer a(device, sizeof(Words)), b(device, sizeof(Words)), c(device, sizeof(Words));
-    const auto a_to_b = record_copy(device, a, b), a_to_c = record_copy(device, a, c),
-               b_to_a = record_copy(device, b, a), c_to_b = record_copy(device, c, b);
-    CHECK(a_to_b->independent(*a_to_c));
-    CHECK_FALSE(a_to_b->independent(*b_to_a));
-    CHECK_FALSE(a_to_b->independent(*c_to_b));  // both write b
-    CHECK_FALSE(a_to_c->independent(*c_to_b));
-    CHECK_FALSE(c_to_b->independent(*a_to_c));
-
-    // What a shader only reads is none of what it writes.
-    const auto rows_a_to_b = record_rows(device, a, b), rows_a_to_c = record_rows(device, a, c),
-               rows_c_to_a = record_rows(device, c, a);
-    CHECK(rows_a_to_b->independent(*rows_a_to_c));
-    CHECK_FALSE(rows_a_to_b->independent(*rows_c_to_a));
-    CHECK_FALSE(rows_a_to_b->independent(*b_to_a));
+    struct {
+        int32_t width = 4, height = 4, unused[8] = {};
+    } push;
+    const auto kernel = device.kernel(shaders::rectify_mask);
+    const auto two = record(device, [&](Recorder& recorder) {
+        recorder.dispatch(kernel, {a, b}, push, {1, 1});
+        recorder.beside(kernel, {c, b}, push, {1, 1});
+    });
+    CHECK(two->rounds() == 1);
+    const auto followed = record(device, [&](Recorder& recorder) {
+        recorder.dispatch(kernel, {a, b}, push, {1, 1});
+        recorder.dispatch(kernel, {b, c}, push, {1, 1});
+        recorder.beside(kernel, {a, c}, push, {1, 1});  // could run beside the first
+        recorder.dispatch(kernel, {c, a}, push, {1, 1});
+    });
+    CHECK(followed->rounds() == 3);
 }
 
 TEST_CASE("independent recordings share a command buffer as long as all of them are there") {
