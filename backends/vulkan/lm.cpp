@@ -30,11 +30,10 @@ constexpr uint32_t kMaxItems = 1u << 28;                           // lm_blocks.
 
 // The template, and everything that a run of it writes.
 struct Surface {
-    uint32_t edges, blocks;
+    uint32_t edges, blocks, data_groups;
     Buffer rest, items, item_nodes, edge_list, block_list, item_terms, edge_terms, row_starts,
         columns;
-    Buffer trial, present, records, edge_records, scales, data, data_sums, terms, arap_costs, moves,
-        states;
+    Buffer trial, present, records, edge_records, edge_costs, data, terms, moves, states;
     Buffer matrix, diagonal, inverses, vectors, progress, products;
     Buffer deformed;
 
@@ -42,6 +41,7 @@ struct Surface {
             const LmSplits& splits)
         : edges(uint32_t(lists.edges.size())),
           blocks(uint32_t(lists.blocks.size())),
+          data_groups(cover(uint64_t{p.nodes} * splits.data, kBlockGroup)),
           rest(device.upload(lists.rest)),
           items(device.upload(lists.items)),
           item_nodes(device.upload(lists.item_nodes)),
@@ -55,11 +55,9 @@ struct Surface {
           present(device, trial.size()),
           records(device, kVector * kRecordVectors * lists.item_nodes.size()),
           edge_records(device, kVector * kEdgeVectors * edges),
-          scales(device, sizeof(float) * edges),
-          data(device, sizeof(float) * p.nodes),
-          data_sums(device, 2 * sizeof(float) * cover(uint64_t{p.nodes} * splits.own, kBlockGroup)),
-          terms(device, sizeof(LmTerm) * surface_groups(p)),
-          arap_costs(device, sizeof(float) * cover(edges, kResidualGroup)),
+          edge_costs(device, sizeof(float) * edges),
+          data(device, sizeof(float) * (p.nodes + 4 * uint64_t{data_groups})),
+          terms(device, sizeof(LmTerm) * residual_groups(p, edges)),
           moves(device, 2 * sizeof(float) * cover(p.nodes, kNodeGroup)),
           states(device, 2 * sizeof(LmState)),
           matrix(device, kVector * kBlockVectors * lists.columns.size()),
@@ -70,9 +68,9 @@ struct Surface {
           products(device, 4 * sizeof(float) * cover(uint64_t{p.nodes} * splits.row, kBlockGroup)),
           deformed(device, kVector * p.landmarks) {}
 
-    static uint32_t surface_groups(const defrec_lm_params& p) {
+    static uint32_t residual_groups(const defrec_lm_params& p, size_t edges) {
         return cover(p.points, kResidualGroup) + cover(p.landmarks, kResidualGroup) +
-               cover(p.patches, kResidualGroup);
+               cover(p.patches, kResidualGroup) + cover(edges, kResidualGroup);
     }
 };
 
@@ -88,8 +86,8 @@ class Lm final : public Stage {
           points_(device.kernel(shaders::lm_residuals, {0})),
           landmarks_(device.kernel(shaders::lm_residuals, {1})),
           patches_(device.kernel(shaders::lm_residuals, {2})),
-          data_(device.kernel(shaders::lm_data, {splits.own})),
-          edges_(device.kernel(shaders::lm_edges, {splits.own})),
+          data_(device.kernel(shaders::lm_data, {splits.data})),
+          edges_(device.kernel(shaders::lm_edges)),
           diagonal_(device.kernel(shaders::lm_system, {splits.own, 1})),
           above_(device.kernel(shaders::lm_system, {splits.above, 0})),
           step_(device.kernel(shaders::lm_step, {splits.row})),
@@ -106,14 +104,16 @@ class Lm final : public Stage {
             check_size("lm", "landmarks to move rigidly onto matches", p_.landmarks,
                        kMaxPresolveLandmarks);
         const LmBlocks lists(p_, surface);
-        check_size("lm", "residuals of a control point", lists.longest,
-                   kLongestLoop * std::min({splits_.own, splits_.above, splits_.row}));
+        check_size(
+            "lm", "residuals of a control point", lists.longest,
+            kLongestLoop * std::min({splits_.data, splits_.own, splits_.above, splits_.row}));
         const uint64_t max_groups = device_.limits().maxComputeWorkGroupCount[0];
         check_size("lm", "control points", p_.nodes,
-                   max_groups * kBlockGroup / std::max(splits_.own, splits_.row));
+                   max_groups * kBlockGroup / std::max({splits_.data, splits_.own, splits_.row}));
         check_size("lm", "connected pairs of control points", lists.blocks.size(),
                    max_groups * kBlockGroup / splits_.above);
-        check_size("lm", "work groups of residuals", Surface::surface_groups(p_), max_groups);
+        check_size("lm", "work groups of residuals",
+                   Surface::residual_groups(p_, lists.edges.size()), max_groups);
         surface_ = std::make_unique<Surface>(device_, lists, p_, splits_);
     }
 
@@ -132,22 +132,29 @@ class Lm final : public Stage {
         };
         // Without control points, too, somebody gives out the summary.
         const Groups node_groups{std::max(cover(p_.nodes, kNodeGroup), 1u)};
-        const std::initializer_list<Binding> item_buffers = {disparity, s.items, s.item_nodes,
-                                                             s.trial,   matches, observations,
-                                                             s.records, s.terms, s.states};
+        // Each waits only for what it looks at.
         const auto residuals = [&] {
-            recorder.dispatch(points_, item_buffers, push, {cover(p_.points, kResidualGroup)});
-            recorder.beside(landmarks_, item_buffers, push, {cover(p_.landmarks, kResidualGroup)});
-            recorder.beside(patches_, item_buffers, push, {cover(p_.patches, kResidualGroup)});
+            recorder.dispatch(points_,
+                              {disparity, s.items, s.item_nodes, s.trial, nullptr, nullptr,
+                               s.records, s.terms, s.states},
+                              push, {cover(p_.points, kResidualGroup)});
+            recorder.beside(landmarks_,
+                            {nullptr, s.items, s.item_nodes, s.trial, matches, nullptr, s.records,
+                             s.terms, s.states},
+                            push, {cover(p_.landmarks, kResidualGroup)});
+            recorder.beside(patches_,
+                            {nullptr, s.items, s.item_nodes, s.trial, nullptr, observations,
+                             s.records, s.terms, s.states},
+                            push, {cover(p_.patches, kResidualGroup)});
+            recorder.beside(
+                edges_,
+                {s.edge_list, s.trial, s.data, s.edge_costs, s.edge_records, s.terms, s.states},
+                push, {cover(s.edges, kResidualGroup)});
         };
-        const std::initializer_list<Binding> edge_buffers = {s.edge_list,  s.trial,  s.data,
-                                                             s.data_sums,  s.scales, s.edge_records,
-                                                             s.arap_costs, s.states};
-        const Groups edge_groups{cover(s.edges, kResidualGroup)};
         const std::initializer_list<Binding> system_buffers = {
-            s.states,     s.terms,    s.arap_costs, s.moves,        s.block_list, s.item_terms,
-            s.edge_terms, s.items,    s.records,    s.edge_records, s.trial,      s.present,
-            s.matrix,     s.diagonal, s.inverses,   s.vectors};
+            s.states,   s.terms,    s.moves,        s.block_list, s.item_terms, s.edge_terms,
+            s.items,    s.records,  s.edge_records, s.trial,      s.present,    s.matrix,
+            s.diagonal, s.inverses, s.vectors,      s.data};
 
         if (p_.presolve != 0 && matches != nullptr)
             recorder.dispatch(
@@ -156,10 +163,10 @@ class Lm final : public Stage {
         else
             recorder.dispatch(start_, {motions, s.rest, s.trial}, push, node_groups);
         residuals();
-        recorder.dispatch(data_,
-                          {s.block_list, s.item_terms, s.items, s.records, s.data, s.data_sums},
-                          push, shared_groups(splits_.own));
-        recorder.dispatch(edges_, edge_buffers, push, edge_groups);
+        recorder.dispatch(
+            data_,
+            {s.block_list, s.item_terms, s.items, s.records, s.edge_terms, s.edge_costs, s.data},
+            push, {s.data_groups});
         for (uint32_t i = 0; i < p_.iterations; ++i) {
             push.run.evaluation = i;
             recorder.dispatch(diagonal_, system_buffers, push, shared_groups(splits_.own));
@@ -186,12 +193,10 @@ class Lm final : public Stage {
                 break;
             }
             residuals();
-            recorder.beside(edges_, edge_buffers, push, edge_groups);
         }
-        recorder.dispatch(
-            finish_,
-            {s.states, s.terms, s.arap_costs, s.moves, motions, s.present, s.trial, out[0], out[1]},
-            push, node_groups);
+        recorder.dispatch(finish_,
+                          {s.states, s.terms, s.moves, motions, s.present, s.trial, out[0], out[1]},
+                          push, node_groups);
     }
 
   private:
@@ -202,6 +207,7 @@ class Lm final : public Stage {
                 {.image = disparity_grid(p_, disparity),
                  .edges = surface_->edges,
                  .blocks = surface_->blocks,
+                 .data_groups = surface_->data_groups,
                  .given = given,
                  .evaluation = 0,
                  .step = 0}};
@@ -218,8 +224,7 @@ class Lm final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device) {
-    // A GPU is bound by latency: every invocation has one block of a row, a few residuals.
-    const LmSplits splits = device.physical().software ? LmSplits{} : LmSplits{64, 8, 64};
+    const LmSplits splits = device.physical().software ? LmSplits{} : kDiscreteSplits;
     return make_lm(params, device, splits);
 }
 

@@ -4,12 +4,16 @@
 
 namespace defrec::vulkan {
 
-// How many invocations share a control point's own block, a block above the diagonal, and a row of
-// the system; powers of two up to 64. By several a discrete device hides its latency; a processor
-// gains nothing, and takes one.
+// How many invocations share a control point's data, its own block, a block above the diagonal, and
+// a row of the system; powers of two up to 64. A processor gains nothing by several.
 struct LmSplits {
-    uint32_t own = 1, above = 1, row = 1;
+    uint32_t data = 1, own = 1, above = 1, row = 1;
 };
+// Several hide the latency of a discrete device: a control point's own block typically has 32
+// terms, one above the diagonal ten, a row nine blocks. More would find little to do, and take the
+// place of other trackers' work.
+constexpr LmSplits kDiscreteSplits{.data = 16, .own = 8, .above = 2, .row = 16};
+
 std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device,
                                const LmSplits& splits);
 

@@ -5,10 +5,11 @@ namespace defrec::vulkan {
 namespace {
 
 // Terms (block, what) by block, each block's in the order given.
-template <class SetRange>
-std::vector<uint32_t> by_block(const std::vector<std::pair<uint32_t, uint32_t>>& terms,
-                               size_t blocks, SetRange&& set_range) {
-    std::vector<uint32_t> starts(blocks + 1, 0), sorted(terms.size());
+template <class What, class SetRange>
+std::vector<What> by_block(const std::vector<std::pair<uint32_t, What>>& terms, size_t blocks,
+                           SetRange&& set_range) {
+    std::vector<uint32_t> starts(blocks + 1, 0);
+    std::vector<What> sorted(terms.size());
     for (const auto& term : terms) ++starts[term.first + 1];
     for (size_t b = 0; b < blocks; ++b) starts[b + 1] += starts[b];
     for (size_t b = 0; b < blocks; ++b) set_range(b, starts[b], starts[b + 1]);
@@ -68,11 +69,12 @@ void LmBlocks::add_item_terms(const BlockPattern& pattern, const std::vector<uin
 }
 
 void LmBlocks::add_edge_terms(const BlockPattern& pattern, const std::vector<uint32_t>& block_at) {
-    std::vector<std::pair<uint32_t, uint32_t>> terms;
+    std::vector<std::pair<uint32_t, LmEdgeTerm>> terms;
     for (uint32_t i = 0; i < edges.size(); ++i) {
-        terms.push_back({edges[i].a, i << 1});
-        terms.push_back({edges[i].b, i << 1 | 1});
-        terms.push_back({block_at[pattern.find(int32_t(edges[i].a), int32_t(edges[i].b))], i << 1});
+        const auto a = uint32_t(edges[i].a), b = uint32_t(edges[i].b);
+        terms.push_back({a, {i << 1, b}});
+        terms.push_back({b, {i << 1 | 1, a}});
+        terms.push_back({block_at[pattern.find(int32_t(a), int32_t(b))], {i << 1, b}});
     }
     edge_terms = by_block(terms, blocks.size(), [this](size_t b, uint32_t first, uint32_t last) {
         blocks[b].first_edge = first;

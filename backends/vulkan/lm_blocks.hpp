@@ -8,7 +8,8 @@ namespace defrec::vulkan {
 
 struct LmBlocks : LmLists {
     std::vector<LmBlock> blocks;
-    std::vector<uint32_t> item_terms, edge_terms;
+    std::vector<uint32_t> item_terms;
+    std::vector<LmEdgeTerm> edge_terms;
     std::vector<uint32_t> row_starts, columns;  // of the matrix
     size_t longest = 0;                         // terms of a block, blocks of a row
 

@@ -1,7 +1,7 @@
 // What the shaders of stage lm share. docs/stages/lm.md. They run in this order, all recorded
 // before:
-//   presolve or start, residuals, data, edges, then for each iteration: system, step ..., move,
-//   residuals beside edges; at the end finish. The move of a trusted last step ends the run.
+//   presolve or start, residuals beside edges, data, then for each iteration: system, step ...,
+//   move, residuals beside edges; at the end finish. The move of a trusted last step ends the run.
 // Evaluation e (0: of the start, then one for each iteration's trial) is classified by what comes
 // after it: by system, or by finish. Judgement e is written to states[e & 1]; what follows in the
 // iteration looks there whether anything is left to do.
@@ -19,7 +19,17 @@ layout(push_constant) uniform Push {
     LmRun run;
 };
 
-uint groups_of(uint count) { return (count + kResidualGroup - 1) / kResidualGroup; }
+// What terms of the cost are sums of, in the order of what work groups leave of them.
+const uint kPoints = 0, kLandmarks = 1, kPatches = 2, kEdges = 3, kTerms = 4;
+uint count_of(uint kind) {
+    return uint[kTerms](push.points, push.landmarks, push.patches, run.edges)[kind];
+}
+uint groups_of(uint kind) { return (count_of(kind) + kResidualGroup - 1) / kResidualGroup; }
+uint groups_before(uint kind) {
+    uint before = 0;
+    for (uint k = 0; k < kind; ++k) before += groups_of(k);
+    return before;
+}
 uint node_groups() { return (push.nodes + kNodeGroup - 1) / kNodeGroup; }
 
 // Sums over a work group go by eighths: partial sums of every eighth (or sixteenth) invocation's,

@@ -8,7 +8,5 @@ uint term_item(uint term) { return term >> 4; }
 uint term_row(uint term) { return (term >> 2) & 3; }
 uint term_column(uint term) { return term & 3; }
 
-// Of edge_terms: the edge, and whether the block's control point (in a block above the diagonal:
-// its row's) is its second.
-uint term_edge(uint term) { return term >> 1; }
-bool term_second(uint term) { return (term & 1) != 0; }
+uint term_edge(LmEdgeTerm term) { return term.edge >> 1; }
+bool term_second(LmEdgeTerm term) { return (term.edge & 1) != 0; }

@@ -3,25 +3,17 @@
 // invocations of a work group, which are 64.
 layout(std430, set = 0, binding = 0) buffer States { LmState states[2]; };
 layout(std430, set = 0, binding = 1) readonly buffer Terms { LmTerm terms[]; };
-layout(std430, set = 0, binding = 2) readonly buffer ArapCosts { float arap_costs[]; };
-layout(std430, set = 0, binding = 3) readonly buffer Moves { LmMove moves[]; };
+layout(std430, set = 0, binding = 2) readonly buffer Moves { LmMove moves[]; };
 
 #include "lm_decide.glsl"
 
 const float kMinStepMm = 0.01;
 const float kMinDecrease = 1e-4;
 
-shared LmTerm term_shares[3][kClassifies];
-shared float arap_shares[kClassifies];
+shared LmTerm term_shares[kTerms][kClassifies];
 shared LmMove move_shares[kClassifies];
 shared LmState now;
 shared bool accepted;  // the trial is the present state
-
-LmTerm share_of_terms(uint me, uint first, uint count) {
-    LmTerm sum = kNoTerm;
-    for (uint i = me; i < count; i += kClassifies) sum = plus(sum, terms[first + i]);
-    return sum;
-}
 
 void share_moves(uint me) {
     LmMove move = LmMove(0, 0);
@@ -31,29 +23,23 @@ void share_moves(uint me) {
 }
 
 void share_sums(uint me) {
-    const uint points = groups_of(push.points), landmarks = groups_of(push.landmarks),
-               patches = groups_of(push.patches);
-    term_shares[0][me] = share_of_terms(me, 0, points);
-    term_shares[1][me] = share_of_terms(me, points, landmarks);
-    term_shares[2][me] = share_of_terms(me, points + landmarks, patches);
-    float arap = 0.0;
-    for (uint i = me; i < groups_of(run.edges); i += kClassifies) arap += arap_costs[i];
-    arap_shares[me] = arap;
+    for (uint kind = 0; kind < (run.evaluation == 0 ? kEdges : kTerms); ++kind) {
+        const uint first = groups_before(kind);
+        LmTerm sum = kNoTerm;
+        for (uint i = me; i < groups_of(kind); i += kClassifies) sum = plus(sum, terms[first + i]);
+        term_shares[kind][me] = sum;
+    }
     share_moves(me);
 }
 
-// Of the shares from `first` on in steps of `step`, to the first; one invocation each for the three
-// terms, the connections and the moves.
+// Of the shares from `first` on in steps of `step`, to the first; one invocation each for the terms
+// and the moves.
 void add_shares(uint sum_of, uint first, uint step) {
-    if (sum_of < 3) {
+    if (sum_of < kTerms) {
         LmTerm sum = term_shares[sum_of][first];
         for (uint i = 1; i < kEighths; ++i) sum = plus(sum, term_shares[sum_of][first + i * step]);
         term_shares[sum_of][first] = sum;
-    } else if (sum_of == 3) {
-        float sum = arap_shares[first];
-        for (uint i = 1; i < kEighths; ++i) sum += arap_shares[first + i * step];
-        arap_shares[first] = sum;
-    } else if (sum_of == 4) {
+    } else if (sum_of == kTerms) {
         LmMove move = move_shares[first];
         for (uint i = 1; i < kEighths; ++i) move = farther(move, move_shares[first + i * step]);
         move_shares[first] = move;
@@ -101,8 +87,8 @@ LmState next_state(LmState state, LmState there, LmMove move, float missing_cost
 }
 
 // Sets now and accepted. To be called by the whole work group, after share_sums, and not once it
-// has stopped.
-void classify(uint me) {
+// has stopped. first_arap: of evaluation 0, whose edges leave no sums.
+void classify(uint me, float first_arap) {
     LmState before;
     if (me == 0 && run.evaluation > 0) before = states[(run.evaluation - 1) & 1];
     barrier();
@@ -112,10 +98,10 @@ void classify(uint me) {
     barrier();
     if (me == 0) {
         LmState there;
-        there.icp = term_shares[0][0];
-        there.match = term_shares[1][0];
-        there.patch_ = term_shares[2][0];
-        there.arap = arap_shares[0];
+        there.icp = term_shares[kPoints][0];
+        there.match = term_shares[kLandmarks][0];
+        there.patch_ = term_shares[kPatches][0];
+        there.arap = run.evaluation == 0 ? first_arap : term_shares[kEdges][0].cost;
         const float missing_cost = push.icp_weight * push.icp_tukey * push.icp_tukey / 3.0;
         if (run.evaluation == 0) {
             now = first_state(there, missing_cost);
@@ -131,10 +117,10 @@ void classify(uint me) {
 void trust(uint me) {
     share_moves(me);
     barrier();
-    if (me < kEighths) add_shares(4, me, kEighths);
+    if (me < kEighths) add_shares(kTerms, me, kEighths);
     barrier();
     if (me == 0) {
-        add_shares(4, 0, 1);
+        add_shares(kTerms, 0, 1);
         now = states[(run.evaluation - 1) & 1];
         accepted = trusts_step(now) && move_shares[0].bad == 0;
         if (trusts_step(now)) now = after_trusted(now, accepted);

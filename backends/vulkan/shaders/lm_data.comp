@@ -1,5 +1,5 @@
-// Stage lm: D_i, the weight of the data at each control point, at the start. kSplit invocations
-// share a control point.
+// Stage lm: D_i, the weight of the data at each control point, at the start, and the sums of
+// lm_weights.glsl. kSplit invocations share a control point.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
@@ -9,43 +9,40 @@ layout(std430, set = 0, binding = 0) readonly buffer Blocks { LmBlock blocks[]; 
 layout(std430, set = 0, binding = 1) readonly buffer ItemTerms { uint item_terms[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Items { vec4 items[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Records { vec4 records[]; };
-layout(std430, set = 0, binding = 4) writeonly buffer Data { float data[]; };
-layout(std430, set = 0, binding = 5) writeonly buffer DataSums {
-    vec2 data_sums[];
-};  // of each work group: D_i and its square
+layout(std430, set = 0, binding = 4) readonly buffer EdgeTerms { LmEdgeTerm edge_terms[]; };
+layout(std430, set = 0, binding = 5) readonly buffer EdgeCosts { float edge_costs[]; };
+layout(std430, set = 0, binding = 6) writeonly buffer Data { float data[]; };
 
-shared float shares[kBlockGroup];
-shared vec2 sums[kBlockGroup];
+shared vec2 shares[kBlockGroup];  // D_i, and the costs of its edges
+shared vec4 sums[kBlockGroup];
 
 void main() {
     const uint me = gl_LocalInvocationIndex, split = me % kSplit,
                i = gl_GlobalInvocationID.x / kSplit;
-    uint next = 0, end = 0;
-    if (i < push.nodes) {
-        next = blocks[i].first_item + split;
-        end = blocks[i].last_item;
-    }
-    float own = 0.0;
-    for (uint at = next; at < end; at += kSplit) {
+    LmBlock block = LmBlock(0, 0, 0, 0, 0, 0, 0, 0);
+    if (i < push.nodes) block = blocks[i];
+    vec2 own = vec2(0);
+    for (uint at = block.first_item + split; at < block.last_item; at += kSplit) {
         const uint term = item_terms[at], item = term_item(term), k = term_row(term);
         if (k == term_column(term))
-            own += items[kItemVectors * item + 2 + k].w * records[kRecordVectors * item].w;
+            own.x += items[kItemVectors * item + 2 + k].w * records[kRecordVectors * item].w;
     }
+    for (uint at = block.first_edge + split; at < block.last_edge; at += kSplit)
+        own.y += edge_costs[term_edge(edge_terms[at])];
     shares[me] = own;
     for (uint apart = kSplit / 2; apart > 0; apart /= 2) {
         barrier();
         if (split < apart) shares[me] += shares[me + apart];
     }
     own = shares[me];
-    vec2 square = vec2(0);
-    if (split == 0 && i < push.nodes) {
-        data[i] = own;
-        square = vec2(own, own * own);
+    if (split == 0) {
+        if (i < push.nodes) data[i] = own.x;
+        sums[me] = vec4(own.x * vec3(1, own.x, 0.25 * own.y), 0.25 * own.y);
     }
-    sums[me] = square;
     barrier();
     if (me != 0) return;
-    vec2 sum = vec2(0);
+    vec4 sum = vec4(0);
     for (uint k = 0; k < kBlockGroup; k += kSplit) sum += sums[k];
-    data_sums[gl_WorkGroupID.x] = sum;
+    const uint to = push.nodes + 4 * gl_WorkGroupID.x;
+    for (int k = 0; k < 4; ++k) data[to + k] = sum[k];
 }

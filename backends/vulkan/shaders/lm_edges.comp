@@ -1,5 +1,5 @@
 // Stage lm: the ARAP term of each edge by the trial motions (backends/shared/lm_arap.hpp), one
-// invocation each. Evaluation 0 also finds each edge's scale S.
+// invocation each. Evaluation 0 knows no S: lm_data.comp adds its costs up.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
@@ -14,13 +14,11 @@ struct RestEdge {
 layout(std430, set = 0, binding = 0) readonly buffer Edges { RestEdge edges[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Trial { vec4 trial[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Data { float data[]; };
-layout(std430, set = 0, binding = 3) readonly buffer DataSums { vec2 data_sums[]; };
-layout(std430, set = 0, binding = 4) buffer Scales { float scales[]; };
-layout(std430, set = 0, binding = 5) writeonly buffer EdgeRecords { vec4 edge_records[]; };
-layout(std430, set = 0, binding = 6) writeonly buffer ArapCosts { float arap_costs[]; };
-layout(std430, set = 0, binding = 7) readonly buffer States { LmState states[2]; };
-
-layout(constant_id = 0) const uint kSplit = 8;  // of data
+layout(std430, set = 0, binding = 3) writeonly buffer EdgeCosts { float edge_costs[]; };
+layout(std430, set = 0, binding = 4) writeonly buffer EdgeRecords { vec4 edge_records[]; };
+layout(std430, set = 0, binding = 5) writeonly buffer Terms { LmTerm terms[]; };
+layout(std430, set = 0, binding = 6) readonly buffer States { LmState states[2]; };
+#include "lm_weights.glsl"
 
 const float kMinLength = 1e-3;
 
@@ -42,18 +40,15 @@ vec2 sum_over_group(vec2 own, uint me) {
     return sum;
 }
 
-// The typical weight of the data at control points that have any, to the whole work group.
-float usual_data(uint me) {
-    const uint groups = (push.nodes * kSplit + kBlockGroup - 1) / kBlockGroup;
+// To the whole work group.
+float usual_of_all(uint me) {
     vec2 sum = vec2(0);
-    for (uint i = me; i < groups; i += kResidualGroup) sum += data_sums[i];
-    sum = sum_over_group(sum, me);
-    return sum.x > 0.0 ? sum.y / sum.x : 0.0;
+    for (uint i = me; i < run.data_groups; i += kResidualGroup) sum += data_sums(i).xy;
+    return usual_weight(sum_over_group(sum, me));
 }
 
-// Keeps what the blocks need, and returns the cost.
-float evaluate(uint i, float scale) {
-    const RestEdge edge = edges[i];
+// Keeps what the blocks need, and returns the cost if S were 1.
+float evaluate(uint i, RestEdge edge) {
     const vec4 qa = trial[kNodeVectors * edge.a];
     vec4 qb = trial[kNodeVectors * edge.b];
     if (dot(qa, qb) < 0.0) qb = -qb;
@@ -64,31 +59,30 @@ float evaluate(uint i, float scale) {
                turned_b = rotate(qb, -edge.rest.xyz);
     edge_records[kEdgeVectors * i] = vec4(now, divisor);
     edge_records[kEdgeVectors * i + 1] = vec4(turned_a, stretch);
-    edge_records[kEdgeVectors * i + 2] = vec4(turned_b, scale);
+    edge_records[kEdgeVectors * i + 2] = vec4(turned_b, edge.share);
     edge_records[kEdgeVectors * i + 3] = multiply(qa, conjugate(qb));
     const vec3 ab = turned_a - now, ba = turned_b + now;
     const vec4 turn = qa - qb;
-    return scale * (2.0 * (push.length_weight * stretch * stretch +
-                           push.rotation_weight * dot(turn, turn)) +
-                    push.angle_weight * (dot(ab, ab) + dot(ba, ba)));
+    return 2.0 * (push.length_weight * stretch * stretch + push.rotation_weight * dot(turn, turn)) +
+           push.angle_weight * (dot(ab, ab) + dot(ba, ba));
 }
 
 void main() {
     if (run.evaluation > 0 && stopped(states[(run.evaluation - 1) & 1])) return;
     const uint me = gl_LocalInvocationIndex, i = gl_GlobalInvocationID.x;
-    float usual = 0.0;
-    if (run.evaluation == 0) usual = usual_data(me);
+    const bool exists = i < run.edges;
+    RestEdge edge;
     float cost = 0.0;
-    if (i < run.edges) {
-        float scale;
-        if (run.evaluation == 0) {
-            scale = edges[i].share * (0.5 * (data[edges[i].a] + data[edges[i].b]) + usual) * 0.5;
-            scales[i] = scale;
-        } else {
-            scale = scales[i];
-        }
-        cost = evaluate(i, scale);
+    if (exists) {
+        edge = edges[i];
+        cost = evaluate(i, edge);
     }
+    if (run.evaluation == 0) {
+        if (exists) edge_costs[i] = edge.share * cost;
+        return;
+    }
+    const float usual = usual_of_all(me);
+    if (exists) cost *= edge_scale(edge.share, data[edge.a], data[edge.b], usual);
     cost = sum_over_group(vec2(cost, 0), me).x;
-    if (me == 0) arap_costs[gl_WorkGroupID.x] = cost;
+    if (me == 0) terms[groups_before(kEdges) + gl_WorkGroupID.x] = LmTerm(cost, 0, 0, 0, 0);
 }

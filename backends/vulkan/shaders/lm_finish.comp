@@ -7,11 +7,11 @@ layout(local_size_x = kNodeGroup) in;
 const uint kClassifies = kNodeGroup;
 #include "lm_classify.glsl"
 
-layout(std430, set = 0, binding = 4) readonly buffer Given { Motion motions[]; };
-layout(std430, set = 0, binding = 5) readonly buffer Present { vec4 present[]; };
-layout(std430, set = 0, binding = 6) readonly buffer Trial { vec4 trial[]; };
-layout(std430, set = 0, binding = 7) writeonly buffer Results { Motion results[]; };
-layout(std430, set = 0, binding = 8) writeonly buffer Summary { LmSummary summary; };
+layout(std430, set = 0, binding = 3) readonly buffer Given { Motion motions[]; };
+layout(std430, set = 0, binding = 4) readonly buffer Present { vec4 present[]; };
+layout(std430, set = 0, binding = 5) readonly buffer Trial { vec4 trial[]; };
+layout(std430, set = 0, binding = 6) writeonly buffer Results { Motion results[]; };
+layout(std430, set = 0, binding = 7) writeonly buffer Summary { LmSummary summary; };
 
 #include "lm_result.glsl"
 
@@ -27,7 +27,7 @@ void main() {
         barrier();
     } else {
         share_sums(me);
-        classify(me);
+        classify(me, 0.0);
     }
     if (i < push.nodes) {
         DualQuaternion motion = usable_motion(motions[i]);

@@ -20,7 +20,6 @@ layout(std430, set = 0, binding = 6) writeonly buffer Records { vec4 records[]; 
 layout(std430, set = 0, binding = 7) writeonly buffer Terms { LmTerm terms[]; };
 layout(std430, set = 0, binding = 8) readonly buffer States { LmState states[2]; };
 
-const uint kPoints = 0, kLandmarks = 1, kPatches = 2;
 const float kMinFacing = 0.25;
 const float kMatchDepthRoot = 0.5;
 
@@ -192,16 +191,13 @@ void main() {
     if (run.evaluation > 0 && stopped(states[(run.evaluation - 1) & 1])) return;
     const uint me = gl_LocalInvocationIndex, i = gl_GlobalInvocationID.x;
     LmTerm own = kNoTerm;
-    uint groups_before = 0;
     if (kKind == kPoints) {
         if (i < push.points) own = evaluate_point(i);
     } else if (kKind == kLandmarks) {
         if (i < push.landmarks) own = evaluate_match(push.points + i, i);
-        groups_before = groups_of(push.points);
     } else {
         if (i < push.patches) own = evaluate_patch(push.points + push.landmarks + i, i);
-        groups_before = groups_of(push.points) + groups_of(push.landmarks);
     }
     own = sum_over_group(own, me);
-    if (me == 0) terms[groups_before + gl_WorkGroupID.x] = own;
+    if (me == 0) terms[groups_before(kKind) + gl_WorkGroupID.x] = own;
 }

@@ -10,9 +10,10 @@ namespace defrec::vulkan {
 struct LmRun {
     DisparityGrid image;
     uint edges, blocks;
-    uint given;       // kMatchesGiven ...
-    uint evaluation;  // see lm.glsl
-    uint step;        // of the conjugate gradients; 0: none before
+    uint data_groups;  // work groups of lm_data.comp
+    uint given;        // kMatchesGiven ...
+    uint evaluation;   // see lm.glsl
+    uint step;         // of the conjugate gradients; 0: none before
 };
 
 const uint kMatchesGiven = 1, kObservationsGiven = 2,
@@ -27,7 +28,7 @@ const uint kRecordVectors =
     3;  // of an item's residual: (Gxx, Gxy, Gxz, weight) (Gyy, Gyz, Gzz, 0) (b, 0), with G the
         // weighted sum of g g^T over its rows of gradient g and value r, b that of r g
 const uint kEdgeVectors = 4;    // of an edge now: (direction, length) (a's turned, stretch) (b's
-                                // turned, scale) (rotation a b*)
+                                // turned, share of the data's weight that S is) (rotation a b*)
 const uint kNodeVectors = 3;    // of a control point in motion: rotation, dual part, position
 const uint kBlockVectors = 12;  // of a 6x6 block: its 3x3 quarters turn-turn, turn-shift,
                                 // shift-turn, shift-shift, each by columns
@@ -38,6 +39,12 @@ struct LmTerm {
     float cost, weights, squares;
     uint count;
     uint missing;  // points without a live surface
+};
+
+// An edge in a block of the system: its number, twice, and whether the block's control point (in a
+// block above the diagonal: its row's) is its second; and the other control point.
+struct LmEdgeTerm {
+    uint edge, other;
 };
 
 // What levenberg_marquardt.hpp keeps from step to step.

@@ -11,22 +11,24 @@ const uint kClassifies = kBlockGroup;
 #include "lm_classify.glsl"
 #include "lm_inverse.glsl"
 
-layout(std430, set = 0, binding = 4) readonly buffer Blocks { LmBlock blocks[]; };
-layout(std430, set = 0, binding = 5) readonly buffer ItemTerms { uint item_terms[]; };
-layout(std430, set = 0, binding = 6) readonly buffer EdgeTerms { uint edge_terms[]; };
-layout(std430, set = 0, binding = 7) readonly buffer Items { vec4 items[]; };
-layout(std430, set = 0, binding = 8) readonly buffer Records { vec4 records[]; };
-layout(std430, set = 0, binding = 9) readonly buffer EdgeRecords { vec4 edge_records[]; };
-layout(std430, set = 0, binding = 10) readonly buffer Trial { vec4 trial[]; };
-layout(std430, set = 0, binding = 11) writeonly buffer Present { vec4 present[]; };
-layout(std430, set = 0, binding = 12) writeonly buffer Matrix { vec4 matrix[]; };  // damped
-layout(std430, set = 0, binding = 13) buffer Diagonal {
+layout(std430, set = 0, binding = 3) readonly buffer Blocks { LmBlock blocks[]; };
+layout(std430, set = 0, binding = 4) readonly buffer ItemTerms { uint item_terms[]; };
+layout(std430, set = 0, binding = 5) readonly buffer EdgeTerms { LmEdgeTerm edge_terms[]; };
+layout(std430, set = 0, binding = 6) readonly buffer Items { vec4 items[]; };
+layout(std430, set = 0, binding = 7) readonly buffer Records { vec4 records[]; };
+layout(std430, set = 0, binding = 8) readonly buffer EdgeRecords { vec4 edge_records[]; };
+layout(std430, set = 0, binding = 9) readonly buffer Trial { vec4 trial[]; };
+layout(std430, set = 0, binding = 10) writeonly buffer Present { vec4 present[]; };
+layout(std430, set = 0, binding = 11) writeonly buffer Matrix { vec4 matrix[]; };  // damped
+layout(std430, set = 0, binding = 12) buffer Diagonal {
     vec4 diagonal[];
 };  // not damped; block, then half the gradient
-layout(std430, set = 0, binding = 14) writeonly buffer Inverses {
+layout(std430, set = 0, binding = 13) writeonly buffer Inverses {
     vec4 inverses[];
 };  // of the damped diagonal
-layout(std430, set = 0, binding = 15) writeonly buffer Vectors { vec4 vectors[]; };
+layout(std430, set = 0, binding = 14) writeonly buffer Vectors { vec4 vectors[]; };
+layout(std430, set = 0, binding = 15) readonly buffer Data { float data[]; };
+#include "lm_weights.glsl"
 #include "lm_vectors.glsl"
 
 const float kMinDiagonal = 1e-6;
@@ -40,6 +42,7 @@ struct Sums {
 };
 
 shared vec3 shares[kColumns][kBlockGroup];
+shared vec4 data_shares[kBlockGroup];
 
 // G of an item.
 mat3 squares_of(uint item) {
@@ -83,13 +86,15 @@ void add_items(LmBlock block, uint split, inout Sums sums) {
 
 mat3 cross_matrix(vec3 v) { return mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); }
 
-void add_edges(LmBlock block, uint split, inout Sums sums) {
+void add_edges(LmBlock block, uint split, float usual, inout Sums sums) {
     for (uint at = block.first_edge + split; at < block.last_edge; at += kSplit) {
-        const uint i = kEdgeVectors * term_edge(edge_terms[at]);
+        const LmEdgeTerm term = edge_terms[at];
+        const uint i = kEdgeVectors * term_edge(term);
         const vec3 now = edge_records[i].xyz, turned_a = edge_records[i + 1].xyz,
                    turned_b = edge_records[i + 2].xyz;
-        const float size = edge_records[i].w, stretch = edge_records[i + 1].w,
-                    scale = edge_records[i + 2].w;
+        const float size = edge_records[i].w, stretch = edge_records[i + 1].w;
+        const float scale =
+            edge_scale(edge_records[i + 2].w, data[block.row], data[term.other], usual);
         const vec4 relative = edge_records[i + 3];
         const float length_weight = scale * push.length_weight,
                     angle_weight = scale * push.angle_weight;
@@ -104,7 +109,7 @@ void add_edges(LmBlock block, uint split, inout Sums sums) {
             sums.shift_turn -= lever * cross_columns(turned_b, across);
             continue;
         }
-        const bool second = term_second(edge_terms[at]);
+        const bool second = term_second(term);
         const vec3 turned = second ? turned_b : turned_a;
         const mat3 coupling = lever * cross_columns(turned, across);
         sums.shift_shift += shift;
@@ -191,6 +196,12 @@ void add_shares_of_block(uint split, uint first) {
     }
 }
 
+void share_data_sums(uint me) {
+    vec4 sum = vec4(0);
+    for (uint i = me; i < run.data_groups; i += kBlockGroup) sum += data_sums(i);
+    data_shares[me] = sum;
+}
+
 void main() {
     const uint me = gl_LocalInvocationIndex, split = me % kSplit, first = me - split;
     const uint b = gl_GlobalInvocationID.x / kSplit + (kDiagonal ? 0 : push.nodes);
@@ -201,16 +212,27 @@ void main() {
         return;
     }
     share_sums(me);
+    share_data_sums(me);
+    barrier();
+    if (me < kEighths)
+        for (uint k = kEighths; k < kBlockGroup; k += kEighths)
+            data_shares[me] += data_shares[me + k];
     // Before it is known whether they are wanted, which they mostly are.
     LmBlock block;
+    Sums sums = Sums(mat3(0.0), mat3(0.0), mat3(0.0), mat3(0.0), vec3(0), vec3(0));
     if (exists) {
         block = blocks[b];
-        Sums sums = Sums(mat3(0.0), mat3(0.0), mat3(0.0), mat3(0.0), vec3(0), vec3(0));
         add_items(block, split, sums);
-        add_edges(block, split, sums);
+    }
+    barrier();
+    vec4 of_all = data_shares[0];
+    for (uint k = 1; k < kEighths; ++k) of_all += data_shares[k];
+    const float usual = usual_weight(of_all.xy);
+    if (exists) {
+        add_edges(block, split, usual, sums);
         share(sums, me);
     }
-    classify(me);
+    classify(me, of_all.z + usual * of_all.w);
     if (keeps_state) states[run.evaluation & 1] = now;
     if (kDiagonal && accepted && exists && split == 0)
         for (uint v = 0; v < kNodeVectors; ++v)

@@ -1,0 +1,13 @@
+// S of the edges, from what lm_data.comp leaves of the weight of the data: D_i of each control
+// point, then four sums of each of its work groups. Needs lm.glsl and a buffer `data`.
+
+// Sums over control points: D_i; D_i^2; D_i / 4 and 1 / 4 times the cost of its edges at the start
+// as it were with S their share. With U, the usual weight, the edges cost z + U w.
+vec4 data_sums(uint group) {
+    const uint at = push.nodes + 4 * group;
+    return vec4(data[at], data[at + 1], data[at + 2], data[at + 3]);
+}
+float usual_weight(vec2 sums) { return sums.x > 0.0 ? sums.y / sums.x : 0.0; }
+float edge_scale(float share, float data_a, float data_b, float usual) {
+    return share * (0.5 * (data_a + data_b) + usual) * 0.5;
+}
