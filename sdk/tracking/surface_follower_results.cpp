@@ -2,11 +2,8 @@
 // and what it tells of the surface. Which frames come so far: surface_follower.cpp.
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <numeric>
-#include <thread>
 
-#include "sdk/base/spin.hpp"
 #include "sdk/tracking/check_output.hpp"
 #include "sdk/tracking/piece_search.hpp"
 #include "sdk/tracking/surface_follower.hpp"
@@ -84,10 +81,7 @@ void SurfaceFollower::measure(TrackerJob& job) {
     };
     const auto sum_run = [&](size_t run) {
         const size_t first = run * kVertexRun;
-        // Those that add them up have begun; they may be kept from going on.
-        constexpr std::chrono::microseconds kSpin{100}, kSleep{50};
-        while (!spin_until(kSpin, [&] { return sums_left == 0; }))
-            std::this_thread::sleep_for(kSleep);
+        wait_for([&] { return sums_left == 0; });  // those that add them up have begun
         measure_lateral(data, job.output, first, std::min(first + kVertexRun, samples.size()),
                         job.lateral);
     };

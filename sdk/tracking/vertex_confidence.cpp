@@ -303,14 +303,17 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
     const size_t count = evidence.output.samples.size();
     std::vector<float>* const distances[2] = {&confidence.to_lateral, &confidence.to_observed};
     const ConfidenceEstimate estimate(model, evidence, confidence);
-    for_runs(helpers, count, [&](size_t begin, size_t end) {
+    enum : size_t { kLooks, kSpreads, kConcludes };
+    const size_t parts = vertex_parts(helpers, count);
+    for_phases<3>(helpers, {parts, 3, parts}, [&](size_t phase, size_t part) {
+        if (phase == kSpreads) {
+            if (part == 2) return beside();
+            return model.grids.spread(*distances[part], confidence.spreading[part]);
+        }
+        const size_t begin = count * part / parts, end = count * (part + 1) / parts;
+        if (phase == kConcludes) return estimate.conclude(begin, end);
         for (size_t i = begin; i < end; ++i) estimate.look_at(i);
     });
-    for_each_task(helpers, 3, [&](size_t task) {
-        if (task == 2) return beside();
-        model.grids.spread(*distances[task], confidence.spreading[task]);
-    });
-    for_runs(helpers, count, [&](size_t begin, size_t end) { estimate.conclude(begin, end); });
 }
 
 void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertices) {

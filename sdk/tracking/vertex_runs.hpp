@@ -1,29 +1,65 @@
 // Loops over vertices in which the context's threads take part.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <span>
+#include <thread>
 
 #include "sdk/base/services.hpp"
+#include "sdk/base/spin.hpp"
 
 namespace defrec {
 
 constexpr size_t kMaxVertexThreads = 8;  // each that is woken costs the caller a system call
 
-// Calls body(begin, end) for runs that together are 0 .. count, and returns when all have returned.
-// helpers: whose threads take part; nullptr: none. The body must not throw.
-template <class Body>
-void for_runs(const Services* helpers, size_t count, const Body& body) {
-    constexpr size_t kShortest = 1024;  // less is done before another thread has begun
-    const size_t runs =
-        helpers != nullptr ? std::clamp<size_t>(count / kShortest, 1, kMaxVertexThreads) : 1;
-    if (helpers == nullptr || runs == 1) {
-        body(size_t{0}, count);
-        return;
-    }
-    helpers->parallel_for(runs,
-                          [&](size_t run) { body(count * run / runs, count * (run + 1) / runs); });
+// For what a thread that has begun is doing: it may be kept from going on.
+template <class Condition>
+void wait_for(Condition condition) {
+    constexpr std::chrono::microseconds kSpin{100}, kSleep{50};
+    while (!spin_until(kSpin, condition)) std::this_thread::sleep_for(kSleep);
+}
+
+// Phases of a loop in which threads stay until it is done: a phase begins when that before it has
+// ended. Calls part(phase, 0 .. counts[phase] - 1), each once, and returns when all have returned.
+// A thread begins with the part that has its number, of whose vertices it may have something in
+// its cache. helpers: whose threads take part; nullptr: none. At most kMaxVertexThreads parts in a
+// phase; they must not throw.
+template <size_t kPhases, class Part>
+void for_phases(const Services* helpers, const std::array<size_t, kPhases>& counts,
+                const Part& part) {
+    struct Phase {
+        std::atomic<uint32_t> taken{0};  // bits of parts
+        std::atomic<size_t> done{0};
+    };
+    std::array<Phase, kPhases> phases;
+    const auto take_part = [&](size_t thread) {
+        for (size_t phase = 0; phase < kPhases; ++phase) {
+            const size_t count = counts[phase];
+            auto& [taken, done] = phases[phase];
+            for (size_t k = 0; k < count; ++k) {
+                const size_t i = (thread + k) % count;
+                const uint32_t bit = 1u << i;
+                if ((taken.fetch_or(bit) & bit) != 0) continue;
+                part(phase, i);
+                ++done;
+            }
+            if (phase + 1 < kPhases) wait_for([&] { return done == count; });
+        }
+    };
+    if (helpers != nullptr)
+        helpers->parallel_for(*std::max_element(counts.begin(), counts.end()), take_part);
+    else
+        take_part(0);
+}
+
+// Into how many parts that threads share vertices are cut: fewer are done before another has begun.
+inline size_t vertex_parts(const Services* helpers, size_t count) {
+    constexpr size_t kFewest = 1024;
+    return helpers != nullptr ? std::clamp<size_t>(count / kFewest, 1, kMaxVertexThreads) : 1;
 }
 
 // Runs of so many vertices, of which the last is shorter, are measured each by one thread. Their

@@ -2,13 +2,16 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <atomic>
 #include <vector>
 
 using defrec::for_each_task;
-using defrec::for_runs;
+using defrec::for_phases;
 using defrec::for_tasks_and_runs;
+using defrec::kMaxVertexThreads;
 using defrec::Services;
+using defrec::vertex_parts;
 
 namespace {
 
@@ -23,28 +26,34 @@ const Services& four_threads() {
 
 }  // namespace
 
-TEST_CASE("many vertices are several runs, few are one, and without helpers all are one") {
-    const auto runs = [](const Services* helpers, size_t count) {
-        std::atomic<int> calls{0};
-        for_runs(helpers, count, [&](size_t, size_t) { ++calls; });
-        return calls.load();
-    };
-    CHECK(runs(&four_threads(), 5000) == 4);
-    CHECK(runs(&four_threads(), 2500) == 2);
-    CHECK(runs(&four_threads(), 1500) == 1);
-    CHECK(runs(nullptr, 5000) == 1);
+TEST_CASE("many vertices are several parts, few are one, and without helpers all are one") {
+    CHECK(vertex_parts(&four_threads(), 50000) == kMaxVertexThreads);
+    CHECK(vertex_parts(&four_threads(), 2500) == 2);
+    CHECK(vertex_parts(&four_threads(), 1500) == 1);
+    CHECK(vertex_parts(&four_threads(), 0) == 1);
+    CHECK(vertex_parts(nullptr, 5000) == 1);
 }
 
-TEST_CASE("runs cover every vertex once, with and without helpers") {
+TEST_CASE("each part of each phase is done once, after all of the phase before") {
     for (const Services* helpers : {static_cast<const Services*>(nullptr), &four_threads()})
-        for (const size_t count : {0, 1, 1023, 1024, 2048, 4097, 50001}) {
-            std::vector<int> visits(count, 0);
-            for_runs(helpers, count, [&](size_t begin, size_t end) {
-                for (size_t i = begin; i < end; ++i) ++visits[i];
-            });
-            CAPTURE(count);
-            CHECK(visits == std::vector<int>(count, 1));
-        }
+        for (const std::array<size_t, 3>& counts :
+             {std::array<size_t, 3>{8, 3, 8}, {1, 3, 1}, {2, 0, 7}})
+            for (int round = 0; round < 200; ++round) {
+                std::atomic<size_t> visits[3][kMaxVertexThreads] = {};
+                std::atomic<size_t> done = 0;
+                std::atomic<bool> is_early = false;
+                for_phases(helpers, counts, [&](size_t phase, size_t part) {
+                    size_t before = 0;
+                    for (size_t i = 0; i < phase; ++i) before += counts[i];
+                    if (done < before) is_early = true;
+                    ++visits[phase][part];
+                    ++done;
+                });
+                CHECK_FALSE(is_early);
+                for (size_t phase = 0; phase < counts.size(); ++phase)
+                    for (size_t part = 0; part < kMaxVertexThreads; ++part)
+                        CHECK(visits[phase][part] == (part < counts[phase] ? 1 : 0));
+            }
 }
 
 TEST_CASE("each task and each run is done once, on one thread the tasks first") {
