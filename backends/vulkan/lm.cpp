@@ -224,7 +224,7 @@ class Lm final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device) {
-    const LmSplits splits = device.physical().software ? LmSplits{} : kDiscreteSplits;
+    const LmSplits splits = device.physical().software && !device.wide() ? LmSplits{} : kGpuSplits;
     return make_lm(params, device, splits);
 }
 

@@ -80,8 +80,8 @@ TEST_CASE("lm computes the same by one and by several invocations for each block
         fill_defaults(params);
         const Solved expected = solve(surface, make(params, {}));
         CHECK(expected.summary.final_cost < 0.5f * expected.summary.initial_cost);
-        for (const vulkan::LmSplits& splits :
-             {vulkan::LmSplits{4, 2, 4, 8}, vulkan::kDiscreteSplits}) {
+        for (const vulkan::LmSplits& splits : {vulkan::LmSplits{4, 2, 4, 8}, vulkan::kGpuSplits}) {
+            CAPTURE(splits.data);
             CAPTURE(splits.own);
             const Solved actual = solve(surface, make(params, splits));
             CHECK(actual.summary.final_cost ==

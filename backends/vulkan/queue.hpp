@@ -22,8 +22,8 @@ class Queue {
     Queue(const Queue&) = delete;
     Queue& operator=(const Queue&) = delete;
 
-    // Runs after everything before, but beside the recordings just before that are independent of
-    // it. It stays as it is until its work is done.
+    // Runs after everything before, but for the recordings just before, of which each of its
+    // operations waits only for what it depends on. It stays as it is until its work is done.
     void run(const Recording& recording);
     // src is read before it returns.
     void write(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size);

@@ -116,8 +116,8 @@ class JointRecording {
 
 // An operation sees what all before it wrote, those of earlier command buffers included. It depends
 // on those before it that write what it reads or writes, or read what it writes; but one recorded
-// with `beside` not on the operation just before it, nor on those that this one is beside: what
-// they write of a buffer lies apart.
+// with `beside` not on the operation just before it, nor on those that this one is beside: none may
+// read or write the part of a buffer that another writes.
 class Recorder {
   public:
     explicit Recorder(Recording& recording) : recording_(recording) {}
@@ -149,8 +149,8 @@ class Recorder {
         operation.reads.push_back(counts.serial());
     }
 
-    // Memory of this recording alone: with it a stage's recordings for other buffers are
-    // independent of this one.
+    // Memory of this recording alone: with it a stage's recordings for other buffers need
+    // not wait for this one.
     const Buffer& scratch(uint64_t size) {
         return recording_.scratch_.emplace_back(recording_.device_, size);
     }

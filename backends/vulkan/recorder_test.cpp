@@ -91,7 +91,8 @@ TEST_CASE("an operation waits for those that it depends on, and for no other") {
 TEST_CASE("what is recorded beside an operation does not wait for it, what follows does") {
     if (!under_test::available()) return;
     Device& device = under_test::device();
-    const Buffer a(device, sizeof(Words)), b(device, sizeof(Words)), c(device, sizeof(Words));
+    const Buffer a(device, sizeof(Words)), b(device, sizeof(Words)), c(device, sizeof(Words)),
+        d(device, sizeof(Words)), e(device, sizeof(Words));
     struct {
         int32_t width = 4, height = 4, unused[8] = {};
     } push;
@@ -101,13 +102,40 @@ TEST_CASE("what is recorded beside an operation does not wait for it, what follo
         recorder.beside(kernel, {c, b}, push, {1, 1});
     });
     CHECK(two->rounds() == 1);
+    const auto three = record(device, [&](Recorder& recorder) {
+        recorder.dispatch(kernel, {a, b}, push, {1, 1});
+        recorder.beside(kernel, {c, b}, push, {1, 1});
+        recorder.beside(kernel, {d, b}, push, {1, 1});
+    });
+    CHECK(three->rounds() == 1);
     const auto followed = record(device, [&](Recorder& recorder) {
         recorder.dispatch(kernel, {a, b}, push, {1, 1});
-        recorder.dispatch(kernel, {b, c}, push, {1, 1});
-        recorder.beside(kernel, {a, c}, push, {1, 1});  // could run beside the first
-        recorder.dispatch(kernel, {c, a}, push, {1, 1});
+        recorder.beside(kernel, {c, d}, push, {1, 1});
+        recorder.dispatch(kernel, {d, e}, push, {1, 1});
     });
-    CHECK(followed->rounds() == 3);
+    CHECK(followed->rounds() == 2);
+    const auto waiting = record(device, [&](Recorder& recorder) {
+        recorder.dispatch(kernel, {a, b}, push, {1, 1});
+        recorder.dispatch(kernel, {c, d}, push, {1, 1});
+        recorder.beside(kernel, {b, e}, push, {1, 1});  // for the first
+    });
+    CHECK(waiting->rounds() == 2);
+}
+
+TEST_CASE("a dispatch waits for its counts, and they are kept until it has begun") {
+    if (!under_test::available()) return;
+    Device& device = under_test::device();
+    const Buffer a(device, sizeof(Words)), b(device, sizeof(Words)), counts(device, sizeof(Words));
+    struct {
+        int32_t width = 4, height = 4, unused[8] = {};
+    } push;
+    const auto kernel = device.kernel(shaders::rectify_mask);
+    const auto counted = record(device, [&](Recorder& recorder) {
+        recorder.fill(counts, 1);
+        recorder.dispatch_indirect(kernel, {a, b}, push, counts);
+        recorder.fill(counts, 0);
+    });
+    CHECK(counted->rounds() == 3);
 }
 
 TEST_CASE("independent recordings share a command buffer as long as all of them are there") {

@@ -16,7 +16,7 @@ namespace defrec {
 
 constexpr size_t kMaxVertexThreads = 8;  // each that is woken costs the caller a system call
 
-// For what a thread that has begun is doing: it may be kept from going on.
+// Waits for what another thread has begun to do, which may be kept from going on.
 template <class Condition>
 void wait_for(Condition condition) {
     constexpr std::chrono::microseconds kSpin{100}, kSleep{50};
@@ -39,15 +39,15 @@ void for_phases(const Services* helpers, const std::array<size_t, kPhases>& coun
     const auto take_part = [&](size_t thread) {
         for (size_t phase = 0; phase < kPhases; ++phase) {
             const size_t count = counts[phase];
-            auto& [taken, done] = phases[phase];
+            Phase& now = phases[phase];
             for (size_t k = 0; k < count; ++k) {
                 const size_t i = (thread + k) % count;
                 const uint32_t bit = 1u << i;
-                if ((taken.fetch_or(bit) & bit) != 0) continue;
+                if ((now.taken.fetch_or(bit) & bit) != 0) continue;
                 part(phase, i);
-                ++done;
+                ++now.done;
             }
-            if (phase + 1 < kPhases) wait_for([&] { return done == count; });
+            if (phase + 1 < kPhases) wait_for([&] { return now.done == count; });
         }
     };
     if (helpers != nullptr)

@@ -23,10 +23,11 @@ void share_moves(uint me) {
 }
 
 void share_sums(uint me) {
-    for (uint kind = 0; kind < (run.evaluation == 0 ? kEdges : kTerms); ++kind) {
-        const uint first = groups_before(kind);
+    for (uint kind = 0; kind < kTerms; ++kind) {
+        const bool left = kind != kEdges || run.evaluation > 0;
+        const uint first = groups_before(kind), groups = left ? groups_of(kind) : 0;
         LmTerm sum = kNoTerm;
-        for (uint i = me; i < groups_of(kind); i += kClassifies) sum = plus(sum, terms[first + i]);
+        for (uint i = me; i < groups; i += kClassifies) sum = plus(sum, terms[first + i]);
         term_shares[kind][me] = sum;
     }
     share_moves(me);

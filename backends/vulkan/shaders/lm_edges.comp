@@ -22,10 +22,10 @@ layout(std430, set = 0, binding = 6) readonly buffer States { LmState states[2];
 
 const float kMinLength = 1e-3;
 
-shared vec2 shares[kResidualGroup];
+shared float shares[kResidualGroup];
 
-// The sum over the work group, to all of it.
-vec2 sum_over_group(vec2 own, uint me) {
+// The sum over the work group, to the first of it.
+float sum_over_group(float own, uint me) {
     const uint parts = kResidualGroup / kEighths;
     shares[me] = own;
     barrier();
@@ -34,17 +34,9 @@ vec2 sum_over_group(vec2 own, uint me) {
         shares[me] = own;
     }
     barrier();
-    vec2 sum = vec2(0);
-    for (uint i = 0; i < parts; ++i) sum += shares[i];
-    barrier();
-    return sum;
-}
-
-// To the whole work group.
-float usual_of_all(uint me) {
-    vec2 sum = vec2(0);
-    for (uint i = me; i < run.data_groups; i += kResidualGroup) sum += data_sums(i).xy;
-    return usual_weight(sum_over_group(sum, me));
+    if (me == 0)
+        for (uint i = 1; i < parts; ++i) own += shares[i];
+    return own;
 }
 
 // Keeps what the blocks need, and returns the cost if S were 1.
@@ -68,7 +60,12 @@ float evaluate(uint i, RestEdge edge) {
 }
 
 void main() {
-    if (run.evaluation > 0 && stopped(states[(run.evaluation - 1) & 1])) return;
+    float usual = 0.0;
+    if (run.evaluation > 0) {
+        const LmState before = states[(run.evaluation - 1) & 1];
+        if (stopped(before)) return;
+        usual = before.usual;
+    }
     const uint me = gl_LocalInvocationIndex, i = gl_GlobalInvocationID.x;
     const bool exists = i < run.edges;
     RestEdge edge;
@@ -81,8 +78,7 @@ void main() {
         if (exists) edge_costs[i] = edge.share * cost;
         return;
     }
-    const float usual = usual_of_all(me);
     if (exists) cost *= edge_scale(edge.share, data[edge.a], data[edge.b], usual);
-    cost = sum_over_group(vec2(cost, 0), me).x;
+    cost = sum_over_group(cost, me);
     if (me == 0) terms[groups_before(kEdges) + gl_WorkGroupID.x] = LmTerm(cost, 0, 0, 0, 0);
 }

@@ -54,6 +54,7 @@ struct LmState {
     float initial_cost, lambda;
     int iterations;
     uint any_step, refused, converged, failed;  // refused: the last step
+    float usual;                                // lm_weights.glsl
 };
 
 // The farthest any control point of a work group moved, and whether a step was not finite.

@@ -33,7 +33,6 @@ layout(std430, set = 0, binding = 15) readonly buffer Data { float data[]; };
 
 const float kMinDiagonal = 1e-6;
 const uint kColumns = kBlockVectors + 2;  // of a block, and its control point's gradient
-const uint kParts = kSplit < 16 ? 1 : 4;  // in which the shares of a column are added up
 
 // A block's quarters, the first and the third transposed, and half the gradient.
 struct Sums {
@@ -181,17 +180,9 @@ void damp(uint i, uint place, uint first) {
 // Puts together what the invocations that share a block have of it, to the first of them.
 void add_shares_of_block(uint split, uint first) {
     const uint columns = kDiagonal ? kColumns : kBlockVectors;
-    for (uint u = split; u < columns * kParts; u += kSplit) {
-        const uint c = u / kParts, part = first + u % kParts;
-        vec3 sum = shares[c][part];
-        for (uint s = kParts; s < kSplit; s += kParts) sum += shares[c][part + s];
-        shares[c][part] = sum;
-    }
-    if (kParts == 1) return;
-    barrier();
     for (uint c = split; c < columns; c += kSplit) {
         vec3 sum = shares[c][first];
-        for (uint part = 1; part < kParts; ++part) sum += shares[c][first + part];
+        for (uint s = 1; s < kSplit; ++s) sum += shares[c][first + s];
         shares[c][first] = sum;
     }
 }
@@ -200,6 +191,10 @@ void share_data_sums(uint me) {
     vec4 sum = vec4(0);
     for (uint i = me; i < run.data_groups; i += kBlockGroup) sum += data_sums(i);
     data_shares[me] = sum;
+    barrier();
+    if (me < kEighths)
+        for (uint k = kEighths; k < kBlockGroup; k += kEighths)
+            data_shares[me] += data_shares[me + k];
 }
 
 void main() {
@@ -212,11 +207,7 @@ void main() {
         return;
     }
     share_sums(me);
-    share_data_sums(me);
-    barrier();
-    if (me < kEighths)
-        for (uint k = kEighths; k < kBlockGroup; k += kEighths)
-            data_shares[me] += data_shares[me + k];
+    if (run.evaluation == 0) share_data_sums(me);
     // Before it is known whether they are wanted, which they mostly are.
     LmBlock block;
     Sums sums = Sums(mat3(0.0), mat3(0.0), mat3(0.0), mat3(0.0), vec3(0), vec3(0));
@@ -224,16 +215,25 @@ void main() {
         block = blocks[b];
         add_items(block, split, sums);
     }
-    barrier();
-    vec4 of_all = data_shares[0];
-    for (uint k = 1; k < kEighths; ++k) of_all += data_shares[k];
-    const float usual = usual_weight(of_all.xy);
+    float usual, first_arap = 0.0;
+    if (run.evaluation == 0) {
+        barrier();
+        vec4 of_all = data_shares[0];
+        for (uint k = 1; k < kEighths; ++k) of_all += data_shares[k];
+        usual = usual_weight(of_all.xy);
+        first_arap = of_all.z + usual * of_all.w;
+    } else {
+        usual = states[(run.evaluation - 1) & 1].usual;
+    }
     if (exists) {
         add_edges(block, split, usual, sums);
         share(sums, me);
     }
-    classify(me, of_all.z + usual * of_all.w);
-    if (keeps_state) states[run.evaluation & 1] = now;
+    classify(me, first_arap);
+    if (keeps_state) {
+        now.usual = usual;
+        states[run.evaluation & 1] = now;
+    }
     if (kDiagonal && accepted && exists && split == 0)
         for (uint v = 0; v < kNodeVectors; ++v)
             present[kNodeVectors * b + v] = trial[kNodeVectors * b + v];

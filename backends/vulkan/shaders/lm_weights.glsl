@@ -1,8 +1,9 @@
 // S of the edges, from what lm_data.comp leaves of the weight of the data: D_i of each control
 // point, then four sums of each of its work groups. Needs lm.glsl and a buffer `data`.
 
-// Sums over control points: D_i; D_i^2; D_i / 4 and 1 / 4 times the cost of its edges at the start
-// as it were with S their share. With U, the usual weight, the edges cost z + U w.
+// x: of D_i; y: of its square; z: of D_i E_i / 4; w: of E_i / 4, with E_i the cost that the edges
+// of control point i have at the start with their share for S. With U, the usual weight, all edges
+// cost z + U w.
 vec4 data_sums(uint group) {
     const uint at = push.nodes + 4 * group;
     return vec4(data[at], data[at + 1], data[at + 2], data[at + 3]);
