@@ -9,9 +9,9 @@ namespace defrec::vulkan {
 struct LmSplits {
     uint32_t data = 1, own = 1, above = 1, row = 1;
 };
-// Several hide the latency of a GPU: a control point's own block typically has 32
-// terms, one above the diagonal ten, a row nine blocks. More would find little to do, and take the
-// place of other trackers' work.
+// Several hide the latency of a GPU: a control point's own block typically has 32 terms, one above
+// the diagonal ten, a row nine blocks. More would find little to do, and take the place of other
+// trackers' work.
 constexpr LmSplits kGpuSplits{.data = 16, .own = 8, .above = 2, .row = 16};
 
 std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device,

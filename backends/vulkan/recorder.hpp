@@ -149,8 +149,8 @@ class Recorder {
         operation.reads.push_back(counts.serial());
     }
 
-    // Memory of this recording alone: with it a stage's recordings for other buffers need
-    // not wait for this one.
+    // Memory of this recording alone: with it a stage's recordings for other buffers need not
+    // wait for this one.
     const Buffer& scratch(uint64_t size) {
         return recording_.scratch_.emplace_back(recording_.device_, size);
     }

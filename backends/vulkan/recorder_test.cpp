@@ -20,15 +20,23 @@ namespace {
 
 using Words = std::array<uint32_t, 4>;
 
+constexpr struct {
+    int32_t width = 4, height = 4, unused[8] = {};
+} kRows;  // that rectify_mask is given
+
+std::shared_ptr<const Kernel> rows_kernel() {
+    return under_test::device().kernel(shaders::rectify_mask);
+}
+Buffer words(Device& device) { return Buffer(device, sizeof(Words)); }
+
 void add_copy(Recorder& recorder, const Buffer& from, const Buffer& to) {
     recorder.copy(from, to, sizeof(Words));
 }
 void add_rows(Recorder& recorder, const Buffer& state, const Buffer& next) {
-    struct {
-        int32_t width = 4, height = 4, unused[8] = {};
-    } push;
-    recorder.dispatch(under_test::device().kernel(shaders::rectify_mask), {state, next}, push,
-                      {1, 1});
+    recorder.dispatch(rows_kernel(), {state, next}, kRows, {1, 1});
+}
+void add_rows_beside(Recorder& recorder, const Buffer& state, const Buffer& next) {
+    recorder.beside(rows_kernel(), {state, next}, kRows, {1, 1});
 }
 template <class Record>
 std::unique_ptr<Recording> record(Device& device, Record&& add) {
@@ -53,8 +61,8 @@ Words read_back(Queue& queue, const Buffer& buffer) {
 TEST_CASE("an operation waits for those that it depends on, and for no other") {
     if (!under_test::available()) return;
     Device& device = under_test::device();
-    const Buffer a(device, sizeof(Words)), b(device, sizeof(Words)), c(device, sizeof(Words)),
-        d(device, sizeof(Words)), e(device, sizeof(Words));
+    const Buffer a = words(device), b = words(device), c = words(device), d = words(device),
+                 e = words(device);
     // Of one recording, and of one for each of them.
     const auto rounds = [&](const std::vector<std::function<void(Recorder&)>>& operations) {
         const auto whole = record(device, [&](Recorder& recorder) {
@@ -91,48 +99,37 @@ TEST_CASE("an operation waits for those that it depends on, and for no other") {
 TEST_CASE("what is recorded beside an operation does not wait for it, what follows does") {
     if (!under_test::available()) return;
     Device& device = under_test::device();
-    const Buffer a(device, sizeof(Words)), b(device, sizeof(Words)), c(device, sizeof(Words)),
-        d(device, sizeof(Words)), e(device, sizeof(Words));
-    struct {
-        int32_t width = 4, height = 4, unused[8] = {};
-    } push;
-    const auto kernel = device.kernel(shaders::rectify_mask);
-    const auto two = record(device, [&](Recorder& recorder) {
-        recorder.dispatch(kernel, {a, b}, push, {1, 1});
-        recorder.beside(kernel, {c, b}, push, {1, 1});
-    });
-    CHECK(two->rounds() == 1);
-    const auto three = record(device, [&](Recorder& recorder) {
-        recorder.dispatch(kernel, {a, b}, push, {1, 1});
-        recorder.beside(kernel, {c, b}, push, {1, 1});
-        recorder.beside(kernel, {d, b}, push, {1, 1});
-    });
-    CHECK(three->rounds() == 1);
-    const auto followed = record(device, [&](Recorder& recorder) {
-        recorder.dispatch(kernel, {a, b}, push, {1, 1});
-        recorder.beside(kernel, {c, d}, push, {1, 1});
-        recorder.dispatch(kernel, {d, e}, push, {1, 1});
-    });
-    CHECK(followed->rounds() == 2);
-    const auto waiting = record(device, [&](Recorder& recorder) {
-        recorder.dispatch(kernel, {a, b}, push, {1, 1});
-        recorder.dispatch(kernel, {c, d}, push, {1, 1});
-        recorder.beside(kernel, {b, e}, push, {1, 1});  // for the first
-    });
-    CHECK(waiting->rounds() == 2);
+    const Buffer a = words(device), b = words(device), c = words(device), d = words(device),
+                 e = words(device);
+    const auto rounds = [&](auto&& add) { return record(device, add)->rounds(); };
+    CHECK(rounds([&](Recorder& recorder) {
+              add_rows(recorder, a, b);
+              add_rows_beside(recorder, c, b);
+          }) == 1);
+    CHECK(rounds([&](Recorder& recorder) {
+              add_rows(recorder, a, b);
+              add_rows_beside(recorder, c, b);
+              add_rows_beside(recorder, d, b);
+          }) == 1);
+    CHECK(rounds([&](Recorder& recorder) {
+              add_rows(recorder, a, b);
+              add_rows_beside(recorder, c, d);
+              add_rows(recorder, d, e);
+          }) == 2);
+    CHECK(rounds([&](Recorder& recorder) {
+              add_rows(recorder, a, b);
+              add_rows(recorder, c, d);
+              add_rows_beside(recorder, b, e);  // for the first
+          }) == 2);
 }
 
 TEST_CASE("a dispatch waits for its counts, and they are kept until it has begun") {
     if (!under_test::available()) return;
     Device& device = under_test::device();
-    const Buffer a(device, sizeof(Words)), b(device, sizeof(Words)), counts(device, sizeof(Words));
-    struct {
-        int32_t width = 4, height = 4, unused[8] = {};
-    } push;
-    const auto kernel = device.kernel(shaders::rectify_mask);
+    const Buffer a = words(device), b = words(device), counts = words(device);
     const auto counted = record(device, [&](Recorder& recorder) {
         recorder.fill(counts, 1);
-        recorder.dispatch_indirect(kernel, {a, b}, push, counts);
+        recorder.dispatch_indirect(rows_kernel(), {a, b}, kRows, counts);
         recorder.fill(counts, 0);
     });
     CHECK(counted->rounds() == 3);
@@ -144,7 +141,7 @@ TEST_CASE("independent recordings share a command buffer as long as all of them 
     const Words one{1, 2, 3, 4}, other{5, 6, 7, 8};
     const Buffer a = device.upload(one.data(), sizeof one),
                  b = device.upload(other.data(), sizeof other);
-    const Buffer c(device, sizeof(Words)), d(device, sizeof(Words)), e(device, sizeof(Words));
+    const Buffer c = words(device), d = words(device), e = words(device);
     auto a_to_c = record_copy(device, a, c), b_to_d = record_copy(device, b, d),
          c_to_e = record_copy(device, c, e);
     const VkCommandBuffer joint = device.joint({a_to_c.get(), b_to_d.get()});

@@ -23,11 +23,20 @@ void wait_for(Condition condition) {
     while (!spin_until(kSpin, condition)) std::this_thread::sleep_for(kSleep);
 }
 
+// Calls take_part(0 .. threads - 1), each once, and returns when all have returned. helpers: whose
+// threads take part; nullptr: none, and the caller alone is thread 0.
+template <class TakePart>
+void on_threads(const Services* helpers, size_t threads, const TakePart& take_part) {
+    if (helpers != nullptr)
+        helpers->parallel_for(threads, take_part);
+    else
+        take_part(0);
+}
+
 // Phases of a loop in which threads stay until it is done: a phase begins when that before it has
 // ended. Calls part(phase, 0 .. counts[phase] - 1), each once, and returns when all have returned.
 // A thread begins with the part that has its number, of whose vertices it may have something in
-// its cache. helpers: whose threads take part; nullptr: none. At most kMaxVertexThreads parts in a
-// phase; they must not throw.
+// its cache. At most kMaxVertexThreads parts in a phase; they must not throw.
 template <size_t kPhases, class Part>
 void for_phases(const Services* helpers, const std::array<size_t, kPhases>& counts,
                 const Part& part) {
@@ -50,13 +59,11 @@ void for_phases(const Services* helpers, const std::array<size_t, kPhases>& coun
             if (phase + 1 < kPhases) wait_for([&] { return now.done == count; });
         }
     };
-    if (helpers != nullptr)
-        helpers->parallel_for(*std::max_element(counts.begin(), counts.end()), take_part);
-    else
-        take_part(0);
+    on_threads(helpers, *std::max_element(counts.begin(), counts.end()), take_part);
 }
 
-// Into how many parts that threads share vertices are cut: fewer are done before another has begun.
+// How many parts of so many vertices threads share: smaller ones are done before another thread has
+// begun.
 inline size_t vertex_parts(const Services* helpers, size_t count) {
     constexpr size_t kFewest = 1024;
     return helpers != nullptr ? std::clamp<size_t>(count / kFewest, 1, kMaxVertexThreads) : 1;
@@ -86,10 +93,7 @@ void for_tasks_and_runs(const Services* helpers, size_t tasks, const Task& task,
         for (size_t i = next++; i < tasks; i = next++) task(i);
         for (size_t i = runs * thread / threads; i < runs * (thread + 1) / threads; ++i) run(i);
     };
-    if (helpers != nullptr)
-        helpers->parallel_for(threads, take_part);
-    else
-        take_part(0);
+    on_threads(helpers, threads, take_part);
 }
 
 // Tasks alone.
