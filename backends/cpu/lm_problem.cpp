@@ -59,7 +59,7 @@ LmSums LmProblem::begin(std::span<const NodePose<double>> nodes) {
         weigh_edges(i);
         sum_arap(i, true);
     });
-    host_.parallel_for(workspace_.cut.parts.size(), [this](size_t i) { assemble(i); });
+    host_.parallel_for(workspace_.parts.size(), [this](size_t i) { assemble(i); });
     accept();
     return total();
 }
@@ -73,8 +73,7 @@ LmSums LmProblem::evaluate(std::span<const NodePose<double>> nodes, bool lineari
         else
             sum_surface(i - pieces, linearise);
     });
-    if (linearise)
-        host_.parallel_for(workspace_.cut.parts.size(), [this](size_t i) { assemble(i); });
+    if (linearise) host_.parallel_for(workspace_.parts.size(), [this](size_t i) { assemble(i); });
     return total();
 }
 
@@ -167,7 +166,7 @@ void LmProblem::weigh_edges(size_t piece) {
 
 // Edges first, piece by piece, then the groups in their order.
 void LmProblem::assemble(size_t part) {
-    const size_t first = workspace_.cut.parts[part].first, last = workspace_.cut.parts[part].last;
+    const size_t first = workspace_.parts[part].first, last = workspace_.parts[part].last;
     const auto here = std::lower_bound(unconnected_.begin(), unconnected_.end(),
                                        pattern_.start[first]),
                end = std::lower_bound(here, unconnected_.end(), pattern_.start[last]);

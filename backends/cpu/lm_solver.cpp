@@ -2,6 +2,7 @@
 // all of them by conjugate gradients that those blocks precondition. The rows are cut into parts by
 // the pattern alone; each is one thread's at a time, and sums are added in the order of the parts.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -40,10 +41,12 @@ HWY_INLINE void add_scaled(float s, const float* x, float* y, size_t count) {
     for (size_t i = 0; i < count; i += hn::Lanes(d))
         hn::Store(hn::MulAdd(factor, hn::Load(d, x + i), hn::Load(d, y + i)), d, y + i);
 }
-HWY_INLINE void add(const float* x, float* y, size_t count) {
+// y = x + s y
+HWY_INLINE void add_to_scaled(const float* x, float s, float* y, size_t count) {
     const D d;
+    const V factor = hn::Set(d, s);
     for (size_t i = 0; i < count; i += hn::Lanes(d))
-        hn::Store(hn::Add(hn::Load(d, x + i), hn::Load(d, y + i)), d, y + i);
+        hn::Store(hn::MulAdd(factor, hn::Load(d, y + i), hn::Load(d, x + i)), d, y + i);
 }
 
 // A block in registers.
@@ -66,59 +69,41 @@ HWY_INLINE Block multiply_add(const Block& a, const Block& b, const Block& c) {
     return sum;
 }
 
-// Eight numbers of which the first six are a row's; what lies beyond is overwritten, or padding.
-HWY_INLINE void store_eight(const float* from, float* to) {
-    const D d;
-    for (size_t i = 0; i < 8; i += hn::Lanes(d)) hn::StoreU(hn::LoadU(d, from + i), d, to + i);
-}
 HWY_INLINE Block multiply(const Block& a, const Block& b) {
     Block product;
     for (size_t i = 0; i < Block::kParts; ++i) product.part[i] = hn::Mul(a.part[i], b.part[i]);
     return product;
 }
 
-// Each of a row's six numbers down a column of a block.
-HWY_INLINE void spread(const float* x, float* block) {
-    const D d;
-    for (size_t c = 0; c < 6; ++c)
-        for (size_t i = 0; i < 8; i += hn::Lanes(d))
-            hn::StoreU(hn::Set(d, x[c]), d, block + 6 * c + i);
-}
-// The six numbers as every column. twice: them, and them again.
-HWY_INLINE Block repeat(const float* twice) {
-    Block b;
-    for (size_t i = 0; i < Block::kParts; ++i)
-        b.part[i] = hn::LoadU(D(), twice + i * hn::Lanes(D()) % 6);
-    return b;
-}
-// Sums over the columns of a block, and over its rows.
-HWY_INLINE void add_columns(const float* block, float* six) {
-    for (size_t r = 0; r < 6; ++r)
-        six[r] = ((block[r] + block[6 + r]) + (block[12 + r] + block[18 + r])) +
-                 (block[24 + r] + block[30 + r]);
-}
-HWY_INLINE void add_rows(const float* block, float* six) {
+// Sums over the columns of a block, or with factors of them: six numbers. What is behind them may
+// be another thread's.
+template <class Factor>
+HWY_INLINE void add_columns(const float* block, Factor factor, float* six) {
+    const hn::FixedTag<float, 4> d4;
+    const hn::FixedTag<float, 2> d2;
+    auto low = hn::Zero(d4), high = low;
     for (size_t c = 0; c < 6; ++c) {
-        const float* t = block + 6 * c;
-        six[c] = ((t[0] + t[1]) + (t[2] + t[3])) + (t[4] + t[5]);
+        low = hn::MulAdd(hn::LoadU(d4, block + 6 * c), factor(c), low);
+        high = hn::MulAdd(hn::LoadU(d4, block + 6 * c + 4), factor(c), high);
     }
+    hn::StoreU(low, d4, six);
+    hn::StoreU(hn::LowerHalf(d2, high), d2, six + 4);
 }
 
-// residual -> conditioned by the inverse diagonal.
+// residual -> conditioned by the inverse diagonal, and the same down the columns of blocks.
 HWY_INLINE void precondition(LmWorkspace& work, const LmPart& part) {
+    const D d;
     const hn::FixedTag<float, 4> d4;
     for (size_t i = part.first; i < part.last; ++i) {
-        const float* m = &work.inverse[i * kBlockFloats];
         const float* x = &work.residual[6 * i];
-        auto low = hn::Zero(d4), high = low;
-        for (size_t c = 0; c < 6; ++c) {
-            const auto factor = hn::Set(d4, x[c]);
-            low = hn::MulAdd(hn::LoadU(d4, m + 6 * c), factor, low);
-            high = hn::MulAdd(hn::LoadU(d4, m + 6 * c + 4), factor, high);
-        }
-        hn::StoreU(low, d4, &work.conditioned[6 * i]);
-        const hn::FixedTag<float, 2> d2;  // the next row may be another thread's
-        hn::StoreU(hn::LowerHalf(d2, high), d2, &work.conditioned[6 * i + 4]);
+        float* six = &work.conditioned[6 * i];
+        add_columns(
+            &work.inverse[i * kBlockFloats], [&](size_t c) { return hn::Set(d4, x[c]); }, six);
+        // Behind a column the next one is written after it.
+        float* block = &work.spread[i * kBlockFloats];
+        for (size_t c = 0; c < 6; ++c)
+            for (size_t k = 0; k < 8; k += hn::Lanes(d))
+                hn::StoreU(hn::Set(d, six[c]), d, block + 6 * c + k);
     }
 }
 
@@ -185,100 +170,99 @@ void invert_diagonal(LmWorkspace& work, const LmPart& part) {
     }
 }
 
+using D2 = hn::FixedTag<float, 2>;
+using D4 = hn::FixedTag<float, 4>;
+using V4 = hn::Vec<D4>;
+
+// Of four columns the first and the second two entries of each, as rows.
+HWY_INLINE void store_rows(V4 a, V4 b, V4 c, V4 d, float* first, float* second) {
+    const auto ab = hn::InterleaveLower(D4(), a, b), cd = hn::InterleaveLower(D4(), c, d);
+    hn::StoreU(hn::ConcatLowerLower(D4(), cd, ab), D4(), first);
+    hn::StoreU(hn::ConcatUpperUpper(D4(), cd, ab), D4(), second);
+}
+HWY_INLINE void store_rows(V4 a, V4 b, float* first, float* second) {
+    const auto ab = hn::InterleaveLower(D4(), a, b);
+    hn::StoreU(hn::LowerHalf(D2(), ab), D2(), first);
+    hn::StoreU(hn::UpperHalf(D2(), ab), D2(), second);
+}
+// Of a block, whose columns have six entries; two more are loaded behind the last one.
+HWY_INLINE void transpose(const float* from, float* to) {
+    for (size_t r = 0; r < 6; r += 2) {
+        V4 column[6];  // two entries
+        for (size_t c = 0; c < 6; ++c) column[c] = hn::LoadU(D4(), from + 6 * c + r);
+        store_rows(column[0], column[1], column[2], column[3], to + 6 * r, to + 6 * r + 6);
+        store_rows(column[4], column[5], to + 6 * r + 4, to + 6 * r + 10);
+    }
+}
+
+// The blocks above the diagonal, of a part's rows.
+void transpose(const SolveTask& task, const LmPart& part) {
+    const UpperPattern& upper = task.workspace->upper;
+    for (size_t b = upper.start[part.first]; b < upper.start[part.last]; ++b)
+        transpose(&task.system->lower[upper.transposed[b] * kBlockFloats],
+                  &task.workspace->above[b * kBlockFloats]);
+}
+
 // Conditions a part of the system, and starts from x = 0. Returns the part's share of residual
 // times conditioned residual.
 double Start(const SolveTask& task, size_t index) {
     LmWorkspace& work = *task.workspace;
-    const LmPart& part = work.cut.parts[index];
+    const LmPart& part = work.parts[index];
     damp(task, part);
     invert_diagonal(work, part);
+    if (task.iterations > 0) transpose(task, part);
     for (size_t i = 6 * part.first; i < 6 * part.last; ++i)
         work.residual[i] = -task.system->gradient[i];
     precondition(work, part);
     const size_t first = part.first_number(), last = part.last_number();
-    std::fill(work.x.data() + first, work.x.data() + last, 0.0f);
-    for (auto& direction : work.direction)
-        std::fill(direction.data() + first, direction.data() + last, 0.0f);
+    for (auto* vector : {&work.x, &work.direction, &work.image})
+        std::fill(vector->data() + first, vector->data() + last, 0.0f);
     return product(work.residual.data(), work.conditioned.data(), first, last);
 }
 
-// direction = conditioned + beta direction, and the matrix times it, as far as a part's rows of the
-// lower half give it: for the rows themselves, and, by the transposed blocks, for rows before them.
-// Entry by entry a block multiplies its column's direction, spread, for its own row's result, and
-// its row's direction, repeated, for the result of the row that its transpose stands in; the
-// entries are added up in the end. Returns the part's share of direction times product.
-double Multiply(const SolveTask& task, size_t index, float beta, size_t old) {
-    const D d;
+// direction = conditioned + beta direction, and its image by the matrix likewise, in a part's rows.
+// Entry by entry a block multiplies its column's numbers, spread; entries are added up in the end.
+// Returns the part's share of direction times image.
+double Multiply(const SolveTask& task, size_t index, float beta) {
     LmWorkspace& work = *task.workspace;
-    const LmPart& part = work.cut.parts[index];
-    const LowerPattern& pattern = *task.pattern;
-    const size_t before = kStripRows * part.strips(), own = 6 * before;
-    float* direction = &work.part_direction[part.offset * 6];
-    float* spreads = &work.spread[part.offset * kBlockFloats];
-    float* transposed = &work.transposed[part.offset * kBlockFloats];
-    float* direct = &work.direct[part.first * kBlockFloats];
-    float* twice = &work.twice[part.first * 16];
-    float* result = &work.part_product[part.offset * 6];
-
-    const size_t rows = part.last - part.first, places = before + rows,
-                 own_numbers = part.last_number() - part.first_number();
-    const auto take_direction = [&](size_t from, size_t count, float* to) {
-        const V factor = hn::Set(d, beta);
-        for (size_t i = 0; i < count; i += hn::Lanes(d))
-            hn::Store(hn::MulAdd(factor, hn::Load(d, &work.direction[old][from + i]),
-                                 hn::Load(d, &work.conditioned[from + i])),
-                      d, to + i);
+    const LmPart& part = work.parts[index];
+    const auto add_blocks = [&work](const float* blocks, const int32_t* columns, size_t first,
+                                    size_t last, Block sum) HWY_ATTR {
+        for (size_t b = first; b < last; ++b)
+            sum = multiply_add(load(blocks + b * kBlockFloats),
+                               load(&work.spread[size_t(columns[b]) * kBlockFloats]), sum);
+        return sum;
     };
-    for (size_t s = 0; s < part.strips(); ++s)
-        take_direction(6 * size_t(work.cut.strips[part.first_strip + s]), kStripNumbers,
-                       direction + s * kStripNumbers);
-    take_direction(part.first_number(), own_numbers, direction + own);
-    std::copy_n(direction + own, own_numbers, &work.direction[1 - old][part.first_number()]);
-    for (size_t j = 0; j < places; ++j) spread(direction + 6 * j, spreads + j * kBlockFloats);
-    for (size_t i = 0; i < rows; ++i) {
-        store_eight(direction + own + 6 * i, twice + 16 * i);
-        store_eight(direction + own + 6 * i, twice + 16 * i + 6);
-    }
-    std::fill(transposed, transposed + places * kBlockFloats, 0.0f);
+    const LowerPattern& lower = *task.pattern;
+    const UpperPattern& upper = work.upper;
     for (size_t i = part.first; i < part.last; ++i) {
-        const Block across = repeat(twice + 16 * (i - part.first));
-        Block sum = multiply(load(&work.damped[i * kBlockFloats]),
-                             load(spreads + (before + i - part.first) * kBlockFloats));
-        for (size_t b = pattern.start[i]; b < pattern.start[i + 1]; ++b) {
-            const size_t j = size_t(work.cut.places[b]) * kBlockFloats;
-            const Block block = load(&task.system->lower[b * kBlockFloats]);
-            sum = multiply_add(block, load(spreads + j), sum);
-            store(multiply_add(block, across, load(transposed + j)), transposed + j);
-        }
-        store(sum, direct + (i - part.first) * kBlockFloats);
+        Block sum =
+            multiply(load(&work.damped[i * kBlockFloats]), load(&work.spread[i * kBlockFloats]));
+        sum = add_blocks(task.system->lower.data(), lower.column.data(), lower.start[i],
+                         lower.start[i + 1], sum);
+        sum = add_blocks(work.above.data(), upper.column.data(), upper.start[i], upper.start[i + 1],
+                         sum);
+        store(sum, &work.products[i * kBlockFloats]);
     }
-    for (size_t j = 0; j < places; ++j) add_rows(transposed + j * kBlockFloats, result + 6 * j);
-    for (size_t i = 0; i < rows; ++i) {
-        float six[6];
-        add_columns(direct + i * kBlockFloats, six);
-        for (size_t r = 0; r < 6; ++r) result[own + 6 * i + r] += six[r];
-    }
-    return product(direction, result, 0, own + own_numbers);
+    const auto one = hn::Set(hn::FixedTag<float, 4>(), 1.0f);
+    for (size_t i = part.first; i < part.last; ++i)
+        add_columns(
+            &work.products[i * kBlockFloats], [one](size_t) { return one; },
+            &work.conditioned_image[6 * i]);
+    const size_t first = part.first_number(), last = part.last_number(), count = last - first;
+    add_to_scaled(&work.conditioned[first], beta, &work.direction[first], count);
+    add_to_scaled(&work.conditioned_image[first], beta, &work.image[first], count);
+    return product(work.direction.data(), work.image.data(), first, last);
 }
 
 // A step of length alpha in a part's rows. Returns the part's share of residual times conditioned
 // residual.
-double Step(const SolveTask& task, size_t index, float alpha, size_t now) {
+double Step(const SolveTask& task, size_t index, float alpha) {
     LmWorkspace& work = *task.workspace;
-    const LmParts& cut = work.cut;
-    const LmPart& part = cut.parts[index];
+    const LmPart& part = work.parts[index];
     const size_t first = part.first_number(), last = part.last_number(), count = last - first;
-    float* product_here = &work.part_product[part.offset * 6 + part.strips() * kStripNumbers];
-    for (size_t k = index + 1; k < cut.parts.size(); ++k) {
-        const LmPart& other = cut.parts[k];
-        const auto strips = cut.strips.begin() + std::ptrdiff_t(other.first_strip),
-                   end = cut.strips.begin() + std::ptrdiff_t(other.last_strip);
-        for (auto s = std::lower_bound(strips, end, part.first); s != end && *s < part.last; ++s)
-            add(&work.part_product[other.offset * 6 + size_t(s - strips) * kStripNumbers],
-                product_here + 6 * size_t(*s) - first, kStripNumbers);
-    }
-    add_scaled(alpha, &work.direction[now][first], &work.x[first], count);
-    add_scaled(-alpha, product_here, &work.residual[first], count);
+    add_scaled(alpha, &work.direction[first], &work.x[first], count);
+    add_scaled(-alpha, &work.image[first], &work.residual[first], count);
     precondition(work, part);
     return product(work.residual.data(), work.conditioned.data(), first, last);
 }
@@ -308,13 +292,12 @@ void conjugate_gradients(const SolveTask& task, double rho) {
     const double enough = kConjugateTolerance * kConjugateTolerance * rho;
     double beta = 0;
     for (uint32_t i = 0; i < task.iterations && rho > enough; ++i) {
-        const size_t old = i % 2;
         const double curvature = sum_parts(task, [&](size_t part) {
-            return HWY_DYNAMIC_DISPATCH(Multiply)(task, part, float(beta), old);
+            return HWY_DYNAMIC_DISPATCH(Multiply)(task, part, float(beta));
         });
         if (!(curvature > 0)) break;
         const double next = sum_parts(task, [&](size_t part) {
-            return HWY_DYNAMIC_DISPATCH(Step)(task, part, float(rho / curvature), 1 - old);
+            return HWY_DYNAMIC_DISPATCH(Step)(task, part, float(rho / curvature));
         });
         beta = next / rho;
         rho = next;
@@ -356,70 +339,42 @@ LmSystem::LmSystem(const LowerPattern& pattern, const Host& host)
       diagonal(pattern.rows() * kBlockFloats, HostAllocator<float>(host)),
       gradient(pattern.rows() * 6, HostAllocator<float>(host)) {}
 
-namespace {
-
-// Places that a part's arrays have room for: store_eight reads two numbers behind the last row's,
-// and those behind belong to another thread.
-size_t room_of(const LmPart& part) {
-    const size_t numbers = part.strips() * kStripNumbers + part.last_number() - part.first_number();
-    return (numbers + 2 + kStripNumbers - 1) / kStripNumbers * kStripRows;
-}
-
-}  // namespace
-
-LmParts::LmParts(const LowerPattern& pattern, const Host& host)
-    : parts(HostAllocator<LmPart>(host)),
-      strips(HostAllocator<uint32_t>(host)),
-      places(pattern.blocks(), HostAllocator<uint32_t>(host)) {
-    const size_t rows = pattern.rows(),
-                 count = std::clamp<size_t>(rows / kMinPartRows, 1, kMaxParts),
-                 each = (rows + kStripRows * count - 1) / (kStripRows * count) * kStripRows;
-    size_t offset = 0;
-    for (size_t first = 0; first < rows; first += each) {
-        LmPart& part = parts.emplace_back();
-        part = {first, std::min(rows, first + each), strips.size(), strips.size(), offset};
-        const auto first_block = pattern.start[first], last_block = pattern.start[part.last];
-        for (uint32_t b = first_block; b < last_block; ++b)
-            if (const auto column = size_t(pattern.column[b]); column < first)
-                strips.push_back(uint32_t(column / kStripRows * kStripRows));
-        const auto own = strips.begin() + std::ptrdiff_t(part.first_strip);
-        std::sort(own, strips.end());
-        strips.erase(std::unique(own, strips.end()), strips.end());
-        part.last_strip = strips.size();
-        for (uint32_t b = first_block; b < last_block; ++b) {
-            const auto column = size_t(pattern.column[b]);
-            if (column >= first) {
-                places[b] = uint32_t(kStripRows * part.strips() + column - first);
-                continue;
-            }
-            const auto strip = std::upper_bound(own, strips.end(), column) - 1;
-            places[b] = uint32_t(kStripRows * size_t(strip - own) + column - *strip);
+UpperPattern::UpperPattern(const LowerPattern& lower, const Host& host)
+    : start(lower.rows() + 1, HostAllocator<uint32_t>(host)),
+      column(lower.blocks(), HostAllocator<int32_t>(host)),
+      transposed(lower.blocks(), HostAllocator<uint32_t>(host)) {
+    for (const int32_t row : lower.column) ++start[size_t(row) + 1];
+    std::partial_sum(start.begin(), start.end(), start.begin());
+    std::vector<uint32_t> next(start.begin(), start.end() - 1);
+    for (size_t i = 0; i < lower.rows(); ++i)
+        for (uint32_t b = lower.start[i]; b < lower.start[i + 1]; ++b) {
+            const uint32_t at = next[size_t(lower.column[b])]++;
+            column[at] = int32_t(i);
+            transposed[at] = b;
         }
-        offset += room_of(part);
-    }
 }
 
 LmWorkspace::LmWorkspace(const LowerPattern& pattern, const Host& host)
-    : cut(pattern, host),
-      sums(cut.parts.size(), HostAllocator<double>(host)),
+    : parts(HostAllocator<LmPart>(host)),
+      upper(pattern, host),
+      sums(HostAllocator<double>(host)),
+      above(pattern.blocks() * kBlockFloats, HostAllocator<float>(host)),
       damped(pattern.rows() * kBlockFloats, HostAllocator<float>(host)),
       inverse(damped),
-      direct(damped),
-      twice(pattern.rows() * 16, HostAllocator<float>(host)),
+      spread(damped),
+      products(damped),
       x((pattern.rows() * 6 + 15) / 16 * 16, HostAllocator<float>(host)),
       residual(x),
       conditioned(x),
-      direction{x, x},
-      spread(HostAllocator<float>(host)),
-      transposed(HostAllocator<float>(host)),
-      part_direction(HostAllocator<float>(host)),
-      part_product(HostAllocator<float>(host)) {
-    size_t places = 0;
-    if (!cut.parts.empty()) places = cut.parts.back().offset + room_of(cut.parts.back());
-    spread.resize(places * kBlockFloats);
-    transposed.resize(spread.size());
-    part_direction.resize(places * 6 + 16);
-    part_product.resize(part_direction.size());
+      conditioned_image(x),
+      direction(x),
+      image(x) {
+    const size_t rows = pattern.rows(),
+                 count = std::bit_floor(std::clamp<size_t>(rows / kMinPartRows, 1, kMaxParts)),
+                 each = (rows + kPartStep * count - 1) / (kPartStep * count) * kPartStep;
+    for (size_t first = 0; first < rows; first += each)
+        parts.push_back({first, std::min(rows, first + each)});
+    sums.resize(parts.size());
 }
 
 }  // namespace defrec::cpu

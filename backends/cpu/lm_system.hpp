@@ -1,8 +1,6 @@
 // The linear system of stage lm: a symmetric matrix of 6x6 blocks of which the lower half is
 // stored, and its solution.
 #pragma once
-#include <array>
-
 #include "backends/shared/block_pattern.hpp"
 
 namespace defrec::cpu {
@@ -31,42 +29,37 @@ struct LmSystem {
     LmSystem(const LowerPattern& pattern, const Host& host);
 };
 
-// Rows [first, last) of the lower half. Its blocks are in columns of these rows, and of strips of
-// rows before them. first is a multiple of 8, and so the vectors' numbers that belong to it begin
-// at a multiple of 16. A part's own arrays have a place for each row of its strips, then for its
-// rows.
+// The blocks above the diagonal likewise, and of which below it each is the transpose.
+struct UpperPattern {
+    HostVector<uint32_t> start;
+    HostVector<int32_t> column;
+    HostVector<uint32_t> transposed;
+
+    UpperPattern(const LowerPattern& lower, const Host& host);
+};
+
+// Rows [first, last), by one thread at a time. first is a multiple of kPartStep, and so the
+// vectors' numbers that belong to it begin at a multiple of 16.
 struct LmPart {
     size_t first, last;
-    size_t first_strip, last_strip;  // in LmParts::strips
-    size_t offset;                   // of its first place in arrays with room for every part's
     size_t first_number() const { return 6 * first; }
     size_t last_number() const { return (6 * last + 15) / 16 * 16; }
-    size_t strips() const { return last_strip - first_strip; }
 };
-constexpr size_t kMinPartRows = 64, kMaxParts = 16;
-constexpr size_t kStripRows = 8, kStripNumbers = 6 * kStripRows;
-
-struct LmParts {
-    HostVector<LmPart> parts;
-    HostVector<uint32_t> strips;  // each one's first row, a multiple of kStripRows; a part's ascend
-    HostVector<uint32_t> places;  // of each block's column in its part
-
-    LmParts(const LowerPattern& pattern, const Host& host);
-};
+// As many parts as a power of two, which threads mostly share equally.
+constexpr size_t kPartStep = 8, kMinPartRows = 64, kMaxParts = 16;
 
 // What solving needs besides; made once.
 struct LmWorkspace {
-    LmParts cut;
-    HostVector<double> sums;    // one per part
-    HostVector<float> damped;   // diagonal blocks with damping
-    HostVector<float> inverse;  // of them
-    HostVector<float> direct;   // each row's products, not yet added up; kBlockFloats per row
-    HostVector<float> twice;    // each row's direction two times; 16 per row
-    HostVector<float> x, residual, conditioned;
-    std::array<HostVector<float>, 2> direction;  // the present one, and that before
-    // A part's own, in its places: direction, that with each entry six times, sums of the
-    // transposed blocks' products, and products.
-    HostVector<float> spread, transposed, part_direction, part_product;
+    HostVector<LmPart> parts;
+    UpperPattern upper;
+    HostVector<double> sums;     // one per part
+    HostVector<float> above;     // blocks above the diagonal
+    HostVector<float> damped;    // diagonal blocks with damping
+    HostVector<float> inverse;   // of them
+    HostVector<float> spread;    // per row a block of whose columns each has one of its numbers
+    HostVector<float> products;  // per row a block whose columns are yet to be added up
+    // Conjugate gradients; images by the matrix.
+    HostVector<float> x, residual, conditioned, conditioned_image, direction, image;
 
     LmWorkspace(const LowerPattern& pattern, const Host& host);
 };
