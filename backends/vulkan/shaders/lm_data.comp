@@ -11,7 +11,8 @@ layout(std430, set = 0, binding = 2) readonly buffer Items { vec4 items[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Records { vec4 records[]; };
 layout(std430, set = 0, binding = 4) readonly buffer EdgeTerms { LmEdgeTerm edge_terms[]; };
 layout(std430, set = 0, binding = 5) readonly buffer EdgeCosts { float edge_costs[]; };
-layout(std430, set = 0, binding = 6) writeonly buffer Data { float data[]; };
+layout(std430, set = 0, binding = 6) buffer Data { float data[]; };
+#include "lm_weights.glsl"
 
 shared vec2 shares[kBlockGroup];  // D_i, and the costs of its edges
 shared vec4 sums[kBlockGroup];
@@ -43,6 +44,6 @@ void main() {
     if (me != 0) return;
     vec4 sum = vec4(0);
     for (uint k = 0; k < kBlockGroup; k += kSplit) sum += sums[k];
-    const uint to = push.nodes + 4 * gl_WorkGroupID.x;
+    const uint to = data_sums_at(gl_WorkGroupID.x);
     for (int k = 0; k < 4; ++k) data[to + k] = sum[k];
 }

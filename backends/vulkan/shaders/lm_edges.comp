@@ -18,26 +18,10 @@ layout(std430, set = 0, binding = 3) writeonly buffer EdgeCosts { float edge_cos
 layout(std430, set = 0, binding = 4) writeonly buffer EdgeRecords { vec4 edge_records[]; };
 layout(std430, set = 0, binding = 5) writeonly buffer Terms { LmTerm terms[]; };
 layout(std430, set = 0, binding = 6) readonly buffer States { LmState states[2]; };
+#include "lm_group_sum.glsl"
 #include "lm_weights.glsl"
 
 const float kMinLength = 1e-3;
-
-shared float shares[kResidualGroup];
-
-// The sum over the work group, to the first of it.
-float sum_over_group(float own, uint me) {
-    const uint parts = kResidualGroup / kEighths;
-    shares[me] = own;
-    barrier();
-    if (me < parts) {
-        for (uint i = parts; i < kResidualGroup; i += parts) own += shares[me + i];
-        shares[me] = own;
-    }
-    barrier();
-    if (me == 0)
-        for (uint i = 1; i < parts; ++i) own += shares[i];
-    return own;
-}
 
 // Keeps what the blocks need, and returns the cost if S were 1.
 float evaluate(uint i, RestEdge edge) {
@@ -79,6 +63,6 @@ void main() {
         return;
     }
     if (exists) cost *= edge_scale(edge.share, data[edge.a], data[edge.b], usual);
-    cost = sum_over_group(cost, me);
-    if (me == 0) terms[groups_before(kEdges) + gl_WorkGroupID.x] = LmTerm(cost, 0, 0, 0, 0);
+    const LmTerm sum = sum_over_group(LmTerm(cost, 0, 0, 0, 0), me);
+    if (me == 0) terms[groups_before(kEdges) + gl_WorkGroupID.x] = sum;
 }

@@ -19,11 +19,10 @@ layout(std430, set = 0, binding = 5) readonly buffer Observations {
 layout(std430, set = 0, binding = 6) writeonly buffer Records { vec4 records[]; };
 layout(std430, set = 0, binding = 7) writeonly buffer Terms { LmTerm terms[]; };
 layout(std430, set = 0, binding = 8) readonly buffer States { LmState states[2]; };
+#include "lm_group_sum.glsl"
 
 const float kMinFacing = 0.25;
 const float kMatchDepthRoot = 0.5;
-
-shared LmTerm shares[kResidualGroup];
 
 // A residual's rows as the normal equations want them: G and b of lm.glsl, not yet weighted.
 struct Rows {
@@ -170,21 +169,6 @@ LmTerm evaluate_patch(uint item, uint i) {
                 inverse_c = px / push.patch_tukey;
     return evaluate_sighting(item, position, Sighting(ray.x, ray.y, uu, uv, vv, 0.0, 0.0),
                              push.patch_weight, 0.0, inverse_c * inverse_c, px);
-}
-
-// The sum of every invocation's term, to the first.
-LmTerm sum_over_group(LmTerm own, uint me) {
-    const uint parts = kResidualGroup / kEighths;
-    shares[me] = own;
-    barrier();
-    if (me < parts) {
-        for (uint i = parts; i < kResidualGroup; i += parts) own = plus(own, shares[me + i]);
-        shares[me] = own;
-    }
-    barrier();
-    if (me == 0)
-        for (uint i = 1; i < parts; ++i) own = plus(own, shares[i]);
-    return own;
 }
 
 void main() {
