@@ -1,5 +1,7 @@
 // Stage lm: kernels for the rigid motion before, for the residuals and for each step.
 // docs/stages/lm.md.
+#include <optional>
+
 #include "backends/cuda/lm_evaluate.cuh"
 #include "backends/cuda/lm_gradients.cuh"
 #include "backends/cuda/lm_presolve.cuh"
@@ -167,8 +169,8 @@ class Lm final : public Stage {
                 DEFREC_ERROR_UNSUPPORTED,
                 "lm: more than " + std::to_string(kMaxItems) + " points, landmarks and patches");
         const LmLists lists(p_, surface);
-        const Solver solver = choose_solver(surface);
-        if (!choose<true>(surface, lists, solver) && !choose<false>(surface, lists, solver))
+        const PlannedSolver planned = choose_solver(surface);
+        if (!choose<true>(surface, lists, planned) && !choose<false>(surface, lists, planned))
             throw StageError(DEFREC_ERROR_UNSUPPORTED,
                              "lm: the device holds no block of the solver");
     }
@@ -224,14 +226,18 @@ class Lm final : public Stage {
         return {constants_of(p_), p_.camera,          image,
                 p_.iterations,    gradient_steps(p_), p_.trust_last_step != 0};
     }
+    struct PlannedSolver {
+        Solver solver;
+        LmRowPlan rows;
+    };
     // The first that the device holds.
-    Solver choose_solver(const LmTemplate& surface) const {
-        const auto nodes = uint32_t(surface.nodes.size());
+    PlannedSolver choose_solver(const LmTemplate& surface) const {
+        std::optional<LmRowPlan> rows;
         const auto fits = [&](Solver& solver, uint32_t blocks) {
-            const LmRowPlan plan(surface.pattern, nodes, blocks);
-            const size_t floats = lm_row_floats(plan);
+            rows.emplace(surface.pattern, uint32_t(surface.nodes.size()), blocks);
+            const size_t floats = lm_row_floats(*rows);
             const bool shares = solver.kernel != &lm_gradients<GridBarrier, false>;
-            solver.blocks = uint32_t(plan.shares.size());
+            solver.blocks = uint32_t(rows->shares.size());
             solver.shared = shares ? sizeof(float) * floats : 0;
             solver.local = shares ? 0 : floats;
             const auto* function = reinterpret_cast<const void*>(solver.kernel);
@@ -242,22 +248,22 @@ class Lm final : public Stage {
                              solver.blocks;
         };
         Solver solver{lm_gradients<ClusterBarrier, true>, true, 0, 0, 0};
-        if (fits(solver, kMaxRowBlocks)) return solver;
+        if (fits(solver, kMaxRowBlocks)) return {solver, *std::move(rows)};
         solver = {lm_gradients<GridBarrier, true>, false, 0, 0, 0};
         const uint32_t most = device_.limits().multiprocessors;
         for (uint32_t blocks = std::min(kMaxRowBlocks, most);;
              blocks = std::min(2 * blocks, most)) {
-            if (fits(solver, blocks)) return solver;
+            if (fits(solver, blocks)) return {solver, *std::move(rows)};
             if (blocks == most) break;
         }
         solver.kernel = lm_gradients<GridBarrier, false>;
         fits(solver, std::min(kMaxRowBlocks, most));
-        return solver;
+        return {solver, *std::move(rows)};
     }
     // False where shared memory does not hold that. One block for each multiprocessor: more would
     // only make barriers longer.
     template <bool kShared>
-    bool choose(const LmTemplate& surface, const LmLists& lists, const Solver& solver) {
+    bool choose(const LmTemplate& surface, const LmLists& lists, const PlannedSolver& planned) {
         for (uint32_t maximum = device_.limits().multiprocessors; maximum > 0;) {
             const LmPlan plan(surface, lists, maximum);
             const size_t local = lm_local_floats(plan);
@@ -269,9 +275,8 @@ class Lm final : public Stage {
             maximum = device_.resident_blocks(reinterpret_cast<const void*>(evaluation.begin),
                                               kLmThreads, evaluation.shared);
             if (maximum < evaluation.blocks) continue;
-            const LmRowPlan rows(surface.pattern, uint32_t(surface.nodes.size()), solver.blocks);
-            surface_ =
-                std::make_unique<Surface>(device_, evaluation, solver, lists, plan, rows, p_);
+            surface_ = std::make_unique<Surface>(device_, evaluation, planned.solver, lists, plan,
+                                                 planned.rows, p_);
             return true;
         }
         return false;
