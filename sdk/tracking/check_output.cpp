@@ -108,13 +108,15 @@ void visit_records(const FrameOutput& output, const TemplateData& data, const Vi
 
 }  // namespace
 
-bool any_wrong_record(const FrameOutput& output, const TemplateData& data, uint32_t max_features) {
+bool any_wrong_record(const FrameOutput& output, const TemplateData& data, uint32_t max_features,
+                      ArrayPart part) {
     if (output.summary->features > max_features) return true;
     uint32_t found = 0;
-    visit_records(output, data,
-                  [&found](auto records, const char*, const char*, const auto& is_wrong_one) {
-                      for (const auto& record : records) found |= is_wrong_one(record);
-                  });
+    visit_records(
+        output, data, [&](auto records, const char*, const char*, const auto& is_wrong_one) {
+            const size_t begin = part.begin(records.size()), end = part.end(records.size());
+            for (size_t i = begin; i < end; ++i) found |= is_wrong_one(records[i]);
+        });
     return found != 0;
 }
 

@@ -300,8 +300,9 @@ CaptureInput Pipeline::capture_input(const FrontImages& images) const {
     return input;
 }
 
-bool Pipeline::any_wrong_record(const FrameOutput& output, const TemplateData& data) const {
-    return defrec::any_wrong_record(output, data, settings_.max_features);
+bool Pipeline::any_wrong_record(const FrameOutput& output, const TemplateData& data,
+                                ArrayPart part) const {
+    return defrec::any_wrong_record(output, data, settings_.max_features, part);
 }
 
 std::optional<TemplateData> Pipeline::capture(ObservedFrame& frame) {

@@ -16,6 +16,8 @@
 
 namespace defrec {
 
+struct ArrayPart;  // check_output.hpp
+
 // What a frame's images became, on the host.
 struct FrontImages {
     std::vector<uint8_t> gray, mask;  // of the left view
@@ -51,7 +53,8 @@ class Pipeline {
     // the template that was followed.
     void check(const FrontImages& images) const;
     void check(const FrameOutput& output, const TemplateData& data) const;
-    bool any_wrong_record(const FrameOutput& output, const TemplateData& data) const;
+    bool any_wrong_record(const FrameOutput& output, const TemplateData& data,
+                          ArrayPart part) const;
     // That as the input of a capture, which shows the images.
     CaptureInput capture_input(const FrontImages& images) const;
     // A template from the frame's images; empty when too little of them has disparity.

@@ -12,12 +12,14 @@
 namespace defrec {
 namespace {
 
-constexpr size_t kPatchRun = 256;  // patches that one thread measures
-constexpr float kFastMm = 5;       // of motion from frame to frame
+constexpr size_t kPatchRun = 256;   // patches that one thread measures
+constexpr size_t kRecordParts = 4;  // of what the stages gave, each checked by one thread
+constexpr float kFastMm = 5;        // of motion from frame to frame
 
 // Frame coordinates of the control points.
-void place_nodes(const TemplateData& data, TrackerJob& job) {
-    for (size_t i = 0; i < job.output.motions.size(); ++i)
+void place_nodes(const TemplateData& data, TrackerJob& job, ArrayPart part = {}) {
+    const size_t count = job.output.motions.size();
+    for (size_t i = part.begin(count); i < part.end(count); ++i)
         store3(node_position(data.nodes, job.output.motions, i), &job.node_positions[3 * i]);
 }
 
@@ -68,9 +70,9 @@ void SurfaceFollower::measure(TrackerJob& job) {
         match_rows(data, job.output, last_rows_, rows_, row_matches_);
         rig_left_after_ = rig_after_.update(row_matches_);
     };
-    const auto check_records = [&] {
-        if (pipeline_.any_wrong_record(job.output, data)) is_wrong = true;
-        place_nodes(data, job);
+    const auto check_records = [&](ArrayPart part) {
+        if (pipeline_.any_wrong_record(job.output, data, part)) is_wrong = true;
+        place_nodes(data, job, part);
     };
     const auto check_run = [&](size_t run) {
         if (any_wrong_sample(vertex_run(samples, run))) is_wrong = true;
@@ -87,12 +89,12 @@ void SurfaceFollower::measure(TrackerJob& job) {
     };
     const std::shared_ptr<const Services> services = job.services();
     for_tasks_and_runs(
-        services->own_threads(), patch_runs + 4,
+        services->own_threads(), patch_runs + 3 + kRecordParts,
         [&](size_t task) {  // first those for whose sums the runs wait
             if (task < patch_runs) return measure_patch_run(task);
             if (task == patch_runs) return sum_checks();
-            if (task == patch_runs + 1) return check_records();
-            if (task == patch_runs + 2) return measure_rig();
+            if (task == patch_runs + 1) return measure_rig();
+            if (task > patch_runs + 2) return check_records({task - patch_runs - 3, kRecordParts});
             if (watches_rig_) disparities_after_.add_frame(data, samples);
         },
         runs,

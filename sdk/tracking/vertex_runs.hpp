@@ -81,17 +81,23 @@ inline size_t vertex_runs(size_t vertices) { return (vertices + kVertexRun - 1) 
 
 // Calls task(0 .. tasks-1) and run(0 .. runs-1), each once, and returns when all have returned. Who
 // has nothing to do takes the next task, so the longest come first. Runs begin when the last task
-// has begun, and a thread takes the same ones each time, of whose vertices it may have something in
-// its cache. Neither must throw.
+// has begun. A thread begins with the same ones each time, of whose vertices it may have something
+// in its cache, and then takes others' that are left. Neither must throw.
 template <class Task, class Run>
 void for_tasks_and_runs(const Services* helpers, size_t tasks, const Task& task, size_t runs,
                         const Run& run) {
     std::atomic<size_t> next = 0;
     const size_t threads =
         helpers != nullptr ? std::clamp<size_t>(std::max(tasks, runs), 1, kMaxVertexThreads) : 1;
+    const auto first_of = [&](size_t thread) { return runs * thread / threads; };
+    std::array<std::atomic<size_t>, kMaxVertexThreads> taken;  // of each thread's runs
+    for (size_t thread = 0; thread < threads; ++thread) taken[thread] = first_of(thread);
     const auto take_part = [&](size_t thread) {
         for (size_t i = next++; i < tasks; i = next++) task(i);
-        for (size_t i = runs * thread / threads; i < runs * (thread + 1) / threads; ++i) run(i);
+        for (size_t k = 0; k < threads; ++k) {
+            const size_t of = (thread + k) % threads, end = first_of(of + 1);
+            for (size_t i = taken[of]++; i < end; i = taken[of]++) run(i);
+        }
     };
     on_threads(helpers, threads, take_part);
 }

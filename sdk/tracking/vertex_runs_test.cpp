@@ -14,6 +14,7 @@ using defrec::for_tasks_and_runs;
 using defrec::kMaxVertexThreads;
 using defrec::Services;
 using defrec::vertex_parts;
+using defrec::wait_for;
 
 namespace {
 
@@ -83,6 +84,18 @@ TEST_CASE("each task and each run is done once, on one thread the tasks first") 
                 CHECK(run_visits == std::vector<int>(runs, 1));
                 CHECK_FALSE(is_early);
             }
+}
+
+TEST_CASE("who is kept by a run leaves its others to the threads that are done") {
+    constexpr size_t kRuns = 40;
+    std::atomic<size_t> done = 0;
+    for_tasks_and_runs(
+        &four_threads(), 0, [](size_t) {}, kRuns,
+        [&](size_t run) {
+            if (run == 0) wait_for([&] { return done == kRuns - 1; });
+            ++done;
+        });
+    CHECK(done == kRuns);
 }
 
 TEST_CASE("each task is done once, with and without helpers") {
