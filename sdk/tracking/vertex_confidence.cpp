@@ -149,12 +149,12 @@ class RigDoubt {
 template <class Values, class Covariances>
 void set_covariance(const Values& x, const Values& y, const Values& across, const Values& along,
                     Covariances& covariance) {
-    covariance.row(0) = across / 2 + along * x * x;
-    covariance.row(1) = along * x * y;
-    covariance.row(2) = along * x;
-    covariance.row(3) = across / 2 + along * y * y;
-    covariance.row(4) = along * y;
-    covariance.row(5) = along;
+    covariance.col(0) = across / 2 + along * x * x;
+    covariance.col(1) = along * x * y;
+    covariance.col(2) = along * x;
+    covariance.col(3) = across / 2 + along * y * y;
+    covariance.col(4) = along * y;
+    covariance.col(5) = along;
 }
 
 }  // namespace
@@ -253,12 +253,12 @@ class ConfidenceEstimate {
             kResidualShare * residual * residual + noise_;
         x /= z;
         y /= z;
-        Eigen::Map<Eigen::Array<float, 6, Eigen::Dynamic>> covariance(
-            &confidence_.covariance[6 * first], 6, count);
+        Eigen::Array<float, Eigen::Dynamic, 6, 0, kFew, 6> covariance(count, 6);
         set_covariance(x, y, across, along, covariance);
-        for (Eigen::Index k = 0; k < count; ++k)
-            confidence_.expected_error[first + static_cast<size_t>(k)] =
-                std::sqrt(covariance(0, k) + covariance(3, k) + covariance(5, k));
+        Eigen::Map<Eigen::ArrayXf>(&confidence_.expected_error[first], count) =
+            (covariance.col(0) + covariance.col(3) + covariance.col(5)).sqrt();
+        Eigen::Map<Eigen::Array<float, 6, Eigen::Dynamic>>(&confidence_.covariance[6 * first], 6,
+                                                           count) = covariance.transpose();
     }
 
     void set_status(size_t i, float to_observed) const {
@@ -404,7 +404,7 @@ SurfaceConfidence confidence_beside(const VertexConfidence& confidence, size_t v
     const One x(static_cast<float>(place.x)), y(static_cast<float>(place.y)),
         z(static_cast<float>(place.z)), across(kFarLateral * away * away),
         along(kFarObserved * away * away);
-    Eigen::Array<float, 6, 1> further;
+    Eigen::Array<float, 1, 6> further;
     set_covariance(One(x / z), One(y / z), across, along, further);
     for (size_t i = 0; i < 6; ++i)
         at.covariance[i] =
