@@ -62,14 +62,23 @@ namespace Defrec.Tests
             }
         }
 
+        private Rig OpenRig(Context context)
+        {
+            var camera = new Camera(1000.0 / 3, 1000.0 / 3, 159.5 - Left, 119.5 - Top, 4.6);
+            return new Rig(context, RigDescription.Rectified(Width, Height, camera));
+        }
+
+        private Tracker OpenTracker(Context context, Rig rig)
+        {
+            return new Tracker(context, rig, new TrackerOptions { DeviceId = device, Format = PixelFormat.Gray8, Disparities = 32 });
+        }
+
         /// <summary>Everything that is made is disposed, whatever fails; a tracker that was made stays usable.</summary>
         private void Scenario()
         {
-            var camera = new Camera(1000.0 / 3, 1000.0 / 3, 159.5 - Left, 119.5 - Top, 4.6);
-            var options = new TrackerOptions { DeviceId = device, Format = PixelFormat.Gray8, Disparities = 32 };
             using (Context context = Open())
-            using (var rig = new Rig(context, RigDescription.Rectified(Width, Height, camera)))
-            using (var tracker = new Tracker(context, rig, options))
+            using (Rig rig = OpenRig(context))
+            using (Tracker tracker = OpenTracker(context, rig))
             {
                 try
                 {
@@ -106,7 +115,7 @@ namespace Defrec.Tests
             return status;
         }
 
-        // A failure costs a few frames, and on some backends compiled shaders.
+        // A failure costs a few frames.
         [Test]
         public void OneAfterTheOtherFailsOnReference()
         {
@@ -122,7 +131,7 @@ namespace Defrec.Tests
         [Test]
         public void OneAfterTheOtherFailsOnVulkan()
         {
-            Check("vulkan", 4999);
+            Check("vulkan", 797);
         }
 
         [Test]
@@ -143,6 +152,14 @@ namespace Defrec.Tests
                 if (devices.Length == 0) return;
                 device = devices[0].Id;
             }
+            // sdk/api/memory_test.cpp lets memory run out while shaders are compiled; here, a tracker keeps them.
+            using (Context context = Open())
+            using (Rig rig = OpenRig(context))
+            using (OpenTracker(context, rig)) CheckEveryFailure(step);
+        }
+
+        private void CheckEveryFailure(int step)
+        {
             for (int i = 0; i < 2; ++i) Scenario();
             long number = 0, failures = 0;
             for (bool wasMade = true; ; number += step)
