@@ -67,6 +67,7 @@ RunRecord examine(const RunOptions& options) {
     record.started = utc_now();
     RunSettings settings;
     settings.seed = options.seed;
+    if (options.smoke) settings.repetitions = kSmokeRepetitions;
     settings.in_process = options.in_process;
     settings.time_limit = std::chrono::seconds(options.time_limit_s);
     const bool terminal = isatty(STDERR_FILENO) == 1;

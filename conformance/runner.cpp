@@ -40,8 +40,8 @@ class Run {
           cases_(cases),
           settings_(settings),
           results_(cases.size()),
-          total_(cases.size() * kRepetitions) {
-        left_ = shuffled_steps(cases.size(), settings.seed);
+          total_(cases.size() * settings.repetitions) {
+        left_ = shuffled_steps(cases.size(), settings.repetitions, settings.seed);
     }
 
     RunOutcome take() {
@@ -167,9 +167,9 @@ Case end_of_process_case() {
             {}};
 }
 
-std::vector<Step> shuffled_steps(size_t cases, uint64_t seed) {
+std::vector<Step> shuffled_steps(size_t cases, uint32_t repetitions, uint64_t seed) {
     std::vector<Step> steps;
-    for (uint32_t repetition = 0; repetition < kRepetitions; ++repetition)
+    for (uint32_t repetition = 0; repetition < repetitions; ++repetition)
         for (size_t one = 0; one < cases; ++one) steps.push_back({uint32_t(one), repetition});
     Random random(seed);
     for (size_t i = steps.size(); i > 1; --i)

@@ -1,4 +1,4 @@
-// Runs cases against a plugin, each three times, in child processes, and puts together what they
+// Runs cases against a plugin, each several times, in child processes, and puts together what they
 // found.
 #pragma once
 #include <chrono>
@@ -12,12 +12,15 @@
 namespace defrec::conformance {
 
 inline constexpr uint32_t kRepetitions = 3;
+// Of the short list: enough to compare, and to come after other cases.
+inline constexpr uint32_t kSmokeRepetitions = 2;
 // The case that the runner itself adds, without a body: that the plugin's life ends well in a
 // process that ran the others.
 Case end_of_process_case();
 
 struct RunSettings {
     uint64_t seed = 1;  // of the order
+    uint32_t repetitions = kRepetitions;
     std::chrono::seconds time_limit{
         120};  // of one repetition; ten times as long for slow cases, and for loading
     bool in_process =
@@ -34,7 +37,7 @@ struct RunOutcome {
 };
 
 // Every repetition of every case, shuffled.
-std::vector<Step> shuffled_steps(size_t cases, uint64_t seed);
+std::vector<Step> shuffled_steps(size_t cases, uint32_t repetitions, uint64_t seed);
 
 // The record of a case from its repetitions, in their order.
 CaseRecord merge(const Case& one, std::span<const RunResult> results, bool repeatable);

@@ -45,9 +45,9 @@ RunResult result(Verdict verdict, const char* reason = "", uint64_t digest = 0) 
 
 }  // namespace
 
-TEST_CASE("every case comes three times, in an order that the seed decides") {
-    const std::vector<Step> steps = shuffled_steps(20, 1), again = shuffled_steps(20, 1),
-                            other = shuffled_steps(20, 2);
+TEST_CASE("every case comes as often as asked, in an order that the seed decides") {
+    const std::vector<Step> steps = shuffled_steps(20, 3, 1), again = shuffled_steps(20, 3, 1),
+                            other = shuffled_steps(20, 3, 2);
     REQUIRE(steps.size() == 60);
     std::set<std::pair<uint32_t, uint32_t>> seen;
     bool same = true, different = false;
@@ -59,6 +59,7 @@ TEST_CASE("every case comes three times, in an order that the seed decides") {
     CHECK(seen.size() == 60);
     CHECK(same);
     CHECK(different);
+    CHECK(shuffled_steps(20, 2, 1).size() == 40);
 }
 
 TEST_CASE(

@@ -9,7 +9,7 @@ namespace defrec::conformance {
 
 struct Step {
     uint32_t one;         // index of the case
-    uint32_t repetition;  // 0, 1, 2
+    uint32_t repetition;  // from 0
 };
 
 // Who is examined.
