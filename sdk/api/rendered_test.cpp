@@ -29,42 +29,75 @@ struct TrackedFrame {
     std::vector<TrackedPoint> points;  // those on the template's surface
 };
 
-// Scenes whose cameras are rectified and without distortion.
-std::vector<TrackedFrame> track(const std::string& scene, int frames,
-                                const std::vector<cli::SceneSetting>& settings = {},
-                                uint32_t self_calibration = DEFREC_SELF_CALIBRATION_REPORT) {
-    cli::Film film(scene, kFilmWidth, kFilmHeight, frames, 1, 2, settings);
-    const cli::StereoRig& filmed = film.scene().rig;
-    TrackingSession session("cpu", 2, [&](defrec_rig_desc& rig, defrec_tracker_desc& tracker) {
-        describe_rig(filmed, kFilmWidth, kFilmHeight, rig);
-        tracker.format = DEFREC_FORMAT_BGR8;
-        tracker.self_calibration = self_calibration;
-    });
-    LiftedPoints lifted;
-    std::vector<TrackedFrame> tracked;
-    for (int i = 0; i < frames; ++i) {
-        defrec_job job = track_next(session, film);
-        if (i == 0) {
+// A tracker and what it said of a film. Scenes whose cameras are rectified and without distortion.
+class FilmTracker {
+  public:
+    FilmTracker(const cli::Film& film, uint32_t self_calibration)
+        : film_(film), session_("cpu", 2, [&](defrec_rig_desc& rig, defrec_tracker_desc& tracker) {
+              describe_rig(film.scene().rig, kFilmWidth, kFilmHeight, rig);
+              tracker.format = DEFREC_FORMAT_BGR8;
+              tracker.self_calibration = self_calibration;
+          }) {}
+
+    void track_frame() {
+        defrec_job job = track_film(session_, film_);
+        if (tracked.empty()) {
             defrec_template surface = nullptr;
-            REQUIRE_OK(defrec_tracker_get_template(session.tracker, &surface));
-            lifted = lift_film(surface, film);
+            REQUIRE_OK(defrec_tracker_get_template(session_.tracker, &surface));
+            lifted_ = lift_film(surface, film_);
             defrec_template_release(surface);
         }
         TrackedFrame& now = tracked.emplace_back();
         DEFREC_INIT(&now.result);
         REQUIRE_OK(defrec_job_result(job, &now.result));
-        std::vector<double> xyz(lifted.xyz.size()), expected(lifted.of_film.size());
-        std::vector<uint8_t> status(lifted.of_film.size());
-        REQUIRE_OK(defrec_job_warp_points(job, lifted.xyz.data(), lifted.of_film.size(), xyz.data(),
-                                          status.data(), expected.data()));
-        for (size_t p = 0; p < lifted.of_film.size(); ++p) {
+        const size_t count = lifted_.of_film.size();
+        std::vector<double> xyz(lifted_.xyz.size()), expected(count);
+        std::vector<uint8_t> status(count);
+        REQUIRE_OK(defrec_job_warp_points(job, lifted_.xyz.data(), count, xyz.data(), status.data(),
+                                          expected.data()));
+        for (size_t p = 0; p < count; ++p) {
             const Eigen::Map<const Eigen::Vector3d> found(&xyz[3 * p]);
-            const double error = (found - film.truth(lifted.of_film[p]).position).norm();
+            const double error = (found - film_.truth(lifted_.of_film[p]).position).norm();
             now.points.push_back({status[p], error, expected[p]});
         }
         defrec_job_release(job);
     }
-    return tracked;
+
+    std::vector<TrackedFrame> tracked;
+
+  private:
+    const cli::Film& film_;
+    TrackingSession session_;
+    LiftedPoints lifted_;
+};
+
+using Settings = std::vector<cli::SceneSetting>;
+
+std::vector<TrackedFrame> track(const std::string& scene, int frames, const Settings& settings = {},
+                                uint32_t self_calibration = DEFREC_SELF_CALIBRATION_REPORT) {
+    cli::Film film(scene, kFilmWidth, kFilmHeight, frames, 1, 2, settings);
+    FilmTracker tracker(film, self_calibration);
+    for (int i = 0; i < frames; ++i) {
+        film.advance();
+        tracker.track_frame();
+    }
+    return tracker.tracked;
+}
+
+// One film, rendered once, by two trackers.
+struct TrackedTwice {
+    std::vector<TrackedFrame> calibrated, off;
+};
+TrackedTwice track_with_and_without(const std::string& scene, int frames, const Settings& settings,
+                                    uint32_t self_calibration) {
+    cli::Film film(scene, kFilmWidth, kFilmHeight, frames, 1, 2, settings);
+    FilmTracker calibrated(film, self_calibration), off(film, DEFREC_SELF_CALIBRATION_OFF);
+    for (int i = 0; i < frames; ++i) {
+        film.advance();
+        calibrated.track_frame();
+        off.track_frame();
+    }
+    return {calibrated.tracked, off.tracked};
 }
 
 double largest_error(const TrackedFrame& frame, bool observed_only) {
@@ -109,9 +142,9 @@ double share_as_expected(std::span<const TrackedFrame> frames) {
 
 constexpr double kScale = kFilmWidth / 960.0, kOffsetPx = 1.2 * kScale, kRollDeg = 0.15;
 
-std::vector<TrackedFrame> track_askew(int frames, uint32_t self_calibration) {
-    return track("misaligned", frames, {{"offset_px", kOffsetPx}, {"roll_deg", kRollDeg}},
-                 self_calibration);
+const Settings& askew() {
+    static const Settings settings{{"offset_px", kOffsetPx}, {"roll_deg", kRollDeg}};
+    return settings;
 }
 
 }  // namespace
@@ -120,10 +153,9 @@ TEST_CASE(
     "rows 54 and 76: a right view that is late is measured, and depth from two times is not used") {
     for (const double lag : {1.0, 0.5}) {
         CAPTURE(lag);
-        const std::vector<cli::SceneSetting> late{{"lag", lag}, {"from", 0.34}, {"to", 0.66}};
-        const std::vector<TrackedFrame> frames = track("late-view", 12, late),
-                                        off = track("late-view", 12, late,
-                                                    DEFREC_SELF_CALIBRATION_OFF);
+        const Settings late{{"lag", lag}, {"from", 0.34}, {"to", 0.66}};
+        const auto [frames, off] =
+            track_with_and_without("late-view", 12, late, DEFREC_SELF_CALIBRATION_REPORT);
         double largest = 0, largest_off = 0;
         for (size_t i = 0; i < frames.size(); ++i) {
             CAPTURE(i);
@@ -141,7 +173,7 @@ TEST_CASE(
 }
 
 TEST_CASE("row 106: a right view that lies askew is measured within ten frames, and named") {
-    const std::vector<TrackedFrame> frames = track_askew(10, DEFREC_SELF_CALIBRATION_REPORT);
+    const std::vector<TrackedFrame> frames = track("misaligned", 10, askew());
     const defrec_result& last = frames.back().result;
     CHECK((last.reasons & kRigReasons) == DEFREC_REASON_CALIBRATION);
     CHECK(std::abs(last.vertical_offset_px - kOffsetPx) <= 0.25 * kScale);
@@ -153,8 +185,8 @@ TEST_CASE("row 106: a right view that lies askew is measured within ten frames, 
 TEST_CASE(
     "row 106: a right view that lies askew is corrected from the first result on, where that is "
     "asked") {
-    const std::vector<TrackedFrame> corrected = track_askew(5, DEFREC_SELF_CALIBRATION_CORRECT),
-                                    off = track_askew(5, DEFREC_SELF_CALIBRATION_OFF);
+    const auto [corrected, off] =
+        track_with_and_without("misaligned", 5, askew(), DEFREC_SELF_CALIBRATION_CORRECT);
     for (size_t i = 0; i < corrected.size(); ++i) {
         CAPTURE(i);
         const defrec_result& result = corrected[i].result;

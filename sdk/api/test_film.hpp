@@ -23,9 +23,8 @@ inline void describe_rig(const cli::StereoRig& filmed, uint32_t width, uint32_t 
     std::copy_n(filmed.translation.data(), 3, rig.translation);
 }
 
-// The job, done, of the film's next frame. The session takes DEFREC_FORMAT_BGR8.
-inline defrec_job track_next(TrackingSession& session, cli::Film& film) {
-    film.advance();
+// The job, done, of the film's frame. The session takes DEFREC_FORMAT_BGR8.
+inline defrec_job track_film(TrackingSession& session, const cli::Film& film) {
     TrackingSession::Frame frame;
     frame.left.pixels = film.left_bgr().data();
     frame.right.pixels = film.right_bgr().data();
@@ -33,6 +32,10 @@ inline defrec_job track_next(TrackingSession& session, cli::Film& film) {
     REQUIRE_OK(session.submit(frame, &job));
     REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
     return job;
+}
+inline defrec_job track_next(TrackingSession& session, cli::Film& film) {
+    film.advance();
+    return track_film(session, film);
 }
 
 // The film's points that lie on a template's surface.
