@@ -37,14 +37,45 @@ inline std::uint32_t lattice_hash(std::int32_t x, std::int32_t y, std::uint32_t 
     return h ^ (h >> 15);
 }
 
-/// One of 16 directions times the offset from the lattice point.
-inline float lattice_gradient(std::uint32_t hash, float dx, float dy) {
-    constexpr float kCos[16] = {1.0f,     0.9239f,  0.7071f, 0.3827f,  0.0f,     -0.3827f,
-                                -0.7071f, -0.9239f, -1.0f,   -0.9239f, -0.7071f, -0.3827f,
-                                -0.0f,    0.3827f,  0.7071f, 0.9239f};
-    const std::uint32_t i = hash >> 28;
-    return kCos[i] * dx + kCos[(i + 12) & 15] * dy;
-}
+/// One of 16 directions.
+struct LatticeGradient {
+    explicit LatticeGradient(std::uint32_t hash) {
+        constexpr float kCos[16] = {1.0f,     0.9239f,  0.7071f, 0.3827f,  0.0f,     -0.3827f,
+                                    -0.7071f, -0.9239f, -1.0f,   -0.9239f, -0.7071f, -0.3827f,
+                                    -0.0f,    0.3827f,  0.7071f, 0.9239f};
+        const std::uint32_t i = hash >> 28;
+        x = kCos[i];
+        y = kCos[(i + 12) & 15];
+    }
+    /// Times the offset from the lattice point.
+    float at(float dx, float dy) const { return x * dx + y * dy; }
+
+    float x, y;
+};
+
+/// Those round a lattice cell.
+struct LatticeCell {
+    LatticeCell(std::int32_t ix, std::int32_t iy, std::uint32_t seed)
+        : a(lattice_hash(ix, iy, seed)),
+          b(lattice_hash(ix + 1, iy, seed)),
+          c(lattice_hash(ix, iy + 1, seed)),
+          d(lattice_hash(ix + 1, iy + 1, seed)) {}
+
+    /// Noise at (fx, fy) in the cell; u and v are faded(fx) and faded(fy).
+    float noise(float fx, float fy, float u, float v) const {
+        const float na = a.at(fx, fy);
+        const float nb = b.at(fx - 1.0f, fy);
+        const float nc = c.at(fx, fy - 1.0f);
+        const float nd = d.at(fx - 1.0f, fy - 1.0f);
+        const float top = na + u * (nb - na);
+        const float bottom = nc + u * (nd - nc);
+        return 1.4f * (top + v * (bottom - top));
+    }
+
+    LatticeGradient a, b, c, d;
+};
+
+inline float faded(float f) { return f * f * f * (f * (f * 6.0f - 15.0f) + 10.0f); }
 
 /// std::floor is a call into the C library on the baseline instruction set.
 inline std::int32_t floor_to_int(float x) {
@@ -59,15 +90,7 @@ inline float gradient_noise(float x, float y, std::uint32_t seed) {
     const std::int32_t iy = floor_to_int(y);
     const float fx = x - static_cast<float>(ix);
     const float fy = y - static_cast<float>(iy);
-    const float a = lattice_gradient(lattice_hash(ix, iy, seed), fx, fy);
-    const float b = lattice_gradient(lattice_hash(ix + 1, iy, seed), fx - 1.0f, fy);
-    const float c = lattice_gradient(lattice_hash(ix, iy + 1, seed), fx, fy - 1.0f);
-    const float d = lattice_gradient(lattice_hash(ix + 1, iy + 1, seed), fx - 1.0f, fy - 1.0f);
-    const float u = fx * fx * fx * (fx * (fx * 6.0f - 15.0f) + 10.0f);
-    const float v = fy * fy * fy * (fy * (fy * 6.0f - 15.0f) + 10.0f);
-    const float top = a + u * (b - a);
-    const float bottom = c + u * (d - c);
-    return 1.4f * (top + v * (bottom - top));
+    return LatticeCell(ix, iy, seed).noise(fx, fy, faded(fx), faded(fy));
 }
 
 inline float smooth_step(float low, float high, float x) {

@@ -22,9 +22,57 @@ float resolved(float wavelength, float footprint) {
     return smooth_step(1.6f, 3.2f, wavelength / footprint);
 }
 
+float lattice_s(float s, float wavelength) { return s / wavelength + 0.37f; }
+float lattice_t(float t, float wavelength) { return t / wavelength + 0.71f; }
+
 float octave(float s, float t, float wavelength, std::uint32_t seed) {
-    return gradient_noise(s / wavelength + 0.37f, t / wavelength + 0.71f, seed);
+    return gradient_noise(lattice_s(s, wavelength), lattice_t(t, wavelength), seed);
 }
+
+/// An octave on rows of a grid: octave() to the bit, but a lattice cell is looked up once for all
+/// columns in it.
+class OctaveRows {
+  public:
+    OctaveRows(const std::vector<float>& columns, float wavelength, std::uint32_t seed)
+        : wavelength_(wavelength), seed_(seed), row_(columns.size()) {
+        for (const float s : columns) {
+            const float x = lattice_s(s, wavelength);
+            const std::int32_t cell = floor_to_int(x);
+            if (runs_.empty() || runs_.back().cell != cell) {
+                runs_.push_back({cell, offset_.size(), offset_.size()});
+            }
+            offset_.push_back(x - static_cast<float>(cell));
+            fade_.push_back(faded(offset_.back()));
+            ++runs_.back().end;
+        }
+    }
+
+    const float* at(float t) {
+        const float y = lattice_t(t, wavelength_);
+        const std::int32_t row = floor_to_int(y);
+        const float fy = y - static_cast<float>(row);
+        const float v = faded(fy);
+        for (const Run& run : runs_) {
+            const LatticeCell cell(run.cell, row, seed_);
+            for (std::size_t i = run.first; i < run.end; ++i) {
+                row_[i] = cell.noise(offset_[i], fy, fade_[i], v);
+            }
+        }
+        return row_.data();
+    }
+
+  private:
+    /// Columns in one lattice cell.
+    struct Run {
+        std::int32_t cell;
+        std::size_t first, end;
+    };
+    float wavelength_;
+    std::uint32_t seed_;
+    std::vector<Run> runs_;
+    std::vector<float> offset_, fade_;  ///< within the lattice cell
+    std::vector<float> row_;
+};
 
 }  // namespace
 
@@ -98,22 +146,31 @@ void Tissue::index_segments() {
         const int t1 = cell(std::max(g.t0, g.t1) + reach, half_height_, cells_t_);
         for (int t = t0; t <= t1; ++t) {
             for (int s = s0; s <= s1; ++s) {
-                use(static_cast<std::size_t>(t * cells_s_ + s));
+                use(2 * static_cast<std::size_t>(t * cells_s_ + s) + (g.vein ? 0 : 1));
             }
         }
     };
-    cell_start_.assign(static_cast<std::size_t>(cells_s_) * cells_t_ + 1, 0);
+    group_start_.assign(2 * static_cast<std::size_t>(cells_s_) * cells_t_ + 1, 0);
     for (const Segment& g : segments_) {
-        visit(g, [&](std::size_t c) { ++cell_start_[c + 1]; });
+        visit(g, [&](std::size_t c) { ++group_start_[c + 1]; });
     }
-    for (std::size_t c = 1; c < cell_start_.size(); ++c) {
-        cell_start_[c] += cell_start_[c - 1];
+    for (std::size_t c = 1; c < group_start_.size(); ++c) {
+        group_start_[c] = group_start_[c - 1] + (group_start_[c] + kGroup - 1) / kGroup;
     }
-    cell_items_.resize(static_cast<std::size_t>(cell_start_.back()));
-    std::vector<std::int32_t> next(cell_start_.begin(), cell_start_.end() - 1);
-    for (std::size_t i = 0; i < segments_.size(); ++i) {
-        visit(segments_[i],
-              [&](std::size_t c) { cell_items_[next[c]++] = static_cast<std::int32_t>(i); });
+    groups_.resize(static_cast<std::size_t>(group_start_.back()));
+    std::vector<std::int32_t> used(group_start_.size(), 0);
+    for (const Segment& g : segments_) {
+        visit(g, [&](std::size_t c) {
+            const int place = used[c]++;
+            SegmentGroup& group = groups_[group_start_[c] + place / kGroup];
+            const int k = place % kGroup;
+            group.s0[k] = g.s0;
+            group.t0[k] = g.t0;
+            group.es[k] = g.s1 - g.s0;
+            group.et[k] = g.t1 - g.t0;
+            group.r0[k] = g.r0;
+            group.dr[k] = g.r1 - g.r0;
+        });
     }
 }
 
@@ -121,18 +178,27 @@ void Tissue::tabulate() {
     table_columns_ = static_cast<int>(std::ceil(2.0f * half_width_ / kTableStep)) + 2;
     table_rows_ = static_cast<int>(std::ceil(2.0f * half_height_ / kTableStep)) + 2;
     table_.resize(static_cast<std::size_t>(table_columns_) * table_rows_);
+    std::vector<float> columns;
+    for (int i = 0; i < table_columns_; ++i) {
+        columns.push_back(static_cast<float>(i) * kTableStep - half_width_);
+    }
+    OctaveRows wide(columns, 31.0f, seed_ + 1), mottle(columns, 5.3f, seed_ + 3),
+        bed(columns, 9.0f, seed_ + 20), wetness(columns, 8.3f, seed_ + 44),
+        slope_s(columns, 7.1f, seed_ + 40), slope_t(columns, 6.7f, seed_ + 42);
+    Coarse* c = table_.data();
     for (int j = 0; j < table_rows_; ++j) {
-        for (int i = 0; i < table_columns_; ++i) {
-            const float s = static_cast<float>(i) * kTableStep - half_width_;
-            const float t = static_cast<float>(j) * kTableStep - half_height_;
-            Coarse& c = table_[static_cast<std::size_t>(j) * table_columns_ + i];
-            c.wide = octave(s, t, 31.0f, seed_ + 1);
-            c.patch = octave(s + 3.0f * c.wide, t - 2.0f * c.wide, 12.0f, seed_ + 2);
-            c.mottle = octave(s, t, 5.3f, seed_ + 3);
-            c.bed = smooth_step(-0.15f, 0.35f, octave(s, t, 9.0f, seed_ + 20));
-            c.wetness = smooth_step(0.00f, 0.40f, octave(s, t, 8.3f, seed_ + 44));
-            c.slope_s = octave(s, t, 7.1f, seed_ + 40);
-            c.slope_t = octave(s, t, 6.7f, seed_ + 42);
+        const float t = static_cast<float>(j) * kTableStep - half_height_;
+        const float *wides = wide.at(t), *mottles = mottle.at(t), *beds = bed.at(t),
+                    *wetnesses = wetness.at(t), *slopes_s = slope_s.at(t),
+                    *slopes_t = slope_t.at(t);
+        for (std::size_t i = 0; i < columns.size(); ++i, ++c) {
+            c->wide = wides[i];
+            c->patch = octave(columns[i] + 3.0f * c->wide, t - 2.0f * c->wide, 12.0f, seed_ + 2);
+            c->mottle = mottles[i];
+            c->bed = smooth_step(-0.15f, 0.35f, beds[i]);
+            c->wetness = smooth_step(0.00f, 0.40f, wetnesses[i]);
+            c->slope_s = slopes_s[i];
+            c->slope_t = slopes_t[i];
         }
     }
 }
@@ -180,33 +246,48 @@ Rgb Tissue::mottled(float s, float t, float footprint, const Coarse& c) const {
     return Rgb{level, level * (1.0f + 0.6f * tint), level * (1.0f + 0.8f * tint)} * albedo;
 }
 
+float Tissue::darkest_of(std::int32_t first, std::int32_t last, float s, float t,
+                         float footprint) const {
+    constexpr float kPerLength = 1.0f / (kSegmentStep * kSegmentStep);
+    const float least = 0.55f * footprint, blur = std::min(0.5f * footprint, 0.2f);
+    float darkest = 0.0f;
+    for (std::int32_t i = first; i < last; ++i) {
+        const SegmentGroup& g = groups_[i];
+        const Four ds = s - g.s0, dt = t - g.t0;
+        Four along = (ds * g.es + dt * g.et) * kPerLength;
+        along = along < 0.0f ? Four{} : along;
+        along = along > 1.0f ? Four{} + 1.0f : along;
+        const Four off_s = ds - along * g.es, off_t = dt - along * g.et;
+        const Four radius = g.r0 + along * g.dr;
+        const Four wide = radius < least ? Four{} + least : radius;
+        const Four widest = radius + kWidestBlur;
+        const Four shown = widest < wide ? widest : wide;
+        const Four edge = 0.35f * radius + blur;
+        const Four squared = off_s * off_s + off_t * off_t;
+        const Four reach = (shown + edge) * (shown + edge);
+        for (int k = 0; k < kGroup; ++k) {
+            if (squared[k] >= reach[k]) {
+                continue;
+            }
+            const float cover =
+                1.0f - smooth_step(shown[k] - edge[k], shown[k] + edge[k], std::sqrt(squared[k]));
+            const float dark = cover * (radius[k] / shown[k]) * std::min(1.0f, 0.45f + radius[k]);
+            darkest = std::max(darkest, dark);
+        }
+    }
+    return darkest;
+}
+
 Rgb Tissue::with_vessels(Rgb albedo, float s, float t, float footprint) const {
     const int cs = floor_to_int((s + half_width_) / kCell);
     const int ct = floor_to_int((t + half_height_) / kCell);
     if (cs < 0 || ct < 0 || cs >= cells_s_ || ct >= cells_t_) {
         return albedo;
     }
-    const std::size_t c = static_cast<std::size_t>(ct * cells_s_ + cs);
-    float vein = 0.0f, artery = 0.0f;
-    for (std::int32_t i = cell_start_[c]; i < cell_start_[c + 1]; ++i) {
-        const Segment& g = segments_[cell_items_[i]];
-        const float es = g.s1 - g.s0, et = g.t1 - g.t0;
-        const float ds = s - g.s0, dt = t - g.t0;
-        constexpr float kPerLength = 1.0f / (kSegmentStep * kSegmentStep);
-        const float along = std::clamp((ds * es + dt * et) * kPerLength, 0.0f, 1.0f);
-        const float off_s = ds - along * es, off_t = dt - along * et;
-        const float radius = g.r0 + along * (g.r1 - g.r0);
-        const float shown = std::min(std::max(radius, 0.55f * footprint), radius + kWidestBlur);
-        const float edge = 0.35f * radius + std::min(0.5f * footprint, 0.2f);
-        const float squared = off_s * off_s + off_t * off_t;
-        if (squared >= (shown + edge) * (shown + edge)) {
-            continue;
-        }
-        const float cover = 1.0f - smooth_step(shown - edge, shown + edge, std::sqrt(squared));
-        const float dark = cover * (radius / shown) * std::min(1.0f, 0.45f + radius);
-        float& darkest = g.vein ? vein : artery;
-        darkest = std::max(darkest, dark);
-    }
+    const std::int32_t* first =
+        group_start_.data() + 2 * static_cast<std::size_t>(ct * cells_s_ + cs);
+    const float vein = darkest_of(first[0], first[1], s, t, footprint);
+    const float artery = darkest_of(first[1], first[2], s, t, footprint);
     albedo = mix(albedo, Rgb{0.46f, 0.34f, 0.52f} * albedo, look_.vessels * vein);
     return mix(albedo, Rgb{0.62f, 0.26f, 0.28f} * albedo, look_.vessels * artery);
 }

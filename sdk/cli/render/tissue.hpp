@@ -55,6 +55,12 @@ class Tissue {
         float s0, t0, s1, t1, r0, r1;
         bool vein;
     };
+    /// Segments of one kind near one cell, field by field; places that are left lie far away.
+    static constexpr int kGroup = 4;
+    using Four = float __attribute__((vector_size(kGroup * sizeof(float))));
+    struct SegmentGroup {
+        Four s0{1e9f, 1e9f, 1e9f, 1e9f}, t0{}, es{}, et{}, r0{}, dr{};
+    };
     struct Branch {
         float s, t, heading, radius;
         bool vein;
@@ -70,6 +76,9 @@ class Tissue {
     void tabulate();
     Coarse coarse(float s, float t) const;
     Rgb mottled(float s, float t, float footprint, const Coarse& c) const;
+    /// Of the segments in groups first..last: 0..1, how dark they are here.
+    float darkest_of(std::int32_t first, std::int32_t last, float s, float t,
+                     float footprint) const;
     Rgb with_vessels(Rgb albedo, float s, float t, float footprint) const;
     Rgb with_capillaries(Rgb albedo, float s, float t, float footprint, const Coarse& c) const;
     Rgb with_spots(Rgb albedo, float s, float t, float footprint) const;
@@ -79,8 +88,8 @@ class Tissue {
     std::uint32_t seed_;
     std::vector<Segment> segments_;
     int cells_s_ = 0, cells_t_ = 0;
-    std::vector<std::int32_t> cell_start_;  ///< cells_s_ * cells_t_ + 1
-    std::vector<std::int32_t> cell_items_;
+    std::vector<std::int32_t> group_start_;  ///< of each cell's veins and arteries, and the end
+    std::vector<SegmentGroup> groups_;
     int table_columns_ = 0, table_rows_ = 0;
     std::vector<Coarse> table_;
 };
