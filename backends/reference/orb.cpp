@@ -158,15 +158,26 @@ void find_corners(const Level& level, uint32_t cell, View<const uint8_t> scores,
 
 // Section "distance": Chebyshev distance of each corner to the nearest stronger one, at most
 // kFarthest; 0 without a corner.
-void find_distances(const Level& level, const Corner* corners, uint8_t* distances) {
-    const size_t count = size_t(level.cells_x) * level.cells_y;
-    for (size_t i = 0; i < count; ++i) {
-        int32_t nearest = corners[i].score > 0 ? int32_t(kFarthest) : 0;
-        for (size_t k = 0; k < count && nearest > 0; ++k)
-            if (corners[k].score > corners[i].score ||
-                (corners[k].score == corners[i].score && k < i))
-                nearest = std::min(nearest, std::max(std::abs(corners[k].x - corners[i].x),
-                                                     std::abs(corners[k].y - corners[i].y)));
+void find_distances(const Level& level, uint32_t cell, const Corner* corners, uint8_t* distances) {
+    const auto columns = int32_t(level.cells_x), rows = int32_t(level.cells_y);
+    for (int32_t i = 0; i < columns * rows; ++i) {
+        const Corner& own = corners[i];
+        const int32_t cx = i % columns, cy = i / columns;
+        int32_t nearest = own.score > 0 ? int32_t(kFarthest) : 0;
+        const auto look_at = [&](int32_t x, int32_t y) {
+            const int32_t k = y * columns + x;
+            const Corner& other = corners[k];
+            if (other.score > own.score || (other.score == own.score && k < i))
+                nearest = std::min(nearest,
+                                   std::max(std::abs(other.x - own.x), std::abs(other.y - own.y)));
+        };
+        // A corner `ring` cells away is farther than ring - 1 times a cell.
+        for (int32_t ring = 0; (ring - 1) * int32_t(cell) < nearest; ++ring)
+            for (int32_t y = std::max(cy - ring, 0); y <= std::min(cy + ring, rows - 1); ++y) {
+                const bool whole = std::abs(y - cy) == ring;
+                for (int32_t x = cx - ring; x <= cx + ring; x += whole ? 1 : 2 * ring)
+                    if (x >= 0 && x < columns) look_at(x, y);
+            }
         distances[i] = uint8_t(nearest);
     }
 }
@@ -257,7 +268,7 @@ class Orb final : public Stage {
                   params_.threshold, of_level(scores_, l));
             find_corners(level, params_.cell, constant(of_level(scores_, l)),
                          corners_.data() + level.first_cell);
-            find_distances(level, corners_.data() + level.first_cell,
+            find_distances(level, params_.cell, corners_.data() + level.first_cell,
                            distances_.data() + level.first_cell);
         }
         const Limits limits =
