@@ -137,7 +137,7 @@ TEST_CASE("a late right view shows the tissue where it was, the truth stays that
     double lag = 1;
     SUBCASE("late") {}
     SUBCASE("early") { lag = -1; }
-    const Written w("late-view", 480, 270, 10, false, 1, 2, {{"lag", lag}});
+    const Written w("late-view", 384, 216, 10, false, 1, 2, {{"lag", lag}});
     for (const int frame : {3, 4}) {
         CAPTURE(frame);
         const int time = frame - static_cast<int>(lag);
@@ -223,7 +223,7 @@ TEST_CASE("the misaligned right view has its own exposure and gamma, both views 
 
 TEST_CASE(
     "blood spreads to its share of the view; what lies under it is hidden and without depth") {
-    const Written w("blood", 480, 270, 10, true);
+    const Written w("blood", 384, 216, 10, true);
     // Blood is darker or more saturated than tissue, except in highlights.
     const auto is_blood = [](const cv::Vec3d& bgr) {
         return bgr[2] < 108 || bgr[2] > 2.05 * bgr[1];
@@ -315,7 +315,8 @@ TEST_CASE("H.264 loses detail, the more the lower its rate, and moves nothing") 
 
 TEST_CASE("motion blur takes detail, keeps the light, and is centred on the truth") {
     const auto rendered = [](double shutter) {
-        return Written("motion-blur", 480, 270, 6, false, 1, 2, {{"shutter", shutter}});
+        return Written("motion-blur", 384, 216, 6, false, 1, 2,
+                       {{"shutter", shutter}, {"speed", 1.25}});
     };
     const Written sharp = rendered(0), blurred = rendered(1);
     int much = 0;
@@ -344,7 +345,7 @@ TEST_CASE("highlights wander over the tissue, the more the glossier it is") {
         cv::split(w.image("left", 0), channels);
         return cv::countNonZero(channels[0] > 200) / static_cast<double>(w.size.area());
     };
-    const Written w("headlight", 480, 270, 9);
+    const Written w("headlight", 384, 216, 9);
     const std::vector<bool> before = shining(w, 0), after = shining(w, 8);
     int stays = 0, goes = 0;
     for (std::size_t id = 0; id < before.size(); ++id) {
@@ -354,7 +355,7 @@ TEST_CASE("highlights wander over the tissue, the more the glossier it is") {
     CHECK(goes > 8);
     CHECK(goes > 2 * stays);
     CHECK(saturated(w) > 0.03);
-    CHECK(saturated(Written("headlight", 480, 270, 1, false, 1, 2, {{"gloss", 0}})) < 0.001);
+    CHECK(saturated(Written("headlight", 384, 216, 1, false, 1, 2, {{"gloss", 0}})) < 0.001);
 }
 
 TEST_CASE("defocus grows with the distance from the focus, which moves") {
