@@ -60,16 +60,21 @@ void show_progress(size_t done, size_t total, const std::string& id) {
 
 }  // namespace
 
-RunRecord examine(const RunOptions& options) {
-    const std::vector<Case> cases = select_cases(all_cases(), options);
-    const Examination who = find_plugins(options);
-    RunRecord record;
-    record.started = utc_now();
+RunSettings settings_of(const RunOptions& options) {
     RunSettings settings;
     settings.seed = options.seed;
     if (options.smoke) settings.repetitions = kSmokeRepetitions;
     settings.in_process = options.in_process;
     settings.time_limit = std::chrono::seconds(options.time_limit_s);
+    return settings;
+}
+
+RunRecord examine(const RunOptions& options) {
+    const std::vector<Case> cases = select_cases(all_cases(), options);
+    const Examination who = find_plugins(options);
+    RunRecord record;
+    record.started = utc_now();
+    RunSettings settings = settings_of(options);
     const bool terminal = isatty(STDERR_FILENO) == 1;
     if (terminal) settings.progress = show_progress;
     RunOutcome outcome = run_cases(who, cases, settings);

@@ -16,6 +16,8 @@ class Unavailable : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+// How the cases of a run with these options are done.
+RunSettings settings_of(const RunOptions& options);
 // Throws Unavailable; Error where the options make no sense.
 RunRecord examine(const RunOptions& options);
 

@@ -98,8 +98,9 @@ HWY_INLINE void precondition(LmWorkspace& work, const LmPart& part) {
         const float* x = &work.residual[6 * i];
         float* six = &work.conditioned[6 * i];
         add_columns(
-            &work.inverse[i * kBlockFloats], [&](size_t c) { return hn::Set(d4, x[c]); }, six);
-        // Behind a column the next one is written after it.
+            &work.inverse[i * kBlockFloats], [&](size_t c) HWY_ATTR { return hn::Set(d4, x[c]); },
+            six);
+        // What is written beyond a column the next one overwrites; beyond the last it is padding.
         float* block = &work.spread[i * kBlockFloats];
         for (size_t c = 0; c < 6; ++c)
             for (size_t k = 0; k < 8; k += hn::Lanes(d))
@@ -247,7 +248,7 @@ double Multiply(const SolveTask& task, size_t index, float beta) {
     const auto one = hn::Set(hn::FixedTag<float, 4>(), 1.0f);
     for (size_t i = part.first; i < part.last; ++i)
         add_columns(
-            &work.products[i * kBlockFloats], [one](size_t) { return one; },
+            &work.products[i * kBlockFloats], [one](size_t) HWY_ATTR { return one; },
             &work.conditioned_image[6 * i]);
     const size_t first = part.first_number(), last = part.last_number(), count = last - first;
     add_to_scaled(&work.conditioned[first], beta, &work.direction[first], count);
@@ -310,6 +311,7 @@ bool solve_system(const SolveTask& task) {
     LmWorkspace& work = *task.workspace;
     const double rho =
         sum_parts(task, [&](size_t part) { return HWY_DYNAMIC_DISPATCH(Start)(task, part); });
+    if (!std::isfinite(rho)) return false;
     if (task.iterations > 0)
         conjugate_gradients(task, rho);
     else

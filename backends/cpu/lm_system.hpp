@@ -45,7 +45,7 @@ struct LmPart {
     size_t first_number() const { return 6 * first; }
     size_t last_number() const { return (6 * last + 15) / 16 * 16; }
 };
-// As many parts as a power of two, which threads mostly share equally.
+// Of up to 1,024 rows as many parts as a power of two, which threads mostly share equally.
 constexpr size_t kPartStep = 8, kMinPartRows = 64, kMaxParts = 16;
 
 // What solving needs besides; made once.
@@ -56,7 +56,7 @@ struct LmWorkspace {
     HostVector<float> above;     // blocks above the diagonal
     HostVector<float> damped;    // diagonal blocks with damping
     HostVector<float> inverse;   // of them
-    HostVector<float> spread;    // per row a block of whose columns each has one of its numbers
+    HostVector<float> spread;    // per row a block, of `conditioned` a number down each column
     HostVector<float> products;  // per row a block whose columns are yet to be added up
     // Conjugate gradients; images by the matrix.
     HostVector<float> x, residual, conditioned, conditioned_image, direction, image;

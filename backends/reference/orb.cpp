@@ -171,7 +171,8 @@ void find_distances(const Level& level, uint32_t cell, const Corner* corners, ui
                 nearest = std::min(nearest,
                                    std::max(std::abs(other.x - own.x), std::abs(other.y - own.y)));
         };
-        // A corner `ring` cells away is farther than ring - 1 times a cell.
+        // Corners lie within their cells, so one `ring` cells away is farther than ring - 1 times
+        // a cell.
         for (int32_t ring = 0; (ring - 1) * int32_t(cell) < nearest; ++ring)
             for (int32_t y = std::max(cy - ring, 0); y <= std::min(cy + ring, rows - 1); ++y) {
                 const bool whole = std::abs(y - cy) == ring;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sdk/api/test_film.hpp"
@@ -97,7 +98,7 @@ TrackedTwice track_with_and_without(const std::string& scene, int frames, const 
         calibrated.track_frame();
         off.track_frame();
     }
-    return {calibrated.tracked, off.tracked};
+    return {std::move(calibrated.tracked), std::move(off.tracked)};
 }
 
 double largest_error(const TrackedFrame& frame, bool observed_only) {

@@ -28,11 +28,15 @@ void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop&
         if (kept.image.pixels == nullptr) return;
         const size_t band = index % bands;
         const size_t first = height * band / bands, last = height * (band + 1) / bands;
-        const bool tight = kept.image.stride == row_bytes(kept);
-        const size_t rows = tight ? last - first : 1;
+        const uint64_t bytes = row_bytes(kept);
+        const bool tight = kept.image.stride == bytes;
+        const size_t rows = tight ? last - first : 1,
+                     ahead = tight ? kFetchAhead
+                                   : (kFetchAhead + bytes - 1) / bytes * kept.image.stride;
         for (size_t y = first; y < last; y += rows)
             copy_gray(kept.format, kept.image.pixels + y * kept.image.stride,
-                      rows * kept.row_pixels, &kept.copy[y * kept.row_pixels], helpers != nullptr);
+                      rows * kept.row_pixels, &kept.copy[y * kept.row_pixels], helpers != nullptr,
+                      ahead);
     };
     const size_t shares = helpers != nullptr && largest > kShare
                               ? images.size() * ((largest + kShare - 1) / kShare)

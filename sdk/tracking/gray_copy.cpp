@@ -64,14 +64,10 @@ __m128i selection(Order order, size_t group) {
     return _mm_load_si128(reinterpret_cast<const __m128i*>(byte));
 }
 
-// Bytes from where pixels are read to where they are fetched meanwhile: the processor by itself
-// does not look that far ahead. Behind the last ones nothing is read.
-constexpr size_t kAhead = 4096;
-
 // pixels: a multiple of kVector; to: aligned where it streams.
 template <size_t kBytes>
 __attribute__((target("ssse3"))) void copy_vectors(Order order, const uint8_t* from, size_t pixels,
-                                                   uint8_t* to, bool streams) {
+                                                   uint8_t* to, bool streams, size_t ahead) {
     const __m128i chosen = selection<kBytes>(order, 0),
                   chosen_last = selection<kBytes>(order, kGroups - 1), half = _mm_set1_epi16(128);
     const __m128i weights = _mm_unpacklo_epi64(_mm_set1_epi16(kRedWeight | kGreenWithRed << 8),
@@ -89,7 +85,8 @@ __attribute__((target("ssse3"))) void copy_vectors(Order order, const uint8_t* f
         return _mm_srli_epi16(_mm_add_epi16(sum, half), 8);
     };
     for (size_t i = 0; i < pixels; i += kVector, from += kBytes * kVector) {
-        _mm_prefetch(reinterpret_cast<const char*>(from + kAhead), _MM_HINT_T0);
+        _mm_prefetch(reinterpret_cast<const char*>(reinterpret_cast<uintptr_t>(from) + ahead),
+                     _MM_HINT_T0);
         const __m128i value = _mm_packus_epi16(gray(sums(from, 0), sums(from, 1)),
                                                gray(sums(from, 2), sums(from, 3)));
         auto* const at = reinterpret_cast<__m128i*>(to + i);
@@ -120,7 +117,7 @@ inline uint8x8_t gray_of_half(uint8x8_t red, uint8x8_t green, uint8x8_t blue) {
 }
 
 template <size_t kBytes>
-void copy_vectors(Order order, const uint8_t* from, size_t pixels, uint8_t* to, bool) {
+void copy_vectors(Order order, const uint8_t* from, size_t pixels, uint8_t* to, bool, size_t) {
     for (size_t i = 0; i < pixels; i += kVector, from += kBytes * kVector) {
         const auto pixel = load_pixels(from, std::integral_constant<size_t, kBytes>());
         const uint8x16_t red = pixel.val[order.red], green = pixel.val[order.green],
@@ -137,14 +134,15 @@ void copy_vectors(Order order, const uint8_t* from, size_t pixels, uint8_t* to, 
 bool has_vectors() { return false; }
 
 template <size_t kBytes>
-void copy_vectors(Order order, const uint8_t* from, size_t pixels, uint8_t* to, bool) {
+void copy_vectors(Order order, const uint8_t* from, size_t pixels, uint8_t* to, bool, size_t) {
     copy_one_by_one<kBytes>(order, from, pixels, to);
 }
 
 #endif
 
 template <size_t kBytes>
-void copy_colours(Order order, const uint8_t* from, size_t pixels, uint8_t* to, bool streams) {
+void copy_colours(Order order, const uint8_t* from, size_t pixels, uint8_t* to, bool streams,
+                  size_t ahead) {
     size_t head = 0, whole = 0;
     if (has_vectors()) {
         head = streams ? (kVector - reinterpret_cast<uintptr_t>(to) % kVector) % kVector : 0;
@@ -152,14 +150,15 @@ void copy_colours(Order order, const uint8_t* from, size_t pixels, uint8_t* to, 
         whole = (pixels - head) / kVector * kVector;
     }
     copy_one_by_one<kBytes>(order, from, head, to);
-    copy_vectors<kBytes>(order, from + kBytes * head, whole, to + head, streams);
+    copy_vectors<kBytes>(order, from + kBytes * head, whole, to + head, streams, ahead);
     const size_t done = head + whole;
     copy_one_by_one<kBytes>(order, from + kBytes * done, pixels - done, to + done);
 }
 
 }  // namespace
 
-void copy_gray(uint32_t format, const uint8_t* from, size_t pixels, uint8_t* to, bool streams) {
+void copy_gray(uint32_t format, const uint8_t* from, size_t pixels, uint8_t* to, bool streams,
+               size_t ahead) {
     if (pixels == 0) return;  // pointers may be null, which memcpy may not be given
     if (format == DEFREC_FORMAT_GRAY8) {
         if (streams)
@@ -170,9 +169,9 @@ void copy_gray(uint32_t format, const uint8_t* from, size_t pixels, uint8_t* to,
     }
     const Order order = format == DEFREC_FORMAT_RGB8 ? Order{0, 1, 2} : Order{2, 1, 0};
     if (bytes_per_pixel(format) == 3)
-        copy_colours<3>(order, from, pixels, to, streams);
+        copy_colours<3>(order, from, pixels, to, streams, ahead);
     else
-        copy_colours<4>(order, from, pixels, to, streams);
+        copy_colours<4>(order, from, pixels, to, streams, ahead);
 }
 
 }  // namespace defrec

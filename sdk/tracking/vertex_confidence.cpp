@@ -255,8 +255,9 @@ class ConfidenceEstimate {
         y /= z;
         Eigen::Array<float, Eigen::Dynamic, 6, 0, kFew, 6> covariance(count, 6);
         set_covariance(x, y, across, along, covariance);
-        Eigen::Map<Eigen::ArrayXf>(&confidence_.expected_error[first], count) =
-            (covariance.col(0) + covariance.col(3) + covariance.col(5)).sqrt();
+        const Few trace = covariance.col(0) + covariance.col(3) + covariance.col(5);
+        for (Eigen::Index k = 0; k < count; ++k)  // Eigen's own root of a vector is not exact
+            confidence_.expected_error[first + static_cast<size_t>(k)] = std::sqrt(trace[k]);
         Eigen::Map<Eigen::Array<float, 6, Eigen::Dynamic>>(&confidence_.covariance[6 * first], 6,
                                                            count) = covariance.transpose();
     }

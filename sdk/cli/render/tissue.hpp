@@ -55,9 +55,9 @@ class Tissue {
         float s0, t0, s1, t1, r0, r1;
         bool vein;
     };
-    /// Segments of one kind near one cell, field by field; places that are left lie far away.
     static constexpr int kGroup = 4;
     using Four = float __attribute__((vector_size(kGroup * sizeof(float))));
+    /// Segments of one kind near one cell, field by field; places that are left lie far away.
     struct SegmentGroup {
         Four s0{1e9f, 1e9f, 1e9f, 1e9f}, t0{}, es{}, et{}, r0{}, dr{};
     };
