@@ -21,6 +21,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using D = hn::CappedTag<float, 8>;
 using V = hn::Vec<D>;
+using D2 = hn::FixedTag<float, 2>;
+using D4 = hn::FixedTag<float, 4>;
+using V4 = hn::Vec<D4>;
 
 // Sums over the numbers [first, last) of vectors; the bounds are multiples of 16.
 HWY_INLINE double product(const float* a, const float* b, size_t first, size_t last) {
@@ -79,21 +82,20 @@ HWY_INLINE Block multiply(const Block& a, const Block& b) {
 // be another thread's.
 template <class Factor>
 HWY_INLINE void add_columns(const float* block, Factor factor, float* six) {
-    const hn::FixedTag<float, 4> d4;
-    const hn::FixedTag<float, 2> d2;
-    auto low = hn::Zero(d4), high = low;
+    const D4 d4;
+    V4 low = hn::Zero(d4), high = low;
     for (size_t c = 0; c < 6; ++c) {
         low = hn::MulAdd(hn::LoadU(d4, block + 6 * c), factor(c), low);
         high = hn::MulAdd(hn::LoadU(d4, block + 6 * c + 4), factor(c), high);
     }
     hn::StoreU(low, d4, six);
-    hn::StoreU(hn::LowerHalf(d2, high), d2, six + 4);
+    hn::StoreU(hn::LowerHalf(D2(), high), D2(), six + 4);
 }
 
 // residual -> conditioned by the inverse diagonal, and the same down the columns of blocks.
 HWY_INLINE void precondition(LmWorkspace& work, const LmPart& part) {
     const D d;
-    const hn::FixedTag<float, 4> d4;
+    const D4 d4;
     for (size_t i = part.first; i < part.last; ++i) {
         const float* x = &work.residual[6 * i];
         float* six = &work.conditioned[6 * i];
@@ -171,10 +173,6 @@ void invert_diagonal(LmWorkspace& work, const LmPart& part) {
     }
 }
 
-using D2 = hn::FixedTag<float, 2>;
-using D4 = hn::FixedTag<float, 4>;
-using V4 = hn::Vec<D4>;
-
 // Of four columns the first and the second two entries of each, as rows.
 HWY_INLINE void store_rows(V4 a, V4 b, V4 c, V4 d, float* first, float* second) {
     const auto ab = hn::InterleaveLower(D4(), a, b), cd = hn::InterleaveLower(D4(), c, d);
@@ -245,7 +243,7 @@ double Multiply(const SolveTask& task, size_t index, float beta) {
                          sum);
         store(sum, &work.products[i * kBlockFloats]);
     }
-    const auto one = hn::Set(hn::FixedTag<float, 4>(), 1.0f);
+    const V4 one = hn::Set(D4(), 1.0f);
     for (size_t i = part.first; i < part.last; ++i)
         add_columns(
             &work.products[i * kBlockFloats], [one](size_t) HWY_ATTR { return one; },

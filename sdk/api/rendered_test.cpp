@@ -82,7 +82,7 @@ std::vector<TrackedFrame> track(const std::string& scene, int frames, const Sett
         film.advance();
         tracker.track_frame();
     }
-    return tracker.tracked;
+    return std::move(tracker.tracked);
 }
 
 // One film, rendered once, by two trackers.

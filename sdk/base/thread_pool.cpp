@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "sdk/base/array_part.hpp"
 #include "sdk/base/platform.hpp"
 #include "sdk/base/spin.hpp"
 
@@ -54,8 +55,10 @@ void ThreadPool::stop() noexcept {
 }
 
 void ThreadPool::share_out(size_t count) noexcept {
-    for (size_t i = 0; i < loop_.called; ++i)
-        shares_[i] = make_share(count * i / loop_.called, count * (i + 1) / loop_.called);
+    for (size_t i = 0; i < loop_.called; ++i) {
+        const ArrayPart part{i, loop_.called};
+        shares_[i] = make_share(part.begin(count), part.end(count));
+    }
 }
 
 // Those of the first so many threads that sleep. rouses: although there is no loop for them.

@@ -1,10 +1,10 @@
 // What a device gave is checked before it is believed: a plugin may be wrong, or its memory
 // damaged. Of gray images, masks and kept disparity every value means something.
 #pragma once
-#include <cstddef>
 #include <cstdint>
 #include <span>
 
+#include "sdk/base/array_part.hpp"
 #include "sdk/tracking/frame_output.hpp"
 
 namespace defrec {
@@ -12,12 +12,6 @@ namespace defrec {
 struct FrontImages;  // pipeline.hpp
 struct SearchRange;  // search_range.hpp
 
-// One of several parts of an array, which are about equal.
-struct ArrayPart {
-    size_t index = 0, count = 1;
-    size_t begin(size_t size) const { return size * index / count; }
-    size_t end(size_t size) const { return size * (index + 1) / count; }
-};
 // Whether any value in that part of each array is one that its stage never gives, but for those of
 // samples.
 bool any_wrong_record(const FrameOutput& output, const TemplateData& data, uint32_t max_features,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "sdk/base/array_part.hpp"
 #include "sdk/base/services.hpp"
 #include "sdk/base/shared_loop.hpp"
 #include "sdk/contract/pixel_format.hpp"
@@ -26,8 +27,8 @@ void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop&
     const auto copy_band = [&](size_t index) {
         const KeptImage& kept = images[index / bands];
         if (kept.image.pixels == nullptr) return;
-        const size_t band = index % bands;
-        const size_t first = height * band / bands, last = height * (band + 1) / bands;
+        const ArrayPart band{index % bands, bands};
+        const size_t first = band.begin(height), last = band.end(height);
         const uint64_t bytes = row_bytes(kept);
         const bool tight = kept.image.stride == bytes;
         const size_t rows = tight ? last - first : 1,

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "sdk/base/array_part.hpp"
 #include "sdk/rig/rig.hpp"
 #include "sdk/template/capture.hpp"
 #include "sdk/tracking/frame.hpp"
@@ -15,8 +16,6 @@
 #include "sdk/tracking/tracker_settings.hpp"
 
 namespace defrec {
-
-struct ArrayPart;  // check_output.hpp
 
 // What a frame's images became, on the host.
 struct FrontImages {

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "sdk/base/array_part.hpp"
 #include "sdk/template/cut.hpp"
 #include "sdk/tracking/vertex_runs.hpp"
 
@@ -306,12 +307,13 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
     const ConfidenceEstimate estimate(model, evidence, confidence);
     enum : size_t { kLooks, kSpreads, kConcludes };
     const size_t parts = vertex_parts(helpers, count);
-    for_phases<3>(helpers, {parts, 3, parts}, [&](size_t phase, size_t part) {
+    for_phases<3>(helpers, {parts, 3, parts}, [&](size_t phase, size_t index) {
         if (phase == kSpreads) {
-            if (part == 2) return beside();
-            return model.grids.spread(*distances[part], confidence.spreading[part]);
+            if (index == 2) return beside();
+            return model.grids.spread(*distances[index], confidence.spreading[index]);
         }
-        const size_t begin = count * part / parts, end = count * (part + 1) / parts;
+        const ArrayPart part{index, parts};
+        const size_t begin = part.begin(count), end = part.end(count);
         if (phase == kConcludes) return estimate.conclude(begin, end);
         for (size_t i = begin; i < end; ++i) estimate.look_at(i);
     });

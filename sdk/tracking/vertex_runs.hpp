@@ -9,6 +9,7 @@
 #include <span>
 #include <thread>
 
+#include "sdk/base/array_part.hpp"
 #include "sdk/base/services.hpp"
 #include "sdk/base/spin.hpp"
 
@@ -89,13 +90,13 @@ void for_tasks_and_runs(const Services* helpers, size_t tasks, const Task& task,
     std::atomic<size_t> next = 0;
     const size_t threads =
         helpers != nullptr ? std::clamp<size_t>(std::max(tasks, runs), 1, kMaxVertexThreads) : 1;
-    const auto first_of = [&](size_t thread) { return runs * thread / threads; };
+    const auto runs_of = [threads](size_t thread) { return ArrayPart{thread, threads}; };
     std::array<std::atomic<size_t>, kMaxVertexThreads> taken;  // of each thread's runs
-    for (size_t thread = 0; thread < threads; ++thread) taken[thread] = first_of(thread);
+    for (size_t thread = 0; thread < threads; ++thread) taken[thread] = runs_of(thread).begin(runs);
     const auto take_part = [&](size_t thread) {
         for (size_t i = next++; i < tasks; i = next++) task(i);
         for (size_t k = 0; k < threads; ++k) {
-            const size_t of = (thread + k) % threads, end = first_of(of + 1);
+            const size_t of = (thread + k) % threads, end = runs_of(of).end(runs);
             for (size_t i = taken[of]++; i < end; i = taken[of]++) run(i);
         }
     };

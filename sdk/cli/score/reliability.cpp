@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/base/array_part.hpp"
+
 namespace defrec::cli {
 
 std::vector<ReliabilityBin> reliability_of(std::vector<ErrorSample> samples, std::size_t max_bins,
@@ -17,8 +19,8 @@ std::vector<ReliabilityBin> reliability_of(std::vector<ErrorSample> samples, std
     const std::size_t count = std::clamp<std::size_t>(samples.size() / min_count, 1, max_bins);
     std::vector<ReliabilityBin> bins;
     for (std::size_t i = 0; i < count; ++i) {
-        const std::size_t first = samples.size() * i / count;
-        const std::size_t last = samples.size() * (i + 1) / count;
+        const ArrayPart bin{i, count};
+        const std::size_t first = bin.begin(samples.size()), last = bin.end(samples.size());
         double expected = 0, measured = 0;
         for (std::size_t s = first; s < last; ++s) {
             expected += samples[s].expected_mm * samples[s].expected_mm;
