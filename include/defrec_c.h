@@ -103,6 +103,8 @@ typedef struct defrec_stage_    *defrec_stage;    /**< one stage on its own:
                                                        defrec_stage_create() */
 typedef struct defrec_memory_   *defrec_memory;   /**< the caller's memory, known to a tracker:
                                                        defrec_memory_import(). @since 1.1 */
+typedef struct defrec_targets_  *defrec_targets;  /**< points of a plan, prepared for a template:
+                                                       defrec_targets_create(). @since 1.1 */
 
 /** Makes *p all default: zero, with struct_size set. */
 #define DEFREC_INIT(p) \
@@ -772,6 +774,13 @@ enum {
     DEFREC_SELF_CALIBRATION_OFF     = 2  /**< not measured */
 };
 
+/** Whether a tracker computes the elastic body beneath its template. @since 1.1 */
+enum {
+    DEFREC_BODY_ON  = 0, /**< on a thread of its own, from when there is a template */
+    DEFREC_BODY_OFF = 1  /**< never: points beneath the surface move with the rigid motion of the
+                              tissue that is seen */
+};
+
 /** Flags of defrec_tracker_desc. @since 1.1 */
 enum {
     DEFREC_TRACKER_FALLBACK = 1u << 0 /**< where the device is quarantined or cannot be opened, take
@@ -822,6 +831,8 @@ typedef struct defrec_tracker_desc {
                                         @range 0..1 @since 1.1 */
     uint32_t    max_vertices;      /**< of a template that grows; what would exceed it does not join
                                         @default 65536 @range 1..1000000 @since 1.1 */
+    uint32_t    body;              /**< DEFREC_BODY_*: what carries points beneath the surface
+                                        @default DEFREC_BODY_ON @range DEFREC_BODY_* @since 1.1 */
 } defrec_tracker_desc;
 
 /** Opens the device and allocates everything that a frame needs; afterwards no frame allocates, but
@@ -860,8 +871,10 @@ DEFREC_API void DEFREC_CALL defrec_memory_release(defrec_memory memory);
 
 /** Flags of defrec_frame. */
 enum {
-    DEFREC_FRAME_CAPTURE_TEMPLATE = 1u << 0 /**< make this frame the template (the first usable
+    DEFREC_FRAME_CAPTURE_TEMPLATE = 1u << 0, /**< make this frame the template (the first usable
                                                  frame is, unless one was set) */
+    DEFREC_FRAME_HELD_MOTION      = 1u << 1, /**< held_motion is given @since 1.1 */
+    DEFREC_FRAME_CAMERA_POSE      = 1u << 2  /**< camera_pose is given @since 1.1 */
 };
 
 /** A pair of images. */
@@ -882,6 +895,14 @@ typedef struct defrec_frame {
                                            DEFREC_REASON_UNCHECKED, in this order. A job that is
                                            late all the same says so: DEFREC_REASON_OVERDUE
                                            @unit ns @since 1.1 */
+    /** With DEFREC_FRAME_HELD_MOTION: rectified camera from template frame, 3x4 row-major, a rotation
+     *  and mm, of what holds the body (a bone, the base of the tissue). It carries the depth beneath
+     *  the surface, instead of what is estimated from the surface. @since 1.1 */
+    double held_motion[12];
+    /** With DEFREC_FRAME_CAMERA_POSE: fixed frame (a navigation system's) from rectified camera, 3x4
+     *  row-major, a rotation and mm, at the frame's time. Given with every frame from the template's
+     *  on, it tells the motion of the tissue from that of the camera. @since 1.1 */
+    double camera_pose[12];
 } defrec_frame;
 
 /** Queues a frame; jobs of one tracker run in order. Host pixels are copied before it returns.
@@ -1006,6 +1027,16 @@ typedef struct defrec_piece {
     uint32_t reserved;        /**< 0 */
 } defrec_piece;
 
+/** What carries points beneath the surface of a frame. @since 1.1 */
+enum {
+    DEFREC_BODY_STATE_NONE    = 0, /**< no template, or no body can be made of it, or
+                                        DEFREC_BODY_OFF */
+    DEFREC_BODY_STATE_PENDING = 1, /**< it is being computed: until then such points move with the
+                                        rigid motion of the tissue that is seen, or with the body
+                                        before the template grew or was cut */
+    DEFREC_BODY_STATE_READY   = 2  /**< the elastic body */
+};
+
 /** A frame's result. Pointers live until the job is released; without a template they are NULL and
  *  counts 0. */
 typedef struct defrec_result {
@@ -1076,6 +1107,8 @@ typedef struct defrec_result {
     const defrec_piece *pieces;      /**< of the surface, see vertex_pieces of defrec_template_info
                                           @since 1.1 */
     uint64_t            piece_count; /**< pieces; 1 for most templates @since 1.1 */
+    uint32_t            body;        /**< DEFREC_BODY_STATE_*, now @since 1.1 */
+    uint32_t            reserved2;   /**< 0 @since 1.1 */
 } defrec_result;
 /** The result of a job that is done: after defrec_job_wait() gave DEFREC_OK.
  *  @errors DEFREC_ERROR_STATE: not done yet. Of a job that failed: as it failed.
@@ -1109,11 +1142,13 @@ enum {
 DEFREC_API defrec_status DEFREC_CALL defrec_job_lift_points(
     defrec_job job, const double *uv, size_t count, double *xyz, uint8_t *found);
 
-/** Moves count points template_xyz, mm, given in the template frame (on or near the surface: a
- *  preoperative model, say) to the frame of this job, xyz. For each point status (DEFREC_POINT_*)
- *  and expected_error_mm (as in defrec_result) say how far to trust it; both may be NULL. A point
- *  that is not finite comes out as NaN and DEFREC_POINT_UNKNOWN. template_xyz and xyz may be the
- *  same memory.
+/** Moves count points template_xyz, mm, given in the template frame (a preoperative model, say) to
+ *  the frame of this job, xyz. Points on the surface move with it; points beneath it are carried by
+ *  the elastic body, see docs/beneath.md, and their status is never DEFREC_POINT_OBSERVED; points in
+ *  front of it move with the surface behind them. For each point status (DEFREC_POINT_*) and
+ *  expected_error_mm (as in defrec_result) say how far to trust it; both may be NULL. A point that
+ *  is not finite comes out as NaN and DEFREC_POINT_UNKNOWN. template_xyz and xyz may be the same
+ *  memory.
  *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it
  *  failed.
  *  @threads any @since 1.0 */
@@ -1131,6 +1166,18 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_warp_points(
 DEFREC_API defrec_status DEFREC_CALL defrec_job_point_covariances(
     defrec_job job, const double *template_xyz, size_t count, double *covariance,
     uint8_t *evidence);
+
+/** Moves prepared targets to the frame of this job, as defrec_job_warp_points() and
+ *  defrec_job_point_covariances() do, faster: xyz, covariance (six values each, may be NULL), status
+ *  and expected_error_mm (both may be NULL) per target. count is that of defrec_targets_count(). The
+ *  first call of a frame, for any of its points, computes the body's motion.
+ *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. DEFREC_ERROR_ARGUMENT: another
+ *  count, or the frame's template is neither that of the targets nor one that it became by growing or by a cut. Of
+ *  a job that failed: as it failed.
+ *  @threads any @since 1.1 */
+DEFREC_API defrec_status DEFREC_CALL defrec_job_move_targets(
+    defrec_job job, defrec_targets targets, size_t count, double *xyz, double *covariance,
+    uint8_t *status, double *expected_error_mm);
 
 /** @} */
 /** @defgroup template Templates
@@ -1210,6 +1257,75 @@ DEFREC_API defrec_status DEFREC_CALL defrec_template_lift(
  *  @threads any @since 1.1 */
 DEFREC_API defrec_status DEFREC_CALL defrec_template_point_pieces(
     defrec_template surface, const double *template_xyz, size_t count, uint8_t *pieces);
+
+/** A triangle mesh in the template frame. Frozen. @since 1.1 */
+typedef struct defrec_mesh {
+    const float    *vertices;       /**< xyz each, mm */
+    uint64_t        vertex_count;   /**< of vertices @range 0..1000000 */
+    const uint32_t *triangles;      /**< three vertex indices each, counter-clockwise seen from
+                                         outside */
+    uint64_t        triangle_count; /**< of triangles @range 0..1000000 */
+} defrec_mesh;
+
+/** Flags of defrec_body_region. @since 1.1 */
+enum {
+    DEFREC_REGION_HELD = 1u << 0 /**< what lies in it is held: it moves with held_motion of
+                                      defrec_frame, or with the deep tissue where that is not
+                                      given */
+};
+/** A part of a body that is stiffer or softer than the rest, or held. Frozen. @since 1.1 */
+typedef struct defrec_body_region {
+    defrec_mesh mesh;      /**< closed; what lies in it */
+    float       stiffness; /**< Young's modulus relative to the rest of the body @default 1
+                                @range 0.01..1000 */
+    uint32_t    flags;     /**< DEFREC_REGION_* @range 0..DEFREC_REGION_HELD */
+} defrec_body_region;
+
+/** The elastic body that a template surface belongs to. @since 1.1 */
+typedef struct defrec_body_desc {
+    uint32_t                  struct_size;   /**< see DEFREC_INIT */
+    uint32_t                  flags;         /**< 0 */
+    defrec_mesh               mesh;          /**< closed; of the whole body. Without vertices: the
+                                                  tissue beneath the surface, whose extent is not
+                                                  known */
+    const defrec_body_region *regions;       /**< where regions overlap the last one counts */
+    uint64_t                  region_count;  /**< of regions @range 0..64 */
+    float                     poisson_ratio; /**< of the tissue @default 0.43 @range 0.01..0.495 */
+    float                     cut_depth_mm;  /**< how deep a cut parts the body @default 10
+                                                  @range 0.1..1000 @unit mm */
+} defrec_body_desc;
+
+/** Sets the body that the template surface belongs to, from then on and in all trackers that follow
+ *  it or what it becomes by growing or by a cut; NULL: the tissue beneath the surface. What desc
+ *  points to is copied. A body that is being computed is given up, and that before is used until the
+ *  new one is ready. Saved with the template.
+ *  @errors DEFREC_ERROR_ARGUMENT: a field is out of range, or a mesh is not closed, is inside out,
+ *  intersects itself, has a size that is not one in mm, or does not meet the surface; the error
+ *  message says where.
+ *  @threads any @since 1.1 */
+DEFREC_API defrec_status DEFREC_CALL defrec_template_set_body(
+    defrec_template surface, const defrec_body_desc *desc);
+/** Waits at most timeout_ns for the body beneath the template surface to be ready; starts computing
+ *  it where nobody has. What then is asked of a frame's points depends on the frames alone and not
+ *  on time. DEFREC_OK: it is. DEFREC_TIMEOUT: not yet.
+ *  @errors DEFREC_ERROR_UNSUPPORTED: no body can be made of it. DEFREC_ERROR_OUT_OF_MEMORY.
+ *  @threads any @since 1.1 */
+DEFREC_API defrec_status DEFREC_CALL defrec_template_wait_body(
+    defrec_template surface, uint64_t timeout_ns);
+
+/** Prepares count points template_xyz, mm, template frame, to be moved in many frames:
+ *  defrec_job_move_targets(). They follow the template surface and what it becomes by growing or by
+ *  a cut. Points that are not finite are unknown in every frame.
+ *  @errors DEFREC_ERROR_ARGUMENT: count is above 1,000,000.
+ *  @threads any @since 1.1 */
+DEFREC_API defrec_status DEFREC_CALL defrec_targets_create(
+    defrec_template surface, const double *template_xyz, size_t count, defrec_targets *out);
+/** The number of targets. 0 for a bad handle.
+ *  @threads any @since 1.1 */
+DEFREC_API size_t DEFREC_CALL defrec_targets_count(defrec_targets targets);
+/** Ends the use of the targets.
+ *  @threads any @since 1.1 */
+DEFREC_API void DEFREC_CALL defrec_targets_destroy(defrec_targets targets);
 
 /** Writes the template surface to the file path. Nobody meets half a file: an older one is replaced
  *  when the new one is complete.

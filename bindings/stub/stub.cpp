@@ -287,6 +287,25 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_point_covariances(
     return call.status();
 }
 
+DEFREC_API defrec_status DEFREC_CALL defrec_job_move_targets(
+        defrec_job job,
+        defrec_targets targets,
+        size_t count,
+        double *xyz,
+        double *covariance,
+        uint8_t *status,
+        double *expected_error_mm) {
+    Call call("defrec_job_move_targets");
+    call.handle("job", job);
+    call.handle("targets", targets);
+    call.integer("count", count);
+    call.made_array("xyz", xyz, 3 * count);
+    call.made_array("covariance", covariance, 6 * count);
+    call.made_array("status", status, 1 * count);
+    call.made_array("expected_error_mm", expected_error_mm, 1 * count);
+    return call.status();
+}
+
 DEFREC_API defrec_status DEFREC_CALL defrec_tracker_get_template(
         defrec_tracker tracker,
         defrec_template *out) {
@@ -345,6 +364,48 @@ DEFREC_API defrec_status DEFREC_CALL defrec_template_point_pieces(
     call.integer("count", count);
     call.made_array("pieces", pieces, 1 * count);
     return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_template_set_body(
+        defrec_template surface,
+        const defrec_body_desc *desc) {
+    Call call("defrec_template_set_body");
+    call.handle("surface", surface);
+    call.structure("desc", desc);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_template_wait_body(
+        defrec_template surface,
+        uint64_t timeout_ns) {
+    Call call("defrec_template_wait_body");
+    call.handle("surface", surface);
+    call.integer("timeout_ns", timeout_ns);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_targets_create(
+        defrec_template surface,
+        const double *template_xyz,
+        size_t count,
+        defrec_targets *out) {
+    Call call("defrec_targets_create");
+    call.handle("surface", surface);
+    call.doubles("template_xyz", template_xyz, 3 * count);
+    call.integer("count", count);
+    call.made_handle("out", out);
+    return call.status();
+}
+
+DEFREC_API size_t DEFREC_CALL defrec_targets_count(defrec_targets targets) {
+    Call call("defrec_targets_count");
+    call.handle("targets", targets);
+    return call.count();
+}
+
+DEFREC_API void DEFREC_CALL defrec_targets_destroy(defrec_targets targets) {
+    Call call("defrec_targets_destroy");
+    call.handle("targets", targets);
 }
 
 DEFREC_API defrec_status DEFREC_CALL defrec_template_save(

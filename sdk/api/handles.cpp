@@ -33,6 +33,7 @@ const char* kind_name(HandleKind kind) {
         case HandleKind::kStage:
             return "stage";
         case HandleKind::kMemory:
+        case HandleKind::kTargets:
             return "memory";
     }
     return "unknown";
@@ -68,7 +69,7 @@ uint64_t bits_of(const void* handle) { return reinterpret_cast<uintptr_t>(handle
 void check_bits(const Table& own, HandleKind kind, const void* handle) {
     if (handle == nullptr) fail(DEFREC_ERROR_ARGUMENT, "the ", kind_name(kind), " handle is NULL");
     const uint64_t bits = bits_of(handle), found = bits >> 48 & 0xFF;
-    if (bits >> 56 != kMark || found < 1 || found > static_cast<uint64_t>(HandleKind::kMemory))
+    if (bits >> 56 != kMark || found < 1 || found > static_cast<uint64_t>(HandleKind::kTargets))
         fail(DEFREC_ERROR_HANDLE, "not a handle of defrec, a ", kind_name(kind), " is expected");
     if (found != static_cast<uint64_t>(kind))
         fail(DEFREC_ERROR_HANDLE, "a ", kind_name(static_cast<HandleKind>(found)),

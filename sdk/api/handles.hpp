@@ -8,7 +8,16 @@
 
 namespace defrec {
 
-enum class HandleKind : uint8_t { kContext = 1, kRig, kTracker, kTemplate, kJob, kStage, kMemory };
+enum class HandleKind : uint8_t {
+    kContext = 1,
+    kRig,
+    kTracker,
+    kTemplate,
+    kJob,
+    kStage,
+    kMemory,
+    kTargets
+};
 
 namespace detail {
 // Keeps what is given back for the next: handles and what stands behind them come and go with every

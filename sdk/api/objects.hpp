@@ -10,6 +10,7 @@
 #include "sdk/device/stage_runner.hpp"
 #include "sdk/rig/rig.hpp"
 #include "sdk/template/template.hpp"
+#include "sdk/tracking/prepared_targets.hpp"
 #include "sdk/tracking/tracker.hpp"
 
 namespace defrec {
@@ -85,6 +86,11 @@ template <>
 struct HandleTraits<defrec_memory> {
     static constexpr HandleKind kind = HandleKind::kMemory;
     using Object = MemoryObject;
+};
+template <>
+struct HandleTraits<defrec_targets> {
+    static constexpr HandleKind kind = HandleKind::kTargets;
+    using Object = PreparedTargets;
 };
 template <>
 struct HandleTraits<defrec_stage> {

@@ -82,10 +82,29 @@ FrameInput::Clock::time_point read_deadline(uint64_t deadline_ns,
     return begin + std::chrono::nanoseconds(deadline_ns);
 }
 
+// values: 3x4 row-major.
+Eigen::Isometry3d read_motion(const char* name, const double* values) {
+    constexpr double kTolerance = 1e-3, kMaxMm = 1e6;
+    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 4; ++column)
+            motion.matrix()(row, column) = values[4 * row + column];
+    const Eigen::Matrix3d rotation = motion.linear();
+    const double off = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm();
+    if (!(off < kTolerance) || !(rotation.determinant() > 0))
+        fail(DEFREC_ERROR_ARGUMENT, "frame.", name, ": its first three columns are no rotation");
+    if (!(motion.translation().norm() < kMaxMm))
+        fail(DEFREC_ERROR_ARGUMENT, "frame.", name, ": its translation is ",
+             motion.translation().norm(), " mm, less than ", kMaxMm, " expected");
+    return motion;
+}
+
 FrameInput read_frame(const defrec_frame* given, const Tracker& tracker) {
     const FrameInput::Clock::time_point begin = FrameInput::Clock::now();
     const auto frame = read_struct<defrec_frame>("frame", given);
-    if ((frame.flags & ~uint32_t{DEFREC_FRAME_CAPTURE_TEMPLATE}) != 0)
+    constexpr uint32_t kKnown =
+        DEFREC_FRAME_CAPTURE_TEMPLATE | DEFREC_FRAME_HELD_MOTION | DEFREC_FRAME_CAMERA_POSE;
+    if ((frame.flags & ~kKnown) != 0)
         fail(DEFREC_ERROR_ARGUMENT, "frame.flags has unknown bits: ", frame.flags);
     FrameInput input;
     input.timestamp_ns = frame.timestamp_ns;
@@ -98,6 +117,10 @@ FrameInput read_frame(const defrec_frame* given, const Tracker& tracker) {
     if (frame.ignore != nullptr)
         input.ignore = read_frame_image("ignore", frame.ignore, DEFREC_FORMAT_GRAY8,
                                         tracker.rig().width(), tracker);
+    if ((frame.flags & DEFREC_FRAME_HELD_MOTION) != 0)
+        input.held_motion = read_motion("held_motion", frame.held_motion);
+    if ((frame.flags & DEFREC_FRAME_CAMERA_POSE) != 0)
+        input.camera_pose = read_motion("camera_pose", frame.camera_pose);
     if (frame.samples != nullptr) input.samples = read_memory("samples", frame.samples, tracker);
     return input;
 }
@@ -231,6 +254,20 @@ defrec_status defrec_job_point_covariances(defrec_job job, const double* templat
     });
 }
 
+defrec_status defrec_job_move_targets(defrec_job job, defrec_targets targets, size_t count,
+                                      double* xyz, double* covariance, uint8_t* status,
+                                      double* expected_error_mm) {
+    return api_call([&] {
+        const JobUse use(job);
+        const auto prepared = find_handle(targets);
+        if (count != prepared->count())
+            fail(DEFREC_ERROR_ARGUMENT, "count is ", count, ", there are ", prepared->count(),
+                 " targets");
+        if (count != 0) expect_given("xyz", xyz);
+        use->move_targets(*prepared, xyz, covariance, status, expected_error_mm);
+    });
+}
+
 defrec_status defrec_job_get_template(defrec_job job, defrec_template* out) {
     return api_call([&] {
         const JobUse use(job);
@@ -312,6 +349,40 @@ defrec_status defrec_template_point_pieces(defrec_template surface, const double
         }
         object->surface->point_pieces(template_xyz, count, pieces);
     });
+}
+
+defrec_status defrec_template_set_body(defrec_template surface, const defrec_body_desc* desc) {
+    return api_call([&] {
+        const auto object = find_handle(surface);
+        if (desc == nullptr) return object->surface->set_body(nullptr);
+        const auto given = read_struct<defrec_body_desc>("desc", desc);
+        object->surface->set_body(&given);
+    });
+}
+
+defrec_status defrec_template_wait_body(defrec_template surface, uint64_t timeout_ns) {
+    return api_call([&] { return find_handle(surface)->surface->wait_body(timeout_ns); });
+}
+
+defrec_status defrec_targets_create(defrec_template surface, const double* template_xyz,
+                                    size_t count, defrec_targets* out) {
+    return api_call([&] {
+        expect_given("out", out);
+        const auto object = find_handle(surface);
+        if (count != 0) expect_given("template_xyz", template_xyz);
+        *out = add_handle<defrec_targets>(
+            std::make_shared<PreparedTargets>(object->surface, template_xyz, count));
+    });
+}
+
+size_t defrec_targets_count(defrec_targets targets) {
+    size_t count = 0;
+    api_call([&] { count = find_handle(targets)->count(); });
+    return count;
+}
+
+void defrec_targets_destroy(defrec_targets targets) {
+    if (targets != nullptr) api_call([&] { remove_handle(targets); });
 }
 
 defrec_status defrec_template_save(defrec_template surface, const char* path) {

@@ -23,6 +23,9 @@ uint64_t process_id() noexcept;
 // point mode, whatever the mode of the starting thread. Throws Error(DEFREC_ERROR_OUT_OF_MEMORY).
 std::thread start_thread(std::function<void()> body);
 
+// This thread gets less of a core that others want.
+void lower_priority() noexcept;
+
 // For a scope: default rounding, no flushing of denormals; the thread's own mode is back
 // afterwards.
 class DefaultFloatingPoint {

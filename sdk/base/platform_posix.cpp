@@ -5,6 +5,7 @@
 #include <pthread.h>
 #include <signal.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -87,6 +88,12 @@ std::thread start_thread(std::function<void()> body) {
     } catch (const std::system_error& error) {
         fail(DEFREC_ERROR_OUT_OF_MEMORY, "cannot start a thread: ", error.what());
     }
+}
+
+void lower_priority() noexcept {
+    // Linux has a priority for each thread, 0 being the one that calls.
+    constexpr int kNice = 5;
+    (void)setpriority(PRIO_PROCESS, 0, kNice);
 }
 
 DefaultFloatingPoint::DefaultFloatingPoint() noexcept {

@@ -128,6 +128,10 @@ std::thread start_thread(std::function<void()> body) {
     }
 }
 
+void lower_priority() noexcept {
+    (void)SetThreadPriority(GetCurrentThread(), THREAD_PRIORITY_BELOW_NORMAL);
+}
+
 DefaultFloatingPoint::DefaultFloatingPoint() noexcept {
     static_assert(sizeof(FloatingPoint) <= sizeof saved_ && alignof(FloatingPoint) <= 16);
     reinterpret_cast<FloatingPoint*>(saved_)->read();

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "include/defrec_c.h"
+#include "sdk/base/background_thread.hpp"
 #include "sdk/base/thread_pool.hpp"
 
 namespace defrec {
@@ -55,6 +56,9 @@ class Services {
     // Threads that parallel_for uses, at least 1.
     uint32_t concurrency() const noexcept;
 
+    // For work that no frame waits for. What a task holds must not keep the services alive.
+    BackgroundThread& background() const noexcept { return background_; }
+
     // How long a plugin may take to answer.
     std::chrono::milliseconds plugin_deadline() const noexcept {
         return std::chrono::milliseconds(desc_.plugin_deadline_ms);
@@ -74,6 +78,7 @@ class Services {
   private:
     defrec_context_desc desc_;
     mutable std::atomic<bool> left_behind_{false}, ended_{false};
+    mutable BackgroundThread background_;
     std::unique_ptr<ThreadPool> pool_;  // null with the application's own threads
 };
 

@@ -44,6 +44,7 @@ inline void fill_defaults(defrec_tracker_desc& p) {
     if (p.fine_iterations == 0) p.fine_iterations = 2;
     if (p.self_calibration == 0) p.self_calibration = DEFREC_SELF_CALIBRATION_REPORT;
     if (p.max_vertices == 0) p.max_vertices = 65536;
+    if (p.body == 0) p.body = DEFREC_BODY_ON;
 }
 inline std::string range_error(const defrec_tracker_desc& p) {
     RangeCheck check("desc.");
@@ -77,6 +78,11 @@ inline std::string range_error(const defrec_tracker_desc& p) {
         "REPORT (0), CORRECT (1), OFF (2)");
     check.integer("grow", p.grow, 0, 1);
     if (p.max_vertices != 0) check.integer("max_vertices", p.max_vertices, 1, 1000000);
+    if (p.body != 0)
+        check.known("body", p.body,
+        {DEFREC_BODY_ON,
+         DEFREC_BODY_OFF},
+        "ON (0), OFF (1)");
     return check.error();
 }
 inline constexpr int32_t kTrackerMaxFramesInFlight = 16;
@@ -86,4 +92,20 @@ inline constexpr int32_t kTrackerMaxFeatures = 65535;
 inline constexpr int32_t kTrackerMaxCoarseIterations = 1000;
 inline constexpr int32_t kTrackerMaxFineIterations = 1000;
 inline constexpr int32_t kTrackerMaxGrow = 1;
+
+inline void fill_defaults(defrec_body_desc& p) {
+    p.struct_size = sizeof p;
+    if (p.poisson_ratio == 0) p.poisson_ratio = 0.43f;
+    if (p.cut_depth_mm == 0) p.cut_depth_mm = 10.0f;
+}
+inline std::string range_error(const defrec_body_desc& p) {
+    RangeCheck check("desc.");
+    check.integer("mesh.vertex_count", p.mesh.vertex_count, 0, 1000000);
+    check.integer("mesh.triangle_count", p.mesh.triangle_count, 0, 1000000);
+    check.integer("region_count", p.region_count, 0, 64);
+    if (p.poisson_ratio != 0) check.real("poisson_ratio", p.poisson_ratio, 0.01f, 0.495f, false);
+    if (p.cut_depth_mm != 0) check.real("cut_depth_mm", p.cut_depth_mm, 0.1f, 1000.0f, false);
+    return check.error();
+}
+inline constexpr int32_t kBodyMaxRegionCount = 64;
 }  // namespace defrec

@@ -29,6 +29,10 @@ inline constexpr TrackerChoice kSelfCalibrationChoices[] = {
     {"correct", DEFREC_SELF_CALIBRATION_CORRECT},
     {"off", DEFREC_SELF_CALIBRATION_OFF},
 };
+inline constexpr TrackerChoice kBodyChoices[] = {
+    {"on", DEFREC_BODY_ON},
+    {"off", DEFREC_BODY_OFF},
+};
 
 inline constexpr TrackerOption kTrackerOptions[] = {
     {"disparities", &defrec_tracker_desc::disparities, 0, 510, {}},
@@ -44,5 +48,6 @@ inline constexpr TrackerOption kTrackerOptions[] = {
     {"self_calibration", &defrec_tracker_desc::self_calibration, 0, 0, kSelfCalibrationChoices},
     {"grow", &defrec_tracker_desc::grow, 0, 1, {}},
     {"max_vertices", &defrec_tracker_desc::max_vertices, 0, 1000000, {}},
+    {"body", &defrec_tracker_desc::body, 0, 0, kBodyChoices},
 };
 }  // namespace defrec

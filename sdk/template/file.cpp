@@ -443,7 +443,7 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     append_checks(data, grown);
     context.log(DEFREC_LOG_INFO,
                 concat("template with ", data.vertices.size(), " vertices loaded from ", name));
-    return std::make_shared<const Template>(std::move(data));
+    return std::make_shared<const Template>(std::move(data), context.allocator());
 }
 
 }  // namespace defrec

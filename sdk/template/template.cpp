@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "sdk/body/body_slot.hpp"
 #include "sdk/template/cut.hpp"
 #include "sdk/template/surface_index.hpp"
 #include "sdk/template/surroundings.hpp"
@@ -59,17 +60,42 @@ size_t TemplateData::pieces() const {
                               : size_t{*std::max_element(node_piece.begin(), node_piece.end())} + 1;
 }
 
-Template::Template(TemplateData data)
+Template::Template(TemplateData data, std::weak_ptr<const Services> services)
+    : Template(std::move(data), std::make_shared<BodySlot>(std::move(services)),
+               std::make_shared<const int>()) {}
+
+Template::Template(TemplateData data, const Template& before)
+    : Template(std::move(data), std::make_shared<BodySlot>(before.body_), before.lineage_) {}
+
+Template::Template(TemplateData data, std::shared_ptr<BodySlot> body,
+                   std::shared_ptr<const int> lineage)
     : data_(std::move(data)),
       cut_points_(cut_points(data_)),
       vertex_pieces_(data_.vertices.size()),
       index_(data_.parts.empty() ? nullptr : std::make_unique<SurfaceIndex>(data_)),
-      surroundings_(std::make_unique<Surroundings>(data_)) {
+      surroundings_(std::make_unique<Surroundings>(data_)),
+      body_(std::move(body)),
+      lineage_(std::move(lineage)) {
     std::transform(data_.vertices.begin(), data_.vertices.end(), vertex_pieces_.begin(),
                    [&](const defrec_surface_point& vertex) { return data_.piece_of(vertex); });
 }
 
 Template::~Template() = default;
+
+BodySurface Template::body_surface() const {
+    return {data_.vertices, vertex_pieces_, data_.pieces(), cut_points_};
+}
+
+void Template::start_body() const { body_->start(body_surface()); }
+
+defrec_status Template::wait_body(uint64_t timeout_ns) const {
+    return body_->wait(body_surface(), timeout_ns);
+}
+
+void Template::set_body(const defrec_body_desc* desc) const {
+    body_->describe(desc != nullptr ? describe_body(*desc, data_.vertices) : nullptr,
+                    body_surface());
+}
 
 void Template::info(defrec_template_info& out) const {
     out.width = data_.width;

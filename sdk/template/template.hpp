@@ -12,7 +12,10 @@
 
 namespace defrec {
 
+class BodySlot;  // body_slot.hpp
+struct BodySurface;
 class Context;
+class Services;
 class SurfaceIndex;  // surface_index.hpp
 class Surroundings;  // surroundings.hpp
 template <class T>
@@ -113,7 +116,10 @@ struct TemplateData {
 
 class Template {
   public:
-    explicit Template(TemplateData data);
+    // services: whose background thread computes the body beneath it.
+    explicit Template(TemplateData data, std::weak_ptr<const Services> services = {});
+    // What before became by growing or by a cut: its body serves until this one's is ready.
+    Template(TemplateData data, const Template& before);
     ~Template();
 
     const TemplateData& data() const { return data_; }
@@ -138,11 +144,21 @@ class Template {
     int32_t vertex_at(const double xyz[3]) const;
     const Surroundings& surroundings() const { return *surroundings_; }
 
+    // The body beneath it, as defrec_template_set_body and defrec_template_wait_body have it.
+    void start_body() const;
+    defrec_status wait_body(uint64_t timeout_ns) const;
+    void set_body(const defrec_body_desc* desc) const;
+    const BodySlot& body() const { return *body_; }
+    // Whether this one became of that one by growing or by cuts, or is it.
+    bool descends_from(const Template& other) const { return lineage_ == other.lineage_; }
+
     // The template as a file; throws Error(DEFREC_ERROR_IO).
     void save(const char* path) const;
     static std::shared_ptr<const Template> load(Context& context, const char* path);
 
   private:
+    Template(TemplateData data, std::shared_ptr<BodySlot> body, std::shared_ptr<const int> lineage);
+    BodySurface body_surface() const;
     // On tissue that joined; -1: it is not.
     int32_t grown_vertex(const double xyz[3]) const;
     Skin skin_of(const double xyz[3]) const;
@@ -152,6 +168,8 @@ class Template {
     std::vector<uint8_t> vertex_pieces_;
     std::unique_ptr<const SurfaceIndex> index_;  // null: it has not grown
     std::unique_ptr<const Surroundings> surroundings_;
+    std::shared_ptr<BodySlot> body_;
+    std::shared_ptr<const int> lineage_;
 };
 
 constexpr size_t kMaxPieces = 8;  // of a surface

@@ -1,9 +1,11 @@
 // A submitted frame, checked: its images have the rig's size and the tracker's format.
 #pragma once
+#include <Eigen/Geometry>
 #include <array>
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 namespace defrec {
@@ -30,7 +32,8 @@ struct FrameInput {
     FrameImage ignore;                            // may be missing
     std::shared_ptr<const DeviceBuffer> samples;  // where the surface is left as well; may be null
     using Clock = std::chrono::steady_clock;
-    Clock::time_point deadline = Clock::time_point::max();  // of the job
+    Clock::time_point deadline = Clock::time_point::max();      // of the job
+    std::optional<Eigen::Isometry3d> held_motion, camera_pose;  // as defrec_frame has them
 };
 
 // An image, with pixels of a DEFREC_FORMAT_*, and where their gray values are to be kept, in rows

@@ -2,25 +2,14 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <limits>
 #include <new>
 
-#include "backends/shared/motion.hpp"
 #include "sdk/base/spin.hpp"
+#include "sdk/body/body_slot.hpp"
 #include "sdk/tracking/lift_pixels.hpp"
+#include "sdk/tracking/prepared_targets.hpp"
 
 namespace defrec {
-namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-bool is_finite(const double xyz[3]) {
-    return std::isfinite(xyz[0]) && std::isfinite(xyz[1]) && std::isfinite(xyz[2]);
-}
-
-}  // namespace
-
 TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor,
                        const std::shared_ptr<const Device>& device, uint64_t pixels,
                        bool keep_disparity, bool grows)
@@ -116,6 +105,7 @@ void TrackerJob::release() {
     if (outcome == DeviceWatch::Outcome::kStuck) give_up(lock);
     if (phase != JobPhase::kDone) return;  // a thread that is left behind may come back to it
     surface.reset();
+    carrier_.reset();
     phase = JobPhase::kFree;
 }
 
@@ -171,6 +161,7 @@ void TrackerJob::result(defrec_result& out) const {
     out.landmark_count = data.landmarks.size();
     out.patch_observations = output.observations.data();
     out.patch_count = data.patches.size();
+    out.body = surface->body().state();
     out.pieces = pieces.data();
     out.piece_count = pieces.size();
 }
@@ -198,40 +189,65 @@ void TrackerJob::lift_points(const double* uv, size_t count, double* xyz, uint8_
     std::fill_n(found, count, uint8_t{0});
 }
 
-TrackerJob::WarpedPoint TrackerJob::warp(const double* template_xyz) const {
-    const double from[3] = {template_xyz[0], template_xyz[1], template_xyz[2]};
-    if (!is_finite(from)) return {{kNaN, kNaN, kNaN}, confidence_at(*surface, confidence, from)};
-    const Vec3<double> point{from[0], from[1], from[2]};
-    const PointMotion moves = point_motion(*surface, output.motions, point, grows_);
-    const Vec3<double> place = apply(moves.motion, point);
-    return {place, moves.is_beside && moves.is_near
-                       ? confidence_beside(confidence, moves.vertex, moves.distance_mm, place)
-                       : confidence_at(*surface, confidence, from)};
+CarryingSurface TrackerJob::carrying_surface() const {
+    return {*surface,   output.motions,       vertices, output.samples,
+            confidence, state == DEFREC_LOST, grows_,   input.held_motion};
+}
+
+void TrackerJob::carry(const double* template_xyz, size_t count, const Carried& carried) const {
+    // Memory is bounded, however many points there are.
+    constexpr size_t kBlock = 8192;
+    const std::shared_ptr<const Body> body = surface->body().body();
+    std::vector<PreparedPoint> points;
+    for (size_t begin = 0; begin < count; begin += kBlock) {
+        points.clear();
+        for (size_t i = begin; i < std::min(begin + kBlock, count); ++i)
+            points.push_back(prepare_point(*surface, body.get(), template_xyz + 3 * i));
+        carrier_.carry(carrying_surface(), points, body, services()->own_threads(),
+                       [&](size_t i, const CarriedPoint& point) { carried(begin + i, point); });
+    }
 }
 
 void TrackerJob::warp_points(const double* template_xyz, size_t count, double* xyz,
                              uint8_t* point_status, double* expected_error_mm) const {
     expect_surface();
-    for (size_t i = 0; i < count; ++i) {
-        const auto [place, at_point] = warp(template_xyz + 3 * i);
+    carry(template_xyz, count, [&](size_t i, const CarriedPoint& point) {
+        const auto& [place, at_point] = point;
         xyz[3 * i] = place.x;
         xyz[3 * i + 1] = place.y;
         xyz[3 * i + 2] = place.z;
         if (point_status != nullptr) point_status[i] = at_point.status;
         if (expected_error_mm != nullptr) expected_error_mm[i] = at_point.expected_error;
-    }
+    });
 }
 
 void TrackerJob::point_covariances(const double* template_xyz, size_t count, double* covariance,
                                    uint8_t* point_evidence) const {
     expect_surface();
-    for (size_t i = 0; i < count; ++i) {
-        const double* point = template_xyz + 3 * i;
-        SurfaceConfidence at_point = warp(point).confidence;
-        if (!is_finite(point)) std::fill_n(at_point.covariance, 6, kNaN);
-        std::copy_n(at_point.covariance, 6, covariance + 6 * i);
-        if (point_evidence != nullptr) point_evidence[i] = at_point.evidence;
-    }
+    carry(template_xyz, count, [&](size_t i, const CarriedPoint& point) {
+        std::copy_n(point.confidence.covariance, 6, covariance + 6 * i);
+        if (point_evidence != nullptr) point_evidence[i] = point.confidence.evidence;
+    });
+}
+
+void TrackerJob::move_targets(const PreparedTargets& targets, double* xyz, double* covariance,
+                              uint8_t* point_status, double* expected_error_mm) const {
+    expect_surface();
+    if (!surface->descends_from(targets.surface()))
+        fail(DEFREC_ERROR_ARGUMENT, "the targets were made for another template");
+    const auto prepared = targets.prepared(surface);
+    carrier_.carry(carrying_surface(), prepared->points, prepared->body, services()->own_threads(),
+                   [&](size_t i, const CarriedPoint& point) {
+                       const auto& [place, at_point] = point;
+                       xyz[3 * i] = place.x;
+                       xyz[3 * i + 1] = place.y;
+                       xyz[3 * i + 2] = place.z;
+                       if (covariance != nullptr)
+                           std::copy_n(at_point.covariance, 6, covariance + 6 * i);
+                       if (point_status != nullptr) point_status[i] = at_point.status;
+                       if (expected_error_mm != nullptr)
+                           expected_error_mm[i] = at_point.expected_error;
+                   });
 }
 
 }  // namespace defrec

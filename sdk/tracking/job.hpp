@@ -3,6 +3,7 @@
 #pragma once
 #include <atomic>
 #include <condition_variable>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -10,7 +11,7 @@
 #include "sdk/device/context.hpp"
 #include "sdk/tracking/frame_output.hpp"
 #include "sdk/tracking/frame_state.hpp"
-#include "sdk/tracking/point_motion.hpp"
+#include "sdk/tracking/point_carrier.hpp"
 #include "sdk/tracking/rig_estimate.hpp"
 #include "sdk/tracking/tracker.hpp"
 #include "sdk/tracking/vertex_confidence.hpp"
@@ -50,6 +51,8 @@ class TrackerJob final : public Job {
                      double* expected_error_mm) const override;
     void point_covariances(const double* template_xyz, size_t count, double* covariance,
                            uint8_t* evidence) const override;
+    void move_targets(const PreparedTargets& targets, double* xyz, double* covariance,
+                      uint8_t* status, double* expected_error_mm) const override;
     void release() override;
     std::shared_ptr<const Services> services() const override { return monitor->device.services(); }
 
@@ -97,12 +100,10 @@ class TrackerJob final : public Job {
     void give_up(std::unique_lock<std::mutex>& lock);
     void expect_done() const;
     void expect_surface() const;
-    // A point of the template frame in this one. Of one that is not finite NaN, unknown.
-    struct WarpedPoint {
-        Vec3<double> place;
-        SurfaceConfidence confidence;
-    };
-    WarpedPoint warp(const double* template_xyz) const;
+    using Carried = std::function<void(size_t, const CarriedPoint&)>;
+    // Calls carried for each of the points of the template frame.
+    void carry(const double* template_xyz, size_t count, const Carried& carried) const;
+    CarryingSurface carrying_surface() const;
 
     const std::shared_ptr<const Device> device_;
     const uint64_t pixels_;
@@ -110,6 +111,7 @@ class TrackerJob final : public Job {
     // With the monitor's mutex. Nobody is told when the device is given up: who waits looks.
     std::condition_variable changed_;
     std::string error_text_;
+    PointCarrier carrier_;
 };
 
 }  // namespace defrec

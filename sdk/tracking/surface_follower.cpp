@@ -94,6 +94,7 @@ SurfaceFollower::SurfaceFollower(std::shared_ptr<const Rig> rig,
               StandingBlocks(rig_->width(), rig_->height())},
       rig_monitor_(rig_->width(), rig_->height()),
       rig_after_(rig_monitor_),
+      has_body_(settings.body == DEFREC_BODY_ON),
       watches_rig_(settings.self_calibration != DEFREC_SELF_CALIBRATION_OFF),
       corrects_rig_(settings.self_calibration == DEFREC_SELF_CALIBRATION_CORRECT) {}
 
@@ -345,7 +346,7 @@ void SurfaceFollower::capture(TrackerJob& job, ObservedFrame& frame) {
         if (pipeline_.views_look_swapped(frame)) job.reasons |= DEFREC_REASON_VIEWS_SWAPPED;
         return;
     }
-    adopt(std::make_shared<const Template>(std::move(*data)), true);
+    adopt(std::make_shared<const Template>(std::move(*data), job.services()), true);
     if (to_adopt_ != nullptr) frames_.end_template(*std::exchange(to_adopt_, nullptr));
 }
 
@@ -370,13 +371,18 @@ void SurfaceFollower::adopt(std::shared_ptr<const Template> surface, bool is_obs
     growth_.reset();
     cut_watch_.reset();
     cut_.reset();
+    keep(std::move(surface));
+}
+
+void SurfaceFollower::keep(std::shared_ptr<const Template> surface) {
+    if (has_body_) surface->start_body();
     const std::lock_guard lock(template_mutex_);
     template_ = std::move(surface);
 }
 
 // The surface is where it was, with more or other parts; motions: of its control points.
 void SurfaceFollower::change_template(TemplateData changed, std::vector<defrec_motion> motions) {
-    auto surface = std::make_shared<const Template>(std::move(changed));
+    auto surface = std::make_shared<const Template>(std::move(changed), *template_);
     const TemplateData& data = surface->data();
     Surface made{SurfaceModel(data), std::move(motions), last_->samples};
     for (size_t i = made.samples.size(); i < data.vertices.size(); ++i)
@@ -385,8 +391,7 @@ void SurfaceFollower::change_template(TemplateData changed, std::vector<defrec_m
     last_ = std::move(made);
     disparities_.forget_vertices();
     ++template_epoch_;
-    const std::lock_guard lock(template_mutex_);
-    template_ = std::move(surface);
+    keep(std::move(surface));
 }
 
 // Releases what connects the sides of a cut that the frames before showed; false where there is

@@ -77,6 +77,7 @@ class SurfaceFollower {
     GraySums look_at(const TrackerJob& job, size_t view, size_t part);
     void capture(TrackerJob& job, ObservedFrame& frame);
     void adopt(std::shared_ptr<const Template> surface, bool is_observed);
+    void keep(std::shared_ptr<const Template> surface);
     bool release_cut();
     bool grow();
     void change_template(TemplateData data, std::vector<defrec_motion> motions);
@@ -131,7 +132,7 @@ class SurfaceFollower {
     RigEstimate rig_left_after_;
     DisparityWatch disparities_after_;
     Rig::ViewShift shift_;  // that the right view is corrected by
-    const bool watches_rig_, corrects_rig_;
+    const bool has_body_, watches_rig_, corrects_rig_;
     // Of this frame: of measure_patches, and per run of vertices.
     std::vector<double> patch_px2_;
     std::vector<VertexEvidence> vertex_evidence_;

@@ -11,6 +11,7 @@
 
 namespace defrec {
 
+class PreparedTargets;
 class Rig;
 class Services;
 class Template;
@@ -32,6 +33,8 @@ class Job {
                              double* expected_error_mm) const = 0;
     virtual void point_covariances(const double* template_xyz, size_t count, double* covariance,
                                    uint8_t* evidence) const = 0;
+    virtual void move_targets(const PreparedTargets& targets, double* xyz, double* covariance,
+                              uint8_t* status, double* expected_error_mm) const = 0;
     // Waits if it is running, then gives its place back; the object must not be used afterwards.
     virtual void release() = 0;
     // Of the context.

@@ -175,7 +175,11 @@ namespace Defrec
         /// <summary>None.</summary>
         None = 0,
         /// <summary>Make this frame the template (the first usable frame is, unless one was set).</summary>
-        CaptureTemplate = 1u << 0
+        CaptureTemplate = 1u << 0,
+        /// <summary>Held_motion is given.</summary>
+        HeldMotion = 1u << 1,
+        /// <summary>Camera_pose is given.</summary>
+        CameraPose = 1u << 2
     }
 
     /// <summary>State of a frame.</summary>
@@ -348,11 +352,28 @@ namespace Defrec
         public const int OrbAngleBins = 32;
         /// <summary>Control points that move one surface point.</summary>
         public const int SkinNodes = 4;
+        /// <summary>On a thread of its own, from when there is a template.</summary>
+        public const int BodyOn = 0;
+        /// <summary>Never: points beneath the surface move with the rigid motion of the tissue that is seen.</summary>
+        public const int BodyOff = 1;
         /// <summary>
         /// Where the device is quarantined or cannot be opened, take the next one with every stage; results name it.
         /// </summary>
         public const int TrackerFallback = 1;
         /// <summary>Entries of defrec_result's times.</summary>
         public const int MaxTimedStages = 16;
+        /// <summary>No template, or no body can be made of it, or Constants.BodyOff.</summary>
+        public const int BodyStateNone = 0;
+        /// <summary>
+        /// It is being computed: until then such points move with the rigid motion of the tissue that is seen, or with the body
+        /// before the template grew or was cut.
+        /// </summary>
+        public const int BodyStatePending = 1;
+        /// <summary>The elastic body.</summary>
+        public const int BodyStateReady = 2;
+        /// <summary>
+        /// What lies in it is held: it moves with held_motion of defrec_frame, or with the deep tissue where that is not given.
+        /// </summary>
+        public const int RegionHeld = 1;
     }
 }

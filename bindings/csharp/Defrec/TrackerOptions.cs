@@ -57,6 +57,8 @@ namespace Defrec
         public bool Grow { get; set; }
         /// <summary>Of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.</summary>
         public uint MaxVertices { get; set; }
+        /// <summary>Constants.Body*: what carries points beneath the surface; default Constants.BodyOn.</summary>
+        public uint Body { get; set; }
         /// <summary>
         /// Where the device is quarantined or cannot be opened, take the next one with every stage; results name it.
         /// </summary>
@@ -84,6 +86,7 @@ namespace Defrec
             desc.self_calibration = SelfCalibration;
             desc.grow = Grow ? 1u : 0u;
             desc.max_vertices = MaxVertices;
+            desc.body = Body;
             desc.flags = (Fallback ? (uint)Constants.TrackerFallback : 0u);
         }
     }

@@ -32,6 +32,7 @@ OPTIONS = """seed: of random choices: the same seed gives the same results on a 
         SelfCalibration.REPORT.
     grow: tissue that comes into view joins the template; 0 to 1.
     max_vertices: of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.
+    body: BODY_*: what carries points beneath the surface; default BODY_ON.
     fallback: where the device is quarantined or cannot be opened, take the next one with every stage; results name it."""
 
 
@@ -63,6 +64,7 @@ class TrackerOptions(Handle):
         self_calibration: SelfCalibration = SelfCalibration.REPORT,
         grow: bool = False,
         max_vertices: int = 0,
+        body: int = 0,
         fallback: bool = False,
     ) -> None:
         self._create(
@@ -90,6 +92,7 @@ class TrackerOptions(Handle):
                 self_calibration=self_calibration,
                 grow=bool(grow),
                 max_vertices=max_vertices,
+                body=body,
             ),
         )
 

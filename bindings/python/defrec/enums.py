@@ -26,10 +26,24 @@ ORB_ANGLE_BINS = 32
 """Orientation bin k is the angle k * 2 pi / 32 from x towards y."""
 SKIN_NODES = 4
 """Control points that move one surface point."""
+BODY_ON = 0
+"""On a thread of its own, from when there is a template."""
+BODY_OFF = 1
+"""Never: points beneath the surface move with the rigid motion of the tissue that is seen."""
 TRACKER_FALLBACK = 1
 """Where the device is quarantined or cannot be opened, take the next one with every stage; results name it."""
 MAX_TIMED_STAGES = 16
 """Entries of defrec_result's times."""
+BODY_STATE_NONE = 0
+"""No template, or no body can be made of it, or BODY_OFF."""
+BODY_STATE_PENDING = 1
+"""It is being computed: until then such points move with the rigid motion of the tissue that is seen, or with the body
+before the template grew or was cut."""
+BODY_STATE_READY = 2
+"""The elastic body."""
+REGION_HELD = 1
+"""What lies in it is held: it moves with held_motion of defrec_frame, or with the deep tissue where that is not
+given."""
 
 
 class Status(OpenEnum):
@@ -191,6 +205,10 @@ class FrameFlag(IntFlag):
 
     CAPTURE_TEMPLATE = 1
     """Make this frame the template (the first usable frame is, unless one was set)."""
+    HELD_MOTION = 2
+    """Held_motion is given."""
+    CAMERA_POSE = 4
+    """Camera_pose is given."""
 
 
 class State(OpenEnum):

@@ -764,6 +764,8 @@ class TrackerDesc(Struct):
     """1: tissue that comes into view joins the template; 0 to 1."""
     max_vertices: U32
     """Of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536."""
+    body: U32
+    """BODY_*: what carries points beneath the surface; default BODY_ON."""
 
 
 @c_struct("defrec_memory_desc")
@@ -801,6 +803,14 @@ class Frame(Struct):
     """When the job is to be done, from the call of defrec_tracker_submit; 0: no deadline. What is not expected to
     fit is left out: Reason.COARSE, Reason.UNCHECKED, in this order. A job that is late all the same says so:
     Reason.OVERDUE, ns."""
+    held_motion: F64x12
+    """With FrameFlag.HELD_MOTION: rectified camera from template frame, 3x4 row-major, a rotation and mm, of what
+    holds the body (a bone, the base of the tissue). It carries the depth beneath the surface, instead of what is
+    estimated from the surface."""
+    camera_pose: F64x12
+    """With FrameFlag.CAMERA_POSE: fixed frame (a navigation system's) from rectified camera, 3x4 row-major, a
+    rotation and mm, at the frame's time. Given with every frame from the template's on, it tells the motion of the
+    tissue from that of the camera."""
 
 
 @c_struct("defrec_stage_time")
@@ -926,6 +936,9 @@ class ResultStruct(Struct):
     """Of the surface, see vertex_pieces of defrec_template_info."""
     piece_count: U64
     """Pieces; 1 for most templates."""
+    body: U32
+    """BODY_STATE_*, now."""
+    reserved2: U32
 
 
 @c_struct("defrec_cut_point")
@@ -985,3 +998,48 @@ class TemplateInfo(Struct):
     """Piece of the surface per vertex, from 0: no triangle and no edge leads from one to another."""
     piece_count: U64
     """Pieces, at most 8."""
+
+
+@c_struct("defrec_mesh")
+class Mesh(Struct):
+    """A triangle mesh in the template frame. Frozen."""
+
+    vertices: Address
+    """xyz each, mm."""
+    vertex_count: U64
+    """Of vertices; 0 to 1000000."""
+    triangles: Address
+    """Three vertex indices each, counter-clockwise seen from outside."""
+    triangle_count: U64
+    """Of triangles; 0 to 1000000."""
+
+
+@c_struct("defrec_body_region", stiffness=1)
+class BodyRegion(Struct):
+    """A part of a body that is stiffer or softer than the rest, or held. Frozen."""
+
+    mesh: Mesh
+    """Closed; what lies in it."""
+    stiffness: F32
+    """Young's modulus relative to the rest of the body; 0.01 to 1000; default 1."""
+    flags: U32
+    """REGION_*; 0 to REGION_HELD."""
+
+
+@c_struct("defrec_body_desc", poisson_ratio=0.43, cut_depth_mm=10)
+class BodyDesc(Struct):
+    """The elastic body that a template surface belongs to."""
+
+    struct_size: U32
+    flags: U32
+    """0."""
+    mesh: Mesh
+    """Closed; of the whole body. Without vertices: the tissue beneath the surface, whose extent is not known."""
+    regions: Address
+    """Where regions overlap the last one counts."""
+    region_count: U64
+    """Of regions; 0 to 64."""
+    poisson_ratio: F32
+    """Of the tissue; 0.01 to 0.495; default 0.43."""
+    cut_depth_mm: F32
+    """How deep a cut parts the body, mm; 0.1 to 1000; default 10."""

@@ -107,6 +107,10 @@ namespace Defrec.Native
             double* covariance, byte* evidence);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_job_move_targets(IntPtr job, IntPtr targets, UIntPtr count, double* xyz,
+            double* covariance, byte* status, double* expectedErrorMm);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_tracker_get_template(IntPtr tracker, IntPtr* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
@@ -124,6 +128,21 @@ namespace Defrec.Native
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_template_point_pieces(IntPtr surface, double* templateXyz, UIntPtr count,
             byte* pieces);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_template_set_body(IntPtr surface, defrec_body_desc* desc);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_template_wait_body(IntPtr surface, ulong timeoutNs);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_targets_create(IntPtr surface, double* templateXyz, UIntPtr count, IntPtr* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern UIntPtr defrec_targets_count(IntPtr targets);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern void defrec_targets_destroy(IntPtr targets);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_template_save(IntPtr surface, byte* path);

@@ -138,6 +138,7 @@ namespace Defrec.Native
         internal SelfCalibration self_calibration;
         internal uint grow;
         internal uint max_vertices;
+        internal uint body;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -160,6 +161,8 @@ namespace Defrec.Native
         internal defrec_image* ignore;
         internal IntPtr samples;
         internal ulong deadline_ns;
+        internal RigidTransform held_motion;
+        internal RigidTransform camera_pose;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -223,6 +226,8 @@ namespace Defrec.Native
         internal byte* device_id;
         internal Piece* pieces;
         internal ulong piece_count;
+        internal uint body;
+        internal uint reserved2;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -250,5 +255,26 @@ namespace Defrec.Native
         internal ulong cut_point_count;
         internal byte* vertex_pieces;
         internal ulong piece_count;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_mesh
+    {
+        internal float* vertices;
+        internal ulong vertex_count;
+        internal uint* triangles;
+        internal ulong triangle_count;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_body_desc
+    {
+        internal uint struct_size;
+        internal uint flags;
+        internal defrec_mesh mesh;
+        internal BodyRegion* regions;
+        internal ulong region_count;
+        internal float poisson_ratio;
+        internal float cut_depth_mm;
     }
 }

@@ -1,0 +1,255 @@
+// See body_motion.hpp.
+#include "sdk/body/body_motion.hpp"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "sdk/base/services.hpp"
+#include "sdk/body/deep_motion.hpp"
+
+namespace defrec {
+namespace {
+
+constexpr double kErrorOfHalf = 0.7;     // mm: what is known that badly counts half
+constexpr double kFullEvidence = 0.98;   // from here on data are taken as they are
+constexpr double kFloorMm = 0.15;        // of displacements, as fit_rigid_robust has it
+constexpr double kForceFloorMm = 0.003;  // of what handles' springs give way
+constexpr double kMinEvidence = 8;       // handles; fewer say nothing of forces
+
+using Vectors = Eigen::Matrix3Xd;
+
+struct HandlesNow {
+    Vectors rest, now;
+    Eigen::VectorXd evidence, error_mm2;
+
+    HandlesNow(const BodyPiece& piece, const SurfaceNow& surface) {
+        const auto count = static_cast<Eigen::Index>(piece.handles().size());
+        rest.resize(3, count);
+        now.setZero(3, count);
+        evidence.setZero(count);
+        error_mm2.setZero(count);
+        for (Eigen::Index i = 0; i < count; ++i) {
+            const Handle& handle = piece.handles()[static_cast<size_t>(i)];
+            rest.col(i) = handle.position;
+            for (const uint32_t vertex : handle.vertices) {
+                now.col(i) += Eigen::Map<const Eigen::Vector3f>(&surface.positions[3 * vertex])
+                                  .cast<double>();
+                const double error = surface.expected_error[vertex],
+                             relative = error * error / (kErrorOfHalf * kErrorOfHalf);
+                evidence[i] += 1 / (1 + relative * relative);
+                error_mm2[i] += error * error;
+            }
+            const auto vertices = static_cast<double>(handle.vertices.size());
+            now.col(i) /= vertices;
+            evidence[i] /= vertices;
+            error_mm2[i] /= vertices;
+        }
+    }
+};
+
+// Displacements of the handles in a frame of reference, three rows for each.
+Eigen::VectorXf displacements(const HandlesNow& handles, const Eigen::Isometry3d& frame) {
+    const Eigen::Matrix3Xf back = (frame.inverse() * handles.now - handles.rest).cast<float>();
+    return Eigen::Map<const Eigen::VectorXf>(back.data(), back.size());
+}
+
+// Where data are in doubt, the body's own answer takes their place: what is given to a handle then
+// pulls with its share of evidence alone.
+class DoubtfulData {
+  public:
+    DoubtfulData(const BodyPiece& piece, const Eigen::VectorXd& evidence) : piece_(piece) {
+        for (Eigen::Index i = 0; i < evidence.size(); ++i)
+            if (evidence[i] < kFullEvidence)
+                for (int axis = 0; axis < 3; ++axis) {
+                    rows_.push_back(3 * i + axis);
+                    doubt_.push_back(static_cast<float>(1 - evidence[i]));
+                }
+        if (rows_.empty()) return;
+        const auto count = static_cast<Eigen::Index>(rows_.size());
+        Eigen::MatrixXf system(count, count);
+        for (Eigen::Index column = 0; column < count; ++column)
+            for (Eigen::Index row = 0; row < count; ++row)
+                system(row, column) =
+                    (row == column ? 1.0f : 0.0f) -
+                    doubt_[static_cast<size_t>(row)] *
+                        piece.handle_response()(rows_[static_cast<size_t>(row)],
+                                                rows_[static_cast<size_t>(column)]);
+        solver_.compute(system);
+    }
+    // data: a column for each set of displacements of the handles.
+    template <class Data>
+    void replace(Data& data) const {
+        if (rows_.empty()) return;
+        Data known = data;
+        for (const Eigen::Index row : rows_) known.row(row).setZero();
+        Eigen::MatrixXf right(static_cast<Eigen::Index>(rows_.size()), data.cols());
+        for (size_t k = 0; k < rows_.size(); ++k)
+            right.row(static_cast<Eigen::Index>(k)) =
+                (1 - doubt_[k]) * data.row(rows_[k]) +
+                doubt_[k] * (piece_.handle_response().row(rows_[k]) * known);
+        const Eigen::MatrixXf solved = solver_.solve(right);
+        for (size_t k = 0; k < rows_.size(); ++k)
+            data.row(rows_[k]) = solved.row(static_cast<Eigen::Index>(k));
+    }
+
+  private:
+    const BodyPiece& piece_;
+    std::vector<Eigen::Index> rows_;
+    std::vector<float> doubt_;
+    Eigen::PartialPivLU<Eigen::MatrixXf> solver_;
+};
+
+using Slope = Eigen::Matrix<float, Eigen::Dynamic, 6>;
+
+// How displacements change with a small motion of the frame of reference: they lose it.
+Slope rigid_slope(const Vectors& rest) {
+    Slope slope(3 * rest.cols(), 6);
+    for (Eigen::Index i = 0; i < rest.cols(); ++i) {
+        slope.block<3, 3>(3 * i, 0).setIdentity();
+        const Eigen::Vector3f x = rest.col(i).cast<float>();
+        slope.block<3, 3>(3 * i, 3) << 0, x.z(), -x.y(), -x.z(), 0, x.x(), x.y(), -x.x(), 0;
+    }
+    return slope;
+}
+
+Eigen::VectorXf unfollowed(const BodyPiece& piece, const Eigen::VectorXf& data) {
+    return data - piece.handle_response() * data;
+}
+
+Eigen::Isometry3d find_deep_motion(const BodyPiece& piece, const HandlesNow& handles,
+                                   const DoubtfulData& doubtful, const Eigen::Isometry3d& start) {
+    Eigen::Isometry3d motion = start;
+    Slope slope = rigid_slope(handles.rest);
+    doubtful.replace(slope);
+    const Slope force_slope = slope - piece.handle_response() * slope;
+    constexpr double kLargeTurn = 0.02;  // rad: the slopes are those of smaller ones
+    for (int round = 0; round < 3; ++round) {
+        Eigen::VectorXf data = displacements(handles, motion);
+        doubtful.replace(data);
+        const Eigen::Matrix<double, 6, 1> step =
+            sparsest(unfollowed(piece, data).cast<double>(), force_slope.cast<double>(),
+                     handles.evidence, kForceFloorMm);
+        motion = motion * small_motion(step);
+        if (step.tail<3>().norm() < kLargeTurn) break;
+    }
+    return motion;
+}
+
+struct HandleMeasure {
+    Eigen::Vector3f moved;  // mm, against what lies deep
+    float error_mm2, evidence;
+};
+
+struct Choices {
+    Eigen::Isometry3d deep, robust, mean;
+    bool is_held;
+};
+
+using NodeNow = Eigen::Matrix<float, 8, 1>;
+
+NodeNow move_node(const BodyPiece& piece, size_t node, std::span<const HandleMeasure> handles,
+                  const Choices& choices) {
+    Eigen::Vector3f moved = Eigen::Vector3f::Zero(), shift = moved;
+    float error = 0, square = 0, evidence = 0;
+    for (const BodyPiece::Link& link : piece.links(node)) {
+        const HandleMeasure& handle = handles[static_cast<size_t>(link.handle)];
+        moved += link.response * handle.moved;
+        shift += link.influence * handle.moved;
+        square += link.influence * handle.moved.squaredNorm();
+        error += link.influence * handle.evidence * handle.error_mm2;
+        evidence += link.influence * handle.evidence;
+    }
+    const Eigen::Vector3d rest = piece.lattice().nodes()[node];
+    const double share = static_cast<double>(piece.support_share(node)),
+                 choice =
+                     choices.is_held
+                         ? 0
+                         : share * share *
+                               std::max((choices.deep * rest - choices.robust * rest).squaredNorm(),
+                                        (choices.deep * rest - choices.mean * rest).squaredNorm());
+    NodeNow now;
+    now << (choices.deep * (rest + moved.cast<double>())).cast<float>(),
+        error / std::max(evidence, 1e-3f), std::max(0.0f, square - shift.squaredNorm()),
+        shift.squaredNorm(), static_cast<float>(choice), evidence;
+    return now;
+}
+
+}  // namespace
+
+BodyMotion::BodyMotion(std::shared_ptr<const Body> body, const SurfaceNow& surface,
+                       const std::optional<Eigen::Isometry3d>& held, const Services* helpers)
+    : body_(std::move(body)) {
+    for (const BodyPiece& piece : body_->pieces())
+        pieces_.push_back(move_piece(piece, surface, held, helpers));
+}
+
+BodyMotion::Piece BodyMotion::move_piece(const BodyPiece& piece, const SurfaceNow& surface,
+                                         const std::optional<Eigen::Isometry3d>& held,
+                                         const Services* helpers) {
+    Piece made;
+    const HandlesNow handles(piece, surface);
+    const DoubtfulData doubtful(piece, handles.evidence);
+    const Eigen::Isometry3d mean = fit_rigid(handles.rest, handles.now, handles.evidence),
+                            robust = fit_rigid_robust(handles.rest, handles.now, handles.evidence,
+                                                      kFloorMm);
+    made.deep = held ? *held
+                : handles.evidence.sum() < kMinEvidence
+                    ? mean
+                    : find_deep_motion(piece, handles, doubtful, robust);
+    Eigen::VectorXf data = displacements(handles, made.deep);
+    doubtful.replace(data);
+    const Eigen::VectorXf left = unfollowed(piece, data);
+    const Eigen::Matrix3f turn = made.deep.linear().cast<float>();
+    const auto count = static_cast<Eigen::Index>(piece.handles().size());
+    made.left.resize(3, count);
+    std::vector<HandleMeasure> measures(static_cast<size_t>(count));
+    for (Eigen::Index i = 0; i < count; ++i) {
+        const auto evidence = static_cast<float>(handles.evidence[i]);
+        const Eigen::Vector3f moved = data.segment<3>(3 * i);
+        made.left.col(i) = evidence * (turn * left.segment<3>(3 * i));
+        measures[static_cast<size_t>(i)] = {moved, static_cast<float>(handles.error_mm2[i]),
+                                            evidence};
+    }
+    const Choices choices{made.deep, robust, mean, held.has_value()};
+    const size_t nodes = piece.lattice().free_nodes();
+    std::vector<NodeNow> free(nodes);
+    constexpr size_t kRun = 64;
+    const auto move_run = [&](size_t run) {
+        for (size_t node = run * kRun; node < std::min(nodes, (run + 1) * kRun); ++node)
+            free[node] = move_node(piece, node, measures, choices);
+    };
+    const size_t runs = (nodes + kRun - 1) / kRun;
+    if (helpers != nullptr)
+        helpers->parallel_for(runs, move_run);
+    else
+        for (size_t run = 0; run < runs; ++run) move_run(run);
+    const size_t all = piece.lattice().nodes().size();
+    made.nodes.assign(all, NodeNow::Zero());
+    for (size_t i = 0; i < all; ++i)
+        for (const Lattice::Term& term : piece.lattice().terms(i))
+            made.nodes[i] += static_cast<float>(term.weight) * free[static_cast<size_t>(term.node)];
+    return made;
+}
+
+BodyMotion::Moved BodyMotion::move(const BodyPoint& point, const Eigen::Vector3d& at_rest) const {
+    const Piece& piece = pieces_[point.piece];
+    const BodyPiece& made = body_->pieces()[point.piece];
+    if (point.place.cell < 0) return {piece.deep * at_rest};
+    const Lattice::Cell& cell = made.lattice().cells()[static_cast<size_t>(point.place.cell)];
+    const std::array<double, 8> weights = point.place.weights();
+    NodeNow now = NodeNow::Zero();
+    for (size_t k = 0; k < 8; ++k)
+        now += static_cast<float>(weights[k]) * piece.nodes[static_cast<size_t>(cell.node[k])];
+    Eigen::Vector3d place = now.head<3>().cast<double>();
+    if (point.beyond_mm > 0)
+        place += piece.deep.linear() * (at_rest - made.lattice().position(point.place));
+    // Details that the lattice is too coarse for fade within a cell.
+    const double fade = std::exp(-std::abs(point.depth_mm) / made.lattice().step());
+    for (size_t k = 0; k < BodyPoint::kHandles; ++k)
+        place += fade * point.weight[k] * piece.left.col(point.handle[k]).cast<double>();
+    return {place, now[3], now[4], now[5], now[6], now[7]};
+}
+
+}  // namespace defrec

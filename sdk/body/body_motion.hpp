@@ -1,0 +1,58 @@
+// Where a body is in one frame.
+#pragma once
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sdk/body/body.hpp"
+
+namespace defrec {
+
+class Services;
+
+// The surface in a frame, per vertex; the vertices are at least those that the body is made of.
+struct SurfaceNow {
+    std::span<const float> positions;       // xyz, mm
+    std::span<const float> expected_error;  // mm, root mean square
+};
+
+class BodyMotion {
+  public:
+    // held: of what holds the body; none: estimated. helpers: whose threads take part; may be null.
+    BodyMotion(std::shared_ptr<const Body> body, const SurfaceNow& surface,
+               const std::optional<Eigen::Isometry3d>& held, const Services* helpers);
+
+    struct Moved {
+        Eigen::Vector3d place = Eigen::Vector3d::Zero();
+        // What the expected error is made of; docs/beneath.md says how.
+        double surface_mm2 = 0;      // mean squared error of the surface that it depends on
+        double deformation_mm2 = 0;  // of that surface, mean square about its own mean
+        double shift_mm2 = 0;        // of that surface's mean against what lies deep
+        double choice_mm2 = 0;       // by which choices of the deep motion differ there
+        double evidence = 0;         // 0..1, of that surface
+    };
+    Moved move(const BodyPoint& point, const Eigen::Vector3d& at_rest) const;
+
+    const Body& body() const { return *body_; }
+    // Of a piece: the motion of what lies deep.
+    const Eigen::Isometry3d& deep_motion(size_t piece) const { return pieces_[piece].deep; }
+
+  private:
+    // A node's place (three), and what Moved has (five).
+    using NodeNow = Eigen::Matrix<float, 8, 1>;
+    struct Piece {
+        Eigen::Isometry3d deep;
+        std::vector<NodeNow> nodes;
+        Eigen::Matrix3Xf left;  // of the handles: what the body does not follow, mm
+    };
+    static Piece move_piece(const BodyPiece& piece, const SurfaceNow& surface,
+                            const std::optional<Eigen::Isometry3d>& held, const Services* helpers);
+
+    std::shared_ptr<const Body> body_;
+    std::vector<Piece> pieces_;
+};
+
+}  // namespace defrec

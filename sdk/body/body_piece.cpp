@@ -1,0 +1,299 @@
+// See body_piece.hpp.
+#include "sdk/body/body_piece.hpp"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "sdk/body/elasticity.hpp"
+
+namespace defrec {
+namespace {
+
+// Of a handle's spring, times Young's modulus and the edge of a finest cell: 3 % of a displacement
+// that varies from handle to handle are lost.
+constexpr double kDataStiffness = 30;
+
+using Sparse = Eigen::SparseMatrix<double>;
+using Terms = std::vector<Lattice::Term>;
+
+Eigen::Vector3d position_of(const defrec_surface_point& vertex) {
+    return Eigen::Map<const Eigen::Vector3f>(vertex.position).cast<double>();
+}
+
+// What of the boundary and of the volume counts for each free node.
+struct NodeShares {
+    std::vector<double> area, volume;
+    explicit NodeShares(const Lattice& lattice)
+        : area(lattice.free_nodes(), 0), volume(lattice.free_nodes(), 0) {
+        for (const Lattice::Cell& cell : lattice.cells()) {
+            const double edge = lattice.edge(cell);
+            const auto share = [&](std::vector<double>& sums, size_t corner, double amount) {
+                for (const Lattice::Term& term : lattice.terms(node_of(cell, corner)))
+                    sums[static_cast<size_t>(term.node)] += term.weight * amount;
+            };
+            const Eigen::Vector3d centre =
+                lattice.nodes()[node_of(cell, 0)] + Eigen::Vector3d::Constant(edge / 2);
+            for (size_t corner = 0; corner < 8; ++corner)
+                share(volume, corner, edge * edge * edge / 8);
+            for (int face = 0; face < 6; ++face) {
+                const int axis = face / 2;
+                const bool is_high = face % 2 != 0;
+                Eigen::Vector3d beyond = centre;
+                beyond[axis] += (is_high ? 0.5 : -0.5) * (edge + lattice.step());
+                if (lattice.find(beyond).cell >= 0) continue;
+                for (size_t corner = 0; corner < 8; ++corner)
+                    if (((corner >> axis & 1) != 0) == is_high)
+                        share(area, corner, edge * edge / 4);
+            }
+        }
+    }
+    static size_t node_of(const Lattice::Cell& cell, size_t corner) {
+        return static_cast<size_t>(cell.node[corner]);
+    }
+};
+
+Terms merged(std::vector<std::pair<int32_t, double>> sums, double scale) {
+    std::sort(sums.begin(), sums.end());
+    Terms terms;
+    for (const auto& [node, weight] : sums) {
+        if (terms.empty() || terms.back().node != node) terms.push_back({node, 0});
+        terms.back().weight += scale * weight;
+    }
+    return terms;
+}
+
+// A handle's mean displacement as a sum over free nodes; empty where the body does not reach it.
+Terms terms_of(const Lattice& lattice, std::span<const defrec_surface_point> vertices,
+               const Handle& handle) {
+    constexpr size_t kEnough = 16;  // vertices stand for all
+    std::vector<std::pair<int32_t, double>> sums;
+    size_t used = 0;
+    const size_t step = (handle.vertices.size() + kEnough - 1) / kEnough;
+    for (size_t i = 0; i < handle.vertices.size(); i += step) {
+        // The surface may leave the body by a little.
+        const Lattice::Place place =
+            lattice.find_near(position_of(vertices[handle.vertices[i]]), 2 * lattice.step());
+        if (place.cell < 0) continue;
+        ++used;
+        const auto weights = place.weights();
+        const Lattice::Cell& cell = lattice.cells()[static_cast<size_t>(place.cell)];
+        for (size_t k = 0; k < 8; ++k)
+            for (const Lattice::Term& term : lattice.terms(NodeShares::node_of(cell, k)))
+                sums.emplace_back(term.node, weights[k] * term.weight);
+    }
+    return merged(std::move(sums), 1.0 / static_cast<double>(std::max<size_t>(1, used)));
+}
+
+// The lower half of the stiffness matrix, compressed columns, in 3 x 3 blocks of nodes.
+class Assembly {
+  public:
+    explicit Assembly(size_t nodes) : columns_(nodes) {}
+
+    // Adds a block's values for rows of node row and columns of node column.
+    void add(int32_t row, int32_t column, const Eigen::Matrix3d& block) {
+        if (row < column) return;
+        auto& entries = columns_[static_cast<size_t>(column)];
+        const auto found =
+            std::lower_bound(entries.begin(), entries.end(), row,
+                             [](const Block& entry, int32_t wanted) { return entry.row < wanted; });
+        if (found != entries.end() && found->row == row)
+            found->values += block;
+        else
+            entries.insert(found, {row, block});
+    }
+    Sparse matrix() const {
+        Eigen::Index values = 0;
+        for (const auto& entries : columns_)
+            values += 9 * static_cast<Eigen::Index>(entries.size());
+        const auto size = static_cast<Eigen::Index>(3 * columns_.size());
+        Sparse result(size, size);
+        result.reserve(values);
+        for (size_t column = 0; column < columns_.size(); ++column)
+            for (int j = 0; j < 3; ++j) {
+                const auto index = static_cast<Eigen::Index>(3 * column) + j;
+                result.startVec(index);
+                for (const Block& block : columns_[column])
+                    for (int i = 0; i < 3; ++i)
+                        if (const Eigen::Index at = 3 * block.row + i; at >= index)
+                            result.insertBack(at, index) = block.values(i, j);
+            }
+        result.finalize();
+        return result;
+    }
+
+  private:
+    struct Block {
+        int32_t row;
+        Eigen::Matrix3d values;
+    };
+    std::vector<std::vector<Block>> columns_;
+};
+
+void add_cells(const Lattice& lattice, double poisson_ratio, Assembly& sum) {
+    const CubeStiffness cube = cube_stiffness(poisson_ratio);
+    for (const Lattice::Cell& cell : lattice.cells()) {
+        const double scale = cell.stiffness * lattice.edge(cell);
+        for (int a = 0; a < 8; ++a)
+            for (int b = 0; b < 8; ++b) {
+                const Eigen::Matrix3d block = scale * cube.block<3, 3>(3 * a, 3 * b);
+                for (const Lattice::Term& row :
+                     lattice.terms(NodeShares::node_of(cell, static_cast<size_t>(a))))
+                    for (const Lattice::Term& column :
+                         lattice.terms(NodeShares::node_of(cell, static_cast<size_t>(b))))
+                        sum.add(row.node, column.node, row.weight * column.weight * block);
+            }
+    }
+}
+
+// As many right sides as fit into vector registers and caches; one a column.
+using RightSides = Eigen::Matrix<float, Eigen::Dynamic, 16, Eigen::RowMajor>;
+
+// Takes right sides to solutions with a factor L of L L^T, whose columns begin with the diagonal.
+void substitute(const Eigen::SparseMatrix<float>& lower, RightSides& x) {
+    const auto* first = lower.outerIndexPtr();
+    const auto* row = lower.innerIndexPtr();
+    const float* value = lower.valuePtr();
+    for (Eigen::Index column = 0; column < lower.cols(); ++column) {
+        const auto at = x.row(column) / value[first[column]];
+        const Eigen::Matrix<float, 1, 16> solved = at;
+        x.row(column) = solved;
+        for (auto k = first[column] + 1; k < first[column + 1]; ++k)
+            x.row(row[k]) -= value[k] * solved;
+    }
+    for (Eigen::Index column = lower.cols() - 1; column >= 0; --column) {
+        Eigen::Matrix<float, 1, 16> sum = x.row(column);
+        for (auto k = first[column] + 1; k < first[column + 1]; ++k)
+            sum -= value[k] * x.row(row[k]);
+        x.row(column) = sum / value[first[column]];
+    }
+}
+
+}  // namespace
+
+BodyPiece::BodyPiece(std::span<const defrec_surface_point> vertices, std::vector<Handle> handles,
+                     Lattice lattice, double poisson_ratio, const SupportStiffness& support,
+                     const std::function<bool()>& is_wanted)
+    : handles_(std::move(handles)), lattice_(std::move(lattice)) {
+    const size_t nodes = lattice_.free_nodes();
+    Assembly sum(nodes);
+    add_cells(lattice_, poisson_ratio, sum);
+
+    const double spring = kDataStiffness * lattice_.step();
+    std::vector<Terms> handle_terms;
+    for (const Handle& handle : handles_) {
+        handle_terms.push_back(terms_of(lattice_, vertices, handle));
+        for (const Lattice::Term& row : handle_terms.back())
+            for (const Lattice::Term& column : handle_terms.back())
+                sum.add(row.node, column.node,
+                        spring * row.weight * column.weight * Eigen::Matrix3d::Identity());
+    }
+    const NodeShares shares(lattice_);
+    std::vector<double> support_spring(nodes);
+    for (size_t node = 0; node < nodes; ++node) {
+        support_spring[node] =
+            support(lattice_.nodes()[node], shares.area[node], shares.volume[node]);
+        const auto index = static_cast<int32_t>(node);
+        sum.add(index, index, support_spring[node] * Eigen::Matrix3d::Identity());
+    }
+    if (!is_wanted()) return;
+    const Sparse stiffness = sum.matrix();
+    Eigen::SimplicialLLT<Sparse, Eigen::Lower> factor;
+    factor.compute(stiffness);
+    if (!is_wanted() || factor.info() != Eigen::Success) return;
+    const Eigen::SparseMatrix<float> lower = Sparse(factor.matrixL()).cast<float>();
+    const auto& order = factor.permutationP().indices();
+
+    const size_t handle_columns = 3 * handles_.size(), columns = handle_columns + 12;
+    const auto rows = static_cast<Eigen::Index>(3 * nodes);
+    Eigen::MatrixXf response(rows, static_cast<Eigen::Index>(handle_columns));
+    support_response_.resize(rows, 12);
+    RightSides x(rows, 16);
+    for (size_t begin = 0; begin < columns; begin += 16) {
+        if (!is_wanted()) return;
+        x.setZero();
+        const size_t end = std::min(begin + 16, columns);
+        for (size_t column = begin; column < end; ++column) {
+            const auto slot = static_cast<Eigen::Index>(column - begin);
+            if (column < handle_columns) {
+                for (const Lattice::Term& term : handle_terms[column / 3])
+                    x(order[3 * term.node + static_cast<int32_t>(column % 3)], slot) =
+                        static_cast<float>(spring * term.weight);
+                continue;
+            }
+            const size_t entry = column - handle_columns;
+            for (size_t node = 0; node < nodes; ++node) {
+                const double along =
+                    entry % 4 == 3 ? 1
+                                   : lattice_.nodes()[node][static_cast<Eigen::Index>(entry % 4)];
+                x(order[static_cast<Eigen::Index>(3 * node + entry / 4)], slot) =
+                    static_cast<float>(support_spring[node] * along);
+            }
+        }
+        substitute(lower, x);
+        for (size_t column = begin; column < end; ++column) {
+            const auto slot = static_cast<Eigen::Index>(column - begin);
+            for (Eigen::Index i = 0; i < rows; ++i) {
+                if (column < handle_columns)
+                    response(i, static_cast<Eigen::Index>(column)) = x(order[i], slot);
+                else
+                    support_response_(i, static_cast<Eigen::Index>(column - handle_columns)) =
+                        x(order[i], slot);
+            }
+        }
+    }
+    const auto of_handles = static_cast<Eigen::Index>(handle_columns);
+    handle_response_.setZero(of_handles, of_handles);
+    for (size_t i = 0; i < handles_.size(); ++i)
+        for (const Lattice::Term& term : handle_terms[i])
+            handle_response_.middleRows<3>(static_cast<Eigen::Index>(3 * i)) +=
+                static_cast<float>(term.weight) * response.middleRows<3>(3 * term.node);
+    support_share_.resize(nodes);
+    for (size_t node = 0; node < nodes; ++node) {
+        float share = 0;
+        for (int axis = 0; axis < 3; ++axis)
+            share +=
+                support_response_(static_cast<Eigen::Index>(3 * node) + axis, 4 * axis + 3) / 3;
+        support_share_[node] = std::clamp(share, 0.0f, 1.0f);
+    }
+    keep_links(response);
+    is_complete_ = true;
+}
+
+// Handles that hardly count for a node are left out, and what they would do is given to the one
+// that counts most: in sum the responses stay what they are.
+void BodyPiece::keep_links(const Eigen::MatrixXf& response) {
+    constexpr float kLeastInfluence = 0.1f;  // of what all handles together would have on average
+    const size_t nodes = lattice_.free_nodes();
+    const float least = kLeastInfluence / static_cast<float>(handles_.size());
+    std::vector<float> size(handles_.size());
+    first_link_.assign(1, 0);
+    for (size_t node = 0; node < nodes; ++node) {
+        float sum = 0;
+        const auto block = [&](size_t handle) {
+            return response.block<3, 3>(static_cast<Eigen::Index>(3 * node),
+                                        static_cast<Eigen::Index>(3 * handle));
+        };
+        for (size_t handle = 0; handle < size.size(); ++handle)
+            sum += size[handle] = block(handle).norm();
+        Eigen::Matrix3f left_out = Eigen::Matrix3f::Zero();
+        size_t largest = links_.size();
+        float kept = 0;
+        for (size_t handle = 0; handle < size.size(); ++handle) {
+            if (size[handle] <= least * sum) {
+                left_out += block(handle);
+                continue;
+            }
+            kept += size[handle];
+            links_.push_back({static_cast<int32_t>(handle), size[handle], block(handle)});
+            if (size[handle] > links_[largest].influence) largest = links_.size() - 1;
+        }
+        for (size_t k = first_link_.back(); k < links_.size(); ++k)
+            links_[k].influence /= std::max(kept, 1e-12f);
+        if (largest < links_.size()) links_[largest].response += left_out;
+        first_link_.push_back(links_.size());
+    }
+    links_.shrink_to_fit();
+}
+
+}  // namespace defrec

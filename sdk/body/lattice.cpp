@@ -1,0 +1,202 @@
+// See lattice.hpp.
+#include "sdk/body/lattice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "sdk/base/error.hpp"
+
+namespace defrec {
+namespace {
+
+constexpr int32_t kLargest = 8;
+// A cell is divided unless the surface that is seen is that many of its edges away: what the
+// surface does fades with depth, and its details sooner.
+constexpr double kCoarseDistance = 1.3;
+
+}  // namespace
+
+std::array<double, 8> Lattice::Place::weights() const {
+    std::array<double, 8> weights{};
+    for (size_t corner = 0; corner < 8; ++corner)
+        weights[corner] = (corner & 1 ? at.x() : 1 - at.x()) * (corner & 2 ? at.y() : 1 - at.y()) *
+                          (corner & 4 ? at.z() : 1 - at.z());
+    return weights;
+}
+
+uint64_t Lattice::key(const Corner& corner, int32_t size) {
+    constexpr uint64_t kBits = 20;
+    uint64_t value = static_cast<uint64_t>(size);
+    for (const int32_t c : corner) value = value << kBits | static_cast<uint64_t>(c);
+    return value;
+}
+
+Lattice::Lattice(const Request& request) : step_(request.step), low_(request.low) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const double cells = (request.high[axis] - request.low[axis]) / (kLargest * step_);
+        count_[static_cast<size_t>(axis)] =
+            kLargest * static_cast<int32_t>(std::clamp(std::ceil(cells), 1.0, 1e5));
+    }
+    for (int32_t z = 0; z < count_[2]; z += kLargest)
+        for (int32_t y = 0; y < count_[1]; y += kLargest)
+            for (int32_t x = 0; x < count_[0]; x += kLargest) divide(request, {x, y, z}, kLargest);
+    for (size_t i = 0; i < cells_.size(); ++i)
+        cell_of_.emplace(key(cells_[i].corner, cells_[i].size), static_cast<int32_t>(i));
+    number_nodes();
+}
+
+void Lattice::divide(const Request& request, const Corner& corner, int32_t size) {
+    const double edge = size * step_;
+    const Eigen::Vector3d centre =
+        low_ + step_ * Eigen::Vector3d(corner[0] + 0.5 * size, corner[1] + 0.5 * size,
+                                       corner[2] + 0.5 * size);
+    if (size == 1 || request.distance(centre) > (kCoarseDistance + 0.5) * edge) {
+        const double stiffness = request.stiffness(centre, edge);
+        if (!(stiffness > 0)) return;
+        if (cells_.size() >= request.max_cells)
+            fail(DEFREC_ERROR_UNSUPPORTED, "the body needs more than ", request.max_cells,
+                 " cells of ", step_, " mm and more");
+        cells_.push_back({corner, size, static_cast<float>(stiffness), {}});
+        return;
+    }
+    const int32_t half = size / 2;
+    for (int32_t part = 0; part < 8; ++part)
+        divide(request,
+               {corner[0] + (part & 1) * half, corner[1] + (part >> 1 & 1) * half,
+                corner[2] + (part >> 2) * half},
+               half);
+}
+
+int32_t Lattice::cell_at(const Corner& fine) const {
+    for (size_t axis = 0; axis < 3; ++axis)
+        if (fine[axis] < 0 || fine[axis] >= count_[axis]) return -1;
+    for (int32_t size = 1; size <= kLargest; size *= 2) {
+        const Corner corner{fine[0] / size * size, fine[1] / size * size, fine[2] / size * size};
+        if (const auto found = cell_of_.find(key(corner, size)); found != cell_of_.end())
+            return found->second;
+    }
+    return -1;
+}
+
+void Lattice::number_nodes() {
+    struct Vertex {
+        Corner at;
+        int32_t host = -1;  // the largest cell that it hangs on
+        int32_t index = -1;
+    };
+    std::unordered_map<uint64_t, size_t> known;
+    std::vector<Vertex> vertices;
+    const auto corner_of = [](const Cell& cell, size_t k) -> Corner {
+        return {cell.corner[0] + static_cast<int32_t>(k & 1) * cell.size,
+                cell.corner[1] + static_cast<int32_t>(k >> 1 & 1) * cell.size,
+                cell.corner[2] + static_cast<int32_t>(k >> 2) * cell.size};
+    };
+    for (const Cell& cell : cells_)
+        for (size_t k = 0; k < 8; ++k) {
+            const Corner at = corner_of(cell, k);
+            if (known.emplace(key(at, 0), vertices.size()).second) vertices.push_back({at});
+        }
+    for (Vertex& vertex : vertices)
+        for (int32_t octant = 0; octant < 8; ++octant) {
+            const int32_t found =
+                cell_at({vertex.at[0] - (octant & 1), vertex.at[1] - (octant >> 1 & 1),
+                         vertex.at[2] - (octant >> 2)});
+            if (found < 0) continue;
+            const Cell& cell = cells_[static_cast<size_t>(found)];
+            bool is_corner = true;
+            for (size_t axis = 0; axis < 3; ++axis)
+                is_corner &= (vertex.at[axis] - cell.corner[axis]) % cell.size == 0;
+            if (!is_corner &&
+                (vertex.host < 0 || cells_[static_cast<size_t>(vertex.host)].size < cell.size))
+                vertex.host = found;
+        }
+    std::vector<size_t> order;
+    for (const bool hangs : {false, true}) {
+        for (size_t i = 0; i < vertices.size(); ++i)
+            if ((vertices[i].host >= 0) == hangs) {
+                vertices[i].index = static_cast<int32_t>(order.size());
+                order.push_back(i);
+            }
+        if (!hangs) free_ = order.size();
+    }
+    for (Cell& cell : cells_)
+        for (size_t k = 0; k < 8; ++k)
+            cell.node[k] = vertices[known.at(key(corner_of(cell, k), 0))].index;
+    // The corners of a node's host are free, or hang on a larger cell.
+    std::function<void(const Vertex&, double, std::map<int32_t, double>&)> resolve =
+        [&](const Vertex& vertex, double weight, std::map<int32_t, double>& sum) {
+            if (vertex.host < 0) {
+                sum[vertex.index] += weight;
+                return;
+            }
+            const Cell& cell = cells_[static_cast<size_t>(vertex.host)];
+            Place place;
+            for (size_t axis = 0; axis < 3; ++axis)
+                place.at[static_cast<Eigen::Index>(axis)] =
+                    static_cast<double>(vertex.at[axis] - cell.corner[axis]) / cell.size;
+            const std::array<double, 8> weights = place.weights();
+            for (size_t k = 0; k < 8; ++k)
+                if (weights[k] > 0)
+                    resolve(vertices[known.at(key(corner_of(cell, k), 0))], weight * weights[k],
+                            sum);
+        };
+    first_term_.push_back(0);
+    for (const size_t i : order) {
+        const Vertex& vertex = vertices[i];
+        nodes_.push_back(low_ + step_ * Eigen::Vector3d(vertex.at[0], vertex.at[1], vertex.at[2]));
+        std::map<int32_t, double> sum;
+        resolve(vertex, 1, sum);
+        for (const auto& [node, weight] : sum) terms_.push_back({node, weight});
+        first_term_.push_back(terms_.size());
+    }
+}
+
+Lattice::Place Lattice::find(const Eigen::Vector3d& place) const {
+    const Eigen::Vector3d steps = (place - low_) / step_;
+    for (int axis = 0; axis < 3; ++axis)
+        if (!(steps[axis] >= 0 && steps[axis] <= count_[static_cast<size_t>(axis)])) return {};
+    Corner fine;
+    for (size_t axis = 0; axis < 3; ++axis)
+        fine[axis] = std::min(static_cast<int32_t>(steps[static_cast<Eigen::Index>(axis)]),
+                              count_[axis] - 1);
+    Place found;
+    found.cell = cell_at(fine);
+    if (found.cell < 0) return found;
+    const Cell& cell = cells_[static_cast<size_t>(found.cell)];
+    for (size_t axis = 0; axis < 3; ++axis) {
+        const auto i = static_cast<Eigen::Index>(axis);
+        found.at[i] = (steps[i] - cell.corner[axis]) / cell.size;
+    }
+    return found;
+}
+
+Eigen::Vector3d Lattice::position(const Place& place) const {
+    const Cell& cell = cells_[static_cast<size_t>(place.cell)];
+    return low_ + step_ * (Eigen::Vector3d(cell.corner[0], cell.corner[1], cell.corner[2]) +
+                           cell.size * place.at);
+}
+
+Lattice::Place Lattice::find_near(const Eigen::Vector3d& place, double reach) const {
+    Place found = find(place);
+    if (found.cell >= 0) return found;
+    double least = reach * reach;
+    for (size_t i = 0; i < cells_.size(); ++i) {
+        const Cell& cell = cells_[i];
+        Eigen::Vector3d at;
+        for (size_t axis = 0; axis < 3; ++axis) {
+            const auto k = static_cast<Eigen::Index>(axis);
+            at[k] = std::clamp(((place[k] - low_[k]) / step_ - cell.corner[axis]) / cell.size, 0.0,
+                               1.0);
+        }
+        const Place candidate{static_cast<int32_t>(i), at};
+        const double squared = (position(candidate) - place).squaredNorm();
+        if (!(squared < least)) continue;
+        least = squared;
+        found = candidate;
+    }
+    return found;
+}
+
+}  // namespace defrec

@@ -1,0 +1,298 @@
+// See point_carrier.hpp.
+#include "sdk/tracking/point_carrier.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sdk/base/services.hpp"
+#include "sdk/body/deep_motion.hpp"
+#include "sdk/template/surroundings.hpp"
+#include "sdk/tracking/vertex_runs.hpp"
+
+namespace defrec {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+Eigen::Vector3d as_eigen(const Vec3<double>& v) { return {v.x, v.y, v.z}; }
+Vec3<double> as_vec(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+double smooth_step(double x) {
+    const double t = std::clamp(x, 0.0, 1.0);
+    return t * t * (3 - 2 * t);
+}
+
+double step_mm(const TemplateData& data, int32_t vertex) {
+    return data.grid.spacing *
+           static_cast<double>(data.vertices[static_cast<size_t>(vertex)].position[2]) /
+           data.camera.fx;
+}
+
+int32_t nearest_vertex(const Template& surface, const Body* body, const BodyPoint& in_body,
+                       const Vec3<double>& at) {
+    const TemplateData& data = surface.data();
+    if (body == nullptr) {
+        const double xyz[3] = {at.x, at.y, at.z};
+        const int32_t under = surface.vertex_at(xyz);
+        return under >= 0 ? under
+                          : static_cast<int32_t>(surface.surroundings().beside(data, at).vertex);
+    }
+    int32_t best = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (const int32_t handle : in_body.handle)
+        for (const uint32_t vertex :
+             body->pieces()[in_body.piece].handles()[static_cast<size_t>(handle)].vertices) {
+            const Vec3<double> d = load3<double>(data.vertices[vertex].position) - at;
+            if (dot(d, d) >= least) continue;
+            least = dot(d, d);
+            best = static_cast<int32_t>(vertex);
+        }
+    return best;
+}
+
+}  // namespace
+
+PreparedPoint prepare_point(const Template& surface, const Body* body, const double xyz[3]) {
+    constexpr double kNearSteps = 2.5, kOnSurfaceSteps = 0.5, kOnSurfaceMm = 0.1, kBlendMm = 3;
+    PreparedPoint point;
+    point.is_finite = std::isfinite(xyz[0]) && std::isfinite(xyz[1]) && std::isfinite(xyz[2]);
+    if (!point.is_finite) return point;
+    const TemplateData& data = surface.data();
+    point.at_rest = {xyz[0], xyz[1], xyz[2]};
+    const auto depth_under = [&](int32_t vertex) {
+        const defrec_surface_point& over = data.vertices[static_cast<size_t>(vertex)];
+        return -dot(point.at_rest - load3<double>(over.position), load3<double>(over.normal));
+    };
+    const int32_t under = surface.vertex_at(xyz);
+    if (under >= 0) {
+        const double step = step_mm(data, under);
+        const Vec3<double> d =
+            point.at_rest - load3<double>(data.vertices[static_cast<size_t>(under)].position);
+        point.vertex = under;
+        point.depth_mm = depth_under(under);
+        if (dot(d, d) <= kNearSteps * kNearSteps * step * step &&
+            std::abs(point.depth_mm) <= kOnSurfaceSteps * step + kOnSurfaceMm && body == nullptr)
+            return point;
+    }
+    if (body != nullptr) point.in_body = body->find(as_eigen(point.at_rest), surface.piece_at(xyz));
+    const int32_t nearest = nearest_vertex(surface, body, point.in_body, point.at_rest);
+    if (point.vertex < 0 || std::abs(depth_under(nearest)) < std::abs(point.depth_mm))
+        point.depth_mm = depth_under(nearest);
+    point.vertex = nearest;
+    const double beneath =
+        point.depth_mm - (kOnSurfaceSteps * step_mm(data, nearest) + kOnSurfaceMm);
+    point.surface_share = 1 - smooth_step(beneath / kBlendMm);
+    return point;
+}
+
+// ---- beneath a surface without a body
+// ------------------------------------------------------------
+namespace {
+
+// As the least deformed part of what is seen moves, and near the surface with that.
+class RigidBeneath {
+  public:
+    explicit RigidBeneath(const CarryingSurface& frame) {
+        const TemplateData& data = frame.surface.data();
+        constexpr size_t kEnough = 400;  // vertices of a piece
+        constexpr double kErrorOfHalf = 0.7, kFloorMm = 0.15;
+        for (size_t piece = 0; piece < data.pieces(); ++piece) {
+            std::vector<size_t> own;
+            for (size_t i = 0; i < data.vertices.size(); ++i)
+                if (frame.surface.vertex_pieces()[i] == piece) own.push_back(i);
+            const size_t step = std::max<size_t>(1, own.size() / kEnough),
+                         count = own.size() / step;
+            Eigen::Matrix3Xd rest(3, count), now(3, count);
+            Eigen::VectorXd weight(count);
+            for (size_t k = 0; k < count; ++k) {
+                const size_t i = own[k * step];
+                const auto column = static_cast<Eigen::Index>(k);
+                rest.col(column) =
+                    Eigen::Map<const Eigen::Vector3f>(data.vertices[i].position).cast<double>();
+                now.col(column) =
+                    Eigen::Map<const Eigen::Vector3f>(&frame.vertices[3 * i]).cast<double>();
+                const double error =
+                    static_cast<double>(frame.confidence.expected_error[i]) / kErrorOfHalf;
+                weight[column] = 1 / (1 + error * error * error * error);
+            }
+            motions_.push_back(fit_rigid_robust(rest, now, weight, kFloorMm));
+        }
+    }
+    BodyMotion::Moved move(const CarryingSurface& frame, const PreparedPoint& point) const {
+        constexpr double kFadeMm = 10;
+        const auto vertex = static_cast<size_t>(point.vertex);
+        const Eigen::Isometry3d& motion = motions_[frame.surface.vertex_pieces()[vertex]];
+        const Eigen::Vector3d
+            rest = Eigen::Map<const Eigen::Vector3f>(frame.surface.data().vertices[vertex].position)
+                       .cast<double>(),
+            left = Eigen::Map<const Eigen::Vector3f>(&frame.vertices[3 * vertex]).cast<double>() -
+                   motion * rest;
+        const double error = static_cast<double>(frame.confidence.expected_error[vertex]);
+        BodyMotion::Moved moved;
+        moved.place = motion * as_eigen(point.at_rest) +
+                      std::exp(-std::max(0.0, point.depth_mm) / kFadeMm) * left;
+        moved.surface_mm2 = error * error;
+        moved.deformation_mm2 = left.squaredNorm();
+        moved.evidence = 1;
+        return moved;
+    }
+
+  private:
+    std::vector<Eigen::Isometry3d> motions_;
+};
+
+}  // namespace
+
+struct PointCarrier::Shared {
+    std::shared_ptr<const Body> body;
+    std::optional<BodyMotion> in_body;
+    std::optional<RigidBeneath> rigid;
+};
+
+void PointCarrier::reset() { shared_.reset(); }
+
+std::shared_ptr<const PointCarrier::Shared> PointCarrier::shared(
+    const CarryingSurface& frame, const std::shared_ptr<const Body>& body,
+    const Services* helpers) const {
+    const std::lock_guard lock(mutex_);
+    if (shared_ != nullptr && shared_->body == body) return shared_;
+    auto made = std::make_shared<Shared>();
+    made->body = body;
+    if (body != nullptr)
+        made->in_body.emplace(body, SurfaceNow{frame.vertices, frame.confidence.expected_error},
+                              frame.held, helpers);
+    else
+        made->rigid.emplace(frame);
+    shared_ = made;
+    return made;
+}
+
+namespace {
+
+SurfaceConfidence surface_confidence(const CarryingSurface& frame, const PointMotion& moves,
+                                     const Vec3<double>& place, const double xyz[3]) {
+    return moves.is_beside && moves.is_near
+               ? confidence_beside(frame.confidence, moves.vertex, moves.distance_mm, place)
+               : confidence_at(frame.surface, frame.confidence, xyz);
+}
+
+// Fitted to the scenes of docs/beneath.md.
+struct ErrorShares {
+    double surface = 1;
+    double deformation = 0.04;  // of its mean square, where the depth is large
+    double shift = 0.03;        // likewise
+    double choice = 0.05;
+    double floor_mm2 = 0.002;
+    double depth_mm = 15;  // at which a good half of those shares count
+    double beyond = 0.02;  // mm^2 per mm^2 beyond the body
+};
+
+SurfaceConfidence beneath_confidence(const CarryingSurface& frame, const PreparedPoint& point,
+                                     const BodyMotion::Moved& moved) {
+    constexpr ErrorShares kShares;
+    constexpr double kLeastEvidence = 0.25, kMaxErrorMm = 10, kMaxBeyondMm = 20;
+    const auto vertex = static_cast<size_t>(point.vertex);
+    const double depth = std::max(0.0, point.depth_mm),
+                 deep = depth * depth / (depth * depth + kShares.depth_mm * kShares.depth_mm);
+    const double of_model =
+        deep * (kShares.deformation * moved.deformation_mm2 + kShares.shift * moved.shift_mm2) +
+        kShares.choice * moved.choice_mm2 + kShares.floor_mm2 +
+        kShares.beyond * point.in_body.beyond_mm * point.in_body.beyond_mm;
+    const double of_surface = kShares.surface * moved.surface_mm2;
+    SurfaceConfidence at;
+    at.evidence = 0;
+    at.expected_error = std::sqrt(of_surface + of_model);
+    const float* covariance = &frame.confidence.covariance[6 * vertex];
+    const double trace = static_cast<double>(covariance[0]) + static_cast<double>(covariance[3]) +
+                         static_cast<double>(covariance[5]);
+    for (size_t i = 0; i < 6; ++i)
+        at.covariance[i] = static_cast<double>(covariance[i]) * of_surface / std::max(trace, 1e-9) +
+                           (i == 0 || i == 3 || i == 5 ? of_model / 3 : 0);
+    at.status = !frame.is_lost && moved.evidence >= kLeastEvidence &&
+                        at.expected_error <= kMaxErrorMm && point.in_body.beyond_mm <= kMaxBeyondMm
+                    ? DEFREC_POINT_EXTRAPOLATED
+                    : DEFREC_POINT_UNKNOWN;
+    return at;
+}
+
+SurfaceConfidence mixed(const SurfaceConfidence& a, const SurfaceConfidence& b, double share) {
+    SurfaceConfidence at;
+    at.status = std::max(a.status, b.status);
+    at.evidence = 0;
+    for (size_t i = 0; i < 6; ++i)
+        at.covariance[i] = (1 - share) * a.covariance[i] + share * b.covariance[i];
+    at.expected_error = std::sqrt(at.covariance[0] + at.covariance[3] + at.covariance[5]);
+    return at;
+}
+
+// Of a vertex that left the image: how little the surface's own answer counts.
+double doubt_out_of_sight(const CarryingSurface& frame, const PreparedPoint& point) {
+    constexpr double kErrorOfHalf = 0.7;
+    if (point.vertex < 0) return 0;
+    const auto vertex = static_cast<size_t>(point.vertex);
+    if (frame.samples[vertex].observation != DEFREC_OUTSIDE) return 0;
+    const double relative =
+        std::pow(static_cast<double>(frame.confidence.expected_error[vertex]) / kErrorOfHalf, 4);
+    return relative / (1 + relative);
+}
+
+CarriedPoint unknown_point() {
+    CarriedPoint carried;
+    carried.place = {kNaN, kNaN, kNaN};
+    return carried;
+}
+
+}  // namespace
+
+void PointCarrier::carry(const CarryingSurface& frame, std::span<const PreparedPoint> points,
+                         const std::shared_ptr<const Body>& body, const Services* helpers,
+                         const std::function<void(size_t, const CarriedPoint&)>& carried) const {
+    const auto needs_shared = [&](const PreparedPoint& point) {
+        return point.is_finite && (point.surface_share < 1 || doubt_out_of_sight(frame, point) > 0);
+    };
+    std::shared_ptr<const Shared> common;
+    if (std::any_of(points.begin(), points.end(), needs_shared))
+        common = shared(frame, body, helpers);
+    const auto carry_one = [&](const PreparedPoint& point) -> CarriedPoint {
+        if (!point.is_finite) {
+            CarriedPoint unknown = unknown_point();
+            const double nowhere[3] = {kNaN, kNaN, kNaN};
+            unknown.confidence = confidence_at(frame.surface, frame.confidence, nowhere);
+            std::fill_n(unknown.confidence.covariance, 6, kNaN);
+            return unknown;
+        }
+        const double share = frame.is_lost
+                                 ? point.surface_share
+                                 : point.surface_share * (1 - doubt_out_of_sight(frame, point));
+        CarriedPoint on_surface, beneath;
+        if (share > 0) {
+            const double xyz[3] = {point.at_rest.x, point.at_rest.y, point.at_rest.z};
+            const PointMotion moves =
+                point_motion(frame.surface, frame.motions, point.at_rest, frame.grows);
+            on_surface.place = apply(moves.motion, point.at_rest);
+            on_surface.confidence = surface_confidence(frame, moves, on_surface.place, xyz);
+            if (share >= 1) return on_surface;
+        }
+        const BodyMotion::Moved moved =
+            common->in_body ? common->in_body->move(point.in_body, as_eigen(point.at_rest))
+                            : common->rigid->move(frame, point);
+        beneath.place = as_vec(moved.place);
+        beneath.confidence = beneath_confidence(frame, point, moved);
+        if (share <= 0) return beneath;
+        return {share * on_surface.place + (1 - share) * beneath.place,
+                mixed(on_surface.confidence, beneath.confidence, 1 - share)};
+    };
+    constexpr size_t kRun = 256, kFewest = 1024;
+    const size_t runs = (points.size() + kRun - 1) / kRun;
+    const auto carry_run = [&](size_t run) {
+        for (size_t i = run * kRun; i < std::min((run + 1) * kRun, points.size()); ++i)
+            carried(i, carry_one(points[i]));
+    };
+    if (helpers != nullptr && points.size() >= kFewest)
+        helpers->parallel_for(runs, carry_run);
+    else
+        for (size_t run = 0; run < runs; ++run) carry_run(run);
+}
+
+}  // namespace defrec
