@@ -96,4 +96,12 @@ void CsvReader::fail(const std::string& message) const {
     throw CliError(ExitCode::kInput, path_ + ":" + std::to_string(line_) + ": " + message);
 }
 
+void UniqueIds::add(const CsvReader& csv, std::int64_t id) {
+    const auto [earlier, is_new] = line_of_.emplace(id, csv.line());
+    if (!is_new) {
+        csv.fail("id " + std::to_string(id) + " stands already in line " +
+                 std::to_string(earlier->second) + ".");
+    }
+}
+
 }  // namespace defrec::cli

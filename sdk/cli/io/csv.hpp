@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 namespace defrec::cli {
@@ -41,6 +42,16 @@ class CsvReader {
     std::vector<std::optional<std::size_t>> places_;  // where in a line each column stands
     std::size_t width_ = 0;                           // fields in the header
     std::vector<std::string_view> fields_;
+};
+
+// Ids that stand in a file once.
+class UniqueIds {
+  public:
+    // Fails where the id stands in an earlier line of the file.
+    void add(const CsvReader& csv, std::int64_t id);
+
+  private:
+    std::unordered_map<std::int64_t, int> line_of_;
 };
 
 }  // namespace defrec::cli

@@ -22,6 +22,20 @@ void create_output_folder(const std::filesystem::path& path) {
     }
 }
 
+void keep_input(const std::filesystem::path& input,
+                const std::vector<std::filesystem::path>& outputs) {
+    for (const std::filesystem::path& output : outputs) {
+        std::error_code error;
+        // The folder of an output may not exist yet.
+        const std::filesystem::path resolved = std::filesystem::weakly_canonical(output, error);
+        if (std::filesystem::equivalent(input, resolved, error)) {
+            throw CliError(ExitCode::kUsage,
+                           input.string() + ": " + output.string() +
+                               " would overwrite this input; choose another output.");
+        }
+    }
+}
+
 OutputFolderLock::OutputFolderLock(const std::filesystem::path& path)
     : folder_(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
     if (folder_ && ::flock(folder_.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)

@@ -175,6 +175,93 @@ TEST_CASE(
                "0.000001", "--json"}) == 6);
 }
 
+TEST_CASE("targets are followed from the template's frame, and scored by their depth") {
+    const TestFolder folder;
+    const auto depth_of = [](std::int64_t id) { return id % 2 == 0 ? "0" : "10"; };
+    // The points are followed as targets from where they are in the first frame, where the surface
+    // already differs a little from the template.
+    const std::string first = folder / "first", out = folder / "out";
+    REQUIRE(run(track_arguments(first, {"--no-overlay"})) == 0);
+    std::string targets = "id,x,y,z,depth\n";
+    using Place = std::array<double, 3>;
+    std::map<std::pair<std::int64_t, std::int64_t>, Place> points;
+    CsvReader followed(first + "/points.csv", {"frame", "id", "x", "y", "z", "status"});
+    while (followed.next()) {
+        if (followed.field(5) == "lost") continue;
+        points[{followed.integer(0), followed.integer(1)}] = {
+            followed.number(2), followed.number(3), followed.number(4)};
+        if (followed.integer(0) != 0) continue;
+        for (std::size_t column = 1; column < 5; ++column)
+            targets.append(followed.field(column)).append(",");
+        targets.append(depth_of(followed.integer(1))).append("\n");
+    }
+    // One that lies beside all that is seen, and has no depth.
+    targets += "-5,900,900,80,\n";
+    const std::string given = folder.write("targets.csv", targets);
+    REQUIRE(run(track_arguments(out, {"--targets", given, "--no-overlay"})) == 0);
+    CHECK(TestFolder::read(out + "/points.csv") == TestFolder::read(first + "/points.csv"));
+    std::size_t compared = 0, lost = 0;
+    CsvReader moved(out + "/targets.csv", {"frame", "id", "depth", "x", "y", "z", "status"});
+    while (moved.next()) {
+        const std::int64_t id = moved.integer(1);
+        lost += moved.field(6) == "lost";
+        CHECK(moved.field(2) == (id == -5 ? "" : std::string(depth_of(id)) + ".0000"));
+        if (id == -5) CHECK((moved.field(6) == "lost" && moved.is_empty(3)));
+        const auto point = points.find({moved.integer(0), id});
+        if (point == points.end() || moved.field(6) == "lost") continue;
+        ++compared;
+        const Place& place = point->second;
+        CHECK(std::hypot(moved.number(3) - place[0], moved.number(4) - place[1],
+                         moved.number(5) - place[2]) < 0.5);
+    }
+    CHECK(compared > 100);
+    const auto summary = nlohmann::json::parse(TestFolder::read(out + "/summary.json"));
+    const std::size_t rows = lines_of(out + "/targets.csv") - 1;
+    CHECK(summary["targets"]["count"] == lines_of(given) - 1);
+    CHECK(rows == kFrames * (lines_of(given) - 1));
+    CHECK(summary["targets"]["lost_share"].get<double>() ==
+          doctest::Approx(static_cast<double>(lost) / static_cast<double>(rows)));
+    CHECK(summary["input"]["targets"] == given);
+
+    std::string deep_truth = "frame,id,depth,x,y,z\n";
+    CsvReader truth(sequence() / "truth.csv", {"frame", "id", "x", "y", "z", "visible"});
+    while (truth.next()) {
+        deep_truth.append(truth.field(0)).append(",").append(truth.field(1)).append(",");
+        deep_truth.append(depth_of(truth.integer(1)));
+        for (std::size_t column = 2; column < 5; ++column)
+            deep_truth.append(",").append(truth.field(column));
+        deep_truth += "\n";
+    }
+    const std::string deep = folder.write("truth_deep.csv", deep_truth);
+    CHECK(run({"score", out, "--truth-deep", deep, "--max-deep-median", "1", "--report",
+               folder / "score.html"}) == 0);
+    CHECK(TestFolder::read(folder / "score.html").find("Targets: error over depth") !=
+          std::string::npos);
+    CHECK(run({"score", out, "--truth-deep", deep, "--max-deep-p95", "0.000001", "--quiet"}) == 6);
+    // Found beside the truth.
+    fs::copy(sequence() / "truth.csv", folder / "truth.csv");
+    CHECK(run({"score", out, "--truth", folder / "truth.csv", "--max-deep-median", "0.000001",
+               "--json"}) == 6);
+    CHECK(run({"score", out, "--truth", sequence() / "truth.csv", "--max-deep-median", "1"}) == 2);
+    CHECK(run({"score", out, "--truth-deep", deep, "--max-median", "1"}) == 2);
+    CHECK(run({"score", out}) == 2);
+}
+
+TEST_CASE("the file of the targets is not overwritten, and a faulty one is refused at once") {
+    const TestFolder folder;
+    const std::string targets = folder.write("targets.csv", "id,x,y,z\n1,0,0,80\n");
+    CHECK(run(track_arguments(folder.path().string(), {"--targets", targets})) == 2);
+    CHECK(run(track_arguments(folder / "out", {"--targets", targets, "--trace", targets})) == 2);
+    CHECK(run(track_arguments(folder / "out", {"--targets", targets, "--save-template",
+                                               folder / "out/../targets.csv"})) == 2);
+    CHECK(TestFolder::read(targets) == "id,x,y,z\n1,0,0,80\n");
+    CHECK(run(track_arguments(folder / "out", {"--targets", folder / "absent.csv"})) == 3);
+    CHECK(run(track_arguments(folder / "out",
+                              {"--targets", folder.write("bad.csv", "id,x,y,z\n1,0,0,-80\n")})) ==
+          3);
+    CHECK_FALSE(fs::exists(folder / "out"));
+}
+
 TEST_CASE("row 71: after a damaged frame the outputs hold those before, and the exit code is 3") {
     const TestFolder folder;
     fs::copy(sequence() / "left", folder / "left");

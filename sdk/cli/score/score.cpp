@@ -2,14 +2,11 @@
 #include "sdk/cli/score/score.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "sdk/cli/io/text.hpp"
-#include "sdk/cli/score/percentile.hpp"
 #include "sdk/cli/score/sparsification.hpp"
 #include "sdk/cli/track/track_outputs.hpp"
 
@@ -73,20 +70,6 @@ class Group {
     SamplesByStatus samples_;
 };
 
-Json errors_json(const ErrorSummary& summary) {
-    Json json;
-    json["count"] = summary.count;
-    const auto number = [&](double value) {
-        return summary.count > 0 ? Json(value) : Json(nullptr);
-    };
-    json["median_mm"] = number(summary.median);
-    json["mean_mm"] = number(summary.mean);
-    json["rmse_mm"] = number(summary.rmse);
-    json["p95_mm"] = number(summary.p95);
-    json["max_mm"] = number(summary.max);
-    return json;
-}
-
 Json confidence_json(const StatusConfidence& confidence) {
     Json json = coverage_json(confidence.coverage);
     json["ause"] = confidence.ause;
@@ -112,24 +95,6 @@ Json group_json(const ScoreGroup& group) {
 }
 
 }  // namespace
-
-ErrorSummary summarise(std::vector<double> errors) {
-    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-    if (errors.empty()) return {0, kNone, kNone, kNone, kNone, kNone};
-    std::sort(errors.begin(), errors.end());
-    double sum = 0, squares = 0;
-    for (const double error : errors) {
-        sum += error;
-        squares += error * error;
-    }
-    const auto count = static_cast<double>(errors.size());
-    return {errors.size(),
-            percentile(errors, 0.5),
-            sum / count,
-            std::sqrt(squares / count),
-            percentile(errors, 0.95),
-            errors.back()};
-}
 
 double ScoreGroup::lost_share() const {
     return visible_points > 0
@@ -166,25 +131,13 @@ nlohmann::ordered_json score_json(const Score& score) {
     return json;
 }
 
-std::string exceeded(const Score& score, const ScoreLimits& limits) {
-    std::vector<std::string> messages;
-    const ErrorSummary& visible = score.all.visible;
-    const auto check = [&](const char* name, double value, std::optional<double> limit) {
-        if (!limit || (visible.count > 0 && value <= *limit)) return;
-        messages.push_back(std::string(name) + " over visible points is " +
-                           (visible.count > 0 ? format_fixed(value, 3) + " mm"
-                                              : std::string("not to be had, all are lost")) +
-                           ", asked were at most " + format_fixed(*limit, 3) + " mm");
-    };
-    check("the median", visible.median, limits.max_median_mm);
-    check("the 95th percentile", visible.p95, limits.max_p95_mm);
+std::vector<std::string> exceeded(const Score& score, const ScoreLimits& limits) {
+    std::vector<std::string> messages = exceeded("visible points", score.all.visible, limits);
     if (limits.calibrated) {
         for (std::string& message : miscalibrated(score.all.statuses))
             messages.push_back(std::move(message));
     }
-    std::string joined;
-    for (const std::string& message : messages) joined += (joined.empty() ? "" : "; ") + message;
-    return joined.empty() ? joined : joined + ".";
+    return messages;
 }
 
 }  // namespace defrec::cli

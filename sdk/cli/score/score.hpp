@@ -8,18 +8,12 @@
 #include <vector>
 
 #include "sdk/cli/score/coverage.hpp"
+#include "sdk/cli/score/error_summary.hpp"
+#include "sdk/cli/score/score_limits.hpp"
 #include "sdk/cli/score/scored_rows.hpp"
 #include "sdk/cli/score/visibility.hpp"
 
 namespace defrec::cli {
-
-// Of distances in mm; NaN where count is 0. Percentiles interpolate linearly between the two
-// nearest ranks.
-struct ErrorSummary {
-    std::size_t count = 0;
-    double median = 0, mean = 0, rmse = 0, p95 = 0, max = 0;
-};
-ErrorSummary summarise(std::vector<double> errors);
 
 // Of the points with status tracked, visible or hidden.
 struct ObservedErrors {
@@ -56,13 +50,7 @@ Score score_of(const ScoredRows& scored);
 std::string score_table(const Score& score);
 nlohmann::ordered_json score_json(const Score& score);
 
-struct ScoreLimits {
-    std::optional<double> max_median_mm, max_p95_mm;
-    bool calibrated = false;  // every status is within CoverageBands
-};
-
-// What exceeds the limits, one error message; empty when nothing does. Nothing visible to measure
-// exceeds every limit.
-std::string exceeded(const Score& score, const ScoreLimits& limits);
+// What exceeds the limits, one message each. Nothing visible to measure exceeds every limit.
+std::vector<std::string> exceeded(const Score& score, const ScoreLimits& limits);
 
 }  // namespace defrec::cli

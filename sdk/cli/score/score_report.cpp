@@ -10,6 +10,7 @@
 #include "sdk/cli/score/plot_page.hpp"
 #include "sdk/cli/score/reliability.hpp"
 #include "sdk/cli/score/sparsification.hpp"
+#include "sdk/cli/score/target_plots.hpp"
 #include "sdk/cli/track/track_outputs.hpp"
 
 namespace defrec::cli {
@@ -123,15 +124,25 @@ std::string sparsification_section(const Score& score) {
         plot_svg(plot));
 }
 
+std::string table_section(const std::string& table) {
+    return "<section class=\"wide\"><pre>" + escaped(table) + "</pre></section>\n";
+}
+
 }  // namespace
 
-std::string score_page(const Score& score, const std::string& folder, const std::string& truth) {
-    return page_head("defrec: score") +
-           ("<header><h1>" + escaped(folder) + "</h1><p class=\"from\">scored against ") +
-           escaped(truth) + "</p>" + key_of(score) + "</header>\n<main>\n" +
-           reliability_section(score) + coverage_section(score) + sparsification_section(score) +
-           "<section class=\"wide\"><pre>" + escaped(score_table(score)) +
-           "</pre></section>\n</main>\n</body>\n</html>\n";
+std::string score_page(const Scores& scores, const std::string& folder, const std::string& truth) {
+    std::string page = page_head("defrec: score") + "<header><h1>" + escaped(folder) +
+                       "</h1><p class=\"from\">scored against " + escaped(truth) + "</p>";
+    if (scores.points) page += key_of(*scores.points);
+    page += "</header>\n<main>\n";
+    if (scores.points) {
+        page += reliability_section(*scores.points) + coverage_section(*scores.points) +
+                sparsification_section(*scores.points);
+    }
+    if (scores.targets) page += target_sections(*scores.targets);
+    if (scores.points) page += table_section(score_table(*scores.points));
+    if (scores.targets) page += table_section(target_table(*scores.targets));
+    return page + "</main>\n</body>\n</html>\n";
 }
 
 }  // namespace defrec::cli

@@ -31,7 +31,7 @@ TEST_CASE("the page has three plots and needs nothing else") {
     ScoredRows rows;
     for (int i = 0; i < 40; ++i) rows.rows.push_back(row_of("tracked", 0.1, i < 20 ? 0.1 : 0.2));
     rows.rows.push_back(row_of("extrapolated", 4, 1));
-    const std::string page = score_page(score_of(rows), "a<b", "c&d");
+    const std::string page = score_page({score_of(rows), {}}, "a<b", "c&d");
     for (const char* title : {"<h2>Reliability", "<h2>Coverage", "<h2>Sparsification"})
         CHECK(count_of(page, title) == 1);
     CHECK(page.find("tracked, 20 points: expected 0.200 mm, measured 0.100 mm") !=
@@ -51,10 +51,10 @@ TEST_CASE(
     "a page without expected errors has the table, one without errors no number that is none") {
     ScoredRows rows;
     rows.rows.push_back(row_of("tracked", 1, NAN));
-    const std::string page = score_page(score_of(rows), "a", "b");
+    const std::string page = score_page({score_of(rows), {}}, "a", "b");
     CHECK(count_of(page, "<h2>Reliability") == 0);
     CHECK(count_of(page, "<h2>Sparsification") == 0);
     CHECK(page.find("errors in mm") != std::string::npos);
     rows.rows = {row_of("tracked", 0, 0.1), row_of("tracked", 0, 0)};
-    CHECK(count_of(score_page(score_of(rows), "a", "b"), "nan") == 0);
+    CHECK(count_of(score_page({score_of(rows), {}}, "a", "b"), "nan") == 0);
 }

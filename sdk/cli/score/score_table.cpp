@@ -1,47 +1,14 @@
 // Scores as text.
-#include <cmath>
-
 #include "sdk/cli/io/text.hpp"
 #include "sdk/cli/score/score.hpp"
+#include "sdk/cli/score/table_line.hpp"
 #include "sdk/cli/track/track_outputs.hpp"
 
 namespace defrec::cli {
 namespace {
 
-constexpr std::size_t kNameWidth = 26, kColumnWidth = 11;
-
-// One line of a table: a name on the left, then columns on their right edges.
-class Line {
-  public:
-    explicit Line(const std::string& name) : text_(name) {
-        if (text_.size() < kNameWidth) text_.append(kNameWidth - text_.size(), ' ');
-    }
-    Line& text(const std::string& column) {
-        if (column.size() < kColumnWidth) text_.append(kColumnWidth - column.size(), ' ');
-        text_ += column;
-        return *this;
-    }
-    Line& count(std::size_t value) { return text(std::to_string(value)); }
-    Line& number(double value, int decimals) {
-        return text(std::isnan(value) ? "-" : format_fixed(value, decimals));
-    }
-    Line& percent(double share) {
-        return text(std::isnan(share) ? "-" : format_fixed(100 * share, 2) + " %");
-    }
-    std::string end() const { return text_ + "\n"; }
-
-  private:
-    std::string text_;
-};
-
-std::string header(const std::string& name, const std::vector<std::string>& columns) {
-    Line line(name);
-    for (const std::string& column : columns) line.text(column);
-    return line.end();
-}
-
-Line errors_line(const std::string& name, const ErrorSummary& summary) {
-    Line line(name);
+TableLine errors_line(const std::string& name, const ErrorSummary& summary) {
+    TableLine line(name);
     line.count(summary.count);
     for (const double value :
          {summary.median, summary.mean, summary.rmse, summary.p95, summary.max})
@@ -51,7 +18,7 @@ Line errors_line(const std::string& name, const ErrorSummary& summary) {
 
 std::string errors_table(const Score& score) {
     std::string table =
-        header("errors in mm", {"points", "median", "mean", "rmse", "p95", "max", "lost"});
+        table_header("errors in mm", {"points", "median", "mean", "rmse", "p95", "max", "lost"});
     const auto add = [&](const std::string& indent, const ScoreGroup& group, bool with_hidden) {
         table += errors_line(indent + "visible", group.visible).percent(group.lost_share()).end();
         if (with_hidden) table += errors_line(indent + "hidden", group.hidden).end();
@@ -68,11 +35,12 @@ std::string errors_table(const Score& score) {
 }
 
 std::string confidence_table(const Score& score) {
-    std::string table = header("expected errors", {"points", "within 1", "within 2", "within 3",
-                                                   "rms ratio", "p99 ratio", "ause"});
+    std::string table = table_header(
+        "expected errors",
+        {"points", "within 1", "within 2", "within 3", "rms ratio", "p99 ratio", "ause"});
     const auto add = [&](const std::string& indent, const StatusConfidence& confidence) {
         const Coverage& coverage = confidence.coverage;
-        Line line(indent + confidence.status);
+        TableLine line(indent + confidence.status);
         line.count(coverage.count);
         for (const double share : coverage.within) line.percent(share);
         line.number(coverage.rms_ratio, 2).number(coverage.p99_ratio, 2).number(confidence.ause, 3);
@@ -97,9 +65,9 @@ std::string confidence_table(const Score& score) {
 std::string visibility_table(const Visibility& visibility) {
     std::vector<std::string> columns{"average"};
     for (const double distance : kJaccardDistances) columns.push_back(format_fixed(distance, 0));
-    std::string table = header("jaccard at a distance of", columns);
+    std::string table = table_header("jaccard at a distance of", columns);
     const auto add = [&](const std::string& name, const Jaccard& jaccard) {
-        Line line(name);
+        TableLine line(name);
         line.percent(jaccard.average);
         for (const double share : jaccard.at) line.percent(share);
         table += line.end();

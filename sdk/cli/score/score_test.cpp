@@ -6,9 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "sdk/cli/io/exit_code.hpp"
 #include "sdk/cli/io/json_text.hpp"
 #include "sdk/cli/io/test_folder.hpp"
+#include "sdk/cli/io/test_refusal.hpp"
 
 using namespace defrec::cli;
 
@@ -40,13 +40,7 @@ void write_all(const TestFolder& folder) {
 }
 
 std::string refusal(const TestFolder& folder) {
-    try {
-        score_of(folder);
-    } catch (const CliError& error) {
-        CHECK(error.code() == ExitCode::kInput);
-        return error.what();
-    }
-    return "accepted";
+    return refusal_of([&] { score_of(folder); });
 }
 
 }  // namespace
@@ -104,15 +98,15 @@ TEST_CASE("limits are held, and nothing visible to measure exceeds them") {
     const TestFolder folder;
     write_all(folder);
     const Score score = score_of(folder);
-    CHECK(exceeded(score, {}) == "");
-    CHECK(exceeded(score, {3.0, 5.0, false}) == "");
-    CHECK(exceeded(score, {2.9, {}, false}).find("the median over visible points is 3.000 mm") ==
-          0);
-    CHECK(exceeded(score, {{}, 4.0, false}).find("95th percentile") != std::string::npos);
+    CHECK(joined(exceeded(score, {})) == "");
+    CHECK(joined(exceeded(score, {3.0, 5.0, false})) == "");
+    CHECK(joined(exceeded(score, {2.9, {}, false}))
+              .find("the median over visible points is 3.000 mm") == 0);
+    CHECK(joined(exceeded(score, {{}, 4.0, false})).find("95th percentile") != std::string::npos);
     folder.write("points.csv", kPoints.substr(0, kPoints.find('\n') + 1));
     const Score empty = score_of(folder);
     CHECK(empty.all.lost_share() == 1);
-    CHECK(exceeded(empty, {1000.0, {}, false}) != "");
+    CHECK(joined(exceeded(empty, {1000.0, {}, false})) != "");
     CHECK(score_json(empty)["visible"]["median_mm"].is_null());
     CHECK(score_table(empty).find("100.00 %") != std::string::npos);
 }
@@ -145,7 +139,7 @@ TEST_CASE("expected errors are judged for each status, over visible and hidden p
     CHECK(json["observed"]["off_by_more_than_2_mm"] == 1);
     CHECK(score_table(score).find("1 of 2 tracked points are off by more than 2 mm, the worst by "
                                   "5.000 mm") != std::string::npos);
-    CHECK(exceeded(score, {{}, {}, true}).find("no status has 100 points") == 0);
+    CHECK(joined(exceeded(score, {{}, {}, true})).find("no status has 100 points") == 0);
 
     folder.write("points.csv", with(kPoints, "13,4,80,1,1,tracked,0.1", "13,4,80,1,1,tracked,"));
     CHECK(score_of(folder).all.statuses[0].coverage.without_expected == 1);

@@ -2,7 +2,6 @@
 #include "sdk/cli/score/scored_rows.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -14,25 +13,6 @@
 
 namespace defrec::cli {
 namespace {
-
-struct Key {
-    std::int64_t frame, id;
-    bool operator==(const Key&) const = default;
-};
-
-struct KeyHash {
-    std::size_t operator()(const Key& key) const {
-        return static_cast<std::size_t>(static_cast<std::uint64_t>(key.frame) *
-                                            0x9E3779B97F4A7C15u ^
-                                        static_cast<std::uint64_t>(key.id) * 0xC2B2AE3D27D4EB4Fu);
-    }
-};
-
-using Xyz = std::array<double, 3>;
-
-double distance(const Xyz& a, const Xyz& b) {
-    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
 
 // The rectified left camera; the principal point makes no difference to distances.
 struct Focal {
@@ -59,42 +39,6 @@ std::optional<Focal> read_focal(const std::filesystem::path& path) {
         return json[pointer].get<double>();
     };
     return Focal{length("fx"), length("fy")};
-}
-
-// A point with a position.
-struct Tracked {
-    Xyz xyz{};
-    std::string status;
-    std::optional<double> expected_mm;
-};
-
-// Nothing for lost points.
-using TrackedPoints = std::unordered_map<Key, std::optional<Tracked>, KeyHash>;
-
-double not_negative(const CsvReader& csv, std::size_t column) {
-    const double value = csv.number(column);
-    if (value < 0) csv.fail(std::string(csv.field(column)) + " is negative.");
-    return value;
-}
-
-TrackedPoints read_tracked(const std::filesystem::path& path) {
-    CsvReader csv(path, {"frame", "id", "x", "y", "z", "status", "expected_error_mm"});
-    TrackedPoints points;
-    while (csv.next()) {
-        std::optional<Tracked> tracked;
-        if (csv.field(5) != "lost" && !csv.is_empty(2)) {
-            tracked.emplace();
-            tracked->xyz = {csv.number(2), csv.number(3), csv.number(4)};
-            tracked->status = csv.field(5);
-            if (!csv.is_empty(6)) tracked->expected_mm = not_negative(csv, 6);
-        }
-        const Key key{csv.integer(0), csv.integer(1)};
-        if (!points.emplace(key, std::move(tracked)).second) {
-            csv.fail("frame " + std::to_string(key.frame) + ", id " + std::to_string(key.id) +
-                     " stands here again.");
-        }
-    }
-    return points;
 }
 
 struct States {
@@ -124,7 +68,7 @@ States read_states(const std::filesystem::path& path) {
 
 ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::filesystem::path& truth,
                             const FrameRange& range) {
-    const TrackedPoints tracked = read_tracked(folder / "points.csv");
+    const TrackedPositions tracked = read_tracked(folder / "points.csv");
     States states = read_states(folder / "frames.csv");
     const std::optional<Focal> focal = read_focal(folder / "summary.json");
     CsvReader csv(truth, {"frame", "id", "x", "y", "z", "visible"});
@@ -133,8 +77,8 @@ ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::file
     scored.states = std::move(states.order);
     scored.has_pixels = focal.has_value();
     while (csv.next()) {
-        const Key key{csv.integer(0), csv.integer(1)};
-        if (key.frame < range.first || (range.last && key.frame >= *range.last)) continue;
+        const FrameAndId key{csv.integer(0), csv.integer(1)};
+        if (!is_within(range, key.frame)) continue;
         const std::int64_t visible = csv.integer(5);
         if (visible != 0 && visible != 1) csv.fail("visible: 0 or 1 was expected.");
         const Xyz true_xyz{csv.number(2), csv.number(3), csv.number(4)};
@@ -144,12 +88,9 @@ ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::file
         if (const auto state = states.of_frame.find(key.frame); state != states.of_frame.end()) {
             row.state = state->second;
         }
-        if (const auto found = tracked.find(key); found != tracked.end() && found->second) {
-            const Tracked& point = *found->second;
-            row.status = point.status;
-            row.expected_mm = point.expected_mm;
-            row.error_mm = distance(point.xyz, true_xyz);
-            if (focal) row.error_px = focal->distance(point.xyz, true_xyz);
+        if (const TrackedPosition* point = find(tracked, key)) {
+            row.compare(*point, true_xyz);
+            if (focal) row.error_px = focal->distance(point->xyz, true_xyz);
         }
         scored.rows.push_back(std::move(row));
     }

@@ -1,26 +1,22 @@
 // Rows of the truth beside what was tracked for them.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "sdk/cli/io/frame_source.hpp"
+#include "sdk/cli/score/tracked_positions.hpp"
 
 namespace defrec::cli {
 
-struct ScoredRow {
-    std::int64_t frame = 0;
+struct ScoredRow : ScoredPosition {
     std::string state;  // of the frame, by frames.csv; empty where it does not say
     bool truly_visible = false;
-    std::string status = "lost";     // as points.csv has it; lost without a row or position
-    std::optional<double> error_mm;  // distance from the truth; nothing for lost points
     // Distance of the projections into the rectified left camera; infinite where either position is
     // not in front of it. Nothing for lost points and without a camera.
     std::optional<double> error_px;
-    std::optional<double> expected_mm;  // nothing where none was stated
 };
 
 struct ScoredRows {

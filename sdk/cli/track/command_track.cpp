@@ -42,6 +42,11 @@ void add_input_options(CLI::App& command, TrackOptions& options) {
                     "of that frame's; default: a grid")
         ->type_name("F");
     command
+        .add_option("--targets", options.targets,
+                    "CSV id,x,y,z and depth, if known: targets beneath the surface to follow, mm "
+                    "in the left rectified camera of the first frame, or of the template's")
+        ->type_name("F");
+    command
         .add_option_function<std::string>(
             "--frames",
             [&source](const std::string& text) { source.range = parse_frame_range(text); },
@@ -131,9 +136,10 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
     command->add_flag("--quiet", options->quiet, "Print nothing but errors");
     command->add_flag("--json", options->json, "Print the summary as JSON");
     command->footer(
-        "Results in DIR: points.csv (mm in the left rectified camera of each frame), frames.csv, "
-        "summary.json,\n"
-        "template.ply, overlay.mp4 and report.html, which opens in a browser.\n"
+        "Results in DIR: points.csv (mm in the left rectified camera of each frame), targets.csv "
+        "likewise,\n"
+        "frames.csv, summary.json, template.ply, overlay.mp4 and report.html, which opens in a "
+        "browser.\n"
         "\n"
         "OpenIGTLink is neither encrypted nor authenticated: keep it on this computer or in a "
         "network of your own.\n"

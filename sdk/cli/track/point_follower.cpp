@@ -36,11 +36,7 @@ void PointFollower::keep_found(const std::vector<std::size_t>& places,
         template_xyz_.insert(template_xyz_.end(), xyz.begin() + static_cast<std::ptrdiff_t>(3 * i),
                              xyz.begin() + static_cast<std::ptrdiff_t>(3 * i + 3));
     }
-    xyz_.resize(template_xyz_.size());
-    uv_.resize(2 * place_.size());
-    errors_.resize(place_.size());
-    covariances_.resize(6 * place_.size());
-    status_.resize(place_.size());
+    moved_.resize(place_.size());
     evidence_.resize(place_.size());
     looked_up_ += places.size();
 }
@@ -101,7 +97,7 @@ void PointFollower::settle(defrec_job job) {
     std::vector<double> xyz(3 * beside_.size()), uv(2 * beside_.size());
     std::vector<std::uint8_t> found(beside_.size());
     for (std::size_t i = 0; i < beside_.size(); ++i)
-        std::copy_n(&xyz_[3 * beside_[i]], 3, &xyz[3 * i]);
+        std::copy_n(&moved_.xyz[3 * beside_[i]], 3, &xyz[3 * i]);
     projection_.project_rectified(xyz.data(), beside_.size(), uv.data());
     require(defrec_job_lift_points(job, uv.data(), beside_.size(), xyz.data(), found.data()),
             ExitCode::kInternal, "finding the surface under the points to follow");
@@ -127,8 +123,8 @@ void PointFollower::find_pieces(defrec_job job) {
 }
 
 void PointFollower::warp(defrec_job job) {
-    require(defrec_job_warp_points(job, template_xyz_.data(), place_.size(), xyz_.data(),
-                                   status_.data(), errors_.data()),
+    require(defrec_job_warp_points(job, template_xyz_.data(), place_.size(), moved_.xyz.data(),
+                                   moved_.status.data(), moved_.expected_error_mm.data()),
             ExitCode::kInternal, "warping the points to follow");
 }
 
@@ -147,28 +143,20 @@ std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timest
     if (job != nullptr && !place_.empty()) {
         warp(job);
         require(defrec_job_point_covariances(job, template_xyz_.data(), place_.size(),
-                                             covariances_.data(), evidence_.data()),
+                                             moved_.covariance.data(), evidence_.data()),
                 ExitCode::kInternal, "estimating the errors of the points to follow");
         find_pieces(job);
-        projection_.project(xyz_.data(), place_.size(), uv_.data());
+        moved_.project(projection_);
         for (std::size_t i = 0; i < place_.size(); ++i) {
-            const double* xyz = &xyz_[3 * i];
-            if (status_[i] == DEFREC_POINT_UNKNOWN || !std::isfinite(xyz[0] + xyz[1] + xyz[2]))
-                continue;
             PointRow& row = rows[place_[i]];
-            row.status = status_[i] == DEFREC_POINT_OBSERVED ? PointStatus::kTracked
-                                                             : PointStatus::kExtrapolated;
-            std::copy_n(xyz, 3, row.xyz);
-            std::copy_n(&uv_[2 * i], 2, row.uv);
-            row.expected_error_mm = errors_[i];
-            std::copy_n(&covariances_[6 * i], 6, row.covariance);
+            if (!moved_.fill(i, row)) continue;
             row.evidence = evidence_[i];
             row.piece = pieces_[i];
         }
     }
     for (std::size_t i = 0; i < rows.size(); ++i) {
         if (points_[i].frame.value_or(frame) > frame) continue;
-        ++rows_[static_cast<std::size_t>(rows[i].status)];
+        rows_.add(rows[i].status);
         file_.add(rows[i]);
     }
     return rows;

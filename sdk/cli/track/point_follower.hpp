@@ -7,6 +7,7 @@
 
 #include "sdk/cli/program/library.hpp"
 #include "sdk/cli/track/frame_projection.hpp"
+#include "sdk/cli/track/moved_points.hpp"
 #include "sdk/cli/track/points.hpp"
 #include "sdk/cli/track/track_outputs.hpp"
 
@@ -36,7 +37,7 @@ class PointFollower {
 
     std::size_t count() const { return points_.size(); }
     // Of all rows written so far.
-    std::size_t rows(PointStatus status) const { return rows_[static_cast<std::size_t>(status)]; }
+    const StatusCounts& rows() const { return rows_; }
     std::size_t points_without_surface() const;
 
   private:
@@ -60,9 +61,9 @@ class PointFollower {
     std::vector<std::size_t> place_;    // where in points_ each of them stands
     std::vector<std::size_t> beside_;   // which of them the surface has not reached yet
     std::uint32_t template_epoch_ = 0;  // in which beside_ was looked up
-    std::vector<double> xyz_, uv_, errors_, covariances_;
-    std::vector<std::uint8_t> status_, evidence_, pieces_;
-    std::size_t rows_[3] = {};
+    MovedPoints moved_;
+    std::vector<std::uint8_t> evidence_, pieces_;
+    StatusCounts rows_;
     std::size_t looked_up_ = 0;  // points whose frame has come
 };
 

@@ -1,8 +1,6 @@
 // points.csv as input.
 #include "sdk/cli/track/points.hpp"
 
-#include <unordered_map>
-
 #include "sdk/cli/io/csv.hpp"
 #include "sdk/cli/io/text.hpp"
 
@@ -11,17 +9,13 @@ namespace defrec::cli {
 std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int width, int height) {
     CsvReader csv(path, {"id", "u", "v"}, {"frame"});
     std::vector<FollowedPoint> points;
-    std::unordered_map<std::int64_t, int> line_of_id;
+    UniqueIds ids;
     while (csv.next()) {
         FollowedPoint point{csv.integer(0), csv.number(1), csv.number(2)};
         if (!csv.is_empty(3)) point.frame = csv.integer(3);
         if (point.frame.value_or(0) < 0)
             csv.fail("frame " + std::string(csv.field(3)) + " is negative.");
-        const auto [earlier, is_new] = line_of_id.emplace(point.id, csv.line());
-        if (!is_new) {
-            csv.fail("id " + std::to_string(point.id) + " stands already in line " +
-                     std::to_string(earlier->second) + ".");
-        }
+        ids.add(csv, point.id);
         if (point.u < -0.5 || point.v < -0.5 || point.u > width - 0.5 || point.v > height - 0.5) {
             csv.fail("the pixel " + format_fixed(point.u, 2) + "," + format_fixed(point.v, 2) +
                      " lies outside the image of " + std::to_string(width) + "x" +

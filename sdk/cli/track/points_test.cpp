@@ -5,8 +5,8 @@
 
 #include <string>
 
-#include "sdk/cli/io/exit_code.hpp"
 #include "sdk/cli/io/test_folder.hpp"
+#include "sdk/cli/io/test_refusal.hpp"
 
 using namespace defrec::cli;
 
@@ -14,17 +14,8 @@ namespace {
 
 std::string refusal(const std::string& text) {
     const TestFolder folder;
-    try {
-        read_points(folder.write("points.csv", text), 640, 360);
-    } catch (const CliError& error) {
-        CHECK(error.code() == ExitCode::kInput);
-        return error.what();
-    }
-    return "accepted";
+    return refusal_of([&] { read_points(folder.write("points.csv", text), 640, 360); });
 }
-
-#define CHECK_SAYS(message, part) \
-    CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 }  // namespace
 

@@ -30,6 +30,29 @@ void append_count(std::string& line, unsigned value) {
     append_integer(line, value);
 }
 
+void begin_row(std::string& line, const PositionRow& row) {
+    line.clear();
+    append_integer(line, row.frame);
+    append_field(line, row.timestamp_ms, kTimeDecimals);
+    line += ',';
+    append_integer(line, row.id);
+}
+
+constexpr char kPositionColumns[] = "x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz";
+
+void append_position(std::string& line, const PositionRow& row) {
+    if (row.status == PointStatus::kLost) {
+        line += ",,,,,,lost,,,,,,,";
+        return;
+    }
+    for (const double coordinate : row.xyz) append_field(line, coordinate, kMillimetreDecimals);
+    for (const double coordinate : row.uv) append_field(line, coordinate, kPixelDecimals);
+    line += ',';
+    line += name_of(row.status);
+    append_field(line, row.expected_error_mm, kMillimetreDecimals);
+    for (const double element : row.covariance) append_field(line, element, kCovarianceDecimals);
+}
+
 template <typename T>
 void append_bytes(std::string& out, const T* values, std::size_t count) {
     out.append(reinterpret_cast<const char*>(values), count * sizeof(T));
@@ -57,36 +80,35 @@ const char* evidence_name(std::uint32_t evidence) {
 }
 
 PointsFile::PointsFile(const std::filesystem::path& path) : file_(path) {
-    file_.write(
-        "frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,evidence,"
-        "piece\n");
+    file_.write(std::string("frame,timestamp_ms,id,") + kPositionColumns + ",evidence,piece\n");
 }
 
 void PointsFile::add(const PointRow& row) {
-    line_.clear();
-    append_integer(line_, row.frame);
-    append_field(line_, row.timestamp_ms, kTimeDecimals);
-    line_ += ',';
-    append_integer(line_, row.id);
+    begin_row(line_, row);
+    append_position(line_, row);
     if (row.status == PointStatus::kLost) {
-        line_ += ",,,,,,lost,,,,,,,,,\n";
+        line_ += ",,";
     } else {
-        for (const double coordinate : row.xyz)
-            append_field(line_, coordinate, kMillimetreDecimals);
-        for (const double coordinate : row.uv) append_field(line_, coordinate, kPixelDecimals);
-        line_ += ',';
-        line_ += name_of(row.status);
-        append_field(line_, row.expected_error_mm, kMillimetreDecimals);
-        for (const double element : row.covariance)
-            append_field(line_, element, kCovarianceDecimals);
         line_.append(",").append(evidence_name(row.evidence)).append(",");
         append_integer(line_, row.piece);
-        line_ += '\n';
     }
-    file_.write(line_);
+    file_.write(line_ += '\n');
 }
 
 void PointsFile::commit() { file_.commit(); }
+
+TargetsFile::TargetsFile(const std::filesystem::path& path) : file_(path) {
+    file_.write(std::string("frame,timestamp_ms,id,depth,") + kPositionColumns + "\n");
+}
+
+void TargetsFile::add(const TargetRow& row) {
+    begin_row(line_, row);
+    append_field(line_, row.depth.value_or(NAN), kMillimetreDecimals);
+    append_position(line_, row);
+    file_.write(line_ += '\n');
+}
+
+void TargetsFile::commit() { file_.commit(); }
 
 std::vector<std::string> stage_names(const std::vector<FrameRow>& rows) {
     std::vector<std::string> names;

@@ -1,10 +1,11 @@
-// What `defrec track` leaves in its folder besides overlay and report: points.csv, frames.csv, PLY
-// meshes. The same results give the same bytes in points.csv and in the meshes; times stand only in
-// frames.csv and summary.json.
+// What `defrec track` leaves in its folder besides overlay and report: points.csv, targets.csv,
+// frames.csv, PLY meshes. The same results give the same bytes in points.csv, targets.csv and in
+// the meshes; times stand only in frames.csv and summary.json.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,7 +19,8 @@ const char* name_of(PointStatus status);
 // "both", "depth", "lateral" or "none".
 const char* evidence_name(std::uint32_t evidence);
 
-struct PointRow {
+// Where a followed point is in a frame.
+struct PositionRow {
     std::int64_t frame = 0;
     double timestamp_ms = 0;
     std::int64_t id = 0;
@@ -27,9 +29,16 @@ struct PointRow {
     double xyz[3] = {};  // mm, left rectified camera of this frame
     double uv[2] = {};   // pixels of the left image as given
     double expected_error_mm = 0;
-    double covariance[6] = {};   // xx, xy, xz, yy, yz, zz, mm^2
+    double covariance[6] = {};  // xx, xy, xz, yy, yz, zz, mm^2
+};
+
+struct PointRow : PositionRow {
     std::uint32_t evidence = 0;  // DEFREC_EVIDENCE_*
     std::uint32_t piece = 0;     // of the surface, that it lies on
+};
+
+struct TargetRow : PositionRow {
+    std::optional<double> depth;  // mm beneath the surface, as given
 };
 
 // points.csv: frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,evidence,
@@ -38,6 +47,21 @@ class PointsFile {
   public:
     explicit PointsFile(const std::filesystem::path& path);
     void add(const PointRow& row);
+    void commit();
+
+  private:
+    AtomicFile file_;
+    std::string line_;
+};
+
+inline constexpr char kTargetsFile[] = "targets.csv";
+
+// frame,timestamp_ms,id,depth,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz. What is unknown
+// of a lost target stays empty, and a depth that was not given.
+class TargetsFile {
+  public:
+    explicit TargetsFile(const std::filesystem::path& path);
+    void add(const TargetRow& row);
     void commit();
 
   private:

@@ -23,6 +23,7 @@
 #include "sdk/cli/track/point_follower.hpp"
 #include "sdk/cli/track/real_time.hpp"
 #include "sdk/cli/track/result_record.hpp"
+#include "sdk/cli/track/target_follower.hpp"
 #include "sdk/cli/track/trace_file.hpp"
 #include "sdk/cli/track/track_summary.hpp"
 #include "sdk/cli/track/tracker_config.hpp"
@@ -104,10 +105,13 @@ class TrackSession {
           rig_(make_rig(context_, calibration_)),
           projection_(rig_),
           followed_(points_to_follow()),
+          given_targets_(targets_to_follow()),
           folder_((create_output_folder(options.out), options.out)),
           folder_lock_(folder_),
           points_(folder_ / "points.csv", followed_, rig_, projection_),
           progress_(options.quiet) {
+        if (!given_targets_.empty())
+            targets_.emplace(folder_ / kTargetsFile, std::move(given_targets_), projection_);
         desc_.device_id = device_.id.c_str();
         defrec_tracker tracker = nullptr;
         require(defrec_tracker_create(context_.get(), rig_.get(), &desc_, &tracker),
@@ -176,6 +180,16 @@ class TrackSession {
         return options_.points.empty()
                    ? grid_points(source_.width(), source_.height())
                    : read_points(options_.points, source_.width(), source_.height());
+    }
+
+    std::vector<Target> targets_to_follow() const {
+        if (options_.targets.empty()) return {};
+        const fs::path out = options_.out;
+        keep_input(options_.targets,
+                   {out / kTargetsFile, out / "points.csv", out / "frames.csv",
+                    out / "summary.json", out / "template.ply", out / "overlay.mp4",
+                    out / "report.html", options_.trace, options_.save_template});
+        return read_targets(options_.targets);
     }
 
     const std::string& source_name() const {
@@ -287,6 +301,10 @@ class TrackSession {
         const std::vector<PointRow> points =
             points_.add_frame(pending.frame.index, pending.frame.timestamp_ms,
                               has_geometry(result) ? pending.job.get() : nullptr);
+        if (targets_) {
+            targets_->add_frame(pending.frame.index, pending.frame.timestamp_ms,
+                                has_geometry(result) ? pending.job.get() : nullptr);
+        }
         if (link_) {
             link_->publish(link_frame(pending.frame, result, triangles_, points));
             show_link_notices();
@@ -387,6 +405,12 @@ class TrackSession {
             notes_.push_back("The first frame could not give a template; it was taken from frame " +
                              std::to_string(frame.index) +
                              ", and the points to follow were looked up there.");
+            if (targets_) {
+                notes_.push_back(
+                    "The targets were taken to be given in the left rectified camera "
+                    "of frame " +
+                    std::to_string(frame.index) + ", the template's.");
+            }
         }
     }
 
@@ -473,6 +497,9 @@ class TrackSession {
             }
         };
         attempt([&] { points_.commit(); });
+        attempt([&] {
+            if (targets_) targets_->commit();
+        });
         attempt([&] { finish_template(); });
         attempt([&] {
             if (trace_) trace_->commit();
@@ -490,10 +517,10 @@ class TrackSession {
             report_->meta().notes.insert(report_->meta().notes.end(), notes_.begin(), notes_.end());
             report_->finish();
         });
-        summary_ =
-            summarise_track({options_, device_, calibration_, rig_info(rig_), rows_, points_,
-                             notes_, has_template_ ? std::optional(template_frame_) : std::nullopt,
-                             link_facts_, source_.camera_counts(), seconds});
+        summary_ = summarise_track({options_, device_, calibration_, rig_info(rig_), rows_, points_,
+                                    targets_ ? &*targets_ : nullptr, notes_,
+                                    has_template_ ? std::optional(template_frame_) : std::nullopt,
+                                    link_facts_, source_.camera_counts(), seconds});
         attempt([&] { write_atomically(folder_ / "summary.json", json_text(summary_, 2) + "\n"); });
     }
 
@@ -522,9 +549,11 @@ class TrackSession {
     Rig rig_;
     RawProjection projection_;
     std::vector<FollowedPoint> followed_;
+    std::vector<Target> given_targets_;
     fs::path folder_;
     OutputFolderLock folder_lock_;
     PointFollower points_;
+    std::optional<TargetFollower> targets_;  // empty where none were given
     ProgressBar progress_;
     Tracker tracker_;
     std::optional<TraceFile> trace_;

@@ -16,7 +16,8 @@ struct TrackOptions {
     std::string calibration;
     LengthUnit units = LengthUnit::kGuarded;
     std::string out;
-    std::string points;  // empty: a grid
+    std::string points;   // empty: a grid
+    std::string targets;  // empty: none
     std::string backend = "auto", device;
     std::string config;             // empty: the library's defaults
     std::uint64_t deadline_ns = 0;  // of each frame, from its submission; 0: none

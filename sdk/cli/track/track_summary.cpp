@@ -25,6 +25,7 @@ Json input_json(const TrackOptions& options) {
     }
     json["calibration"] = options.calibration;
     json["points"] = options.points.empty() ? Json(nullptr) : Json(options.points);
+    json["targets"] = options.targets.empty() ? Json(nullptr) : Json(options.targets);
     json["config"] = options.config.empty() ? Json(nullptr) : Json(options.config);
     json["seed"] = options.seed;
     return json;
@@ -75,16 +76,23 @@ Json rig_estimate_json(const std::vector<FrameRow>& rows) {
             {"matches", last->rig_matches}};
 }
 
+void add_shares(const StatusCounts& rows, Json& json) {
+    for (const PointStatus status :
+         {PointStatus::kTracked, PointStatus::kExtrapolated, PointStatus::kLost})
+        json[std::string(name_of(status)) + "_share"] = rows.share(status);
+}
+
 Json points_json(const PointFollower& points) {
-    const std::size_t tracked = points.rows(PointStatus::kTracked);
-    const std::size_t extrapolated = points.rows(PointStatus::kExtrapolated);
-    const std::size_t lost = points.rows(PointStatus::kLost);
-    const auto total = static_cast<double>(std::max<std::size_t>(1, tracked + extrapolated + lost));
-    return {{"count", points.count()},
-            {"without_surface", points.points_without_surface()},
-            {"tracked_share", static_cast<double>(tracked) / total},
-            {"extrapolated_share", static_cast<double>(extrapolated) / total},
-            {"lost_share", static_cast<double>(lost) / total}};
+    Json json{{"count", points.count()}, {"without_surface", points.points_without_surface()}};
+    add_shares(points.rows(), json);
+    return json;
+}
+
+Json targets_json(const TargetFollower* targets) {
+    if (targets == nullptr) return nullptr;
+    Json json{{"count", targets->count()}};
+    add_shares(targets->rows(), json);
+    return json;
 }
 
 Json link_json(const TrackFacts& facts) {
@@ -120,6 +128,12 @@ double mean_of(const std::vector<FrameRow>& rows, double FrameRow::*member) {
 
 std::string percent(const Json& share) { return format_fixed(100 * share.get<double>(), 1) + " %"; }
 
+std::string shares_text(const char* what, const Json& json) {
+    return std::to_string(json["count"].get<std::size_t>()) + " " + what + ": " +
+           percent(json["tracked_share"]) + " tracked, " + percent(json["extrapolated_share"]) +
+           " extrapolated, " + percent(json["lost_share"]) + " lost\n";
+}
+
 }  // namespace
 
 Json stage_statistics(const std::vector<FrameRow>& rows) {
@@ -152,6 +166,7 @@ Json summarise_track(const TrackFacts& facts) {
     json["reasons"] = reasons_json(facts.rows);
     json["rig_estimate"] = rig_estimate_json(facts.rows);
     json["points"] = points_json(facts.points);
+    json["targets"] = targets_json(facts.targets);
     json["mean_observed_share"] = mean_of(facts.rows, &FrameRow::observed_share);
     json["mean_residual_mm"] = mean_of(facts.rows, &FrameRow::mean_residual_mm);
     json["stages"] = stage_statistics(facts.rows);
@@ -175,11 +190,8 @@ std::string summary_text(const Json& summary, const std::filesystem::path& folde
             .append(",");
     }
     text.back() = '\n';
-    const Json& points = summary["points"];
-    text += std::to_string(points["count"].get<std::size_t>()) +
-            " points: " + percent(points["tracked_share"]) + " tracked, " +
-            percent(points["extrapolated_share"]) + " extrapolated, " +
-            percent(points["lost_share"]) + " lost\n";
+    text += shares_text("points", summary["points"]);
+    if (!summary["targets"].is_null()) text += shares_text("targets", summary["targets"]);
     const Json& frame = summary["stages"]["frame"];
     text += "a frame takes " + format_fixed(frame["median_ms"].get<double>(), 1) +
             " ms (median), " + format_fixed(frame["p99_ms"].get<double>(), 1) +

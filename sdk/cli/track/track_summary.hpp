@@ -10,6 +10,7 @@
 #include "sdk/cli/live_link/transmitter.hpp"
 #include "sdk/cli/program/library.hpp"
 #include "sdk/cli/track/point_follower.hpp"
+#include "sdk/cli/track/target_follower.hpp"
 #include "sdk/cli/track/track_outputs.hpp"
 #include "sdk/cli/track/track_session.hpp"
 
@@ -27,6 +28,7 @@ struct TrackFacts {
     defrec_rig_info rig;
     const std::vector<FrameRow>& rows;
     const PointFollower& points;
+    const TargetFollower* targets;  // null without any
     const std::vector<std::string>& notes;
     std::optional<std::int64_t> template_frame;
     std::optional<LinkFacts> link;        // empty without a live link

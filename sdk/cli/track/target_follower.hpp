@@ -1,0 +1,44 @@
+// Follows targets beneath the surface and writes targets.csv.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "sdk/cli/program/library.hpp"
+#include "sdk/cli/track/frame_projection.hpp"
+#include "sdk/cli/track/moved_points.hpp"
+#include "sdk/cli/track/targets.hpp"
+#include "sdk/cli/track/track_outputs.hpp"
+
+namespace defrec::cli {
+
+// One thread at a time.
+class TargetFollower {
+  public:
+    // Creates the file under its temporary name. Borrows the projection.
+    TargetFollower(const std::filesystem::path& path, std::vector<Target> targets,
+                   RawProjection& projection);
+
+    // Writes a row for each target, and returns them. job is null where the frame has no result to
+    // be trusted; every row is then lost.
+    std::vector<TargetRow> add_frame(std::int64_t frame, double timestamp_ms, defrec_job job);
+    void commit() { file_.commit(); }
+
+    std::size_t count() const { return targets_.size(); }
+    const StatusCounts& rows() const { return rows_; }
+
+  private:
+    // The only calls of the library that move targets.
+    void move(defrec_job job);
+
+    const std::vector<Target> targets_;
+    RawProjection& projection_;
+    TargetsFile file_;
+    std::vector<double> template_xyz_;
+    MovedPoints moved_;
+    StatusCounts rows_;
+};
+
+}  // namespace defrec::cli
