@@ -2,30 +2,6 @@
 #include "sdk/cli/render/contact_scenes.hpp"
 
 namespace defrec::cli {
-namespace {
-
-/// A place and a time of an event that comes again elsewhere. Contact is 0 between the events.
-struct Recurrence {
-    double since;            ///< frames since the event began; negative before the first
-    Eigen::Vector2d centre;  ///< material coordinates
-};
-
-/// Events every `period` frames from frame `first` on, at three places in turn. An instrument is
-/// above the next place during the last `travel` frames of an event.
-Recurrence recurring(double time, double first, double period, double travel) {
-    static const Eigen::Vector2d kPlaces[] = {{-7.0, 3.0}, {11.0, -5.0}, {2.0, 7.0}};
-    const double number = std::max(0.0, std::floor((time - first) / period));
-    const auto place = [](double event) { return kPlaces[static_cast<long>(event) % 3]; };
-    const double since = time - first - number * period;
-    const double onwards = ease(period - travel, period, since);
-    return {since, place(number) + onwards * (place(number + 1) - place(number))};
-}
-
-/// Along the shaft, mm: instruments come into the view after the first frame, so that the points
-/// that they will touch are among those of points.csv.
-double retracted(double time, double arrives) { return 45.0 * (1.0 - ease(0.0, arrives, time)); }
-
-}  // namespace
 
 FrameState pinch(const Setting& setting, double frame) {
     constexpr double kArrives = 8, kPeriod = 30, kPressed = 9, kReleases = 17, kReleased = 25;

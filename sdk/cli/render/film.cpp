@@ -24,6 +24,19 @@ bool hidden_by(const Blood& blood, const Eigen::Vector2f& material) {
     return blood_cover(blood_inside(blood, material.x(), material.y())) > 0.5f;
 }
 
+/// Places beneath the view, 6 mm apart and 7 mm.
+std::vector<Film::Target> targets_in(const Body& body) {
+    std::vector<Film::Target> targets;
+    for (std::size_t layer = 0; layer < body.layers; ++layer) {
+        for (int j = -2; j <= 2; ++j) {
+            for (int i = -4; i <= 4; ++i) {
+                targets.push_back({{6.0 * i, 7.0 * j}, layer});
+            }
+        }
+    }
+    return targets;
+}
+
 /// Whether a point lies within half a millimetre of a cut or of another lobe.
 bool beside_line(const Motion& motion, const Eigen::Vector2d& material) {
     if (std::abs(material.y()) >= kBesideCut) {
@@ -47,6 +60,9 @@ Film::Film(const std::string& scene, int width, int height, int frames, std::uin
       right_(scene_.rig.right, width, height, threads),
       painter_(tissue_, threads) {
     prepare_meshes();
+    if (scene_.body) {
+        targets_ = targets_in(*scene_.body);
+    }
 }
 
 void Film::advance() {
@@ -73,6 +89,11 @@ Film::Truth Film::truth(std::size_t point) const {
     const Eigen::Vector3d in_left =
         left_.from_scene(scene_.surface.at(m.x(), m.y(), state_.time, state_.motion));
     return {in_left, visible(m, in_left)};
+}
+
+Eigen::Vector3d Film::truth(const Target& target) const {
+    return left_.from_scene(scene_.surface.beneath(target.material.x(), target.material.y(),
+                                                   target.layer, *state_.motion.body));
 }
 
 void Film::place_views(const FrameState& state) {

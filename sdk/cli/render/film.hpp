@@ -28,6 +28,12 @@ class Film {
         bool visible;
     };
 
+    /// A place of a body's material, beneath the surface or on it.
+    struct Target {
+        Eigen::Vector2d material;
+        std::size_t layer;  ///< of kBodyDepths
+    };
+
     /// As RenderOptions has it; frames at least 1. Throws what make_scene() throws.
     Film(const std::string& scene, int width, int height, int frames, std::uint64_t seed,
          int threads, const std::vector<SceneSetting>& settings = {});
@@ -53,6 +59,11 @@ class Film {
     /// Appends a grid over the present left image, less the pixels where no tissue is seen or
     /// tissue that lay within the first image.
     void add_points();
+
+    /// A grid in each layer of the scene's body; empty in a scene without one.
+    const std::vector<Target>& targets() const { return targets_; }
+    /// Left camera as given, mm.
+    Eigen::Vector3d truth(const Target& target) const;
 
   private:
     void place_views(const FrameState& state);
@@ -83,6 +94,7 @@ class Film {
     std::vector<Hit> other_hits_;              ///< of another time or of misaligned_right_
     std::vector<std::uint8_t> left_bgr_, right_bgr_;
     std::vector<Followed> points_;
+    std::vector<Target> targets_;
 };
 
 }  // namespace defrec::cli

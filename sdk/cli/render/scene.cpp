@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "sdk/cli/render/body_scenes.hpp"
 #include "sdk/cli/render/camera_scenes.hpp"
 #include "sdk/cli/render/contact_scenes.hpp"
 #include "sdk/cli/render/noise.hpp"
@@ -157,6 +158,7 @@ struct Entry {
     FrameState (*at)(const Setting&, double);
     void (*adapt)(const SceneParameters&, Scene&) = nullptr;  ///< of what lasts all the sequence
     double curvature = 0;                                     ///< as Surface has it
+    Body (*body)(const SceneParameters&) = nullptr;           ///< of a scene with an elastic body
 };
 
 std::vector<Entry> motion_entries() {
@@ -364,12 +366,50 @@ std::vector<Entry> picture_entries() {
     };
 }
 
+Entry body_entry(SceneInfo info, FrameState (*at)(const Setting&, double),
+                 Body (*body)(const SceneParameters&)) {
+    info.parameters = with_body_parameters(std::move(info.parameters));
+    constexpr TissueLook kOrgan{.mottling = 0.75f, .vessels = 0.9f, .spots = 0.7f};
+    return {std::move(info), kOrgan, 0.8, 0.70f, at, nullptr, 0, body};
+}
+
+/// A scene with a body under a load: `largest` is the parameter that says how far it goes.
+Entry loaded_entry(const std::string& name, const std::string& summary,
+                   const SceneParameter& largest, double width, bool has_tool,
+                   FrameState (*at)(const Setting&, double), Body (*body)(const SceneParameters&),
+                   const std::vector<SceneParameter>& more = {}) {
+    SceneInfo info{.name = name, .summary = summary, .parameters = {poisson_parameter(), largest}};
+    info.parameters.push_back(
+        {"width", width, 4, 15, "mm", "of the load, a Gaussian's standard deviation"});
+    info.parameters.insert(info.parameters.end(), more.begin(), more.end());
+    info.parameters.push_back({"instrument", has_tool ? 1.0 : 0.0, 0, 1, "", "0: none is drawn"});
+    return body_entry(std::move(info), at, body);
+}
+
+std::vector<Entry> body_entries() {
+    return {
+        loaded_entry("body-indent", "an elastic half-space is pressed in, with targets beneath",
+                     {"depth", 7, 0, 9, "mm", "of the pit"}, 6, true, body_indent, half_space),
+        loaded_entry("body-pull", "an elastic half-space is pulled up, with targets beneath",
+                     {"distance", 8, 0, 10, "mm", "of the pull"}, 9, false, body_pull, half_space),
+        loaded_entry("body-stroke", "a load strokes over an elastic half-space and drags it along",
+                     {"depth", 5, 0, 8, "mm", "of the pit"}, 7, true, body_stroke, half_space,
+                     {{"drag", 3, 0, 5, "mm", "along the stroke"}}),
+        loaded_entry("body-layer", "a layer on a rigid base is pressed in, with targets beneath",
+                     {"depth", 6, 0, 8, "mm", "of the pit"}, 6, true, body_indent, bonded_layer,
+                     {{"thickness", 35, 12, 80, "mm", "of the layer"}}),
+        body_entry({.name = "body-rigid",
+                    .summary = "a body that only moves rigidly, with targets beneath"},
+                   body_rigid, rigid_body),
+    };
+}
+
 /// In the order in which they are listed.
 const std::vector<Entry>& entries() {
     static const std::vector<Entry> table = [] {
         std::vector<Entry> all = motion_entries();
-        for (const Entry& entry : picture_entries()) {
-            all.push_back(entry);
+        for (const auto& more : {picture_entries(), body_entries()}) {
+            all.insert(all.end(), more.begin(), more.end());
         }
         return all;
     }();
@@ -449,21 +489,31 @@ Scene make_scene(const std::string& name, int width, int height, int frames, std
     const auto place = static_cast<std::uint64_t>(entry - table.begin());
     const std::uint64_t own_seed =
         scramble(seed) ^ scramble(place < kNumberedScenes ? place : hash_of(name));
-    const Surface surface(rig.depth, entry->relief, own_seed, entry->curvature);
+    // A body's parameter scales all that its surface departs from a plane by.
+    const auto relief = parameters.find("relief");
+    const double bend = relief != parameters.end() ? relief->second : 1.0;
+    const Surface surface(rig.depth, bend * entry->relief, own_seed, entry->curvature, bend);
+    std::optional<Body> body;
+    if (entry->body != nullptr) {
+        body = entry->body(parameters);
+    }
+    const std::shared_ptr<const ElasticBody> elastic = body ? body->elastic : nullptr;
     const double phase = Random(own_seed ^ 0xCA3E7A).uniform(0.0, kTwoPi);
     const auto at = entry->at;
-    Scene scene{
-        entry->info,
-        rig,
-        entry->look,
-        own_seed,
-        surface,
-        entry->exposure,
-        Compression{},
-        std::nullopt,
-        [=](double time) {
-            return at({frames, rig.depth, phase, &surface, &parameters, &rig, own_seed}, time);
-        }};
+    Scene scene{entry->info,
+                rig,
+                entry->look,
+                own_seed,
+                surface,
+                entry->exposure,
+                Compression{},
+                std::nullopt,
+                body,
+                [=](double time) {
+                    return at(
+                        {frames, rig.depth, phase, &surface, &parameters, &rig, own_seed, elastic},
+                        time);
+                }};
     if (entry->adapt != nullptr) {
         entry->adapt(parameters, scene);
     }

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -57,6 +58,12 @@ struct Compression {
     double h264_contrast = 0;  ///< of the video of each view, after JPEG; 0: no video
 };
 
+/// The elastic body that a scene's tissue is.
+struct Body {
+    std::shared_ptr<const ElasticBody> elastic;  ///< null: it only moves rigidly
+    std::size_t layers = kBodyDepths.size();     ///< of kBodyDepths that lie inside
+};
+
 struct Scene {
     SceneInfo info;
     StereoRig rig;
@@ -66,6 +73,7 @@ struct Scene {
     float exposure = 1;
     Compression compression;                    ///< of the files; a Film's pictures have none of it
     std::optional<TissueLook> floor;            ///< of the cut, in a scene with one
+    std::optional<Body> body;                   ///< in a scene with targets beneath the surface
     std::function<FrameState(double time)> at;  ///< frames, whole or not, in any order
 };
 

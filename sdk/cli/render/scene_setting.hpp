@@ -1,4 +1,5 @@
-// What the functions of the scenes share: the scene's whole, a camera that orbits, easing in time.
+// What the functions of the scenes share: the scene's whole, a camera that orbits, easing in time,
+// contacts that come again.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -26,7 +28,8 @@ struct Setting {
     const Surface* surface;
     const SceneParameters* parameters;
     const StereoRig* rig;
-    std::uint64_t seed;  ///< of this scene's organ
+    std::uint64_t seed;                       ///< of this scene's organ
+    std::shared_ptr<const ElasticBody> body;  ///< null: the scene has none
 
     int share(double x) const { return static_cast<int>(std::lround(x * frames)); }
     /// One of those that the scene's SceneInfo names.
@@ -72,6 +75,29 @@ inline void place_camera(FrameState& state, Orbit orbit, const Setting& setting)
 inline double ease(double low, double high, double x) {
     const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
     return t * t * (3.0 - 2.0 * t);
+}
+
+/// A place and a time of an event that comes again elsewhere. Contact is 0 between the events.
+struct Recurrence {
+    double since;            ///< frames since the event began; negative before the first
+    Eigen::Vector2d centre;  ///< material coordinates
+};
+
+/// Events every `period` frames from frame `first` on, at three places in turn. An instrument is
+/// above the next place during the last `travel` frames of an event.
+inline Recurrence recurring(double time, double first, double period, double travel) {
+    static const Eigen::Vector2d kPlaces[] = {{-7.0, 3.0}, {11.0, -5.0}, {2.0, 7.0}};
+    const double number = std::max(0.0, std::floor((time - first) / period));
+    const auto place = [](double event) { return kPlaces[static_cast<long>(event) % 3]; };
+    const double since = time - first - number * period;
+    const double onwards = ease(period - travel, period, since);
+    return {since, place(number) + onwards * (place(number + 1) - place(number))};
+}
+
+/// Along the shaft, mm: instruments come into the view after the first frame, so that the points
+/// that they will touch are among those of points.csv.
+inline double retracted(double time, double arrives) {
+    return 45.0 * (1.0 - ease(0.0, arrives, time));
 }
 
 }  // namespace defrec::cli

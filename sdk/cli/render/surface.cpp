@@ -103,8 +103,8 @@ void add_lobes(const Lobes& l, Side side, Eigen::Vector3d& moved) {
 
 }  // namespace
 
-Surface::Surface(double depth, double relief, std::uint64_t seed, double curvature)
-    : depth_(depth), curvature_(curvature) {
+Surface::Surface(double depth, double relief, std::uint64_t seed, double curvature, double bend)
+    : depth_(depth), curvature_(curvature), bend_(bend) {
     Random random(seed ^ 0x5C3Full);
     for (std::size_t i = 0; i < bumps_.size(); ++i) {
         const double wavelength = random.uniform(22.0, 30.0) + 6.0 * static_cast<double>(i);
@@ -118,7 +118,7 @@ Surface::Surface(double depth, double relief, std::uint64_t seed, double curvatu
 }
 
 double Surface::rest_height(double s, double t) const {
-    double z = depth_ + 0.0014 * s * s + 0.0021 * t * t + 0.05 * s - 0.04 * t;
+    double z = depth_ + bend_ * (0.0014 * s * s + 0.0021 * t * t + 0.05 * s - 0.04 * t);
     for (const Wave& wave : bumps_) {
         z += wave.amplitude * std::sin(wave.ks * s + wave.kt * t + wave.phase);
     }
@@ -131,6 +131,9 @@ Eigen::Vector3d Surface::at(double s, double t, double time, const Motion& motio
 
 Eigen::Vector3d Surface::at(double s, double t, double time, const Motion& motion,
                             Side side) const {
+    if (motion.body) {
+        return beneath(s, t, 0, *motion.body);
+    }
     Eigen::Vector3d moved(s, t, rest_height(s, t));
     if (motion.heartbeat.lift != 0 || motion.heartbeat.shear != 0) {
         add_heartbeat(motion.heartbeat, beat_direction_, beat_phase_, s, t, time, moved);
@@ -157,6 +160,11 @@ Eigen::Vector3d Surface::at(double s, double t, double time, const Motion& motio
         add_lobes(motion.lobes, side, moved);
     }
     return moved;
+}
+
+Eigen::Vector3d Surface::beneath(double s, double t, std::size_t layer,
+                                 const BodyMotion& motion) const {
+    return motion.moved({s, t, rest_height(s, t) + kBodyDepths[layer]}, s, t, layer);
 }
 
 Eigen::Vector3d Surface::floor_at(double s, double across, double time,

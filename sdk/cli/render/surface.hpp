@@ -1,11 +1,15 @@
 // The tissue surface as a formula: material coordinates (s, t) in mm and time in frames to a point
 // in mm. Motion is built from waves, swell, Gaussian indentation, pinch, pull, stretch, a cut and
-// lobes; nothing of a tracker's own model.
+// lobes, or is that of an elastic body; nothing of a tracker's own model.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
+
+#include "sdk/cli/render/bodies/elastic_body.hpp"
 
 namespace defrec::cli {
 
@@ -87,19 +91,24 @@ struct Motion {
     Pull pull;
     Incision incision;
     Lobes lobes;
+    std::optional<BodyMotion> body;  ///< replaces all others
 };
 
 class Surface {
   public:
     /// depth: mm, of the middle at rest. relief: scales the bumps, 1 is 1..2 mm each. curvature:
-    /// 1/mm, along s, more than every surface has.
-    Surface(double depth, double relief, std::uint64_t seed, double curvature = 0);
+    /// 1/mm, along s, more than every surface has. bend: scales the tilt and the curvature that
+    /// every surface has.
+    Surface(double depth, double relief, std::uint64_t seed, double curvature = 0, double bend = 1);
 
     /// Point in the scene's frame, mm. The scene's frame is the left camera of a camera at rest.
     Eigen::Vector3d at(double s, double t, double time, const Motion& motion) const;
 
     /// The same for one side of a cut or one lobe, whose material goes on smoothly beyond the line.
     Eigen::Vector3d at(double s, double t, double time, const Motion& motion, Side side) const;
+
+    /// Point of a body's material in a layer of kBodyDepths; the first is the surface.
+    Eigen::Vector3d beneath(double s, double t, std::size_t layer, const BodyMotion& motion) const;
 
     /// Point of a cut's floor, which spans the gap from across = -1, above, to 1, below: a trough
     /// whose rims are the sides to the bit. Of lobes: the wall between them.
@@ -118,6 +127,7 @@ class Surface {
 
     double depth_;
     double curvature_;
+    double bend_;
     std::array<Wave, 7> bumps_;
     double beat_direction_;
     double beat_phase_;
