@@ -52,6 +52,12 @@ struct ClipScore {
     std::string remark;   // what the picture shows
 };
 
+// Metrics of the targets of one depth, or of a range of depths.
+struct DepthValues {
+    std::string depth;           // as DepthScore names it
+    std::vector<double> values;  // NaN: there is none
+};
+
 class DataSet {
   public:
     virtual ~DataSet() = default;
@@ -70,6 +76,11 @@ class DataSet {
     virtual std::vector<Metric> metrics() const = 0;
     // Of one clip or of many, in the order of metrics(); NaN: there is none.
     virtual std::vector<double> summarise(const Samples& samples) const = 0;
+
+    // Targets beneath the surface, by their depth: what is measured of them, and the numbers of one
+    // clip or of many. A data set without any has none.
+    virtual std::vector<Metric> depth_metrics() const { return {}; }
+    virtual std::vector<DepthValues> by_depth(const Samples& /*samples*/) const { return {}; }
 
     // Predictions that a clip leaves in the data set's own format, in its folder: JSON objects with
     // a member for the clip. Merging joins those of all clips.

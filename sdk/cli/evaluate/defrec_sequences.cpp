@@ -9,6 +9,7 @@
 #include "sdk/cli/io/csv.hpp"
 #include "sdk/cli/io/text.hpp"
 #include "sdk/cli/score/score.hpp"
+#include "sdk/cli/score/target_score.hpp"
 #include "sdk/cli/track/frame_projection.hpp"
 #include "sdk/cli/track/track_outputs.hpp"
 
@@ -21,8 +22,8 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr PointStatus kStatuses[] = {PointStatus::kTracked, PointStatus::kExtrapolated,
                                      PointStatus::kLost};
 
-// Columns of the samples.
-enum Column { kFrame, kVisible, kStatus, kErrorMm, kErrorPx, kExpectedMm };
+// Columns of the samples. The last two are of targets alone.
+enum Column { kFrame, kVisible, kStatus, kErrorMm, kErrorPx, kExpectedMm, kDepth, kRigidMm };
 
 double number_of(const std::string& status) {
     for (const PointStatus known : kStatuses)
@@ -35,28 +36,59 @@ Samples samples_of(const ScoredRows& scored, const std::vector<std::string>& col
     for (const ScoredRow& row : scored.rows) {
         samples.add({static_cast<double>(row.frame), row.truly_visible ? 1.0 : 0.0,
                      number_of(row.status), row.error_mm.value_or(kNone),
-                     row.error_px.value_or(kNone), row.expected_mm.value_or(kNone)});
+                     row.error_px.value_or(kNone), row.expected_mm.value_or(kNone), kNone, kNone});
     }
     return samples;
 }
 
+void add_targets(const std::vector<ScoredTarget>& targets, Samples& samples) {
+    for (const ScoredTarget& target : targets) {
+        samples.add({static_cast<double>(target.frame), 0, number_of(target.status),
+                     target.error_mm.value_or(kNone), kNone, target.expected_mm.value_or(kNone),
+                     target.depth, target.rigid_mm.value_or(kNone)});
+    }
+}
+
+bool is_target(const Samples& samples, std::size_t i) { return !std::isnan(samples.at(i, kDepth)); }
+
+std::optional<double> optional_at(const Samples& samples, std::size_t i, Column column) {
+    const double value = samples.at(i, column);
+    return std::isnan(value) ? std::nullopt : std::optional(value);
+}
+
+// What points and targets have in common.
+void fill_position(const Samples& samples, std::size_t i, ScoredPosition& position) {
+    position.frame = static_cast<std::int64_t>(samples.at(i, kFrame));
+    position.status = name_of(static_cast<PointStatus>(samples.at(i, kStatus)));
+    position.error_mm = optional_at(samples, i, kErrorMm);
+    position.expected_mm = optional_at(samples, i, kExpectedMm);
+}
+
 ScoredRows rows_of(const Samples& samples) {
-    const auto optional = [](double value) {
-        return std::isnan(value) ? std::nullopt : std::optional(value);
-    };
     ScoredRows scored;
     scored.has_pixels = true;
     for (std::size_t i = 0; i < samples.size(); ++i) {
+        if (is_target(samples, i)) continue;
         ScoredRow row;
-        row.frame = static_cast<std::int64_t>(samples.at(i, kFrame));
+        fill_position(samples, i, row);
         row.truly_visible = samples.at(i, kVisible) != 0;
-        row.status = name_of(static_cast<PointStatus>(samples.at(i, kStatus)));
-        row.error_mm = optional(samples.at(i, kErrorMm));
-        row.error_px = optional(samples.at(i, kErrorPx));
-        row.expected_mm = optional(samples.at(i, kExpectedMm));
+        row.error_px = optional_at(samples, i, kErrorPx);
         scored.rows.push_back(std::move(row));
     }
     return scored;
+}
+
+std::vector<ScoredTarget> targets_of(const Samples& samples) {
+    std::vector<ScoredTarget> targets;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        if (!is_target(samples, i)) continue;
+        ScoredTarget target;
+        fill_position(samples, i, target);
+        target.depth = samples.at(i, kDepth);
+        target.rigid_mm = optional_at(samples, i, kRigidMm);
+        targets.push_back(std::move(target));
+    }
+    return targets;
 }
 
 // The frame whose visible points are worst, lost ones worse than any other.
@@ -122,7 +154,7 @@ class DefrecSequences : public DataSet {
     }
     std::string layout() const override {
         return "folders, at any depth, that hold left/, right/, calibration.yaml, points.csv and "
-               "truth.csv";
+               "truth.csv, and for targets beneath the surface targets.csv and truth_deep.csv";
     }
     bool is_clip(const fs::path& folder) const override {
         std::error_code error;
@@ -131,7 +163,8 @@ class DefrecSequences : public DataSet {
     }
 
     std::vector<std::string> sample_columns() const override {
-        return {"frame", "visible", "status", "error_mm", "error_px", "expected_mm"};
+        return {"frame",    "visible",     "status", "error_mm",
+                "error_px", "expected_mm", "depth",  "rigid_mm"};
     }
     std::vector<Metric> metrics() const override {
         return {{"median_mm"},
@@ -158,6 +191,33 @@ class DefrecSequences : public DataSet {
                 all.visibility.mm.average, all.visibility.px->average};
     }
 
+    std::vector<Metric> depth_metrics() const override {
+        return {{"points"},
+                {"median_mm"},
+                {"p95_mm"},
+                {"max_mm"},
+                {"mean_expected_mm"},
+                {"within_1_expected", true},
+                {"within_2_expected", true},
+                {"within_3_expected", true},
+                {"lost_share"},
+                {"rigid_median_mm"},
+                {"rigid_p95_mm"}};
+    }
+    std::vector<DepthValues> by_depth(const Samples& samples) const override {
+        std::vector<DepthValues> values;
+        for (const DepthScore& depth : target_score_of(targets_of(samples)).depths) {
+            const ErrorSummary& errors = depth.all.errors;
+            const Coverage& coverage = depth.all.coverage;
+            values.push_back(
+                {depth.name(),
+                 {static_cast<double>(depth.rows), errors.median, errors.p95, errors.max,
+                  depth.all.mean_expected_mm, coverage.within[0], coverage.within[1],
+                  coverage.within[2], depth.lost_share(), depth.rigid.median, depth.rigid.p95}});
+        }
+        return values;
+    }
+
     ClipScore run(const ClipTask& task) const override {
         const fs::path& clip = task.folder;
         require_entries(clip, {{"left", "the left images of a sequence of `defrec render`", true},
@@ -170,9 +230,18 @@ class DefrecSequences : public DataSet {
         options.source.right = (clip / "right").string();
         options.calibration = (clip / "calibration.yaml").string();
         options.points = (clip / "points.csv").string();
+        std::error_code error;
+        const bool has_targets =
+            fs::exists(clip / kTargetsFile, error) && fs::exists(clip / kDeepTruthFile, error);
+        if (has_targets) options.targets = (clip / kTargetsFile).string();
         track_clip(task, options);
         const ScoredRows scored = read_scored_rows(task.out, clip / "truth.csv", {});
         ClipScore score{samples_of(scored, sample_columns()), 0, {}, {}, {}};
+        if (fs::exists(task.out / kTargetsFile, error)) {
+            add_targets(read_scored_targets(task.out / kTargetsFile, clip / kDeepTruthFile,
+                                            clip / "truth.csv", {}),
+                        score.samples);
+        }
         set_times(task.out, score);
         const WorstFrame worst = worst_frame(score.samples);
         score.picture = picture_of(options.source, worst.frame,

@@ -151,7 +151,8 @@ class Evaluation {
     }
 
     int merge() const {
-        Results results{data_set_.name(), options_.root, data_set_.metrics(), {}};
+        Results results{
+            data_set_.name(), options_.root, data_set_.metrics(), {}, data_set_.depth_metrics()};
         std::size_t quarantined = 0;
         for (const Variant& variant : variants_) {
             results.variants.push_back(results_of(variant));
@@ -160,6 +161,10 @@ class Evaluation {
         const fs::path out(options_.out);
         write_atomically(out / "results.csv", results_csv(results));
         write_atomically(out / "summary.csv", summary_csv(results));
+        if (results.has_depths()) {
+            write_atomically(out / "results_by_depth.csv", results_by_depth_csv(results));
+            write_atomically(out / "summary_by_depth.csv", summary_by_depth_csv(results));
+        }
         write_atomically(out / "times.csv", times_csv(results));
         if (variants_.size() > 1) write_atomically(out / "effects.csv", effects_csv(results));
         write_atomically(out / "evaluation.html", results_page(results));
@@ -273,6 +278,7 @@ class Evaluation {
                 Samples samples(data_set_.sample_columns());
                 samples.read(result.folder / kSamplesFile);
                 result.values = data_set_.summarise(samples);
+                result.depths = data_set_.by_depth(samples);
                 all.append(samples);
             }
             results.clips.push_back(std::move(result));
@@ -285,6 +291,7 @@ class Evaluation {
                                missing.front() + "; run the rest with --resume.");
         }
         results.pooled = data_set_.summarise(all);
+        results.depths = data_set_.by_depth(all);
         return results;
     }
 

@@ -10,6 +10,7 @@
 #include "sdk/cli/io/text.hpp"
 #include "sdk/cli/render/test_sequence.hpp"
 #include "sdk/cli/score/score.hpp"
+#include "sdk/cli/score/target_score.hpp"
 
 using namespace defrec::cli;
 namespace fs = std::filesystem;
@@ -19,7 +20,23 @@ namespace {
 const auto& start = start_evaluate;
 const auto& run = run_evaluate_program;
 
-// Clips one, two and deep/three of the same frames with points of their own.
+// The true points of the sequence, as targets at the depth of their number's last digit, mm.
+void add_targets(const TestFolder& folder, const fs::path& clip) {
+    std::string targets = "id,x,y,z,depth\n", truth = "frame,id,x,y,z,depth\n";
+    CsvReader points(rendered_sequence<4>().path() / "truth.csv", {"frame", "id", "x", "y", "z"});
+    while (points.next()) {
+        std::string row(points.field(1));
+        for (std::size_t column = 2; column < 5; ++column)
+            row.append(",").append(points.field(column));
+        row.append(",").append(std::to_string(points.integer(1) % 10)).append("\n");
+        if (points.integer(0) == 0) targets += row;
+        truth.append(points.field(0)).append(",").append(row);
+    }
+    folder.write((clip / "targets.csv").string(), targets);
+    folder.write((clip / kDeepTruthFile).string(), truth);
+}
+
+// Clips one, which has targets, two and deep/three of the same frames with points of their own.
 const TestFolder& data_set() {
     static const TestFolder folder;
     static const bool is_made = [] {
@@ -43,6 +60,7 @@ const TestFolder& data_set() {
                         .append("\n");
             folder.write((fs::path(clip) / "points.csv").string(), text);
         }
+        add_targets(folder, "one");
         return true;
     }();
     static_cast<void>(is_made);
@@ -60,7 +78,8 @@ std::vector<std::string> with_out(const fs::path& out, const std::vector<std::st
 // The files that are the same from run to run.
 std::map<std::string, std::string> merged(const fs::path& out) {
     std::map<std::string, std::string> files;
-    for (const char* name : {"results.csv", "summary.csv", "evaluation.html"})
+    for (const char* name : {"results.csv", "summary.csv", "results_by_depth.csv",
+                             "summary_by_depth.csv", "evaluation.html"})
         files[name] = TestFolder::read(out / name);
     return files;
 }
@@ -95,6 +114,35 @@ TEST_CASE("a clip's metrics are the score of its points") {
     CHECK(clips == std::vector<std::string>{"deep/three", "one", "two"});
     CHECK(fs::exists(clip / kPictureFile));
     CHECK_FALSE(fs::exists(clip / "report.html"));
+}
+
+TEST_CASE("targets are scored by depth, and are in no metric of points") {
+    const TestFolder& out = evaluated();
+    const fs::path clip = ClipStore(out.path()).folder({"defrec", "one"});
+    const fs::path given = data_set().path() / "one";
+    const TargetScore score = target_score_of(
+        read_scored_targets(clip / "targets.csv", given / kDeepTruthFile, given / "truth.csv", {}));
+    REQUIRE(score.depths.size() == 10);
+    CsvReader results(out.path() / "results_by_depth.csv",
+                      {"clip", "depth", "points", "median_mm", "lost_share", "rigid_p95_mm"});
+    std::size_t depth = 0;
+    for (; results.next(); ++depth) {
+        REQUIRE(depth < score.depths.size());
+        const DepthScore& expected = score.depths[depth];
+        CHECK(results.field(0) == "one");
+        CHECK(results.field(1) == expected.name());
+        CHECK(results.number(2) == static_cast<double>(expected.rows));
+        CHECK(results.number(3) == expected.all.errors.median);
+        CHECK(results.number(4) == expected.lost_share());
+        CHECK(results.number(5) == expected.rigid.p95);
+    }
+    CHECK(depth == 10);
+    const ScoreGroup points = score_of(read_scored_rows(clip, given / "truth.csv", {})).all;
+    CsvReader all(out.path() / "results.csv", {"clip", "median_mm"});
+    while (all.next())
+        if (all.field(0) == "one") CHECK(all.number(1) == points.visible.median);
+    CHECK(TestFolder::read(out / "evaluation.html").find("<h2>Targets by depth</h2>") !=
+          std::string::npos);
 }
 
 TEST_CASE("shards in any order, and a run that was killed and resumed, give the same bytes") {

@@ -31,14 +31,28 @@ std::string line_of(const Fields& fields) {
     return line;
 }
 
-void add_names(const Results& results, Fields& fields) {
-    for (const Metric& metric : results.metrics) fields.push_back(metric.name);
+void add_names(const std::vector<Metric>& metrics, Fields& fields) {
+    for (const Metric& metric : metrics) fields.push_back(metric.name);
 }
 
 // In quarantine there are none.
-void add_values(const Results& results, const std::vector<double>& values, Fields& fields) {
-    for (std::size_t i = 0; i < results.metrics.size(); ++i)
+void add_values(const std::vector<Metric>& metrics, const std::vector<double>& values,
+                Fields& fields) {
+    for (std::size_t i = 0; i < metrics.size(); ++i)
         fields.push_back(i < values.size() ? exact(values[i]) : std::string());
+}
+
+// A row for each depth, which begins with `names`.
+std::string depth_lines(const Results& results, const Fields& names,
+                        const std::vector<DepthValues>& depths) {
+    std::string text;
+    for (const DepthValues& depth : depths) {
+        Fields fields = names;
+        fields.push_back(depth.depth);
+        add_values(results.depth_metrics, depth.values, fields);
+        text += line_of(fields);
+    }
+    return text;
 }
 
 }  // namespace
@@ -65,6 +79,11 @@ double VariantResults::seconds() const {
     return sum;
 }
 
+bool Results::has_depths() const {
+    return std::any_of(variants.begin(), variants.end(),
+                       [](const VariantResults& variant) { return !variant.depths.empty(); });
+}
+
 bool is_worse(const Metric& metric, double a, double b) {
     if (std::isnan(a) || std::isnan(b)) return std::isnan(a) && !std::isnan(b);
     return metric.larger_is_better ? a < b : a > b;
@@ -72,7 +91,7 @@ bool is_worse(const Metric& metric, double a, double b) {
 
 std::string results_csv(const Results& results) {
     Fields header{"variant", "clip", "status", "frames"};
-    add_names(results, header);
+    add_names(results.metrics, header);
     header.emplace_back("reason");
     std::string text = line_of(header);
     for (const VariantResults& variant : results.variants) {
@@ -80,7 +99,7 @@ std::string results_csv(const Results& results) {
             const bool is_done = clip.outcome.failure.empty();
             Fields fields{field(variant.variant), field(clip.clip),
                           is_done ? "done" : "quarantined", std::to_string(clip.outcome.frames)};
-            add_values(results, clip.values, fields);
+            add_values(results.metrics, clip.values, fields);
             fields.push_back(field(clip.outcome.failure));
             text += line_of(fields);
         }
@@ -90,14 +109,34 @@ std::string results_csv(const Results& results) {
 
 std::string summary_csv(const Results& results) {
     Fields header{"variant", "clips", "quarantined"};
-    add_names(results, header);
+    add_names(results.metrics, header);
     std::string text = line_of(header);
     for (const VariantResults& variant : results.variants) {
         Fields fields{field(variant.variant), std::to_string(variant.clips.size()),
                       std::to_string(variant.quarantined())};
-        add_values(results, variant.pooled, fields);
+        add_values(results.metrics, variant.pooled, fields);
         text += line_of(fields);
     }
+    return text;
+}
+
+std::string results_by_depth_csv(const Results& results) {
+    Fields header{"variant", "clip", "depth"};
+    add_names(results.depth_metrics, header);
+    std::string text = line_of(header);
+    for (const VariantResults& variant : results.variants) {
+        for (const ClipResult& clip : variant.clips)
+            text += depth_lines(results, {field(variant.variant), field(clip.clip)}, clip.depths);
+    }
+    return text;
+}
+
+std::string summary_by_depth_csv(const Results& results) {
+    Fields header{"variant", "depth"};
+    add_names(results.depth_metrics, header);
+    std::string text = line_of(header);
+    for (const VariantResults& variant : results.variants)
+        text += depth_lines(results, {field(variant.variant)}, variant.depths);
     return text;
 }
 

@@ -13,14 +13,16 @@ namespace defrec::cli {
 struct ClipResult {
     std::string clip;
     Outcome outcome;
-    std::vector<double> values;    // of the metrics; empty in quarantine
-    std::filesystem::path folder;  // of what it left
+    std::vector<double> values;         // of the metrics; empty in quarantine
+    std::filesystem::path folder;       // of what it left
+    std::vector<DepthValues> depths{};  // ascending; empty without targets
 };
 
 struct VariantResults {
     std::string variant;
-    std::vector<ClipResult> clips;  // in name order
-    std::vector<double> pooled;     // the metrics of all samples together
+    std::vector<ClipResult> clips;      // in name order
+    std::vector<double> pooled;         // the metrics of all samples together
+    std::vector<DepthValues> depths{};  // likewise
 
     std::size_t quarantined() const;
     // The median over clips of their frames' median; NaN where none is known.
@@ -32,6 +34,9 @@ struct Results {
     std::string data_set, root;
     std::vector<Metric> metrics;
     std::vector<VariantResults> variants;
+    std::vector<Metric> depth_metrics{};
+
+    bool has_depths() const;  // of any clip
 };
 
 // Whether `a` is worse than `b`; NaN is worst.
@@ -41,6 +46,10 @@ bool is_worse(const Metric& metric, double a, double b);
 // same bytes.
 std::string results_csv(const Results& results);
 std::string summary_csv(const Results& results);
+// results_by_depth.csv and summary_by_depth.csv: a row for each depth of each clip, and of each
+// variant. The same samples give the same bytes.
+std::string results_by_depth_csv(const Results& results);
+std::string summary_by_depth_csv(const Results& results);
 // times.csv: frames, median and 95th percentile of the time of a frame, and time of the process,
 // of each clip.
 std::string times_csv(const Results& results);

@@ -98,6 +98,24 @@ std::string effects_table(const Results& results) {
            table + "</table></section>\n";
 }
 
+std::string depth_table(const Results& results) {
+    if (!results.has_depths()) return {};
+    std::vector<std::string> cells{"depth", "variant"};
+    for (const Metric& metric : results.depth_metrics) cells.push_back(escaped(metric.name));
+    std::string table = "<table>" + row("th", cells);
+    for (const VariantResults& variant : results.variants) {
+        for (const DepthValues& depth : variant.depths) {
+            cells = {escaped(depth.depth), escaped(variant.variant)};
+            for (const double value : depth.values) cells.push_back(number(value));
+            table += row("td", cells);
+        }
+    }
+    return "<section class=\"wide\"><h2>Targets by depth</h2><p class=\"hint\">Of all clips "
+           "together; those of each clip are in results_by_depth.csv. The rigid fit is that of the "
+           "true visible surface.</p>" +
+           table + "</table></section>\n";
+}
+
 // How many of the clips have at most this value.
 std::string distribution(const Results& results, std::size_t metric) {
     constexpr double kMargin = 0.02;
@@ -187,7 +205,7 @@ std::string results_page(const Results& results) {
             "<li class=\"" + colour_of(v) + "\">" + escaped(results.variants[v].variant) + "</li>";
     }
     page += "</ul></header>\n<main>\n" + quarantine(results) + overall_table(results) +
-            effects_table(results);
+            effects_table(results) + depth_table(results);
     for (std::size_t i = 0; i < results.metrics.size(); ++i) page += distribution(results, i);
     for (const VariantResults& variant : results.variants) page += worst_clips(results, variant);
     return page + "</main>\n</body>\n</html>\n";

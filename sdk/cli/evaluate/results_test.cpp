@@ -59,6 +59,21 @@ TEST_CASE("tables have a row for each clip and for each variant") {
     CHECK(text.find("clips_per_hour                 3600           3600\n") != std::string::npos);
 }
 
+TEST_CASE("targets have a row for each depth, and a table only where there are any") {
+    Results results = two_variants();
+    CHECK_FALSE(results.has_depths());
+    CHECK(results_page(results).find("Targets by depth") == std::string::npos);
+    results.depth_metrics = {{"median_mm"}, {"lost_share"}};
+    results.variants[0].clips[0].depths = {{"5 mm", {0.5, 0}}, {"20 mm", {kNone, 1}}};
+    results.variants[0].depths = {{"5 mm", {0.5, 0}}};
+    CHECK(results.has_depths());
+    CHECK(results_by_depth_csv(results) ==
+          "variant,clip,depth,median_mm,lost_share\none,a,5 mm,0.5,0\none,a,20 mm,,1\n");
+    CHECK(summary_by_depth_csv(results) == "variant,depth,median_mm,lost_share\none,5 mm,0.5,0\n");
+    CHECK(results_page(results).find("<td>5 mm</td><td>one</td><td>0.500</td><td>0.000</td>") !=
+          std::string::npos);
+}
+
 TEST_CASE("clips are ranked by what is good, and no number is worst") {
     const Metric error{"error"}, share{"share", true};
     CHECK(is_worse(error, 2, 1));

@@ -1,5 +1,5 @@
-// overlay.mp4: the left image with the deformed grid, control points, matches and state drawn on
-// it.
+// overlay.mp4: the left image with the deformed grid, control points, matches, targets and state
+// drawn on it.
 #pragma once
 
 #include <filesystem>

@@ -63,6 +63,16 @@ void dot(cv::Mat& image, float u, float v, double radius, const cv::Scalar& colo
                    cv::FILLED, cv::LINE_AA, kSubpixelBits);
 }
 
+/// A circle, dashed where asked for.
+void ring(cv::Mat& image, float u, float v, double radius, bool dashed, const cv::Scalar& colour) {
+    constexpr int kDash = 20;  // degrees, and as many of a gap
+    const double scale = 1 << kSubpixelBits;
+    const cv::Size axes(cvRound(radius * scale), cvRound(radius * scale));
+    for (int start = 0; start < 360; start += 2 * kDash)
+        cv::ellipse(image, fixed_point(u, v), axes, 0, start, start + (dashed ? 1 : 2) * kDash,
+                    colour, 1, cv::LINE_AA, kSubpixelBits);
+}
+
 void darken(cv::Mat& image, cv::Rect area, double keep) {
     area &= cv::Rect(0, 0, image.cols, image.rows);
     if (area.empty()) return;
@@ -126,7 +136,7 @@ void draw_head(cv::Mat& image, const FrameRecord& frame) {
     second.add(format("observed %.0f %%", 100 * frame.observed_share), kText);
 }
 
-void draw_legend(cv::Mat& image) {
+void draw_legend(cv::Mat& image, bool with_targets) {
     const double scale = 0.85 * text_scale(image);
     const int row_height = cvRound(40 * scale);
     darken(image, {0, image.rows - row_height, image.cols, row_height}, 0.45);
@@ -134,6 +144,7 @@ void draw_legend(cv::Mat& image) {
     row.add("observed", kObserved);
     row.add("extrapolated", kExtrapolated);
     row.add("unknown", kUnknown);
+    if (with_targets) row.add("o target, expected error", kControlPoint);
     row.add("+ control point", kControlPoint);
     row.add("inlier", {255, 160, 90});
     row.add("(dark: outlier)", kMuted);
@@ -153,6 +164,7 @@ struct OverlayPainter::Impl {
     void draw_grid(cv::Mat& image, const FrameRecord& frame);
     void draw_matches(cv::Mat& image, const FrameRecord& frame) const;
     void draw_control_points(cv::Mat& image, const FrameRecord& frame);
+    void draw_targets(cv::Mat& image, const FrameRecord& frame) const;
 };
 
 void OverlayPainter::Impl::collect_lines() {
@@ -205,6 +217,29 @@ void OverlayPainter::Impl::draw_control_points(cv::Mat& image, const FrameRecord
     }
 }
 
+// A cross with a ring as wide as the expected error, dashed where the target is not observed. What
+// is lost has no place.
+void OverlayPainter::Impl::draw_targets(cv::Mat& image, const FrameRecord& frame) const {
+    constexpr double kMinRadius = 3;
+    for (const TargetEstimate& target : frame.targets) {
+        if (target.status == VertexStatus::unknown) continue;
+        const auto& [x, y, z] = target.xyz;
+        const auto& covariance = target.covariance;
+        const float error = std::sqrt(covariance[0] + covariance[3] + covariance[5]);
+        const float at[6] = {x, y, z, x + error, y, z};
+        float place[4];
+        projector(at, 2, place);
+        if (!near_image(place[0], place[1], image)) continue;
+        const double radius = std::hypot(place[2] - place[0], place[3] - place[1]);
+        const cv::Scalar& colour = status_colour(target.status);
+        cv::drawMarker(image, cv::Point(cvRound(place[0]), cvRound(place[1])), colour,
+                       cv::MARKER_CROSS, 5, 1);
+        if (std::isfinite(radius))
+            ring(image, place[0], place[1], std::max(radius, kMinRadius),
+                 target.status != VertexStatus::observed, colour);
+    }
+}
+
 OverlayPainter::OverlayPainter(Projector projector) : impl_(std::make_unique<Impl>()) {
     impl_->projector = std::move(projector);
 }
@@ -224,8 +259,9 @@ void OverlayPainter::draw(cv::Mat& image, const FrameRecord& frame) {
     impl_->draw_grid(image, frame);
     impl_->draw_matches(image, frame);
     impl_->draw_control_points(image, frame);
+    impl_->draw_targets(image, frame);
     draw_head(image, frame);
-    draw_legend(image);
+    draw_legend(image, !frame.targets.empty());
     if (frame.state == "lost")
         cv::rectangle(image, cv::Rect(0, 0, image.cols, image.rows), state_colour(frame.state), 3);
 }

@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <opencv2/core.hpp>
@@ -86,6 +87,7 @@ TEST_CASE("the grid is drawn where the surface is, in the colour of its status")
     auto frame = sequence.record(12);
     frame.matched.clear();
     frame.control_points.clear();
+    frame.targets.clear();
     for (VertexStatus& status : frame.vertex_status) status = VertexStatus::observed;
     painter.draw(all_observed, frame);
     const cv::Mat middle = all_observed(cv::Rect(0, 80, 960, 400));
@@ -101,6 +103,36 @@ TEST_CASE("the grid is drawn where the surface is, in the colour of its status")
     CHECK(count_near(upper, kExtrapolated, 40) == 0);
     CHECK(count_near(lower, kObserved, 40) == 0);
     CHECK(count_near(lower, kExtrapolated, 40) > 1000);
+}
+
+TEST_CASE(
+    "a target is a cross in a ring as wide as its expected error, dashed where extrapolated") {
+    const SyntheticSequence sequence(960, 540, 40);
+    OverlayPainter painter(sequence.projector());
+    defrec::cli::FrameRecord frame;
+    frame.state = "tracking";
+    frame.targets.resize(1);
+    defrec::cli::TargetEstimate& target = frame.targets[0];
+    target.xyz = {0, 0, 100};
+    target.covariance = {1, 0, 0, 1, 0, 2};  // 2 mm, 20.16 px
+    const auto drawn = [&](VertexStatus status) {
+        target.status = status;
+        cv::Mat image(540, 960, CV_8UC3, cv::Scalar::all(90));
+        painter.draw(image, frame);
+        return image(cv::Rect(440, 230, 80, 80)).clone();
+    };
+    const cv::Mat observed = drawn(VertexStatus::observed);
+    const int ring = count_near(observed, kObserved, 60);
+    CHECK(ring > 100);
+    CHECK(count_near(observed(cv::Rect(20, 20, 40, 40)), kObserved, 60) < ring);
+    CHECK(count_near(observed(cv::Rect(27, 27, 26, 26)), kObserved, 5) == 9);  // the cross alone
+    const cv::Mat hidden = drawn(VertexStatus::extrapolated);
+    CHECK(count_near(hidden, kObserved, 60) == 0);
+    CHECK(count_near(hidden, kExtrapolated, 60) > ring / 4);
+    CHECK(count_near(hidden, kExtrapolated, 60) < 3 * ring / 4);
+    CHECK(count_near(drawn(VertexStatus::unknown), cv::Scalar::all(90), 0) == 80 * 80);
+    target.covariance[0] = std::nanf("");
+    drawn(VertexStatus::observed);
 }
 
 TEST_CASE("a lost frame carries no grid") {
@@ -120,6 +152,9 @@ TEST_CASE("geometry of another template, and points that cannot be projected, ar
     painter.set_template(sequence.reference());
     cv::Mat image(240, 320, CV_8UC3, cv::Scalar::all(90));
     auto frame = sequence.record(1);
+    frame.targets.resize(1);
+    frame.targets[0].status = VertexStatus::observed;
+    frame.targets[0].xyz = {0, 0, -5};
     frame.control_points = {0, 0, -5, 1e9f, 1e9f, 1, std::nanf(""), 0, 80};
     for (std::size_t i = 2; i < frame.vertices.size(); i += 3)
         frame.vertices[i] = i % 2 ? -1.0f : std::nanf("");

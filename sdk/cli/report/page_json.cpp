@@ -20,6 +20,20 @@ json to_json(const QuantisedPoints& points) {
     return {{"lowest", points.lowest}, {"step", points.step}, {"xyz", base64(points.xyz)}};
 }
 
+json to_json(const Ellipsoids& ellipsoids) {
+    return {{"points", to_json(ellipsoids.points)},
+            {"shapes", base64(ellipsoids.shapes)},
+            {"status", base64(ellipsoids.status)}};
+}
+
+json targets_json(const SurfaceHistory& history) {
+    if (history.target_labels().empty()) return nullptr;
+    json labels = json::array();
+    for (const TargetLabel& label : history.target_labels())
+        labels.push_back({{"id", label.id}, {"depth", number_or_null(double{label.depth})}});
+    return {{"count", history.target_count()}, {"labels", labels}};
+}
+
 json to_json(const SurfaceMoment& moment) {
     json result{{"frame", moment.frame},
                 {"ms", moment.timestamp_ms},
@@ -31,10 +45,8 @@ json to_json(const SurfaceMoment& moment) {
     result["points"] = to_json(moment.points);
     result["status"] = base64(moment.status);
     if (!moment.error.empty()) result["error"] = base64(moment.error);
-    if (const Ellipsoids& ellipsoids = moment.ellipsoids; !ellipsoids.status.empty())
-        result["ellipsoids"] = {{"points", to_json(ellipsoids.points)},
-                                {"shapes", base64(ellipsoids.shapes)},
-                                {"status", base64(ellipsoids.status)}};
+    if (!moment.ellipsoids.status.empty()) result["ellipsoids"] = to_json(moment.ellipsoids);
+    if (!moment.targets.status.empty()) result["targets"] = to_json(moment.targets);
     return result;
 }
 
@@ -108,6 +120,7 @@ json to_json(const SurfaceHistory& history, const std::vector<std::uint8_t>& tex
             {"texture_uv", base64(texture_uv)},
             {"error_step_mm", kErrorStepMm},
             {"shape_step_mm", kShapeStepMm},
+            {"targets", targets_json(history)},
             {"stride", history.moments().stride()},
             {"moments", moments}};
 }

@@ -31,7 +31,12 @@ TEST_CASE("the page shows itself without an error") {
         sequence.write_report(page, meta);
         const std::string dom = browse(page, folder);
         CHECK(dom.find("&lt;b&gt;synthetic&lt;/b&gt;</h1>") != std::string::npos);
+        CHECK(dom.find("<section id=\"targets\" aria-labelledby=\"targets-title\">") !=
+              std::string::npos);
+        CHECK(dom.find("5 mm deep: median 0.59 mm") != std::string::npos);
         if (!is_plain(read_page(page))) {
+            CHECK(dom.find("data-targets=\"0\"") == std::string::npos);
+            CHECK(dom.find("data-targets=") != std::string::npos);
             CHECK(dom.find("class=\"uplot") != std::string::npos);
             CHECK(dom.find("expected error</option>") != std::string::npos);
             CHECK(dom.find("data-ellipsoids=\"0\"") == std::string::npos);
@@ -43,7 +48,8 @@ TEST_CASE("the page shows itself without an error") {
     SUBCASE("no frame at all") {
         ReportWriter report(page, {}, SyntheticSequence(64, 48, 2).projector());
         report.finish();
-        browse(page, folder);
+        const std::string dom = browse(page, folder);
+        CHECK(dom.find("aria-labelledby=\"targets-title\" hidden=\"\"") != std::string::npos);
     }
     fs::remove_all(folder);
 }

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -52,6 +53,12 @@ struct PointEstimate {
     std::array<float, 6> covariance{};  ///< xx, xy, xz, yy, yz, zz, mm^2
 };
 
+/// A target beneath the surface; what is lost has status unknown and no position.
+struct TargetEstimate : PointEstimate {
+    std::int64_t id = 0;
+    float depth = std::numeric_limits<float>::quiet_NaN();  ///< mm; NaN: not given
+};
+
 /// One frame's result. Vectors may be empty where the frame has none of it: a lost frame carries no
 /// geometry. Fill the same object again for each frame to save allocations.
 struct FrameRecord {
@@ -75,7 +82,8 @@ struct FrameRecord {
     std::vector<float> expected_error_mm;     ///< one each, or empty: not known
     std::vector<float> control_points;        ///< x, y, z interleaved, mm, deformed
     std::vector<MatchSegment> matched;
-    std::vector<PointEstimate> points;  ///< the same ones in every frame with geometry
+    std::vector<PointEstimate> points;    ///< the same ones in every frame with geometry
+    std::vector<TargetEstimate> targets;  ///< likewise
 };
 
 }  // namespace defrec::cli

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -76,6 +77,12 @@ TEST_CASE("a 60 frame report is one file below 4 MB that loads nothing from else
     CHECK(data["summary"]["changes"].size() == 7);
     CHECK_FALSE(data["surface"]["moments"][38].contains("points"));
     CHECK(data["surface"]["moments"][38]["state"] == "lost");
+    const std::size_t targets = sequence.record(1).targets.size();
+    CHECK(data["surface"]["targets"]["count"] == targets);
+    CHECK(data["surface"]["targets"]["labels"].size() == targets);
+    CHECK(data["surface"]["targets"]["labels"][0]["depth"] == 5);
+    CHECK(data["surface"]["moments"][1]["targets"].contains("shapes"));
+    CHECK_FALSE(data["surface"]["moments"][38].contains("targets"));
 }
 
 TEST_CASE(
@@ -108,6 +115,8 @@ TEST_CASE("a long sequence stays within its bounds") {
     ReportWriter report(path, {}, sequence.projector());
     report.set_template(sequence.reference(), {});
     FrameRecord record = sequence.record(1);
+    record.targets.resize(20'000);
+    record.targets[0].depth = std::nanf("");
     for (int i = 0; i < 9'000; ++i) {
         record.index = i;
         record.timestamp_ms = i * 40.0;
@@ -125,6 +134,10 @@ TEST_CASE("a long sequence stays within its bounds") {
     CHECK(data["series"]["stride"] == 4);
     CHECK(data["summary"]["changes"].size() == 100);
     CHECK(data["summary"]["unlisted_changes"] == 800);
+    CHECK(data["surface"]["targets"]["count"] == 20'000);
+    CHECK(data["surface"]["targets"]["labels"].size() <= 500);
+    CHECK(data["surface"]["targets"]["labels"].size() >= 250);
+    CHECK(data["surface"]["targets"]["labels"][0]["depth"].is_null());
 }
 
 TEST_CASE("a report without any frame is written") {

@@ -20,9 +20,14 @@ std::uint8_t quantise_error(float mm) {
         std::lround(std::clamp(double(mm) / kErrorStepMm, 0.0, 254.0)));
 }
 
-Ellipsoids ellipsoids(const std::vector<PointEstimate>& points) {
-    constexpr std::size_t kMax = SurfaceHistory::kEllipsoids;
-    const std::size_t stride = std::max<std::size_t>(1, (points.size() + kMax - 1) / kMax);
+/// From one that is kept to the next.
+std::size_t stride_of(std::size_t count, std::size_t most) {
+    return std::max<std::size_t>(1, (count + most - 1) / most);
+}
+
+template <typename Estimate>
+Ellipsoids ellipsoids(const std::vector<Estimate>& points, std::size_t most) {
+    const std::size_t stride = stride_of(points.size(), most);
     Ellipsoids result;
     std::vector<float> centres;
     for (std::size_t i = 0; i < points.size(); i += stride) {
@@ -36,6 +41,14 @@ Ellipsoids ellipsoids(const std::vector<PointEstimate>& points) {
     }
     result.points = quantise(centres);
     return result;
+}
+
+std::vector<TargetLabel> labels_of(const std::vector<TargetEstimate>& targets) {
+    const std::size_t stride = stride_of(targets.size(), SurfaceHistory::kTargets);
+    std::vector<TargetLabel> labels;
+    for (std::size_t i = 0; i < targets.size(); i += stride)
+        labels.push_back({targets[i].id, targets[i].depth});
+    return labels;
 }
 
 }  // namespace
@@ -104,7 +117,12 @@ void SurfaceHistory::add(const FrameRecord& frame) {
             moment.status.push_back(static_cast<std::uint8_t>(status));
         if (!frame.expected_error_mm.empty())
             for (const float error : state_.error_mm) moment.error.push_back(quantise_error(error));
-        moment.ellipsoids = ellipsoids(frame.points);
+        moment.ellipsoids = ellipsoids(frame.points, kEllipsoids);
+        moment.targets = ellipsoids(frame.targets, kTargets);
+        if (target_labels_.empty()) {
+            target_labels_ = labels_of(frame.targets);
+            target_count_ = frame.targets.size();
+        }
     }
     moments_.keep(std::move(moment));
 }

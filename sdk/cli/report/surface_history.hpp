@@ -39,7 +39,13 @@ struct SurfaceMoment {
     QuantisedPoints points;            ///< empty: no surface in this frame
     std::vector<std::uint8_t> status;  ///< VertexStatus
     std::vector<std::uint8_t> error;   ///< steps of kErrorStepMm; empty: not known
-    Ellipsoids ellipsoids;
+    Ellipsoids ellipsoids;             ///< of points
+    Ellipsoids targets;                ///< of targets
+};
+
+struct TargetLabel {
+    std::int64_t id = 0;
+    float depth = 0;  ///< mm; NaN: not given
 };
 
 class SurfaceHistory {
@@ -47,6 +53,8 @@ class SurfaceHistory {
     static constexpr std::size_t kMoments = 120;
     static constexpr double kPoints = 1900;
     static constexpr std::size_t kEllipsoids = 150;  ///< evenly chosen if more points are followed
+
+    static constexpr std::size_t kTargets = 500;  ///< likewise
 
     void set_template(const TemplateRecord& reference);
     /// The same with tissue that joined it, whose vertices come last and are left out, or parted by
@@ -57,6 +65,9 @@ class SurfaceHistory {
     const SurfaceLattice& lattice() const { return lattice_; }
     const QuantisedPoints& rest() const { return rest_; }
     const EvenlyThinned<SurfaceMoment>& moments() const { return moments_; }
+    /// Of the targets in the moments, in their order; and how many targets there are.
+    const std::vector<TargetLabel>& target_labels() const { return target_labels_; }
+    std::size_t target_count() const { return target_count_; }
 
   private:
     std::size_t vertices_ = 0;
@@ -65,6 +76,8 @@ class SurfaceHistory {
     QuantisedPoints rest_;
     LatticeState state_;
     EvenlyThinned<SurfaceMoment> moments_{kMoments};
+    std::vector<TargetLabel> target_labels_;
+    std::size_t target_count_ = 0;
 };
 
 }  // namespace defrec::cli

@@ -144,6 +144,17 @@ FrameRecord SyntheticSequence::record(int frame) const {
                 result.points.push_back(
                     {status, {p[0], p[1], p[2]}, {0.01f, 0, 0.01f, 0.01f, 0, depth}});
             }
+            if (column % 9 == 4 && row % 9 == 4) {
+                // 5, 10, 15 and 20 mm deep.
+                const float depth = static_cast<float>(5 * (1 + (column / 9 + row / 9) % 4));
+                TargetEstimate target;
+                target.id = row * columns_ + column;
+                target.depth = depth;
+                target.status = result.vertex_status.back();
+                target.xyz = {p[0], p[1], p[2] + depth};
+                target.covariance = {0.01f * depth, 0, 0, 0.01f * depth, 0, 0.05f * depth};
+                result.targets.push_back(target);
+            }
             if (column % 6 == 3 && row % 6 == 3)
                 result.control_points.insert(result.control_points.end(), {p[0], p[1], p[2]});
             if (column % 5 != 2 || row % 4 != 2) continue;

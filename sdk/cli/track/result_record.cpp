@@ -18,13 +18,20 @@ VertexStatus vertex_status(PointStatus status) {
                                                   : VertexStatus::unknown;
 }
 
-PointEstimate point_estimate(const PointRow& row) {
+PointEstimate point_estimate(const PositionRow& row) {
     PointEstimate point;
     point.status = vertex_status(row.status);
     if (row.status == PointStatus::kLost) return point;
     std::copy(std::begin(row.xyz), std::end(row.xyz), point.xyz.begin());
     std::copy(std::begin(row.covariance), std::end(row.covariance), point.covariance.begin());
     return point;
+}
+
+TargetEstimate target_estimate(const TargetRow& row) {
+    TargetEstimate target{point_estimate(row)};
+    target.id = row.id;
+    if (row.depth) target.depth = static_cast<float>(*row.depth);
+    return target;
 }
 
 void fill_matches(const defrec_result& result, RawProjection& projection,
@@ -96,8 +103,8 @@ TemplateRecord template_record(const defrec_template_info& info, RawProjection& 
 }
 
 void fill_record(const FrameRow& row, const defrec_result& result,
-                 const std::vector<PointRow>& points, RawProjection& projection,
-                 FrameRecord& record) {
+                 const std::vector<PointRow>& points, const std::vector<TargetRow>& targets,
+                 RawProjection& projection, FrameRecord& record) {
     record.index = row.frame;
     record.timestamp_ms = row.timestamp_ms;
     record.state = row.state;
@@ -116,6 +123,7 @@ void fill_record(const FrameRow& row, const defrec_result& result,
     record.control_points.clear();
     record.matched.clear();
     record.points.clear();
+    record.targets.clear();
     if (!has_geometry(result)) return;
     record.vertices.assign(result.vertices, result.vertices + 3 * result.vertex_count);
     std::transform(result.vertex_status, result.vertex_status + result.vertex_count,
@@ -128,6 +136,8 @@ void fill_record(const FrameRow& row, const defrec_result& result,
     fill_matches(result, projection, record.matched);
     std::transform(points.begin(), points.end(), std::back_inserter(record.points),
                    &point_estimate);
+    std::transform(targets.begin(), targets.end(), std::back_inserter(record.targets),
+                   &target_estimate);
 }
 
 std::vector<ViewPoint> view_points(const std::vector<PointRow>& points) {

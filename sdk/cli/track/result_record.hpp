@@ -17,11 +17,11 @@ FrameRow frame_row(const StereoFrame& frame, const defrec_result& result);
 // Vertices, their pixels in the template's left image, triangles.
 TemplateRecord template_record(const defrec_template_info& info, RawProjection& projection);
 
-// points, here and below: the rows of this frame.
+// points and targets, here and below: the rows of this frame.
 // Fills `record` anew. A frame that is lost or still initialising carries no geometry.
 void fill_record(const FrameRow& row, const defrec_result& result,
-                 const std::vector<PointRow>& points, RawProjection& projection,
-                 FrameRecord& record);
+                 const std::vector<PointRow>& points, const std::vector<TargetRow>& targets,
+                 RawProjection& projection, FrameRecord& record);
 
 LinkFrame link_frame(const StereoFrame& frame, const defrec_result& result,
                      std::shared_ptr<const std::vector<std::uint32_t>> triangles,

@@ -223,6 +223,7 @@ class TrackSession {
                       {"Frame size",
                        std::to_string(source_.width()) + " x " + std::to_string(source_.height())},
                       {"Points", options_.points.empty() ? "a grid" : options_.points}};
+        if (targets_) meta.facts.emplace_back("Targets", options_.targets);
         if (options_.overlay) {
             overlay_ =
                 std::make_unique<OverlayWriter>(folder_ / "overlay.mp4", source_.width(),
@@ -301,9 +302,10 @@ class TrackSession {
         const std::vector<PointRow> points =
             points_.add_frame(pending.frame.index, pending.frame.timestamp_ms,
                               has_geometry(result) ? pending.job.get() : nullptr);
+        std::vector<TargetRow> targets;
         if (targets_) {
-            targets_->add_frame(pending.frame.index, pending.frame.timestamp_ms,
-                                has_geometry(result) ? pending.job.get() : nullptr);
+            targets = targets_->add_frame(pending.frame.index, pending.frame.timestamp_ms,
+                                          has_geometry(result) ? pending.job.get() : nullptr);
         }
         if (link_) {
             link_->publish(link_frame(pending.frame, result, triangles_, points));
@@ -312,7 +314,7 @@ class TrackSession {
         rows_.push_back(frame_row(pending.frame, result));
         reasons_ |= result.reasons;
         if (options_.meshes && has_geometry(result)) write_mesh(pending.frame.index, result);
-        fill_record(rows_.back(), result, points, projection_, record_);
+        fill_record(rows_.back(), result, points, targets, projection_, record_);
         const auto drawing = TraceFile::Clock::now();
         as_output([&] {
             if (overlay_) overlay_->add(left, record_);

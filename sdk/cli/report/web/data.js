@@ -19,6 +19,25 @@ export function positions(points) {
   return result;
 }
 
+/** Per point status, centre, the affine matrix that maps the unit sphere to its ellipsoid, and the expected error (mm). A lost point's centre is NaN. */
+export function decodeEllipsoids(ellipsoids, step) {
+  if (!ellipsoids) return [];
+  const centres = positions(ellipsoids.points);
+  return Array.from(ellipsoids.status, (status, i) => {
+    const lower = Array.from(ellipsoids.shapes.subarray(6 * i, 6 * i + 6), (s) => s * step);
+    const [a, b, d, c, e, f] = lower;
+    return { status, centre: centres.subarray(3 * i, 3 * i + 3), shape: [a, 0, 0, b, d, 0, c, e, f], error: Math.hypot(...lower) };
+  });
+}
+
+export const isPlaced = ({ centre }) => !Number.isNaN(centre[0]);
+
+/** A round number at or above the value: 1, 2 or 5 times a power of ten. */
+export function roundUp(value) {
+  const power = 10 ** Math.floor(Math.log10(Math.max(value, 1e-3)));
+  return [1, 2, 5, 10].map((n) => n * power).find((n) => n >= value * 0.999);
+}
+
 export function readData() {
   const data = JSON.parse(document.getElementById('data').textContent);
   const series = data.series;
@@ -31,10 +50,12 @@ export function readData() {
     for (const moment of surface.moments) {
       if (moment.status) moment.status = bytes(moment.status);
       if (moment.error) moment.error = bytes(moment.error);
-      if (moment.ellipsoids) {
-        moment.ellipsoids.shapes = new Int16Array(bytes(moment.ellipsoids.shapes).buffer);
-        moment.ellipsoids.status = bytes(moment.ellipsoids.status);
+      for (const list of [moment.ellipsoids, moment.targets]) {
+        if (!list) continue;
+        list.shapes = new Int16Array(bytes(list.shapes).buffer);
+        list.status = bytes(list.status);
       }
+      moment.targets = decodeEllipsoids(moment.targets, surface.shape_step_mm);
     }
   }
   return data;

@@ -7,6 +7,7 @@ import { showPictures } from './pictures.js';
 import { showPlots } from './plots.js';
 import { showChanges, showLicences, showReading, showSummary } from './summary.js';
 import { showSurface } from './surface.js';
+import { showTargets } from './targets.js';
 
 watchErrors();
 const data = readData();
@@ -17,7 +18,8 @@ showLicences(LICENCES);
 showPictures(data.key_frames);
 let surface;
 const plots = showPlots(data, (frame) => surface?.select(frame));
-showSurface(data, (frame) => plots.mark(frame)).then((shown) => {
+const targets = showTargets(data);
+showSurface(data, (frame) => { plots.mark(frame); targets.select(frame); }).then((shown) => {
   surface = shown;
   ready();
 });

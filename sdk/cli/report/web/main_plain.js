@@ -3,6 +3,7 @@ import { byId, element, readData } from './data.js';
 import { ready, watchErrors } from './health.js';
 import { showPictures } from './pictures.js';
 import { showChanges, showReading, showSummary } from './summary.js';
+import { showTargets } from './targets.js';
 
 function leaveOut(section) {
   const why = 'Not in this report: this defrec was built without node, npm or the npm packages that draw it.';
@@ -15,6 +16,7 @@ showSummary(data);
 showChanges(data);
 showReading();
 showPictures(data.key_frames);
+showTargets(data);
 leaveOut(byId('surface'));
 leaveOut(byId('plots').closest('section'));
 byId('licences').closest('details').remove();

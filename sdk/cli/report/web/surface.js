@@ -1,7 +1,7 @@
 // The surface in 3D: turned with the mouse, stepped through time with the slider.
 import * as THREE from 'three';
 import { rampGradient, statuses, unknownStatus } from './colours.js';
-import { byId, element, number, positions, seconds } from './data.js';
+import { byId, decodeEllipsoids, element, isPlaced, number, positions, roundUp, seconds } from './data.js';
 import { completeTriangles, Stage, statusColours, valueColour } from './stage.js';
 import { stateChip } from './summary.js';
 
@@ -23,22 +23,6 @@ function largest(values) {
   return result;
 }
 
-/** A round number at or above the value: 1, 2 or 5 times a power of ten. */
-function roundUp(value) {
-  const power = 10 ** Math.floor(Math.log10(Math.max(value, 1e-3)));
-  return [1, 2, 5, 10].map((n) => n * power).find((n) => n >= value * 0.999);
-}
-
-/** Affine matrices that map the unit sphere to the ellipsoids, in the camera of the moment; lost points are left out. */
-function decodeEllipsoids(ellipsoids, step) {
-  if (!ellipsoids) return [];
-  const centres = positions(ellipsoids.points);
-  return Array.from(ellipsoids.status, (status, i) => {
-    const [a, b, d, c, e, f] = Array.from(ellipsoids.shapes.subarray(6 * i, 6 * i + 6), (s) => s * step);
-    return { status, centre: centres.subarray(3 * i, 3 * i + 3), shape: [a, 0, 0, b, d, 0, c, e, f] };
-  }).filter(({ centre }) => !Number.isNaN(centre[0]));
-}
-
 /** Decodes the moments once: positions, deformation from the template, expected error (mm; NaN not known). */
 function decode(surface) {
   const rest = positions(surface.rest);
@@ -50,7 +34,8 @@ function decode(surface) {
     for (let v = 0; v < deformation.length; ++v)
       deformation[v] = Math.hypot(still[3 * v] - rest[3 * v], still[3 * v + 1] - rest[3 * v + 1], still[3 * v + 2] - rest[3 * v + 2]);
     const error = moment.error && Float32Array.from(moment.error, (e) => (e === 255 ? NaN : e * surface.error_step_mm));
-    return { ...moment, xyz, still, deformation, error, ellipsoids: decodeEllipsoids(moment.ellipsoids, surface.shape_step_mm) };
+    const ellipsoids = decodeEllipsoids(moment.ellipsoids, surface.shape_step_mm).filter(isPlaced);
+    return { ...moment, xyz, still, deformation, error, ellipsoids, targets: moment.targets.filter(isPlaced) };
   });
   return { rest, moments };
 }
@@ -75,15 +60,42 @@ function vertexColour(coloring, moment, vertex) {
   return valueColour(value / coloring.top);
 }
 
-function showLegend(coloring, enlarged) {
+function showLegend(coloring, enlarged, withTargets) {
   const legend = byId('legend');
   legend.replaceChildren();
   if (enlarged) legend.append(element('span', {}, `ellipsoids: one standard deviation${enlarged > 1 ? `, ${enlarged} ×` : ''}`));
+  if (withTargets) legend.append(element('span', {}, 'targets: one standard deviation, true size'));
   if (coloring.key === 'status')
     for (const { name, colour } of statuses)
       legend.append(element('span', {}, element('span', { class: 'swatch', style: `background: ${colour}` }), name));
   else if (coloring.key !== 'texture')
     legend.append(element('span', {}, '0'), element('span', { class: 'ramp', style: `background: ${rampGradient}` }), element('span', {}, `${coloring.top} mm`));
+}
+
+/** Copies of a shape, as many as are to be shown in any moment, each with a place and a colour of its own. */
+function copies(shape, lists, opacity) {
+  const material = new THREE.MeshLambertMaterial({ transparent: opacity < 1, opacity, depthWrite: opacity === 1 });
+  const made = new THREE.InstancedMesh(shape, material, Math.max(1, ...lists.map((list) => list?.length ?? 0)));
+  made.matrixAutoUpdate = false;
+  made.frustumCulled = false;
+  made.count = 0;
+  return made;
+}
+
+/** shapeOf: from an ellipsoid to the matrix of its copy. */
+function place(made, list, shapeOf, moment, holdStill) {
+  list.forEach((ellipsoid, i) => {
+    const [x, y, z] = ellipsoid.centre;
+    const [xx, xy, xz, yx, yy, yz, zx, zy, zz] = shapeOf(ellipsoid);
+    made.setMatrixAt(i, new THREE.Matrix4(xx, xy, xz, x, yx, yy, yz, y, zx, zy, zz, z, 0, 0, 0, 1));
+    made.setColorAt(i, new THREE.Color(statuses[ellipsoid.status].colour));
+  });
+  made.count = list.length;
+  made.matrix.identity();
+  if (holdStill && moment.rigid) made.matrix.set(...moment.rigid, 0, 0, 0, 1).invert();
+  made.matrixWorldNeedsUpdate = true;
+  made.instanceMatrix.needsUpdate = true;
+  if (made.instanceColor) made.instanceColor.needsUpdate = true;
 }
 
 class Scene extends Stage {
@@ -98,12 +110,13 @@ class Scene extends Stage {
     this.mesh = new THREE.Mesh(this.geometry, this.material);
     this.wires = new THREE.Mesh(this.geometry, this.lines);
     this.wires.visible = false;
-    const most = Math.max(1, ...moments.map((m) => m.ellipsoids?.length ?? 0));
-    this.ellipsoids = new THREE.InstancedMesh(new THREE.SphereGeometry(1, 16, 12), new THREE.MeshLambertMaterial({ transparent: true, opacity: 0.75 }), most);
-    this.ellipsoids.matrixAutoUpdate = false;
-    this.ellipsoids.frustumCulled = false;
-    this.group.add(this.mesh, this.wires, this.ellipsoids);
-    this.enclose(rest, ...moments.flatMap((m) => (m.xyz ? [m.xyz] : [])));
+    const sphere = new THREE.SphereGeometry(1, 16, 12);
+    const targets = moments.map((m) => m.targets);
+    this.ellipsoids = copies(sphere, moments.map((m) => m.ellipsoids), 0.75);
+    this.targets = copies(sphere, targets, 0.35);
+    this.marks = copies(new THREE.OctahedronGeometry(0.5), targets, 1);
+    this.group.add(this.mesh, this.wires, this.ellipsoids, this.marks, this.targets);
+    this.enclose(rest, ...moments.flatMap((m) => (m.xyz ? [m.xyz] : [])), ...targets.flat().map(({ centre }) => centre));
     this.fill();
     this.look(0.4, 0.45);
   }
@@ -112,6 +125,14 @@ class Scene extends Stage {
     this.texture = new THREE.Texture(image);
     this.texture.colorSpace = THREE.SRGBColorSpace;
     this.texture.needsUpdate = true;
+  }
+
+  seeThrough(on) {
+    if (this.material.transparent === on) return;
+    this.material.transparent = on;
+    this.material.opacity = on ? 0.4 : 1;
+    this.material.depthWrite = !on;
+    this.material.needsUpdate = true;
   }
 
   show(moment, triangles, coloring, holdStill) {
@@ -143,18 +164,16 @@ class Scene extends Stage {
   /** enlarged: factor on their axes; 0: none. */
   showEllipsoids(moment, enlarged, holdStill) {
     const list = enlarged && moment.xyz ? moment.ellipsoids : [];
-    list.forEach(({ status, centre: [x, y, z], shape }, i) => {
-      const [xx, xy, xz, yx, yy, yz, zx, zy, zz] = shape.map((s) => s * enlarged);
-      this.ellipsoids.setMatrixAt(i, new THREE.Matrix4(xx, xy, xz, x, yx, yy, yz, y, zx, zy, zz, z, 0, 0, 0, 1));
-      this.ellipsoids.setColorAt(i, new THREE.Color(statuses[status].colour));
-    });
-    this.ellipsoids.count = list.length;
-    this.ellipsoids.matrix.identity();
-    if (holdStill && moment.rigid) this.ellipsoids.matrix.set(...moment.rigid, 0, 0, 0, 1).invert();
-    this.ellipsoids.matrixWorldNeedsUpdate = true;
-    this.ellipsoids.instanceMatrix.needsUpdate = true;
-    if (this.ellipsoids.instanceColor) this.ellipsoids.instanceColor.needsUpdate = true;
+    place(this.ellipsoids, list, ({ shape }) => shape.map((s) => s * enlarged), moment, holdStill);
     this.canvas.dataset.ellipsoids = list.length;
+    this.render();
+  }
+
+  showTargets(moment, shown, holdStill) {
+    const list = shown && moment.xyz ? moment.targets : [];
+    place(this.targets, list, ({ shape }) => shape, moment, holdStill);
+    place(this.marks, list, () => [1, 0, 0, 0, 1, 0, 0, 0, 1], moment, holdStill);
+    this.canvas.dataset.targets = list.length;
     this.render();
   }
 }
@@ -172,7 +191,7 @@ function noSurface(reason) {
   byId('no-surface').hidden = false;
   byId('no-surface').textContent = reason;
   byId('surface').classList.add('empty');
-  for (const id of ['play', 'moment', 'colour-by', 'mesh-lines', 'hold-still', 'ellipsoids', 'front-view']) byId(id).disabled = true;
+  for (const id of ['play', 'moment', 'colour-by', 'mesh-lines', 'hold-still', 'ellipsoids', 'show-targets', 'see-through', 'front-view']) byId(id).disabled = true;
   return { select() {} };
 }
 
@@ -207,9 +226,12 @@ export async function showSurface({ surface }, onMoment) {
     scene.wires.visible = byId('mesh-lines').checked;
     const holdStill = byId('hold-still').checked;
     const enlarged = Number(byId('ellipsoids').value);
+    const withTargets = Boolean(surface.targets) && byId('show-targets').checked;
+    scene.seeThrough(withTargets && byId('see-through').checked);
     scene.show(moment, surface.triangles, coloring, holdStill);
     scene.showEllipsoids(moment, enlarged, holdStill);
-    showLegend(coloring, enlarged);
+    scene.showTargets(moment, withTargets, holdStill);
+    showLegend(coloring, enlarged, withTargets);
     readout(moment);
     onMoment(moment.frame);
   };
@@ -231,7 +253,8 @@ export async function showSurface({ surface }, onMoment) {
     }, kFrameMs);
   });
   slider.addEventListener('input', () => { stop(); update(); });
-  for (const id of ['colour-by', 'mesh-lines', 'hold-still', 'ellipsoids']) byId(id).addEventListener('change', update);
+  byId('target-controls').hidden = !surface.targets;
+  for (const id of ['colour-by', 'mesh-lines', 'hold-still', 'ellipsoids', 'show-targets', 'see-through']) byId(id).addEventListener('change', update);
   byId('front-view').addEventListener('click', () => scene.look(0, 0));
   const first = moments.findIndex((m) => m.xyz);
   slider.value = Math.max(first, 0);
