@@ -16,7 +16,10 @@ constexpr double kErrorOfHalf = 0.7;     // mm: what is known that badly counts 
 constexpr double kFullEvidence = 0.98;   // from here on data are taken as they are
 constexpr double kFloorMm = 0.15;        // of displacements, as fit_rigid_robust has it
 constexpr double kForceFloorMm = 0.003;  // of what handles' springs give way
-constexpr double kMinEvidence = 8;       // handles; fewer say nothing of forces
+// A surface half of which moves as a rigid body within that does not deform; then its motion says
+// more than forces do.
+constexpr double kDeformedMm = 0.12, kNoiseMm = 0.04;
+constexpr double kMinEvidence = 8;  // handles; fewer say nothing of forces
 
 using Vectors = Eigen::Matrix3Xd;
 
@@ -101,37 +104,33 @@ class DoubtfulData {
     Eigen::PartialPivLU<Eigen::MatrixXf> solver_;
 };
 
-using Slope = Eigen::Matrix<float, Eigen::Dynamic, 6>;
-
-// How displacements change with a small motion of the frame of reference: they lose it.
-Slope rigid_slope(const Vectors& rest) {
-    Slope slope(3 * rest.cols(), 6);
-    for (Eigen::Index i = 0; i < rest.cols(); ++i) {
-        slope.block<3, 3>(3 * i, 0).setIdentity();
-        const Eigen::Vector3f x = rest.col(i).cast<float>();
-        slope.block<3, 3>(3 * i, 3) << 0, x.z(), -x.y(), -x.z(), 0, x.x(), x.y(), -x.x(), 0;
-    }
-    return slope;
-}
-
 Eigen::VectorXf unfollowed(const BodyPiece& piece, const Eigen::VectorXf& data) {
     return data - piece.handle_response() * data;
 }
 
 Eigen::Isometry3d find_deep_motion(const BodyPiece& piece, const HandlesNow& handles,
                                    const DoubtfulData& doubtful, const Eigen::Isometry3d& start) {
-    Eigen::Isometry3d motion = start;
-    Slope slope = rigid_slope(handles.rest);
-    doubtful.replace(slope);
-    const Slope force_slope = slope - piece.handle_response() * slope;
     constexpr double kLargeTurn = 0.02;  // rad: the slopes are those of smaller ones
+    std::array<HandleResiduals, 2> kinds;
+    auto& [forces, displaced] = kinds;
+    displaced.slope = motion_slope(handles.rest);
+    displaced.floor = kNoiseMm;
+    Eigen::MatrixXf filled = displaced.slope.cast<float>();
+    doubtful.replace(filled);
+    forces.slope = (filled - piece.handle_response() * filled).cast<double>();
+    forces.floor = kForceFloorMm;
+    Eigen::Isometry3d motion = start;
     for (int round = 0; round < 3; ++round) {
         Eigen::VectorXf data = displacements(handles, motion);
+        displaced.values = data.cast<double>();
+        if (round == 0) {
+            const double size = median_size(displaced.values, handles.evidence) / kDeformedMm;
+            displaced.share = 1 / (1 + std::pow(size, 6));
+        }
         doubtful.replace(data);
-        const Eigen::Matrix<double, 6, 1> step =
-            sparsest(unfollowed(piece, data).cast<double>(), force_slope.cast<double>(),
-                     handles.evidence, kForceFloorMm);
-        motion = motion * small_motion(step);
+        forces.values = unfollowed(piece, data).cast<double>();
+        const SmallMotion step = sparsest(kinds, handles.evidence);
+        motion = motion * as_motion(step);
         if (step.tail<3>().norm() < kLargeTurn) break;
     }
     return motion;

@@ -23,6 +23,13 @@ double smooth_step(double x) {
     return t * t * (3 - 2 * t);
 }
 
+// Of a vertex with that expected error, 0..1.
+double doubt_of(double error_mm) {
+    constexpr double kHalfMm = 0.7;
+    const double relative = std::pow(error_mm / kHalfMm, 4);
+    return relative / (1 + relative);
+}
+
 double step_mm(const TemplateData& data, int32_t vertex) {
     return data.grid.spacing *
            static_cast<double>(data.vertices[static_cast<size_t>(vertex)].position[2]) /
@@ -96,7 +103,7 @@ class RigidBeneath {
     explicit RigidBeneath(const CarryingSurface& frame) {
         const TemplateData& data = frame.surface.data();
         constexpr size_t kEnough = 400;  // vertices of a piece
-        constexpr double kErrorOfHalf = 0.7, kFloorMm = 0.15;
+        constexpr double kFloorMm = 0.15;
         for (size_t piece = 0; piece < data.pieces(); ++piece) {
             std::vector<size_t> own;
             for (size_t i = 0; i < data.vertices.size(); ++i)
@@ -112,9 +119,8 @@ class RigidBeneath {
                     Eigen::Map<const Eigen::Vector3f>(data.vertices[i].position).cast<double>();
                 now.col(column) =
                     Eigen::Map<const Eigen::Vector3f>(&frame.vertices[3 * i]).cast<double>();
-                const double error =
-                    static_cast<double>(frame.confidence.expected_error[i]) / kErrorOfHalf;
-                weight[column] = 1 / (1 + error * error * error * error);
+                weight[column] =
+                    1 - doubt_of(static_cast<double>(frame.confidence.expected_error[i]));
             }
             motions_.push_back(fit_rigid_robust(rest, now, weight, kFloorMm));
         }
@@ -128,10 +134,11 @@ class RigidBeneath {
                        .cast<double>(),
             left = Eigen::Map<const Eigen::Vector3f>(&frame.vertices[3 * vertex]).cast<double>() -
                    motion * rest;
-        const double error = static_cast<double>(frame.confidence.expected_error[vertex]);
+        const double error = static_cast<double>(frame.confidence.expected_error[vertex]),
+                     doubt = doubt_of(error);
         BodyMotion::Moved moved;
         moved.place = motion * as_eigen(point.at_rest) +
-                      std::exp(-std::max(0.0, point.depth_mm) / kFadeMm) * left;
+                      (1 - doubt) * std::exp(-std::max(0.0, point.depth_mm) / kFadeMm) * left;
         moved.surface_mm2 = error * error;
         moved.deformation_mm2 = left.squaredNorm();
         moved.evidence = 1;
@@ -177,15 +184,16 @@ SurfaceConfidence surface_confidence(const CarryingSurface& frame, const PointMo
                : confidence_at(frame.surface, frame.confidence, xyz);
 }
 
-// Fitted to the scenes of docs/beneath.md.
+// The variance of a point's error beneath the surface is a sum of shares, fitted to the scenes of
+// docs/beneath.md.
 struct ErrorShares {
-    double surface = 1;
-    double deformation = 0.04;  // of its mean square, where the depth is large
-    double shift = 0.03;        // likewise
-    double choice = 0.05;
-    double floor_mm2 = 0.002;
-    double depth_mm = 15;  // at which a good half of those shares count
-    double beyond = 0.02;  // mm^2 per mm^2 beyond the body
+    double surface = 0.04;  // of the surface's: errors of many vertices go into one point
+    // Of the deformation that reaches the point, and of its shift against what lies deep: what
+    // other bodies would make of it. Times the depth in units of depth_mm, with a constant.
+    double deformation = 0.12, shift = 0.01, constant = 0.15, depth_mm = 20, max_depths = 6;
+    double choice = 0.08;  // of how choices of the deep motion differ
+    double floor_mm2 = 0.001;
+    double beyond = 0.02;  // per mm^2 beyond the body
 };
 
 SurfaceConfidence beneath_confidence(const CarryingSurface& frame, const PreparedPoint& point,
@@ -193,10 +201,10 @@ SurfaceConfidence beneath_confidence(const CarryingSurface& frame, const Prepare
     constexpr ErrorShares kShares;
     constexpr double kLeastEvidence = 0.25, kMaxErrorMm = 10, kMaxBeyondMm = 20;
     const auto vertex = static_cast<size_t>(point.vertex);
-    const double depth = std::max(0.0, point.depth_mm),
-                 deep = depth * depth / (depth * depth + kShares.depth_mm * kShares.depth_mm);
+    const double depths = std::clamp(point.depth_mm / kShares.depth_mm, 0.0, kShares.max_depths);
     const double of_model =
-        deep * (kShares.deformation * moved.deformation_mm2 + kShares.shift * moved.shift_mm2) +
+        (kShares.constant + depths) *
+            (kShares.deformation * moved.deformation_mm2 + kShares.shift * moved.shift_mm2) +
         kShares.choice * moved.choice_mm2 + kShares.floor_mm2 +
         kShares.beyond * point.in_body.beyond_mm * point.in_body.beyond_mm;
     const double of_surface = kShares.surface * moved.surface_mm2;
@@ -228,13 +236,10 @@ SurfaceConfidence mixed(const SurfaceConfidence& a, const SurfaceConfidence& b, 
 
 // Of a vertex that left the image: how little the surface's own answer counts.
 double doubt_out_of_sight(const CarryingSurface& frame, const PreparedPoint& point) {
-    constexpr double kErrorOfHalf = 0.7;
     if (point.vertex < 0) return 0;
     const auto vertex = static_cast<size_t>(point.vertex);
     if (frame.samples[vertex].observation != DEFREC_OUTSIDE) return 0;
-    const double relative =
-        std::pow(static_cast<double>(frame.confidence.expected_error[vertex]) / kErrorOfHalf, 4);
-    return relative / (1 + relative);
+    return doubt_of(static_cast<double>(frame.confidence.expected_error[vertex]));
 }
 
 CarriedPoint unknown_point() {
