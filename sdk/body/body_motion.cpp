@@ -137,24 +137,36 @@ Eigen::Isometry3d find_deep_motion(const BodyPiece& piece, const HandlesNow& han
 }
 
 struct HandleMeasure {
-    Eigen::Vector3f moved;  // mm, against what lies deep
+    Eigen::Vector3f moved;     // mm, against what lies deep
+    Eigen::Vector3f strained;  // mm, against the frame that the body is strained in
     float error_mm2, evidence;
 };
 
 struct Choices {
     Eigen::Isometry3d deep, robust, mean;
     bool is_held;
+    // Elasticity is linear in a frame that turns with the surface; supports are displaced in it.
+    const Eigen::Isometry3d& frame() const { return mean; }
+    Eigen::Matrix<float, 12, 1> support() const {
+        const Eigen::Isometry3d back = frame().inverse() * deep;
+        Eigen::Matrix<double, 3, 4, Eigen::RowMajor> affine = back.matrix().topRows<3>();
+        affine.leftCols<3>() -= Eigen::Matrix3d::Identity();
+        return Eigen::Map<const Eigen::Matrix<double, 12, 1>>(affine.data()).cast<float>();
+    }
 };
 
 using NodeNow = Eigen::Matrix<float, 8, 1>;
 
 NodeNow move_node(const BodyPiece& piece, size_t node, std::span<const HandleMeasure> handles,
-                  const Choices& choices) {
-    Eigen::Vector3f moved = Eigen::Vector3f::Zero(), shift = moved;
+                  const Choices& choices, const Eigen::Matrix<float, 12, 1>& support) {
+    Eigen::Vector3f moved = piece.support_response().middleRows<3>(
+                                3 * static_cast<Eigen::Index>(node)) *
+                            support,
+                    shift = Eigen::Vector3f::Zero();
     float error = 0, square = 0, evidence = 0;
     for (const BodyPiece::Link& link : piece.links(node)) {
         const HandleMeasure& handle = handles[static_cast<size_t>(link.handle)];
-        moved += link.response * handle.moved;
+        moved += link.response * handle.strained;
         shift += link.influence * handle.moved;
         square += link.influence * handle.moved.squaredNorm();
         error += link.influence * handle.evidence * handle.error_mm2;
@@ -169,7 +181,7 @@ NodeNow move_node(const BodyPiece& piece, size_t node, std::span<const HandleMea
                                std::max((choices.deep * rest - choices.robust * rest).squaredNorm(),
                                         (choices.deep * rest - choices.mean * rest).squaredNorm());
     NodeNow now;
-    now << (choices.deep * (rest + moved.cast<double>())).cast<float>(),
+    now << (choices.frame() * (rest + moved.cast<double>())).cast<float>(),
         error / std::max(evidence, 1e-3f), std::max(0.0f, square - shift.squaredNorm()),
         shift.squaredNorm(), static_cast<float>(choice), evidence;
     return now;
@@ -204,20 +216,26 @@ BodyMotion::Piece BodyMotion::move_piece(const BodyPiece& piece, const SurfaceNo
     const auto count = static_cast<Eigen::Index>(piece.handles().size());
     made.left.resize(3, count);
     std::vector<HandleMeasure> measures(static_cast<size_t>(count));
+    const Choices choices{made.deep, robust, mean, held.has_value()};
+    const Eigen::Isometry3d to_frame = choices.frame().inverse() * made.deep;
     for (Eigen::Index i = 0; i < count; ++i) {
         const auto evidence = static_cast<float>(handles.evidence[i]);
         const Eigen::Vector3f moved = data.segment<3>(3 * i);
         made.left.col(i) = evidence * (turn * left.segment<3>(3 * i));
-        measures[static_cast<size_t>(i)] = {moved, static_cast<float>(handles.error_mm2[i]),
-                                            evidence};
+        const Eigen::Vector3d rest = handles.rest.col(i);
+        const Eigen::Vector3d strained = to_frame * (rest + moved.cast<double>()) - rest;
+        measures[static_cast<size_t>(i)] = {moved, strained.cast<float>(),
+                                            static_cast<float>(handles.error_mm2[i]), evidence};
+        made.activity_mm2 += handles.evidence[i] * static_cast<double>(moved.squaredNorm());
     }
-    const Choices choices{made.deep, robust, mean, held.has_value()};
+    made.activity_mm2 /= std::max(handles.evidence.sum(), 1e-3);
     const size_t nodes = piece.lattice().free_nodes();
     std::vector<NodeNow> free(nodes);
     constexpr size_t kRun = 64;
+    const Eigen::Matrix<float, 12, 1> support = choices.support();
     const auto move_run = [&](size_t run) {
         for (size_t node = run * kRun; node < std::min(nodes, (run + 1) * kRun); ++node)
-            free[node] = move_node(piece, node, measures, choices);
+            free[node] = move_node(piece, node, measures, choices, support);
     };
     const size_t runs = (nodes + kRun - 1) / kRun;
     if (helpers != nullptr)
@@ -248,7 +266,7 @@ BodyMotion::Moved BodyMotion::move(const BodyPoint& point, const Eigen::Vector3d
     const double fade = std::exp(-std::abs(point.depth_mm) / made.lattice().step());
     for (size_t k = 0; k < BodyPoint::kHandles; ++k)
         place += fade * point.weight[k] * piece.left.col(point.handle[k]).cast<double>();
-    return {place, now[3], now[4], now[5], now[6], now[7]};
+    return {place, now[3], now[4], now[5], now[6], now[7], piece.activity_mm2};
 }
 
 }  // namespace defrec

@@ -33,6 +33,7 @@ class BodyMotion {
         double shift_mm2 = 0;        // of that surface's mean against what lies deep
         double choice_mm2 = 0;       // by which choices of the deep motion differ there
         double evidence = 0;         // 0..1, of that surface
+        double activity_mm2 = 0;  // mean square of what is seen of the piece against what lies deep
     };
     Moved move(const BodyPoint& point, const Eigen::Vector3d& at_rest) const;
 
@@ -45,6 +46,7 @@ class BodyMotion {
     using NodeNow = Eigen::Matrix<float, 8, 1>;
     struct Piece {
         Eigen::Isometry3d deep;
+        double activity_mm2 = 0;
         std::vector<NodeNow> nodes;
         Eigen::Matrix3Xf left;  // of the handles: what the body does not follow, mm
     };

@@ -141,7 +141,8 @@ class RigidBeneath {
                       (1 - doubt) * std::exp(-std::max(0.0, point.depth_mm) / kFadeMm) * left;
         moved.surface_mm2 = error * error;
         moved.deformation_mm2 = left.squaredNorm();
-        moved.evidence = 1;
+        moved.evidence = 1 - doubt;
+        moved.activity_mm2 = left.squaredNorm();
         return moved;
     }
 
@@ -194,20 +195,24 @@ struct ErrorShares {
     double choice = 0.08;  // of how choices of the deep motion differ
     double floor_mm2 = 0.001;
     double beyond = 0.02;  // per mm^2 beyond the body
+    // Where nothing was seen of what the point depends on: of how the rest moves, and mm^2 more.
+    double activity = 1.5, unseen_mm2 = 0.25;
 };
 
 SurfaceConfidence beneath_confidence(const CarryingSurface& frame, const PreparedPoint& point,
                                      const BodyMotion::Moved& moved) {
     constexpr ErrorShares kShares;
-    constexpr double kLeastEvidence = 0.25, kMaxErrorMm = 10, kMaxBeyondMm = 20;
+    constexpr double kLeastEvidence = 0.02, kMaxErrorMm = 10, kMaxBeyondMm = 20;
     const auto vertex = static_cast<size_t>(point.vertex);
+    const double unseen = 1 - moved.evidence;
     const double depths = std::clamp(point.depth_mm / kShares.depth_mm, 0.0, kShares.max_depths);
     const double of_model =
         (kShares.constant + depths) *
             (kShares.deformation * moved.deformation_mm2 + kShares.shift * moved.shift_mm2) +
         kShares.choice * moved.choice_mm2 + kShares.floor_mm2 +
+        unseen * unseen * (kShares.activity * moved.activity_mm2 + kShares.unseen_mm2) +
         kShares.beyond * point.in_body.beyond_mm * point.in_body.beyond_mm;
-    const double of_surface = kShares.surface * moved.surface_mm2;
+    const double of_surface = (frame.is_lost ? 1 : kShares.surface) * moved.surface_mm2;
     SurfaceConfidence at;
     at.evidence = 0;
     at.expected_error = std::sqrt(of_surface + of_model);

@@ -113,8 +113,8 @@ class TrackSession {
         if (!given_targets_.empty())
             targets_.emplace(folder_ / kTargetsFile, std::move(given_targets_), projection_);
         desc_.device_id = device_.id.c_str();
-        // Nobody asks for what lies beneath the surface.
-        if (!targets_) desc_.body = DEFREC_BODY_OFF;
+        // Each time the surface grows all would wait for its body.
+        if (!targets_ && desc_.grow != 0) desc_.body = DEFREC_BODY_OFF;
         defrec_tracker tracker = nullptr;
         require(defrec_tracker_create(context_.get(), rig_.get(), &desc_, &tracker),
                 options_.config.empty() ? ExitCode::kInternal : ExitCode::kUsage,
@@ -287,7 +287,7 @@ class TrackSession {
         if (result.template_epoch != template_epoch_) {
             template_epoch_ = result.template_epoch;
             const Template surface = template_of(pending.job);
-            if (targets_ && !source_.is_live()) await_body(surface);
+            if (desc_.body == DEFREC_BODY_ON && !source_.is_live()) await_body(surface);
             const defrec_template_info info = info_of(surface);
             const TemplateRecord record = template_record(info, projection_);
             triangles_ = std::make_shared<const std::vector<std::uint32_t>>(record.triangles);
