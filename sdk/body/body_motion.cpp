@@ -109,7 +109,8 @@ Eigen::VectorXf unfollowed(const BodyPiece& piece, const Eigen::VectorXf& data) 
 }
 
 Eigen::Isometry3d find_deep_motion(const BodyPiece& piece, const HandlesNow& handles,
-                                   const DoubtfulData& doubtful, const Eigen::Isometry3d& start) {
+                                   const DoubtfulData& doubtful, const Eigen::Isometry3d& start,
+                                   const std::optional<Eigen::Isometry3d>& expected) {
     constexpr double kLargeTurn = 0.02;  // rad: the slopes are those of smaller ones
     std::array<HandleResiduals, 2> kinds;
     auto& [forces, displaced] = kinds;
@@ -129,7 +130,10 @@ Eigen::Isometry3d find_deep_motion(const BodyPiece& piece, const HandlesNow& han
         }
         doubtful.replace(data);
         forces.values = unfollowed(piece, data).cast<double>();
-        const SmallMotion step = sparsest(kinds, handles.evidence);
+        const Eigen::Vector3d centre = handles.rest.rowwise().mean();
+        const SmallMotion step =
+            sparsest(kinds, handles.evidence,
+                     expected ? camera_prior(motion, *expected, centre) : MotionPrior{});
         motion = motion * as_motion(step);
         if (step.tail<3>().norm() < kLargeTurn) break;
     }
@@ -190,25 +194,24 @@ NodeNow move_node(const BodyPiece& piece, size_t node, std::span<const HandleMea
 }  // namespace
 
 BodyMotion::BodyMotion(std::shared_ptr<const Body> body, const SurfaceNow& surface,
-                       const std::optional<Eigen::Isometry3d>& held, const Services* helpers)
+                       const DeepKnowledge& known, const Services* helpers)
     : body_(std::move(body)) {
     for (const BodyPiece& piece : body_->pieces())
-        pieces_.push_back(move_piece(piece, surface, held, helpers));
+        pieces_.push_back(move_piece(piece, surface, known, helpers));
 }
 
 BodyMotion::Piece BodyMotion::move_piece(const BodyPiece& piece, const SurfaceNow& surface,
-                                         const std::optional<Eigen::Isometry3d>& held,
-                                         const Services* helpers) {
+                                         const DeepKnowledge& known, const Services* helpers) {
     Piece made;
     const HandlesNow handles(piece, surface);
     const DoubtfulData doubtful(piece, handles.evidence);
     const Eigen::Isometry3d mean = fit_rigid(handles.rest, handles.now, handles.evidence),
                             robust = fit_rigid_robust(handles.rest, handles.now, handles.evidence,
                                                       kFloorMm);
-    made.deep = held ? *held
+    made.deep = known.held ? *known.held
                 : handles.evidence.sum() < kMinEvidence
                     ? mean
-                    : find_deep_motion(piece, handles, doubtful, robust);
+                    : find_deep_motion(piece, handles, doubtful, robust, known.expected);
     Eigen::VectorXf data = displacements(handles, made.deep);
     doubtful.replace(data);
     const Eigen::VectorXf left = unfollowed(piece, data);
@@ -216,7 +219,7 @@ BodyMotion::Piece BodyMotion::move_piece(const BodyPiece& piece, const SurfaceNo
     const auto count = static_cast<Eigen::Index>(piece.handles().size());
     made.left.resize(3, count);
     std::vector<HandleMeasure> measures(static_cast<size_t>(count));
-    const Choices choices{made.deep, robust, mean, held.has_value()};
+    const Choices choices{made.deep, robust, mean, known.held.has_value()};
     const Eigen::Isometry3d to_frame = choices.frame().inverse() * made.deep;
     for (Eigen::Index i = 0; i < count; ++i) {
         const auto evidence = static_cast<float>(handles.evidence[i]);

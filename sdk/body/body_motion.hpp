@@ -19,11 +19,17 @@ struct SurfaceNow {
     std::span<const float> expected_error;  // mm, root mean square
 };
 
+// What an application knows of what lies deep, rectified camera from template frame.
+struct DeepKnowledge {
+    std::optional<Eigen::Isometry3d> held;      // its motion
+    std::optional<Eigen::Isometry3d> expected;  // its motion if it stood still before the camera
+};
+
 class BodyMotion {
   public:
-    // held: of what holds the body; none: estimated. helpers: whose threads take part; may be null.
+    // What nobody knows is estimated. helpers: whose threads take part; may be null.
     BodyMotion(std::shared_ptr<const Body> body, const SurfaceNow& surface,
-               const std::optional<Eigen::Isometry3d>& held, const Services* helpers);
+               const DeepKnowledge& known, const Services* helpers);
 
     struct Moved {
         Eigen::Vector3d place = Eigen::Vector3d::Zero();
@@ -51,7 +57,7 @@ class BodyMotion {
         Eigen::Matrix3Xf left;  // of the handles: what the body does not follow, mm
     };
     static Piece move_piece(const BodyPiece& piece, const SurfaceNow& surface,
-                            const std::optional<Eigen::Isometry3d>& held, const Services* helpers);
+                            const DeepKnowledge& known, const Services* helpers);
 
     std::shared_ptr<const Body> body_;
     std::vector<Piece> pieces_;

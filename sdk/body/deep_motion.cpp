@@ -66,11 +66,27 @@ Eigen::Isometry3d fit_rigid_robust(const Eigen::Matrix3Xd& from, const Eigen::Ma
     return motion;
 }
 
-SmallMotion sparsest(std::span<const HandleResiduals> kinds, const Eigen::VectorXd& weight) {
+MotionPrior camera_prior(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& expected,
+                         const Eigen::Vector3d& centre) {
+    // Breathing shifts tissue by some mm and turns it by less than a degree.
+    constexpr double kShiftMm = 5, kTurn = 0.009;
+    const Eigen::Isometry3d step = estimate.inverse() * expected;
+    const Eigen::AngleAxisd turn(step.linear());
+    MotionPrior prior;
+    prior.motion.tail<3>() = turn.angle() * turn.axis();
+    prior.motion.head<3>() = step.translation();
+    MotionSlope at_centre = motion_slope(centre);
+    prior.information = at_centre.transpose() * at_centre / (kShiftMm * kShiftMm);
+    prior.information.diagonal().tail<3>().array() += 1 / (kTurn * kTurn);
+    return prior;
+}
+
+SmallMotion sparsest(std::span<const HandleResiduals> kinds, const Eigen::VectorXd& weight,
+                     const MotionPrior& prior) {
     SmallMotion motion = SmallMotion::Zero();
     for (int round = 0; round < kRounds; ++round) {
-        Eigen::Matrix<double, 6, 6> sum = Eigen::Matrix<double, 6, 6>::Zero();
-        SmallMotion right = SmallMotion::Zero();
+        Eigen::Matrix<double, 6, 6> sum = prior.information;
+        SmallMotion right = prior.information * prior.motion;
         for (const HandleResiduals& kind : kinds) {
             const Eigen::VectorXd size = sizes(kind.values - kind.slope * motion);
             const double scale = std::max(kind.floor, weighted_median(size, weight));

@@ -31,8 +31,18 @@ struct HandleResiduals {
     double floor = 0;  // what may be noise
     double share = 1;  // of what they say that counts
 };
+// What is known of a motion beforehand.
+struct MotionPrior {
+    SmallMotion motion = SmallMotion::Zero();
+    Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+};
+// What a camera's pose tells: from the present estimate to the expected motion; the tissue's own is
+// a small one about the centre.
+MotionPrior camera_prior(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& expected,
+                         const Eigen::Vector3d& centre);
 // The motion that leaves the fewest handles residuals, of either kind.
-SmallMotion sparsest(std::span<const HandleResiduals> kinds, const Eigen::VectorXd& weight);
+SmallMotion sparsest(std::span<const HandleResiduals> kinds, const Eigen::VectorXd& weight,
+                     const MotionPrior& prior);
 // The size of residuals that half of the weight does not exceed.
 double median_size(const Eigen::VectorXd& values, const Eigen::VectorXd& weight);
 

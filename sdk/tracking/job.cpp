@@ -191,7 +191,7 @@ void TrackerJob::lift_points(const double* uv, size_t count, double* xyz, uint8_
 
 CarryingSurface TrackerJob::carrying_surface() const {
     return {*surface,   output.motions,       vertices, output.samples,
-            confidence, state == DEFREC_LOST, grows_,   input.held_motion};
+            confidence, state == DEFREC_LOST, grows_,   known};
 }
 
 void TrackerJob::carry(const double* template_xyz, size_t count, const Carried& carried) const {

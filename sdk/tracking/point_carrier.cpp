@@ -169,7 +169,7 @@ std::shared_ptr<const PointCarrier::Shared> PointCarrier::shared(
     made->body = body;
     if (body != nullptr)
         made->in_body.emplace(body, SurfaceNow{frame.vertices, frame.confidence.expected_error},
-                              frame.held, helpers);
+                              frame.known, helpers);
     else
         made->rigid.emplace(frame);
     shared_ = made;

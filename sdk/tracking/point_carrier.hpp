@@ -23,7 +23,7 @@ struct CarryingSurface {
     std::span<const defrec_surface_sample> samples;
     const VertexConfidence& confidence;
     bool is_lost, grows;
-    const std::optional<Eigen::Isometry3d>& held;
+    const DeepKnowledge& known;
 };
 
 struct CarriedPoint {
