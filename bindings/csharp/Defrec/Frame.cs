@@ -137,6 +137,10 @@ namespace Defrec
         /// out: <see cref="Reasons.Coarse"/>, <see cref="Reasons.Unchecked"/>, in this order. A late job has <see cref="Reasons.Overdue"/>.
         /// </summary>
         public ulong DeadlineNs { get; set; }
+        /// <summary>Rectified camera from template frame, of what holds the body; null: it is estimated.</summary>
+        public RigidTransform? HeldMotion { get; set; }
+        /// <summary>Fixed frame from rectified camera, at the frame's time; null: not known.</summary>
+        public RigidTransform? CameraPose { get; set; }
 
         /// <summary>A pair of images.</summary>
         public Frame(Image left, Image right, long timestampNs) : this()

@@ -168,6 +168,31 @@ namespace Defrec
             fixed (Evidence* observed = evidence) GetCovariances(from, count, to, observed);
         }
 
+        /// <summary>
+        /// Moves prepared targets to the frame of this job, as <see cref="WarpPoints(double[], double[], PointStatus[], double[])"/> does with points,
+        /// faster: xyz each, mm, rectified camera. covariance (six each), status and expectedErrorMm may be null.
+        /// </summary>
+        /// <exception cref="ArgumentException">targets or xyz is null, or an array is too short.</exception>
+        /// <exception cref="ObjectDisposedException">The job or the targets were disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, failed, or follows another template.</exception>
+        public void MoveTargets(Targets targets, double[] xyz, double[] covariance = null, PointStatus[] status = null,
+            double[] expectedErrorMm = null)
+        {
+            Check.NotNull(targets, nameof(targets));
+            Check.NotNull(xyz, nameof(xyz));
+            int count = targets.Count;
+            Check.Length(xyz.Length, 3L * count, nameof(xyz));
+            if (covariance != null) Check.Length(covariance.Length, 6L * count, nameof(covariance));
+            if (status != null) Check.Length(status.Length, count, nameof(status));
+            if (expectedErrorMm != null) Check.Length(expectedErrorMm.Length, count, nameof(expectedErrorMm));
+            fixed (double* to = xyz, covariances = covariance, errors = expectedErrorMm)
+            fixed (PointStatus* statuses = status)
+            using (var targetsUse = new HandleUse(targets.Handle))
+            using (var use = new HandleUse(Handle))
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_job_move_targets(use.Native, targetsUse.Native, (UIntPtr)(uint)count, to,
+                    covariances, (byte*)statuses, errors));
+        }
+
         /// <summary>Gives the job's place in the queue back; waits if it is running.</summary>
         public void Dispose()
         {

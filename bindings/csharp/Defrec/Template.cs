@@ -235,6 +235,45 @@ namespace Defrec
         }
 #endif
 
+        /// <summary>
+        /// Sets the body that the surface belongs to, from then on and in all trackers that follow it or what it becomes; null: the tissue beneath
+        /// the surface. It is copied.
+        /// </summary>
+        /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
+        /// <exception cref="DefrecException">A number is out of range, or a mesh is not one of a body; the message says where.</exception>
+        public void SetBody(BodyDescription body)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                if (body == null)
+                {
+                    DefrecException.ThrowIfFailed(NativeMethods.defrec_template_set_body(use.Native, null));
+                    return;
+                }
+                using (var pinned = new PinnedBody(body))
+                {
+                    defrec_body_desc native = pinned.Native;
+                    DefrecException.ThrowIfFailed(NativeMethods.defrec_template_set_body(use.Native, &native));
+                }
+            }
+        }
+
+        /// <summary>
+        /// Waits for the body beneath the surface at most so many ns: false where it is not ready by then. What is asked of a frame's points
+        /// afterwards depends on the frames alone.
+        /// </summary>
+        /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
+        /// <exception cref="DefrecException">No body can be made of it (<see cref="Status.ErrorUnsupported"/>).</exception>
+        public bool WaitForBody(ulong timeoutNs = ulong.MaxValue)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                Status status = NativeMethods.defrec_template_wait_body(use.Native, timeoutNs);
+                DefrecException.ThrowIfFailed(status);
+                return status == Status.Ok;
+            }
+        }
+
         /// <summary>Writes a file that holds the template; its layout is versioned and checked on loading.</summary>
         /// <exception cref="ArgumentNullException">path is null.</exception>
         /// <exception cref="ObjectDisposedException">The template was disposed.</exception>

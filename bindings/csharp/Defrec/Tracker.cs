@@ -137,7 +137,11 @@ namespace Defrec
                 var native = new defrec_frame
                 {
                     struct_size = (uint)sizeof(defrec_frame),
-                    flags = frame.CaptureTemplate ? FrameFlags.CaptureTemplate : FrameFlags.None,
+                    flags = (frame.CaptureTemplate ? FrameFlags.CaptureTemplate : FrameFlags.None) |
+                            (frame.HeldMotion.HasValue ? FrameFlags.HeldMotion : FrameFlags.None) |
+                            (frame.CameraPose.HasValue ? FrameFlags.CameraPose : FrameFlags.None),
+                    held_motion = frame.HeldMotion.GetValueOrDefault(),
+                    camera_pose = frame.CameraPose.GetValueOrDefault(),
                     timestamp_ns = frame.TimestampNs,
                     left = &left,
                     right = &right,

@@ -26,6 +26,7 @@ from .enums import (
     MIN_HEIGHT,
     MIN_WIDTH,
     ORB_ANGLE_BINS,
+    REGION_HELD,
     SKIN_NODES,
     STAGE_COUNT_V1,
     TRACKER_FALLBACK,
@@ -49,7 +50,7 @@ from .enums import (
 )
 from .errors import BusyError, Error
 from .memory import Memory
-from .result import LiftedPoints, PointCovariances, Result, StageTime, WarpedPoints
+from .result import LiftedPoints, MovedTargets, PointCovariances, Result, StageTime, WarpedPoints
 from .rig import Rig
 from .stage import Stage
 from .stages import AlignStage, LmStage, MatchStage, OrbStage, RansacStage, RectifyStage, StereoStage, WarpStage
@@ -77,7 +78,7 @@ from .structs import (
     SurfaceSample,
     WarpParams,
 )
-from .template import Lifted, Template, TemplateData
+from .template import Body, BodyMesh, BodyPart, Lifted, Targets, Template, TemplateData
 from .tracker import Job, Tracker
 from .tracking import FollowedPoints, RigEstimate, TrackedFrame, Tracking, track
 
@@ -90,11 +91,15 @@ __all__ = [
     "MIN_HEIGHT",
     "MIN_WIDTH",
     "ORB_ANGLE_BINS",
+    "REGION_HELD",
     "SKIN_NODES",
     "STAGE_COUNT_V1",
     "TRACKER_FALLBACK",
     "AlignParams",
     "AlignStage",
+    "Body",
+    "BodyMesh",
+    "BodyPart",
     "BusyError",
     "Calibration",
     "Camera",
@@ -125,6 +130,7 @@ __all__ = [
     "Memory",
     "MemoryKind",
     "Motion",
+    "MovedTargets",
     "Observation",
     "OrbParams",
     "OrbStage",
@@ -155,6 +161,7 @@ __all__ = [
     "StereoStage",
     "SurfacePoint",
     "SurfaceSample",
+    "Targets",
     "Template",
     "TemplateData",
     "TrackedFrame",

@@ -39,6 +39,19 @@ class WarpedPoints(NamedTuple):
     """(n,) float64, root mean square of the 3D error to be expected."""
 
 
+class MovedTargets(NamedTuple):
+    """Prepared targets, moved to a frame."""
+
+    xyz: FloatArray
+    """(n, 3) float64, mm, rectified camera."""
+    covariance: FloatArray
+    """(n, 6) float64, of the error: xx, xy, xz, yy, yz, zz, mm^2."""
+    status: ByteArray
+    """(n,) uint8, PointStatus."""
+    expected_error_mm: FloatArray
+    """(n,) float64, root mean square of the 3D error to be expected."""
+
+
 class PointCovariances(NamedTuple):
     """How far off the positions of WarpedPoints may be, by direction, and what was observed there."""
 

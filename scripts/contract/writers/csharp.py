@@ -23,6 +23,8 @@ def is_public(struct):
     """Structs that users make or read in arrays. The others hold pointers, or arrays that only native code reads."""
     if struct.is_params:
         return True
+    if any(field.type == "defrec_mesh" for field in struct.fields):  # which holds pointers
+        return False
     return not struct.has_struct_size and all(
         not field.is_address and (not field.count or (field.type, field.count) in VECTORS) for field in struct.fields
     )

@@ -267,12 +267,20 @@ namespace Defrec.Native
     }
 
     [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_body_region
+    {
+        internal defrec_mesh mesh;
+        internal float stiffness;
+        internal uint flags;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
     internal unsafe struct defrec_body_desc
     {
         internal uint struct_size;
         internal uint flags;
         internal defrec_mesh mesh;
-        internal BodyRegion* regions;
+        internal defrec_body_region* regions;
         internal ulong region_count;
         internal float poisson_ratio;
         internal float cut_depth_mm;
