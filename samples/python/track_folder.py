@@ -39,9 +39,7 @@ def main(left_folder, right_folder, camera, points_file, out_file, device_id=Non
             result = job.result()
             if lifted is None and len(result.vertices) > 0:
                 # The first frame with a surface becomes the template: lift the pixels to it.
-                surface = tracker.template()
-                surface.wait_body()  # so that the results of a recording do not depend on when it is ready
-                lifted = surface.lift(rig.rectify_pixels([(u, v) for _, u, v in points]))
+                lifted = tracker.template().lift(rig.rectify_pixels([(u, v) for _, u, v in points]))
             moved = None if lifted is None else job.warp_points(lifted.xyz)
             for i, (name, _, _) in enumerate(points):
                 if (

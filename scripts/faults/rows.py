@@ -131,18 +131,6 @@ SECTIONS = (
         (105, "a distortion that folds towards the corners", "used up to the fold, with a warning"),
         (106, "a right view that lies askew, or slips sideways", "`DEFREC_REASON_CALIBRATION` with the estimate; corrected where asked, but for a slip"),
     )),
-    ("Beneath the surface", (
-        (130, "targets that are not finite", "NaN and unknown, the others are moved"),
-        (131, "ten million targets", "refused with the limit"),
-        (132, "a body's mesh with a hole", "refused, with the edge and its place"),
-        (133, "a mesh inside out", "refused"),
-        (134, "a mesh in metres", "refused, with the unit that it seems to be in"),
-        (135, "a mesh beside the view", "refused, with the distance"),
-        (136, "a mesh of two million triangles", "refused with the limit"),
-        (137, "a target in front of the surface", "moves with the surface behind it"),
-        (138, "memory that runs out while a body is made", "there is no body; points move as before there is one"),
-        (139, "a held motion or a camera's pose that is no rigid motion", "refused"),
-    )),
 )
 
 # Tests that are not C++, or why there is none.

@@ -239,14 +239,6 @@ SurfaceConfidence mixed(const SurfaceConfidence& a, const SurfaceConfidence& b, 
     return at;
 }
 
-// Of a vertex that left the image: how little the surface's own answer counts.
-double doubt_out_of_sight(const CarryingSurface& frame, const PreparedPoint& point) {
-    if (point.vertex < 0) return 0;
-    const auto vertex = static_cast<size_t>(point.vertex);
-    if (frame.samples[vertex].observation != DEFREC_OUTSIDE) return 0;
-    return doubt_of(static_cast<double>(frame.confidence.expected_error[vertex]));
-}
-
 CarriedPoint unknown_point() {
     CarriedPoint carried;
     carried.place = {kNaN, kNaN, kNaN};
@@ -259,7 +251,7 @@ void PointCarrier::carry(const CarryingSurface& frame, std::span<const PreparedP
                          const std::shared_ptr<const Body>& body, const Services* helpers,
                          const std::function<void(size_t, const CarriedPoint&)>& carried) const {
     const auto needs_shared = [&](const PreparedPoint& point) {
-        return point.is_finite && (point.surface_share < 1 || doubt_out_of_sight(frame, point) > 0);
+        return point.is_finite && point.surface_share < 1;
     };
     std::shared_ptr<const Shared> common;
     if (std::any_of(points.begin(), points.end(), needs_shared))
@@ -272,9 +264,7 @@ void PointCarrier::carry(const CarryingSurface& frame, std::span<const PreparedP
             std::fill_n(unknown.confidence.covariance, 6, kNaN);
             return unknown;
         }
-        const double share = frame.is_lost
-                                 ? point.surface_share
-                                 : point.surface_share * (1 - doubt_out_of_sight(frame, point));
+        const double share = point.surface_share;
         CarriedPoint on_surface, beneath;
         if (share > 0) {
             const double xyz[3] = {point.at_rest.x, point.at_rest.y, point.at_rest.z};

@@ -19,19 +19,26 @@ namespace Defrec
         {
             Check.NotNull(surface, nameof(surface));
             Check.NotNull(templateXyz, nameof(templateXyz));
-            Count = Check.Groups(templateXyz.Length, 3, nameof(templateXyz));
+            int count = Check.Groups(templateXyz.Length, 3, nameof(templateXyz));
             Handle = new TargetsHandle(surface.Handle.Log);
             fixed (double* from = templateXyz)
             using (var use = new HandleUse(surface.Handle))
             {
                 IntPtr native;
-                DefrecException.ThrowIfFailed(NativeMethods.defrec_targets_create(use.Native, from, (UIntPtr)(uint)Count, &native));
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_targets_create(use.Native, from, (UIntPtr)(uint)count, &native));
                 Handle.Adopt(native);
             }
         }
 
         /// <summary>The number of points.</summary>
-        public int Count { get; private set; }
+        /// <exception cref="ObjectDisposedException">They were disposed.</exception>
+        public int Count
+        {
+            get
+            {
+                using (var use = new HandleUse(Handle)) return (int)NativeMethods.defrec_targets_count(use.Native);
+            }
+        }
 
         /// <summary>Ends their use.</summary>
         public void Dispose()

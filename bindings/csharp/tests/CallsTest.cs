@@ -215,7 +215,7 @@ namespace Defrec.Tests
                 Assert.That(job.GetSummary().VertexCount, Is.EqualTo(0));
                 Assert.That(job.GetResult().Vertices, Is.Empty);
                 Assert.That(job.CopyVertices(new float[0]), Is.EqualTo(0));
-                Assert.That(Stub.Calls(), Is.EqualTo(Enumerable.Repeat("defrec_job_result(job=" + handle + ", out={600})", 3)));
+                Assert.That(Stub.Calls(), Is.EqualTo(Enumerable.Repeat("defrec_job_result(job=" + handle + ", out={608})", 3)));
 
                 var xyz = new double[6];
                 var status = new PointStatus[2];
@@ -271,7 +271,7 @@ namespace Defrec.Tests
                 using (Tracker.Submit(new Frame(image, image, 1) { Samples = memory }))
                 {
                     IntPtr native = memory.Handle.DangerousGetHandle();
-                    Assert.That(Stub.Call("defrec_tracker_submit"), Is.StringContaining(Stub.Hex(&native, 8) + "0000000000000000, out="));
+                    Assert.That(Stub.Call("defrec_tracker_submit"), Is.StringContaining(Stub.Hex(&native, 8) + new string('0', 16 + 4 * 96) + ", out="));
                 }
                 Stub.Calls();
             }

@@ -132,6 +132,8 @@ class Result:
     """Of the device that computed the frame."""
     pieces: RecordArray
     """(pieces,) Piece, which pieces of the surface were found; none without a template."""
+    body: int
+    """BODY_STATE_*: what carries points beneath the surface, when the result was copied."""
 
 
 def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
@@ -175,5 +177,6 @@ def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
         rig_matches=r.rig_matches,
         template_epoch=r.template_epoch,
         device_id=text(r.device_id),
+        body=r.body,
         pieces=array(r.pieces, Piece, r.piece_count),
     )

@@ -98,7 +98,7 @@ def _native_mesh(mesh: BodyMesh, keep: List[Any]) -> structs.Mesh:
     def packed(name: str, given: ArrayLike, code: str) -> Tuple[Any, int]:
         values = Points(name, given, 3)
         count = 3 * values.count
-        doubles = (ctypes.c_double * count).from_address(values.address) if count else ()
+        doubles: Any = (ctypes.c_double * count).from_address(values.address) if count else ()
         kind: Any = ctypes.c_float if code == "f" else ctypes.c_uint32
         array = (kind * count)(*(doubles if code == "f" else (int(value) for value in doubles)))
         keep.append(array)
@@ -112,10 +112,12 @@ def _native_mesh(mesh: BodyMesh, keep: List[Any]) -> structs.Mesh:
 
 class Targets(Handle):
     """Points of a plan, prepared once to be moved in many frames: Job.move_targets. They follow their template and what it
-    becomes by growing or by a cut."""
+    becomes by growing or by a cut.
+
+    template_xyz: (n, 3), mm, template frame. threads: any. Raises Error for more than 1,000,000.
+    """
 
     def __init__(self, surface: "Template", template_xyz: ArrayLike):
-        """template_xyz: (n, 3), mm, template frame. threads: any. Raises Error for more than 1,000,000."""
         if not isinstance(surface, Template):
             raise TypeError(f"surface is a Template, {surface!r} given")
         handle, keep = surface._open()

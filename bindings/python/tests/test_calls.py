@@ -258,7 +258,7 @@ class Calls(stub.StubTest):
                 f"defrec_job_wait(job={j}, timeout_ns=1500000000)",
                 f"defrec_job_wait(job={j}, timeout_ns=0)",
                 for_ever,
-                f"defrec_job_result(job={j}, out={{600}})",
+                f"defrec_job_result(job={j}, out={{608}})",
                 for_ever,
                 f"defrec_job_warp_points(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5], count=2, xyz=written, "
                 "status=written, expected_error_mm=written)",

@@ -32,7 +32,7 @@ class EveryAllocation(unittest.TestCase):
     def tracker(self):
         with self.context() as context:
             with Rig.rectified(context, plane.WIDTH, plane.HEIGHT, plane.CAMERA) as rig:
-                with Tracker(context, rig, self.device, format=Format.GRAY8, disparities=32) as tracker:
+                with Tracker(context, rig, self.device, format=Format.GRAY8, disparities=32, body=1) as tracker:
                     yield context, tracker
 
     def scenario(self):

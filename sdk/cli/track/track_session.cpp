@@ -113,8 +113,8 @@ class TrackSession {
         if (!given_targets_.empty())
             targets_.emplace(folder_ / kTargetsFile, std::move(given_targets_), projection_);
         desc_.device_id = device_.id.c_str();
-        // Each time the surface grows all would wait for its body.
-        if (!targets_ && desc_.grow != 0) desc_.body = DEFREC_BODY_OFF;
+        // Nobody asks for what lies beneath the surface.
+        if (!targets_) desc_.body = DEFREC_BODY_OFF;
         defrec_tracker tracker = nullptr;
         require(defrec_tracker_create(context_.get(), rig_.get(), &desc_, &tracker),
                 options_.config.empty() ? ExitCode::kInternal : ExitCode::kUsage,
