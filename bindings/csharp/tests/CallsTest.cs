@@ -197,7 +197,7 @@ namespace Defrec.Tests
                 string[] addresses = { call.Substring(head.Length, 16), call.Substring(head.Length + 16, 16), call.Substring(head.Length + 32, 16) };
                 Assert.That(addresses, Is.Unique);
                 Assert.That(addresses, Has.None.EqualTo("0000000000000000"));
-                Assert.That(call, Is.StringEnding("00000000000000000807060504030201, out=" + handle + ")"));
+                Assert.That(call, Is.StringEnding("00000000000000000807060504030201" + new string('0', 4 * 96) + ", out=" + handle + ")"));
 
                 job.Wait();
                 Assert.That(job.Wait(TimeSpan.FromTicks(25000)), Is.True);

@@ -123,7 +123,7 @@ namespace Defrec.Tests
         private static void IsOffered(Type native, params Type[] types)
         {
             // The length of an array is the array's; flags are properties of their own.
-            var hidden = new[] { "struct_size", "reserved", "flags", "time_count" };
+            var hidden = new[] { "struct_size", "reserved", "reserved2", "flags", "time_count" };
             List<string> properties = types.SelectMany(type => type.GetProperties()).Select(property => property.Name).ToList();
             foreach (FieldInfo field in FieldsOf(native).Where(field => !hidden.Contains(field.Name)))
                 Assert.That(properties, Contains.Item(Pascal(field.Name)), native.Name + "." + field.Name);
