@@ -191,7 +191,7 @@ namespace Defrec.Tests
             using (Job job = Tracker.Submit(frame))
             {
                 string handle = Stub.Handle(job.Handle), call = Stub.Call("defrec_tracker_submit");
-                string head = "defrec_tracker_submit(tracker=" + tracker + ", frame=38000000010000008877665544332211";
+                string head = "defrec_tracker_submit(tracker=" + tracker + ", frame=f8000000010000008877665544332211";
                 Assert.That(call, Is.StringStarting(head));
                 // left, right, ignore are given, and each lies elsewhere; samples is not.
                 string[] addresses = { call.Substring(head.Length, 16), call.Substring(head.Length + 16, 16), call.Substring(head.Length + 32, 16) };
