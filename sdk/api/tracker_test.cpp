@@ -85,7 +85,7 @@ TEST_CASE("rows 16 to 24: bad frames are refused with the reason, and the queue 
     tracker.check_submit(DEFREC_ERROR_ARGUMENT, "pixels is NULL",
                          [](auto&, auto& i) { i.pixels = nullptr; });
     tracker.check_submit(DEFREC_ERROR_ARGUMENT, "unknown bits",
-                         [](auto& f, auto&) { f.flags = 2; });
+                         [](auto& f, auto&) { f.flags = 8; });
     tracker.check_submit(DEFREC_ERROR_ARGUMENT, "stride is 63",
                          [](auto&, auto& i) { i.stride = 63; });
     tracker.check_submit(DEFREC_ERROR_ARGUMENT, "stride",
