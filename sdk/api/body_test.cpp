@@ -102,6 +102,10 @@ TEST_CASE("targets move as points do, and beneath the surface are never observed
     defrec_targets none = nullptr;
     CHECK(defrec_targets_create(tracked.surface, at_rest.data(), 1000001, &none) ==
           DEFREC_ERROR_ARGUMENT);
+    double other[3] = {0, 0, kDepth};
+    CHECK(defrec_job_warp_points(reinterpret_cast<defrec_job>(targets), other, 1, other, nullptr,
+                                 nullptr) == DEFREC_ERROR_HANDLE);
+    CHECK(std::string(defrec_last_error()).find("a targets handle") != std::string::npos);
     defrec_targets_destroy(targets);
     CHECK(defrec_targets_count(targets) == 0);
     defrec_targets_destroy(nullptr);

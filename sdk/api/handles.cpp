@@ -33,8 +33,9 @@ const char* kind_name(HandleKind kind) {
         case HandleKind::kStage:
             return "stage";
         case HandleKind::kMemory:
-        case HandleKind::kTargets:
             return "memory";
+        case HandleKind::kTargets:
+            return "targets";
     }
     return "unknown";
 }
