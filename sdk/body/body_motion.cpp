@@ -12,7 +12,6 @@
 namespace defrec {
 namespace {
 
-constexpr double kErrorOfHalf = 0.7;     // mm: what is known that badly counts half
 constexpr double kFullEvidence = 0.98;   // from here on data are taken as they are
 constexpr double kFloorMm = 0.15;        // of displacements, as fit_rigid_robust has it
 constexpr double kForceFloorMm = 0.003;  // of what handles' springs give way
@@ -39,9 +38,8 @@ struct HandlesNow {
             for (const uint32_t vertex : handle.vertices) {
                 now.col(i) += Eigen::Map<const Eigen::Vector3f>(&surface.positions[3 * vertex])
                                   .cast<double>();
-                const double error = surface.expected_error[vertex],
-                             relative = error * error / (kErrorOfHalf * kErrorOfHalf);
-                evidence[i] += 1 / (1 + relative * relative);
+                const double error = surface.expected_error[vertex];
+                evidence[i] += evidence_of(error);
                 error_mm2[i] += error * error;
             }
             const auto vertices = static_cast<double>(handle.vertices.size());
@@ -58,8 +56,8 @@ Eigen::VectorXf displacements(const HandlesNow& handles, const Eigen::Isometry3d
     return Eigen::Map<const Eigen::VectorXf>(back.data(), back.size());
 }
 
-// Where data are in doubt, the body's own answer takes their place: what is given to a handle then
-// pulls with its share of evidence alone.
+// The body's own answer takes the place of data in doubt: what is given to a handle then pulls with
+// its share of evidence alone.
 class DoubtfulData {
   public:
     DoubtfulData(const BodyPiece& piece, const Eigen::VectorXd& evidence) : piece_(piece) {
@@ -192,6 +190,12 @@ NodeNow move_node(const BodyPiece& piece, size_t node, std::span<const HandleMea
 }
 
 }  // namespace
+
+double evidence_of(double error_mm) {
+    constexpr double kErrorOfHalf = 0.7;  // mm
+    const double relative = error_mm * error_mm / (kErrorOfHalf * kErrorOfHalf);
+    return 1 / (1 + relative * relative);
+}
 
 BodyMotion::BodyMotion(std::shared_ptr<const Body> body, const SurfaceNow& surface,
                        const DeepKnowledge& known, const Services* helpers)

@@ -19,21 +19,24 @@ struct SurfaceNow {
     std::span<const float> expected_error;  // mm, root mean square
 };
 
-// What an application knows of what lies deep, rectified camera from template frame.
+// An application's knowledge of what lies deep, rectified camera from template frame.
 struct DeepKnowledge {
     std::optional<Eigen::Isometry3d> held;      // its motion
     std::optional<Eigen::Isometry3d> expected;  // its motion if it stood still before the camera
 };
 
+// How much a vertex with that expected error says, 0..1.
+double evidence_of(double error_mm);
+
 class BodyMotion {
   public:
-    // What nobody knows is estimated. helpers: whose threads take part; may be null.
+    // The motions that nobody knows are estimated. helpers: whose threads take part; may be null.
     BodyMotion(std::shared_ptr<const Body> body, const SurfaceNow& surface,
                const DeepKnowledge& known, const Services* helpers);
 
     struct Moved {
         Eigen::Vector3d place = Eigen::Vector3d::Zero();
-        // What the expected error is made of; docs/beneath.md says how.
+        // The expected error is made of these; docs/beneath.md says how.
         double surface_mm2 = 0;      // mean squared error of the surface that it depends on
         double deformation_mm2 = 0;  // of that surface, mean square about its own mean
         double shift_mm2 = 0;        // of that surface's mean against what lies deep
@@ -44,7 +47,7 @@ class BodyMotion {
     Moved move(const BodyPoint& point, const Eigen::Vector3d& at_rest) const;
 
     const Body& body() const { return *body_; }
-    // Of a piece: the motion of what lies deep.
+    // The motion of what lies deep beneath a piece.
     const Eigen::Isometry3d& deep_motion(size_t piece) const { return pieces_[piece].deep; }
 
   private:

@@ -10,48 +10,39 @@
 namespace defrec {
 namespace {
 
-// Of a handle's spring, times Young's modulus and the edge of a finest cell: 3 % of a displacement
+// A handle's spring, times Young's modulus and the edge of a finest cell: 3 % of a displacement
 // that varies from handle to handle are lost.
 constexpr double kDataStiffness = 30;
 
 using Sparse = Eigen::SparseMatrix<double>;
 using Terms = std::vector<Lattice::Term>;
 
-Eigen::Vector3d position_of(const defrec_surface_point& vertex) {
-    return Eigen::Map<const Eigen::Vector3f>(vertex.position).cast<double>();
+size_t node_of(const Lattice::Cell& cell, size_t corner) {
+    return static_cast<size_t>(cell.node[corner]);
 }
 
-// What of the boundary and of the volume counts for each free node.
-struct NodeShares {
-    std::vector<double> area, volume;
-    explicit NodeShares(const Lattice& lattice)
-        : area(lattice.free_nodes(), 0), volume(lattice.free_nodes(), 0) {
-        for (const Lattice::Cell& cell : lattice.cells()) {
-            const double edge = lattice.edge(cell);
-            const auto share = [&](std::vector<double>& sums, size_t corner, double amount) {
+// The area of the body's boundary that counts for each free node, mm^2.
+std::vector<double> boundary_areas(const Lattice& lattice) {
+    std::vector<double> area(lattice.free_nodes(), 0);
+    for (const Lattice::Cell& cell : lattice.cells()) {
+        const double edge = lattice.edge(cell);
+        const Eigen::Vector3d centre =
+            lattice.nodes()[node_of(cell, 0)] + Eigen::Vector3d::Constant(edge / 2);
+        for (int face = 0; face < 6; ++face) {
+            const int axis = face / 2;
+            const bool is_high = face % 2 != 0;
+            Eigen::Vector3d beyond = centre;
+            beyond[axis] += (is_high ? 0.5 : -0.5) * (edge + lattice.step());
+            if (lattice.find(beyond).cell >= 0) continue;
+            for (size_t corner = 0; corner < 8; ++corner) {
+                if (((corner >> axis & 1) != 0) != is_high) continue;
                 for (const Lattice::Term& term : lattice.terms(node_of(cell, corner)))
-                    sums[static_cast<size_t>(term.node)] += term.weight * amount;
-            };
-            const Eigen::Vector3d centre =
-                lattice.nodes()[node_of(cell, 0)] + Eigen::Vector3d::Constant(edge / 2);
-            for (size_t corner = 0; corner < 8; ++corner)
-                share(volume, corner, edge * edge * edge / 8);
-            for (int face = 0; face < 6; ++face) {
-                const int axis = face / 2;
-                const bool is_high = face % 2 != 0;
-                Eigen::Vector3d beyond = centre;
-                beyond[axis] += (is_high ? 0.5 : -0.5) * (edge + lattice.step());
-                if (lattice.find(beyond).cell >= 0) continue;
-                for (size_t corner = 0; corner < 8; ++corner)
-                    if (((corner >> axis & 1) != 0) == is_high)
-                        share(area, corner, edge * edge / 4);
+                    area[static_cast<size_t>(term.node)] += term.weight * (edge * edge / 4);
             }
         }
     }
-    static size_t node_of(const Lattice::Cell& cell, size_t corner) {
-        return static_cast<size_t>(cell.node[corner]);
-    }
-};
+    return area;
+}
 
 Terms merged(std::vector<std::pair<int32_t, double>> sums, double scale) {
     std::sort(sums.begin(), sums.end());
@@ -79,7 +70,7 @@ Terms terms_of(const Lattice& lattice, std::span<const defrec_surface_point> ver
         const auto weights = place.weights();
         const Lattice::Cell& cell = lattice.cells()[static_cast<size_t>(place.cell)];
         for (size_t k = 0; k < 8; ++k)
-            for (const Lattice::Term& term : lattice.terms(NodeShares::node_of(cell, k)))
+            for (const Lattice::Term& term : lattice.terms(node_of(cell, k)))
                 sums.emplace_back(term.node, weights[k] * term.weight);
     }
     return merged(std::move(sums), 1.0 / static_cast<double>(std::max<size_t>(1, used)));
@@ -138,9 +129,9 @@ void add_cells(const Lattice& lattice, double poisson_ratio, Assembly& sum) {
             for (int b = 0; b < 8; ++b) {
                 const Eigen::Matrix3d block = scale * cube.block<3, 3>(3 * a, 3 * b);
                 for (const Lattice::Term& row :
-                     lattice.terms(NodeShares::node_of(cell, static_cast<size_t>(a))))
+                     lattice.terms(node_of(cell, static_cast<size_t>(a))))
                     for (const Lattice::Term& column :
-                         lattice.terms(NodeShares::node_of(cell, static_cast<size_t>(b))))
+                         lattice.terms(node_of(cell, static_cast<size_t>(b))))
                         sum.add(row.node, column.node, row.weight * column.weight * block);
             }
     }
@@ -188,11 +179,10 @@ BodyPiece::BodyPiece(std::span<const defrec_surface_point> vertices, std::vector
                 sum.add(row.node, column.node,
                         spring * row.weight * column.weight * Eigen::Matrix3d::Identity());
     }
-    const NodeShares shares(lattice_);
+    const std::vector<double> area = boundary_areas(lattice_);
     std::vector<double> support_spring(nodes);
     for (size_t node = 0; node < nodes; ++node) {
-        support_spring[node] =
-            support(lattice_.nodes()[node], shares.area[node], shares.volume[node]);
+        support_spring[node] = support(lattice_.nodes()[node], area[node]);
         const auto index = static_cast<int32_t>(node);
         sum.add(index, index, support_spring[node] * Eigen::Matrix3d::Identity());
     }

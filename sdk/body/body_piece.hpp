@@ -19,14 +19,17 @@ struct Handle {
     std::vector<uint32_t> vertices;
 };
 
+inline Eigen::Vector3d position_of(const defrec_surface_point& vertex) {
+    return Eigen::Map<const Eigen::Vector3f>(vertex.position).cast<double>();
+}
+
 // Springs that join the body to a rigid frame: stiffness, divided by Young's modulus, of a node for
-// which a boundary of that area (mm^2) and that volume (mm^3) of the body count.
-using SupportStiffness =
-    std::function<double(const Eigen::Vector3d& place, double area, double volume)>;
+// which a boundary of that area (mm^2) of the body counts.
+using SupportStiffness = std::function<double(const Eigen::Vector3d& place, double area)>;
 
 class BodyPiece {
   public:
-    // What a handle does to a free node.
+    // The effect of a handle on a free node.
     struct Link {
         int32_t handle;
         float influence;           // how much of what the node depends on, of sum 1

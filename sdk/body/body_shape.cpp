@@ -19,8 +19,7 @@ constexpr double kBeyondShare = 0.4;
 // Near the surface the body's rim is free.
 constexpr double kFreeRimSteps = 1.2;
 
-constexpr double kCutStiffness =
-    0.02;  // of tissue that a cut passes, which still carries its points
+constexpr double kCutStiffness = 0.02;    // of tissue that a cut passes: it carries its points
 constexpr double kHeldStiffness = 100;    // springs of a held node, times the edge of a finest cell
 constexpr double kFreeLengthMm = 300;     // of the springs that a body without a held place has
 constexpr double kLeastStiffness = 1e-7;  // of any node's spring
@@ -28,10 +27,6 @@ constexpr double kLeastShare = 0.05;      // of a cell, that is one
 
 constexpr double kUsualStepMm = 4.5;
 constexpr size_t kMinHandles = 150, kMaxHandles = 230;
-
-Eigen::Vector3d position_of(const defrec_surface_point& vertex) {
-    return Eigen::Map<const Eigen::Vector3f>(vertex.position).cast<double>();
-}
 
 Eigen::Vector3d position_of(const defrec_cut_point& point) {
     return Eigen::Map<const Eigen::Vector3f>(point.position).cast<double>();
@@ -88,7 +83,7 @@ class PlaceGrid {
     std::unordered_map<uint64_t, std::vector<int32_t>> cells_;
 };
 
-// From a line between two points, and how far along it, 0..1.
+// From the line between two points.
 double line_distance(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                      const Eigen::Vector3d& place) {
     const Eigen::Vector3d along = to - from;
@@ -168,7 +163,7 @@ double handle_step(const BodySurface& surface) {
         const double factor = std::sqrt(std::max(1.0, count) / kWanted),
                      next = std::clamp(step * std::clamp(factor, 0.4, 2.5), 0.5, 500.0);
         const auto found = static_cast<double>(count_handles(surface, next));
-        // Of a surface of few vertices each is a handle before there are enough.
+        // Each of few vertices is a handle before there are enough.
         if (next < step && found < kMoreHandles * count) break;
         step = next;
         count = found;
@@ -301,20 +296,19 @@ SupportStiffness BodyShape::support() const {
         std::any_of(description_.regions.begin(), description_.regions.end(),
                     [](const BodyDescription::Region& region) { return region.is_held; });
     if (any_held)
-        return [this](const Eigen::Vector3d& place, double, double) {
+        return [this](const Eigen::Vector3d& place, double) {
             double held = 0;
             for (const BodyDescription::Region& region : description_.regions)
                 if (region.is_held) held = std::max(held, region.mesh.inside_share(place, step_));
             return kLeastStiffness + held * kHeldStiffness * step_;
         };
     if (description_.mesh)
-        return [](const Eigen::Vector3d&, double area, double) {
+        return [](const Eigen::Vector3d&, double area) {
             return kLeastStiffness + area / kFreeLengthMm;
         };
     const std::vector<Handle>& own = handles_[piece_];
     const double length = kBeyondShare / kDepthShare * depth_mm_;
-    return [&own, length, rim = kFreeRimSteps * step_](const Eigen::Vector3d& place, double area,
-                                                       double) {
+    return [&own, length, rim = kFreeRimSteps * step_](const Eigen::Vector3d& place, double area) {
         const Handle& handle = own[static_cast<size_t>(nearest_handle(own, place))];
         const double depth = -(place - handle.position).dot(handle.normal);
         return kLeastStiffness + (depth < rim ? 0 : area / length);

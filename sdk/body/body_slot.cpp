@@ -5,11 +5,11 @@
 #include <chrono>
 #include <condition_variable>
 #include <new>
-#include <string>
 #include <vector>
 
 #include "sdk/base/error.hpp"
 #include "sdk/base/services.hpp"
+#include "sdk/base/wait_end.hpp"
 
 namespace defrec {
 
@@ -114,12 +114,9 @@ void BodySlot::drop() const {
 }
 
 defrec_status BodySlot::wait(const BodySurface& surface, uint64_t timeout_ns) {
-    // Beyond a century the clock's arithmetic would overflow.
-    constexpr uint64_t kForEver = uint64_t{100} * 365 * 24 * 3600 * 1000000000u;
     constexpr std::chrono::milliseconds kLook{20};  // whether the services are gone
     using Clock = std::chrono::steady_clock;
-    const Clock::time_point end =
-        Clock::now() + std::chrono::nanoseconds(std::min(timeout_ns, kForEver));
+    const Clock::time_point end = wait_end(timeout_ns);
     for (;;) {
         std::shared_ptr<Task> task;
         {

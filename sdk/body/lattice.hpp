@@ -17,7 +17,7 @@ class Lattice {
   public:
     struct Cell {
         std::array<int32_t, 3> corner{};  // the lowest, in steps of the finest cells
-        int32_t size = 1;                 // of an edge: 1, 2 or 4 such steps
+        int32_t size = 1;                 // of an edge: 1, 2, 4 or 8 such steps
         float stiffness = 0;  // relative to the tissue's, less where the body fills a part
         std::array<int32_t, 8> node{};  // x fastest, then y, then z
     };

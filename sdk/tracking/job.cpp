@@ -7,6 +7,7 @@
 #include <new>
 
 #include "sdk/base/spin.hpp"
+#include "sdk/base/wait_end.hpp"
 #include "sdk/body/body_slot.hpp"
 #include "sdk/tracking/lift_pixels.hpp"
 #include "sdk/tracking/prepared_targets.hpp"
@@ -41,10 +42,7 @@ void JobMonitor::give_up(const char* call) {
 
 defrec_status TrackerJob::wait(uint64_t timeout_ns) {
     using Clock = DeviceWatch::Clock;
-    // Beyond a century the clock's arithmetic would overflow; nobody waits for a part of that.
-    constexpr uint64_t kForEver = uint64_t{100} * 365 * 24 * 3600 * 1000000000u;
-    const Clock::time_point end =
-        Clock::now() + std::chrono::nanoseconds(std::min(timeout_ns, kForEver));
+    const Clock::time_point end = wait_end(timeout_ns);
     std::unique_lock lock(monitor->mutex);
     const auto await = [&](const auto& reached) {
         const auto outcome = monitor->watch->wait_until(changed_, lock, end, reached);
@@ -192,8 +190,7 @@ void TrackerJob::lift_points(const double* uv, size_t count, double* xyz, uint8_
 }
 
 CarryingSurface TrackerJob::carrying_surface() const {
-    return {*surface,   output.motions,       vertices, output.samples,
-            confidence, state == DEFREC_LOST, grows_,   known};
+    return {*surface, output.motions, vertices, confidence, state == DEFREC_LOST, grows_, known};
 }
 
 void TrackerJob::carry(const double* template_xyz, size_t count, const Carried& carried) const {
@@ -215,18 +212,32 @@ void TrackerJob::carry(const double* template_xyz, size_t count, const Carried& 
     }
 }
 
-void TrackerJob::warp_points(const double* template_xyz, size_t count, double* xyz,
-                             uint8_t* point_status, double* expected_error_mm) const {
-    expect_surface();
-    const auto write = [&](size_t i, const CarriedPoint& point) {
+namespace {
+
+// The caller's arrays that moved points are written to; all but xyz may be null.
+struct MovedPointArrays {
+    double *xyz, *covariance;
+    uint8_t* status;
+    double* expected_error_mm;
+
+    void operator()(size_t i, const CarriedPoint& point) const {
         const auto& [place, at_point] = point;
         xyz[3 * i] = place.x;
         xyz[3 * i + 1] = place.y;
         xyz[3 * i + 2] = place.z;
-        if (point_status != nullptr) point_status[i] = at_point.status;
+        if (covariance != nullptr) std::copy_n(at_point.covariance, 6, covariance + 6 * i);
+        if (status != nullptr) status[i] = at_point.status;
         if (expected_error_mm != nullptr) expected_error_mm[i] = at_point.expected_error;
-    };
-    carry(template_xyz, count, std::ref(write));
+    }
+};
+
+}  // namespace
+
+void TrackerJob::warp_points(const double* template_xyz, size_t count, double* xyz,
+                             uint8_t* point_status, double* expected_error_mm) const {
+    expect_surface();
+    const MovedPointArrays arrays{xyz, nullptr, point_status, expected_error_mm};
+    carry(template_xyz, count, std::cref(arrays));
 }
 
 void TrackerJob::point_covariances(const double* template_xyz, size_t count, double* covariance,
@@ -245,18 +256,9 @@ void TrackerJob::move_targets(const PreparedTargets& targets, double* xyz, doubl
     if (!surface->descends_from(targets.surface()))
         fail(DEFREC_ERROR_ARGUMENT, "the targets were made for another template");
     const auto prepared = targets.prepared(surface);
+    const MovedPointArrays arrays{xyz, covariance, point_status, expected_error_mm};
     carrier_.carry(carrying_surface(), prepared->points, prepared->body, services()->own_threads(),
-                   [&](size_t i, const CarriedPoint& point) {
-                       const auto& [place, at_point] = point;
-                       xyz[3 * i] = place.x;
-                       xyz[3 * i + 1] = place.y;
-                       xyz[3 * i + 2] = place.z;
-                       if (covariance != nullptr)
-                           std::copy_n(at_point.covariance, 6, covariance + 6 * i);
-                       if (point_status != nullptr) point_status[i] = at_point.status;
-                       if (expected_error_mm != nullptr)
-                           expected_error_mm[i] = at_point.expected_error;
-                   });
+                   std::cref(arrays));
 }
 
 }  // namespace defrec

@@ -23,13 +23,6 @@ double smooth_step(double x) {
     return t * t * (3 - 2 * t);
 }
 
-// Of a vertex with that expected error, 0..1.
-double doubt_of(double error_mm) {
-    constexpr double kHalfMm = 0.7;
-    const double relative = std::pow(error_mm / kHalfMm, 4);
-    return relative / (1 + relative);
-}
-
 double step_mm(const TemplateData& data, int32_t vertex) {
     return data.grid.spacing *
            static_cast<double>(data.vertices[static_cast<size_t>(vertex)].position[2]) /
@@ -79,7 +72,7 @@ PreparedPoint prepare_point(const Template& surface, const Body* body, const dou
         point.vertex = under;
         point.depth_mm = depth_under(under);
         if (dot(d, d) <= kNearSteps * kNearSteps * step * step &&
-            std::abs(point.depth_mm) <= kOnSurfaceSteps * step + kOnSurfaceMm && body == nullptr)
+            std::abs(point.depth_mm) <= kOnSurfaceSteps * step + kOnSurfaceMm)
             return point;
     }
     if (body != nullptr) point.in_body = body->find(as_eigen(point.at_rest), surface.piece_at(xyz));
@@ -93,11 +86,10 @@ PreparedPoint prepare_point(const Template& surface, const Body* body, const dou
     return point;
 }
 
-// ---- beneath a surface without a body
-// ------------------------------------------------------------
 namespace {
 
-// As the least deformed part of what is seen moves, and near the surface with that.
+// Beneath a surface without a body: points move as the least deformed part of what is seen, and
+// near the surface with that.
 class RigidBeneath {
   public:
     explicit RigidBeneath(const CarryingSurface& frame) {
@@ -120,7 +112,7 @@ class RigidBeneath {
                 now.col(column) =
                     Eigen::Map<const Eigen::Vector3f>(&frame.vertices[3 * i]).cast<double>();
                 weight[column] =
-                    1 - doubt_of(static_cast<double>(frame.confidence.expected_error[i]));
+                    evidence_of(static_cast<double>(frame.confidence.expected_error[i]));
             }
             motions_.push_back(fit_rigid_robust(rest, now, weight, kFloorMm));
         }
@@ -135,13 +127,13 @@ class RigidBeneath {
             left = Eigen::Map<const Eigen::Vector3f>(&frame.vertices[3 * vertex]).cast<double>() -
                    motion * rest;
         const double error = static_cast<double>(frame.confidence.expected_error[vertex]),
-                     doubt = doubt_of(error);
+                     evidence = evidence_of(error);
         BodyMotion::Moved moved;
         moved.place = motion * as_eigen(point.at_rest) +
-                      (1 - doubt) * std::exp(-std::max(0.0, point.depth_mm) / kFadeMm) * left;
+                      evidence * std::exp(-std::max(0.0, point.depth_mm) / kFadeMm) * left;
         moved.surface_mm2 = error * error;
         moved.deformation_mm2 = left.squaredNorm();
-        moved.evidence = 1 - doubt;
+        moved.evidence = evidence;
         moved.activity_mm2 = left.squaredNorm();
         return moved;
     }
@@ -189,13 +181,13 @@ SurfaceConfidence surface_confidence(const CarryingSurface& frame, const PointMo
 // docs/beneath.md.
 struct ErrorShares {
     double surface = 0.04;  // of the surface's: errors of many vertices go into one point
-    // Of the deformation that reaches the point, and of its shift against what lies deep: what
-    // other bodies would make of it. Times the depth in units of depth_mm, with a constant.
+    // Other bodies would make something else of the deformation that reaches the point, and of its
+    // shift against what lies deep: times the depth in units of depth_mm, with a constant.
     double deformation = 0.12, shift = 0.01, constant = 0.15, depth_mm = 20, max_depths = 6;
     double choice = 0.08;  // of how choices of the deep motion differ
     double floor_mm2 = 0.001;
     double beyond = 0.02;  // per mm^2 beyond the body
-    // Where nothing was seen of what the point depends on: of how the rest moves, and mm^2 more.
+    // Nothing was seen of what the point depends on: of how the rest moves, and mm^2 more.
     double activity = 1.5, unseen_mm2 = 0.25;
 };
 

@@ -20,7 +20,6 @@ struct CarryingSurface {
     const Template& surface;
     std::span<const defrec_motion> motions;  // of the control points
     std::span<const float> vertices;         // xyz, mm
-    std::span<const defrec_surface_sample> samples;
     const VertexConfidence& confidence;
     bool is_lost, grows;
     const DeepKnowledge& known;
@@ -31,7 +30,7 @@ struct CarriedPoint {
     SurfaceConfidence confidence;
 };
 
-// What of a point does not change from frame to frame, with one template and body.
+// A point with all that stays the same from frame to frame, with one template and body.
 struct PreparedPoint {
     bool is_finite = false;
     Vec3<double> at_rest;
@@ -43,7 +42,8 @@ struct PreparedPoint {
 // body: null where there is none.
 PreparedPoint prepare_point(const Template& surface, const Body* body, const double xyz[3]);
 
-// What a frame's points share, computed when it is first asked for. Any thread.
+// Carries the points of a frame; what they share is computed when it is first asked for. Any
+// thread.
 class PointCarrier {
   public:
     // For another frame; nobody may be asking.
