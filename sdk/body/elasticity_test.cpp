@@ -113,6 +113,22 @@ TEST_CASE("a cube under a uniform strain has the forces of Hooke's law") {
     }
 }
 
+TEST_CASE("a cube that bends has the energy of its shape functions, whatever its volume does") {
+    for (const double ratio : kRatios) {
+        CAPTURE(ratio);
+        for (int axis = 0; axis < 3; ++axis) {
+            Corners bent = Corners::Zero();
+            for (int corner = 0; corner < 8; ++corner) {
+                const Vector3d at = corner_place(corner) - Vector3d::Constant(0.5);
+                bent[3 * corner + axis] = at[axis] * at[(axis + 1) % 3];
+            }
+            // Of a strain and a shear, whose squares have the mean 1/12.
+            const double shear = 0.5 / (1 + ratio);
+            CHECK(std::abs(bent.dot(cube_stiffness(ratio) * bent) - 3 * shear / 12) < 1e-12);
+        }
+    }
+}
+
 TEST_CASE("a bar of nearly incompressible cubes bends as beam theory has it") {
     // Euler's and Timoshenko's deflection under a force at the end, Young's modulus 1.
     constexpr int kLength = 12, kAcross = 2;
