@@ -29,7 +29,7 @@ const std::shared_ptr<const Body>& plane_body() {
     return body;
 }
 
-TestFrame::Place moved_as(const Isometry3d& motion) {
+MovedSurface::Place moved_as(const Isometry3d& motion) {
     return [motion](const Vector3d& rest, size_t) -> Vector3d { return motion * rest; };
 }
 
@@ -60,7 +60,7 @@ cli::BodyLoad dragged() {
     load.drag = {5, 0};
     return load;
 }
-TestFrame loaded_frame(const cli::BodyLoad& load, const Isometry3d& motion) {
+MovedSurface loaded_frame(const cli::BodyLoad& load, const Isometry3d& motion) {
     return {plane(), [&](const Vector3d& rest, size_t) -> Vector3d {
                 return motion * loaded(load, rest, 0);
             }};
@@ -68,8 +68,8 @@ TestFrame loaded_frame(const cli::BodyLoad& load, const Isometry3d& motion) {
 
 // Which vertices of the plane are not known.
 bool is_unknown(const Vector3d& rest, size_t) { return rest.x() > 0; }
-TestFrame half_unknown(const TestFrame::Place& place) {
-    TestFrame frame(plane(), [&](const Vector3d& rest, size_t i) -> Vector3d {
+MovedSurface half_unknown(const MovedSurface::Place& place) {
+    MovedSurface frame(plane(), [&](const Vector3d& rest, size_t i) -> Vector3d {
         const auto k = static_cast<double>(i);
         return place(rest, i) + (is_unknown(rest, i)
                                      ? 20 * Vector3d(std::sin(7 * k), std::cos(3 * k), 0.6)
@@ -87,7 +87,7 @@ BodyDescription with_region(const Vector3d& low, const Vector3d& high, double st
     return description;
 }
 
-std::vector<float> all_moved(const std::shared_ptr<const Body>& body, const TestFrame& frame,
+std::vector<float> all_moved(const std::shared_ptr<const Body>& body, const MovedSurface& frame,
                              const Services* helpers) {
     const BodyMotion motion(body, frame.view(), {}, helpers);
     std::vector<float> values;
@@ -104,7 +104,7 @@ std::vector<float> all_moved(const std::shared_ptr<const Body>& body, const Test
 }  // namespace
 
 TEST_CASE("what moves rigidly at the surface moves so beneath it, however far it turns") {
-    const TestFrame frame(plane(), moved_as(large_motion()));
+    const MovedSurface frame(plane(), moved_as(large_motion()));
     const BodyMotion motion(plane_body(), frame.view(), {}, nullptr);
     CHECK(worst_of(motion, large_motion(), places_beneath({-4, 0, 2, 10, 30, 44, 80})) < 1e-3);
     CHECK((motion.deep_motion(0).matrix() - large_motion().matrix()).norm() < 1e-3);
@@ -124,7 +124,7 @@ TEST_CASE("a curved surface and a body with a mesh move rigidly with their surfa
     const TestSurface bowl = make_surface(-0.006);
     BodyDescription description;
     description.mesh.emplace(box_mesh({-44, -33, kSurfaceZ - 16}, {44, 33, kSurfaceZ + 25}));
-    const TestFrame frame(bowl, moved_as(large_motion()));
+    const MovedSurface frame(bowl, moved_as(large_motion()));
     const BodyMotion motion(make_body(bowl, description), frame.view(), {}, nullptr);
     CHECK(worst_of(motion, large_motion(), places_beneath({0, 10, 24, 60})) < 1e-3);
 }
@@ -135,7 +135,7 @@ TEST_CASE("each piece of a surface has a motion of its own") {
         surface.piece[i] = surface.position(i).x() > 5 ? 1 : 0;
     surface.pieces = 2;
     const Isometry3d other = motion_of(-1.2, {1, 0.3, 0.2}, {-40, 5, 60});
-    const TestFrame frame(surface, [&](const Vector3d& rest, size_t i) -> Vector3d {
+    const MovedSurface frame(surface, [&](const Vector3d& rest, size_t i) -> Vector3d {
         return (surface.piece[i] == 0 ? large_motion() : other) * rest;
     });
     const BodyMotion motion(make_body(surface), frame.view(), {}, nullptr);
@@ -147,7 +147,7 @@ TEST_CASE("each piece of a surface has a motion of its own") {
 }
 
 TEST_CASE("where nothing is known evidence is next to nothing, and every number is one") {
-    TestFrame frame(plane(), moved_as(large_motion()));
+    MovedSurface frame(plane(), moved_as(large_motion()));
     for (const float error : {5.0f, 100.0f, 1e6f}) {
         CAPTURE(error);
         std::fill(frame.errors.begin(), frame.errors.end(), error);
@@ -186,7 +186,7 @@ TEST_CASE("beneath a load the body moves as an elastic half-space does, also whi
 TEST_CASE("a load of a part of the surface does not move what lies deep") {
     for (const bool is_press : {true, false}) {
         CAPTURE(is_press);
-        const TestFrame frame = loaded_frame(is_press ? pressed() : dragged(), large_motion());
+        const MovedSurface frame = loaded_frame(is_press ? pressed() : dragged(), large_motion());
         const BodyMotion motion(plane_body(), frame.view(), {}, nullptr);
         Eigen::Matrix3Xd rest(3, plane().vertices.size()), now = rest;
         for (size_t i = 0; i < plane().vertices.size(); ++i)
@@ -227,7 +227,7 @@ TEST_CASE("the data are followed at the surface") {
 TEST_CASE("what is given to be held moves as it is told") {
     DeepKnowledge known;
     known.held = large_motion() * motion_of(0.03, {1, 0, 0}, {0, 0, 3});
-    const TestFrame frame(plane(), moved_as(large_motion()));
+    const MovedSurface frame(plane(), moved_as(large_motion()));
     const BodyMotion free(plane_body(), frame.view(), known, nullptr);
     CHECK((free.deep_motion(0).matrix() - known.held->matrix()).norm() == 0);
     // Farther down the body follows more of it.
@@ -251,7 +251,7 @@ TEST_CASE("what is given to be held moves as it is told") {
 
 TEST_CASE("a stiff region moves nearly rigidly") {
     const Vector3d low(-9, -9, kSurfaceZ + 5), high(9, 9, kSurfaceZ + 23);
-    const TestFrame frame = loaded_frame(pressed(), large_motion());
+    const MovedSurface frame = loaded_frame(pressed(), large_motion());
     const auto strained = [&](const std::shared_ptr<const Body>& body) {
         const BodyMotion motion(body, frame.view(), {}, nullptr);
         double worst = 0;
@@ -286,7 +286,7 @@ class OpenedCut {
           across_(std::cos(turn), -std::sin(turn), 0) {
         TestSurface surface = plane();
         if (is_known) surface.cut(middle - 80 * along_, middle + 80 * along_);
-        const TestFrame frame(surface, [&](const Vector3d& rest, size_t) -> Vector3d {
+        const MovedSurface frame(surface, [&](const Vector3d& rest, size_t) -> Vector3d {
             return rest + ((rest - middle).dot(across_) > 0 ? 2 : -2) * across_;
         });
         motion_.emplace(make_body(surface), frame.view(), DeepKnowledge{}, nullptr);
@@ -330,7 +330,7 @@ TEST_CASE("two runs give the same bits, with and without threads that help") {
     defrec_context_desc desc{};
     desc.threads = 3;
     const Services services(desc);
-    const TestFrame frame = half_unknown([](const Vector3d& rest, size_t) -> Vector3d {
+    const MovedSurface frame = half_unknown([](const Vector3d& rest, size_t) -> Vector3d {
         return large_motion() * loaded(pressed(), rest, 0);
     });
     const std::vector<float> once = all_moved(plane_body(), frame, nullptr);
@@ -346,7 +346,7 @@ TEST_CASE("two runs give the same bits, with and without threads that help") {
 TEST_CASE("a surface that has grown moves the body of the one before") {
     TestSurface grown = plane();
     for (double y = -26; y <= 26; y += 2) grown.add({60, y, kSurfaceZ}, {0, 0, -1});
-    const TestFrame frame(grown, moved_as(large_motion()));
+    const MovedSurface frame(grown, moved_as(large_motion()));
     const BodyMotion motion(plane_body(), frame.view(), {}, nullptr);
     CHECK(worst_of(motion, large_motion(), places_beneath({2, 10})) < 1e-3);
 }
@@ -356,7 +356,7 @@ TEST_CASE(
     const cli::LoadedLayer wide({0.43, 0}, 22);
     cli::BodyLoad load;
     load.press = 6;
-    const TestFrame frame(plane(), [&](const Vector3d& rest, size_t) -> Vector3d {
+    const MovedSurface frame(plane(), [&](const Vector3d& rest, size_t) -> Vector3d {
         return large_motion() * (rest + wide.displacement(load, rest.x(), rest.y(), 0));
     });
     const auto error_with = [&](const DeepKnowledge& known) {

@@ -60,11 +60,11 @@ inline TestSurface make_surface(double bow = 0, double spacing = 2, double width
 }
 
 // A frame of a surface: each vertex where `place` has it, with an error that is small.
-struct TestFrame {
+struct MovedSurface {
     using Place = std::function<Eigen::Vector3d(const Eigen::Vector3d& rest, size_t vertex)>;
     std::vector<float> positions, errors;
 
-    TestFrame(const TestSurface& surface, const Place& place)
+    MovedSurface(const TestSurface& surface, const Place& place)
         : errors(surface.vertices.size(), 0.05f) {
         for (size_t i = 0; i < surface.vertices.size(); ++i)
             for (const double value : place(surface.position(i), i))
