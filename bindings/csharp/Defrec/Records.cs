@@ -273,16 +273,4 @@ namespace Defrec
         /// <summary>Which line, from 0; a line's points follow one another, those of earlier lines come first.</summary>
         public uint Cut;
     }
-
-    /// <summary>A part of a body that is stiffer or softer than the rest, or held. Frozen.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public partial struct BodyRegion
-    {
-        /// <summary>Closed; what lies in it.</summary>
-        public defrec_mesh Mesh;
-        /// <summary>Young's modulus relative to the rest of the body; 0.01 to 1000; default 1.</summary>
-        public float Stiffness;
-        /// <summary>Constants.Region*; 0 to Constants.RegionHeld.</summary>
-        public uint Flags;
-    }
 }

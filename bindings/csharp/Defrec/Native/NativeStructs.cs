@@ -138,7 +138,7 @@ namespace Defrec.Native
         internal SelfCalibration self_calibration;
         internal uint grow;
         internal uint max_vertices;
-        internal uint body;
+        internal BodyMode body;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -226,7 +226,7 @@ namespace Defrec.Native
         internal byte* device_id;
         internal Piece* pieces;
         internal ulong piece_count;
-        internal uint body;
+        internal BodyState body;
         internal uint reserved2;
     }
 
@@ -267,12 +267,20 @@ namespace Defrec.Native
     }
 
     [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_body_region
+    {
+        internal defrec_mesh mesh;
+        internal float stiffness;
+        internal RegionFlags flags;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
     internal unsafe struct defrec_body_desc
     {
         internal uint struct_size;
         internal uint flags;
         internal defrec_mesh mesh;
-        internal BodyRegion* regions;
+        internal defrec_body_region* regions;
         internal ulong region_count;
         internal float poisson_ratio;
         internal float cut_depth_mm;
