@@ -58,6 +58,8 @@ namespace Defrec
         public uint RigMatches { get; }
         /// <summary>Counts the tracker's templates, and how often tissue joined them; 0 without a template.</summary>
         public uint TemplateEpoch { get; }
+        /// <summary>What carries points beneath the surface, now.</summary>
+        public BodyState Body { get; }
 
         internal unsafe FrameSummary(ref defrec_result result)
         {
@@ -87,6 +89,7 @@ namespace Defrec
             FocalRatio = result.focal_ratio;
             RigMatches = result.rig_matches;
             TemplateEpoch = result.template_epoch;
+            Body = result.body;
         }
     }
 

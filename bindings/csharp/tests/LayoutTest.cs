@@ -123,7 +123,7 @@ namespace Defrec.Tests
         private static void IsOffered(Type native, params Type[] types)
         {
             // The length of an array is the array's; flags are properties of their own.
-            var hidden = new[] { "struct_size", "reserved", "flags", "time_count" };
+            var hidden = new[] { "struct_size", "reserved", "reserved2", "flags", "time_count" };
             List<string> properties = types.SelectMany(type => type.GetProperties()).Select(property => property.Name).ToList();
             foreach (FieldInfo field in FieldsOf(native).Where(field => !hidden.Contains(field.Name)))
                 Assert.That(properties, Contains.Item(Pascal(field.Name)), native.Name + "." + field.Name);
@@ -279,6 +279,8 @@ namespace Defrec.Tests
             new KeyValuePair<string, Type>("SOLVER_", typeof(Solver)),
             new KeyValuePair<string, Type>("SELF_CALIBRATION_", typeof(SelfCalibration)), new KeyValuePair<string, Type>("EVIDENCE_", typeof(Evidence)),
             new KeyValuePair<string, Type>("FOUND_", typeof(Found)),
+            new KeyValuePair<string, Type>("BODY_STATE_", typeof(BodyState)), new KeyValuePair<string, Type>("BODY_", typeof(BodyMode)),
+            new KeyValuePair<string, Type>("REGION_", typeof(RegionFlags)),
             new KeyValuePair<string, Type>("FRAME_", typeof(FrameFlags)),
             new KeyValuePair<string, Type>("REASON_", typeof(Reasons)), new KeyValuePair<string, Type>("POINT_", typeof(PointStatus))
         };

@@ -123,4 +123,10 @@ namespace Defrec.Native
         internal TemplateHandle(ContextLog log) : base(nameof(Template), log) { }
         protected override void Destroy(IntPtr native) { NativeMethods.defrec_template_release(native); }
     }
+
+    internal sealed class TargetsHandle : DefrecHandle
+    {
+        internal TargetsHandle(ContextLog log) : base(nameof(Targets), log) { }
+        protected override void Destroy(IntPtr native) { NativeMethods.defrec_targets_destroy(native); }
+    }
 }
