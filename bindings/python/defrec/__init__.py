@@ -16,6 +16,7 @@ and, with everything in one's own hands:
 Lengths are mm. Cameras: x right, y down, z forward. Pixel (0, 0) is the centre of the top-left pixel. What fails in the
 library raises Error; what cannot be passed to it raises TypeError or ValueError.
 """
+from .body import BodyRegion, Mesh
 from .calibration import Calibration
 from .context import Context, DeviceInfo, PluginInfo, library_release, library_version, status_name
 from .enums import (
@@ -29,6 +30,8 @@ from .enums import (
     SKIN_NODES,
     STAGE_COUNT_V1,
     TRACKER_FALLBACK,
+    BodyMode,
+    BodyState,
     ContextFlag,
     DeviceFeature,
     DeviceKind,
@@ -41,6 +44,7 @@ from .enums import (
     Observation,
     PointStatus,
     Reason,
+    RegionFlag,
     SelfCalibration,
     Solver,
     StageKind,
@@ -49,7 +53,7 @@ from .enums import (
 )
 from .errors import BusyError, Error
 from .memory import Memory
-from .result import LiftedPoints, PointCovariances, Result, StageTime, WarpedPoints
+from .result import LiftedPoints, MovedTargets, PointCovariances, Result, StageTime, WarpedPoints
 from .rig import Rig
 from .stage import Stage
 from .stages import AlignStage, LmStage, MatchStage, OrbStage, RansacStage, RectifyStage, StereoStage, WarpStage
@@ -77,7 +81,7 @@ from .structs import (
     SurfaceSample,
     WarpParams,
 )
-from .template import Lifted, Template, TemplateData
+from .template import Lifted, Targets, Template, TemplateData
 from .tracker import Job, Tracker
 from .tracking import FollowedPoints, RigEstimate, TrackedFrame, Tracking, track
 
@@ -95,6 +99,9 @@ __all__ = [
     "TRACKER_FALLBACK",
     "AlignParams",
     "AlignStage",
+    "BodyMode",
+    "BodyRegion",
+    "BodyState",
     "BusyError",
     "Calibration",
     "Camera",
@@ -124,7 +131,9 @@ __all__ = [
     "MatchStage",
     "Memory",
     "MemoryKind",
+    "Mesh",
     "Motion",
+    "MovedTargets",
     "Observation",
     "OrbParams",
     "OrbStage",
@@ -141,6 +150,7 @@ __all__ = [
     "Reason",
     "RectifyParams",
     "RectifyStage",
+    "RegionFlag",
     "Result",
     "Rig",
     "RigEstimate",
@@ -155,6 +165,7 @@ __all__ = [
     "StereoStage",
     "SurfacePoint",
     "SurfaceSample",
+    "Targets",
     "Template",
     "TemplateData",
     "TrackedFrame",

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Tuple, Union
+from typing import Any, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from . import structs
 from ._arrays import (
@@ -19,8 +19,10 @@ from ._arrays import (
     empty,
 )
 from ._handle import Handle
-from ._library import c_path, native
+from ._library import c_path, native, nanoseconds
+from .body import BodyRegion, MeshLike, body_desc
 from .context import Context
+from .enums import Status
 from .structs import Camera, CutPoint, Edge, Landmark, Patch, SurfacePoint
 
 
@@ -94,12 +96,78 @@ class Template(Handle):
         native.defrec_template_point_pieces(self._native, given.address, given.count, address_of(pieces))
         return pieces
 
+    def set_body(
+        self,
+        mesh: Optional[MeshLike] = None,
+        regions: Sequence[BodyRegion] = (),
+        *,
+        poisson_ratio: float = 0,
+        cut_depth_mm: float = 0,
+    ) -> None:
+        """Sets the elastic body that the surface belongs to, from then on and in all trackers that follow it or what it
+        becomes by growing or by a cut. Everything is copied. A body that is being computed is given up, and that before is
+        used until the new one is ready. Saved with the template.
+
+        mesh: closed, of the whole body, template frame: (vertices, triangles), (n, 3) mm and (n, 3) indices of vertices,
+            counter-clockwise seen from outside; None: the tissue beneath the surface, whose extent is not known.
+        regions: parts that are stiffer or softer, or held; where they overlap the last one counts; at most 64.
+        poisson_ratio: of the tissue; 0.01 to 0.495; default 0.43.
+        cut_depth_mm: how deep a cut parts the body; 0.1 to 1000; default 10.
+
+        Without arguments it is the body that a template has by itself. threads: any. Raises Error for a number out of its
+        range and for a mesh that is not closed, is inside out, intersects itself, has a size that is not one in mm, or does
+        not meet the surface; TypeError and ValueError for arrays of another type or shape.
+        """
+        keep: List[Any] = []  # the library reads it until the call returns
+        desc = body_desc(mesh, regions, poisson_ratio, cut_depth_mm, keep)
+        native.defrec_template_set_body(self._native, desc)
+
+    def wait_body(self, timeout: Optional[float] = None) -> bool:
+        """Waits until the body beneath the surface is ready, at most timeout seconds; None: for ever. False: not yet. Starts
+        computing it where nobody has. What then is asked of a frame's points depends on the frames alone and not on time.
+
+        threads: any. Raises Error, with Status.ERROR_UNSUPPORTED where no body can be made of it.
+        """
+        return bool(native.defrec_template_wait_body(self._native, nanoseconds(timeout)) != Status.TIMEOUT)
+
     def data(self) -> TemplateData:
         """Copies everything the template consists of. threads: any"""
         info = structs.TemplateInfo()
         with self._copying() as handle:
             native.defrec_template_get(handle, info)
             return _copy_template(info)
+
+
+class Targets(Handle):
+    """Points of a plan, on the surface or beneath it, prepared once to be moved in many frames: Job.move_targets.
+
+    template_xyz: (n, 3), mm, template frame; copied. What is not finite is unknown in every frame. At most 1,000,000.
+
+    They follow the template and what it becomes by growing or by a cut. len() says how many there are. threads: any. Raises
+    Error.
+    """
+
+    def __init__(self, template: Template, template_xyz: ArrayLike) -> None:
+        if not isinstance(template, Template):
+            raise TypeError(f"template is a Template, {template!r} given")
+        given = Points("template_xyz", template_xyz, 3)
+        handle, keep = template._open()
+        super().__init__(
+            lambda out: native.defrec_targets_create(handle, given.address, given.count, out),
+            native.defrec_targets_destroy,
+            keep,
+        )
+        # As many as the library says that there are: as many it writes in each frame.
+        self._count = int(native.defrec_targets_count(self._native))
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __bool__(self) -> bool:
+        return True
+
+    def __repr__(self) -> str:
+        return f"<Targets, {self._count}{', closed' if self.is_closed else ''}>"
 
 
 def _copy_template(info: structs.TemplateInfo) -> TemplateData:

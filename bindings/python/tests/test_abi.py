@@ -27,6 +27,9 @@ PREFIXES = {
     "DEFREC_SELF_CALIBRATION_": enums.SelfCalibration,
     "DEFREC_EVIDENCE_": enums.Evidence,
     "DEFREC_FOUND_": enums.Found,
+    "DEFREC_BODY_STATE_": enums.BodyState,
+    "DEFREC_BODY_": enums.BodyMode,
+    "DEFREC_REGION_": enums.RegionFlag,
     "DEFREC_FRAME_": enums.FrameFlag,
     "DEFREC_REASON_": enums.Reason,
     "DEFREC_POINT_": enums.PointStatus,
@@ -112,7 +115,7 @@ class Abi(unittest.TestCase):
             (structs.DeviceInfoStruct, defrec.DeviceInfo),
             (structs.PluginInfoStruct, defrec.PluginInfo),
         ):
-            known = {name for name, _ in struct._fields_ if not name.endswith(("struct_size", "reserved", "_count"))}
+            known = {name for name, _ in struct._fields_ if not name.endswith(("struct_size", "reserved", "reserved2", "_count"))}
             if {"width", "height"} < known:
                 known = known - {"width", "height"} | {"size"}
             self.assertEqual({field.name for field in dataclasses.fields(public)}, known)
