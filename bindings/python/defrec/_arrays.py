@@ -206,8 +206,8 @@ def check_records(
 
 
 class Points:
-    """Rows of numbers of that type code without gaps: those given where that is what they are, else a copy. They stay where
-    they are as long as this object lives."""
+    """Rows of numbers of that type code without gaps: those given where that is what they are, else a copy. They stay
+    where they are as long as this object lives."""
 
     def __init__(self, name: str, value: ArrayLike, columns: int, code: str = "d") -> None:
         if numpy is not None:

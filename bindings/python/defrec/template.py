@@ -105,26 +105,28 @@ class Template(Handle):
         cut_depth_mm: float = 0,
     ) -> None:
         """Sets the elastic body that the surface belongs to, from then on and in all trackers that follow it or what it
-        becomes by growing or by a cut. Everything is copied. A body that is being computed is given up, and that before is
-        used until the new one is ready. Saved with the template.
+        becomes by growing or by a cut. Everything is copied. A body that is being computed is given up, and that before
+        is used until the new one is ready. Saved with the template.
 
-        mesh: closed, of the whole body, template frame: (vertices, triangles), (n, 3) mm and (n, 3) indices of vertices,
-            counter-clockwise seen from outside; None: the tissue beneath the surface, whose extent is not known.
+        mesh: closed, of the whole body, template frame: (vertices, triangles), (n, 3) mm and (n, 3) indices of
+            vertices, counter-clockwise seen from outside; None: the tissue beneath the surface, whose extent is not
+            known.
         regions: parts that are stiffer or softer, or held; where they overlap the last one counts; at most 64.
         poisson_ratio: of the tissue; 0.01 to 0.495; default 0.43.
         cut_depth_mm: how deep a cut parts the body; 0.1 to 1000; default 10.
 
-        Without arguments it is the body that a template has by itself. threads: any. Raises Error for a number out of its
-        range and for a mesh that is not closed, is inside out, intersects itself, has a size that is not one in mm, or does
-        not meet the surface; TypeError and ValueError for arrays of another type or shape.
+        Without arguments it is the body that a template has by itself. threads: any. Raises Error for a number out of
+        its range and for a mesh that is not closed, is inside out, intersects itself, has a size that is not one in mm,
+        or does not meet the surface; TypeError and ValueError for arrays of another type or shape.
         """
         keep: List[Any] = []  # the library reads it until the call returns
         desc = body_desc(mesh, regions, poisson_ratio, cut_depth_mm, keep)
         native.defrec_template_set_body(self._native, desc)
 
     def wait_body(self, timeout: Optional[float] = None) -> bool:
-        """Waits until the body beneath the surface is ready, at most timeout seconds; None: for ever. False: not yet. Starts
-        computing it where nobody has. What then is asked of a frame's points depends on the frames alone and not on time.
+        """Waits until the body beneath the surface is ready, at most timeout seconds; None: for ever. False: not yet.
+        Starts computing it where nobody has. What then is asked of a frame's points depends on the frames alone and not
+        on time.
 
         threads: any. Raises Error, with Status.ERROR_UNSUPPORTED where no body can be made of it.
         """
@@ -143,8 +145,8 @@ class Targets(Handle):
 
     template_xyz: (n, 3), mm, template frame; copied. What is not finite is unknown in every frame. At most 1,000,000.
 
-    They follow the template and what it becomes by growing or by a cut. len() says how many there are. threads: any. Raises
-    Error.
+    They follow the template and what it becomes by growing or by a cut. len() says how many there are. threads: any.
+    Raises Error.
     """
 
     def __init__(self, template: Template, template_xyz: ArrayLike) -> None:
