@@ -895,13 +895,13 @@ typedef struct defrec_frame {
                                            DEFREC_REASON_UNCHECKED, in this order. A job that is
                                            late all the same says so: DEFREC_REASON_OVERDUE
                                            @unit ns @since 1.1 */
-    /** With DEFREC_FRAME_HELD_MOTION: rectified camera from template frame, 3x4 row-major, a rotation
-     *  and mm, of what holds the body (a bone, the base of the tissue). It carries the depth beneath
-     *  the surface, instead of what is estimated from the surface. @since 1.1 */
+    /** With DEFREC_FRAME_HELD_MOTION: rectified camera from template frame, 3x4 row-major, a
+     *  rotation and mm, of what holds the body (a bone, the base of the tissue). It carries the
+     *  depth beneath the surface, instead of what is estimated from the surface. @since 1.1 */
     double held_motion[12];
-    /** With DEFREC_FRAME_CAMERA_POSE: fixed frame (a navigation system's) from rectified camera, 3x4
-     *  row-major, a rotation and mm, at the frame's time. Given with every frame from the template's
-     *  on, it tells the motion of the tissue from that of the camera. @since 1.1 */
+    /** With DEFREC_FRAME_CAMERA_POSE: fixed frame (a navigation system's) from rectified camera,
+     *  3x4 row-major, a rotation and mm, at the frame's time. Given with every frame from the
+     *  template's on, it tells the motion of the tissue from that of the camera. @since 1.1 */
     double camera_pose[12];
 } defrec_frame;
 
@@ -1144,8 +1144,8 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_lift_points(
 
 /** Moves count points template_xyz, mm, given in the template frame (a preoperative model, say) to
  *  the frame of this job, xyz. Points on the surface move with it; points beneath it are carried by
- *  the elastic body, see docs/beneath.md, and their status is never DEFREC_POINT_OBSERVED; points in
- *  front of it move with the surface behind them. For each point status (DEFREC_POINT_*) and
+ *  the elastic body, see docs/beneath.md, and their status is never DEFREC_POINT_OBSERVED; points
+ *  in front of it move with the surface behind them. For each point status (DEFREC_POINT_*) and
  *  expected_error_mm (as in defrec_result) say how far to trust it; both may be NULL. A point that
  *  is not finite comes out as NaN and DEFREC_POINT_UNKNOWN. template_xyz and xyz may be the same
  *  memory.
@@ -1168,12 +1168,13 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_point_covariances(
     uint8_t *evidence);
 
 /** Moves prepared targets to the frame of this job, as defrec_job_warp_points() and
- *  defrec_job_point_covariances() do, faster: xyz, covariance (six values each, may be NULL), status
- *  and expected_error_mm (both may be NULL) per target. count is that of defrec_targets_count(). The
- *  first call of a frame, for any of its points, computes the body's motion.
- *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. DEFREC_ERROR_ARGUMENT: another
- *  count, or the frame's template is neither that of the targets nor one that it became by growing or by a cut. Of
- *  a job that failed: as it failed.
+ *  defrec_job_point_covariances() do, faster: xyz, covariance (six values each, may be NULL),
+ *  status and expected_error_mm (both may be NULL) per target. count is that of
+ *  defrec_targets_count(). The first call of a frame, for any of its points, computes the body's
+ *  motion.
+ *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. DEFREC_ERROR_ARGUMENT:
+ *  another count, or the frame's template is neither that of the targets nor one that it became by
+ *  growing or by a cut. Of a job that failed: as it failed.
  *  @threads any @since 1.1 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_move_targets(
     defrec_job job, defrec_targets targets, size_t count, double *xyz, double *covariance,
@@ -1297,8 +1298,8 @@ typedef struct defrec_body_desc {
 
 /** Sets the body that the template surface belongs to, from then on and in all trackers that follow
  *  it or what it becomes by growing or by a cut; NULL: the tissue beneath the surface. What desc
- *  points to is copied. A body that is being computed is given up, and that before is used until the
- *  new one is ready. Saved with the template.
+ *  points to is copied. A body that is being computed is given up, and that before is used until
+ *  the new one is ready. Saved with the template.
  *  @errors DEFREC_ERROR_ARGUMENT: a field is out of range, or a mesh is not closed, is inside out,
  *  intersects itself, has a size that is not one in mm, or does not meet the surface; the error
  *  message says where.

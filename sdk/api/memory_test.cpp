@@ -305,6 +305,7 @@ class Application {
         desc.device_id = device_.c_str();
         desc.format = DEFREC_FORMAT_GRAY8;
         desc.disparities = 32;
+        desc.body = DEFREC_BODY_OFF;  // its thread would take part in counting
         defrec_status status = make_context(&out.context);
         if (status == DEFREC_OK) status = defrec_rig_create(out.context, &rig_desc, &out.rig);
         if (status == DEFREC_OK)
@@ -362,10 +363,12 @@ TEST_CASE("row 50: memory runs out anywhere from context to template file, on ev
 TEST_CASE("once there is a template, frames allocate nothing") {
     std::vector<Pair> pairs;
     for (int i = 0; i < 8; ++i) pairs.push_back(render(0.4 * i, -0.2 * i));
-    TrackingSession session("cpu", 2, nullptr, [](defrec_context_desc& desc) {
-        desc.alloc = host_take;
-        desc.free = host_give;
-    });
+    TrackingSession session(
+        "cpu", 2, [](defrec_rig_desc&, defrec_tracker_desc& desc) { desc.body = DEFREC_BODY_OFF; },
+        [](defrec_context_desc& desc) {
+            desc.alloc = host_take;
+            desc.free = host_give;
+        });
     double centre[3] = {0, 0, kDepth}, covariance[6];
     defrec_status worst = DEFREC_OK;
     const auto track = [&](const Pair& pair) {

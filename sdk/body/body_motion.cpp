@@ -16,7 +16,10 @@ constexpr double kErrorOfHalf = 0.7;     // mm: what is known that badly counts 
 constexpr double kFullEvidence = 0.98;   // from here on data are taken as they are
 constexpr double kFloorMm = 0.15;        // of displacements, as fit_rigid_robust has it
 constexpr double kForceFloorMm = 0.003;  // of what handles' springs give way
-constexpr double kMinEvidence = 8;       // handles; fewer say nothing of forces
+// A surface half of which moves as a rigid body within that does not deform; then its motion says
+// more than forces do.
+constexpr double kDeformedMm = 0.12, kNoiseMm = 0.04;
+constexpr double kMinEvidence = 8;  // handles; fewer say nothing of forces
 
 using Vectors = Eigen::Matrix3Xd;
 
@@ -101,61 +104,73 @@ class DoubtfulData {
     Eigen::PartialPivLU<Eigen::MatrixXf> solver_;
 };
 
-using Slope = Eigen::Matrix<float, Eigen::Dynamic, 6>;
-
-// How displacements change with a small motion of the frame of reference: they lose it.
-Slope rigid_slope(const Vectors& rest) {
-    Slope slope(3 * rest.cols(), 6);
-    for (Eigen::Index i = 0; i < rest.cols(); ++i) {
-        slope.block<3, 3>(3 * i, 0).setIdentity();
-        const Eigen::Vector3f x = rest.col(i).cast<float>();
-        slope.block<3, 3>(3 * i, 3) << 0, x.z(), -x.y(), -x.z(), 0, x.x(), x.y(), -x.x(), 0;
-    }
-    return slope;
-}
-
 Eigen::VectorXf unfollowed(const BodyPiece& piece, const Eigen::VectorXf& data) {
     return data - piece.handle_response() * data;
 }
 
 Eigen::Isometry3d find_deep_motion(const BodyPiece& piece, const HandlesNow& handles,
-                                   const DoubtfulData& doubtful, const Eigen::Isometry3d& start) {
-    Eigen::Isometry3d motion = start;
-    Slope slope = rigid_slope(handles.rest);
-    doubtful.replace(slope);
-    const Slope force_slope = slope - piece.handle_response() * slope;
+                                   const DoubtfulData& doubtful, const Eigen::Isometry3d& start,
+                                   const std::optional<Eigen::Isometry3d>& expected) {
     constexpr double kLargeTurn = 0.02;  // rad: the slopes are those of smaller ones
+    std::array<HandleResiduals, 2> kinds;
+    auto& [forces, displaced] = kinds;
+    displaced.slope = motion_slope(handles.rest);
+    displaced.floor = kNoiseMm;
+    Eigen::MatrixXf filled = displaced.slope.cast<float>();
+    doubtful.replace(filled);
+    forces.slope = (filled - piece.handle_response() * filled).cast<double>();
+    forces.floor = kForceFloorMm;
+    Eigen::Isometry3d motion = start;
     for (int round = 0; round < 3; ++round) {
         Eigen::VectorXf data = displacements(handles, motion);
+        displaced.values = data.cast<double>();
+        if (round == 0) {
+            const double size = median_size(displaced.values, handles.evidence) / kDeformedMm;
+            displaced.share = 1 / (1 + std::pow(size, 6));
+        }
         doubtful.replace(data);
-        const Eigen::Matrix<double, 6, 1> step =
-            sparsest(unfollowed(piece, data).cast<double>(), force_slope.cast<double>(),
-                     handles.evidence, kForceFloorMm);
-        motion = motion * small_motion(step);
+        forces.values = unfollowed(piece, data).cast<double>();
+        const Eigen::Vector3d centre = handles.rest.rowwise().mean();
+        const SmallMotion step =
+            sparsest(kinds, handles.evidence,
+                     expected ? camera_prior(motion, *expected, centre) : MotionPrior{});
+        motion = motion * as_motion(step);
         if (step.tail<3>().norm() < kLargeTurn) break;
     }
     return motion;
 }
 
 struct HandleMeasure {
-    Eigen::Vector3f moved;  // mm, against what lies deep
+    Eigen::Vector3f moved;     // mm, against what lies deep
+    Eigen::Vector3f strained;  // mm, against the frame that the body is strained in
     float error_mm2, evidence;
 };
 
 struct Choices {
     Eigen::Isometry3d deep, robust, mean;
     bool is_held;
+    // Elasticity is linear in a frame that turns with the surface; supports are displaced in it.
+    const Eigen::Isometry3d& frame() const { return mean; }
+    Eigen::Matrix<float, 12, 1> support() const {
+        const Eigen::Isometry3d back = frame().inverse() * deep;
+        Eigen::Matrix<double, 3, 4, Eigen::RowMajor> affine = back.matrix().topRows<3>();
+        affine.leftCols<3>() -= Eigen::Matrix3d::Identity();
+        return Eigen::Map<const Eigen::Matrix<double, 12, 1>>(affine.data()).cast<float>();
+    }
 };
 
 using NodeNow = Eigen::Matrix<float, 8, 1>;
 
 NodeNow move_node(const BodyPiece& piece, size_t node, std::span<const HandleMeasure> handles,
-                  const Choices& choices) {
-    Eigen::Vector3f moved = Eigen::Vector3f::Zero(), shift = moved;
+                  const Choices& choices, const Eigen::Matrix<float, 12, 1>& support) {
+    Eigen::Vector3f moved = piece.support_response().middleRows<3>(
+                                3 * static_cast<Eigen::Index>(node)) *
+                            support,
+                    shift = Eigen::Vector3f::Zero();
     float error = 0, square = 0, evidence = 0;
     for (const BodyPiece::Link& link : piece.links(node)) {
         const HandleMeasure& handle = handles[static_cast<size_t>(link.handle)];
-        moved += link.response * handle.moved;
+        moved += link.response * handle.strained;
         shift += link.influence * handle.moved;
         square += link.influence * handle.moved.squaredNorm();
         error += link.influence * handle.evidence * handle.error_mm2;
@@ -170,7 +185,7 @@ NodeNow move_node(const BodyPiece& piece, size_t node, std::span<const HandleMea
                                std::max((choices.deep * rest - choices.robust * rest).squaredNorm(),
                                         (choices.deep * rest - choices.mean * rest).squaredNorm());
     NodeNow now;
-    now << (choices.deep * (rest + moved.cast<double>())).cast<float>(),
+    now << (choices.frame() * (rest + moved.cast<double>())).cast<float>(),
         error / std::max(evidence, 1e-3f), std::max(0.0f, square - shift.squaredNorm()),
         shift.squaredNorm(), static_cast<float>(choice), evidence;
     return now;
@@ -179,25 +194,24 @@ NodeNow move_node(const BodyPiece& piece, size_t node, std::span<const HandleMea
 }  // namespace
 
 BodyMotion::BodyMotion(std::shared_ptr<const Body> body, const SurfaceNow& surface,
-                       const std::optional<Eigen::Isometry3d>& held, const Services* helpers)
+                       const DeepKnowledge& known, const Services* helpers)
     : body_(std::move(body)) {
     for (const BodyPiece& piece : body_->pieces())
-        pieces_.push_back(move_piece(piece, surface, held, helpers));
+        pieces_.push_back(move_piece(piece, surface, known, helpers));
 }
 
 BodyMotion::Piece BodyMotion::move_piece(const BodyPiece& piece, const SurfaceNow& surface,
-                                         const std::optional<Eigen::Isometry3d>& held,
-                                         const Services* helpers) {
+                                         const DeepKnowledge& known, const Services* helpers) {
     Piece made;
     const HandlesNow handles(piece, surface);
     const DoubtfulData doubtful(piece, handles.evidence);
     const Eigen::Isometry3d mean = fit_rigid(handles.rest, handles.now, handles.evidence),
                             robust = fit_rigid_robust(handles.rest, handles.now, handles.evidence,
                                                       kFloorMm);
-    made.deep = held ? *held
+    made.deep = known.held ? *known.held
                 : handles.evidence.sum() < kMinEvidence
                     ? mean
-                    : find_deep_motion(piece, handles, doubtful, robust);
+                    : find_deep_motion(piece, handles, doubtful, robust, known.expected);
     Eigen::VectorXf data = displacements(handles, made.deep);
     doubtful.replace(data);
     const Eigen::VectorXf left = unfollowed(piece, data);
@@ -205,20 +219,26 @@ BodyMotion::Piece BodyMotion::move_piece(const BodyPiece& piece, const SurfaceNo
     const auto count = static_cast<Eigen::Index>(piece.handles().size());
     made.left.resize(3, count);
     std::vector<HandleMeasure> measures(static_cast<size_t>(count));
+    const Choices choices{made.deep, robust, mean, known.held.has_value()};
+    const Eigen::Isometry3d to_frame = choices.frame().inverse() * made.deep;
     for (Eigen::Index i = 0; i < count; ++i) {
         const auto evidence = static_cast<float>(handles.evidence[i]);
         const Eigen::Vector3f moved = data.segment<3>(3 * i);
         made.left.col(i) = evidence * (turn * left.segment<3>(3 * i));
-        measures[static_cast<size_t>(i)] = {moved, static_cast<float>(handles.error_mm2[i]),
-                                            evidence};
+        const Eigen::Vector3d rest = handles.rest.col(i);
+        const Eigen::Vector3d strained = to_frame * (rest + moved.cast<double>()) - rest;
+        measures[static_cast<size_t>(i)] = {moved, strained.cast<float>(),
+                                            static_cast<float>(handles.error_mm2[i]), evidence};
+        made.activity_mm2 += handles.evidence[i] * static_cast<double>(moved.squaredNorm());
     }
-    const Choices choices{made.deep, robust, mean, held.has_value()};
+    made.activity_mm2 /= std::max(handles.evidence.sum(), 1e-3);
     const size_t nodes = piece.lattice().free_nodes();
     std::vector<NodeNow> free(nodes);
     constexpr size_t kRun = 64;
+    const Eigen::Matrix<float, 12, 1> support = choices.support();
     const auto move_run = [&](size_t run) {
         for (size_t node = run * kRun; node < std::min(nodes, (run + 1) * kRun); ++node)
-            free[node] = move_node(piece, node, measures, choices);
+            free[node] = move_node(piece, node, measures, choices, support);
     };
     const size_t runs = (nodes + kRun - 1) / kRun;
     if (helpers != nullptr)
@@ -249,7 +269,7 @@ BodyMotion::Moved BodyMotion::move(const BodyPoint& point, const Eigen::Vector3d
     const double fade = std::exp(-std::abs(point.depth_mm) / made.lattice().step());
     for (size_t k = 0; k < BodyPoint::kHandles; ++k)
         place += fade * point.weight[k] * piece.left.col(point.handle[k]).cast<double>();
-    return {place, now[3], now[4], now[5], now[6], now[7]};
+    return {place, now[3], now[4], now[5], now[6], now[7], piece.activity_mm2};
 }
 
 }  // namespace defrec

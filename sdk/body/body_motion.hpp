@@ -19,11 +19,17 @@ struct SurfaceNow {
     std::span<const float> expected_error;  // mm, root mean square
 };
 
+// What an application knows of what lies deep, rectified camera from template frame.
+struct DeepKnowledge {
+    std::optional<Eigen::Isometry3d> held;      // its motion
+    std::optional<Eigen::Isometry3d> expected;  // its motion if it stood still before the camera
+};
+
 class BodyMotion {
   public:
-    // held: of what holds the body; none: estimated. helpers: whose threads take part; may be null.
+    // What nobody knows is estimated. helpers: whose threads take part; may be null.
     BodyMotion(std::shared_ptr<const Body> body, const SurfaceNow& surface,
-               const std::optional<Eigen::Isometry3d>& held, const Services* helpers);
+               const DeepKnowledge& known, const Services* helpers);
 
     struct Moved {
         Eigen::Vector3d place = Eigen::Vector3d::Zero();
@@ -33,6 +39,7 @@ class BodyMotion {
         double shift_mm2 = 0;        // of that surface's mean against what lies deep
         double choice_mm2 = 0;       // by which choices of the deep motion differ there
         double evidence = 0;         // 0..1, of that surface
+        double activity_mm2 = 0;  // mean square of what is seen of the piece against what lies deep
     };
     Moved move(const BodyPoint& point, const Eigen::Vector3d& at_rest) const;
 
@@ -45,11 +52,12 @@ class BodyMotion {
     using NodeNow = Eigen::Matrix<float, 8, 1>;
     struct Piece {
         Eigen::Isometry3d deep;
+        double activity_mm2 = 0;
         std::vector<NodeNow> nodes;
         Eigen::Matrix3Xf left;  // of the handles: what the body does not follow, mm
     };
     static Piece move_piece(const BodyPiece& piece, const SurfaceNow& surface,
-                            const std::optional<Eigen::Isometry3d>& held, const Services* helpers);
+                            const DeepKnowledge& known, const Services* helpers);
 
     std::shared_ptr<const Body> body_;
     std::vector<Piece> pieces_;

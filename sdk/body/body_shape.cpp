@@ -161,13 +161,17 @@ std::vector<std::vector<Handle>> make_handles(const BodySurface& surface, double
 }
 
 double handle_step(const BodySurface& surface) {
+    constexpr double kWanted = (kMinHandles + kMaxHandles) / 2.0, kMoreHandles = 1.1;
     double step = kUsualStepMm;
-    for (int round = 0; round < 6; ++round) {
-        const size_t count = count_handles(surface, step);
-        if (count >= kMinHandles && count <= kMaxHandles) break;
-        constexpr double kWanted = (kMinHandles + kMaxHandles) / 2;
-        const double factor = std::sqrt(static_cast<double>(std::max<size_t>(1, count)) / kWanted);
-        step = std::clamp(step * std::clamp(factor, 0.4, 2.5), 0.5, 500.0);
+    auto count = static_cast<double>(count_handles(surface, step));
+    for (int round = 0; round < 6 && (count < kMinHandles || count > kMaxHandles); ++round) {
+        const double factor = std::sqrt(std::max(1.0, count) / kWanted),
+                     next = std::clamp(step * std::clamp(factor, 0.4, 2.5), 0.5, 500.0);
+        const auto found = static_cast<double>(count_handles(surface, next));
+        // Of a surface of few vertices each is a handle before there are enough.
+        if (next < step && found < kMoreHandles * count) break;
+        step = next;
+        count = found;
     }
     return step;
 }

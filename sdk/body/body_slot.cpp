@@ -152,6 +152,11 @@ void BodySlot::describe(std::shared_ptr<const BodyDescription> description,
     begin(surface);
 }
 
+void BodySlot::recall(std::shared_ptr<const BodyDescription> description) {
+    const std::lock_guard lock(mutex_);
+    description_ = std::move(description);
+}
+
 std::shared_ptr<const Body> BodySlot::body() const {
     std::shared_ptr<const BodySlot> before;
     std::shared_ptr<const Body> last;

@@ -32,6 +32,9 @@ class BodySlot {
     // From now on the body is another one, which is computed at once.
     void describe(std::shared_ptr<const BodyDescription> description, const BodySurface& surface);
 
+    // The same without computing it; before anything else is asked.
+    void recall(std::shared_ptr<const BodyDescription> description);
+
     // This surface's, or that of the one before; null: none is ready.
     std::shared_ptr<const Body> body() const;
     // The state of this surface's: DEFREC_BODY_STATE_*.

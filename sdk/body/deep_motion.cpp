@@ -25,6 +25,11 @@ double weighted_median(const Eigen::VectorXd& values, const Eigen::VectorXd& wei
     return high;
 }
 
+// Lengths of the handles' vectors.
+Eigen::VectorXd sizes(const Eigen::VectorXd& values) {
+    return Eigen::Map<const Eigen::Matrix3Xd>(values.data(), 3, values.size() / 3).colwise().norm();
+}
+
 // Weights after Geman and McClure: 1 for a residual of 0, a quarter for one of that scale.
 Eigen::VectorXd robust_weights(const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
                                double scale) {
@@ -61,36 +66,64 @@ Eigen::Isometry3d fit_rigid_robust(const Eigen::Matrix3Xd& from, const Eigen::Ma
     return motion;
 }
 
-Eigen::Matrix<double, 6, 1> sparsest(const Eigen::VectorXd& residuals,
-                                     const Eigen::Matrix<double, Eigen::Dynamic, 6>& slope,
-                                     const Eigen::VectorXd& weight, double floor) {
-    using Motion = Eigen::Matrix<double, 6, 1>;
-    Motion motion = Motion::Zero();
-    Eigen::VectorXd size(weight.size());
+MotionPrior camera_prior(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& expected,
+                         const Eigen::Vector3d& centre) {
+    // Breathing shifts tissue by some mm and turns it by less than a degree.
+    constexpr double kShiftMm = 5, kTurn = 0.009;
+    const Eigen::Isometry3d step = estimate.inverse() * expected;
+    const Eigen::AngleAxisd turn(step.linear());
+    MotionPrior prior;
+    prior.motion.tail<3>() = turn.angle() * turn.axis();
+    prior.motion.head<3>() = step.translation();
+    MotionSlope at_centre = motion_slope(centre);
+    prior.information = at_centre.transpose() * at_centre / (kShiftMm * kShiftMm);
+    prior.information.diagonal().tail<3>().array() += 1 / (kTurn * kTurn);
+    return prior;
+}
+
+SmallMotion sparsest(std::span<const HandleResiduals> kinds, const Eigen::VectorXd& weight,
+                     const MotionPrior& prior) {
+    SmallMotion motion = SmallMotion::Zero();
     for (int round = 0; round < kRounds; ++round) {
-        const Eigen::VectorXd left = residuals - slope * motion;
-        for (Eigen::Index i = 0; i < size.size(); ++i) size[i] = left.segment<3>(3 * i).norm();
-        const double scale = std::max(floor, weighted_median(size, weight));
-        const Eigen::VectorXd now = robust_weights(size, weight, scale);
-        Eigen::Matrix<double, 6, 6> sum = Eigen::Matrix<double, 6, 6>::Zero();
-        Motion right = Motion::Zero();
-        for (Eigen::Index i = 0; i < size.size(); ++i) {
-            const auto rows = slope.middleRows<3>(3 * i);
-            sum += now[i] * rows.transpose() * rows;
-            right += now[i] * rows.transpose() * residuals.segment<3>(3 * i);
+        Eigen::Matrix<double, 6, 6> sum = prior.information;
+        SmallMotion right = prior.information * prior.motion;
+        for (const HandleResiduals& kind : kinds) {
+            const Eigen::VectorXd size = sizes(kind.values - kind.slope * motion);
+            const double scale = std::max(kind.floor, weighted_median(size, weight));
+            const Eigen::VectorXd now =
+                kind.share / (scale * scale) * robust_weights(size, weight, scale);
+            for (Eigen::Index i = 0; i < size.size(); ++i) {
+                const auto rows = kind.slope.middleRows<3>(3 * i);
+                sum += now[i] * rows.transpose() * rows;
+                right += now[i] * rows.transpose() * kind.values.segment<3>(3 * i);
+            }
         }
         motion = sum.ldlt().solve(right);
     }
-    return motion.allFinite() ? motion : Motion::Zero();
+    return motion.allFinite() ? motion : SmallMotion::Zero();
 }
 
-Eigen::Isometry3d small_motion(const Eigen::Matrix<double, 6, 1>& motion) {
-    Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
-    const Eigen::Vector3d turn = motion.tail<3>();
+double median_size(const Eigen::VectorXd& values, const Eigen::VectorXd& weight) {
+    return weighted_median(sizes(values), weight);
+}
+
+Eigen::Isometry3d as_motion(const SmallMotion& small) {
+    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+    const Eigen::Vector3d turn = small.tail<3>();
     if (const double angle = turn.norm(); angle > 1e-12)
-        result.linear() = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
-    result.translation() = motion.head<3>();
-    return result;
+        motion.linear() = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+    motion.translation() = small.head<3>();
+    return motion;
+}
+
+MotionSlope motion_slope(const Eigen::Matrix3Xd& points) {
+    MotionSlope slope(3 * points.cols(), 6);
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+        slope.block<3, 3>(3 * i, 0).setIdentity();
+        const Eigen::Vector3d x = points.col(i);
+        slope.block<3, 3>(3 * i, 3) << 0, x.z(), -x.y(), -x.z(), 0, x.x(), x.y(), -x.x(), 0;
+    }
+    return slope;
 }
 
 }  // namespace defrec

@@ -1,6 +1,8 @@
 // A template as a file: a header with a version, the arrays one after the other, a checksum. Little
 // endian. Layout 1 is that of a template that has not grown; layout 2 has the parts that joined at
-// its end; layout 3, of a surface of several pieces, the pieces of its control points before them.
+// its end; layout 3, of a surface of several pieces, the pieces of its control points before them;
+// layout 4 cuts at its end; layout 5, where the application said what body it belongs to, has that
+// behind all of these.
 #include <algorithm>
 #include <bit>
 #include <cerrno>
@@ -8,12 +10,16 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <memory>
+#include <span>
 #include <system_error>
 #include <type_traits>
 #include <utility>
 
 #include "sdk/base/atomic_file.hpp"
 #include "sdk/base/platform.hpp"
+#include "sdk/body/body_slot.hpp"
+#include "sdk/contract/descs.hpp"
 #include "sdk/device/context.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/page.hpp"
@@ -25,7 +31,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the file's layout is the memory's");
 
 constexpr char kMagic[8] = {'d', 'e', 'f', 'r', 'e', 'c', 'T', '\n'};
-constexpr uint32_t kFirstViewVersion = 1, kGrownVersion = 2, kPiecesVersion = 3, kCutsVersion = 4;
+constexpr uint32_t kFirstViewVersion = 1, kGrownVersion = 2, kPiecesVersion = 3, kCutsVersion = 4,
+                   kBodyVersion = 5;
 constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
 
 uint64_t checksum(const char* bytes, size_t count) {
@@ -43,10 +50,14 @@ class Writer {
         bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
     }
     template <class T>
-    void array(const std::vector<T>& values) {
+    void array(std::span<const T> values) {
         static_assert(std::is_trivially_copyable_v<T>);
         value(static_cast<uint64_t>(values.size()));
-        bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+        bytes_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+    }
+    template <class T>
+    void array(const std::vector<T>& values) {
+        array(std::span<const T>(values));
     }
     const std::string& bytes() const { return bytes_; }
 
@@ -175,11 +186,12 @@ void write_cuts(const std::vector<CutLine>& cuts, Writer& writer) {
     }
 }
 
-void read_cuts(Reader& reader, std::vector<CutLine>& cuts) {
+// least: so many there must be.
+void read_cuts(Reader& reader, uint64_t least, std::vector<CutLine>& cuts) {
     constexpr uint64_t kMaxCuts = 1 << 20;
     uint64_t count = 0;
     reader.value(count);
-    if (count == 0 || count > kMaxCuts) reader.broken("its number of cuts is out of range");
+    if (count < least || count > kMaxCuts) reader.broken("its number of cuts is out of range");
     for (uint64_t i = 0; i < count; ++i) {
         CutLine& cut = cuts.emplace_back();
         reader.value(cut.piece);
@@ -191,6 +203,68 @@ void read_cuts(Reader& reader, std::vector<CutLine>& cuts) {
         if (cut.pixels.size() < 2 || !std::ranges::all_of(cut.pixels, is_inside))
             reader.broken("a cut is out of range");
     }
+}
+
+void write_mesh(const ClosedMesh& mesh, Writer& writer) {
+    writer.array(mesh.vertices());
+    writer.array(mesh.triangles());
+}
+
+ClosedMesh read_mesh(Reader& reader) {
+    std::vector<float> vertices;
+    std::vector<uint32_t> triangles;
+    reader.array(vertices);
+    reader.array(triangles);
+    if (vertices.size() % 3 != 0 || triangles.size() % 3 != 0)
+        reader.broken("a mesh of its body is out of range");
+    try {
+        return {{vertices.data(), vertices.size() / 3, triangles.data(), triangles.size() / 3},
+                "mesh"};
+    } catch (const Error& error) {
+        reader.broken(error.what());
+    }
+}
+
+void write_body(const BodyDescription& body, Writer& writer) {
+    writer.value(body.poisson_ratio);
+    writer.value(body.cut_depth_mm);
+    writer.value(static_cast<uint8_t>(body.mesh.has_value()));
+    if (body.mesh) write_mesh(*body.mesh, writer);
+    writer.value(static_cast<uint64_t>(body.regions.size()));
+    for (const BodyDescription::Region& region : body.regions) {
+        writer.value(region.stiffness);
+        writer.value(static_cast<uint8_t>(region.is_held));
+        write_mesh(region.mesh, writer);
+    }
+}
+
+std::shared_ptr<const BodyDescription> read_body(Reader& reader) {
+    const auto is_within = [&](double value, double low, double high) {
+        if (!(value >= low && value <= high)) reader.broken("a number of its body is out of range");
+    };
+    const auto read_flag = [&] {
+        uint8_t flag = 0;
+        reader.value(flag);
+        is_within(flag, 0, 1);
+        return flag != 0;
+    };
+    auto body = std::make_shared<BodyDescription>();
+    reader.value(body->poisson_ratio);
+    reader.value(body->cut_depth_mm);
+    is_within(body->poisson_ratio, 0.01, 0.4951);
+    is_within(body->cut_depth_mm, 0.09, 1000);
+    if (read_flag()) body->mesh.emplace(read_mesh(reader));
+    uint64_t regions = 0;
+    reader.value(regions);
+    is_within(static_cast<double>(regions), 0, kBodyMaxRegionCount);
+    for (uint64_t i = 0; i < regions; ++i) {
+        double stiffness = 0;
+        reader.value(stiffness);
+        is_within(stiffness, 0.009, 1000);
+        const bool is_held = read_flag();
+        body->regions.push_back({read_mesh(reader), stiffness, is_held});
+    }
+    return body;
 }
 
 bool skin_in_range(const int32_t* node, const float* weight, size_t nodes) {
@@ -359,9 +433,11 @@ void append_checks(TemplateData& data, const GrownChecks& grown) {
 void Template::save(const char* path) const {
     Writer writer;
     for (const char c : kMagic) writer.value(c);
+    const std::shared_ptr<const BodyDescription> body = body_->description();
+    const bool has_cuts = !data_.node_grid.cuts.empty() || body != nullptr;
     const bool has_pieces = !data_.node_piece.empty();
-    const bool has_cuts = !data_.node_grid.cuts.empty();
-    writer.value(has_cuts              ? kCutsVersion
+    writer.value(body != nullptr       ? kBodyVersion
+                 : has_cuts            ? kCutsVersion
                  : has_pieces          ? kPiecesVersion
                  : data_.parts.empty() ? kFirstViewVersion
                                        : kGrownVersion);
@@ -370,6 +446,7 @@ void Template::save(const char* path) const {
     if (has_cuts || has_pieces) writer.array(data_.node_piece);
     if (has_cuts || has_pieces || !data_.parts.empty()) write_parts(data_, writer);
     if (has_cuts) write_cuts(data_.node_grid.cuts, writer);
+    if (body != nullptr) write_body(*body, writer);
     const std::string& bytes = writer.bytes();
     const uint64_t sum = checksum(bytes.data(), bytes.size());
 
@@ -419,16 +496,19 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     reader.value(magic);
     uint32_t version = 0;
     reader.value(version);
-    if (version < kFirstViewVersion || version > kCutsVersion)
+    if (version < kFirstViewVersion || version > kBodyVersion)
         fail(DEFREC_ERROR_VERSION, name, " has layout ", version, ", this library reads ",
-             kFirstViewVersion, " to ", kCutsVersion);
+             kFirstViewVersion, " to ", kBodyVersion);
     TemplateData data;
     visit_scalars(data, [&](auto& value) { reader.value(value); });
     visit_arrays(data, [&](auto& values) { reader.array(values); });
     GrownChecks grown;
     if (version >= kPiecesVersion) reader.array(data.node_piece);
     if (version != kFirstViewVersion) read_parts(reader, data, grown);
-    if (version == kCutsVersion) read_cuts(reader, data.node_grid.cuts);
+    if (version >= kCutsVersion)
+        read_cuts(reader, version == kCutsVersion ? 1 : 0, data.node_grid.cuts);
+    std::shared_ptr<const BodyDescription> body;
+    if (version == kBodyVersion) body = read_body(reader);
     if (version == kGrownVersion && data.parts.empty())
         reader.broken("its number of parts is out of range");
     const size_t end = reader.position();
@@ -443,7 +523,9 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     append_checks(data, grown);
     context.log(DEFREC_LOG_INFO,
                 concat("template with ", data.vertices.size(), " vertices loaded from ", name));
-    return std::make_shared<const Template>(std::move(data), context.allocator());
+    auto surface = std::make_shared<const Template>(std::move(data), context.allocator());
+    surface->body_->recall(std::move(body));
+    return surface;
 }
 
 }  // namespace defrec

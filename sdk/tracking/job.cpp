@@ -1,7 +1,9 @@
 #include "sdk/tracking/job.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <functional>
 #include <new>
 
 #include "sdk/base/spin.hpp"
@@ -191,43 +193,50 @@ void TrackerJob::lift_points(const double* uv, size_t count, double* xyz, uint8_
 
 CarryingSurface TrackerJob::carrying_surface() const {
     return {*surface,   output.motions,       vertices, output.samples,
-            confidence, state == DEFREC_LOST, grows_,   input.held_motion};
+            confidence, state == DEFREC_LOST, grows_,   known};
 }
 
 void TrackerJob::carry(const double* template_xyz, size_t count, const Carried& carried) const {
-    // Memory is bounded, however many points there are.
-    constexpr size_t kBlock = 8192;
+    // Few points need no memory; of many, as many are prepared at a time as threads can share.
+    constexpr size_t kFew = 32, kBlock = 8192;
     const std::shared_ptr<const Body> body = surface->body().body();
-    std::vector<PreparedPoint> points;
-    for (size_t begin = 0; begin < count; begin += kBlock) {
-        points.clear();
-        for (size_t i = begin; i < std::min(begin + kBlock, count); ++i)
-            points.push_back(prepare_point(*surface, body.get(), template_xyz + 3 * i));
-        carrier_.carry(carrying_surface(), points, body, services()->own_threads(),
-                       [&](size_t i, const CarriedPoint& point) { carried(begin + i, point); });
+    std::array<PreparedPoint, kFew> few;
+    std::vector<PreparedPoint> many(count > kFew ? std::min(count, kBlock) : 0);
+    const std::span<PreparedPoint> points = count > kFew ? std::span(many) : std::span(few);
+    for (size_t begin = 0; begin < count; begin += points.size()) {
+        const size_t used = std::min(points.size(), count - begin);
+        for (size_t i = 0; i < used; ++i)
+            points[i] = prepare_point(*surface, body.get(), template_xyz + 3 * (begin + i));
+        const auto of_block = [&](size_t i, const CarriedPoint& point) {
+            carried(begin + i, point);
+        };
+        carrier_.carry(carrying_surface(), points.first(used), body, services()->own_threads(),
+                       std::ref(of_block));
     }
 }
 
 void TrackerJob::warp_points(const double* template_xyz, size_t count, double* xyz,
                              uint8_t* point_status, double* expected_error_mm) const {
     expect_surface();
-    carry(template_xyz, count, [&](size_t i, const CarriedPoint& point) {
+    const auto write = [&](size_t i, const CarriedPoint& point) {
         const auto& [place, at_point] = point;
         xyz[3 * i] = place.x;
         xyz[3 * i + 1] = place.y;
         xyz[3 * i + 2] = place.z;
         if (point_status != nullptr) point_status[i] = at_point.status;
         if (expected_error_mm != nullptr) expected_error_mm[i] = at_point.expected_error;
-    });
+    };
+    carry(template_xyz, count, std::ref(write));
 }
 
 void TrackerJob::point_covariances(const double* template_xyz, size_t count, double* covariance,
                                    uint8_t* point_evidence) const {
     expect_surface();
-    carry(template_xyz, count, [&](size_t i, const CarriedPoint& point) {
+    const auto write = [&](size_t i, const CarriedPoint& point) {
         std::copy_n(point.confidence.covariance, 6, covariance + 6 * i);
         if (point_evidence != nullptr) point_evidence[i] = point.confidence.evidence;
-    });
+    };
+    carry(template_xyz, count, std::ref(write));
 }
 
 void TrackerJob::move_targets(const PreparedTargets& targets, double* xyz, double* covariance,

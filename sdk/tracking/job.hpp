@@ -70,7 +70,8 @@ class TrackerJob final : public Job {
                                   // its rectified pixels
     // Views' where the device is the processor, else empty.
     DeviceBuffer views_in_device[2];
-    FrameInput input;  // its host pixels are these copies
+    FrameInput input;     // its host pixels are these copies
+    DeepKnowledge known;  // of what lies beneath the surface
     uint64_t frame = 0;
     std::shared_ptr<const Template> template_to_set;
 

@@ -23,6 +23,13 @@ double smooth_step(double x) {
     return t * t * (3 - 2 * t);
 }
 
+// Of a vertex with that expected error, 0..1.
+double doubt_of(double error_mm) {
+    constexpr double kHalfMm = 0.7;
+    const double relative = std::pow(error_mm / kHalfMm, 4);
+    return relative / (1 + relative);
+}
+
 double step_mm(const TemplateData& data, int32_t vertex) {
     return data.grid.spacing *
            static_cast<double>(data.vertices[static_cast<size_t>(vertex)].position[2]) /
@@ -96,7 +103,7 @@ class RigidBeneath {
     explicit RigidBeneath(const CarryingSurface& frame) {
         const TemplateData& data = frame.surface.data();
         constexpr size_t kEnough = 400;  // vertices of a piece
-        constexpr double kErrorOfHalf = 0.7, kFloorMm = 0.15;
+        constexpr double kFloorMm = 0.15;
         for (size_t piece = 0; piece < data.pieces(); ++piece) {
             std::vector<size_t> own;
             for (size_t i = 0; i < data.vertices.size(); ++i)
@@ -112,9 +119,8 @@ class RigidBeneath {
                     Eigen::Map<const Eigen::Vector3f>(data.vertices[i].position).cast<double>();
                 now.col(column) =
                     Eigen::Map<const Eigen::Vector3f>(&frame.vertices[3 * i]).cast<double>();
-                const double error =
-                    static_cast<double>(frame.confidence.expected_error[i]) / kErrorOfHalf;
-                weight[column] = 1 / (1 + error * error * error * error);
+                weight[column] =
+                    1 - doubt_of(static_cast<double>(frame.confidence.expected_error[i]));
             }
             motions_.push_back(fit_rigid_robust(rest, now, weight, kFloorMm));
         }
@@ -128,13 +134,15 @@ class RigidBeneath {
                        .cast<double>(),
             left = Eigen::Map<const Eigen::Vector3f>(&frame.vertices[3 * vertex]).cast<double>() -
                    motion * rest;
-        const double error = static_cast<double>(frame.confidence.expected_error[vertex]);
+        const double error = static_cast<double>(frame.confidence.expected_error[vertex]),
+                     doubt = doubt_of(error);
         BodyMotion::Moved moved;
         moved.place = motion * as_eigen(point.at_rest) +
-                      std::exp(-std::max(0.0, point.depth_mm) / kFadeMm) * left;
+                      (1 - doubt) * std::exp(-std::max(0.0, point.depth_mm) / kFadeMm) * left;
         moved.surface_mm2 = error * error;
         moved.deformation_mm2 = left.squaredNorm();
-        moved.evidence = 1;
+        moved.evidence = 1 - doubt;
+        moved.activity_mm2 = left.squaredNorm();
         return moved;
     }
 
@@ -161,7 +169,7 @@ std::shared_ptr<const PointCarrier::Shared> PointCarrier::shared(
     made->body = body;
     if (body != nullptr)
         made->in_body.emplace(body, SurfaceNow{frame.vertices, frame.confidence.expected_error},
-                              frame.held, helpers);
+                              frame.known, helpers);
     else
         made->rigid.emplace(frame);
     shared_ = made;
@@ -177,29 +185,34 @@ SurfaceConfidence surface_confidence(const CarryingSurface& frame, const PointMo
                : confidence_at(frame.surface, frame.confidence, xyz);
 }
 
-// Fitted to the scenes of docs/beneath.md.
+// The variance of a point's error beneath the surface is a sum of shares, fitted to the scenes of
+// docs/beneath.md.
 struct ErrorShares {
-    double surface = 1;
-    double deformation = 0.04;  // of its mean square, where the depth is large
-    double shift = 0.03;        // likewise
-    double choice = 0.05;
-    double floor_mm2 = 0.002;
-    double depth_mm = 15;  // at which a good half of those shares count
-    double beyond = 0.02;  // mm^2 per mm^2 beyond the body
+    double surface = 0.04;  // of the surface's: errors of many vertices go into one point
+    // Of the deformation that reaches the point, and of its shift against what lies deep: what
+    // other bodies would make of it. Times the depth in units of depth_mm, with a constant.
+    double deformation = 0.12, shift = 0.01, constant = 0.15, depth_mm = 20, max_depths = 6;
+    double choice = 0.08;  // of how choices of the deep motion differ
+    double floor_mm2 = 0.001;
+    double beyond = 0.02;  // per mm^2 beyond the body
+    // Where nothing was seen of what the point depends on: of how the rest moves, and mm^2 more.
+    double activity = 1.5, unseen_mm2 = 0.25;
 };
 
 SurfaceConfidence beneath_confidence(const CarryingSurface& frame, const PreparedPoint& point,
                                      const BodyMotion::Moved& moved) {
     constexpr ErrorShares kShares;
-    constexpr double kLeastEvidence = 0.25, kMaxErrorMm = 10, kMaxBeyondMm = 20;
+    constexpr double kLeastEvidence = 0.02, kMaxErrorMm = 10, kMaxBeyondMm = 20;
     const auto vertex = static_cast<size_t>(point.vertex);
-    const double depth = std::max(0.0, point.depth_mm),
-                 deep = depth * depth / (depth * depth + kShares.depth_mm * kShares.depth_mm);
+    const double unseen = 1 - moved.evidence;
+    const double depths = std::clamp(point.depth_mm / kShares.depth_mm, 0.0, kShares.max_depths);
     const double of_model =
-        deep * (kShares.deformation * moved.deformation_mm2 + kShares.shift * moved.shift_mm2) +
+        (kShares.constant + depths) *
+            (kShares.deformation * moved.deformation_mm2 + kShares.shift * moved.shift_mm2) +
         kShares.choice * moved.choice_mm2 + kShares.floor_mm2 +
+        unseen * unseen * (kShares.activity * moved.activity_mm2 + kShares.unseen_mm2) +
         kShares.beyond * point.in_body.beyond_mm * point.in_body.beyond_mm;
-    const double of_surface = kShares.surface * moved.surface_mm2;
+    const double of_surface = (frame.is_lost ? 1 : kShares.surface) * moved.surface_mm2;
     SurfaceConfidence at;
     at.evidence = 0;
     at.expected_error = std::sqrt(of_surface + of_model);
@@ -226,17 +239,6 @@ SurfaceConfidence mixed(const SurfaceConfidence& a, const SurfaceConfidence& b, 
     return at;
 }
 
-// Of a vertex that left the image: how little the surface's own answer counts.
-double doubt_out_of_sight(const CarryingSurface& frame, const PreparedPoint& point) {
-    constexpr double kErrorOfHalf = 0.7;
-    if (point.vertex < 0) return 0;
-    const auto vertex = static_cast<size_t>(point.vertex);
-    if (frame.samples[vertex].observation != DEFREC_OUTSIDE) return 0;
-    const double relative =
-        std::pow(static_cast<double>(frame.confidence.expected_error[vertex]) / kErrorOfHalf, 4);
-    return relative / (1 + relative);
-}
-
 CarriedPoint unknown_point() {
     CarriedPoint carried;
     carried.place = {kNaN, kNaN, kNaN};
@@ -249,7 +251,7 @@ void PointCarrier::carry(const CarryingSurface& frame, std::span<const PreparedP
                          const std::shared_ptr<const Body>& body, const Services* helpers,
                          const std::function<void(size_t, const CarriedPoint&)>& carried) const {
     const auto needs_shared = [&](const PreparedPoint& point) {
-        return point.is_finite && (point.surface_share < 1 || doubt_out_of_sight(frame, point) > 0);
+        return point.is_finite && point.surface_share < 1;
     };
     std::shared_ptr<const Shared> common;
     if (std::any_of(points.begin(), points.end(), needs_shared))
@@ -262,9 +264,7 @@ void PointCarrier::carry(const CarryingSurface& frame, std::span<const PreparedP
             std::fill_n(unknown.confidence.covariance, 6, kNaN);
             return unknown;
         }
-        const double share = frame.is_lost
-                                 ? point.surface_share
-                                 : point.surface_share * (1 - doubt_out_of_sight(frame, point));
+        const double share = point.surface_share;
         CarriedPoint on_surface, beneath;
         if (share > 0) {
             const double xyz[3] = {point.at_rest.x, point.at_rest.y, point.at_rest.z};

@@ -1,5 +1,5 @@
 // Carries points of the template frame into one frame: on the surface with it, beneath it with the
-// elastic body, and out of sight with what that makes of what is in sight.
+// elastic body.
 #pragma once
 #include <functional>
 #include <memory>
@@ -23,7 +23,7 @@ struct CarryingSurface {
     std::span<const defrec_surface_sample> samples;
     const VertexConfidence& confidence;
     bool is_lost, grows;
-    const std::optional<Eigen::Isometry3d>& held;
+    const DeepKnowledge& known;
 };
 
 struct CarriedPoint {

@@ -369,6 +369,7 @@ void SurfaceFollower::adopt(std::shared_ptr<const Template> surface, bool is_obs
     ++epoch_;
     ++template_epoch_;
     growth_.reset();
+    camera_.reset();
     cut_watch_.reset();
     cut_.reset();
     keep(std::move(surface));

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "sdk/tracking/backoff.hpp"
+#include "sdk/tracking/camera_anchor.hpp"
 #include "sdk/tracking/cut_watch.hpp"
 #include "sdk/tracking/disparity_watch.hpp"
 #include "sdk/tracking/frame_queue.hpp"
@@ -101,7 +102,7 @@ class SurfaceFollower {
     bool correct_rig();
     void conclude(TrackerJob& job, const Verdict& verdict, bool uses_depth);
     void search_lost_pieces(const TrackerJob& job);
-    void describe_surface(TrackerJob& job, bool uses_depth) const;
+    void describe_surface(TrackerJob& job, bool uses_depth);
     void watch_for_cuts(const TrackerJob& job) noexcept;
     void plan_growth(const TrackerJob& job) noexcept;
 
@@ -118,6 +119,7 @@ class SurfaceFollower {
     bool is_depth_spoilt_ = false;  // in the last frame, by the right view's lag
     std::optional<Surface> last_;   // with the template
     PieceStates pieces_;
+    CameraAnchor camera_;
     CutWatch cut_watch_;
     std::optional<CutLine> cut_;  // that is released with the next frame
     StreamCheck stream_;

@@ -177,13 +177,14 @@ void SurfaceFollower::search_lost_pieces(const TrackerJob& job) {
             search_piece(template_->data(), piece, job.output.matches, last_->motions);
 }
 
-void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {
+void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) {
     const std::shared_ptr<const Services> services = job.services();
     const Services* helpers = services->own_threads();
     const auto fit_motion = [&] { fit_rigid_motion(last_->model, rigid_sums_, job.rigid_motion); };
     if (job.state == DEFREC_LOST) {
         forget_confidence(job.age, job.confidence, job.output.samples.size());
         fit_motion();
+        job.known = {job.input.held_motion, std::nullopt};
     } else {
         estimate_confidence(
             last_->model,
@@ -192,6 +193,8 @@ void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {
              uses_depth, job.is_interlaced(), disparities_.slip_px(), stale_.views()},
             helpers, fit_motion, job.confidence);
         forget_lost_pieces(pieces_.pieces(), template_->vertex_pieces(), job.confidence);
+        job.known = {job.input.held_motion,
+                     camera_.add_frame(job.input.camera_pose, job.rigid_motion)};
     }
     job.pieces.assign(pieces_.pieces().begin(), pieces_.pieces().end());
     const uint32_t observed =

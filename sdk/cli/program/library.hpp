@@ -26,6 +26,7 @@ using Rig = std::unique_ptr<defrec_rig_, Releaser<&defrec_rig_destroy>>;
 using Tracker = std::unique_ptr<defrec_tracker_, Releaser<&defrec_tracker_destroy>>;
 using Job = std::unique_ptr<defrec_job_, Releaser<&defrec_job_release>>;
 using Template = std::unique_ptr<defrec_template_, Releaser<&defrec_template_release>>;
+using Targets = std::unique_ptr<defrec_targets_, Releaser<&defrec_targets_destroy>>;
 
 template <typename T>
 T initialised() {

@@ -2,6 +2,7 @@
 #include "sdk/cli/render/body_scenes.hpp"
 
 #include "sdk/cli/render/bodies/loaded_layer.hpp"
+#include "sdk/cli/render/bodies/recorded_body.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -66,38 +67,59 @@ const Eigen::Vector3d kSteep(-0.46, 0.31, -0.83);
 struct Contact {
     double first, period;
     double full, wanes, over;
+
+    Recurrence at(double time) const { return recurring(time, first, period, period - over); }
+    double share(const Recurrence& event) const {
+        return ease(0.0, full, event.since) * (1.0 - ease(wanes, over, event.since));
+    }
 };
+
+constexpr Contact kPress{.first = 5, .period = 30, .full = 10, .wanes = 14, .over = 24};
+
+/// The tool comes down before the load grows.
+double hover(double share) { return 6.0 * (1.0 - ease(0.0, 0.2, share)); }
 
 /// A frame in which a load comes again and again, elsewhere. largest: mm, as BodyLoad::press.
 FrameState touched(const Setting& setting, double time, const Contact& contact, double largest,
                    const Eigen::Vector3d& axis) {
     FrameState state = breathing_frame(setting, time);
-    const Recurrence event =
-        recurring(time, contact.first, contact.period, contact.period - contact.over);
-    const double share = ease(0.0, contact.full, event.since) *
-                         (1.0 - ease(contact.wanes, contact.over, event.since));
-    state.motion.body->load.centre = event.centre;
-    state.motion.body->load.press = largest * share;
-    add_tool(setting, axis, 6.0 * (1.0 - ease(0.0, 0.2, share)), contact.first, state);
+    const Recurrence event = contact.at(time);
+    const double share = contact.share(event);
+    state.motion.body->load = {.centre = event.centre, .press = largest * share};
+    add_tool(setting, axis, hover(share), contact.first, state);
     return state;
 }
 
 Body body_of(const Layer& layer, double width) {
     Body body;
     body.elastic = std::make_shared<LoadedLayer>(layer, width);
-    if (layer.thickness > 0) {
+    if (const double h = layer.thickness; h > 0) {
+        body.parts = {.whole = {{-70, -55, 0}, {70, 55, h}},
+                      .held = {{-75, -60, h - 1}, {75, 60, h + 5}}};
         body.layers = static_cast<std::size_t>(
-            std::lower_bound(kBodyDepths.begin(), kBodyDepths.end(), layer.thickness) -
-            kBodyDepths.begin());
+            std::lower_bound(kBodyDepths.begin(), kBodyDepths.end(), h) - kBodyDepths.begin());
     }
     return body;
 }
 
+/// The recording for the ratio that is asked for.
+Body recorded_body(const SceneParameters& parameters, RecordedWords compressible,
+                   RecordedWords nearly_incompressible, const BodyParts& parts) {
+    const double poisson = parameters.at("poisson");
+    if (poisson != 0.3 && poisson != 0.49) {
+        throw RenderUsageError("this scene's body was computed for a poisson of 0.3 and of 0.49");
+    }
+    const auto elastic =
+        std::make_shared<RecordedBody>(poisson == 0.3 ? compressible : nearly_incompressible);
+    return {elastic, elastic->layers(), parts};
+}
+
+constexpr double kLargestTurn = 40;  // degrees, of the recorded bodies that are lifted
+
 }  // namespace
 
 FrameState body_indent(const Setting& setting, double time) {
-    constexpr Contact kContact{.first = 5, .period = 30, .full = 10, .wanes = 14, .over = 24};
-    return touched(setting, time, kContact, setting.parameter("depth"), kSteep);
+    return touched(setting, time, kPress, setting.parameter("depth"), kSteep);
 }
 
 FrameState body_pull(const Setting& setting, double time) {
@@ -121,12 +143,30 @@ FrameState body_stroke(const Setting& setting, double time) {
     load.centre = kFrom + (goes_back ? 1.0 - way : way) * (kTo - kFrom);
     load.press = setting.parameter("depth") * press;
     load.drag = setting.parameter("drag") * drag * direction;
-    add_tool(setting, kSteep, 6.0 * (1.0 - ease(0.0, 0.2, press)), kFirst, state);
+    add_tool(setting, kSteep, hover(press), kFirst, state);
     return state;
 }
 
 FrameState body_rigid(const Setting& setting, double time) {
     return breathing_frame(setting, time);
+}
+
+FrameState body_lift(const Setting& setting, double time) {
+    constexpr double kFirst = 4, kLifted = 34, kLowers = 38, kLowered = 68, kPeriod = 70;
+    FrameState state = breathing_frame(setting, time);
+    const double since = std::fmod(time, kPeriod);
+    state.motion.body->load.share = setting.parameter("turn") / kLargestTurn *
+                                    ease(kFirst, kLifted, since) *
+                                    (1.0 - ease(kLowers, kLowered, since));
+    return state;
+}
+
+FrameState body_press(const Setting& setting, double time) {
+    FrameState state = breathing_frame(setting, time);
+    const double share = kPress.share(kPress.at(time));
+    state.motion.body->load.share = setting.parameter("load") * share;
+    add_tool(setting, kSteep, hover(share), kPress.first, state);
+    return state;
 }
 
 Body half_space(const SceneParameters& parameters) {
@@ -140,14 +180,48 @@ Body bonded_layer(const SceneParameters& parameters) {
 
 Body rigid_body(const SceneParameters& /*parameters*/) { return {}; }
 
+Body organ_body(const SceneParameters& parameters) {
+    return recorded_body(
+        parameters, recorded::organ_030, recorded::organ_049,
+        {.whole = {{-55, -40, 0}, {55, 40, 14}}, .held = {{-56, -41, -1}, {-49.5, 41, 15}}});
+}
+
+Body retracted_body(const SceneParameters& parameters) {
+    return recorded_body(
+        parameters, recorded::retract_030, recorded::retract_049,
+        {.whole = {{-65, -45, 0}, {65, 45, 50}}, .held = {{-66, -46, -1}, {-59.5, 46, 51}}});
+}
+
+Body block_with_inclusion(const SceneParameters& parameters) {
+    return recorded_body(parameters, recorded::inclusion_030, recorded::inclusion_049,
+                         {.whole = {{-55, -45, 0}, {55, 45, 50}},
+                          .held = {{-56, -46, 49}, {56, 46, 55}},
+                          .inclusion = Ball{{9, -4, 18}, 8}});
+}
+
 SceneParameter poisson_parameter() {
     return {"poisson", 0.45, 0, 0.49, "", "Poisson's ratio of the tissue"};
 }
 
+SceneParameter recorded_poisson_parameter() {
+    return {"poisson", 0.49, 0.3, 0.49, "", "Poisson's ratio of the tissue, one of these two"};
+}
+
+SceneParameter relief_parameter() {
+    return {"relief", 0.3, 0,
+            1,        "",  "of the surface at rest; 0: a plane, for which the solution is exact"};
+}
+
+SceneParameter tool_parameter(bool is_drawn) {
+    return {"instrument", is_drawn ? 1.0 : 0.0, 0, 1, "", "0: none is drawn"};
+}
+
+SceneParameter turn_parameter() {
+    return {"turn", kLargestTurn, 0, kLargestTurn, "degrees", "of the edge that is lifted"};
+}
+
 std::vector<SceneParameter> with_body_parameters(std::vector<SceneParameter> own) {
     own.push_back({"breathing", 3, 0, 10, "mm", "by which the whole body moves"});
-    own.push_back({"relief", 0.3, 0, 1, "",
-                   "of the surface at rest; 0: a plane, for which the solution is exact"});
     own.push_back({"camera", 1, 0, 2, "", "scales the camera's motion; 0: it is still"});
     return own;
 }

@@ -96,6 +96,12 @@ Eigen::Vector3d Film::truth(const Target& target) const {
                                                    target.layer, *state_.motion.body));
 }
 
+Eigen::Isometry3d Film::body_pose() const {
+    Eigen::Isometry3d pose(left_.rotation * state_.motion.body->rotation);
+    pose.translation() = left_.from_scene(state_.motion.body->translation);
+    return pose;
+}
+
 void Film::place_views(const FrameState& state) {
     const CameraPose& pose = state.camera;
     left_.rotation = pose.rotation;

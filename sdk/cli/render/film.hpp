@@ -2,7 +2,7 @@
 // nothing.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -64,6 +64,8 @@ class Film {
     const std::vector<Target>& targets() const { return targets_; }
     /// Left camera as given, mm.
     Eigen::Vector3d truth(const Target& target) const;
+    /// From the scene's body at rest to the left camera as given, but for elastic displacement.
+    Eigen::Isometry3d body_pose() const;
 
   private:
     void place_views(const FrameState& state);

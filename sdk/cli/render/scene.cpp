@@ -159,6 +159,7 @@ struct Entry {
     void (*adapt)(const SceneParameters&, Scene&) = nullptr;  ///< of what lasts all the sequence
     double curvature = 0;                                     ///< as Surface has it
     Body (*body)(const SceneParameters&) = nullptr;           ///< of a scene with an elastic body
+    double bend = 1;                                          ///< as Surface has it
 };
 
 std::vector<Entry> motion_entries() {
@@ -370,7 +371,7 @@ Entry body_entry(SceneInfo info, FrameState (*at)(const Setting&, double),
                  Body (*body)(const SceneParameters&)) {
     info.parameters = with_body_parameters(std::move(info.parameters));
     constexpr TissueLook kOrgan{.mottling = 0.75f, .vessels = 0.9f, .spots = 0.7f};
-    return {std::move(info), kOrgan, 0.8, 0.70f, at, nullptr, 0, body};
+    return {std::move(info), kOrgan, 0.8, 0.70f, at, nullptr, 0, body, 0};
 }
 
 /// A scene with a body under a load: `largest` is the parameter that says how far it goes.
@@ -382,7 +383,8 @@ Entry loaded_entry(const std::string& name, const std::string& summary,
     info.parameters.push_back(
         {"width", width, 4, 15, "mm", "of the load, a Gaussian's standard deviation"});
     info.parameters.insert(info.parameters.end(), more.begin(), more.end());
-    info.parameters.push_back({"instrument", has_tool ? 1.0 : 0.0, 0, 1, "", "0: none is drawn"});
+    info.parameters.push_back(tool_parameter(has_tool));
+    info.parameters.push_back(relief_parameter());
     return body_entry(std::move(info), at, body);
 }
 
@@ -399,8 +401,24 @@ std::vector<Entry> body_entries() {
                      {"depth", 6, 0, 8, "mm", "of the pit"}, 6, true, body_indent, bonded_layer,
                      {{"thickness", 35, 12, 80, "mm", "of the layer"}}),
         body_entry({.name = "body-rigid",
-                    .summary = "a body that only moves rigidly, with targets beneath"},
+                    .summary = "a body that only moves rigidly, with targets beneath",
+                    .parameters = {relief_parameter()}},
                    body_rigid, rigid_body),
+        body_entry({.name = "body-organ",
+                    .summary = "a thin organ that is held at one side bends, with targets inside",
+                    .parameters = {recorded_poisson_parameter(), turn_parameter()}},
+                   body_lift, organ_body),
+        body_entry(
+            {.name = "body-retract",
+             .summary = "a thick block that is held at one side is lifted, with targets inside",
+             .parameters = {recorded_poisson_parameter(), turn_parameter()}},
+            body_lift, retracted_body),
+        body_entry({.name = "body-inclusion",
+                    .summary = "a block with a stiff ball in it is pressed in, with targets inside",
+                    .parameters = {recorded_poisson_parameter(),
+                                   {"load", 1, 0, 1, "", "share of the largest load"},
+                                   tool_parameter(true)}},
+                   body_press, block_with_inclusion),
     };
 }
 
@@ -491,7 +509,7 @@ Scene make_scene(const std::string& name, int width, int height, int frames, std
         scramble(seed) ^ scramble(place < kNumberedScenes ? place : hash_of(name));
     // A body's parameter scales all that its surface departs from a plane by.
     const auto relief = parameters.find("relief");
-    const double bend = relief != parameters.end() ? relief->second : 1.0;
+    const double bend = relief != parameters.end() ? relief->second : entry->bend;
     const Surface surface(rig.depth, bend * entry->relief, own_seed, entry->curvature, bend);
     std::optional<Body> body;
     if (entry->body != nullptr) {

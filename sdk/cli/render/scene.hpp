@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "sdk/cli/render/bodies/solid.hpp"
 #include "sdk/cli/render/instrument.hpp"
 #include "sdk/cli/render/picture.hpp"
 #include "sdk/cli/render/render_command.hpp"
@@ -58,10 +59,18 @@ struct Compression {
     double h264_contrast = 0;  ///< of the video of each view, after JPEG; 0: no video
 };
 
+/// Material coordinates, mm.
+struct BodyParts {
+    Box whole;  ///< of a layer without sides: a part of it
+    Box held;   ///< what moves rigidly lies inside
+    std::optional<Ball> inclusion{};
+};
+
 /// The elastic body that a scene's tissue is.
 struct Body {
     std::shared_ptr<const ElasticBody> elastic;  ///< null: it only moves rigidly
     std::size_t layers = kBodyDepths.size();     ///< of kBodyDepths that lie inside
+    std::optional<BodyParts> parts;              ///< where it is bounded
 };
 
 struct Scene {

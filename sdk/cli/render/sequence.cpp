@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "sdk/base/atomic_file.hpp"
+#include "sdk/cli/render/body_files.hpp"
 #include "sdk/cli/render/calibration_file.hpp"
 #include "sdk/cli/render/film.hpp"
 #include "sdk/cli/render/h264_pass.hpp"
@@ -57,9 +58,6 @@ class Sequence {
     void write_pictures(int frame);
     void write_decoded(int frames);
     void write_truth(AtomicFile& file, int frame) const;
-    void write_targets() const;
-    void write_deep_truth(AtomicFile& file, int frame) const;
-    std::string row_of(std::size_t target) const;
 
     const RenderOptions& options_;
     int frames_;
@@ -145,36 +143,13 @@ void Sequence::write_truth(AtomicFile& file, int frame) const {
     }
 }
 
-/// `id,depth,x,y,z` of a target in the present frame.
-std::string Sequence::row_of(std::size_t target) const {
-    const Film::Target& place = film_.targets()[target];
-    const Eigen::Vector3d p = rectification_ * film_.truth(place);
-    char line[120];
-    std::snprintf(line, sizeof line, "%zu,%.1f,%.6f,%.6f,%.6f\n", target, kBodyDepths[place.layer],
-                  p.x(), p.y(), p.z());
-    return line;
-}
-
-void Sequence::write_targets() const {
-    std::string text = "id,depth,x,y,z\n";
-    for (std::size_t id = 0; id < film_.targets().size(); ++id) text += row_of(id);
-    write_atomically(fs::path(options_.out_dir) / "targets.csv", text);
-}
-
-void Sequence::write_deep_truth(AtomicFile& file, int frame) const {
-    for (std::size_t id = 0; id < film_.targets().size(); ++id) {
-        file.write(std::to_string(frame) + "," + row_of(id));
-    }
-}
-
 int Sequence::render(const ProgressFn& progress, const StopFn& stop) {
     const fs::path out(options_.out_dir);
     AtomicFile truth(out / "truth.csv");
     truth.write("frame,id,x,y,z,visible\n");
-    std::optional<AtomicFile> deep_truth;
+    std::optional<BodyFiles> body_files;
     if (film_.scene().body) {
-        deep_truth.emplace(out / "truth_deep.csv");
-        deep_truth->write("frame,id,depth,x,y,z\n");
+        body_files.emplace(out, film_, rectification_);
     }
     write_calibration(film_.scene().rig, (out / "calibration.yaml").string());
     const double contrast = film_.scene().compression.h264_contrast;
@@ -197,9 +172,8 @@ int Sequence::render(const ProgressFn& progress, const StopFn& stop) {
         }
         write_pictures(frame);
         write_truth(truth, frame);
-        if (deep_truth) {
-            if (frame == 0) write_targets();
-            write_deep_truth(*deep_truth, frame);
+        if (body_files) {
+            body_files->write(frame);
         }
         if (progress) {
             progress(frame + 1, frames_);
@@ -208,8 +182,8 @@ int Sequence::render(const ProgressFn& progress, const StopFn& stop) {
     if (left_video_) {
         write_decoded(frame);
     }
-    if (deep_truth) {
-        deep_truth->commit();
+    if (body_files) {
+        body_files->commit();
     }
     truth.commit();
     return frame;
@@ -219,7 +193,8 @@ int Sequence::render(const ProgressFn& progress, const StopFn& stop) {
 void remove_leftovers(const RenderOptions& options, int frames) {
     const fs::path out(options.out_dir);
     std::error_code ignored;
-    for (const char* file : {"truth.csv", "targets.csv", "truth_deep.csv"}) {
+    fs::remove(out / "truth.csv", ignored);
+    for (const std::string& file : BodyFiles::names()) {
         fs::remove(out / file, ignored);
     }
     for (const char* folder : {"left", "right", "disparity"}) {

@@ -134,7 +134,7 @@ Eigen::Vector3d Surface::at(double s, double t, double time, const Motion& motio
     if (motion.body) {
         return beneath(s, t, 0, *motion.body);
     }
-    Eigen::Vector3d moved(s, t, rest_height(s, t));
+    Eigen::Vector3d moved = rest(s, t, 0);
     if (motion.heartbeat.lift != 0 || motion.heartbeat.shear != 0) {
         add_heartbeat(motion.heartbeat, beat_direction_, beat_phase_, s, t, time, moved);
     }
@@ -164,7 +164,11 @@ Eigen::Vector3d Surface::at(double s, double t, double time, const Motion& motio
 
 Eigen::Vector3d Surface::beneath(double s, double t, std::size_t layer,
                                  const BodyMotion& motion) const {
-    return motion.moved({s, t, rest_height(s, t) + kBodyDepths[layer]}, s, t, layer);
+    return motion.moved(rest(s, t, kBodyDepths[layer]), s, t, layer);
+}
+
+Eigen::Vector3d Surface::rest(double s, double t, double depth) const {
+    return {s, t, rest_height(s, t) + depth};
 }
 
 Eigen::Vector3d Surface::floor_at(double s, double across, double time,

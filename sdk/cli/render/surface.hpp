@@ -107,6 +107,9 @@ class Surface {
     /// The same for one side of a cut or one lobe, whose material goes on smoothly beyond the line.
     Eigen::Vector3d at(double s, double t, double time, const Motion& motion, Side side) const;
 
+    /// Point at rest, `depth` mm beneath the surface.
+    Eigen::Vector3d rest(double s, double t, double depth) const;
+
     /// Point of a body's material in a layer of kBodyDepths; the first is the surface.
     Eigen::Vector3d beneath(double s, double t, std::size_t layer, const BodyMotion& motion) const;
 

@@ -13,17 +13,23 @@ TargetFollower::TargetFollower(const std::filesystem::path& path, std::vector<Ta
     moved_.resize(targets_.size());
 }
 
+void TargetFollower::prepare(const Template& surface) {
+    defrec_targets made = nullptr;
+    require(defrec_targets_create(surface.get(), template_xyz_.data(), targets_.size(), &made),
+            ExitCode::kInternal, "preparing the targets");
+    prepared_.reset(made);
+}
+
 void TargetFollower::move(defrec_job job) {
-    require(defrec_job_warp_points(job, template_xyz_.data(), targets_.size(), moved_.xyz.data(),
-                                   moved_.status.data(), moved_.expected_error_mm.data()),
+    require(defrec_job_move_targets(job, prepared_.get(), targets_.size(), moved_.xyz.data(),
+                                    moved_.covariance.data(), moved_.status.data(),
+                                    moved_.expected_error_mm.data()),
             ExitCode::kInternal, "moving the targets");
-    require(defrec_job_point_covariances(job, template_xyz_.data(), targets_.size(),
-                                         moved_.covariance.data(), nullptr),
-            ExitCode::kInternal, "estimating the errors of the targets");
 }
 
 std::vector<TargetRow> TargetFollower::add_frame(std::int64_t frame, double timestamp_ms,
                                                  defrec_job job) {
+    if (prepared_ == nullptr) job = nullptr;
     if (job != nullptr) {
         move(job);
         moved_.project(projection_);

@@ -21,6 +21,8 @@ class TargetFollower {
     TargetFollower(const std::filesystem::path& path, std::vector<Target> targets,
                    RawProjection& projection);
 
+    // Of the frame that gives the template. Before it every row is lost.
+    void prepare(const Template& surface);
     // Writes a row for each target, and returns them. job is null where the frame has no result to
     // be trusted; every row is then lost.
     std::vector<TargetRow> add_frame(std::int64_t frame, double timestamp_ms, defrec_job job);
@@ -30,13 +32,13 @@ class TargetFollower {
     const StatusCounts& rows() const { return rows_; }
 
   private:
-    // The only calls of the library that move targets.
     void move(defrec_job job);
 
     const std::vector<Target> targets_;
     RawProjection& projection_;
     TargetsFile file_;
     std::vector<double> template_xyz_;
+    Targets prepared_;
     MovedPoints moved_;
     StatusCounts rows_;
 };

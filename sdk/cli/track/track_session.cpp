@@ -113,6 +113,8 @@ class TrackSession {
         if (!given_targets_.empty())
             targets_.emplace(folder_ / kTargetsFile, std::move(given_targets_), projection_);
         desc_.device_id = device_.id.c_str();
+        // Nobody asks for what lies beneath the surface.
+        if (!targets_) desc_.body = DEFREC_BODY_OFF;
         defrec_tracker tracker = nullptr;
         require(defrec_tracker_create(context_.get(), rig_.get(), &desc_, &tracker),
                 options_.config.empty() ? ExitCode::kInternal : ExitCode::kUsage,
@@ -285,6 +287,7 @@ class TrackSession {
         if (result.template_epoch != template_epoch_) {
             template_epoch_ = result.template_epoch;
             const Template surface = template_of(pending.job);
+            if (desc_.body == DEFREC_BODY_ON && !source_.is_live()) await_body(surface);
             const defrec_template_info info = info_of(surface);
             const TemplateRecord record = template_record(info, projection_);
             triangles_ = std::make_shared<const std::vector<std::uint32_t>>(record.triangles);
@@ -369,6 +372,13 @@ class TrackSession {
         return info;
     }
 
+    // So that what is written depends on the frames alone, and not on when the body is ready.
+    static void await_body(const Template& surface) {
+        const defrec_status status = defrec_template_wait_body(surface.get(), UINT64_MAX);
+        if (status != DEFREC_ERROR_UNSUPPORTED)
+            require(status, ExitCode::kInternal, "computing the body beneath the surface");
+    }
+
     void write_template(const defrec_template_info& info, const TemplateRecord& record) const {
         std::vector<float> normals;
         for (std::uint64_t i = 0; i < info.vertex_count; ++i) {
@@ -397,6 +407,7 @@ class TrackSession {
                        const defrec_template_info& info, const TemplateRecord& record) {
         write_template(info, record);
         if (options_.from_template.empty()) points_.lift(surface, frame.index, desc_.grow != 0);
+        if (targets_) targets_->prepare(surface);
         as_output([&] {
             show_template(record);
             if (report_) report_->set_template(record, left);

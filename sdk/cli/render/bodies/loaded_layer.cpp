@@ -4,13 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/cli/render/bodies/cubic.hpp"
+
 namespace defrec::cli {
 namespace {
 
 constexpr double kReach = 160.0;  // mm: beyond it the displacement stays as it is there
 constexpr double kSpacing = 0.5;  // mm between the radii of the table
 constexpr double kLargest = 6.5;  // wave number times width, where the load's spectrum is 1e-9
-constexpr int kPanels = 20;       // of the integral over wave numbers, of 8 nodes each
+constexpr int kPanels = 20;       // of the integral over wave numbers, with 8 nodes each
 // Nodes and weights of Gauss and Legendre on -1..1, the positive half.
 constexpr double kNodes[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
                              0.9602898564975363};
@@ -109,13 +111,13 @@ RadialParts LoadedLayer::interpolated(double r, std::size_t layer) const {
     const auto last = static_cast<std::ptrdiff_t>(row.size()) - 1;
     const auto i = std::min(static_cast<std::ptrdiff_t>(place), last - 1);
     const double x = place - static_cast<double>(i);
-    const double weights[] = {0.5 * x * (-1 + x * (2 - x)), 1 + 0.5 * x * x * (-5 + 3 * x),
-                              0.5 * x * (1 + x * (4 - 3 * x)), 0.5 * x * x * (x - 1)};
+    const auto weights = cubic_weights(x);
     RadialParts sum;
     for (std::ptrdiff_t node = 0; node < 4; ++node) {
         const std::ptrdiff_t at = i + node - 1;
         const RadialParts& parts = row[static_cast<std::size_t>(std::min(std::abs(at), last))];
-        const double weight = weights[node], odd = at < 0 ? -weight : weight;
+        const double weight = weights[static_cast<std::size_t>(node)],
+                     odd = at < 0 ? -weight : weight;
         sum.press_down += weight * parts.press_down;
         sum.press_out += odd * parts.press_out;
         sum.drag_even += weight * parts.drag_even;

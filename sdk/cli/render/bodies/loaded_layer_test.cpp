@@ -82,7 +82,7 @@ TEST_CASE("inside a loaded body all forces balance") {
             CAPTURE(poisson);
             const Field field{GaussianLoad({poisson, thickness}, kWidth), 1, 0.6};
             for (const Vector3d& place : kPlaces) {
-                // Of stresses of 0.1 to 1 that fall off within some mm.
+                // The stresses are 0.1 to 1 and fall off within some mm.
                 CHECK(field.imbalance(place, poisson).norm() < 2e-6);
             }
         }

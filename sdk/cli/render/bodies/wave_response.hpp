@@ -14,8 +14,7 @@ struct Layer {
     double thickness = 0;   ///< mm, down to the base; 0: a half-space
 };
 
-/// Amplitudes at one depth. `along` is in the direction of the wave, `down` into the tissue,
-/// `across` in the plane at a right angle to the wave.
+/// Amplitudes at one depth. `along` is in the direction of the wave, `down` into the tissue.
 struct WaveAmplitudes {
     double along = 0, down = 0;
 };
@@ -25,11 +24,12 @@ class WaveResponse {
     /// wave_number: 1/mm, above 0.
     WaveResponse(const Layer& layer, double wave_number);
 
-    /// Of a pressure cos(kx) into the tissue: `down` is that of cos(kx), `along` of sin(kx).
+    /// A pressure cos(kx) into the tissue moves it down by `down` cos(kx), along by `along`
+    /// sin(kx).
     WaveAmplitudes to_pressure(double z) const { return amplitudes(pressed_, z); }
-    /// Of a traction sin(kx) along x: `along` is that of sin(kx), `down` of cos(kx).
+    /// A traction sin(kx) along x moves it along by `along` sin(kx), down by `down` cos(kx).
     WaveAmplitudes to_traction(double z) const { return amplitudes(dragged_, z); }
-    /// Of a traction cos(kx) along y: the displacement along y is that of cos(kx).
+    /// A traction cos(kx) along y moves it along y by this times cos(kx).
     double to_traction_across(double z) const;
 
   private:
