@@ -23,7 +23,7 @@ if(DEFREC_LIBRARY_ONLY)
 endif()
 install(DIRECTORY "${CMAKE_SOURCE_DIR}/docs/" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT documentation FILES_MATCHING PATTERN "*.md" PATTERN "*.jpg" PATTERN "*.svg" PATTERN site EXCLUDE PATTERN man EXCLUDE)
 install(DIRECTORY "${CMAKE_SOURCE_DIR}/samples/" DESTINATION "${CMAKE_INSTALL_DOCDIR}/samples" COMPONENT documentation
-  FILES_MATCHING REGEX "\\.(c|h|cs|py|obj)$|/Snakefile$|/slurm_array\\.sh$" PATTERN compare_points.py EXCLUDE)
+  FILES_MATCHING REGEX "\\.(c|h|cs|py|obj|csv)$|/Snakefile$|/slurm_array\\.sh$" PATTERN compare_points.py EXCLUDE)
 file(RELATIVE_PATH headers "/${CMAKE_INSTALL_DOCDIR}" "/${CMAKE_INSTALL_INCLUDEDIR}")
 install(CODE "
   set(docs \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DOCDIR}\")

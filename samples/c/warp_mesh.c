@@ -93,6 +93,14 @@ static void write_ply(const char* folder, size_t frame, const mesh* model, const
     if (fclose(file) != 0) fail("%s: could not be written to its end", path);
 }
 
+/* Of a recording, so that results do not depend on when the body beneath it is ready. */
+static void wait_for_body(defrec_job job) {
+    defrec_template surface;
+    check(defrec_job_get_template(job, &surface), "reading the template");
+    check(defrec_template_wait_body(surface, UINT64_MAX), "computing the body beneath the surface");
+    defrec_template_release(surface);
+}
+
 int main(int argc, char** argv) {
     stereo_sequence sequence;
     mesh model;
@@ -141,6 +149,7 @@ int main(int argc, char** argv) {
         DEFREC_INIT(&result);
         check(defrec_job_result(job, &result), "reading the result");
         if (result.vertex_count > 0) { /* there is a template */
+            wait_for_body(job);        /* at once, but the first time */
             check(defrec_job_warp_points(job, model.vertices, model.vertex_count, xyz, status,
                                          expected_error_mm),
                   "warping the mesh");

@@ -41,7 +41,12 @@ internal sealed class FollowedPoints
     {
         if (isKnown) return;
         rig.RectifyPixels(uv, uv);
-        using (Template template = tracker.GetTemplate()) template.Lift(uv, atRest, found);
+        using (Template template = tracker.GetTemplate())
+        {
+            // Of a recording, so that results do not depend on when the body beneath the surface is ready.
+            template.WaitForBody();
+            template.Lift(uv, atRest, found);
+        }
         isKnown = true;
     }
 

@@ -39,7 +39,9 @@ def main(left_folder, right_folder, camera, points_file, out_file, device_id=Non
             result = job.result()
             if lifted is None and len(result.vertices) > 0:
                 # The first frame with a surface becomes the template: lift the pixels to it.
-                lifted = tracker.template().lift(rig.rectify_pixels([(u, v) for _, u, v in points]))
+                surface = tracker.template()
+                surface.wait_body()  # so that results of a recording do not depend on time
+                lifted = surface.lift(rig.rectify_pixels([(u, v) for _, u, v in points]))
             moved = None if lifted is None else job.warp_points(lifted.xyz)
             for i, (name, _, _) in enumerate(points):
                 if (

@@ -66,6 +66,8 @@ def main(left_folder, right_folder, camera, mesh_file, out_folder, device_id=Non
         tracker = defrec.Tracker(context, rig, device_id, format=defrec.Format.RGB8)
         for frame, job in enumerate(tracker.process(sequence)):
             if len(job.result().vertices) > 0:  # there is a template
+                with job.template() as template:
+                    template.wait_body()  # so that the results of a recording do not depend on time
                 write_ply(folder / f"{frame:06}.ply", job.warp_points(vertices), triangles)
 
 

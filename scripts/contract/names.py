@@ -20,6 +20,7 @@ class Enumeration:
         return values[0]["name"] == self.prefix
 
 
+# Of two whose prefixes begin alike, the longer one first.
 ENUMERATIONS = [
     Enumeration("DEFREC_OK", "Status", "Status", csharp_type="int"),
     Enumeration("DEFREC_LOG_", "LogLevel", "LogLevel", csharp_type="int"),
@@ -31,6 +32,9 @@ ENUMERATIONS = [
     Enumeration("DEFREC_FORMAT_", "Format", "PixelFormat", zero="Default"),
     Enumeration("DEFREC_SOLVER_", "Solver", "Solver", zero="Default"),
     Enumeration("DEFREC_SELF_CALIBRATION_", "SelfCalibration", "SelfCalibration"),
+    Enumeration("DEFREC_BODY_STATE_", "BodyState", "BodyState"),
+    Enumeration("DEFREC_BODY_", "BodyMode", "BodyMode"),
+    Enumeration("DEFREC_REGION_", "RegionFlag", "RegionFlags", is_flags=True, zero="None"),
     Enumeration("DEFREC_FRAME_", "FrameFlag", "FrameFlags", is_flags=True, zero="None"),
     Enumeration("DEFREC_INITIALISING", "State", "FrameState"),
     Enumeration("DEFREC_REASON_", "Reason", "Reasons", is_flags=True, zero="None"),

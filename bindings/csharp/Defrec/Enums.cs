@@ -168,6 +168,15 @@ namespace Defrec
         Off = 2
     }
 
+    /// <summary>Whether a tracker computes the elastic body beneath its template.</summary>
+    public enum BodyMode : uint
+    {
+        /// <summary>On a thread of its own, from when there is a template.</summary>
+        On = 0,
+        /// <summary>Never: points beneath the surface move with the rigid motion of the tissue that is seen.</summary>
+        Off = 1
+    }
+
     /// <summary>Flags of defrec_frame.</summary>
     [Flags]
     public enum FrameFlags : uint
@@ -292,6 +301,20 @@ namespace Defrec
         Lateral = 1 << 1
     }
 
+    /// <summary>What carries points beneath the surface of a frame.</summary>
+    public enum BodyState : uint
+    {
+        /// <summary>No template, or no body can be made of it, or BodyMode.Off.</summary>
+        None = 0,
+        /// <summary>
+        /// It is being computed: until then such points move with the rigid motion of the tissue that is seen, or with the body
+        /// before the template grew or was cut.
+        /// </summary>
+        Pending = 1,
+        /// <summary>The elastic body.</summary>
+        Ready = 2
+    }
+
     /// <summary>What was found under a pixel.</summary>
     public enum Found : byte
     {
@@ -301,6 +324,18 @@ namespace Defrec
         Surface = 1,
         /// <summary>Tissue beside the surface, which may grow there.</summary>
         Beside = 2
+    }
+
+    /// <summary>Flags of defrec_body_region.</summary>
+    [Flags]
+    public enum RegionFlags : uint
+    {
+        /// <summary>None.</summary>
+        None = 0,
+        /// <summary>
+        /// What lies in it is held: it moves with held_motion of defrec_frame, or with the deep tissue where that is not given.
+        /// </summary>
+        Held = 1u << 0
     }
 
     /// <summary>Which stages a device offers: bit <c>1 &lt;&lt; StageKind</c>.</summary>
@@ -352,28 +387,11 @@ namespace Defrec
         public const int OrbAngleBins = 32;
         /// <summary>Control points that move one surface point.</summary>
         public const int SkinNodes = 4;
-        /// <summary>On a thread of its own, from when there is a template.</summary>
-        public const int BodyOn = 0;
-        /// <summary>Never: points beneath the surface move with the rigid motion of the tissue that is seen.</summary>
-        public const int BodyOff = 1;
         /// <summary>
         /// Where the device is quarantined or cannot be opened, take the next one with every stage; results name it.
         /// </summary>
         public const int TrackerFallback = 1;
         /// <summary>Entries of defrec_result's times.</summary>
         public const int MaxTimedStages = 16;
-        /// <summary>No template, or no body can be made of it, or Constants.BodyOff.</summary>
-        public const int BodyStateNone = 0;
-        /// <summary>
-        /// It is being computed: until then such points move with the rigid motion of the tissue that is seen, or with the body
-        /// before the template grew or was cut.
-        /// </summary>
-        public const int BodyStatePending = 1;
-        /// <summary>The elastic body.</summary>
-        public const int BodyStateReady = 2;
-        /// <summary>
-        /// What lies in it is held: it moves with held_motion of defrec_frame, or with the deep tissue where that is not given.
-        /// </summary>
-        public const int RegionHeld = 1;
     }
 }

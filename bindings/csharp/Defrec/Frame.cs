@@ -137,9 +137,15 @@ namespace Defrec
         /// out: <see cref="Reasons.Coarse"/>, <see cref="Reasons.Unchecked"/>, in this order. A late job has <see cref="Reasons.Overdue"/>.
         /// </summary>
         public ulong DeadlineNs { get; set; }
-        /// <summary>Rectified camera from template frame, of what holds the body; null: it is estimated.</summary>
+        /// <summary>
+        /// Rectified camera from template frame, of what holds the body (a bone, the base of the tissue). It carries the depth beneath the surface,
+        /// instead of what is estimated from the surface; null: not known.
+        /// </summary>
         public RigidTransform? HeldMotion { get; set; }
-        /// <summary>Fixed frame from rectified camera, at the frame's time; null: not known.</summary>
+        /// <summary>
+        /// Fixed frame (a navigation system's) from rectified camera, at the frame's time. Given with every frame from the template's on, it tells the
+        /// motion of the tissue from that of the camera; null: not known.
+        /// </summary>
         public RigidTransform? CameraPose { get; set; }
 
         /// <summary>A pair of images.</summary>

@@ -58,8 +58,8 @@ namespace Defrec
         public uint RigMatches { get; }
         /// <summary>Counts the tracker's templates, and how often tissue joined them; 0 without a template.</summary>
         public uint TemplateEpoch { get; }
-        /// <summary>Constants.BodyState*: what carries points beneath the surface, when this was read.</summary>
-        public uint Body { get; }
+        /// <summary>What carries points beneath the surface, now.</summary>
+        public BodyState Body { get; }
 
         internal unsafe FrameSummary(ref defrec_result result)
         {

@@ -36,14 +36,7 @@ namespace Defrec
         /// <exception cref="DefrecException">How the job failed.</exception>
         public bool Wait(TimeSpan timeout)
         {
-            ulong timeoutNs = ulong.MaxValue;
-            if (timeout != Timeout.InfiniteTimeSpan)
-            {
-                if (timeout < TimeSpan.Zero)
-                    throw new ArgumentOutOfRangeException(nameof(timeout), timeout, "A time is not negative.");
-                ulong ticks = (ulong)timeout.Ticks; // of 100 ns
-                timeoutNs = ticks < ulong.MaxValue / 100 ? 100 * ticks : ulong.MaxValue;
-            }
+            ulong timeoutNs = Check.Nanoseconds(timeout, nameof(timeout));
             using (var use = new HandleUse(Handle))
             {
                 Status status = NativeMethods.defrec_job_wait(use.Native, timeoutNs);
@@ -130,10 +123,10 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Moves points (x, y, z, x, ...), mm, given in the template frame (on or near the surface: a preoperative model, say) to the frame of this
-        /// job, in the rectified camera, mm. status, how far to trust each, and expectedErrorMm, the root mean square of the 3D error to be
-        /// expected of each, may be null.
-        /// Arrays may be longer than needed.
+        /// Moves points (x, y, z, x, ...), mm, given in the template frame (a preoperative model, say) to the frame of this job, in the rectified
+        /// camera, mm. Points on the surface move with it; points beneath it are carried by the elastic body and never Observed. status, how far to
+        /// trust each, and expectedErrorMm, the root mean square of the 3D error to be expected of each, may be null. Arrays may be longer than
+        /// needed.
         /// </summary>
         /// <exception cref="ArgumentException">templateXyz or xyz is null, an array is too short, or templateXyz not a multiple of 3 long.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
@@ -169,28 +162,27 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Moves prepared targets to the frame of this job, as <see cref="WarpPoints(double[], double[], PointStatus[], double[])"/> does with points,
-        /// faster: xyz each, mm, rectified camera. covariance (six each), status and expectedErrorMm may be null.
+        /// Moves prepared targets to the frame of this job, as <see cref="WarpPoints(double[], double[], PointStatus[], double[])"/> and
+        /// <see cref="GetPointCovariances(double[], double[], Evidence[])"/> do, faster: x, y, z each, rectified camera, mm. status, how far to trust
+        /// each, expectedErrorMm, the root mean square of the 3D error to be expected of each, and covariance, of each the error's xx, xy, xz, yy,
+        /// yz, zz, mm^2, may be null. Arrays may be longer than needed.
         /// </summary>
         /// <exception cref="ArgumentException">targets or xyz is null, or an array is too short.</exception>
-        /// <exception cref="ObjectDisposedException">The job or the targets were disposed.</exception>
-        /// <exception cref="DefrecException">The job is not done, failed, or follows another template.</exception>
-        public void MoveTargets(Targets targets, double[] xyz, double[] covariance = null, PointStatus[] status = null,
-            double[] expectedErrorMm = null)
+        /// <exception cref="ObjectDisposedException">The job was disposed, or the targets were.</exception>
+        /// <exception cref="DefrecException">
+        /// The job is not done, failed, or its tracker has no template; or the targets are of a template that this frame's did not become of.
+        /// </exception>
+        public void MoveTargets(Targets targets, double[] xyz, PointStatus[] status = null, double[] expectedErrorMm = null, double[] covariance = null)
         {
             Check.NotNull(targets, nameof(targets));
             Check.NotNull(xyz, nameof(xyz));
             int count = targets.Count;
             Check.Length(xyz.Length, 3L * count, nameof(xyz));
-            if (covariance != null) Check.Length(covariance.Length, 6L * count, nameof(covariance));
             if (status != null) Check.Length(status.Length, count, nameof(status));
             if (expectedErrorMm != null) Check.Length(expectedErrorMm.Length, count, nameof(expectedErrorMm));
-            fixed (double* to = xyz, covariances = covariance, errors = expectedErrorMm)
-            fixed (PointStatus* statuses = status)
-            using (var targetsUse = new HandleUse(targets.Handle))
-            using (var use = new HandleUse(Handle))
-                DefrecException.ThrowIfFailed(NativeMethods.defrec_job_move_targets(use.Native, targetsUse.Native, (UIntPtr)(uint)count, to,
-                    covariances, (byte*)statuses, errors));
+            if (covariance != null) Check.Length(covariance.Length, 6L * count, nameof(covariance));
+            fixed (double* to = xyz, error = expectedErrorMm, errors = covariance)
+            fixed (PointStatus* statuses = status) Move(targets, to, statuses, error, errors);
         }
 
         /// <summary>Gives the job's place in the queue back; waits if it is running.</summary>
@@ -216,6 +208,17 @@ namespace Defrec
                 if (count == 0) return;
                 DefrecException.ThrowIfFailed(
                     NativeMethods.defrec_job_point_covariances(use.Native, from, (UIntPtr)(uint)count, covariance, (byte*)evidence));
+            }
+        }
+
+        private void Move(Targets targets, double* to, PointStatus* status, double* error, double* covariance)
+        {
+            using (var use = new HandleUse(Handle))
+            using (var targetsUse = new HandleUse(targets.Handle))
+            {
+                if (targets.Count == 0) return;
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_job_move_targets(use.Native, targetsUse.Native, (UIntPtr)(uint)targets.Count, to,
+                                                                                    covariance, (byte*)status, error));
             }
         }
 

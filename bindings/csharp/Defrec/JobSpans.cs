@@ -38,6 +38,24 @@ namespace Defrec
                 GetCovariances(from, count, to, evidence.IsEmpty ? null : observed);
         }
 
+        /// <summary>Like the overload for arrays; an empty status, expectedErrorMm or covariance is not wanted.</summary>
+        /// <exception cref="ArgumentException">targets is null, or a span is too short.</exception>
+        /// <exception cref="ObjectDisposedException">The job was disposed, or the targets were.</exception>
+        /// <exception cref="DefrecException">As of the overload for arrays.</exception>
+        public void MoveTargets(Targets targets, Span<double> xyz, Span<PointStatus> status, Span<double> expectedErrorMm, Span<double> covariance)
+        {
+            Check.NotNull(targets, nameof(targets));
+            int count = targets.Count;
+            Check.Length(xyz.Length, 3L * count, nameof(xyz));
+            if (!status.IsEmpty) Check.Length(status.Length, count, nameof(status));
+            if (!expectedErrorMm.IsEmpty) Check.Length(expectedErrorMm.Length, count, nameof(expectedErrorMm));
+            if (!covariance.IsEmpty) Check.Length(covariance.Length, 6L * count, nameof(covariance));
+            fixed (double* to = &MemoryMarshal.GetReference(xyz))
+            fixed (PointStatus* statuses = &MemoryMarshal.GetReference(status))
+            fixed (double* error = &MemoryMarshal.GetReference(expectedErrorMm), errors = &MemoryMarshal.GetReference(covariance))
+                Move(targets, to, status.IsEmpty ? null : statuses, expectedErrorMm.IsEmpty ? null : error, covariance.IsEmpty ? null : errors);
+        }
+
         /// <summary>Like the overload for arrays.</summary>
         /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>

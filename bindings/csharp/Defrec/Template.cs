@@ -1,10 +1,14 @@
 using System;
 using System.Runtime.InteropServices;
+using System.Threading;
 using Defrec.Native;
 
 namespace Defrec
 {
-    /// <summary>The surface that a tracker follows: its shape in the template frame, and what it looks like. It does not change. Any thread.</summary>
+    /// <summary>
+    /// The surface that a tracker follows: its shape in the template frame, and what it looks like, which do not change, and the elastic body that it
+    /// belongs to. Any thread.
+    /// </summary>
     public sealed unsafe class Template : IDisposable
     {
         internal readonly TemplateHandle Handle;
@@ -236,41 +240,46 @@ namespace Defrec
 #endif
 
         /// <summary>
-        /// Sets the body that the surface belongs to, from then on and in all trackers that follow it or what it becomes; null: the tissue beneath
-        /// the surface. It is copied.
+        /// Sets the body that the surface belongs to, from then on and in all trackers that follow it or what it becomes by growing or by a cut; null:
+        /// the tissue beneath the surface. Everything is copied. A body that is being computed is given up, and that before is used until the new one is
+        /// ready. Saved with the template.
         /// </summary>
+        /// <exception cref="ArgumentException">An array or a region is null, or an array not a multiple of 3 long.</exception>
         /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
-        /// <exception cref="DefrecException">A number is out of range, or a mesh is not one of a body; the message says where.</exception>
+        /// <exception cref="DefrecException">
+        /// A number is out of its range, or a mesh is not closed, is inside out, intersects itself, has a size that is not one in mm, or does not meet
+        /// the surface (<see cref="Status.ErrorArgument"/>).
+        /// </exception>
         public void SetBody(BodyDescription body)
         {
+            using (var pinned = body == null ? null : new PinnedBody(body))
             using (var use = new HandleUse(Handle))
-            {
-                if (body == null)
-                {
-                    DefrecException.ThrowIfFailed(NativeMethods.defrec_template_set_body(use.Native, null));
-                    return;
-                }
-                using (var pinned = new PinnedBody(body))
-                {
-                    defrec_body_desc native = pinned.Native;
-                    DefrecException.ThrowIfFailed(NativeMethods.defrec_template_set_body(use.Native, &native));
-                }
-            }
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_template_set_body(use.Native, pinned == null ? null : pinned.Desc));
+        }
+
+        /// <summary>Waits until the body beneath the surface is ready; starts computing it where nobody has.</summary>
+        /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
+        /// <exception cref="DefrecException">No body can be made of it (<see cref="Status.ErrorUnsupported"/>).</exception>
+        public void WaitForBody()
+        {
+            WaitForBody(Timeout.InfiniteTimeSpan);
         }
 
         /// <summary>
-        /// Waits for the body beneath the surface at most so many ns: false where it is not ready by then. What is asked of a frame's points
-        /// afterwards depends on the frames alone.
+        /// Likewise, or until the time is over: then false. Zero only asks; Timeout.InfiniteTimeSpan waits for ever. Once it is ready, what is asked of a
+        /// frame's points depends on the frames alone and not on time.
         /// </summary>
+        /// <exception cref="ArgumentOutOfRangeException">The time is negative.</exception>
         /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
         /// <exception cref="DefrecException">No body can be made of it (<see cref="Status.ErrorUnsupported"/>).</exception>
-        public bool WaitForBody(ulong timeoutNs = ulong.MaxValue)
+        public bool WaitForBody(TimeSpan timeout)
         {
+            ulong timeoutNs = Check.Nanoseconds(timeout, nameof(timeout));
             using (var use = new HandleUse(Handle))
             {
                 Status status = NativeMethods.defrec_template_wait_body(use.Native, timeoutNs);
                 DefrecException.ThrowIfFailed(status);
-                return status == Status.Ok;
+                return status != Status.Timeout;
             }
         }
 

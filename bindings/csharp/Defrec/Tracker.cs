@@ -61,13 +61,13 @@ namespace Defrec
             return job;
         }
 
-        /// <summary>Queues a pair of images.</summary>
+        /// <summary>Queues a pair of images. heldMotion and cameraPose: see <see cref="Frame.HeldMotion"/> and <see cref="Frame.CameraPose"/>.</summary>
         /// <exception cref="ArgumentException">Left or right is not given.</exception>
         /// <exception cref="ObjectDisposedException">The tracker, or a memory of the frame, was disposed.</exception>
         /// <exception cref="DefrecException">As of <see cref="Submit(Frame)"/>.</exception>
-        public Job Submit(Image left, Image right, long timestampNs)
+        public Job Submit(Image left, Image right, long timestampNs, RigidTransform? heldMotion = null, RigidTransform? cameraPose = null)
         {
-            return Submit(new Frame(left, right, timestampNs));
+            return Submit(new Frame(left, right, timestampNs) { HeldMotion = heldMotion, CameraPose = cameraPose });
         }
 
         /// <summary>Queues a frame if there is a place for it; false, and job is null, where <see cref="Submit(Frame)"/> throws <see cref="Status.ErrorBusy"/>.</summary>
@@ -140,14 +140,14 @@ namespace Defrec
                     flags = (frame.CaptureTemplate ? FrameFlags.CaptureTemplate : FrameFlags.None) |
                             (frame.HeldMotion.HasValue ? FrameFlags.HeldMotion : FrameFlags.None) |
                             (frame.CameraPose.HasValue ? FrameFlags.CameraPose : FrameFlags.None),
-                    held_motion = frame.HeldMotion.GetValueOrDefault(),
-                    camera_pose = frame.CameraPose.GetValueOrDefault(),
                     timestamp_ns = frame.TimestampNs,
                     left = &left,
                     right = &right,
                     ignore = frame.Ignore.IsGiven ? &ignore : null,
                     samples = samplesUse.Native,
-                    deadline_ns = frame.DeadlineNs
+                    deadline_ns = frame.DeadlineNs,
+                    held_motion = frame.HeldMotion.GetValueOrDefault(),
+                    camera_pose = frame.CameraPose.GetValueOrDefault()
                 };
                 IntPtr created;
                 Status status = NativeMethods.defrec_tracker_submit(use.Native, &native, &created);

@@ -57,8 +57,8 @@ namespace Defrec
         public bool Grow { get; set; }
         /// <summary>Of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.</summary>
         public uint MaxVertices { get; set; }
-        /// <summary>Constants.Body*: what carries points beneath the surface; default Constants.BodyOn.</summary>
-        public uint Body { get; set; }
+        /// <summary>BodyMode: what carries points beneath the surface; default BodyMode.On.</summary>
+        public BodyMode Body { get; set; }
         /// <summary>
         /// Where the device is quarantined or cannot be opened, take the next one with every stage; results name it.
         /// </summary>

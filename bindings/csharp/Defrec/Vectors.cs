@@ -1,5 +1,6 @@
 using System;
 using System.Runtime.InteropServices;
+using Defrec.Native;
 
 // The small arrays inside records. Fields, so that records stay plain memory and need no unsafe code.
 namespace Defrec
@@ -141,6 +142,16 @@ namespace Defrec
     public unsafe struct RigidTransform
     {
         internal fixed double elements[12];
+
+        /// <summary>12 numbers, row by row: three of the rotation and one of the translation, mm, in each.</summary>
+        /// <exception cref="ArgumentException">rows is null, or not of 12 numbers.</exception>
+        public RigidTransform(params double[] rows)
+        {
+            Check.NotNull(rows, nameof(rows));
+            if (rows.Length != 12) throw new ArgumentException("The length is " + rows.Length + "; 12 expected.", nameof(rows));
+            fixed (double* first = elements)
+                for (int i = 0; i < 12; ++i) first[i] = rows[i];
+        }
 
         /// <summary>Row 0 to 2; columns 0 to 2 are the rotation, 3 is the translation in mm.</summary>
         public double this[int row, int column]

@@ -12,6 +12,7 @@ namespace Defrec.Tests
     {
         private Job job;
         private Template template;
+        private Targets targets; // two
         private Stage stage;
 
         [SetUp]
@@ -19,6 +20,8 @@ namespace Defrec.Tests
         {
             job = Submit();
             template = Tracker.GetTemplate();
+            Stub.Answer("defrec_targets_count", (Status)2, "");
+            targets = new Targets(template, new double[6]);
             stage = new Stage(Context, new OrbParameters());
             Stub.Calls();
         }
@@ -27,6 +30,7 @@ namespace Defrec.Tests
         public void DisposeThem()
         {
             stage.Dispose();
+            targets.Dispose();
             template.Dispose();
             job.Dispose();
         }
@@ -90,6 +94,13 @@ namespace Defrec.Tests
                 { () => template.Lift(null, three, flags), "uv" },
                 { () => template.Lift(two, null, flags), "xyz" },
                 { () => template.Lift(two, three, null), "found" },
+                { () => template.SetBody(WithRegion(null)), "body.Regions[1]" },
+                { () => template.SetBody(WithRegion(new BodyRegion { Mesh = null })), "body.Regions[1].Mesh" },
+                { () => template.SetBody(WithRegion(new BodyRegion { Mesh = new TriangleMesh(null, new uint[3]) })), "body.Regions[1].Mesh.Vertices" },
+                { () => template.SetBody(new BodyDescription { Mesh = new TriangleMesh(new float[3], null) }), "body.Mesh.Triangles" },
+                { () => new Targets(null, three), "template" }, { () => new Targets(template, null), "templateXyz" },
+                { () => job.MoveTargets(null, three), "targets" }, { () => job.MoveTargets(targets, null), "xyz" },
+                { () => new RigidTransform(null), "rows" },
                 { () => template.Save(null), "path" },
                 { () => Template.Load(null, "/a"), "context" },
                 { () => Template.Load(Context, null), "path" },
@@ -125,6 +136,14 @@ namespace Defrec.Tests
                 { () => job.GetPointCovariances(six, new double[12], new Evidence[1]), "evidence" },
                 { () => template.Lift(three, six, new bool[2]), "uv" }, { () => template.Lift(four, four, new bool[2]), "xyz" },
                 { () => template.Lift(four, six, new bool[1]), "found" },
+                { () => template.SetBody(new BodyDescription { Mesh = new TriangleMesh(new float[4], new uint[3]) }), "body.Mesh.Vertices" },
+                { () => template.SetBody(new BodyDescription { Mesh = new TriangleMesh(new float[3], new uint[4]) }), "body.Mesh.Triangles" },
+                { () => template.SetBody(WithRegion(new BodyRegion { Mesh = new TriangleMesh(new float[3], new uint[2]) })), "body.Regions[1].Mesh.Triangles" },
+                { () => new Targets(template, four), "templateXyz" },
+                { () => job.MoveTargets(targets, new double[5]), "xyz" }, { () => job.MoveTargets(targets, six, new PointStatus[1]), "status" },
+                { () => job.MoveTargets(targets, six, null, new double[1]), "expectedErrorMm" },
+                { () => job.MoveTargets(targets, six, null, null, new double[11]), "covariance" },
+                { () => new RigidTransform(new double[16]), "rows" },
                 { () => stage.Prepare(new StageBuffer[65]), "inputs" },
                 { () => stage.Run(new StageBuffer[33], new StageBuffer[32]), "inputs" },
                 { () => template.Save("/a\0b"), "path" }, { () => Template.Load(Context, "/\ud800"), "path" },
@@ -173,6 +192,7 @@ namespace Defrec.Tests
                 { () => new Rig(Context, RigDescription.Rectified(-1, Height, Camera)), "description.Width" },
                 { () => new Rig(Context, RigDescription.Rectified(Width, int.MinValue, Camera)), "description.Height" },
                 { () => job.Wait(TimeSpan.FromSeconds(-5)), "timeout" }, { () => job.Wait(TimeSpan.MinValue), "timeout" },
+                { () => template.WaitForBody(TimeSpan.FromTicks(-2)), "timeout" },
                 { () => new DeviceMemory(Tracker, MemoryKind.Host, (IntPtr)16, -1), "size" },
                 { () => new StageBuffer((IntPtr)16, -1), "size" }
             });
@@ -186,6 +206,24 @@ namespace Defrec.Tests
             job.GetPointCovariances(new double[0], new double[0], new Evidence[0]);
             template.Lift(new double[0], new double[0], new bool[0]);
             Assert.That(Stub.Calls(), Is.Empty);
+            Stub.Answer("defrec_targets_count", 0, "");
+            using (var none = new Targets(template, new double[0])) job.MoveTargets(none, new double[0]);
+            Assert.That(Stub.Calls().Select(call => call.Split('(')[0]),
+                        Is.EqualTo(new[] { "defrec_targets_create", "defrec_targets_count", "defrec_targets_destroy" }));
+        }
+
+        [Test]
+        public void WhatIsNotFiniteIsTheLibrarys()
+        {
+            using (new Targets(template, new[] { double.NaN, double.PositiveInfinity, 1 }))
+                Assert.That(Stub.Call("defrec_targets_create"), Is.StringMatching("template_xyz=\\[-?nan, inf, 1\\], count=1"));
+            template.SetBody(new BodyDescription { PoissonRatio = float.NaN });
+            Assert.That(Stub.Call("defrec_template_set_body"), Is.StringContaining("0000c0ff").Or.StringContaining("0000c07f"));
+        }
+
+        private static BodyDescription WithRegion(BodyRegion second)
+        {
+            return new BodyDescription { Regions = { new BodyRegion(), second } };
         }
     }
 }

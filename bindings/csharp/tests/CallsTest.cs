@@ -197,7 +197,7 @@ namespace Defrec.Tests
                 string[] addresses = { call.Substring(head.Length, 16), call.Substring(head.Length + 16, 16), call.Substring(head.Length + 32, 16) };
                 Assert.That(addresses, Is.Unique);
                 Assert.That(addresses, Has.None.EqualTo("0000000000000000"));
-                Assert.That(call, Is.StringEnding("00000000000000000807060504030201" + new string('0', 4 * 96) + ", out=" + handle + ")"));
+                Assert.That(call, Is.StringEnding("00000000000000000807060504030201" + new string('0', 2 * 24 * 8) + ", out=" + handle + ")"));
 
                 job.Wait();
                 Assert.That(job.Wait(TimeSpan.FromTicks(25000)), Is.True);
@@ -256,6 +256,112 @@ namespace Defrec.Tests
         }
 
         [Test]
+        public void FramesWithMotionsThatAreKnown()
+        {
+            var held = new RigidTransform(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12);
+            var pose = new RigidTransform(Enumerable.Range(1, 12).Select(k => k + 0.5).ToArray());
+            Assert.That(held[1, 3], Is.EqualTo(8));
+            Assert.That(pose[2, 0], Is.EqualTo(9.5));
+            string none = new string('0', 2 * 12 * 8);
+            foreach (bool isHeld in new[] { false, true })
+            {
+                foreach (bool isPosed in new[] { false, true })
+                {
+                    using (Tracker.Submit(GrayImage(), GrayImage(), 1, isHeld ? held : (RigidTransform?)null, isPosed ? pose : (RigidTransform?)null))
+                    {
+                        string call = Stub.Call("defrec_tracker_submit");
+                        Assert.That(call, Is.StringContaining("frame=f80000000" + ((isHeld ? 2 : 0) + (isPosed ? 4 : 0)) + "000000"));
+                        Assert.That(call, Is.StringContaining((isHeld ? Stub.Hex(&held, 96) : none) + (isPosed ? Stub.Hex(&pose, 96) : none) + ", out="));
+                    }
+                    Stub.Calls();
+                }
+            }
+        }
+
+        [Test]
+        public void BodiesAndTargets()
+        {
+            Template template = Tracker.GetTemplate();
+            string surface = Stub.Handle(template.Handle);
+            Stub.Calls();
+            template.SetBody(null);
+            template.WaitForBody();
+            Assert.That(template.WaitForBody(TimeSpan.FromTicks(25000)), Is.True);
+            Stub.Answer("defrec_template_wait_body", Status.Timeout, "");
+            Assert.That(template.WaitForBody(TimeSpan.Zero), Is.False);
+            Assert.That(Stub.Calls(), Is.EqualTo(new[]
+            {
+                "defrec_template_set_body(surface=" + surface + ", desc=NULL)",
+                "defrec_template_wait_body(surface=" + surface + ", timeout_ns=18446744073709551615)",
+                "defrec_template_wait_body(surface=" + surface + ", timeout_ns=2500000)", "defrec_template_wait_body(surface=" + surface + ", timeout_ns=0)"
+            }));
+
+            template.SetBody(new BodyDescription { PoissonRatio = 0.25f, CutDepthMm = 7.5f });
+            var expected = new defrec_body_desc { struct_size = 64, poisson_ratio = 0.25f, cut_depth_mm = 7.5f };
+            Assert.That(Stub.Calls(), Is.EqualTo(new[] { "defrec_template_set_body(surface=" + surface + ", desc=" + Stub.Hex(&expected, 64) + ")" }));
+
+            Stub.Answer("defrec_targets_count", (Status)2, "");
+            var targets = new Targets(template, new[] { 1.5, -2, 0.25, 4, 5, 6 });
+            template.Dispose(); // targets do not need it
+            Assert.That(targets.Count, Is.EqualTo(2));
+            double[] xyz = new double[7], error = new double[2], covariance = new double[12];
+            var status = new PointStatus[2];
+            string made = Stub.Handle(targets.Handle);
+            using (Job job = Submit())
+            {
+                string handle = Stub.Handle(job.Handle);
+                job.MoveTargets(targets, xyz, status, error, covariance);
+                job.MoveTargets(targets, xyz);
+                Assert.That(xyz, Is.EqualTo(new double[] { 1, 2, 3, 4, 5, 6, 0 }));
+                Assert.That(status, Is.EqualTo(new[] { PointStatus.Extrapolated, PointStatus.Unknown }));
+                Assert.That(error, Is.EqualTo(new double[] { 1, 2 }));
+                Assert.That(covariance, Is.EqualTo(Enumerable.Range(1, 12)));
+                targets.Dispose();
+                string call = "defrec_job_move_targets(job=" + handle + ", targets=" + made + ", count=2, xyz=written, ";
+                Assert.That(Stub.Calls().Where(line => !line.StartsWith("defrec_tracker_submit")), Is.EqualTo(new[]
+                {
+                    "defrec_targets_create(surface=" + surface + ", template_xyz=[1.5, -2, 0.25, 4, 5, 6], count=2, out=" + made + ")",
+                    "defrec_targets_count(targets=" + made + ")", "defrec_template_release(surface=" + surface + ")",
+                    call + "covariance=written, status=written, expected_error_mm=written)", call + "covariance=NULL, status=NULL, expected_error_mm=NULL)",
+                    "defrec_targets_destroy(targets=" + made + ")"
+                }));
+            }
+        }
+
+        [Test]
+        public void WhatABodyPointsToStaysInPlace()
+        {
+            var body = new BodyDescription
+            {
+                Mesh = new TriangleMesh(new float[] { 1, 2, 3, 4, 5, 6 }, new uint[] { 0, 1, 1 }),
+                Regions = { new BodyRegion { Mesh = new TriangleMesh(new float[] { 7, 8, 9 }, new uint[0]), Stiffness = 2.5f, IsHeld = true }, new BodyRegion() },
+                PoissonRatio = 0.3f,
+                CutDepthMm = 4
+            };
+            using (var pinned = new PinnedBody(body))
+            {
+                for (int i = 0; i < 3; ++i)
+                {
+                    var between = new byte[100000]; // room to move the arrays into
+                    GC.Collect();
+                    GC.KeepAlive(between);
+                }
+                defrec_body_desc* desc = pinned.Desc;
+                Assert.That(new object[] { desc->struct_size, desc->flags, desc->poisson_ratio, desc->cut_depth_mm, desc->region_count },
+                            Is.EqualTo(new object[] { 64u, 0u, 0.3f, 4f, 2ul }));
+                fixed (float* vertices = body.Mesh.Vertices) Assert.That(desc->mesh.vertices == vertices);
+                fixed (uint* triangles = body.Mesh.Triangles) Assert.That(desc->mesh.triangles == triangles);
+                Assert.That(new[] { desc->mesh.vertex_count, desc->mesh.triangle_count }, Is.EqualTo(new[] { 2ul, 1ul }));
+                fixed (float* vertices = body.Regions[0].Mesh.Vertices) Assert.That(desc->regions[0].mesh.vertices == vertices);
+                Assert.That(desc->regions[0].mesh.triangles == null);
+                Assert.That(desc->regions[0].stiffness, Is.EqualTo(2.5f));
+                Assert.That(desc->regions[0].flags, Is.EqualTo(RegionFlags.Held));
+                Assert.That(desc->regions[1].mesh.vertices == null);
+                Assert.That(desc->regions[1].flags, Is.EqualTo(RegionFlags.None));
+            }
+        }
+
+        [Test]
         public void MemoryOfTheDevice()
         {
             var expected = new defrec_memory_desc { struct_size = 24, kind = MemoryKind.Cuda, address = (void*)0x7f10, size = 0x123456789a };
@@ -271,7 +377,7 @@ namespace Defrec.Tests
                 using (Tracker.Submit(new Frame(image, image, 1) { Samples = memory }))
                 {
                     IntPtr native = memory.Handle.DangerousGetHandle();
-                    Assert.That(Stub.Call("defrec_tracker_submit"), Is.StringContaining(Stub.Hex(&native, 8) + new string('0', 16 + 4 * 96) + ", out="));
+                    Assert.That(Stub.Call("defrec_tracker_submit"), Is.StringContaining(Stub.Hex(&native, 8) + new string('0', 2 * 25 * 8) + ", out="));
                 }
                 Stub.Calls();
             }

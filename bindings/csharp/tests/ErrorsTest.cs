@@ -13,7 +13,7 @@ namespace Defrec.Tests
     public class ErrorsTest : StubTest
     {
         // A way to call functions that can fail.
-        private Dictionary<string, TestDelegate> Callers(Job job, Template template, Stage stage)
+        private Dictionary<string, TestDelegate> Callers(Job job, Template template, Targets targets, Stage stage)
         {
             var uv = new double[2];
             var xyz = new double[3];
@@ -43,6 +43,10 @@ namespace Defrec.Tests
                 { "defrec_template_get", () => Tracker.GetTemplate() },
                 { "defrec_template_lift", () => template.Lift(uv, xyz, new bool[1]) },
                 { "defrec_template_point_pieces", () => template.GetPointPieces(xyz, new byte[1]) },
+                { "defrec_template_set_body", () => template.SetBody(new BodyDescription()) },
+                { "defrec_template_wait_body", () => template.WaitForBody() },
+                { "defrec_targets_create", () => new Targets(template, xyz) },
+                { "defrec_job_move_targets", () => job.MoveTargets(targets, xyz) },
                 { "defrec_template_save", () => template.Save("/a") },
                 { "defrec_template_load", () => Template.Load(Context, "/a") }
             };
@@ -53,8 +57,10 @@ namespace Defrec.Tests
         {
             Job job = Submit();
             Template template = Tracker.GetTemplate();
+            Stub.Answer("defrec_targets_count", (Status)1, "");
+            var targets = new Targets(template, new double[3]);
             var stage = new Stage(Context, new OrbParameters());
-            Dictionary<string, TestDelegate> callers = Callers(job, template, stage);
+            Dictionary<string, TestDelegate> callers = Callers(job, template, targets, stage);
             int logs = ContextLog.Count;
             foreach (string function in callers.Keys)
             {
@@ -76,6 +82,7 @@ namespace Defrec.Tests
             Assert.That(ContextLog.Count, Is.EqualTo(logs), "the log of a context that was not made is forgotten");
             Stub.Reset();
             stage.Dispose();
+            targets.Dispose();
             template.Dispose();
             job.Dispose();
         }

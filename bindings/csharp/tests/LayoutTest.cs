@@ -279,6 +279,8 @@ namespace Defrec.Tests
             new KeyValuePair<string, Type>("SOLVER_", typeof(Solver)),
             new KeyValuePair<string, Type>("SELF_CALIBRATION_", typeof(SelfCalibration)), new KeyValuePair<string, Type>("EVIDENCE_", typeof(Evidence)),
             new KeyValuePair<string, Type>("FOUND_", typeof(Found)),
+            new KeyValuePair<string, Type>("BODY_STATE_", typeof(BodyState)), new KeyValuePair<string, Type>("BODY_", typeof(BodyMode)),
+            new KeyValuePair<string, Type>("REGION_", typeof(RegionFlags)),
             new KeyValuePair<string, Type>("FRAME_", typeof(FrameFlags)),
             new KeyValuePair<string, Type>("REASON_", typeof(Reasons)), new KeyValuePair<string, Type>("POINT_", typeof(PointStatus))
         };

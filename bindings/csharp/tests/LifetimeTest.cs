@@ -24,10 +24,11 @@ namespace Defrec.Tests
             var context = new Context(new ContextOptions { Log = (level, source, text) => { } });
             var rig = new Rig(context, RigDescription.Rectified(StubTest.Width, StubTest.Height, StubTest.Camera));
             var tracker = new Tracker(context, rig);
+            Template loaded = Template.Load(context, "/a");
             return new IDisposable[]
             {
                 context, rig, tracker, new DeviceMemory(tracker, MemoryKind.Host, (IntPtr)16, 16), tracker.Submit(StubTest.GrayImage(), StubTest.GrayImage(), 1),
-                tracker.GetTemplate(), Template.Load(context, "/a"), new Stage(context, new OrbParameters())
+                tracker.GetTemplate(), loaded, new Stage(context, new OrbParameters()), new Targets(loaded, new double[3])
             };
         }
 
@@ -77,8 +78,8 @@ namespace Defrec.Tests
             // What a collector that is not exact still takes for used goes with the next objects.
             string[] calls = Stub.Calls();
             int made = calls.Count(call => call.Contains("out=0x")), destroyed = calls.Count(IsDestroyer);
-            Assert.That(made, Is.EqualTo(8 * Rounds));
-            Assert.That(destroyed, Is.GreaterThanOrEqualTo(8 * (Rounds - 1)));
+            Assert.That(made, Is.EqualTo(9 * Rounds));
+            Assert.That(destroyed, Is.GreaterThanOrEqualTo(9 * (Rounds - 1)));
             Assert.That(calls.Where(IsDestroyer), Is.Unique);
             Assert.That(ContextLog.Count, Is.LessThanOrEqualTo(logs + 1));
         }
@@ -94,9 +95,11 @@ namespace Defrec.Tests
             var job = (Job)all[4];
             var template = (Template)all[5];
             var stage = (Stage)all[7];
+            var targets = (Targets)all[8];
             var other = new Context();
             var otherRig = new Rig(other, RigDescription.Rectified(StubTest.Width, StubTest.Height, StubTest.Camera));
             var otherTracker = new Tracker(other, otherRig);
+            Job otherJob = otherTracker.Submit(StubTest.GrayImage(), StubTest.GrayImage(), 1);
             foreach (IDisposable o in all) o.Dispose();
             Stub.Calls();
             double[] uv = new double[2], xyz = new double[3];
@@ -136,6 +139,9 @@ namespace Defrec.Tests
                 { () => template.GetImage(), "Template" },
                 { () => template.Lift(uv, xyz, new bool[1]), "Template" },
                 { () => template.GetPointPieces(xyz, new byte[1]), "Template" },
+                { () => template.SetBody(null), "Template" }, { () => template.WaitForBody(), "Template" },
+                { () => new Targets(template, xyz), "Template" },
+                { () => job.MoveTargets(targets, xyz), "Job" }, { () => otherJob.MoveTargets(targets, xyz), "Targets" },
                 { () => template.Save("/a"), "Template" },
                 { () => stage.Prepare(), "Stage" }, { () => stage.Run(new StageBuffer[0], new StageBuffer[0]), "Stage" }
             };
@@ -145,6 +151,7 @@ namespace Defrec.Tests
                 Assert.That(refusal.ObjectName, Is.EqualTo(call.Value));
             }
             Assert.That(Stub.Calls(), Is.Empty, "none of them reached the library");
+            otherJob.Dispose();
             otherTracker.Dispose();
             otherRig.Dispose();
             other.Dispose();

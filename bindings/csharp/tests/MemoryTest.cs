@@ -70,7 +70,7 @@ namespace Defrec.Tests
 
         private Tracker OpenTracker(Context context, Rig rig)
         {
-            return new Tracker(context, rig, new TrackerOptions { DeviceId = device, Format = PixelFormat.Gray8, Disparities = 32, Body = Constants.BodyOff });
+            return new Tracker(context, rig, new TrackerOptions { DeviceId = device, Format = PixelFormat.Gray8, Disparities = 32, Body = BodyMode.Off });
         }
 
         /// <summary>Everything that is made is disposed, whatever fails; a tracker that was made stays usable.</summary>

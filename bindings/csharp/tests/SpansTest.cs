@@ -61,6 +61,32 @@ namespace Defrec.Tests
                 }));
                 Assert.Throws<ArgumentException>(() => job.GetPointCovariances(new ReadOnlySpan<double>(xyz, 0, 3), new Span<double>(covariance, 0, 5), Span<Evidence>.Empty));
 
+                Stub.Answer("defrec_targets_count", (Status)1, "");
+                using (Template template = Tracker.GetTemplate())
+                using (var targets = new Targets(template, new ReadOnlySpan<double>(xyz, 1, 3)))
+                {
+                    string made = Stub.Handle(targets.Handle);
+                    Assert.That(Stub.Call("defrec_targets_create"), Is.StringContaining("template_xyz=[1, 2, 3], count=1"));
+                    Assert.That(targets.Count, Is.EqualTo(1));
+                    double[] now = new double[4], errors = new double[2], covariances = new double[7];
+                    var statuses = new PointStatus[2];
+                    job.MoveTargets(targets, new Span<double>(now, 1, 3), new Span<PointStatus>(statuses, 1, 1), new Span<double>(errors, 1, 1),
+                                    new Span<double>(covariances, 1, 6));
+                    job.MoveTargets(targets, new Span<double>(now, 1, 3), Span<PointStatus>.Empty, Span<double>.Empty, Span<double>.Empty);
+                    Assert.That(now, Is.EqualTo(new double[] { 0, 1, 2, 3 }));
+                    Assert.That(statuses, Is.EqualTo(new[] { PointStatus.Observed, PointStatus.Extrapolated }));
+                    Assert.That(errors, Is.EqualTo(new double[] { 0, 1 }));
+                    Assert.That(covariances, Is.EqualTo(new double[] { 0, 1, 2, 3, 4, 5, 6 }));
+                    string call = "defrec_job_move_targets(job=" + handle + ", targets=" + made + ", count=1, xyz=written, ";
+                    Assert.That(Stub.Calls(), Is.EqualTo(new[]
+                    {
+                        call + "covariance=written, status=written, expected_error_mm=written)", call + "covariance=NULL, status=NULL, expected_error_mm=NULL)"
+                    }));
+                    Assert.Throws<ArgumentException>(() => job.MoveTargets(targets, new Span<double>(now, 0, 2), Span<PointStatus>.Empty, Span<double>.Empty, Span<double>.Empty));
+                    Assert.Throws<ArgumentException>(() => job.MoveTargets(targets, new Span<double>(now), Span<PointStatus>.Empty, Span<double>.Empty, new Span<double>(covariances, 0, 5)));
+                    Assert.Throws<ArgumentException>(() => new Targets(template, new ReadOnlySpan<double>(xyz)));
+                }
+
                 Assert.That(job.CopyVertexCovariance(Span<float>.Empty) + job.CopyVertexEvidence(Span<Evidence>.Empty), Is.EqualTo(0));
                 Assert.That(job.CopyPieces(Span<Piece>.Empty), Is.EqualTo(0));
                 Assert.That(job.CopyVertices(Span<float>.Empty) + job.CopyMotions(Span<Motion>.Empty) + job.CopyVertexStatus(Span<PointStatus>.Empty), Is.EqualTo(0));

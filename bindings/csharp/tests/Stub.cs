@@ -86,6 +86,7 @@ namespace Defrec.Tests
                 case "defrec_tracker_create": return "defrec_tracker_destroy";
                 case "defrec_memory_import": return "defrec_memory_release";
                 case "defrec_tracker_submit": return "defrec_job_release";
+                case "defrec_targets_create": return "defrec_targets_destroy";
                 case "defrec_tracker_get_template":
                 case "defrec_template_load": return "defrec_template_release";
                 default: return "unknown maker " + maker;

@@ -31,7 +31,11 @@ namespace Defrec.Tests
                     {
                         atRest = new double[now.Length];
                         session.Rig.RectifyPixels(uv, uv);
-                        using (Template template = session.Tracker.GetTemplate()) template.Lift(uv, atRest, found);
+                        using (Template template = session.Tracker.GetTemplate())
+                        {
+                            template.WaitForBody();
+                            template.Lift(uv, atRest, found);
+                        }
                     }
                     job.WarpPoints(atRest, now, status, error);
                 }
@@ -99,6 +103,54 @@ namespace Defrec.Tests
         }
 
         [Test]
+        public void TargetsMoveAsPointsDo()
+        {
+            using (var session = new TrackingSession(null))
+            {
+                Template template;
+                using (Job job = session.Track(0)) template = job.GetTemplate();
+                SurfacePoint[] vertices = template.GetVertices();
+                var plan = new double[3 * vertices.Length];
+                for (int i = 0; i < vertices.Length; ++i)
+                {
+                    Float3 at = vertices[i].Position;
+                    double depth = 1 + i % 5; // mm, along the line of sight
+                    for (int k = 0; k < 3; ++k) plan[3 * i + k] = new[] { at.X, at.Y, at.Z }[k] * (1 + depth / at.Z);
+                }
+                plan[4] = double.NaN;
+                template.SetBody(new BodyDescription { PoissonRatio = 0.45f });
+                template.WaitForBody();
+                var open = new BodyDescription { Mesh = new TriangleMesh(new float[] { 0, 0, 50, 9, 0, 50, 0, 9, 50 }, new uint[] { 0, 1, 2 }) };
+                Assert.That(Assert.Throws<DefrecException>(() => template.SetBody(open)).Status, Is.EqualTo(Status.ErrorArgument));
+                using (var targets = new Targets(template, plan))
+                {
+                    template.Dispose();
+                    Assert.That(targets.Count, Is.EqualTo(vertices.Length));
+                    double[] xyz = new double[plan.Length], error = new double[targets.Count], covariance = new double[2 * plan.Length];
+                    double[] expectedXyz = new double[plan.Length], expectedError = new double[targets.Count], expectedCovariance = new double[2 * plan.Length];
+                    PointStatus[] status = new PointStatus[targets.Count], expectedStatus = new PointStatus[targets.Count];
+                    for (int frame = 1; frame < 4; ++frame)
+                    {
+                        using (Job job = session.Track(frame))
+                        {
+                            Assert.That(job.GetSummary().Body, Is.EqualTo(BodyState.Ready));
+                            job.MoveTargets(targets, xyz, status, error, covariance);
+                            job.WarpPoints(plan, expectedXyz, expectedStatus, expectedError);
+                            job.GetPointCovariances(plan, expectedCovariance);
+                        }
+                        Assert.That(xyz, Is.EqualTo(expectedXyz).Within(1e-6));
+                        Assert.That(status, Is.EqualTo(expectedStatus));
+                        Assert.That(error, Is.EqualTo(expectedError).Within(1e-6));
+                        Assert.That(covariance, Is.EqualTo(expectedCovariance).Within(1e-6));
+                        Assert.That(status[1], Is.EqualTo(PointStatus.Unknown), "it is not finite");
+                        Assert.That(xyz[3], Is.NaN);
+                        Assert.That(status, Has.Some.EqualTo(PointStatus.Extrapolated));
+                    }
+                }
+            }
+        }
+
+        [Test]
         public void AResultIsWhole()
         {
             using (var session = new TrackingSession(new TrackerOptions { KeepDisparity = true }))
@@ -161,6 +213,7 @@ namespace Defrec.Tests
                 Assert.That(tooShort, Has.All.EqualTo(0));
 
                 // Vertices warp to where the result has them.
+                template.WaitForBody();
                 double[] atRest = template.GetVertices().SelectMany(v => new double[] { v.Position.X, v.Position.Y, v.Position.Z }).ToArray(), now = new double[atRest.Length];
                 job.WarpPoints(atRest, now);
                 var pointCovariances = new double[2 * atRest.Length];

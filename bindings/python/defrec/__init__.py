@@ -16,6 +16,7 @@ and, with everything in one's own hands:
 Lengths are mm. Cameras: x right, y down, z forward. Pixel (0, 0) is the centre of the top-left pixel. What fails in the
 library raises Error; what cannot be passed to it raises TypeError or ValueError.
 """
+from .body import BodyRegion, Mesh
 from .calibration import Calibration
 from .context import Context, DeviceInfo, PluginInfo, library_release, library_version, status_name
 from .enums import (
@@ -26,10 +27,11 @@ from .enums import (
     MIN_HEIGHT,
     MIN_WIDTH,
     ORB_ANGLE_BINS,
-    REGION_HELD,
     SKIN_NODES,
     STAGE_COUNT_V1,
     TRACKER_FALLBACK,
+    BodyMode,
+    BodyState,
     ContextFlag,
     DeviceFeature,
     DeviceKind,
@@ -42,6 +44,7 @@ from .enums import (
     Observation,
     PointStatus,
     Reason,
+    RegionFlag,
     SelfCalibration,
     Solver,
     StageKind,
@@ -78,7 +81,7 @@ from .structs import (
     SurfaceSample,
     WarpParams,
 )
-from .template import Body, BodyMesh, BodyPart, Lifted, Targets, Template, TemplateData
+from .template import Lifted, Targets, Template, TemplateData
 from .tracker import Job, Tracker
 from .tracking import FollowedPoints, RigEstimate, TrackedFrame, Tracking, track
 
@@ -91,15 +94,14 @@ __all__ = [
     "MIN_HEIGHT",
     "MIN_WIDTH",
     "ORB_ANGLE_BINS",
-    "REGION_HELD",
     "SKIN_NODES",
     "STAGE_COUNT_V1",
     "TRACKER_FALLBACK",
     "AlignParams",
     "AlignStage",
-    "Body",
-    "BodyMesh",
-    "BodyPart",
+    "BodyMode",
+    "BodyRegion",
+    "BodyState",
     "BusyError",
     "Calibration",
     "Camera",
@@ -129,6 +131,7 @@ __all__ = [
     "MatchStage",
     "Memory",
     "MemoryKind",
+    "Mesh",
     "Motion",
     "MovedTargets",
     "Observation",
@@ -147,6 +150,7 @@ __all__ = [
     "Reason",
     "RectifyParams",
     "RectifyStage",
+    "RegionFlag",
     "Result",
     "Rig",
     "RigEstimate",

@@ -14,7 +14,7 @@ from ctypes import POINTER, byref, c_char_p, c_int, c_ssize_t, c_void_p, py_obje
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Type, Union
 
 from .enums import Format
-from ._struct import Struct
+from ._struct import Struct, fitting
 
 numpy: Any
 try:
@@ -206,20 +206,21 @@ def check_records(
 
 
 class Points:
-    """Rows of float64 without gaps: those given where that is what they are, else a copy."""
+    """Rows of numbers of that type code without gaps: those given where that is what they are, else a copy. They stay
+    where they are as long as this object lives."""
 
-    def __init__(self, name: str, value: ArrayLike, columns: int) -> None:
+    def __init__(self, name: str, value: ArrayLike, columns: int, code: str = "d") -> None:
         if numpy is not None:
-            self._values = _numpy_rows(name, value, columns)
+            self._values = _numpy_rows(name, value, columns, code)
             self.count = len(self._values)
             self.address: int = self._values.ctypes.data
         else:
-            self._values = _rows(name, value, columns)
+            self._values = _rows(name, value, columns, code)
             self.count = len(self._values) // columns
             self.address = ctypes.addressof(self._values)
 
 
-def _numpy_rows(name: str, value: ArrayLike, columns: int) -> Any:
+def _numpy_rows(name: str, value: ArrayLike, columns: int, code: str) -> Any:
     try:
         given = numpy.asarray(value)
     except ValueError as error:
@@ -228,12 +229,20 @@ def _numpy_rows(name: str, value: ArrayLike, columns: int) -> Any:
         if given.size != 0 or given.ndim > 2:
             raise ValueError(f"{name} has the shape {given.shape}, (n, {columns}) expected")
         given = given.reshape(0, columns)
+    if code == "I" and given.size == 0:
+        given = given.astype(numpy.uint32)  # what is empty has any type
+    if code == "I" and given.dtype.kind not in "iu":
+        raise TypeError(f"{name} has elements of type {given.dtype}, integers expected")
+    if code == "I" and given.size > 0:
+        for number in (given.min(), given.max()):
+            fitting(name, number, ctypes.c_uint32)
     if not numpy.can_cast(given.dtype, numpy.float64, "same_kind"):
         raise TypeError(f"{name} has elements of type {given.dtype}, numbers expected")
-    return numpy.require(given, numpy.float64, ["C", "ALIGNED"])
+    with numpy.errstate(over="ignore"):  # what float32 does not hold is infinite
+        return numpy.require(given, numpy.dtype(code), ["C", "ALIGNED"])
 
 
-def _rows(name: str, value: ArrayLike, columns: int) -> Any:
+def _rows(name: str, value: ArrayLike, columns: int, code: str) -> Any:
     if isinstance(value, memoryview):
         value = value.tolist()
     elif isinstance(value, array.array):
@@ -242,12 +251,14 @@ def _rows(name: str, value: ArrayLike, columns: int) -> Any:
             f"memoryview(a).cast('B').cast('{value.typecode}', (n, {columns}))"
         )
     try:
-        rows = [tuple(float(number) for number in row) for row in value]
+        rows = [tuple(number if code == "I" else float(number) for number in row) for row in value]
     except (TypeError, ValueError, OverflowError):
         raise TypeError(f"{name}: rows of {columns} numbers expected") from None
+    if code == "I":
+        rows = [tuple(fitting(name, number, ctypes.c_uint32) for number in row) for row in rows]
     if any(len(row) != columns for row in rows):
         raise ValueError(f"{name}: rows of {columns} numbers expected")
-    return (ctypes.c_double * (columns * len(rows)))(*(number for row in rows for number in row))
+    return (_C_TYPES[code] * (columns * len(rows)))(*(number for row in rows for number in row))
 
 
 def flat(name: str, value: ArrayLike, counts: Sequence[int]) -> List[float]:

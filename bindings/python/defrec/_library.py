@@ -90,6 +90,18 @@ def _without_nul(name: str, value: bytes) -> bytes:
     return value
 
 
+_FOR_EVER = (1 << 64) - 1
+
+
+def nanoseconds(timeout: Optional[float]) -> int:
+    """How long to wait, as the C API takes it; None: for ever."""
+    if timeout is None:
+        return _FOR_EVER
+    if not timeout >= 0:
+        raise ValueError(f"timeout is {timeout}, seconds of at least 0 expected")
+    return int(min(timeout * 1e9, _FOR_EVER)) if timeout < _FOR_EVER else _FOR_EVER
+
+
 native, path = _open()
 _check_version(native, path)
 _declare(native)

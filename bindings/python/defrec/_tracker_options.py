@@ -6,7 +6,7 @@ from typing import Any, Dict, Optional
 
 from ._handle import Handle
 from .context import Context
-from .enums import TRACKER_FALLBACK, Format, SelfCalibration
+from .enums import TRACKER_FALLBACK, BodyMode, Format, SelfCalibration
 from .rig import Rig
 
 OPTIONS = """seed: of random choices: the same seed gives the same results on a repeatable device.
@@ -32,7 +32,7 @@ OPTIONS = """seed: of random choices: the same seed gives the same results on a 
         SelfCalibration.REPORT.
     grow: tissue that comes into view joins the template; 0 to 1.
     max_vertices: of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.
-    body: BODY_*: what carries points beneath the surface; default BODY_ON.
+    body: BodyMode: what carries points beneath the surface; default BodyMode.ON.
     fallback: where the device is quarantined or cannot be opened, take the next one with every stage; results name it."""
 
 
@@ -64,7 +64,7 @@ class TrackerOptions(Handle):
         self_calibration: SelfCalibration = SelfCalibration.REPORT,
         grow: bool = False,
         max_vertices: int = 0,
-        body: int = 0,
+        body: BodyMode = BodyMode.ON,
         fallback: bool = False,
     ) -> None:
         self._create(

@@ -26,24 +26,10 @@ ORB_ANGLE_BINS = 32
 """Orientation bin k is the angle k * 2 pi / 32 from x towards y."""
 SKIN_NODES = 4
 """Control points that move one surface point."""
-BODY_ON = 0
-"""On a thread of its own, from when there is a template."""
-BODY_OFF = 1
-"""Never: points beneath the surface move with the rigid motion of the tissue that is seen."""
 TRACKER_FALLBACK = 1
 """Where the device is quarantined or cannot be opened, take the next one with every stage; results name it."""
 MAX_TIMED_STAGES = 16
 """Entries of defrec_result's times."""
-BODY_STATE_NONE = 0
-"""No template, or no body can be made of it, or BODY_OFF."""
-BODY_STATE_PENDING = 1
-"""It is being computed: until then such points move with the rigid motion of the tissue that is seen, or with the body
-before the template grew or was cut."""
-BODY_STATE_READY = 2
-"""The elastic body."""
-REGION_HELD = 1
-"""What lies in it is held: it moves with held_motion of defrec_frame, or with the deep tissue where that is not
-given."""
 
 
 class Status(OpenEnum):
@@ -200,6 +186,15 @@ class SelfCalibration(OpenEnum):
     """Not measured."""
 
 
+class BodyMode(OpenEnum):
+    """Whether a tracker computes the elastic body beneath its template."""
+
+    ON = 0
+    """On a thread of its own, from when there is a template."""
+    OFF = 1
+    """Never: points beneath the surface move with the rigid motion of the tissue that is seen."""
+
+
 class FrameFlag(IntFlag):
     """Flags of defrec_frame."""
 
@@ -307,6 +302,18 @@ class Evidence(IntFlag):
     """The live image shows there what the template shows: the vertex has not slid along the surface."""
 
 
+class BodyState(OpenEnum):
+    """What carries points beneath the surface of a frame."""
+
+    NONE = 0
+    """No template, or no body can be made of it, or BodyMode.OFF."""
+    PENDING = 1
+    """It is being computed: until then such points move with the rigid motion of the tissue that is seen, or with
+    the body before the template grew or was cut."""
+    READY = 2
+    """The elastic body."""
+
+
 class Found(OpenEnum):
     """What was found under a pixel."""
 
@@ -316,3 +323,11 @@ class Found(OpenEnum):
     """The surface."""
     BESIDE = 2
     """Tissue beside the surface, which may grow there."""
+
+
+class RegionFlag(IntFlag):
+    """Flags of defrec_body_region."""
+
+    HELD = 1
+    """What lies in it is held: it moves with held_motion of defrec_frame, or with the deep tissue where that is not
+    given."""

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Optional, Tuple
 from . import structs
 from ._arrays import ByteArray, DisparityArray, FloatArray, RecordArray, copied
 from ._library import text
-from .enums import MAX_TIMED_STAGES, Reason, State
+from .enums import MAX_TIMED_STAGES, BodyState, Reason, State
 from .structs import Landmark, Match, Motion, PatchObservation, Piece
 
 
@@ -40,16 +40,16 @@ class WarpedPoints(NamedTuple):
 
 
 class MovedTargets(NamedTuple):
-    """Prepared targets, moved to a frame."""
+    """Targets of a plan, moved to a frame."""
 
     xyz: FloatArray
     """(n, 3) float64, mm, rectified camera."""
-    covariance: FloatArray
-    """(n, 6) float64, of the error: xx, xy, xz, yy, yz, zz, mm^2."""
     status: ByteArray
-    """(n,) uint8, PointStatus."""
+    """(n,) uint8, PointStatus; never OBSERVED beneath the surface."""
     expected_error_mm: FloatArray
-    """(n,) float64, root mean square of the 3D error to be expected."""
+    """(n,) float64, root mean square of the 3D error to be expected: the root of the covariance's trace."""
+    covariance: FloatArray
+    """(n, 6) float64, xx, xy, xz, yy, yz, zz of the error, mm^2, rectified camera."""
 
 
 class PointCovariances(NamedTuple):
@@ -132,8 +132,8 @@ class Result:
     """Of the device that computed the frame."""
     pieces: RecordArray
     """(pieces,) Piece, which pieces of the surface were found; none without a template."""
-    body: int
-    """BODY_STATE_*: what carries points beneath the surface, when the result was copied."""
+    body: BodyState
+    """What carries points beneath the surface, now."""
 
 
 def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
@@ -177,6 +177,6 @@ def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
         rig_matches=r.rig_matches,
         template_epoch=r.template_epoch,
         device_id=text(r.device_id),
-        body=r.body,
         pieces=array(r.pieces, Piece, r.piece_count),
+        body=BodyState(r.body),
     )

@@ -765,7 +765,7 @@ class TrackerDesc(Struct):
     max_vertices: U32
     """Of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536."""
     body: U32
-    """BODY_*: what carries points beneath the surface; default BODY_ON."""
+    """BodyMode: what carries points beneath the surface; default BodyMode.ON."""
 
 
 @c_struct("defrec_memory_desc")
@@ -937,7 +937,7 @@ class ResultStruct(Struct):
     piece_count: U64
     """Pieces; 1 for most templates."""
     body: U32
-    """BODY_STATE_*, now."""
+    """BodyState, now."""
     reserved2: U32
 
 
@@ -1023,7 +1023,7 @@ class BodyRegion(Struct):
     stiffness: F32
     """Young's modulus relative to the rest of the body; 0.01 to 1000; default 1."""
     flags: U32
-    """REGION_*; 0 to REGION_HELD."""
+    """RegionFlag; 0 to RegionFlag.HELD."""
 
 
 @c_struct("defrec_body_desc", poisson_ratio=0.43, cut_depth_mm=10)

@@ -1,7 +1,6 @@
 """Templates: the surface that a tracker follows."""
 from __future__ import annotations
 
-import ctypes
 import os
 from dataclasses import dataclass
 from typing import Any, List, NamedTuple, Optional, Sequence, Tuple, Union
@@ -20,9 +19,10 @@ from ._arrays import (
     empty,
 )
 from ._handle import Handle
-from ._library import c_path, native
+from ._library import c_path, native, nanoseconds
+from .body import BodyRegion, MeshLike, body_desc
 from .context import Context
-from .enums import REGION_HELD, Status
+from .enums import Status
 from .structs import Camera, CutPoint, Edge, Landmark, Patch, SurfacePoint
 
 
@@ -62,76 +62,6 @@ class TemplateData:
     """(n,) uint8, piece of the surface per vertex, from 0; no triangle and no edge leads from one to another"""
 
 
-class BodyMesh(NamedTuple):
-    """A closed triangle mesh in the template frame."""
-
-    vertices: ArrayLike
-    """(n, 3), mm"""
-    triangles: ArrayLike
-    """(n, 3) vertex indices, counter-clockwise seen from outside"""
-
-
-class BodyPart(NamedTuple):
-    """A part of a body that is stiffer or softer than the rest, or held."""
-
-    mesh: BodyMesh
-    stiffness: float = 0
-    """Young's modulus relative to the rest of the body, 0.01 to 1000; 0: 1"""
-    is_held: bool = False
-    """It moves with the held_motion of Tracker.submit, or with the deep tissue where that is not given."""
-
-
-class Body(NamedTuple):
-    """The elastic body that a template surface belongs to."""
-
-    mesh: Optional[BodyMesh] = None
-    """Of the whole body; None: the tissue beneath the surface, whose extent is not known."""
-    regions: Sequence[BodyPart] = ()
-    """At most 64; where they overlap the last one counts."""
-    poisson_ratio: float = 0
-    """0.01 to 0.495; 0: 0.43"""
-    cut_depth_mm: float = 0
-    """How deep a cut parts the body, 0.1 to 1000; 0: 10"""
-
-
-def _native_mesh(mesh: BodyMesh, keep: List[Any]) -> structs.Mesh:
-    def packed(name: str, given: ArrayLike, code: str) -> Tuple[Any, int]:
-        values = Points(name, given, 3)
-        count = 3 * values.count
-        doubles: Any = (ctypes.c_double * count).from_address(values.address) if count else ()
-        kind: Any = ctypes.c_float if code == "f" else ctypes.c_uint32
-        array = (kind * count)(*(doubles if code == "f" else (int(value) for value in doubles)))
-        keep.append(array)
-        return (ctypes.addressof(array) if count else None), values.count
-
-    made = structs.Mesh()
-    made.vertices, made.vertex_count = packed("vertices", mesh.vertices, "f")
-    made.triangles, made.triangle_count = packed("triangles", mesh.triangles, "I")
-    return made
-
-
-class Targets(Handle):
-    """Points of a plan, prepared once to be moved in many frames: Job.move_targets. They follow their template and what it
-    becomes by growing or by a cut.
-
-    template_xyz: (n, 3), mm, template frame. threads: any. Raises Error for more than 1,000,000.
-    """
-
-    def __init__(self, surface: "Template", template_xyz: ArrayLike):
-        if not isinstance(surface, Template):
-            raise TypeError(f"surface is a Template, {surface!r} given")
-        handle, keep = surface._open()
-        given = Points("template_xyz", template_xyz, 3)
-        super().__init__(
-            lambda out: native.defrec_targets_create(handle, given.address, given.count, out),
-            native.defrec_targets_destroy,
-            keep,
-        )
-
-    def __len__(self) -> int:
-        return int(native.defrec_targets_count(self._native))
-
-
 class Template(Handle):
     """A surface at rest. Tracker.template() and Template.load() make it."""
 
@@ -166,32 +96,41 @@ class Template(Handle):
         native.defrec_template_point_pieces(self._native, given.address, given.count, address_of(pieces))
         return pieces
 
-    def set_body(self, body: Optional[Body]) -> None:
-        """Sets the body that the surface belongs to, from then on and in all trackers that follow it or what it becomes by
-        growing or by a cut; None: the tissue beneath the surface. It is copied. threads: any. Raises Error."""
-        if body is None:
-            native.defrec_template_set_body(self._native, None)
-            return
-        keep: List[Any] = []
-        desc = structs.BodyDesc(poisson_ratio=body.poisson_ratio, cut_depth_mm=body.cut_depth_mm)
-        if body.mesh is not None:
-            desc.mesh = _native_mesh(body.mesh, keep)
-        regions = (structs.BodyRegion * len(body.regions))()
-        for region, made in zip(body.regions, regions):
-            made.mesh = _native_mesh(region.mesh, keep)
-            made.stiffness = region.stiffness
-            made.flags = REGION_HELD if region.is_held else 0
-        desc.regions = ctypes.addressof(regions) if body.regions else None
-        desc.region_count = len(body.regions)
+    def set_body(
+        self,
+        mesh: Optional[MeshLike] = None,
+        regions: Sequence[BodyRegion] = (),
+        *,
+        poisson_ratio: float = 0,
+        cut_depth_mm: float = 0,
+    ) -> None:
+        """Sets the elastic body that the surface belongs to, from then on and in all trackers that follow it or what it
+        becomes by growing or by a cut. Everything is copied. A body that is being computed is given up, and that before
+        is used until the new one is ready. Saved with the template.
+
+        mesh: closed, of the whole body, template frame: (vertices, triangles), (n, 3) mm and (n, 3) indices of
+            vertices, counter-clockwise seen from outside; None: the tissue beneath the surface, whose extent is not
+            known.
+        regions: parts that are stiffer or softer, or held; where they overlap the last one counts; at most 64.
+        poisson_ratio: of the tissue; 0.01 to 0.495; default 0.43.
+        cut_depth_mm: how deep a cut parts the body; 0.1 to 1000; default 10.
+
+        Without arguments it is the body that a template has by itself. threads: any. Raises Error for a number out of
+        its range and for a mesh that is not closed, is inside out, intersects itself, has a size that is not one in mm,
+        or does not meet the surface; TypeError and ValueError for arrays of another type or shape.
+        """
+        keep: List[Any] = []  # the library reads it until the call returns
+        desc = body_desc(mesh, regions, poisson_ratio, cut_depth_mm, keep)
         native.defrec_template_set_body(self._native, desc)
 
     def wait_body(self, timeout: Optional[float] = None) -> bool:
-        """Waits for the body beneath the surface, at most timeout seconds; None: for ever. False: it is not ready. What is
-        asked of a frame's points afterwards depends on the frames alone. threads: any. Raises Error."""
-        if timeout is not None and not timeout >= 0:
-            raise ValueError(f"timeout is {timeout}, seconds of at least 0 expected")
-        timeout_ns = 2**64 - 1 if timeout is None or timeout >= 2**32 else int(timeout * 1e9)
-        return bool(native.defrec_template_wait_body(self._native, timeout_ns) != Status.TIMEOUT)
+        """Waits until the body beneath the surface is ready, at most timeout seconds; None: for ever. False: not yet.
+        Starts computing it where nobody has. What then is asked of a frame's points depends on the frames alone and not
+        on time.
+
+        threads: any. Raises Error, with Status.ERROR_UNSUPPORTED where no body can be made of it.
+        """
+        return bool(native.defrec_template_wait_body(self._native, nanoseconds(timeout)) != Status.TIMEOUT)
 
     def data(self) -> TemplateData:
         """Copies everything the template consists of. threads: any"""
@@ -199,6 +138,38 @@ class Template(Handle):
         with self._copying() as handle:
             native.defrec_template_get(handle, info)
             return _copy_template(info)
+
+
+class Targets(Handle):
+    """Points of a plan, on the surface or beneath it, prepared once to be moved in many frames: Job.move_targets.
+
+    template_xyz: (n, 3), mm, template frame; copied. What is not finite is unknown in every frame. At most 1,000,000.
+
+    They follow the template and what it becomes by growing or by a cut. len() says how many there are. threads: any.
+    Raises Error.
+    """
+
+    def __init__(self, template: Template, template_xyz: ArrayLike) -> None:
+        if not isinstance(template, Template):
+            raise TypeError(f"template is a Template, {template!r} given")
+        given = Points("template_xyz", template_xyz, 3)
+        handle, keep = template._open()
+        super().__init__(
+            lambda out: native.defrec_targets_create(handle, given.address, given.count, out),
+            native.defrec_targets_destroy,
+            keep,
+        )
+        # As many as the library says that there are: as many it writes in each frame.
+        self._count = int(native.defrec_targets_count(self._native))
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __bool__(self) -> bool:
+        return True
+
+    def __repr__(self) -> str:
+        return f"<Targets, {self._count}{', closed' if self.is_closed else ''}>"
 
 
 def _copy_template(info: structs.TemplateInfo) -> TemplateData:

@@ -9,7 +9,7 @@ from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, Optiona
 from . import structs
 from ._arrays import BYTES_PER_PIXEL, ArrayLike, BufferLike, Points, address_of, empty, image
 from ._handle import Handle
-from ._library import c_text, native
+from ._library import c_text, nanoseconds, native
 from ._tracker_options import OPTIONS, TrackerOptions
 from .context import Context
 from .enums import Format, FrameFlag, MemoryKind, Status
@@ -17,8 +17,6 @@ from .memory import Memory, memory_desc
 from .result import LiftedPoints, MovedTargets, PointCovariances, Result, WarpedPoints, copy_result
 from .rig import Rig
 from .template import Targets, Template
-
-_FOR_EVER = (1 << 64) - 1
 
 # Its errors ("... got an unexpected keyword argument") name the class that was called.
 TrackerOptions.__init__.__qualname__ = "Tracker.__init__"
@@ -36,13 +34,7 @@ class Job(Handle):
 
         threads: any. Raises Error where the job failed.
         """
-        if timeout is None:
-            timeout_ns = _FOR_EVER
-        elif not timeout >= 0:
-            raise ValueError(f"timeout is {timeout}, seconds of at least 0 expected")
-        else:
-            timeout_ns = int(min(timeout * 1e9, _FOR_EVER)) if timeout < _FOR_EVER else _FOR_EVER
-        return bool(native.defrec_job_wait(self._native, timeout_ns) != Status.TIMEOUT)
+        return bool(native.defrec_job_wait(self._native, nanoseconds(timeout)) != Status.TIMEOUT)
 
     def result(self) -> Result:
         """Waits for the frame, and copies what it gave. threads: any. Raises Error where the job failed."""
@@ -80,8 +72,8 @@ class Job(Handle):
         return LiftedPoints(xyz, found)
 
     def warp_points(self, template_xyz: ArrayLike) -> WarpedPoints:
-        """Waits for the frame, and moves (n, 3) points to it, mm, given in the template frame (on or near the surface:
-        a preoperative model).
+        """Waits for the frame, and moves (n, 3) points to it, mm, given in the template frame (a preoperative model).
+        Points on the surface move with it; points beneath it are carried by the elastic body and never OBSERVED.
 
         threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet.
         """
@@ -106,17 +98,20 @@ class Job(Handle):
         )
         return PointCovariances(covariance, evidence)
 
-    def move_targets(self, targets: Targets) -> MovedTargets:
-        """Waits for the frame, and moves prepared targets to it, faster than warp_points.
 
-        threads: any. Raises Error, with Status.ERROR_ARGUMENT where the frame follows another template.
+    def move_targets(self, targets: Targets) -> MovedTargets:
+        """Waits for the frame, and moves prepared targets to it, as warp_points and point_covariances do, faster.
+
+        threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet, and with Status.ERROR_ARGUMENT
+        where the targets are of a template that this frame's did not become of.
         """
         if not isinstance(targets, Targets):
             raise TypeError(f"targets is a Targets, {targets!r} given")
+        targets._native
         self.wait()
         count = len(targets)
-        xyz, covariance = empty("d", (count, 3)), empty("d", (count, 6))
-        status, errors = empty("B", (count,)), empty("d", (count,))
+        xyz, status, errors = empty("d", (count, 3)), empty("B", (count,)), empty("d", (count,))
+        covariance = empty("d", (count, 6))
         native.defrec_job_move_targets(
             self._native,
             targets._native,
@@ -126,7 +121,7 @@ class Job(Handle):
             address_of(status),
             address_of(errors),
         )
-        return MovedTargets(xyz, covariance, status, errors)
+        return MovedTargets(xyz, status, errors, covariance)
 
 
 class Tracker(TrackerOptions):
@@ -192,8 +187,10 @@ class Tracker(TrackerOptions):
         samples: where the device leaves a SurfaceSample per template vertex.
         deadline_ns: from this call until the job is to be done; 0: no deadline. What is not expected to fit is left out:
             Reason.COARSE, Reason.UNCHECKED, in this order. A late job has Reason.OVERDUE.
-        held_motion: (3, 4), rectified camera from template frame, of what holds the body; None: it is estimated.
-        camera_pose: (3, 4), fixed frame from rectified camera, at the frame's time.
+        held_motion: (3, 4), a rotation and mm: rectified camera from template frame, of what holds the body (a bone, the
+            base of the tissue). It carries the depth beneath the surface, instead of what is estimated from the surface.
+        camera_pose: (3, 4), a rotation and mm: fixed frame (a navigation system's) from rectified camera, at the frame's
+            time. Given with every frame from the template's on, it tells the motion of the tissue from that of the camera.
 
         threads: one. Raises BusyError with a full queue, Error for a timestamp that does not grow; TypeError and
         ValueError for images of another type or shape.
@@ -204,16 +201,12 @@ class Tracker(TrackerOptions):
             flags=FrameFlag.CAPTURE_TEMPLATE if capture_template else 0,
             deadline_ns=deadline_ns,
         )
-        for name, flag, motion in (
-            ("held_motion", FrameFlag.HELD_MOTION, held_motion),
-            ("camera_pose", FrameFlag.CAMERA_POSE, camera_pose),
-        ):
-            if motion is not None:
-                rows = Points(name, motion, 4)
-                if rows.count != 3:
-                    raise ValueError(f"{name} has {rows.count} rows, 3 expected")
-                frame.flags |= flag
-                setattr(frame, name, (ctypes.c_double * 12).from_address(rows.address))
+        if held_motion is not None:
+            frame.held_motion = _motion("held_motion", held_motion)
+            frame.flags |= FrameFlag.HELD_MOTION
+        if camera_pose is not None:
+            frame.camera_pose = _motion("camera_pose", camera_pose)
+            frame.flags |= FrameFlag.CAMERA_POSE
         keep: List[Any] = [tracker_keep]
         with ExitStack() as views:
             left_image = self._image("left", left, self._format, views, keep)
@@ -302,6 +295,13 @@ class Tracker(TrackerOptions):
         return Memory(
             lambda out: native.defrec_memory_import(handle, desc, out), native.defrec_memory_release, (keep, owner)
         )
+
+
+def _motion(name: str, value: ArrayLike) -> Any:
+    rows = Points(name, value, 4)
+    if rows.count != 3:
+        raise ValueError(f"{name} has the shape ({rows.count}, 4), (3, 4) expected")
+    return (ctypes.c_double * 12).from_buffer_copy(ctypes.string_at(rows.address, 96))
 
 
 def _kept(memory: Memory, keep: List[Any]) -> int:

@@ -18,7 +18,8 @@ from typing import Any, Deque, Generator, Iterable, Iterator, List, NamedTuple, 
 from ._arrays import ArrayLike, BufferLike, ByteArray, FloatArray, numpy
 from .calibration import CalibrationLike, rig_of
 from .context import Context
-from .enums import Format, PointStatus, Reason, State
+from .enums import BodyMode, Format, PointStatus, Reason, State, Status
+from .errors import Error
 from .result import Result
 from .rig import Rig
 from .template import Template
@@ -220,6 +221,7 @@ class Tracking(Iterator[TrackedFrame]):
             "points", _grid(self.width, self.height) if points is None else points
         )
         self.tracker = Tracker(self.context, self.rig, device_id, **options)
+        self._has_body = options.get("body", BodyMode.ON) == BodyMode.ON
         self._xyz: Any = None  # of the points, template frame
         self._found: List[bool] = []
         self._pending: Deque[Any] = collections.deque()  # left images of frames that are computed
@@ -273,6 +275,7 @@ class Tracking(Iterator[TrackedFrame]):
             return None
         if self._xyz is None:
             with job.template() as template:
+                self._await_body(template)
                 lifted = template.lift(self._pixels)
             self._xyz, self._found = lifted.xyz, lifted.found.tolist()
         moved, errors = job.warp_points(self._xyz), job.point_covariances(self._xyz)
@@ -282,6 +285,15 @@ class Tracking(Iterator[TrackedFrame]):
                 moved.status[i], evidence[i] = PointStatus.UNKNOWN, 0
         uv = self.rig.distort_pixels(self._project(moved.xyz.tolist()))
         return FollowedPoints(uv, moved.xyz, moved.status, moved.expected_error_mm, errors.covariance, evidence)
+
+    def _await_body(self, template: Template) -> None:
+        """What is told of points then depends on the frames alone, as with `defrec track`."""
+        if self._has_body:
+            try:
+                template.wait_body()
+            except Error as error:
+                if error.status != Status.ERROR_UNSUPPORTED:  # points move without it
+                    raise
 
     def _project(self, xyz: Sequence[Sequence[float]]) -> List[Tuple[float, float]]:
         c = self.rig.camera
@@ -301,7 +313,8 @@ def track(
     device_id: Optional[str] = None,
     **options: Any,
 ) -> Tracking:
-    """Tracks a sequence, and gives a TrackedFrame for each pair of images.
+    """Tracks a sequence, and gives a TrackedFrame for each pair of images. The first with a surface waits for the elastic
+    body beneath it (Template.wait_body), unless body is BodyMode.OFF.
 
     left, right: a folder of images, files, or uint8 arrays, each (height, width) or (height, width, 3 or 4). Files are
         read with Pillow, as gray or RGB8. Arrays of 3 channels are BGR8 unless format says otherwise. Arrays may come

@@ -7,9 +7,11 @@ import stub
 from defrec import (
     AlignParams,
     AlignStage,
+    BodyRegion,
     Camera,
     Context,
     Edge,
+    Error,
     Feature,
     Format,
     Landmark,
@@ -31,6 +33,7 @@ from defrec import (
     StereoParams,
     StereoStage,
     SurfacePoint,
+    Targets,
     Template,
     Tracker,
     WarpParams,
@@ -130,8 +133,11 @@ class Arguments(stub.StubTest):
             self.refuses((TypeError, ValueError), "timestamp_ns", self.tracker.submit, IMAGE, IMAGE, bad)
 
     def test_timeouts(self):
+        template = self.tracker.template()
+        stub.calls()
         for bad in (-1, float("nan")):
             self.refuses(ValueError, "timeout", self.job.wait, bad)
+            self.refuses(ValueError, "timeout", template.wait_body, bad)
         self.assertTrue(self.job.wait(float("inf")))
         self.assertTrue(self.job.wait(1e300))
         self.assertEqual({call.arguments["timeout_ns"] for call in stub.calls()}, {str((1 << 64) - 1)})
@@ -160,6 +166,61 @@ class Arguments(stub.StubTest):
         self.assertEqual((len(empty.xyz), len(empty.status), len(empty.expected_error_mm)), (0, 0, 0))
         self.assertIn("template_xyz=[], count=0", stub.lines()[-1])
         self.assertEqual([len(part) for part in self.job.point_covariances([])], [0, 0])
+
+    def test_targets(self):
+        template = self.tracker.template()
+        stub.answer("defrec_targets_count", 1)
+        targets = Targets(template, [(1, 2, 3)])
+        stub.calls()
+        self.refuses(TypeError, "template", Targets, None, [(1, 2, 3)])
+        self.refuses(TypeError, "template", Targets, self.tracker, [(1, 2, 3)])
+        for bad in (None, 5, [1, 2, 3], [(1, 2)], [(1, 2, 3, 4)], [(1, 2, "x")], [(1, 2, 3), (4, 5)]):
+            self.refuses((TypeError, ValueError), "template_xyz", Targets, template, bad)
+        for bad in (None, template, [(1, 2, 3)]):
+            self.refuses(TypeError, "targets", self.job.move_targets, bad)
+        self.assertEqual(len(self.job.move_targets(targets).xyz), 1)
+        stub.answer("defrec_targets_count", 0)
+        with Targets(template, []) as none:
+            self.assertTrue(none)
+            self.assertEqual([len(part) for part in self.job.move_targets(none)], [0, 0, 0, 0])
+        self.assertIn("template_xyz=[], count=0", stub.lines()[2])
+        targets.close()
+        with self.assertRaisesRegex(Error, "Targets is closed"):
+            self.job.move_targets(targets)
+
+    def test_bodies(self):
+        template = self.tracker.template()
+        stub.calls()
+        good = [(0, 0, 50), (9, 0, 50), (0, 9, 50)], [(0, 1, 2)]
+        for bad in (5, "mesh", [], [1, 2, 3], good[0]):
+            self.refuses((TypeError, ValueError), "mesh", template.set_body, bad)
+        for bad in (None, 5, [1, 2, 3], [(1, 2)], [(1, 2, "x")], [(1, 2, 3), (4, 5)]):
+            self.refuses((TypeError, ValueError), "mesh.vertices", template.set_body, (bad, good[1]))
+            self.refuses((TypeError, ValueError), "mesh.triangles", template.set_body, (good[0], bad))
+        for bad in ([(0, 1, -1)], [(0, 1, 1 << 32)], [(0, 1, 0.5)], [(0.0, 1.0, 2.0)]):
+            self.refuses((TypeError, ValueError), "mesh.triangles", template.set_body, (good[0], bad))
+        region = BodyRegion(good)
+        for bad in (None, 5, region, {region}):
+            self.refuses(TypeError, "regions", template.set_body, None, bad)
+        self.refuses(TypeError, "regions[1]", template.set_body, None, [region, good])
+        self.refuses((TypeError, ValueError), "regions[1].mesh.vertices", template.set_body, None, [region, BodyRegion(([1], []))])
+        self.refuses(TypeError, "stiffness", template.set_body, None, [BodyRegion(good, stiffness="x")])
+        self.refuses(TypeError, "poisson_ratio", lambda: template.set_body(poisson_ratio="x"))
+        self.refuses(TypeError, "cut_depth_mm", lambda: template.set_body(cut_depth_mm=None))
+        # What is a number is the library's to judge.
+        template.set_body(([(float("nan"), 0, 1e300)], []), poisson_ratio=float("nan"))
+        self.assertEqual(stub.calls()[0].function, "defrec_template_set_body")
+
+    def test_motions(self):
+        def submit(**motions):
+            return self.tracker.submit(IMAGE, IMAGE, 2, **motions)
+
+        good = [(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0)]
+        for name in ("held_motion", "camera_pose"):
+            for bad in (5, "text", [], [1] * 12, good[:2], good + [(0, 0, 0, 1)], [row[:3] for row in good], [(1, 0, 0, "x")] * 3):
+                self.refuses((TypeError, ValueError), name, lambda: submit(**{name: bad}))
+            submit(**{name: [(float("nan"),) * 4] * 3}).close()
+            self.assertEqual(stub.calls()[0].function, "defrec_tracker_submit")
 
     @unittest.skipIf(numpy is None, "needs NumPy")
     def test_numpy_points(self):

@@ -2,6 +2,7 @@
 in its place."""
 import ctypes
 import dataclasses
+import gc
 import pathlib
 import unittest
 from unittest import mock
@@ -9,12 +10,14 @@ from unittest import mock
 import stub
 from defrec import (
     TRACKER_FALLBACK,
+    BodyRegion,
     BusyError,
     Camera,
     Context,
     Format,
     LogLevel,
     MemoryKind,
+    Mesh,
     OrbParams,
     Result,
     Rig,
@@ -22,6 +25,7 @@ from defrec import (
     StageKind,
     Status,
     StereoParams,
+    Targets,
     Template,
     Tracker,
     _library,
@@ -30,6 +34,7 @@ from defrec import (
     status_name,
     structs,
 )
+from defrec._arrays import numpy
 from defrec.result import copy_result
 from defrec.stage import KIND_OF_PARAMS
 from description import CONTRACT, STRUCTS, argument
@@ -423,6 +428,130 @@ class Calls(stub.StubTest):
                 f"defrec_template_release(surface={s})",
             ],
         )
+
+    def test_body(self):
+        with Tracker(self.context, make_rig(self.context)).template() as template:
+            s = hex(template._native)
+            self.log()
+            template.set_body()
+            self.assertTrue(template.wait_body())
+            self.assertTrue(template.wait_body(1.5))
+            stub.answer("defrec_template_wait_body", Status.TIMEOUT)
+            self.assertFalse(template.wait_body(0))
+            template.set_body(poisson_ratio=0.25, cut_depth_mm=7.5)
+        *lines, described, _ = self.log()
+        self.assertEqual(
+            [str(call) for call in lines],
+            [
+                f"defrec_template_set_body(surface={s}, desc=NULL)",
+                f"defrec_template_wait_body(surface={s}, timeout_ns=18446744073709551615)",
+                f"defrec_template_wait_body(surface={s}, timeout_ns=1500000000)",
+                f"defrec_template_wait_body(surface={s}, timeout_ns=0)",
+            ],
+        )
+        desc = described.struct("desc", structs.BodyDesc)
+        self.assertEqual((desc.flags, desc.poisson_ratio, desc.cut_depth_mm), (0, 0.25, 7.5))
+        self.assertEqual((desc.mesh.vertices, desc.mesh.vertex_count, desc.mesh.triangle_count), (None, 0, 0))
+        self.assertEqual((desc.regions, desc.region_count), (None, 0))
+
+    def test_meshes_of_a_body(self):
+        """What the description points to is there while the library reads it, whatever is collected meanwhile."""
+        received = []
+
+        def numbers(c_type, address, count):
+            return [] if address is None else list((c_type * count).from_address(address))
+
+        def read(surface, desc):
+            gc.collect()
+            bytearray(1 << 16)  # what was freed would be written over
+            regions = [structs.BodyRegion.from_address(desc.regions + 40 * i) for i in range(desc.region_count)]
+            for mesh in [desc.mesh, *(region.mesh for region in regions)]:
+                received.append(
+                    (
+                        numbers(ctypes.c_float, mesh.vertices, 3 * mesh.vertex_count),
+                        numbers(ctypes.c_uint32, mesh.triangles, 3 * mesh.triangle_count),
+                    )
+                )
+            received.append([(region.stiffness, region.flags) for region in regions])
+
+        with Tracker(self.context, make_rig(self.context)).template() as template:
+            with mock.patch.object(_library.native, "defrec_template_set_body", read):
+                template.set_body(
+                    Mesh([(1, 2, 3), (4, 5, 6)], [(0, 1, (1 << 32) - 1)]),
+                    [BodyRegion(([(7, 8, 9)], []), held=True), BodyRegion(([], [(2, 1, 0)]), stiffness=2.5)],
+                )
+        self.assertEqual(ctypes.sizeof(structs.BodyRegion), 40)
+        self.assertEqual(
+            received,
+            [
+                ([1, 2, 3, 4, 5, 6], [0, 1, (1 << 32) - 1]),
+                ([7, 8, 9], []),
+                ([], [2, 1, 0]),
+                [(0, 1), (2.5, 0)],
+            ],
+        )
+
+    @unittest.skipIf(numpy is None, "needs NumPy")
+    def test_arrays_of_a_mesh_are_passed_where_they_lie(self):
+        vertices, triangles = numpy.zeros((4, 3), numpy.float32), numpy.zeros((2, 3), numpy.uint32)
+        received = []
+
+        def read(surface, desc):
+            received.append((desc.mesh.vertices, desc.mesh.triangles))
+
+        with Tracker(self.context, make_rig(self.context)).template() as template:
+            with mock.patch.object(_library.native, "defrec_template_set_body", read):
+                template.set_body((vertices, triangles))
+                template.set_body((vertices.astype(float)[:, ::-1], triangles.astype(numpy.int64)))
+        self.assertEqual(received[0], (vertices.ctypes.data, triangles.ctypes.data))
+        self.assertTrue(set(received[0]).isdisjoint(received[1]))
+
+    def test_targets(self):
+        image = bytes(96 * 80 * 3)
+        tracker = Tracker(self.context, make_rig(self.context))
+        stub.answer("defrec_targets_count", 2)
+        with tracker.template() as template, tracker.submit(image, image, 1) as job:
+            s, j = hex(template._native), hex(job._native)
+            self.log()
+            targets = Targets(template, [(1.5, 2.5, 3.5), (float("nan"), 5.5, float("-inf"))])
+            template.close()  # targets do not need it
+            t = hex(targets._native)
+            self.assertEqual((len(targets), repr(targets)), (2, "<Targets, 2>"))
+            moved = job.move_targets(targets)
+            targets.close()
+            self.assertEqual(repr(targets), "<Targets, 2, closed>")
+        self.assertEqual(
+            [part.tolist() for part in moved],
+            [[[1, 2, 3], [4, 5, 6]], [1, 2], [1, 2], [[1, 2, 3, 4, 5, 6], [7, 8, 9, 10, 11, 12]]],
+        )
+        self.assertEqual(
+            [str(call).replace("-nan", "nan") for call in self.log()][:-1],
+            [
+                f"defrec_targets_create(surface={s}, template_xyz=[1.5, 2.5, 3.5, nan, 5.5, -inf], count=2, out={t})",
+                f"defrec_targets_count(targets={t})",
+                f"defrec_template_release(surface={s})",
+                f"defrec_job_wait(job={j}, timeout_ns=18446744073709551615)",
+                f"defrec_job_move_targets(job={j}, targets={t}, count=2, xyz=written, covariance=written, "
+                "status=written, expected_error_mm=written)",
+                f"defrec_targets_destroy(targets={t})",
+            ],
+        )
+
+    def test_motions_that_are_known(self):
+        image = bytes(96 * 80 * 3)
+        tracker = Tracker(self.context, make_rig(self.context))
+        held = [(1, 2, 3, 4), (5, 6, 7, 8), (9, 10, 11, 12)]
+        pose = [(1.5, 2.5, 3.5, 4.5), (5.5, 6.5, 7.5, 8.5), (9.5, 10.5, 11.5, 12.5)]
+        self.log()
+        for given, flags in (({}, 0), ({"held_motion": held}, 2), ({"camera_pose": pose}, 4)):
+            tracker.submit(image, image, 1, **given).close()
+            frame = self.log()[0].struct("frame", structs.Frame)
+            self.assertEqual(frame.flags, flags)
+            for name in ("held_motion", "camera_pose"):
+                expected = [number for row in given.get(name, [[0] * 12]) for number in row]
+                self.assertEqual(list(getattr(frame, name)), expected)
+        tracker.submit(image, image, 1, held_motion=held, camera_pose=pose, capture_template=True).close()
+        self.assertEqual(self.log()[0].struct("frame", structs.Frame).flags, 7)
 
     def test_failure(self):
         stub.answer("defrec_template_load", Status.ERROR_BUSY, "taken")

@@ -16,6 +16,7 @@ from defrec import (
     Rig,
     Stage,
     Status,
+    Targets,
     Template,
     Tracker,
     _handle,
@@ -32,7 +33,7 @@ def make_all():
     context = Context()
     rig = Rig.rectified(context, 96, 80, CAMERA)
     tracker = Tracker(context, rig)
-    return {
+    things = {
         "context": context,
         "rig": rig,
         "tracker": tracker,
@@ -42,6 +43,8 @@ def make_all():
         "loaded": Template.load(context, "/x"),
         "job": tracker.submit(IMAGE, IMAGE, 1),
     }
+    things["targets"] = Targets(things["loaded"], [(1, 2, 3)])
+    return things
 
 
 class Failures(stub.StubTest):
@@ -77,6 +80,10 @@ class Failures(stub.StubTest):
             "defrec_template_get": template.data,
             "defrec_template_lift": lambda: template.lift([(1, 2)]),
             "defrec_template_point_pieces": lambda: template.point_pieces([(1, 2, 3)]),
+            "defrec_template_set_body": lambda: template.set_body(poisson_ratio=9),
+            "defrec_template_wait_body": template.wait_body,
+            "defrec_targets_create": lambda: Targets(template, [(1, 2, 3)]),
+            "defrec_job_move_targets": lambda: job.move_targets(things["targets"]),
             "defrec_template_save": lambda: template.save("/x"),
             "defrec_template_load": lambda: Template.load(context, "/x"),
         }
@@ -134,7 +141,7 @@ class Lifetimes(stub.StubTest):
     def assert_each_is_given_back_once(self):
         gc.collect()
         created, destroyed = stub.created_and_destroyed(stub.calls())
-        self.assertEqual(len(created), 8)
+        self.assertEqual(len(created), 9)
         self.assertEqual(sorted(created), sorted(destroyed))
 
     def test_closed_twice(self):
@@ -150,7 +157,7 @@ class Lifetimes(stub.StubTest):
         self.assert_each_is_given_back_once()
 
     def test_any_order(self):
-        for start in range(8):
+        for start in range(9):
             gc.collect()
             stub.calls()
             things = list(make_all().values())
@@ -192,11 +199,16 @@ class Lifetimes(stub.StubTest):
                 lambda j: j.lift_points([(1, 2)]),
                 lambda j: j.warp_points([(1, 2, 3)]),
                 lambda j: j.point_covariances([(1, 2, 3)]),
+                lambda j: j.move_targets(other),
             ],
+            "targets": [lambda t: things["job"].move_targets(t), lambda t: t.__enter__()],
             "template": [
                 lambda t: t.lift([(1, 2)]),
                 lambda t: t.data(),
                 lambda t: t.save("/x"),
+                lambda t: t.set_body(),
+                lambda t: t.wait_body(),
+                lambda t: Targets(t, [(1, 2, 3)]),
                 lambda t: things["tracker"].set_template(t),
             ],
             "tracker": [
@@ -206,7 +218,8 @@ class Lifetimes(stub.StubTest):
             ],
             "loaded": [lambda t: t.__enter__()],
         }
-        order = ["memory", "template", "job", "stage", "rig", "tracker", "loaded", "context"]
+        other = Targets(things["loaded"], [])
+        order = ["memory", "template", "targets", "job", "stage", "rig", "tracker", "loaded", "context"]
         self.assertEqual(sorted(order), sorted(uses))
         for name in order:
             things[name].close()
@@ -290,6 +303,7 @@ class Lifetimes(stub.StubTest):
             "defrec_tracker_submit": lambda: tracker.submit(IMAGE, IMAGE, 1),
             "defrec_tracker_get_template": tracker.template,
             "defrec_template_load": lambda: Template.load(context, "/x"),
+            "defrec_targets_create": lambda: Targets(things["template"], [(1, 2, 3)]),
         }
         stub.calls()
         for name, attempt in attempts.items():

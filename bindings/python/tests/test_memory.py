@@ -9,7 +9,7 @@ import tempfile
 import unittest
 
 import plane
-from defrec import Context, Error, Format, Rig, State, Status, Template, Tracker
+from defrec import BodyMode, Context, Error, Format, Rig, State, Status, Template, Tracker
 
 # A failure costs a few frames.
 STEPS = {"reference": 397, "cpu": 29, "vulkan": 797, "cuda": 397}
@@ -32,7 +32,7 @@ class EveryAllocation(unittest.TestCase):
     def tracker(self):
         with self.context() as context:
             with Rig.rectified(context, plane.WIDTH, plane.HEIGHT, plane.CAMERA) as rig:
-                with Tracker(context, rig, self.device, format=Format.GRAY8, disparities=32, body=1) as tracker:
+                with Tracker(context, rig, self.device, format=Format.GRAY8, disparities=32, body=BodyMode.OFF) as tracker:
                     yield context, tracker
 
     def scenario(self):

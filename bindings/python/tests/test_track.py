@@ -3,6 +3,7 @@
 SEQUENCE and TRACKED, from the environment: what `defrec render` wrote and what `defrec track` made of it.
 """
 import csv
+import itertools
 import math
 import os
 import pathlib
@@ -11,7 +12,7 @@ import unittest
 
 from PIL import Image
 
-from defrec import Context, Format, PointStatus, Rig, Tracker
+from defrec import BodyState, Context, Error, Format, PointStatus, Rig, Status, Targets, Tracker
 from defrec._arrays import numpy
 
 SEQUENCE, TRACKED = (pathlib.Path(os.environ[name]) for name in ("SEQUENCE", "TRACKED"))
@@ -53,7 +54,9 @@ class Track(unittest.TestCase):
                 for job in tracker.process(frames()):
                     result = job.result()
                     if lifted is None and len(result.vertices) > 0:
-                        lifted = tracker.template().lift(rig.rectify_pixels([(u, v) for _, u, v in points]))
+                        template = tracker.template()
+                        template.wait_body()  # as the program does
+                        lifted = template.lift(rig.rectify_pixels([(u, v) for _, u, v in points]))
                     moved = job.warp_points(lifted.xyz)
                     errors = job.point_covariances(lifted.xyz)
                     for i, (name, _, _) in enumerate(points):
@@ -79,6 +82,38 @@ class Track(unittest.TestCase):
         self.assertIn("tracked", {row[5] for row in expected})
         self.assertGreater(len({row[-1] for row in expected}), 1)
         self.assertEqual(rows, expected)
+
+    def test_targets_move_as_points_do(self):
+        with Context() as context, Rig(context, 320, 240, **calibration()) as rig:
+            with Tracker(context, rig, "cpu", format=Format.RGB8, frames_in_flight=1) as tracker:
+                targets = None
+                for job in tracker.process(itertools.islice(frames(), 4)):
+                    if targets is None:
+                        template = job.template()
+                        vertices = [vertex.tolist()[0] if numpy else list(vertex.position) for vertex in template.data().vertices]
+                        # Up to 5 mm beneath the surface, along the line of sight.
+                        plan = [[x * (1 + i % 5 / at[2]) for x in at] for i, at in enumerate(vertices)]
+                        plan[1][0] = math.nan
+                        template.set_body(poisson_ratio=0.45)
+                        template.wait_body()
+                        with self.assertRaises(Error) as caught:  # it is open
+                            template.set_body(([(0, 0, 50), (9, 0, 50), (0, 9, 50)], [(0, 1, 2)]))
+                        self.assertIs(caught.exception.status, Status.ERROR_ARGUMENT)
+                        targets = Targets(template, plan)
+                        template.close()
+                        self.assertEqual(len(targets), len(plan))
+                    moved, points, errors = job.move_targets(targets), job.warp_points(plan), job.point_covariances(plan)
+                    self.assertIs(job.result().body, BodyState.READY)
+                    self.assertEqual(moved.status.tolist(), points.status.tolist())
+                    self.assertIn(PointStatus.EXTRAPOLATED, moved.status.tolist())
+                    self.assertEqual(moved.status[1], PointStatus.UNKNOWN)
+                    self.assertTrue(math.isnan(moved.xyz[1, 0]))
+                    for i in range(2, len(plan)):
+                        self.assertAlmostEqual(moved.expected_error_mm[i], points.expected_error_mm[i], delta=1e-6)
+                        for k in range(3):
+                            self.assertAlmostEqual(moved.xyz[i, k], points.xyz[i, k], delta=1e-6)
+                        for k in range(6):
+                            self.assertAlmostEqual(moved.covariance[i, k], errors.covariance[i, k], delta=1e-6)
 
 
 if __name__ == "__main__":

@@ -21,3 +21,17 @@ def states(camera: defrec.Camera, left: bytes, right: bytes) -> List[State]:
         for job in tracker.process([(left, right, 0)]):
             found.append(job.result().state)
     return found
+
+
+def plan(tracker: Tracker, left: bytes, right: bytes) -> List[float]:
+    with tracker.submit(left, right, 0, held_motion=[(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0)]) as job:
+        with job.template() as template:
+            sphere = defrec.Mesh([(0.0, 0.0, 50.0)], [(0, 0, 0)])
+            template.set_body(sphere, [defrec.BodyRegion(sphere, held=True)], poisson_ratio=0.4)
+            if not template.wait_body(2.5):
+                return []
+            targets = defrec.Targets(template, [(0, 0, 60)])
+        moved: defrec.MovedTargets = job.move_targets(targets)
+        if job.result().body != defrec.BodyState.READY:
+            return []
+        return [float(error) for error in moved.expected_error_mm]

@@ -19,20 +19,26 @@ VECTORS = {
 RESERVED = {"in", "out", "params"}
 
 
-def is_public(struct):
-    """Structs that users make or read in arrays. The others hold pointers, or arrays that only native code reads."""
+def is_public(contract, struct):
+    """Structs that users make or read in arrays. The others hold pointers, arrays that only native code reads, or such a
+    struct."""
     if struct.is_params:
         return True
-    if any(field.type == "defrec_mesh" for field in struct.fields):  # which holds pointers
-        return False
-    return not struct.has_struct_size and all(
-        not field.is_address and (not field.count or (field.type, field.count) in VECTORS) for field in struct.fields
+    return not struct.has_struct_size and all(is_public_field(contract, field) for field in struct.fields)
+
+
+def is_public_field(contract, field):
+    part = contract.struct_of.get(field.type)
+    return (
+        not field.is_address
+        and (not field.count or (field.type, field.count) in VECTORS)
+        and (part is None or is_public(contract, part))
     )
 
 
 def struct_name(contract, name):
     struct = contract.struct_of[name]
-    if not is_public(struct):
+    if not is_public(contract, struct):
         return name
     return pascal(name.removeprefix("defrec_").removesuffix("_params")) + ("Parameters" if struct.is_params else "")
 
@@ -106,7 +112,7 @@ def public_struct(contract, struct):
 def public_structs(contract, wanted, what):
     body = []
     for struct in contract.application_structs:
-        if is_public(struct) and struct.is_params == wanted:
+        if is_public(contract, struct) and struct.is_params == wanted:
             body += ["", *public_struct(contract, struct)]
     return f"{TOP}using System.Runtime.InteropServices;\n\n// {what}\nnamespace Defrec\n{{\n" + "\n".join(body[1:]) + "\n}\n"
 
@@ -114,7 +120,7 @@ def public_structs(contract, wanted, what):
 def native_structs(contract):
     body = []
     for struct in contract.application_structs:
-        if is_public(struct):
+        if is_public(contract, struct):
             continue
         body += ["", "    [StructLayout(LayoutKind.Sequential)]", f"    internal unsafe struct {struct.name}", "    {"]
         for field in struct.fields:

@@ -1,4 +1,5 @@
 using System;
+using System.Threading;
 
 namespace Defrec.Native
 {
@@ -22,6 +23,15 @@ namespace Defrec.Native
         {
             if (length < needed)
                 throw new ArgumentException("The length is " + length + "; at least " + needed + " expected.", name);
+        }
+
+        /// <summary>How long to wait, ns; Timeout.InfiniteTimeSpan: for ever.</summary>
+        internal static ulong Nanoseconds(TimeSpan timeout, string name)
+        {
+            if (timeout == Timeout.InfiniteTimeSpan) return ulong.MaxValue;
+            if (timeout < TimeSpan.Zero) throw new ArgumentOutOfRangeException(name, timeout, "A time is not negative.");
+            ulong ticks = (ulong)timeout.Ticks; // of 100 ns
+            return ticks < ulong.MaxValue / 100 ? 100 * ticks : ulong.MaxValue;
         }
 
         /// <summary>What the library counts must fit an array.</summary>

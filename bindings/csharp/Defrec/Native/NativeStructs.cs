@@ -138,7 +138,7 @@ namespace Defrec.Native
         internal SelfCalibration self_calibration;
         internal uint grow;
         internal uint max_vertices;
-        internal uint body;
+        internal BodyMode body;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -226,7 +226,7 @@ namespace Defrec.Native
         internal byte* device_id;
         internal Piece* pieces;
         internal ulong piece_count;
-        internal uint body;
+        internal BodyState body;
         internal uint reserved2;
     }
 
@@ -271,7 +271,7 @@ namespace Defrec.Native
     {
         internal defrec_mesh mesh;
         internal float stiffness;
-        internal uint flags;
+        internal RegionFlags flags;
     }
 
     [StructLayout(LayoutKind.Sequential)]
