@@ -76,8 +76,8 @@ def main():
     verify = arguments.parse_args().verify
     found = tests()
     known = [number for _, rows in SECTIONS for number, _, _ in rows]
-    if known != list(range(1, len(known) + 1)):
-        sys.exit("rows.py: the numbers do not grow by one")
+    if known != sorted(set(known)):
+        sys.exit("rows.py: the numbers do not grow")
     for number in known:
         if number not in found and number not in WITHOUT_TEST:
             sys.exit(f"row {number}: no test bears this number, and rows.py does not say why")

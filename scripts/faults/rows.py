@@ -131,6 +131,18 @@ SECTIONS = (
         (105, "a distortion that folds towards the corners", "used up to the fold, with a warning"),
         (106, "a right view that lies askew, or slips sideways", "`DEFREC_REASON_CALIBRATION` with the estimate; corrected where asked, but for a slip"),
     )),
+    ("Beneath the surface", (
+        (130, "targets that are not finite", "`DEFREC_POINT_UNKNOWN`; the others move"),
+        (131, "more targets than a million", "refused with the limit"),
+        (132, "a body's mesh with a hole", "refused with the edge and its place"),
+        (133, "a mesh that is inside out", "refused"),
+        (134, "a mesh in metres, centimetres or micrometres", "refused with the unit that it seems to be in"),
+        (135, "a mesh beside the view", "refused with the distance"),
+        (136, "a mesh of more than a million triangles", "refused with the limit"),
+        (137, "a target in front of the surface", "moves with the surface behind it"),
+        (138, "memory that runs out while a body is made", "there is none, points move as before; who waits is told, and may ask again"),
+        (139, "a held motion or a camera's pose that is no rigid motion", "refused"),
+    )),
 )
 
 # Tests that are not C++, or why there is none.

@@ -22,31 +22,44 @@ constexpr double kMinEvidence = 8;  // handles; fewer say nothing of forces
 
 using Vectors = Eigen::Matrix3Xd;
 
+// What is known of each handle: the mean of its vertices, each with its evidence, so that vertices
+// that are not known take no part.
 struct HandlesNow {
     Vectors rest, now;
     Eigen::VectorXd evidence, error_mm2;
 
     HandlesNow(const BodyPiece& piece, const SurfaceNow& surface) {
         const auto count = static_cast<Eigen::Index>(piece.handles().size());
-        rest.resize(3, count);
+        rest.setZero(3, count);
         now.setZero(3, count);
         evidence.setZero(count);
         error_mm2.setZero(count);
         for (Eigen::Index i = 0; i < count; ++i) {
             const Handle& handle = piece.handles()[static_cast<size_t>(i)];
-            rest.col(i) = handle.position;
-            for (const uint32_t vertex : handle.vertices) {
-                now.col(i) += Eigen::Map<const Eigen::Vector3f>(&surface.positions[3 * vertex])
+            double sum = 0;
+            for (const uint32_t vertex : handle.vertices) sum += known_share(surface, vertex);
+            for (size_t k = 0; k < handle.vertices.size(); ++k) {
+                const uint32_t vertex = handle.vertices[k];
+                const double known = known_share(surface, vertex),
+                             error = static_cast<double>(surface.expected_error[vertex]),
+                             weight = sum > 0 ? known / sum
+                                              : 1 / static_cast<double>(handle.vertices.size());
+                rest.col(i) += weight * handle.places[k].cast<double>();
+                now.col(i) += weight *
+                              Eigen::Map<const Eigen::Vector3f>(&surface.positions[3 * vertex])
                                   .cast<double>();
-                const double error = surface.expected_error[vertex];
-                evidence[i] += evidence_of(error);
-                error_mm2[i] += error * error;
+                evidence[i] += weight * known;
+                error_mm2[i] += weight * error * error;
             }
-            const auto vertices = static_cast<double>(handle.vertices.size());
-            now.col(i) /= vertices;
-            evidence[i] /= vertices;
-            error_mm2[i] /= vertices;
         }
+    }
+
+  private:
+    // Evidence below the least counts as none: a place that is anywhere would pull with it.
+    static double known_share(const SurfaceNow& surface, uint32_t vertex) {
+        constexpr double kLeast = 0.02;
+        const double evidence = evidence_of(static_cast<double>(surface.expected_error[vertex]));
+        return std::max(0.0, (evidence - kLeast) / (1 - kLeast));
     }
 };
 

@@ -146,6 +146,35 @@ TEST_CASE("each piece of a surface has a motion of its own") {
     CHECK(worst_of(motion, other, right, 1) < 1e-3);
 }
 
+TEST_CASE("vertices that are not known do not pull, and points beneath them say so") {
+    const MovedSurface frame = half_unknown(moved_as(large_motion()));
+    const BodyMotion motion(plane_body(), frame.view(), {}, nullptr);
+    CHECK(worst_of(motion, large_motion(), places_beneath({10, 20, 30})) < 0.05);
+    CHECK(worst_of(motion, large_motion(), places_beneath({2})) < 0.05);
+    CHECK(moved_by(motion, {-25, 0, kSurfaceZ + 4}).evidence > 0.9);
+    CHECK(moved_by(motion, {25, 0, kSurfaceZ + 4}).evidence < 0.1);
+    const double between = moved_by(motion, {0, 0, kSurfaceZ + 10}).evidence;
+    CHECK(between > 0.2);
+    CHECK(between < 0.8);
+}
+
+TEST_CASE("handles of which no vertex is known do not pull") {
+    MovedSurface frame(plane(), moved_as(large_motion()));
+    for (const Handle& handle : plane_body()->pieces()[0].handles()) {
+        if (handle.position.x() < 0) continue;
+        for (const uint32_t vertex : handle.vertices) {
+            frame.errors[vertex] = 5;
+            const auto k = static_cast<float>(vertex);
+            frame.positions[3 * vertex] += 20 * std::sin(7 * k);
+            frame.positions[3 * vertex + 2] += 12;
+        }
+    }
+    const BodyMotion motion(plane_body(), frame.view(), {}, nullptr);
+    CHECK(worst_of(motion, large_motion(), places_beneath({2, 10, 30})) < 0.05);
+    // The surface's error is that of what is known of it.
+    CHECK(std::abs(std::sqrt(moved_by(motion, {-25, 0, kSurfaceZ + 4}).surface_mm2) - 0.05) < 0.05);
+}
+
 TEST_CASE("where nothing is known evidence is next to nothing, and every number is one") {
     MovedSurface frame(plane(), moved_as(large_motion()));
     for (const float error : {5.0f, 100.0f, 1e6f}) {
@@ -323,6 +352,16 @@ TEST_CASE("a cut parts the body wherever it lies between the cells") {
     for (const double x : {1.1, 3.3}) {
         CAPTURE(x);
         CHECK(OpenedCut(0, {x, 0.4, kSurfaceZ}).opening(4) > 2.3);
+    }
+}
+
+TEST_CASE("a cut parts the body whatever its direction") {
+    for (const double turn : {0.35, 0.785398}) {
+        CAPTURE(turn);
+        const OpenedCut cut(turn);
+        CHECK(cut.opening(1) > 3);
+        CHECK(cut.opening(4) > 2.3);
+        CHECK(cut.opening(30) < 1);
     }
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/base/error.hpp"
 #include "sdk/body/elasticity.hpp"
 
 namespace defrec {
@@ -190,7 +191,9 @@ BodyPiece::BodyPiece(std::span<const defrec_surface_point> vertices, std::vector
     const Sparse stiffness = sum.matrix();
     Eigen::SimplicialLLT<Sparse, Eigen::Lower> factor;
     factor.compute(stiffness);
-    if (!is_wanted() || factor.info() != Eigen::Success) return;
+    if (!is_wanted()) return;
+    if (factor.info() != Eigen::Success)
+        fail(DEFREC_ERROR_UNSUPPORTED, "the body's equations have no solution");
     const Eigen::SparseMatrix<float> lower = Sparse(factor.matrixL()).cast<float>();
     const auto& order = factor.permutationP().indices();
 

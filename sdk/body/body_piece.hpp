@@ -17,6 +17,7 @@ struct Handle {
     Eigen::Vector3d position = Eigen::Vector3d::Zero();  // mean of its vertices at rest, mm
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     std::vector<uint32_t> vertices;
+    std::vector<Eigen::Vector3f> places;  // of the vertices at rest, mm
 };
 
 inline Eigen::Vector3d position_of(const defrec_surface_point& vertex) {

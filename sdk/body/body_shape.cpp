@@ -1,6 +1,7 @@
 // See body_shape.hpp.
 #include "sdk/body/body_shape.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -143,6 +144,7 @@ std::vector<std::vector<Handle>> make_handles(const BodySurface& surface, double
             const Eigen::Vector3d place = position_of(surface.vertices[i]);
             Handle& handle = found[static_cast<size_t>(centres.nearest(place, squared))];
             handle.vertices.push_back(static_cast<uint32_t>(i));
+            handle.places.push_back(place.cast<float>());
             handle.position += place;
             handle.normal +=
                 Eigen::Map<const Eigen::Vector3f>(surface.vertices[i].normal).cast<double>();
@@ -214,7 +216,9 @@ BodyShape::BodyShape(const BodySurface& surface, const BodyDescription& descript
     high_ += room;
     visit_cuts(surface.cuts, [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
         const int32_t near = nearest_handle(own, (from + to) / 2);
-        cuts_.push_back({from, to, -own[static_cast<size_t>(near)].normal});
+        const Eigen::Vector3d down = -own[static_cast<size_t>(near)].normal;
+        const Eigen::Vector3d across = (to - from).cross(down).normalized();
+        cuts_.push_back({from, to, down, std::max(1.0, across.lpNorm<1>())});
     });
 }
 
@@ -259,7 +263,8 @@ bool BodyShape::is_cut(const Eigen::Vector3d& centre, double edge) const {
     return std::any_of(cuts_.begin(), cuts_.end(), [&](const CutSegment& cut) {
         const double depth = (centre - cut.from).dot(cut.down);
         return depth >= -edge && depth <= description_.cut_depth_mm &&
-               line_distance(cut.from, cut.to, centre - depth * cut.down) < 0.5 * edge;
+               line_distance(cut.from, cut.to, centre - depth * cut.down) <
+                   0.5 * cut.width * edge;
     });
 }
 

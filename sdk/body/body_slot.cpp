@@ -127,11 +127,15 @@ defrec_status BodySlot::wait(const BodySurface& surface, uint64_t timeout_ns) {
         std::unique_lock lock(task->mutex);
         const Clock::time_point until = std::min(end, Clock::now() + kLook);
         if (task->changed.wait_until(lock, until, [&] { return task->is_done; })) {
-            if (task->status < 0) fail(task->status, task->reason);
             if (task->body != nullptr) return DEFREC_OK;
-            lock.unlock();  // it was dropped
-            const std::lock_guard own(mutex_);
-            if (task_ == task) task_.reset();
+            const defrec_status status = task->status;
+            lock.unlock();
+            // Who waits next begins again where it was dropped or memory ran out.
+            if (status == DEFREC_OK || status == DEFREC_ERROR_OUT_OF_MEMORY) {
+                const std::lock_guard own(mutex_);
+                if (task_ == task) task_.reset();
+            }
+            if (status < 0) fail(status, task->reason);
         } else if (Clock::now() >= end) {
             return DEFREC_TIMEOUT;
         }

@@ -153,7 +153,7 @@ TEST_CASE("a surface of few vertices has a body, a piece without any has none") 
         const TestSurface surface = make_surface(0, spacing);
         const std::shared_ptr<const Body> body = make_body(surface);
         REQUIRE(body != nullptr);
-        const TestFrame frame(surface, [](const Vector3d& rest, size_t) -> Vector3d {
+        const MovedSurface frame(surface, [](const Vector3d& rest, size_t) -> Vector3d {
             return rest + Vector3d(1, 2, 3);
         });
         const BodyMotion motion(body, frame.view(), {}, nullptr);

@@ -41,7 +41,11 @@ Lattice::Lattice(const Request& request) : step_(request.step), low_(request.low
     }
     for (int32_t z = 0; z < count_[2]; z += kLargest)
         for (int32_t y = 0; y < count_[1]; y += kLargest)
-            for (int32_t x = 0; x < count_[0]; x += kLargest) divide(request, {x, y, z}, kLargest);
+            for (int32_t x = 0; x < count_[0]; x += kLargest) {
+                block_begin_.push_back(cells_.size());
+                divide(request, {x, y, z}, kLargest);
+            }
+    block_begin_.push_back(cells_.size());
     for (size_t i = 0; i < cells_.size(); ++i)
         cell_of_.emplace(key(cells_[i].corner, cells_[i].size), static_cast<int32_t>(i));
     number_nodes();
@@ -178,23 +182,57 @@ Eigen::Vector3d Lattice::position(const Place& place) const {
                            cell.size * place.at);
 }
 
+void Lattice::find_nearer(size_t cell, const Eigen::Vector3d& place, double& squared,
+                          Place& nearest) const {
+    Place candidate{static_cast<int32_t>(cell)};
+    for (size_t axis = 0; axis < 3; ++axis) {
+        const auto k = static_cast<Eigen::Index>(axis);
+        candidate.at[k] = std::clamp(
+            ((place[k] - low_[k]) / step_ - cells_[cell].corner[axis]) / cells_[cell].size, 0.0,
+            1.0);
+    }
+    const double distance = (position(candidate) - place).squaredNorm();
+    if (!(distance < squared)) return;
+    squared = distance;
+    nearest = candidate;
+}
+
 Lattice::Place Lattice::find_near(const Eigen::Vector3d& place, double reach) const {
     Place found = find(place);
     if (found.cell >= 0) return found;
+    // Shells of cubes around the one nearest to the place, as long as one may be nearer than what
+    // was found.
+    const double edge = kLargest * step_;
+    Corner centre, cubes;
+    double outside = 0;  // of the box, squared
+    for (size_t axis = 0; axis < 3; ++axis) {
+        const auto k = static_cast<Eigen::Index>(axis);
+        cubes[axis] = count_[axis] / kLargest;
+        const double at = place[k] - low_[k], end = cubes[axis] * edge,
+                     inside = std::clamp(at, 0.0, end);
+        outside += (at - inside) * (at - inside);
+        centre[axis] = std::min(cubes[axis] - 1, static_cast<int32_t>(inside / edge));
+    }
     double least = reach * reach;
-    for (size_t i = 0; i < cells_.size(); ++i) {
-        const Cell& cell = cells_[i];
-        Eigen::Vector3d at;
-        for (size_t axis = 0; axis < 3; ++axis) {
-            const auto k = static_cast<Eigen::Index>(axis);
-            at[k] = std::clamp(((place[k] - low_[k]) / step_ - cell.corner[axis]) / cell.size, 0.0,
-                               1.0);
-        }
-        const Place candidate{static_cast<int32_t>(i), at};
-        const double squared = (position(candidate) - place).squaredNorm();
-        if (!(squared < least)) continue;
-        least = squared;
-        found = candidate;
+    const int32_t shells = *std::max_element(cubes.begin(), cubes.end());
+    for (int32_t shell = 0; shell < shells; ++shell) {
+        const double gap = std::max(0, shell - 1) * edge;
+        if (outside + gap * gap >= least) break;
+        for (int32_t z = -shell; z <= shell; ++z)
+            for (int32_t y = -shell; y <= shell; ++y) {
+                const bool is_face = std::max(std::abs(z), std::abs(y)) == shell;
+                for (int32_t x = -shell; x <= shell; x += is_face ? 1 : 2 * shell) {
+                    const Corner cube{centre[0] + x, centre[1] + y, centre[2] + z};
+                    bool is_inside = true;
+                    for (size_t axis = 0; axis < 3; ++axis)
+                        is_inside &= cube[axis] >= 0 && cube[axis] < cubes[axis];
+                    if (!is_inside) continue;
+                    const auto index =
+                        static_cast<size_t>((cube[2] * cubes[1] + cube[1]) * cubes[0] + cube[0]);
+                    for (size_t i = block_begin_[index]; i < block_begin_[index + 1]; ++i)
+                        find_nearer(i, place, least, found);
+                }
+            }
     }
     return found;
 }

@@ -70,12 +70,16 @@ class Lattice {
     int32_t cell_at(const Corner& fine) const;
     void divide(const Request& request, const Corner& corner, int32_t size);
     void number_nodes();
+    void find_nearer(size_t cell, const Eigen::Vector3d& place, double& squared,
+                     Place& nearest) const;
 
     double step_;
     Eigen::Vector3d low_;
     Corner count_{};
     std::vector<Cell> cells_;
     std::unordered_map<uint64_t, int32_t> cell_of_;
+    // Cells of one cube of the largest size follow each other: from where on, per cube, x fastest.
+    std::vector<size_t> block_begin_;
     std::vector<Eigen::Vector3d> nodes_;
     size_t free_ = 0;
     std::vector<size_t> first_term_;
