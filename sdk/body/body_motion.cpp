@@ -45,9 +45,9 @@ struct HandlesNow {
                              weight = sum > 0 ? known / sum
                                               : 1 / static_cast<double>(handle.vertices.size());
                 rest.col(i) += weight * handle.places[k].cast<double>();
-                now.col(i) += weight *
-                              Eigen::Map<const Eigen::Vector3f>(&surface.positions[3 * vertex])
-                                  .cast<double>();
+                now.col(i) +=
+                    weight * Eigen::Map<const Eigen::Vector3f>(&surface.positions[3 * vertex])
+                                 .cast<double>();
                 evidence[i] += weight * known;
                 error_mm2[i] += weight * error * error;
             }

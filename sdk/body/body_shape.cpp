@@ -263,8 +263,7 @@ bool BodyShape::is_cut(const Eigen::Vector3d& centre, double edge) const {
     return std::any_of(cuts_.begin(), cuts_.end(), [&](const CutSegment& cut) {
         const double depth = (centre - cut.from).dot(cut.down);
         return depth >= -edge && depth <= description_.cut_depth_mm &&
-               line_distance(cut.from, cut.to, centre - depth * cut.down) <
-                   0.5 * cut.width * edge;
+               line_distance(cut.from, cut.to, centre - depth * cut.down) < 0.5 * cut.width * edge;
     });
 }
 

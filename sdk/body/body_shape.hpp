@@ -40,7 +40,7 @@ class BodyShape {
     Eigen::Vector3d low_, high_;
     struct CutSegment {
         Eigen::Vector3d from, to, down;  // down: into the tissue
-        double width;  // of a cube of edge 1 across the cut
+        double width;                    // of a cube of edge 1 across the cut
     };
     std::vector<CutSegment> cuts_;
 };
