@@ -6,22 +6,21 @@
 #include <exception>
 #include <thread>
 
+#include "sdk/cli/bench/body_bench.hpp"
+#include "sdk/cli/bench/player.hpp"
 #include "sdk/cli/bench/process_memory.hpp"
 #include "sdk/cli/bench/statistics.hpp"
 #include "sdk/cli/io/terminal.hpp"
 #include "sdk/cli/io/text.hpp"
 #include "sdk/cli/program/interrupt.hpp"
 #include "sdk/cli/render/film.hpp"
-#include "sdk/cli/track/tracker_config.hpp"
 
 namespace defrec::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Clock = std::chrono::steady_clock;
 
 constexpr std::uint64_t kSeed = 1;
-constexpr double kFrameMs = 1000.0 / 30;
 // Of frames whose time was short.
 constexpr std::array kShortReasons = {DEFREC_REASON_COARSE, DEFREC_REASON_UNCHECKED,
                                       DEFREC_REASON_OVERDUE};
@@ -51,87 +50,12 @@ StereoCalibration calibration_of(const StereoRig& rig) {
     return calibration;
 }
 
-double milliseconds_since(Clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-// 0 1 2 1 0 1 2 ... for three frames.
-std::size_t to_and_fro(std::size_t step, std::size_t count) {
-    if (count == 1) return 0;
-    const std::size_t place = step % (2 * (count - 1));
-    return place < count ? place : 2 * (count - 1) - place;
-}
-
-struct Setup {
-    Context context;
-    Device device;
-    Rig rig;
-    defrec_tracker_desc desc;
-};
-
-Setup make_setup(const BenchOptions& options, const BenchSequence& sequence) {
-    Setup setup{open_context({options.threads, options.quiet, {}}),
-                {},
-                {},
-                initialised<defrec_tracker_desc>()};
-    setup.device = choose_device(setup.context, options.backend, options.device);
-    setup.rig = make_rig(setup.context, sequence.calibration);
-    setup.desc.format = format_of_channels(sequence.frames.front().left.channels);
-    setup.desc.frames_in_flight = 1;
-    if (!options.config.empty()) read_config(options.config, setup.desc);
-    return setup;
-}
-
-// A tracker that the sequence is played to, one frame after the other.
-class Player {
-  public:
-    Player(const BenchOptions& options, const BenchSequence& sequence, const Setup& setup,
-           bool timed = false)
-        : sequence_(sequence), deadline_ns_(options.deadline_ns) {
-        defrec_tracker_desc desc = setup.desc;
-        desc.device_id = setup.device.id.c_str();
-        desc.timed = timed ? 1 : 0;
-        defrec_tracker handle = nullptr;
-        require(defrec_tracker_create(setup.context.get(), setup.rig.get(), &desc, &handle),
-                options.config.empty() ? ExitCode::kInternal : ExitCode::kUsage,
-                "creating the tracker");
-        tracker_ = Tracker(handle);
-    }
-    // The time from submission to result, ms.
-    double play() {
-        StereoFrame frame =
-            sequence_.frames[to_and_fro(static_cast<std::size_t>(step_), sequence_.frames.size())];
-        frame.index = step_;
-        frame.timestamp_ms = step_ * kFrameMs;
-        job_.reset();
-        const Clock::time_point start = Clock::now();
-        job_ = submit(tracker_, frame, deadline_ns_);
-        require(defrec_job_wait(job_.get(), UINT64_MAX), ExitCode::kInternal,
-                "frame " + std::to_string(step_));
-        ++step_;
-        return milliseconds_since(start);
-    }
-    // Of the frame played last.
-    defrec_result result() const {
-        auto result = initialised<defrec_result>();
-        require(defrec_job_result(job_.get(), &result), ExitCode::kInternal, "reading the result");
-        return result;
-    }
-
-  private:
-    const BenchSequence& sequence_;
-    const std::uint64_t deadline_ns_;
-    Tracker tracker_;
-    Job job_;
-    int step_ = 0;
-};
-
 // One run over the sequence; calls measured(latency in ms, result) for each frame behind the
 // warm-up.
 template <class Measured>
 void run_tracker(const BenchOptions& options, const BenchSequence& sequence, bool timed,
                  Device& device, Measured&& measured) {
-    const Setup setup = make_setup(options, sequence);
+    const BenchSetup setup = make_setup(options, sequence);
     device = setup.device;
     Player player(options, sequence, setup, timed);
     ProgressBar progress(options.quiet);
@@ -169,12 +93,12 @@ std::vector<double> play_at_once(std::vector<Player>& players, int frames) {
 
 void run_trackers_at_once(const BenchOptions& options, const BenchSequence& sequence,
                           BenchTimes& times) {
-    Setup setup = make_setup(options, sequence);
+    BenchSetup setup = make_setup(options, sequence);
     if (options.spread) setup.device.id = backend_of(setup.device) + ":*";
     std::vector<Player> players;
     for (int i = 0; i < options.trackers; ++i) players.emplace_back(options, sequence, setup);
     play_at_once(players, options.warm_up);
-    const Clock::time_point start = Clock::now();
+    const BenchClock::time_point start = BenchClock::now();
     times.at_once_latency_ms = play_at_once(players, options.frames);
     times.at_once_ms = milliseconds_since(start);
     if (interrupt_requested()) return;
@@ -201,13 +125,13 @@ Film make_film(const BenchOptions& options) try {
     throw CliError(ExitCode::kUsage, std::string("--scene: ") + refusal.what());
 }
 
+}  // namespace
+
 Json spread_of(const std::vector<double>& ms) {
     return {{"min_ms", nearest_rank(ms, 0)},    {"median_ms", nearest_rank(ms, 0.5)},
             {"p99_ms", nearest_rank(ms, 0.99)}, {"p999_ms", nearest_rank(ms, 0.999)},
             {"max_ms", nearest_rank(ms, 1)},    {"noise_ms", median_noise(ms)}};
 }
-
-}  // namespace
 
 BenchSequence filmed_sequence(const BenchOptions& options) {
     Film film = make_film(options);
@@ -247,6 +171,7 @@ BenchTimes measure_times(const BenchOptions& options, const BenchSequence& seque
                     [&](double, const defrec_result& result) { add_stages(result, times); });
     if (options.trackers > 1 && !interrupt_requested())
         run_trackers_at_once(options, sequence, times);
+    if (options.beneath > 0 && !interrupt_requested()) times.body = measure_body(options, sequence);
     return times;
 }
 
@@ -283,6 +208,7 @@ Json bench_json(const BenchOptions& options, const BenchSequence& sequence,
             {"submit_to_result", spread_of(times.at_once_latency_ms)},
             {"frames_per_second",
              1000 * static_cast<double>(times.at_once_latency_ms.size()) / times.at_once_ms}};
+    if (times.body) json["body"] = body_json(*times.body);
     json["peak_memory_mb"] = peak_megabytes();
     json["tracker_memory_mb"] = times.tracker_memory_mb;
     return json;
@@ -327,6 +253,19 @@ std::string bench_text(const Json& json) {
             for (const auto& [device, count] : at_once["devices"].items())
                 text += ", " + std::to_string(count.get<int>()) + " of them on " + device;
         text += "; alone: ";
+    }
+    if (json.contains("body")) {
+        const Json& body = json["body"];
+        for (const auto& [name, times] : {std::pair{"without the body", "frame_without"},
+                                          {"while it is made", "frame_meanwhile"},
+                                          {"with the body", "frame_with"},
+                                          {"prepared targets", "move_targets"},
+                                          {"arbitrary points", "warp_points"}})
+            text += line(name, body[times]);
+        text += "the body is ready after " + format_fixed(body["ready_ms"].get<double>(), 0) +
+                " ms and takes " + format_fixed(body["memory_mb"].get<double>(), 0) + " MB; " +
+                std::to_string(body["targets"].get<std::size_t>()) + " targets, " +
+                std::to_string(body["points"].get<std::size_t>()) + " points\n";
     }
     return text + format_fixed(json["frames_per_second"].get<double>(), 1) +
            " frames/s; peak memory " + format_fixed(json["peak_memory_mb"].get<double>(), 0) +

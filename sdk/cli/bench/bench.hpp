@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,6 +26,7 @@ struct BenchOptions {
     int frames = 100, warm_up = 10;
     int trackers = 1;     // more: they are measured at once, too, each on a thread of its own
     bool spread = false;  // those over all devices of the backend
+    int beneath = 0;      // more: so many targets are moved by the body beneath the surface, too
     bool stages = true;   // false: only from submission to result
     std::uint64_t deadline_ns = 0;  // of each frame, from its submission; 0: none
     std::string config;             // YAML with parameters of the tracker, or empty
@@ -35,6 +37,16 @@ struct BenchOptions {
 
 // The scene, filmed into memory. Throws CliError.
 BenchSequence filmed_sequence(const BenchOptions& options);
+
+// What the elastic body beneath the surface costs.
+struct BodyTimes {
+    double ready_ms = 0;   // from when it was asked for; to within a frame
+    double memory_mb = 0;  // that the process grew by at the peak meanwhile
+    // From submission to result: without a body, while it is computed, and with it.
+    std::vector<double> without_ms, meanwhile_ms, with_ms;
+    std::size_t targets = 0, points = 0;
+    std::vector<double> targets_ms, points_ms;  // prepared ones, and arbitrary ones, in a frame
+};
 
 struct BenchTimes {
     Device device;
@@ -49,6 +61,7 @@ struct BenchTimes {
     std::map<std::string, int> at_once_trackers;  // by the id of their device
     std::size_t tracked_frames = 0;
     std::array<std::size_t, 3> short_frames{};  // of these: coarse, unchecked, overdue
+    std::optional<BodyTimes> body;
     double tracker_memory_mb = 0;  // what context and tracker added to the process at their peak
 };
 
@@ -57,6 +70,7 @@ struct BenchTimes {
 // interruption. Throws CliError.
 BenchTimes measure_times(const BenchOptions& options, const BenchSequence& sequence);
 
+nlohmann::ordered_json spread_of(const std::vector<double>& ms);
 // What bench_json says of the sequence: its `size` and name.
 nlohmann::ordered_json sequence_json(const BenchSequence& sequence);
 nlohmann::ordered_json bench_json(const BenchOptions& options, const BenchSequence& sequence,

@@ -119,6 +119,13 @@ CLI::App* add_bench_command(CLI::App& app, std::function<int()>& run, BenchLoade
         ->capture_default_str();
     command->add_flag("--spread", options->bench.spread,
                       "Spread those trackers over all devices of the backend");
+    command
+        ->add_option("--beneath", options->bench.beneath,
+                     "Measure the body beneath the surface, too: until it is ready, and so many "
+                     "targets in each frame")
+        ->type_name("N")
+        ->check(CLI::Range(0, 1000000))
+        ->capture_default_str();
     auto* compare = command->add_option(
         "--compare", options->recorded,
         "JSON that an earlier run printed: show its times beside these, exit with 6 where a stage "
