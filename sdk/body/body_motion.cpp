@@ -1,7 +1,7 @@
 // See body_motion.hpp.
 #include "sdk/body/body_motion.hpp"
 
-#include <Eigen/LU>
+#include <Eigen/Cholesky>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -34,13 +34,16 @@ struct HandlesNow {
         now.setZero(3, count);
         evidence.setZero(count);
         error_mm2.setZero(count);
+        std::vector<double> shares;
         for (Eigen::Index i = 0; i < count; ++i) {
             const Handle& handle = piece.handles()[static_cast<size_t>(i)];
+            shares.clear();
             double sum = 0;
-            for (const uint32_t vertex : handle.vertices) sum += known_share(surface, vertex);
+            for (const uint32_t vertex : handle.vertices)
+                sum += shares.emplace_back(known_share(surface, vertex));
             for (size_t k = 0; k < handle.vertices.size(); ++k) {
                 const uint32_t vertex = handle.vertices[k];
-                const double known = known_share(surface, vertex),
+                const double known = shares[k],
                              error = static_cast<double>(surface.expected_error[vertex]),
                              weight = sum > 0 ? known / sum
                                               : 1 / static_cast<double>(handle.vertices.size());
@@ -82,14 +85,14 @@ class DoubtfulData {
                 }
         if (rows_.empty()) return;
         const auto count = static_cast<Eigen::Index>(rows_.size());
+        // Divided by the doubt, so that it is symmetric as the response is, and positive definite.
         Eigen::MatrixXf system(count, count);
-        for (Eigen::Index column = 0; column < count; ++column)
+        for (Eigen::Index column = 0; column < count; ++column) {
             for (Eigen::Index row = 0; row < count; ++row)
-                system(row, column) =
-                    (row == column ? 1.0f : 0.0f) -
-                    doubt_[static_cast<size_t>(row)] *
-                        piece.handle_response()(rows_[static_cast<size_t>(row)],
-                                                rows_[static_cast<size_t>(column)]);
+                system(row, column) = -piece.handle_response()(rows_[static_cast<size_t>(row)],
+                                                               rows_[static_cast<size_t>(column)]);
+            system(column, column) += 1 / doubt_[static_cast<size_t>(column)];
+        }
         solver_.compute(system);
     }
     // data: a column for each set of displacements of the handles.
@@ -99,24 +102,35 @@ class DoubtfulData {
         Data known = data;
         for (const Eigen::Index row : rows_) known.row(row).setZero();
         Eigen::MatrixXf right(static_cast<Eigen::Index>(rows_.size()), data.cols());
+        // The response is symmetric; its columns lie in memory as they are read.
         for (size_t k = 0; k < rows_.size(); ++k)
             right.row(static_cast<Eigen::Index>(k)) =
-                (1 - doubt_[k]) * data.row(rows_[k]) +
-                doubt_[k] * (piece_.handle_response().row(rows_[k]) * known);
+                (1 / doubt_[k] - 1) * data.row(rows_[k]) +
+                piece_.handle_response().col(rows_[k]).transpose() * known;
         const Eigen::MatrixXf solved = solver_.solve(right);
         for (size_t k = 0; k < rows_.size(); ++k)
             data.row(rows_[k]) = solved.row(static_cast<Eigen::Index>(k));
     }
 
+    bool empty() const { return rows_.empty(); }
+
   private:
     const BodyPiece& piece_;
     std::vector<Eigen::Index> rows_;
     std::vector<float> doubt_;
-    Eigen::PartialPivLU<Eigen::MatrixXf> solver_;
+    Eigen::LLT<Eigen::MatrixXf> solver_;
 };
 
 Eigen::VectorXf unfollowed(const BodyPiece& piece, const Eigen::VectorXf& data) {
     return data - piece.handle_response() * data;
+}
+
+// How a rigid motion changes what the handles' springs give way.
+MotionSlope force_slope(const BodyPiece& piece, const DoubtfulData& doubtful) {
+    if (doubtful.empty()) return piece.force_slope();
+    Eigen::MatrixXf filled = piece.handle_slope();
+    doubtful.replace(filled);
+    return (filled - piece.handle_response() * filled).cast<double>();
 }
 
 Eigen::Isometry3d find_deep_motion(const BodyPiece& piece, const HandlesNow& handles,
@@ -127,9 +141,7 @@ Eigen::Isometry3d find_deep_motion(const BodyPiece& piece, const HandlesNow& han
     auto& [forces, displaced] = kinds;
     displaced.slope = motion_slope(handles.rest);
     displaced.floor = kNoiseMm;
-    Eigen::MatrixXf filled = displaced.slope.cast<float>();
-    doubtful.replace(filled);
-    forces.slope = (filled - piece.handle_response() * filled).cast<double>();
+    forces.slope = force_slope(piece, doubtful);
     forces.floor = kForceFloorMm;
     Eigen::Isometry3d motion = start;
     for (int round = 0; round < 3; ++round) {

@@ -241,6 +241,11 @@ BodyPiece::BodyPiece(std::span<const defrec_surface_point> vertices, std::vector
         for (const Lattice::Term& term : handle_terms[i])
             handle_response_.middleRows<3>(static_cast<Eigen::Index>(3 * i)) +=
                 static_cast<float>(term.weight) * response.middleRows<3>(3 * term.node);
+    Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(handles_.size()));
+    for (size_t i = 0; i < handles_.size(); ++i)
+        places.col(static_cast<Eigen::Index>(i)) = handles_[i].position;
+    handle_slope_ = motion_slope(places).cast<float>();
+    force_slope_ = (handle_slope_ - handle_response_ * handle_slope_).cast<double>();
     support_share_.resize(nodes);
     for (size_t node = 0; node < nodes; ++node) {
         float share = 0;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "include/defrec_c.h"
+#include "sdk/body/deep_motion.hpp"
 #include "sdk/body/lattice.hpp"
 
 namespace defrec {
@@ -60,6 +61,9 @@ class BodyPiece {
     float support_share(size_t node) const { return support_share_[node]; }
     // Mean displacements of the handles' vertices for what is given to the handles.
     const Eigen::MatrixXf& handle_response() const { return handle_response_; }
+    // How a small rigid motion displaces the handles, and how far what comes of it stays behind.
+    const Eigen::MatrixXf& handle_slope() const { return handle_slope_; }
+    const MotionSlope& force_slope() const { return force_slope_; }
 
   private:
     void keep_links(const Eigen::MatrixXf& response);
@@ -71,6 +75,8 @@ class BodyPiece {
     Eigen::Matrix<float, Eigen::Dynamic, 12> support_response_;
     std::vector<float> support_share_;
     Eigen::MatrixXf handle_response_;
+    Eigen::MatrixXf handle_slope_;
+    MotionSlope force_slope_;
     bool is_complete_ = false;
 };
 

@@ -10,14 +10,16 @@
 namespace defrec {
 namespace {
 
-constexpr int kRounds = 16;  // of reweighting
+constexpr int kRounds = 16;                           // of reweighting, at most
+constexpr double kStillMm = 1e-4, kStillTurn = 1e-6;  // steps that change nothing
 
 // The value that half of the weight does not exceed.
 double weighted_median(const Eigen::VectorXd& values, const Eigen::VectorXd& weight) {
     // By bisection, which sorts nothing.
+    constexpr int kHalvings = 14;
     double low = 0, high = values.maxCoeff();
     const double half = weight.sum() / 2;
-    for (int round = 0; round < 20; ++round) {
+    for (int round = 0; round < kHalvings; ++round) {
         const double middle = (low + high) / 2;
         ((values.array() <= middle).select(weight.array(), 0.0).sum() >= half ? high : low) =
             middle;
@@ -83,11 +85,13 @@ MotionPrior camera_prior(const Eigen::Isometry3d& estimate, const Eigen::Isometr
 
 SmallMotion sparsest(std::span<const HandleResiduals> kinds, const Eigen::VectorXd& weight,
                      const MotionPrior& prior) {
+    constexpr double kLeastShare = 1e-3;
     SmallMotion motion = SmallMotion::Zero();
     for (int round = 0; round < kRounds; ++round) {
         Eigen::Matrix<double, 6, 6> sum = prior.information;
         SmallMotion right = prior.information * prior.motion;
         for (const HandleResiduals& kind : kinds) {
+            if (kind.share < kLeastShare) continue;
             const Eigen::VectorXd size = sizes(kind.values - kind.slope * motion);
             const double scale = std::max(kind.floor, weighted_median(size, weight));
             const Eigen::VectorXd now =
@@ -98,7 +102,10 @@ SmallMotion sparsest(std::span<const HandleResiduals> kinds, const Eigen::Vector
                 right += now[i] * rows.transpose() * kind.values.segment<3>(3 * i);
             }
         }
+        const SmallMotion last = motion;
         motion = sum.ldlt().solve(right);
+        const SmallMotion step = motion - last;
+        if (step.head<3>().norm() < kStillMm && step.tail<3>().norm() < kStillTurn) break;
     }
     return motion.allFinite() ? motion : SmallMotion::Zero();
 }

@@ -202,8 +202,8 @@ void TrackerJob::carry(const double* template_xyz, size_t count, const Carried& 
     const std::span<PreparedPoint> points = count > kFew ? std::span(many) : std::span(few);
     for (size_t begin = 0; begin < count; begin += points.size()) {
         const size_t used = std::min(points.size(), count - begin);
-        for (size_t i = 0; i < used; ++i)
-            points[i] = prepare_point(*surface, body.get(), template_xyz + 3 * (begin + i));
+        prepare_points(*surface, body.get(), template_xyz + 3 * begin, services()->own_threads(),
+                       points.first(used));
         const auto of_block = [&](size_t i, const CarriedPoint& point) {
             carried(begin + i, point);
         };
@@ -255,7 +255,7 @@ void TrackerJob::move_targets(const PreparedTargets& targets, double* xyz, doubl
     expect_surface();
     if (!surface->descends_from(targets.surface()))
         fail(DEFREC_ERROR_ARGUMENT, "the targets were made for another template");
-    const auto prepared = targets.prepared(surface);
+    const auto prepared = targets.prepared(surface, services()->own_threads());
     const MovedPointArrays arrays{xyz, covariance, point_status, expected_error_mm};
     carrier_.carry(carrying_surface(), prepared->points, prepared->body, services()->own_threads(),
                    std::cref(arrays));

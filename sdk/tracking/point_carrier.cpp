@@ -23,6 +23,21 @@ double smooth_step(double x) {
     return t * t * (3 - 2 * t);
 }
 
+// By threads that help, where there are at least `fewest`.
+template <class Function>
+void for_each_point(size_t count, size_t fewest, const Services* helpers,
+                    const Function& function) {
+    constexpr size_t kRun = 128;
+    const size_t runs = (count + kRun - 1) / kRun;
+    const auto do_run = [&](size_t run) {
+        for (size_t i = run * kRun; i < std::min((run + 1) * kRun, count); ++i) function(i);
+    };
+    if (helpers != nullptr && count >= fewest)
+        helpers->parallel_for(runs, do_run);
+    else
+        for (size_t run = 0; run < runs; ++run) do_run(run);
+}
+
 double step_mm(const TemplateData& data, int32_t vertex) {
     return data.grid.spacing *
            static_cast<double>(data.vertices[static_cast<size_t>(vertex)].position[2]) /
@@ -84,6 +99,14 @@ PreparedPoint prepare_point(const Template& surface, const Body* body, const dou
         point.depth_mm - (kOnSurfaceSteps * step_mm(data, nearest) + kOnSurfaceMm);
     point.surface_share = 1 - smooth_step(beneath / kBlendMm);
     return point;
+}
+
+void prepare_points(const Template& surface, const Body* body, const double* xyz,
+                    const Services* helpers, std::span<PreparedPoint> points) {
+    constexpr size_t kFewest = 256;
+    if (body == nullptr) surface.surroundings();  // made now: loops do not throw
+    for_each_point(points.size(), kFewest, helpers,
+                   [&](size_t i) { points[i] = prepare_point(surface, body, xyz + 3 * i); });
 }
 
 namespace {
@@ -275,16 +298,9 @@ void PointCarrier::carry(const CarryingSurface& frame, std::span<const PreparedP
         return {share * on_surface.place + (1 - share) * beneath.place,
                 mixed(on_surface.confidence, beneath.confidence, 1 - share)};
     };
-    constexpr size_t kRun = 256, kFewest = 1024;
-    const size_t runs = (points.size() + kRun - 1) / kRun;
-    const auto carry_run = [&](size_t run) {
-        for (size_t i = run * kRun; i < std::min((run + 1) * kRun, points.size()); ++i)
-            carried(i, carry_one(points[i]));
-    };
-    if (helpers != nullptr && points.size() >= kFewest)
-        helpers->parallel_for(runs, carry_run);
-    else
-        for (size_t run = 0; run < runs; ++run) carry_run(run);
+    constexpr size_t kFewest = 1024;
+    for_each_point(points.size(), kFewest, helpers,
+                   [&](size_t i) { carried(i, carry_one(points[i])); });
 }
 
 }  // namespace defrec

@@ -41,6 +41,9 @@ struct PreparedPoint {
 };
 // body: null where there is none.
 PreparedPoint prepare_point(const Template& surface, const Body* body, const double xyz[3]);
+// As many as there is room for. helpers: as PointCarrier::carry has it.
+void prepare_points(const Template& surface, const Body* body, const double* xyz,
+                    const Services* helpers, std::span<PreparedPoint> points);
 
 // Carries the points of a frame; what they share is computed when it is first asked for. Any
 // thread.

@@ -21,16 +21,15 @@ PreparedTargets::PreparedTargets(std::shared_ptr<const Template> surface,
     : surface_(std::move(surface)), xyz_(checked_copy(template_xyz, count)) {}
 
 std::shared_ptr<const PreparedTargets::Prepared> PreparedTargets::prepared(
-    const std::shared_ptr<const Template>& surface) const {
+    const std::shared_ptr<const Template>& surface, const Services* helpers) const {
     std::shared_ptr<const Body> body = surface->body().body();
     const std::lock_guard lock(mutex_);
     if (last_ != nullptr && last_->surface == surface && last_->body == body) return last_;
     auto made = std::make_shared<Prepared>();
     made->surface = surface;
     made->body = std::move(body);
-    made->points.reserve(count());
-    for (size_t i = 0; i < count(); ++i)
-        made->points.push_back(prepare_point(*surface, made->body.get(), &xyz_[3 * i]));
+    made->points.resize(count());
+    prepare_points(*surface, made->body.get(), xyz_.data(), helpers, made->points);
     last_ = made;
     return made;
 }

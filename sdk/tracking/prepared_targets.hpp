@@ -9,6 +9,8 @@
 
 namespace defrec {
 
+class Services;
+
 // Any thread.
 class PreparedTargets {
   public:
@@ -25,7 +27,9 @@ class PreparedTargets {
         std::vector<PreparedPoint> points;
     };
     // For frames with that template, and the body that it has now: kept until one of them changes.
-    std::shared_ptr<const Prepared> prepared(const std::shared_ptr<const Template>& surface) const;
+    // helpers: whose threads take part; may be null.
+    std::shared_ptr<const Prepared> prepared(const std::shared_ptr<const Template>& surface,
+                                             const Services* helpers) const;
 
   private:
     const std::shared_ptr<const Template> surface_;
