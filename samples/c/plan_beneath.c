@@ -107,7 +107,7 @@ static defrec_targets prepare(const plan* targets, defrec_job job) {
     defrec_targets prepared;
     defrec_status status;
     check(defrec_job_get_template(job, &surface), "reading the template");
-    /* Of a recording, so that results do not depend on when the body is ready. A live loop goes on
+    /* Results of a recording must not depend on when the body is ready. A live loop goes on
      * meanwhile: defrec_result.body says whether it is. Without one, targets move rigidly. */
     status = defrec_template_wait_body(surface, UINT64_MAX);
     if (status != DEFREC_ERROR_UNSUPPORTED) check(status, "computing the body beneath the surface");

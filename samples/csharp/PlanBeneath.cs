@@ -52,7 +52,7 @@ internal sealed class Plan : IDisposable
         {
             try
             {
-                // Of a recording, so that results do not depend on when the body is ready. A live loop
+                // Results of a recording must not depend on when the body is ready. A live loop
                 // goes on meanwhile: FrameSummary.Body says whether it is.
                 template.WaitForBody();
             }

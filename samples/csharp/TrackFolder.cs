@@ -43,7 +43,7 @@ internal sealed class FollowedPoints
         rig.RectifyPixels(uv, uv);
         using (Template template = tracker.GetTemplate())
         {
-            // Of a recording, so that results do not depend on when the body beneath the surface is ready.
+            // Results of a recording must not depend on when the body is ready.
             template.WaitForBody();
             template.Lift(uv, atRest, found);
         }

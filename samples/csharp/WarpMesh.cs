@@ -77,7 +77,7 @@ internal static class WarpMesh
                 {
                     job.Wait();
                     if (job.GetSummary().VertexCount == 0) continue; // no template yet
-                    // Of a recording, so that results do not depend on when the body beneath the surface is ready.
+                    // Results of a recording must not depend on when the body is ready.
                     using (Template template = job.GetTemplate()) template.WaitForBody();
                     job.WarpPoints(mesh.Vertices, xyz, status, expectedErrorMm);
                     Write(Path.Combine(folder, i.ToString("D6") + ".ply"), mesh, xyz, status, expectedErrorMm);

@@ -40,7 +40,7 @@ def prepare(job, xyz):
     """The targets, prepared for the job's template."""
     with job.template() as template:
         try:
-            # Of a recording, so that results do not depend on when the body is ready. A live loop
+            # Results of a recording must not depend on when the body is ready. A live loop
             # goes on meanwhile: Result.body says whether it is.
             template.wait_body()
         except defrec.Error as error:

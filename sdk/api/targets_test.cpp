@@ -72,7 +72,7 @@ class PlaneTracker {
     defrec_template surface_ = nullptr;
 };
 
-// Of the plane's surface at rest, and so deep beneath it along the line of sight z.
+// A point of the plane at rest, or so deep beneath it along z.
 void add_point(std::vector<double>& xyz, double x, double y, double deeper) {
     xyz.insert(xyz.end(), {x, y, kDepth + kSlope * x + deeper});
 }

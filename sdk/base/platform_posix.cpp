@@ -92,7 +92,7 @@ std::thread start_thread(std::function<void()> body) {
 
 void lower_priority() noexcept {
     // Linux has a priority for each thread, 0 being the one that calls.
-    constexpr int kNice = 5;
+    constexpr int kNice = 10;
     (void)setpriority(PRIO_PROCESS, 0, kNice);
 }
 

@@ -122,7 +122,7 @@ TEST_CASE("a cube that bends has the energy of its shape functions, whatever its
                 const Vector3d at = corner_place(corner) - Vector3d::Constant(0.5);
                 bent[3 * corner + axis] = at[axis] * at[(axis + 1) % 3];
             }
-            // Of a strain and a shear, whose squares have the mean 1/12.
+            // A strain and a shear, whose squares have the mean 1/12.
             const double shear = 0.5 / (1 + ratio);
             CHECK(std::abs(bent.dot(cube_stiffness(ratio) * bent) - 3 * shear / 12) < 1e-12);
         }

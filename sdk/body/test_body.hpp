@@ -15,7 +15,7 @@
 
 namespace defrec::test {
 
-// Of tissue that a camera looks at along z.
+// Tissue that a camera looks at along z.
 struct TestSurface {
     std::vector<defrec_surface_point> vertices;
     std::vector<uint8_t> piece;

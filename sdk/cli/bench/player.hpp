@@ -26,7 +26,7 @@ class Player {
            bool timed = false);
     // The time from submission to result, ms.
     double play();
-    // Of the frame played last.
+    // The frame played last.
     const Job& job() const { return job_; }
     defrec_result result() const;
 

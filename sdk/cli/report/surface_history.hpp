@@ -65,7 +65,7 @@ class SurfaceHistory {
     const SurfaceLattice& lattice() const { return lattice_; }
     const QuantisedPoints& rest() const { return rest_; }
     const EvenlyThinned<SurfaceMoment>& moments() const { return moments_; }
-    /// Of the targets in the moments, in their order; and how many targets there are.
+    /// Targets in the moments, in their order; and how many targets there are.
     const std::vector<TargetLabel>& target_labels() const { return target_labels_; }
     std::size_t target_count() const { return target_count_; }
 

@@ -7,8 +7,8 @@
 
 namespace defrec::cli {
 
-// Of distances in mm; NaN where count is 0. Percentiles interpolate linearly between the two
-// nearest ranks.
+// Statistics of distances, mm; NaN where count is 0. Percentiles interpolate linearly between the
+// two nearest ranks.
 struct ErrorSummary {
     std::size_t count = 0;
     double median = 0, mean = 0, rmse = 0, p95 = 0, max = 0;

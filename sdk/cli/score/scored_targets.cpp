@@ -19,7 +19,7 @@ using PointsById = std::unordered_map<std::int64_t, Xyz>;
 
 cv::Vec3d vector_of(const Xyz& xyz) { return {xyz[0], xyz[1], xyz[2]}; }
 
-// Of each frame the points of the surface that can be seen.
+// The points of the surface that can be seen in each frame.
 std::map<std::int64_t, PointsById> read_visible(const fs::path& path) {
     CsvReader csv(path, {"frame", "id", "x", "y", "z", "visible"});
     std::map<std::int64_t, PointsById> frames;
@@ -69,7 +69,7 @@ std::vector<TrueTarget> read_truth(const fs::path& path) {
     return truth;
 }
 
-// Of the frame in which rigid motions start.
+// The frame in which rigid motions start.
 PointsById places_at(std::int64_t frame, const std::vector<TrueTarget>& truth) {
     PointsById places;
     for (const TrueTarget& target : truth)

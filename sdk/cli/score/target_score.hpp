@@ -13,7 +13,7 @@
 
 namespace defrec::cli {
 
-// Of targets with a position.
+// Statistics of targets with a position.
 struct TargetErrors {
     std::string status;  // as targets.csv names it, or "all"
     ErrorSummary errors;

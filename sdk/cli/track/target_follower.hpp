@@ -21,7 +21,7 @@ class TargetFollower {
     TargetFollower(const std::filesystem::path& path, std::vector<Target> targets,
                    RawProjection& projection);
 
-    // Of the frame that gives the template. Before it every row is lost.
+    // The frame that gives the template. Before it every row is lost.
     void prepare(const Template& surface);
     // Writes a row for each target, and returns them. job is null where the frame has no result to
     // be trusted; every row is then lost.
