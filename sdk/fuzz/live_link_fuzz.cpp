@@ -9,6 +9,8 @@
 
 namespace {
 
+using defrec::cli::LinkPoint;
+using defrec::cli::LinkTarget;
 using defrec::fuzz::Input;
 
 // Seldom more than a few of the numbers are special.
@@ -51,11 +53,19 @@ defrec::cli::LinkFrame make_frame(Input& input) {
             vertex = input.number<uint32_t>(0, static_cast<uint32_t>(count));
         frame.triangles = std::make_shared<const std::vector<uint32_t>>(std::move(triangles));
     }
+    const auto point = [&input]() -> LinkPoint {
+        return {input.number<int64_t>(),
+                input.one_of(kStatus),
+                {real(input), real(input), real(input)},
+                real(input)};
+    };
     for (auto points = input.number<uint32_t>(0, 5); points > 0; --points)
-        frame.points.push_back({input.number<int64_t>(),
-                                input.one_of(kStatus),
-                                {real(input), real(input), real(input)},
-                                real(input)});
+        frame.points.push_back(point());
+    for (auto targets = input.number<uint32_t>(0, 5); targets > 0; --targets) {
+        LinkTarget target{point()};
+        for (float& value : target.covariance) value = real(input);
+        frame.targets.push_back(target);
+    }
     return frame;
 }
 
@@ -79,6 +89,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         if (body > bytes.size() - at - kHeader) __builtin_trap();
         at += kHeader + body;
     }
-    if (messages < 1 || messages > 4) __builtin_trap();
+    if (messages < 1 || messages > 6) __builtin_trap();
     return 0;
 }

@@ -16,6 +16,11 @@ struct LinkPoint {
     double expected_error_mm = 0;
 };
 
+// A target beneath the surface that is not lost.
+struct LinkTarget : LinkPoint {
+    std::array<float, 6> covariance{};  // xx, xy, xz, yy, yz, zz, mm^2
+};
+
 // All lengths in mm, all coordinates in the left rectified camera.
 struct LinkFrame {
     std::int64_t index = 0;         // in the input
@@ -30,6 +35,7 @@ struct LinkFrame {
     std::vector<float> vertex_covariance;  // xx, xy, xz, yy, yz, zz each, mm^2
     std::shared_ptr<const std::vector<std::uint32_t>> triangles;  // three vertex indices each
     std::vector<LinkPoint> points;
+    std::vector<LinkTarget> targets;
 };
 
 }  // namespace defrec::cli

@@ -56,7 +56,7 @@ TEST_CASE("the last frame arrives whole, however many came before it") {
     CHECK(frames.back().index == kFrames - 1);
     CHECK(frames.back().vertices == last.vertices);
     for (std::size_t i = 0; i < frames.size(); ++i) {
-        CHECK(frames[i].messages.size() == 4);
+        CHECK(frames[i].messages.size() == 6);
         if (i > 0) CHECK(frames[i].index > frames[i - 1].index);
     }
     CHECK(counts.receivers == 1);

@@ -64,7 +64,8 @@ void append_status(const LinkFrame& frame, std::size_t vertices, std::string& ou
     const std::string text =
         "reasons=" + reason_names(frame.reasons, "|") + " epoch=" + std::to_string(frame.epoch) +
         " vertices=" + std::to_string(vertices) +
-        " points=" + std::to_string(frame.has_geometry ? frame.points.size() : 0);
+        " points=" + std::to_string(frame.has_geometry ? frame.points.size() : 0) +
+        " targets=" + std::to_string(frame.has_geometry ? frame.targets.size() : 0);
     const auto message = igtl::StatusMessage::New();
     message->SetCode(status_code(frame.state));
     message->SetSubCode(frame.index);
@@ -83,9 +84,8 @@ void append_transform(const LinkFrame& frame, std::string& out) {
     append(*message, "TemplateToCamera", frame, out);
 }
 
-igtl::PolyDataAttribute::Pointer vertex_attribute(const char* name, int type,
-                                                  std::size_t components,
-                                                  const std::vector<float>& values) {
+igtl::PolyDataAttribute::Pointer point_attribute(const char* name, int type, std::size_t components,
+                                                 const std::vector<float>& values) {
     auto attribute = igtl::PolyDataAttribute::New();
     attribute->SetType(type, static_cast<igtlUint32>(components));
     attribute->SetName(name);
@@ -94,21 +94,20 @@ igtl::PolyDataAttribute::Pointer vertex_attribute(const char* name, int type,
     return attribute;
 }
 
-igtl::PolyDataAttribute::Pointer vertex_scalars(const char* name,
-                                                const std::vector<float>& values) {
-    return vertex_attribute(name, igtl::PolyDataAttribute::POINT_SCALAR, 1, values);
+igtl::PolyDataAttribute::Pointer point_scalars(const char* name, const std::vector<float>& values) {
+    return point_attribute(name, igtl::PolyDataAttribute::POINT_SCALAR, 1, values);
 }
 
 // Whole 3x3 matrices, as the protocol wants tensors.
-igtl::PolyDataAttribute::Pointer vertex_tensors(const char* name,
-                                                const std::vector<float>& covariance) {
+igtl::PolyDataAttribute::Pointer point_tensors(const char* name,
+                                               const std::vector<float>& covariance) {
     constexpr std::size_t kPlaces[] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
     std::vector<float> matrices;
     matrices.reserve(covariance.size() / 6 * std::size(kPlaces));
     for (std::size_t i = 0; i < covariance.size(); i += 6)
         for (const std::size_t place : kPlaces) matrices.push_back(covariance[i + place]);
-    return vertex_attribute(name, igtl::PolyDataAttribute::POINT_TENSOR, std::size(kPlaces),
-                            matrices);
+    return point_attribute(name, igtl::PolyDataAttribute::POINT_TENSOR, std::size(kPlaces),
+                           matrices);
 }
 
 void append_surface(const LinkFrame& frame, std::string& out) {
@@ -123,12 +122,12 @@ void append_surface(const LinkFrame& frame, std::string& out) {
     const auto message = igtl::PolyDataMessage::New();
     message->SetPoints(points);
     message->SetPolygons(triangles);
-    const auto error = vertex_scalars("expected_error_mm", frame.expected_error_mm);
+    const auto error = point_scalars("expected_error_mm", frame.expected_error_mm);
     const auto status =
-        vertex_scalars("status", {frame.vertex_status.begin(), frame.vertex_status.end()});
+        point_scalars("status", {frame.vertex_status.begin(), frame.vertex_status.end()});
     const auto evidence =
-        vertex_scalars("evidence", {frame.vertex_evidence.begin(), frame.vertex_evidence.end()});
-    const auto covariance = vertex_tensors("covariance_mm2", frame.vertex_covariance);
+        point_scalars("evidence", {frame.vertex_evidence.begin(), frame.vertex_evidence.end()});
+    const auto covariance = point_tensors("covariance_mm2", frame.vertex_covariance);
     message->AddAttribute(error);
     message->AddAttribute(status);
     message->AddAttribute(evidence);
@@ -136,19 +135,60 @@ void append_surface(const LinkFrame& frame, std::string& out) {
     append(*message, "SurfaceInCamera", frame, out);
 }
 
+std::array<float, 3> position(const LinkPoint& point) {
+    return {static_cast<float>(point.xyz[0]), static_cast<float>(point.xyz[1]),
+            static_cast<float>(point.xyz[2])};
+}
+
+igtl::PointElement::Pointer point_element(const LinkPoint& point,
+                                          const std::array<igtlUint8, 3>& colour) {
+    auto element = igtl::PointElement::New();
+    element->SetName(std::to_string(point.id).c_str());
+    element->SetGroupName(point.status);
+    element->SetRGBA(colour[0], colour[1], colour[2], 255);
+    element->SetPosition(position(point).data());
+    element->SetRadius(static_cast<float>(point.expected_error_mm));
+    return element;
+}
+
 void append_points(const LinkFrame& frame, std::string& out) {
     const auto message = igtl::PointMessage::New();
     for (const LinkPoint& point : frame.points) {
-        auto element = igtl::PointElement::New();
-        element->SetName(std::to_string(point.id).c_str());
-        element->SetGroupName(point.status);
-        element->SetRGBA(255, 255, 0, 255);
-        element->SetPosition(static_cast<float>(point.xyz[0]), static_cast<float>(point.xyz[1]),
-                             static_cast<float>(point.xyz[2]));
-        element->SetRadius(static_cast<float>(point.expected_error_mm));
+        auto element = point_element(point, {255, 255, 0});
         message->AddPointElement(element);
     }
     append(*message, "PointsInCamera", frame, out);
+}
+
+void append_targets(const LinkFrame& frame, std::string& out) {
+    const auto message = igtl::PointMessage::New();
+    for (const LinkTarget& target : frame.targets) {
+        auto element = point_element(target, {244, 114, 255});
+        message->AddPointElement(element);
+    }
+    append(*message, "TargetsInCamera", frame, out);
+}
+
+// A POINT has no place for a covariance.
+void append_target_errors(const LinkFrame& frame, std::string& out) {
+    auto points = igtl::PolyDataPointArray::New();
+    auto cells = igtl::PolyDataCellArray::New();
+    std::vector<float> expected_error_mm, covariance;
+    for (igtlUint32 i = 0; i < frame.targets.size(); ++i) {
+        const LinkTarget& target = frame.targets[i];
+        points->AddPoint(position(target).data());
+        cells->AddCell(1, &i);
+        expected_error_mm.push_back(static_cast<float>(target.expected_error_mm));
+        covariance.insert(covariance.end(), target.covariance.begin(), target.covariance.end());
+    }
+    const auto message = igtl::PolyDataMessage::New();
+    message->SetPoints(points);
+    message->SetVertices(cells);
+    const auto error = point_scalars("expected_error_mm", expected_error_mm);
+    const auto tensors = point_tensors("covariance_mm2", covariance);
+    message->AddAttribute(error);
+    message->AddAttribute(tensors);
+    append(*message, "TargetErrorsInCamera", frame, out);
 }
 
 }  // namespace
@@ -164,6 +204,9 @@ std::string pack_messages(const LinkFrame& frame) {
     }
     if (has_surface) append_surface(frame, out);
     if (!frame.points.empty()) append_points(frame, out);
+    if (frame.targets.empty()) return out;
+    append_targets(frame, out);
+    append_target_errors(frame, out);
     return out;
 }
 

@@ -22,11 +22,29 @@ namespace {
 
 ReceivedFrame received(const std::string& bytes) { return FrameReader(from_text(bytes)).last(); }
 
-const std::vector<std::string> kEverything{"STATUS TrackingState", "TRANSFORM TemplateToCamera",
-                                           "POLYDATA SurfaceInCamera", "POINT PointsInCamera"};
+const std::vector<std::string> kEverything{
+    "STATUS TrackingState", "TRANSFORM TemplateToCamera", "POLYDATA SurfaceInCamera",
+    "POINT PointsInCamera", "POINT TargetsInCamera",      "POLYDATA TargetErrorsInCamera"};
 const std::vector<std::string> kStateAlone{"STATUS TrackingState"};
 const std::vector<std::string> kWithoutSurface{"STATUS TrackingState", "TRANSFORM TemplateToCamera",
-                                               "POINT PointsInCamera"};
+                                               "POINT PointsInCamera", "POINT TargetsInCamera",
+                                               "POLYDATA TargetErrorsInCamera"};
+
+// matrix: 3x3. covariance: xx, xy, xz, yy, yz, zz.
+void check_covariance(const float* matrix, const float* covariance) {
+    for (std::size_t row = 0; row < 3; ++row)
+        for (std::size_t column = row; column < 3; ++column, ++covariance) {
+            CHECK(matrix[3 * row + column] == *covariance);
+            CHECK(matrix[3 * column + row] == *covariance);
+        }
+}
+
+void check_point(const ReceivedPoint& received, const LinkPoint& sent) {
+    CHECK(received.name == std::to_string(sent.id));
+    CHECK(received.group == sent.status);
+    CHECK(received.radius == static_cast<float>(sent.expected_error_mm));
+    for (std::size_t k = 0; k < 3; ++k) CHECK(received.xyz[k] == static_cast<float>(sent.xyz[k]));
+}
 
 }  // namespace
 
@@ -34,11 +52,11 @@ TEST_CASE("every message of a frame arrives, with header version 1 and the frame
     const LinkFrame sent = example_frame();
     const ReceivedFrame frame = received(pack_messages(sent));
     CHECK(frame.messages == kEverything);
-    CHECK(frame.versions == std::vector<unsigned>(4, 1));
+    CHECK(frame.versions == std::vector<unsigned>(6, 1));
     CHECK(frame.code == igtl::StatusMessage::STATUS_OK);
     CHECK(frame.index == 7);
     CHECK(frame.state == "tracking");
-    CHECK(frame.text == "reasons= epoch=2 vertices=4 points=2");
+    CHECK(frame.text == "reasons= epoch=2 vertices=4 points=2 targets=2");
     for (std::size_t i = 0; i < 12; ++i)
         CHECK(frame.matrix[i / 4][i % 4] == static_cast<float>(sent.rigid_motion[i]));
     for (std::size_t i = 0; i < 4; ++i) CHECK(frame.matrix[3][i] == (i == 3 ? 1.0F : 0.0F));
@@ -49,20 +67,20 @@ TEST_CASE("every message of a frame arrives, with header version 1 and the frame
     CHECK(frame.evidence == std::vector<float>{3, 1, 0, 2});
     REQUIRE(frame.covariance.size() == 4 * 9);
     for (std::size_t i = 0; i < 4; ++i)
-        for (std::size_t row = 0, k = 0; row < 3; ++row)
-            for (std::size_t column = row; column < 3; ++column, ++k) {
-                CHECK(frame.covariance[9 * i + 3 * row + column] ==
-                      sent.vertex_covariance[6 * i + k]);
-                CHECK(frame.covariance[9 * i + 3 * column + row] ==
-                      sent.vertex_covariance[6 * i + k]);
-            }
+        check_covariance(&frame.covariance[9 * i], &sent.vertex_covariance[6 * i]);
     REQUIRE(frame.points.size() == 2);
+    for (std::size_t i = 0; i < 2; ++i) check_point(frame.points[i], sent.points[i]);
+    REQUIRE(frame.targets.size() == 2);
+    REQUIRE(frame.target_positions.size() == 2 * 3);
+    REQUIRE(frame.target_error_mm.size() == 2);
+    REQUIRE(frame.target_covariance.size() == 2 * 9);
     for (std::size_t i = 0; i < 2; ++i) {
-        CHECK(frame.points[i].name == std::to_string(sent.points[i].id));
-        CHECK(frame.points[i].group == sent.points[i].status);
-        CHECK(frame.points[i].radius == static_cast<float>(sent.points[i].expected_error_mm));
+        const LinkTarget& target = sent.targets[i];
+        check_point(frame.targets[i], target);
         for (std::size_t k = 0; k < 3; ++k)
-            CHECK(frame.points[i].xyz[k] == static_cast<float>(sent.points[i].xyz[k]));
+            CHECK(frame.target_positions[3 * i + k] == static_cast<float>(target.xyz[k]));
+        CHECK(frame.target_error_mm[i] == static_cast<float>(target.expected_error_mm));
+        check_covariance(&frame.target_covariance[9 * i], target.covariance.data());
     }
 }
 
@@ -85,7 +103,7 @@ TEST_CASE("without geometry to be trusted only the state is sent") {
         CHECK(frame.messages == kStateAlone);
         CHECK(frame.code == code);
         CHECK(frame.state == name);
-        CHECK(frame.text == "reasons=dark|few-matches epoch=2 vertices=0 points=0");
+        CHECK(frame.text == "reasons=dark|few-matches epoch=2 vertices=0 points=0 targets=0");
     }
 }
 
@@ -111,7 +129,7 @@ TEST_CASE("an empty or inconsistent surface is never sent") {
         spoil(frame);
         const ReceivedFrame got = received(pack_messages(frame));
         CHECK(got.messages == kWithoutSurface);
-        CHECK(got.text == "reasons= epoch=2 vertices=0 points=2");
+        CHECK(got.text == "reasons= epoch=2 vertices=0 points=2 targets=2");
     };
     check([](LinkFrame& frame) {
         frame.vertices.clear();
@@ -136,10 +154,11 @@ TEST_CASE("an empty or inconsistent surface is never sent") {
     });
 }
 
-TEST_CASE("a motion that is no number is not sent, nor a list of no points") {
+TEST_CASE("a motion that is no number is not sent, nor lists of no points and targets") {
     LinkFrame sent = example_frame();
     sent.rigid_motion[3] = std::nan("");
     sent.points.clear();
+    sent.targets.clear();
     CHECK(received(pack_messages(sent)).messages ==
           std::vector<std::string>{"STATUS TrackingState", "POLYDATA SurfaceInCamera"});
 }

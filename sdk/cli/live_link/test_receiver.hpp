@@ -11,6 +11,7 @@
 #include <cstring>
 #include <functional>
 #include <list>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -37,7 +38,9 @@ struct ReceivedFrame {
     std::vector<float> vertices, expected_error_mm, status, evidence;
     std::vector<float> covariance;  // 3x3 each
     std::vector<std::uint32_t> triangles;
-    std::vector<ReceivedPoint> points;
+    std::vector<ReceivedPoint> points, targets;
+    std::vector<float> target_positions, target_error_mm;  // of the second of their messages
+    std::vector<float> target_covariance;                  // 3x3 each
 };
 
 // Reads exactly `size` bytes; false at the end of the stream.
@@ -112,7 +115,7 @@ class FrameReader {
     }
 
     void unpack(igtl::MessageHeader::Pointer header, ReceivedFrame& frame) {
-        const std::string type = header->GetDeviceType();
+        const std::string type = header->GetDeviceType(), name = header->GetDeviceName();
         unsigned seconds = 0, fraction = 0;
         header->GetTimeStamp(&seconds, &fraction);
         if (frame.messages.empty()) {
@@ -122,7 +125,7 @@ class FrameReader {
             throw std::runtime_error("the messages of a frame differ in time");
         }
         frame.versions.push_back(version_);
-        frame.messages.push_back(type + " " + header->GetDeviceName());
+        frame.messages.push_back(type + " " + name);
         if (type == "STATUS") {
             const auto message = read_body<igtl::StatusMessage>(header);
             frame.code = message->GetCode();
@@ -132,28 +135,33 @@ class FrameReader {
         } else if (type == "TRANSFORM") {
             read_body<igtl::TransformMessage>(header)->GetMatrix(frame.matrix);
         } else if (type == "POLYDATA") {
-            unpack_surface(*read_body<igtl::PolyDataMessage>(header), frame);
+            const auto message = read_body<igtl::PolyDataMessage>(header);
+            if (name == "TargetErrorsInCamera")
+                unpack_target_errors(*message, frame);
+            else
+                unpack_surface(*message, frame);
         } else if (type == "POINT") {
-            unpack_points(*read_body<igtl::PointMessage>(header), frame);
+            unpack_points(*read_body<igtl::PointMessage>(header),
+                          name == "TargetsInCamera" ? frame.targets : frame.points);
         } else {
             throw std::runtime_error("there is no message of type '" + type + "'");
         }
     }
 
-    static void unpack_surface(igtl::PolyDataMessage& message, ReceivedFrame& frame) {
+    static std::vector<float> positions(igtl::PolyDataMessage& message) {
+        std::vector<float> all;
         const auto points = message.GetPoints();
         for (int i = 0; i < points->GetNumberOfPoints(); ++i) {
             float xyz[3];
             points->GetPoint(static_cast<unsigned>(i), xyz);
-            frame.vertices.insert(frame.vertices.end(), xyz, xyz + 3);
+            all.insert(all.end(), xyz, xyz + 3);
         }
-        const auto polygons = message.GetPolygons();
-        for (unsigned i = 0; i < polygons->GetNumberOfCells(); ++i) {
-            std::list<igtlUint32> corners;
-            polygons->GetCell(i, corners);
-            if (corners.size() != 3) throw std::runtime_error("a polygon is no triangle");
-            frame.triangles.insert(frame.triangles.end(), corners.begin(), corners.end());
-        }
+        return all;
+    }
+
+    // By name.
+    static std::map<std::string, std::vector<float>> attributes(igtl::PolyDataMessage& message) {
+        std::map<std::string, std::vector<float>> all;
         for (int i = 0; i < message.GetNumberOfAttributes(); ++i) {
             igtl::PolyDataAttribute& attribute = *message.GetAttribute(static_cast<unsigned>(i));
             const std::string name = attribute.GetName();
@@ -163,23 +171,53 @@ class FrameReader {
                 attribute.GetNumberOfComponents() != (is_tensor ? 9 : 1)) {
                 throw std::runtime_error("attribute " + name + " has another type than expected");
             }
-            std::vector<float> values(attribute.GetSize() * attribute.GetNumberOfComponents());
+            std::vector<float>& values = all[name];
+            values.resize(attribute.GetSize() * attribute.GetNumberOfComponents());
             attribute.GetData(values.data());
-            if (name == "expected_error_mm") frame.expected_error_mm = values;
-            if (name == "status") frame.status = values;
-            if (name == "evidence") frame.evidence = values;
-            if (is_tensor) frame.covariance = values;
         }
+        return all;
     }
 
-    static void unpack_points(igtl::PointMessage& message, ReceivedFrame& frame) {
+    static void unpack_surface(igtl::PolyDataMessage& message, ReceivedFrame& frame) {
+        frame.vertices = positions(message);
+        const auto polygons = message.GetPolygons();
+        for (unsigned i = 0; i < polygons->GetNumberOfCells(); ++i) {
+            std::list<igtlUint32> corners;
+            polygons->GetCell(i, corners);
+            if (corners.size() != 3) throw std::runtime_error("a polygon is no triangle");
+            frame.triangles.insert(frame.triangles.end(), corners.begin(), corners.end());
+        }
+        auto values = attributes(message);
+        frame.expected_error_mm = values["expected_error_mm"];
+        frame.status = values["status"];
+        frame.evidence = values["evidence"];
+        frame.covariance = values["covariance_mm2"];
+    }
+
+    static void unpack_target_errors(igtl::PolyDataMessage& message, ReceivedFrame& frame) {
+        frame.target_positions = positions(message);
+        const auto cells = message.GetVertices();
+        for (unsigned i = 0; i < cells->GetNumberOfCells(); ++i) {
+            std::list<igtlUint32> cell;
+            cells->GetCell(i, cell);
+            if (cell != std::list<igtlUint32>{i})
+                throw std::runtime_error("a target has no cell of its own");
+        }
+        if (3 * cells->GetNumberOfCells() != frame.target_positions.size())
+            throw std::runtime_error("there are not as many cells as targets");
+        auto values = attributes(message);
+        frame.target_error_mm = values["expected_error_mm"];
+        frame.target_covariance = values["covariance_mm2"];
+    }
+
+    static void unpack_points(igtl::PointMessage& message, std::vector<ReceivedPoint>& points) {
         for (int i = 0; i < message.GetNumberOfPointElement(); ++i) {
             igtl::PointElement::Pointer element;
             message.GetPointElement(i, element);
             ReceivedPoint point{
                 element->GetName(), element->GetGroupName(), {}, element->GetRadius()};
             element->GetPosition(point.xyz);
-            frame.points.push_back(point);
+            points.push_back(point);
         }
     }
 
@@ -209,6 +247,10 @@ inline LinkFrame example_frame(std::int64_t index = 7) {
         std::vector<std::uint32_t>{0, 1, 2, 2, 1, 3});
     frame.points = {{42, "tracked", {1.5, -2.25, 60.1}, 0.3},
                     {-7, "extrapolated", {0.1, 0.2, 70.7}, 1.9}};
+    frame.targets = {
+        {{9'007'199'254'740'993, "extrapolated", {-3.5, 4.75, 81.3}, 0.7},
+         {0.11F, -0.02F, 0.03F, 0.14F, -0.05F, 0.24F}},
+        {{0, "tracked", {8.25, -9.5, 61.9}, 0.4}, {0.04F, 0.01F, -0.06F, 0.05F, 0.08F, 0.07F}}};
     return frame;
 }
 

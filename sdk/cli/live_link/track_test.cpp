@@ -157,22 +157,54 @@ void check_surface(const ReceivedFrame& frame, const std::string& out) {
     CHECK(body.empty());
 }
 
-// Compares with points.csv, which has four decimals.
-void check_points(const ReceivedFrame& frame, const std::vector<std::vector<std::string>>& rows) {
-    std::size_t next = 0;
-    const auto check = [](float received, const std::string& written) {
-        CHECK(std::abs(static_cast<double>(received) - parse_double(written).value()) < 0.6e-4);
-    };
-    for (const auto& row : rows) {
-        if (row[0] != std::to_string(frame.index) || row[8] == "lost") continue;
-        REQUIRE(next < frame.points.size());
-        const ReceivedPoint& point = frame.points[next++];
-        CHECK(point.name == row[2]);
-        CHECK(point.group == row[8]);
-        for (std::size_t k = 0; k < 3; ++k) check(point.xyz[k], row[3 + k]);
-        check(point.radius, row[9]);
+void check_number(float received, const std::string& written, double tolerance) {
+    CHECK(std::abs(static_cast<double>(received) - parse_double(written).value()) < tolerance);
+}
+
+// Of points.csv; the rows of targets.csv have their depth after the id.
+using Rows = std::vector<std::vector<std::string>>;
+
+// The rows of a frame, without what is lost.
+Rows rows_of(const ReceivedFrame& frame, const Rows& rows) {
+    Rows chosen;
+    for (const auto& row : rows)
+        if (row[0] == std::to_string(frame.index) && row[8] != "lost") chosen.push_back(row);
+    return chosen;
+}
+
+// Compares with the rows, which have four decimals.
+void check_points(const std::vector<ReceivedPoint>& points, const Rows& rows) {
+    REQUIRE(points.size() == rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        CHECK(points[i].name == rows[i][2]);
+        CHECK(points[i].group == rows[i][8]);
+        for (std::size_t k = 0; k < 3; ++k) check_number(points[i].xyz[k], rows[i][3 + k], 0.6e-4);
+        check_number(points[i].radius, rows[i][9], 0.6e-4);
     }
-    CHECK(next == frame.points.size());
+}
+
+// As those of points.csv; none where no targets were given.
+Rows target_rows(const std::string& path) {
+    if (!fs::exists(path)) return {};
+    Rows rows = read_csv(path);
+    for (auto& row : rows) row.erase(row.begin() + 3);
+    return rows;
+}
+
+void check_targets(const ReceivedFrame& frame, const Rows& rows) {
+    check_points(frame.targets, rows);
+    REQUIRE(frame.target_positions.size() == 3 * rows.size());
+    REQUIRE(frame.target_error_mm.size() == rows.size());
+    REQUIRE(frame.target_covariance.size() == 9 * rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const float* covariance = &frame.target_covariance[9 * i];
+        CHECK(frame.target_error_mm[i] == frame.targets[i].radius);
+        for (std::size_t k = 0; k < 3; ++k)
+            CHECK(frame.target_positions[3 * i + k] == frame.targets[i].xyz[k]);
+        std::size_t column = 10;
+        for (const std::size_t place : {0, 1, 2, 4, 5, 8})
+            check_number(covariance[place], rows[i][column++], 0.6e-6);
+    }
 }
 
 // Each frame against the rows and the mesh that the program wrote for it; the last must be the
@@ -180,6 +212,7 @@ void check_points(const ReceivedFrame& frame, const std::vector<std::vector<std:
 void check_frames(const std::vector<ReceivedFrame>& frames, const std::string& out) {
     const auto rows = read_csv(out + "/frames.csv");
     const auto points = read_csv(out + "/points.csv");
+    const Rows targets = target_rows(out + "/targets.csv");
     REQUIRE(rows.size() > 1);
     REQUIRE_FALSE(frames.empty());
     for (const ReceivedFrame& frame : frames) {
@@ -190,9 +223,10 @@ void check_frames(const std::vector<ReceivedFrame>& frames, const std::string& o
         CHECK(std::abs(frame.seconds * 1e3 + frame.fraction / 4294967.296 -
                        parse_double(row[1]).value()) < 1e-3);
         CHECK(frame.versions == std::vector<unsigned>(frame.messages.size(), 1));
-        check_points(frame, points);
+        check_points(frame.points, rows_of(frame, points));
+        check_targets(frame, rows_of(frame, targets));
         const bool has_geometry = frame.state != "lost" && frame.state != "initialising";
-        CHECK(frame.messages.size() == (has_geometry ? 4 : 1));
+        CHECK(frame.messages.size() == (!has_geometry ? 1 : targets.empty() ? 4 : 6));
         if (has_geometry) check_surface(frame, out);
     }
     CHECK(std::to_string(frames.back().index) == rows.back()[0]);
@@ -219,13 +253,18 @@ TEST_CASE(
     auto server = igtl::ServerSocket::New();
     REQUIRE(server->CreateServer(0) == 0);
     const std::string port = std::to_string(server->GetServerPort());
-    Program program(track(folder.path(), folder / "out",
-                          {"--quiet", "--realtime", "--igtl", "127.0.0.1:" + port}));
+    const std::string targets =
+        folder.write("targets.csv", "id,x,y,z,depth\n7,0,0,90,\n-3,5,-4,95,20\n8,900,900,80,\n");
+    Program program(
+        track(folder.path(), folder / "out",
+              {"--quiet", "--realtime", "--targets", targets, "--igtl", "127.0.0.1:" + port}));
     const auto socket = server->WaitForConnection();
     REQUIRE(socket.IsNotNull());
     const std::vector<ReceivedFrame> frames = receive_all(*socket);
     CHECK(program.exit_code() == 0);
     check_frames(frames, folder / "out");
+    CHECK(frames.front().targets.size() == 2);  // the third is far from the body
+    CHECK(frames.back().targets.empty());
     CHECK(frames.back().state == "lost");
     CHECK(frames.back().code == igtl::StatusMessage::STATUS_NOT_FOUND);
     CHECK(frames.back().text.find("dark") != std::string::npos);

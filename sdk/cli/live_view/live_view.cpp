@@ -18,6 +18,7 @@
 #include "sdk/cli/live_view/view_packet.hpp"
 #include "sdk/cli/live_view/view_server.hpp"
 #include "sdk/cli/report/overlay.hpp"
+#include "sdk/cli/report/target_mark.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -29,10 +30,12 @@ constexpr std::size_t kMaxHistory = 600;      // frames; older ones a browser ne
 constexpr std::size_t kMaxCommands = 64;      // not yet taken
 constexpr int kMaxWidth = 960;                // of the pictures sent
 constexpr int kJpegQuality = 80;
+constexpr std::size_t kMaxTargets = 500;  // shown, evenly chosen of more
 
 struct Shown {
     FrameRecord record;
     std::vector<ViewPoint> points;
+    std::vector<TargetEstimate> targets;  // the record has none: the page draws them
     cv::Mat left;
     std::uint64_t surface = 0;  // number of the template that the record's vertices belong to
 };
@@ -50,6 +53,25 @@ Json point_json(const ViewPoint& point) {
             number(point.u), number(point.v),
             number(point.x), number(point.y),
             number(point.z), number(point.expected_error_mm)};
+}
+
+Json target_json(const TargetEstimate& target, const Projector& projector) {
+    Json json = {target.id, number(target.depth), static_cast<int>(target.status)};
+    if (target.status == VertexStatus::unknown) return json;
+    const TargetMark mark = target_mark(target, projector);
+    for (const float value : {mark.u, mark.v, mark.radius, target.xyz[0], target.xyz[1],
+                              target.xyz[2], expected_error(target)})
+        json.push_back(number(value));
+    return json;
+}
+
+Json targets_json(const std::vector<TargetEstimate>& targets, const Projector& projector) {
+    Json json = Json::array();
+    const std::size_t stride =
+        std::max<std::size_t>(1, (targets.size() + kMaxTargets - 1) / kMaxTargets);
+    for (std::size_t i = 0; i < targets.size(); i += stride)
+        json.push_back(target_json(targets[i], projector));
+    return json;
 }
 
 void add_jpeg(const char* name, const cv::Mat& picture, ViewPacket& packet) {
@@ -96,7 +118,7 @@ struct LiveView::Impl {
             shown = newest;
             header = describe(*shown, request.after);
         }
-        ViewAnswer answer{200, body(*shown, header, request.has_overlay),
+        ViewAnswer answer{200, body(*shown, std::move(header), request.has_overlay),
                           "application/octet-stream"};
         const std::lock_guard lock(mutex);  // of the reference that is given back
         shown.reset();
@@ -113,6 +135,7 @@ struct LiveView::Impl {
                        {"width", shown.left.cols},
                        {"height", shown.left.rows},
                        {"surface", shown.surface},
+                       {"target_count", shown.targets.size()},
                        {"residual_mm", number(shown.record.mean_residual_mm)},
                        {"recording", recording}};
         header["points"] = Json::array();
@@ -126,7 +149,7 @@ struct LiveView::Impl {
         return header;
     }
 
-    std::string body(const Shown& shown, const Json& header, bool has_overlay) {
+    std::string body(const Shown& shown, Json header, bool has_overlay) {
         const FrameRecord& record = shown.record;
         ViewPacket packet;
         cv::Mat overlay;
@@ -140,6 +163,7 @@ struct LiveView::Impl {
                 painter.draw(overlay, record);
             }
             projector(record.vertices.data(), record.vertices.size() / 3, uv.data());
+            header["targets"] = targets_json(shown.targets, projector);
         }
         add_jpeg("left", shown.left, packet);
         if (has_overlay) add_jpeg("overlay", overlay, packet);
@@ -259,6 +283,8 @@ void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<Vi
     if (!is_awaited) return;
     if (!shown) shown = std::make_shared<Shown>();
     shown->record = frame;
+    shown->targets.clear();
+    shown->targets.swap(shown->record.targets);
     shown->points = std::move(points);
     left.copyTo(shown->left);
     {

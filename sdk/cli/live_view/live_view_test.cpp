@@ -95,12 +95,16 @@ struct Packet {
 
 // The answer to a browser that waits, while frames with these indices come.
 Packet watched(LiveView& view, Browser& browser, const std::string& path, std::int64_t index,
-               const std::vector<ViewPoint>& points = {}, const cv::Mat& left = {}) {
+               const std::vector<ViewPoint>& points = {}, const cv::Mat& left = {},
+               const std::vector<TargetEstimate>& targets = {}) {
     auto answer = std::async(std::launch::async, [&] { return browser.get(path); });
     const cv::Mat image =
         left.empty() ? cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar(40, 60, 160)) : left;
-    while (answer.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready)
-        view.add(image, frame(index++), points);
+    while (answer.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready) {
+        FrameRecord record = frame(index++);
+        record.targets = targets;
+        view.add(image, record, points);
+    }
     const httplib::Result result = answer.get();
     REQUIRE(result);
     REQUIRE(result->status == 200);
@@ -147,6 +151,29 @@ TEST_CASE("a browser gets the page, and frames with pictures, surface and points
     const Packet triangles(surface->body);
     CHECK(triangles.header["surface"] == packet.header["surface"]);
     CHECK(triangles.sections.at("triangles").size() == 3 * sizeof(std::uint32_t));
+}
+
+TEST_CASE("targets come with their pixel and their expected error in mm and pixels") {
+    LiveView view = made();
+    Browser browser(view);
+    CHECK(watched(view, browser, "/frame?after=-1", 0).header["targets"].empty());
+    std::vector<TargetEstimate> targets = {
+        {{VertexStatus::extrapolated, {4, -8, 90}, {1, 0, 0, 1, 0, 2}}, 7, 12.5f},
+        {{VertexStatus::unknown}, -2, 3},
+        {{VertexStatus::observed, {0, 0, 80}, {0.25f, 0, 0, 0, 0, 0}}, 9'007'199'254'740'993}};
+    const Packet packet = watched(view, browser, "/frame?after=99&overlay=1", 100, {}, {}, targets);
+    CHECK(packet.header["target_count"] == 3);
+    CHECK(packet.header["targets"] ==
+          nlohmann::json({{7, 12.5, 1, 52, 24, 2, 4, -8, 90, 2},
+                          {-2, 3, 2},
+                          {9'007'199'254'740'993, nullptr, 0, 48, 32, 0.5, 0, 0, 80, 0.5}}));
+
+    targets.assign(1001, targets[0]);
+    for (std::size_t i = 0; i < targets.size(); ++i) targets[i].id = static_cast<std::int64_t>(i);
+    const Packet many = watched(view, browser, "/frame?after=199", 200, {}, {}, targets);
+    CHECK(many.header["target_count"] == 1001);
+    REQUIRE(many.header["targets"].size() == 334);
+    CHECK(many.header["targets"][333][0] == 999);
 }
 
 TEST_CASE("what a browser missed of states comes with the next frame, pictures do not") {

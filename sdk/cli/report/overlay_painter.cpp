@@ -8,6 +8,7 @@
 
 #include "sdk/cli/report/overlay.hpp"
 #include "sdk/cli/report/surface_lattice.hpp"
+#include "sdk/cli/report/target_mark.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -220,22 +221,16 @@ void OverlayPainter::Impl::draw_control_points(cv::Mat& image, const FrameRecord
 // A cross with a ring as wide as the expected error, dashed where the target is not observed. What
 // is lost has no place.
 void OverlayPainter::Impl::draw_targets(cv::Mat& image, const FrameRecord& frame) const {
-    constexpr double kMinRadius = 3;
+    constexpr float kMinRadius = 3;
     for (const TargetEstimate& target : frame.targets) {
         if (target.status == VertexStatus::unknown) continue;
-        const auto& [x, y, z] = target.xyz;
-        const auto& covariance = target.covariance;
-        const float error = std::sqrt(covariance[0] + covariance[3] + covariance[5]);
-        const float at[6] = {x, y, z, x + error, y, z};
-        float place[4];
-        projector(at, 2, place);
-        if (!near_image(place[0], place[1], image)) continue;
-        const double radius = std::hypot(place[2] - place[0], place[3] - place[1]);
+        const TargetMark mark = target_mark(target, projector);
+        if (!near_image(mark.u, mark.v, image)) continue;
         const cv::Scalar& colour = status_colour(target.status);
-        cv::drawMarker(image, cv::Point(cvRound(place[0]), cvRound(place[1])), colour,
-                       cv::MARKER_CROSS, 5, 1);
-        if (std::isfinite(radius))
-            ring(image, place[0], place[1], std::max(radius, kMinRadius),
+        cv::drawMarker(image, cv::Point(cvRound(mark.u), cvRound(mark.v)), colour, cv::MARKER_CROSS,
+                       5, 1);
+        if (std::isfinite(mark.radius))
+            ring(image, mark.u, mark.v, std::max(mark.radius, kMinRadius),
                  target.status != VertexStatus::observed, colour);
     }
 }

@@ -34,6 +34,10 @@ TargetEstimate target_estimate(const TargetRow& row) {
     return target;
 }
 
+LinkPoint link_point(const PositionRow& row) {
+    return {row.id, name_of(row.status), std::to_array(row.xyz), row.expected_error_mm};
+}
+
 void fill_matches(const defrec_result& result, RawProjection& projection,
                   std::vector<MatchSegment>& segments) {
     std::vector<float> positions;
@@ -150,7 +154,7 @@ std::vector<ViewPoint> view_points(const std::vector<PointRow>& points) {
 
 LinkFrame link_frame(const StereoFrame& frame, const defrec_result& result,
                      std::shared_ptr<const std::vector<std::uint32_t>> triangles,
-                     const std::vector<PointRow>& points) {
+                     const std::vector<PointRow>& points, const std::vector<TargetRow>& targets) {
     LinkFrame link;
     link.index = frame.index;
     link.timestamp_ns = result.timestamp_ns;
@@ -170,10 +174,13 @@ LinkFrame link_frame(const StereoFrame& frame, const defrec_result& result,
     link.vertex_evidence.assign(result.vertex_evidence,
                                 result.vertex_evidence + result.vertex_count);
     link.triangles = std::move(triangles);
-    for (const PointRow& row : points) {
+    for (const PointRow& row : points)
+        if (row.status != PointStatus::kLost) link.points.push_back(link_point(row));
+    for (const TargetRow& row : targets) {
         if (row.status == PointStatus::kLost) continue;
-        link.points.push_back(
-            {row.id, name_of(row.status), std::to_array(row.xyz), row.expected_error_mm});
+        LinkTarget target{link_point(row)};
+        std::copy(std::begin(row.covariance), std::end(row.covariance), target.covariance.begin());
+        link.targets.push_back(target);
     }
     return link;
 }

@@ -25,7 +25,7 @@ void fill_record(const FrameRow& row, const defrec_result& result,
 
 LinkFrame link_frame(const StereoFrame& frame, const defrec_result& result,
                      std::shared_ptr<const std::vector<std::uint32_t>> triangles,
-                     const std::vector<PointRow>& points);
+                     const std::vector<PointRow>& points, const std::vector<TargetRow>& targets);
 
 std::vector<ViewPoint> view_points(const std::vector<PointRow>& points);
 

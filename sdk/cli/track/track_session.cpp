@@ -311,7 +311,7 @@ class TrackSession {
                                           has_geometry(result) ? pending.job.get() : nullptr);
         }
         if (link_) {
-            link_->publish(link_frame(pending.frame, result, triangles_, points));
+            link_->publish(link_frame(pending.frame, result, triangles_, points, targets));
             show_link_notices();
         }
         rows_.push_back(frame_row(pending.frame, result));

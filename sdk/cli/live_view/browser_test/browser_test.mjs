@@ -1,10 +1,10 @@
-// The live view in Chromium: a click follows a point, the record button records, a browser that vanishes harms nothing.
+// The live view in Chromium: a click follows a point, targets are drawn, the record button records, a browser that vanishes harms nothing.
 // node browser_test.mjs DEFREC FOLDER_OF_NODE_MODULES SCRATCH [SCREENSHOT.png]
 // Exit code 77: skipped.
 import assert from 'node:assert/strict';
 import { spawn, spawnSync } from 'node:child_process';
 import { once } from 'node:events';
-import { existsSync, mkdirSync, readFileSync, rmSync } from 'node:fs';
+import { existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join, resolve } from 'node:path';
 import { createInterface } from 'node:readline';
@@ -28,16 +28,27 @@ const sequence = join(scratch, 'sequence'), out = join(scratch, 'tracked');
 const size = screenshot ? '960x540' : '480x270';
 const rendered = spawnSync(defrec, ['render', 'heartbeat', '--size', size, '--frames', '80', '--out', sequence], { encoding: 'utf8' });
 assert.equal(rendered.status, 0, rendered.stderr);
+// The last one lies beside all that is seen.
+writeFileSync(join(scratch, 'targets.csv'), 'id,x,y,z,depth\n7,0,0,85,\n-3,6,-5,95,20\n8,900,900,80,\n');
 
 const environment = { ...process.env };
 delete environment.LD_PRELOAD;  // of a sanitizer, which is not the browser's
 const browser = await puppeteer.launch({
   executablePath: chromium, env: environment, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-background-networking'],
 });
-const program = spawn(defrec, ['track', '--left', 'sequence/left', '--right', 'sequence/right', '--calibration', 'sequence/calibration.yaml', '--out', 'tracked', '--backend', 'cpu', '--fps', '0.5', '--realtime', '--no-overlay', '--view', '--quiet'],
+const program = spawn(defrec, ['track', '--left', 'sequence/left', '--right', 'sequence/right', '--calibration', 'sequence/calibration.yaml', '--targets', 'targets.csv', '--out', 'tracked', '--backend', 'cpu', '--fps', '0.5', '--realtime', '--no-overlay', '--view', '--quiet'],
   { cwd: scratch, stdio: ['ignore', 'ignore', 'pipe'] });
 const ended = once(program, 'exit');
 const failed = new Promise((_, reject) => { setTimeout(() => reject(new Error('the browser did not show it in time')), kPatienceMs).unref(); });
+
+/** Of targets on the left view, by their colour. */
+function isDrawn(wanted) {
+  const canvas = document.querySelector('#picture');
+  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  let count = 0;
+  for (let i = 0; i < data.length; i += 4) count += data[i] > 180 && data[i + 1] < 160 && data[i + 2] > 200;
+  return wanted ? count > 10 : count === 0;
+}
 
 async function look() {
   let url = '';
@@ -62,10 +73,17 @@ async function look() {
   const stages = await page.$$eval('#stages dt', (names) => names.map((name) => [name.textContent, parseFloat(name.nextElementSibling.textContent)]));
   assert.ok(stages.some(([name, ms]) => name === 'stereo' && ms > 0), `times of stages: ${JSON.stringify(stages)}`);
   assert.equal(new Set(stages.map(([name]) => name)).size, stages.length);
+  const targets = await page.$$eval('#targets-list tbody tr', (rows) => rows.map((row) => [...row.children].map((cell) => cell.textContent)));
+  assert.deepEqual(targets.map(([id, depth, status]) => [id, depth, status]), [['7', '–', 'extrapolated'], ['-3', '20.00', 'extrapolated'], ['8', '–', 'lost']]);
+  assert.ok(targets.slice(0, 2).every((row) => Number(row[4]) > 0), `expected errors: ${JSON.stringify(targets)}`);
+  assert.ok(await page.evaluate(() => document.querySelector('#view').dataset.targets === '2' || document.documentElement.dataset.plain !== undefined));
+  await page.waitForFunction(isDrawn, {}, true);
   await page.click('#record');
   await page.waitForFunction(() => document.querySelector('#recording').textContent === 'recording_001.mp4');
   assert.ok(await page.evaluate(() => document.querySelector('#surface #no-surface').hidden || document.documentElement.dataset.plain !== undefined));
   if (screenshot) await page.screenshot({ path: screenshot });
+  await page.click('#show-targets');
+  await page.waitForFunction(isDrawn, {}, false);
   await page.click('#record');
   await page.waitForFunction(() => document.querySelector('#recording').textContent === '');
 

@@ -1,7 +1,8 @@
-// The left view with the followed points; a click follows another one.
+// The left view with the followed points and the targets; a click follows another one.
 import { statuses } from '../../report/web/colours.js';
 import { byId } from '../../report/web/data.js';
 import { request } from './now.js';
+import { drawTargets } from './targets.js';
 
 const kRadius = 3.5;
 
@@ -19,16 +20,20 @@ export class Picture {
   }
 
   /** points: as the header has them. clicked: a set of ids. */
-  show(bitmap, header, clicked) {
+  show(bitmap, header, clicked, targets) {
     if (this.canvas.width !== bitmap.width || this.canvas.height !== bitmap.height) {
       this.canvas.width = bitmap.width;
       this.canvas.height = bitmap.height;
     }
     this.size = [header.width, header.height];
     this.context.drawImage(bitmap, 0, 0);
-    if (!byId('show-points').checked) return;
     const scale = bitmap.width / header.width;
-    for (const [id, status, u, v] of header.points) {
+    if (byId('show-points').checked) this.drawPoints(header.points, clicked, scale);
+    if (byId('show-targets').checked) drawTargets(this.context, targets, scale);
+  }
+
+  drawPoints(points, clicked, scale) {
+    for (const [id, status, u, v] of points) {
       if (u === undefined || u === null) continue;
       const x = (u + 0.5) * scale, y = (v + 0.5) * scale;
       this.context.beginPath();

@@ -2,8 +2,9 @@
 import * as THREE from 'three';
 import { rampGradient, statuses } from '../../report/web/colours.js';
 import { byId, element } from '../../report/web/data.js';
-import { completeTriangles, Stage, statusColours, valueColour } from '../../report/web/stage.js';
+import { completeTriangles, copies, place, seeThrough, Stage, statusColours, valueColour } from '../../report/web/stage.js';
 import { fetchSurface } from './connection.js';
+import { targetColour } from './targets.js';
 
 const kTopErrorMm = 2;
 
@@ -20,6 +21,7 @@ class LiveSurface extends Stage {
     this.mesh = new THREE.Mesh(this.geometry, this.material);
     this.mesh.frustumCulled = this.wires.frustumCulled = false;
     this.group.add(this.mesh, this.wires);
+    this.makeTargets(0);
     this.enclose([]);
     this.fill();
     byId('front-view').addEventListener('click', () => this.look(0, 0));
@@ -39,15 +41,40 @@ class LiveSurface extends Stage {
       this.geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(size * vertices), size));
   }
 
-  async show(header, sections, bitmap) {
+  makeTargets(room) {
+    if (this.targetRoom >= room) return;
+    this.targetRoom = room;
+    for (const old of [this.marks, this.errors]) {
+      if (!old) continue;
+      this.group.remove(old);
+      for (const each of [old, old.geometry, old.material]) each.dispose();
+    }
+    this.marks = copies(new THREE.OctahedronGeometry(0.5), room, 1);
+    this.errors = copies(new THREE.SphereGeometry(1, 16, 12), room, 0.35);
+    this.group.add(this.marks, this.errors);
+  }
+
+  /** Marks, and balls as large as the expected error. */
+  showTargets(targets) {
+    this.makeTargets(targets.length);
+    const ball = (size) => [size, 0, 0, 0, size, 0, 0, 0, size];
+    place(this.marks, targets, () => ball(1), () => targetColour);
+    place(this.errors, targets, ({ error }) => ball(error ?? 0), () => targetColour);
+    seeThrough(this.material, targets.length > 0 && byId('see-through').checked);
+    this.canvas.dataset.targets = targets.length;
+  }
+
+  /** targets: those with a place. */
+  async show(header, sections, bitmap, targets) {
     const xyz = new Float32Array(sections.xyz);
     byId('no-surface').hidden = xyz.length > 0;
     this.group.visible = xyz.length > 0;
-    if (xyz.length && (header.surface === this.number || await this.take(header.surface))) this.draw(xyz, header, sections, bitmap);
+    if (xyz.length && (header.surface === this.number || await this.take(header.surface))) this.draw(xyz, header, sections, bitmap, targets);
+    this.showTargets(targets);
     this.render();
   }
 
-  draw(xyz, header, sections, bitmap) {
+  draw(xyz, header, sections, bitmap, targets) {
     const by = byId('colour-by').value;
     this.makeRoom(xyz.length / 3);
     const { position, color, uv } = this.geometry.attributes;
@@ -63,10 +90,10 @@ class LiveSurface extends Stage {
     this.geometry.computeVertexNormals();
     this.wires.visible = byId('mesh-lines').checked;
     this.useTexture(by === 'tissue' ? bitmap : null);
-    this.showScale(by);
+    this.showScale(by, targets.length > 0);
     if (this.isPlaced) return;
     this.isPlaced = true;
-    this.enclose(xyz);
+    this.enclose(xyz, ...targets.map(({ centre }) => centre));
     this.look(0.4, 0.45);
   }
 
@@ -87,11 +114,14 @@ class LiveSurface extends Stage {
     this.material.needsUpdate = true;
   }
 
-  showScale(by) {
-    if (this.scale === by) return;
+  showScale(by, withTargets) {
+    if (this.scale === by && this.scaleHasTargets === withTargets) return;
     this.scale = by;
-    byId('legend').replaceChildren(...(by === 'status'
-      ? statuses.map(({ name, colour }) => element('span', {}, element('span', { class: 'swatch', style: `background: ${colour}` }), name))
+    this.scaleHasTargets = withTargets;
+    const swatch = (colour) => element('span', { class: 'swatch', style: `background: ${colour}` });
+    const targets = withTargets ? [element('span', {}, swatch(targetColour), 'targets: expected error, true size')] : [];
+    byId('legend').replaceChildren(...targets, ...(by === 'status'
+      ? statuses.map(({ name, colour }) => element('span', {}, swatch(colour), name))
       : by === 'error' ? [element('span', {}, '0'), element('span', { class: 'ramp', style: `background: ${rampGradient}` }), element('span', {}, `${kTopErrorMm} mm`)] : []));
   }
 }

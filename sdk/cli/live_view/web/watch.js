@@ -4,6 +4,7 @@ import { ready } from '../../report/web/health.js';
 import { watchFrames } from './connection.js';
 import { Changes, listenToRecord, showNow, showPoints, showRecording, showStages } from './now.js';
 import { Picture } from './picture.js';
+import { placedTargets, readTargets, showTargetList } from './targets.js';
 
 export async function watch(surface, timeline) {
   const picture = new Picture();
@@ -30,8 +31,10 @@ export async function watch(surface, timeline) {
     showStages(header.stages);
     showPoints(header.points, clicked);
     showRecording(header.recording);
-    picture.show(overlay ?? left, header, clicked);
-    await surface?.show(header, sections, left);
+    const targets = readTargets(header);
+    showTargetList(targets, header.target_count);
+    picture.show(overlay ?? left, header, clicked, targets);
+    await surface?.show(header, sections, left, byId('show-targets').checked ? placedTargets(targets) : []);
     timeline?.add(moments);
     document.documentElement.dataset.frame = header.frame;
     document.documentElement.dataset.clicked = clicked.size;

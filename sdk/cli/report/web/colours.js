@@ -23,6 +23,7 @@ export const statuses = [
   { name: 'unknown', colour: '#9ca3af', meaning: 'no claim is made about this place' },
 ];
 
+export const observedStatus = 0;
 export const unknownStatus = 2;
 
 // Dark blue to yellow, readable without red-green vision (a coarse table of the viridis map's course).

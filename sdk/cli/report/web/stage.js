@@ -71,6 +71,37 @@ export class Stage {
   render() { this.renderer.render(this.scene, this.camera); }
 }
 
+/** Shows what lies behind a material, or does not. */
+export function seeThrough(material, on) {
+  if (material.transparent === on) return;
+  material.transparent = on;
+  material.opacity = on ? 0.4 : 1;
+  material.depthWrite = !on;
+  material.needsUpdate = true;
+}
+
+/** As many copies of a shape as there is room for, each with a place and a colour of its own. */
+export function copies(shape, room, opacity) {
+  const material = new THREE.MeshLambertMaterial({ transparent: opacity < 1, opacity, depthWrite: opacity === 1 });
+  const made = new THREE.InstancedMesh(shape, material, Math.max(1, room));
+  made.frustumCulled = false;
+  made.count = 0;
+  return made;
+}
+
+/** A copy for each in the list, at its centre. shapeOf: from it to the 3x3 matrix of its copy. */
+export function place(made, list, shapeOf, colourOf) {
+  list.forEach((each, i) => {
+    const [x, y, z] = each.centre;
+    const [xx, xy, xz, yx, yy, yz, zx, zy, zz] = shapeOf(each);
+    made.setMatrixAt(i, new THREE.Matrix4(xx, xy, xz, x, yx, yy, yz, y, zx, zy, zz, z, 0, 0, 0, 1));
+    made.setColorAt(i, new THREE.Color(colourOf(each)));
+  });
+  made.count = list.length;
+  made.instanceMatrix.needsUpdate = true;
+  if (made.instanceColor) made.instanceColor.needsUpdate = true;
+}
+
 /** The triangles whose vertices all have a position. */
 export function completeTriangles(triangles, xyz) {
   const complete = [];

@@ -1,8 +1,14 @@
 // The head of the page, the list of state changes, how to read it, and the licences.
-import { stateColour, stateMeanings, statuses } from './colours.js';
+import { stateColour, stateMeanings, statuses, unknownStatus } from './colours.js';
 import { byId, element, milliseconds, number, percent, seconds, table } from './data.js';
 
 export const stateChip = (state) => element('span', { class: 'chip', style: `--chip: ${stateColour(state)}` }, state || 'no state');
+
+/** Of what is followed. */
+export function statusCell(status) {
+  const { name, colour } = statuses[status];
+  return element('span', {}, element('span', { class: 'swatch', style: `background: ${colour}` }), status === unknownStatus ? 'lost' : name);
+}
 
 function card(name, value, unit, note) {
   const shown = element('dd', {}, value);

@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import { rampGradient, statuses, unknownStatus } from './colours.js';
 import { byId, decodeEllipsoids, element, isPlaced, number, positions, roundUp, seconds } from './data.js';
-import { completeTriangles, Stage, statusColours, valueColour } from './stage.js';
+import { completeTriangles, copies, place, seeThrough, Stage, statusColours, valueColour } from './stage.js';
 import { stateChip } from './summary.js';
 
 const kFrameMs = 90;
@@ -72,30 +72,19 @@ function showLegend(coloring, enlarged, withTargets) {
     legend.append(element('span', {}, '0'), element('span', { class: 'ramp', style: `background: ${rampGradient}` }), element('span', {}, `${coloring.top} mm`));
 }
 
-/** Copies of a shape, as many as are to be shown in any moment, each with a place and a colour of its own. */
-function copies(shape, lists, opacity) {
-  const material = new THREE.MeshLambertMaterial({ transparent: opacity < 1, opacity, depthWrite: opacity === 1 });
-  const made = new THREE.InstancedMesh(shape, material, Math.max(1, ...lists.map((list) => list?.length ?? 0)));
+/** Copies of a shape, as many as are to be shown in any moment, that may be held still. */
+function movable(shape, lists, opacity) {
+  const made = copies(shape, Math.max(0, ...lists.map((list) => list?.length ?? 0)), opacity);
   made.matrixAutoUpdate = false;
-  made.frustumCulled = false;
-  made.count = 0;
   return made;
 }
 
 /** shapeOf: from an ellipsoid to the matrix of its copy. */
-function place(made, list, shapeOf, moment, holdStill) {
-  list.forEach((ellipsoid, i) => {
-    const [x, y, z] = ellipsoid.centre;
-    const [xx, xy, xz, yx, yy, yz, zx, zy, zz] = shapeOf(ellipsoid);
-    made.setMatrixAt(i, new THREE.Matrix4(xx, xy, xz, x, yx, yy, yz, y, zx, zy, zz, z, 0, 0, 0, 1));
-    made.setColorAt(i, new THREE.Color(statuses[ellipsoid.status].colour));
-  });
-  made.count = list.length;
+function placeIn(made, list, shapeOf, moment, holdStill) {
+  place(made, list, shapeOf, ({ status }) => statuses[status].colour);
   made.matrix.identity();
   if (holdStill && moment.rigid) made.matrix.set(...moment.rigid, 0, 0, 0, 1).invert();
   made.matrixWorldNeedsUpdate = true;
-  made.instanceMatrix.needsUpdate = true;
-  if (made.instanceColor) made.instanceColor.needsUpdate = true;
 }
 
 class Scene extends Stage {
@@ -112,9 +101,9 @@ class Scene extends Stage {
     this.wires.visible = false;
     const sphere = new THREE.SphereGeometry(1, 16, 12);
     const targets = moments.map((m) => m.targets);
-    this.ellipsoids = copies(sphere, moments.map((m) => m.ellipsoids), 0.75);
-    this.targets = copies(sphere, targets, 0.35);
-    this.marks = copies(new THREE.OctahedronGeometry(0.5), targets, 1);
+    this.ellipsoids = movable(sphere, moments.map((m) => m.ellipsoids), 0.75);
+    this.targets = movable(sphere, targets, 0.35);
+    this.marks = movable(new THREE.OctahedronGeometry(0.5), targets, 1);
     this.group.add(this.mesh, this.wires, this.ellipsoids, this.marks, this.targets);
     this.enclose(rest, ...moments.flatMap((m) => (m.xyz ? [m.xyz] : [])), ...targets.flat().map(({ centre }) => centre));
     this.fill();
@@ -125,14 +114,6 @@ class Scene extends Stage {
     this.texture = new THREE.Texture(image);
     this.texture.colorSpace = THREE.SRGBColorSpace;
     this.texture.needsUpdate = true;
-  }
-
-  seeThrough(on) {
-    if (this.material.transparent === on) return;
-    this.material.transparent = on;
-    this.material.opacity = on ? 0.4 : 1;
-    this.material.depthWrite = !on;
-    this.material.needsUpdate = true;
   }
 
   show(moment, triangles, coloring, holdStill) {
@@ -164,15 +145,15 @@ class Scene extends Stage {
   /** enlarged: factor on their axes; 0: none. */
   showEllipsoids(moment, enlarged, holdStill) {
     const list = enlarged && moment.xyz ? moment.ellipsoids : [];
-    place(this.ellipsoids, list, ({ shape }) => shape.map((s) => s * enlarged), moment, holdStill);
+    placeIn(this.ellipsoids, list, ({ shape }) => shape.map((s) => s * enlarged), moment, holdStill);
     this.canvas.dataset.ellipsoids = list.length;
     this.render();
   }
 
   showTargets(moment, shown, holdStill) {
     const list = shown && moment.xyz ? moment.targets : [];
-    place(this.targets, list, ({ shape }) => shape, moment, holdStill);
-    place(this.marks, list, () => [1, 0, 0, 0, 1, 0, 0, 0, 1], moment, holdStill);
+    placeIn(this.targets, list, ({ shape }) => shape, moment, holdStill);
+    placeIn(this.marks, list, () => [1, 0, 0, 0, 1, 0, 0, 0, 1], moment, holdStill);
     this.canvas.dataset.targets = list.length;
     this.render();
   }
@@ -227,7 +208,7 @@ export async function showSurface({ surface }, onMoment) {
     const holdStill = byId('hold-still').checked;
     const enlarged = Number(byId('ellipsoids').value);
     const withTargets = Boolean(surface.targets) && byId('show-targets').checked;
-    scene.seeThrough(withTargets && byId('see-through').checked);
+    seeThrough(scene.material, withTargets && byId('see-through').checked);
     scene.show(moment, surface.triangles, coloring, holdStill);
     scene.showEllipsoids(moment, enlarged, holdStill);
     scene.showTargets(moment, withTargets, holdStill);

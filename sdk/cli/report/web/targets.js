@@ -1,6 +1,7 @@
 // Targets beneath the surface: expected error over their depth, and a list of them in a frame.
-import { statuses, unknownStatus } from './colours.js';
+import { unknownStatus } from './colours.js';
 import { byId, element, isPlaced, number, roundUp, table } from './data.js';
+import { statusCell } from './summary.js';
 
 const kPlotWidth = 460, kPlotHeight = 300, kLeft = 48, kRight = 14, kTop = 10, kBottom = 42;
 const kMaxDepths = 12;  // more are shown in ranges
@@ -64,11 +65,6 @@ function depthPlot(groups) {
         svg('title', {}, `${name} mm deep: median ${number(median)} mm, ${number(errors[0])} to ${number(errors.at(-1))} mm`)));
   }
   return plot;
-}
-
-function statusCell(status) {
-  const { name, colour } = statuses[status];
-  return element('span', {}, element('span', { class: 'swatch', style: `background: ${colour}` }), status === unknownStatus ? 'lost' : name);
 }
 
 function list(labels, targets) {
