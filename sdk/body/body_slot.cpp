@@ -44,10 +44,10 @@ struct BodySlot::Task {
             result = DEFREC_ERROR_OUT_OF_MEMORY;
             text = "out of memory";
         }
-        const std::lock_guard lock(mutex);
         body = std::move(made);
         status = result;
         reason = text;
+        const std::lock_guard lock(mutex);
         end();
     }
     // Under the mutex.
@@ -68,9 +68,11 @@ struct BodySlot::Task {
     const std::shared_ptr<const BodyDescription> description;
     std::atomic<bool> is_wanted{true};
 
-    std::mutex mutex;  // of what follows
+    std::mutex mutex;  // of has_begun, and to wait
     std::condition_variable changed;
-    bool has_begun = false, is_done = false;
+    bool has_begun = false;
+    // From then on what follows stays: no frame waits for a thread that hardly ever runs.
+    std::atomic<bool> is_done{false};
     std::shared_ptr<const Body> body;
     defrec_status status = DEFREC_OK;
     const char* reason = "";
@@ -126,7 +128,7 @@ defrec_status BodySlot::wait(const BodySurface& surface, uint64_t timeout_ns) {
         if (services_.expired()) task->run();
         std::unique_lock lock(task->mutex);
         const Clock::time_point until = std::min(end, Clock::now() + kLook);
-        if (task->changed.wait_until(lock, until, [&] { return task->is_done; })) {
+        if (task->changed.wait_until(lock, until, [&] { return task->is_done.load(); })) {
             if (task->body != nullptr) return DEFREC_OK;
             const defrec_status status = task->status;
             lock.unlock();
@@ -163,12 +165,9 @@ std::shared_ptr<const Body> BodySlot::body() const {
     std::shared_ptr<const Body> last;
     {
         const std::lock_guard lock(mutex_);
-        if (task_ != nullptr) {
-            const std::lock_guard task_lock(task_->mutex);
-            if (task_->body != nullptr) {
-                before_.reset();
-                return task_->body;
-            }
+        if (task_ != nullptr && task_->is_done && task_->body != nullptr) {
+            before_.reset();
+            return task_->body;
         }
         if (last_ != nullptr) return last_;
         before = before_;
@@ -179,7 +178,6 @@ std::shared_ptr<const Body> BodySlot::body() const {
 uint32_t BodySlot::state() const {
     const std::lock_guard lock(mutex_);
     if (task_ == nullptr) return DEFREC_BODY_STATE_NONE;
-    const std::lock_guard task_lock(task_->mutex);
     if (!task_->is_done) return DEFREC_BODY_STATE_PENDING;
     return task_->body != nullptr ? DEFREC_BODY_STATE_READY : DEFREC_BODY_STATE_NONE;
 }

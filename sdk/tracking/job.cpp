@@ -146,9 +146,9 @@ void TrackerJob::result(defrec_result& out) const {
     out.observed_share = observed_share;
     out.mean_residual_mm = static_cast<float>(evidence.mean_residual_mm);
     out.patch_residual_px = static_cast<float>(evidence.patch_rms_px);
-    out.motions = output.motions.data();
+    out.motions = motions.data();
     out.node_positions = node_positions.data();
-    out.node_count = output.motions.size();
+    out.node_count = motions.size();
     out.vertices = vertices.data();
     out.normals = normals.data();
     out.vertex_status = confidence.status.data();
@@ -179,10 +179,10 @@ std::shared_ptr<const Template> TrackerJob::get_template() const {
 void TrackerJob::lift_points(const double* uv, size_t count, double* xyz, uint8_t* found) const {
     expect_surface();
     if (state != DEFREC_LOST) {
-        lift_pixels(*surface,
-                    {vertices, output.motions,
-                     grows_ ? output.disparity : std::span<const int16_t>(), pieces},
-                    {uv, 2 * count}, {xyz, 3 * count}, {found, count});
+        lift_pixels(
+            *surface,
+            {vertices, motions, grows_ ? output.disparity : std::span<const int16_t>(), pieces},
+            {uv, 2 * count}, {xyz, 3 * count}, {found, count});
         return;
     }
     std::fill_n(xyz, 3 * count, 0.0);
@@ -190,7 +190,7 @@ void TrackerJob::lift_points(const double* uv, size_t count, double* xyz, uint8_
 }
 
 CarryingSurface TrackerJob::carrying_surface() const {
-    return {*surface, output.motions, vertices, confidence, state == DEFREC_LOST, grows_, known};
+    return {*surface, motions, vertices, confidence, state == DEFREC_LOST, grows_, known};
 }
 
 void TrackerJob::carry(const double* template_xyz, size_t count, const Carried& carried) const {

@@ -81,6 +81,7 @@ class TrackerJob final : public Job {
     FrameOutput& output = memory.output;
     LateralEvidence lateral;
     VertexConfidence confidence;
+    std::vector<defrec_motion> motions;  // of the control points
     std::vector<float> vertices, normals, node_positions;
     std::vector<defrec_piece> pieces;
     double rigid_motion[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};

@@ -358,6 +358,7 @@ void SurfaceFollower::adopt(std::shared_ptr<const Template> surface, bool is_obs
                                             DualQuaternion<float>::identity().store()),
                  std::vector<defrec_surface_sample>(data.vertices.size())};
     std::transform(data.vertices.begin(), data.vertices.end(), made.samples.begin(), at_rest);
+    OutsideMotion outside(*surface);
     pipeline_.set_template(data);
     // Nothing fails from here on: the tracker has the old template or the new one.
     last_ = std::move(made);
@@ -370,6 +371,7 @@ void SurfaceFollower::adopt(std::shared_ptr<const Template> surface, bool is_obs
     ++template_epoch_;
     growth_.reset();
     camera_.reset();
+    outside_ = std::move(outside);
     cut_watch_.reset();
     cut_.reset();
     keep(std::move(surface));
@@ -388,9 +390,11 @@ void SurfaceFollower::change_template(TemplateData changed, std::vector<defrec_m
     Surface made{SurfaceModel(data), std::move(motions), last_->samples};
     for (size_t i = made.samples.size(); i < data.vertices.size(); ++i)
         made.samples.push_back(moved(data.vertices[i], made.motions));
+    OutsideMotion outside(*surface, outside_);
     pipeline_.set_template(data);
     last_ = std::move(made);
     disparities_.forget_vertices();
+    outside_ = std::move(outside);
     ++template_epoch_;
     keep(std::move(surface));
 }

@@ -17,6 +17,7 @@
 #include "sdk/tracking/disparity_watch.hpp"
 #include "sdk/tracking/frame_queue.hpp"
 #include "sdk/tracking/map_growth.hpp"
+#include "sdk/tracking/outside_motion.hpp"
 #include "sdk/tracking/piece_states.hpp"
 #include "sdk/tracking/pipeline.hpp"
 #include "sdk/tracking/rig_monitor.hpp"
@@ -101,6 +102,7 @@ class SurfaceFollower {
     bool lag_spoils_depth(const TrackerJob& job) const;
     bool correct_rig();
     void conclude(TrackerJob& job, const Verdict& verdict, bool uses_depth);
+    void place_outside(TrackerJob& job);
     void search_lost_pieces(const TrackerJob& job);
     void describe_surface(TrackerJob& job, bool uses_depth);
     void watch_for_cuts(const TrackerJob& job) noexcept;
@@ -120,6 +122,7 @@ class SurfaceFollower {
     std::optional<Surface> last_;   // with the template
     PieceStates pieces_;
     CameraAnchor camera_;
+    OutsideMotion outside_;
     CutWatch cut_watch_;
     std::optional<CutLine> cut_;  // that is released with the next frame
     StreamCheck stream_;
@@ -139,7 +142,8 @@ class SurfaceFollower {
     std::vector<double> patch_px2_;
     std::vector<VertexEvidence> vertex_evidence_;
     std::vector<RigidSums> rigid_sums_;
-    std::vector<size_t> fast_vertices_;  // since the frame before, in which it was found
+    std::vector<defrec_surface_sample> placed_;  // with what is not in the image
+    std::vector<size_t> fast_vertices_;          // since the frame before, in which it was found
     Backoff wide_search_{8}, swapped_search_{32};
     std::vector<std::byte> before_;  // a wide search: what following the template gave
     std::vector<RowMatch> row_matches_;

@@ -17,10 +17,10 @@ constexpr size_t kRecordParts = 4;  // of what the stages gave, each checked by 
 constexpr float kFastMm = 5;        // of motion from frame to frame
 
 // Frame coordinates of the control points.
-void place_nodes(const TemplateData& data, TrackerJob& job, ArrayPart part = {}) {
-    const size_t count = job.output.motions.size();
-    for (size_t i = part.begin(count); i < part.end(count); ++i)
-        store3(node_position(data.nodes, job.output.motions, i), &job.node_positions[3 * i]);
+void place_nodes(const TemplateData& data, std::span<const defrec_motion> motions, TrackerJob& job,
+                 ArrayPart part = {}) {
+    for (size_t i = part.begin(motions.size()); i < part.end(motions.size()); ++i)
+        store3(node_position(data.nodes, motions, i), &job.node_positions[3 * i]);
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ void SurfaceFollower::measure(TrackerJob& job) {
     };
     const auto check_records = [&](ArrayPart part) {
         if (pipeline_.any_wrong_record(job.output, data, part)) is_wrong = true;
-        place_nodes(data, job, part);
+        place_nodes(data, job.output.motions, job, part);
     };
     const auto check_run = [&](size_t run) {
         if (any_wrong_sample(vertex_run(samples, run))) is_wrong = true;
@@ -158,7 +158,7 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
             pipeline_.leave_samples(job.output.samples, *job.input.samples);
         rigid_sums_.resize(vertex_runs(job.output.samples.size()));
         for (size_t run = 0; run < rigid_sums_.size(); ++run) measure_run(job, run);
-        place_nodes(template_->data(), job);
+        place_nodes(template_->data(), job.output.motions, job);
         ++age_;
     }
     is_tracking_ = is_found;
@@ -167,7 +167,27 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
     job.age = age_;
     if (growth_.is_full()) job.reasons |= DEFREC_REASON_TEMPLATE_FULL;
     describe_surface(job, uses_depth);
+    job.motions.assign(job.output.motions.begin(), job.output.motions.end());
+    if (is_found) place_outside(job);
     shows_cuts_ = is_found && sees_depth && stale_.views().empty();
+}
+
+// What is not in the image, in the results alone: the next frame starts from what lm gave.
+void SurfaceFollower::place_outside(TrackerJob& job) {
+    if (!outside_.add_frame(*template_, job.output.samples, job.pieces,
+                            {job.motions, job.vertices, job.normals, job.confidence}))
+        return;
+    place_nodes(template_->data(), job.motions, job);
+    placed_.assign(job.output.samples.begin(), job.output.samples.end());
+    for (size_t i = 0; i < placed_.size(); ++i) {
+        std::copy_n(&job.vertices[3 * i], 3, placed_[i].position);
+        std::copy_n(&job.normals[3 * i], 3, placed_[i].normal);
+    }
+    if (job.input.samples != nullptr) pipeline_.leave_samples(placed_, *job.input.samples);
+    for (size_t run = 0; run < rigid_sums_.size(); ++run)
+        rigid_sums_[run] = sum_for_rigid_motion(
+            last_->model, vertex_run(SurfaceSamples(placed_), run), run * kVertexRun);
+    fit_rigid_motion(last_->model, rigid_sums_, job.rigid_motion);
 }
 
 // The next frame starts from where they seem to be, and judges.
