@@ -17,7 +17,8 @@ constexpr double kApart = 0.9;          // of a cell's width, between two of the
 constexpr size_t kMaxCells = 56;
 constexpr std::ptrdiff_t kMinCells = 6;  // that are seen
 constexpr double kLeastFull = 0.3;       // of the fullest cell's vertices
-constexpr double kSeenShare = 0.05;      // likewise, that must be seen
+constexpr size_t kSamples = 50;          // vertices of a cell that are looked at
+constexpr double kSeenShare = 0.05;      // of these, that must be seen
 constexpr double kLengthShare = 0.4;     // of the first view's width
 constexpr double kLeastSpread = 0.35;    // of what is seen, across, in distances between cells
 constexpr double kStartMm = 1;           // displacements before anything is learnt
@@ -61,12 +62,6 @@ defrec_motion as_motion_record(const Eigen::Matrix3d& turn, const Eigen::Vector3
     return from_rigid(Quaternion<double>{q.w(), q.x(), q.y(), q.z()},
                       {shift.x(), shift.y(), shift.z()})
         .store();
-}
-
-template <class Function>
-void for_nodes(const defrec_surface_point& vertex, const Function& function) {
-    for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k)
-        if (vertex.weight[k] > 0) function(static_cast<size_t>(vertex.node[k]));
 }
 
 double view_width_mm(const Template& surface, size_t piece) {
@@ -137,7 +132,21 @@ OutsidePiece::OutsidePiece(const Template& surface, size_t piece) {
         rest_.col(cell_of_[vertex]) += as_vector(data.vertices[vertex].position);
     for (Eigen::Index i = 0; i < count; ++i)
         rest_.col(i) /= std::max<double>(1, count_[static_cast<size_t>(i)]);
-    least_seen_ = static_cast<uint32_t>(std::max(3.0, kSeenShare * fullest));
+    std::vector<std::vector<uint32_t>> of_cell(centres.size());
+    for (const uint32_t vertex : own)
+        of_cell[static_cast<size_t>(cell_of_[vertex])].push_back(vertex);
+    size_t most = 0;
+    for (size_t cell = 0; cell < of_cell.size(); ++cell) {
+        const std::vector<uint32_t>& all = of_cell[cell];
+        const size_t used = std::min(all.size(), kSamples);
+        most = std::max(most, used);
+        for (size_t k = 0; k < used; ++k) {
+            const uint32_t vertex = all[k * all.size() / used];
+            samples_.push_back({vertex, static_cast<int32_t>(cell),
+                                as_vector(data.vertices[vertex].position).cast<float>()});
+        }
+    }
+    least_seen_ = static_cast<uint32_t>(std::max(3.0, kSeenShare * static_cast<double>(most)));
     own_kernel_ = kernel(rest_, rest_);
     own_kernel_.diagonal().array() += kJitter;
     factor_.compute(own_kernel_);
@@ -180,14 +189,13 @@ bool OutsidePiece::read_cells(const Seen& seen) {
     sum_rest_.setZero();
     sum_now_.setZero();
     sum_error_mm2_.setZero();
-    for (size_t i = 0; i < cell_of_.size(); ++i) {
-        if (seen.confidence.status[i] != DEFREC_POINT_OBSERVED || cell_of_[i] < 0) continue;
-        const Eigen::Index cell = cell_of_[i];
-        const auto error = static_cast<double>(seen.confidence.expected_error[i]);
-        ++count_[static_cast<size_t>(cell)];
-        sum_rest_.col(cell) += as_vector(seen.data.vertices[i].position);
-        sum_now_.col(cell) += as_vector(seen.samples[i].position);
-        sum_error_mm2_[cell] += error * error;
+    for (const Sample& sample : samples_) {
+        if (seen.confidence.status[sample.vertex] != DEFREC_POINT_OBSERVED) continue;
+        const auto error = static_cast<double>(seen.confidence.expected_error[sample.vertex]);
+        ++count_[static_cast<size_t>(sample.cell)];
+        sum_rest_.col(sample.cell) += sample.rest.cast<double>();
+        sum_now_.col(sample.cell) += as_vector(seen.samples[sample.vertex].position);
+        sum_error_mm2_[sample.cell] += error * error;
     }
     const auto of_at_least = [&](uint32_t least) {
         return std::count_if(count_.begin(), count_.end(),
@@ -332,43 +340,43 @@ OutsideMotion::OutsideMotion(const Template& surface, const OutsideMotion& befor
         pieces_[piece].learn_from(before.pieces_[piece]);
 }
 
-bool OutsideMotion::add_frame(const Template& surface, SurfaceSamples samples,
-                              std::span<const defrec_piece> pieces, const Results& results) {
-    const TemplateData& data = surface.data();
-    const bool any_outside = std::any_of(
-        samples.begin(), samples.end(),
-        [](const defrec_surface_sample& sample) { return sample.observation == DEFREC_OUTSIDE; });
-    moves_.assign(results.motions.size(), Moves::kNothing);
-    std::vector<uint8_t> is_apart(pieces_.size(), 0);
-    if (any_outside) {
-        for (size_t i = 0; i < samples.size(); ++i)
-            for_nodes(data.vertices[i], [&](size_t node) {
-                moves_[node] = std::max(moves_[node], samples[i].observation == DEFREC_OUTSIDE
-                                                          ? Moves::kOutside
-                                                          : Moves::kSeen);
-            });
-        for (size_t node = 0; node < moves_.size(); ++node)
-            if (moves_[node] == Moves::kOutside) is_apart[data.piece_of_node(node)] = 1;
+// What each control point moves, and which pieces have some that move nothing in the image.
+void OutsideMotion::find_moves(const TemplateData& data, SurfaceSamples samples) {
+    for (size_t i = 0; i < samples.size(); ++i) {
+        const Moves moves =
+            samples[i].observation == DEFREC_OUTSIDE ? Moves::kOutside : Moves::kSeen;
+        for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k) {
+            if (!(data.vertices[i].weight[k] > 0)) continue;
+            Moves& of_node = moves_[static_cast<size_t>(data.vertices[i].node[k])];
+            of_node = std::max(of_node, moves);
+        }
     }
+    for (size_t node = 0; node < moves_.size(); ++node)
+        if (moves_[node] == Moves::kOutside) is_apart_[data.piece_of_node(node)] = 1;
+}
+
+bool OutsideMotion::add_frame(const Template& surface, SurfaceSamples samples, bool any_outside,
+                              std::span<const defrec_piece> pieces, const Results& results) {
+    moves_.assign(results.motions.size(), Moves::kNothing);
+    is_apart_.assign(pieces_.size(), 0);
+    if (any_outside) find_moves(surface.data(), samples);
     bool is_changed = false;
     for (size_t piece = 0; piece < pieces_.size(); ++piece) {
-        if (pieces[piece].state == DEFREC_LOST)
-            is_apart[piece] = 0;
-        else
-            is_apart[piece] =
-                pieces_[piece].add_frame({data, samples, results.confidence, is_apart[piece] != 0});
-        is_changed |= is_apart[piece] != 0;
+        const bool is_told =
+            pieces[piece].state != DEFREC_LOST &&
+            pieces_[piece].add_frame({samples, results.confidence, is_apart_[piece] != 0});
+        is_apart_[piece] = is_told ? 1 : 0;
+        is_changed |= is_told;
     }
-    if (is_changed) move_outside(surface, is_apart, results);
+    if (is_changed) move_outside(surface, results);
     return is_changed;
 }
 
-void OutsideMotion::move_outside(const Template& surface, std::span<const uint8_t> is_apart,
-                                 const Results& results) const {
+void OutsideMotion::move_outside(const Template& surface, const Results& results) const {
     const TemplateData& data = surface.data();
     for (size_t node = 0; node < moves_.size(); ++node) {
         const uint8_t piece = data.piece_of_node(node);
-        if (moves_[node] != Moves::kOutside || is_apart[piece] == 0) continue;
+        if (moves_[node] != Moves::kOutside || is_apart_[piece] == 0) continue;
         const Eigen::Vector3d rest = as_vector(&data.nodes[3 * node]);
         const Eigen::Matrix3d turn = pieces_[piece].rotation();
         results.motions[node] = as_motion_record(turn, pieces_[piece].place(rest) - turn * rest);
@@ -376,7 +384,7 @@ void OutsideMotion::move_outside(const Template& surface, std::span<const uint8_
     for (size_t i = 0; i < data.vertices.size(); ++i) {
         const defrec_surface_point& vertex = data.vertices[i];
         const uint8_t piece = surface.vertex_pieces()[i];
-        if (is_apart[piece] == 0) continue;
+        if (is_apart_[piece] == 0) continue;
         double share = 0;  // of what moves it
         for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k)
             if (moves_[static_cast<size_t>(vertex.node[k])] == Moves::kOutside)

@@ -23,7 +23,6 @@ class OutsidePiece {
     void learn_from(const OutsidePiece& before);
 
     struct Seen {
-        const TemplateData& data;
         SurfaceSamples samples;  // per vertex
         const VertexConfidence& confidence;
         bool is_apart = false;  // some control points move nothing that is in the image
@@ -53,13 +52,20 @@ class OutsidePiece {
     Eigen::MatrixXd kernel(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) const;
     Eigen::MatrixXd weights(const Eigen::Matrix3Xd& places) const;  // of the cells, for places
 
-    double length_mm_ = 1;                // over which displacements are alike
-    double apart_mm_ = 1;                 // between cells
-    std::vector<int32_t> cell_of_;        // per vertex; -1: of another piece
+    double length_mm_ = 1;          // over which displacements are alike
+    double apart_mm_ = 1;           // between cells
+    std::vector<int32_t> cell_of_;  // per vertex; -1: of another piece
+    // Vertices that are looked at, some of each cell.
+    struct Sample {
+        uint32_t vertex;
+        int32_t cell;
+        Eigen::Vector3f rest;
+    };
+    std::vector<Sample> samples_;
     Eigen::Matrix3Xd rest_;               // means of the cells' vertices, template frame
     Eigen::MatrixXd own_kernel_;          // of the cells
     Eigen::LLT<Eigen::MatrixXd> factor_;  // of that
-    uint32_t least_seen_ = 1;             // vertices of a cell
+    uint32_t least_seen_ = 1;             // samples of a cell
 
     // Learnt: the sum of products of displacements, and of how many frames.
     Eigen::MatrixXd products_;
@@ -91,15 +97,17 @@ class OutsideMotion {
         std::span<float> vertices, normals;
         VertexConfidence& confidence;
     };
-    // Learns from a frame in which the surface was found. true: results were changed.
-    bool add_frame(const Template& surface, SurfaceSamples samples,
+    // Learns from a frame in which the surface was found. any_outside: of the samples. true:
+    // results were changed.
+    bool add_frame(const Template& surface, SurfaceSamples samples, bool any_outside,
                    std::span<const defrec_piece> pieces, const Results& results);
 
   private:
-    void move_outside(const Template& surface, std::span<const uint8_t> is_apart,
-                      const Results& results) const;
+    void find_moves(const TemplateData& data, SurfaceSamples samples);
+    void move_outside(const Template& surface, const Results& results) const;
 
     std::vector<OutsidePiece> pieces_;
+    std::vector<uint8_t> is_apart_;  // per piece: some control points move nothing in the image
     enum class Moves : uint8_t { kNothing, kOutside, kSeen };
     std::vector<Moves> moves_;  // per control point: what it moves
 };

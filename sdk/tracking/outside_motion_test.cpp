@@ -105,7 +105,7 @@ class Frames {
         }
         motions_.assign(surface_.data().nodes.size() / 3,
                         DualQuaternion<float>::identity().store());
-        return outside_.add_frame(surface_, samples_, pieces_,
+        return outside_.add_frame(surface_, samples_, right_mm < 1e9, pieces_,
                                   {motions_, vertices_, normals_, confidence_});
     }
     Vector3d now(size_t vertex) const {

@@ -174,7 +174,8 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
 
 // What is not in the image, in the results alone: the next frame starts from what lm gave.
 void SurfaceFollower::place_outside(TrackerJob& job) {
-    if (!outside_.add_frame(*template_, job.output.samples, job.pieces,
+    const bool any_outside = job.evidence.vertices_inside < job.output.samples.size();
+    if (!outside_.add_frame(*template_, job.output.samples, any_outside, job.pieces,
                             {job.motions, job.vertices, job.normals, job.confidence}))
         return;
     place_nodes(template_->data(), job.motions, job);
