@@ -94,6 +94,7 @@ class DoubtfulData {
             system(column, column) += 1 / doubt_[static_cast<size_t>(column)];
         }
         solver_.compute(system);
+        if (solver_.info() != Eigen::Success) rows_.clear();
     }
     // data: a column for each set of displacements of the handles.
     template <class Data>
@@ -190,13 +191,14 @@ NodeNow move_node(const BodyPiece& piece, size_t node, std::span<const HandleMea
                                 3 * static_cast<Eigen::Index>(node)) *
                             support,
                     shift = Eigen::Vector3f::Zero();
+    constexpr float kLeastWeight = 1e-3f;
     float error = 0, square = 0, evidence = 0;
     for (const BodyPiece::Link& link : piece.links(node)) {
         const HandleMeasure& handle = handles[static_cast<size_t>(link.handle)];
         moved += link.response * handle.strained;
         shift += link.influence * handle.moved;
         square += link.influence * handle.moved.squaredNorm();
-        error += link.influence * handle.evidence * handle.error_mm2;
+        error += link.influence * (handle.evidence + kLeastWeight) * handle.error_mm2;
         evidence += link.influence * handle.evidence;
     }
     const Eigen::Vector3d rest = piece.lattice().nodes()[node];
@@ -209,7 +211,7 @@ NodeNow move_node(const BodyPiece& piece, size_t node, std::span<const HandleMea
                                         (choices.deep * rest - choices.mean * rest).squaredNorm());
     NodeNow now;
     now << (choices.frame() * (rest + moved.cast<double>())).cast<float>(),
-        error / std::max(evidence, 1e-3f), std::max(0.0f, square - shift.squaredNorm()),
+        error / (evidence + kLeastWeight), std::max(0.0f, square - shift.squaredNorm()),
         shift.squaredNorm(), static_cast<float>(choice), evidence;
     return now;
 }
@@ -232,7 +234,10 @@ BodyMotion::BodyMotion(std::shared_ptr<const Body> body, const SurfaceNow& surfa
 BodyMotion::Piece BodyMotion::move_piece(const BodyPiece& piece, const SurfaceNow& surface,
                                          const DeepKnowledge& known, const Services* helpers) {
     Piece made;
-    const HandlesNow handles(piece, surface);
+    HandlesNow handles(piece, surface);
+    const Eigen::VectorXd told = handles.evidence;
+    // Where nothing is known the surface stays where it was.
+    if (!(told.sum() > 0)) handles.evidence.setOnes();
     const DoubtfulData doubtful(piece, handles.evidence);
     const Eigen::Isometry3d mean = fit_rigid(handles.rest, handles.now, handles.evidence),
                             robust = fit_rigid_robust(handles.rest, handles.now, handles.evidence,
@@ -251,9 +256,10 @@ BodyMotion::Piece BodyMotion::move_piece(const BodyPiece& piece, const SurfaceNo
     const Choices choices{made.deep, robust, mean, known.held.has_value()};
     const Eigen::Isometry3d to_frame = choices.frame().inverse() * made.deep;
     for (Eigen::Index i = 0; i < count; ++i) {
-        const auto evidence = static_cast<float>(handles.evidence[i]);
+        const auto evidence = static_cast<float>(told[i]);
         const Eigen::Vector3f moved = data.segment<3>(3 * i);
-        made.left.col(i) = evidence * (turn * left.segment<3>(3 * i));
+        made.left.col(i) =
+            static_cast<float>(handles.evidence[i]) * (turn * left.segment<3>(3 * i));
         const Eigen::Vector3d rest = handles.rest.col(i);
         const Eigen::Vector3d strained = to_frame * (rest + moved.cast<double>()) - rest;
         measures[static_cast<size_t>(i)] = {moved, strained.cast<float>(),

@@ -125,8 +125,12 @@ std::vector<std::vector<Handle>> make_handles(const BodySurface& surface, double
             is_cut[i] =
                 lies_on_cut(surface.cuts, position_of(surface.vertices[i]), kCutSteps * step);
     for (size_t piece = 0; piece < surface.pieces; ++piece) {
+        // A small piece may lie beside cuts as a whole.
+        bool any_whole = false;
+        for (size_t i = 0; i < is_cut.size(); ++i)
+            any_whole |= surface.piece[i] == piece && is_cut[i] == 0;
         const auto takes_part = [&](size_t i) {
-            return surface.piece[i] == piece && is_cut[i] == 0;
+            return surface.piece[i] == piece && (is_cut[i] == 0 || !any_whole);
         };
         // Centres that are not nearer to each other than that, then each vertex with its nearest.
         PlaceGrid centres(step);
@@ -295,11 +299,21 @@ Lattice::Request BodyShape::request() const {
     return request;
 }
 
+// Whether a held region meets the body beneath this piece.
+bool BodyShape::is_held() const {
+    const double apart = 2 * step_;
+    for (const BodyDescription::Region& region : description_.regions) {
+        if (!region.is_held) continue;
+        for (double z = low_.z(); z <= high_.z(); z += apart)
+            for (double y = low_.y(); y <= high_.y(); y += apart)
+                for (double x = low_.x(); x <= high_.x(); x += apart)
+                    if (region.mesh.inside_share({x, y, z}, apart) > 0) return true;
+    }
+    return false;
+}
+
 SupportStiffness BodyShape::support() const {
-    const bool any_held =
-        std::any_of(description_.regions.begin(), description_.regions.end(),
-                    [](const BodyDescription::Region& region) { return region.is_held; });
-    if (any_held)
+    if (is_held())
         return [this](const Eigen::Vector3d& place, double) {
             double held = 0;
             for (const BodyDescription::Region& region : description_.regions)

@@ -31,6 +31,7 @@ class BodyShape {
     double share(const Eigen::Vector3d& centre, double edge) const;
     double stiffness(const Eigen::Vector3d& centre, double edge) const;
     bool is_cut(const Eigen::Vector3d& centre, double edge) const;
+    bool is_held() const;
     bool is_beneath(const Eigen::Vector3d& place) const;
 
     const BodyDescription& description_;

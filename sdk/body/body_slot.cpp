@@ -5,6 +5,8 @@
 #include <chrono>
 #include <condition_variable>
 #include <new>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "sdk/base/error.hpp"
@@ -23,59 +25,62 @@ struct BodySlot::Task {
           description(std::move(given)) {}
 
     void run() noexcept {
-        {
-            const std::lock_guard lock(mutex);
-            if (has_begun) return;
-            has_begun = true;
-            if (!is_wanted) return end();
-        }
-        std::shared_ptr<const Body> made;
-        defrec_status result = DEFREC_OK;
-        const char* text = "";
-        try {
-            static const BodyDescription kNothingKnown;
-            made = Body::make({vertices, piece, pieces, cuts},
-                              description != nullptr ? *description : kNothingKnown,
-                              [this] { return is_wanted.load(); });
-        } catch (const Error& error) {
-            result = error.status();
-            text = "no body can be made of this surface";
-        } catch (const std::exception&) {
-            result = DEFREC_ERROR_OUT_OF_MEMORY;
-            text = "out of memory";
-        }
-        body = std::move(made);
-        status = result;
-        reason = text;
+        if (has_begun.exchange(true)) return;
+        if (is_wanted) make();
+        release(vertices, piece, cuts);
         const std::lock_guard lock(mutex);
-        end();
-    }
-    // Under the mutex.
-    void end() {
         is_done = true;
         changed.notify_all();
     }
-    // Not wanted any more, unless it has begun.
-    void drop() {
-        const std::lock_guard lock(mutex);
+    // Unless it has begun. A frame waits for nothing here.
+    void drop() noexcept {
         if (!has_begun) is_wanted = false;
     }
+    // Done, and there is no body to wait for.
+    bool has_failed() const { return is_done && body == nullptr && status != DEFREC_OK; }
+    bool was_dropped() const { return !is_wanted || (is_done && body == nullptr && !has_failed()); }
 
-    const std::vector<defrec_surface_point> vertices;
-    const std::vector<uint8_t> piece;
-    const size_t pieces;
-    const std::vector<defrec_cut_point> cuts;
-    const std::shared_ptr<const BodyDescription> description;
-    std::atomic<bool> is_wanted{true};
-
-    std::mutex mutex;  // of has_begun, and to wait
+    std::atomic<bool> is_wanted{true}, has_begun{false};
+    std::mutex mutex;  // to wait
     std::condition_variable changed;
-    bool has_begun = false;
-    // From then on what follows stays: no frame waits for a thread that hardly ever runs.
+    // From then on what follows stays, so that it is read without the mutex.
     std::atomic<bool> is_done{false};
     std::shared_ptr<const Body> body;
     defrec_status status = DEFREC_OK;
-    const char* reason = "";
+    std::string reason;
+
+  private:
+    void make() noexcept {
+        try {
+            static const BodyDescription kNothingKnown;
+            body = Body::make({vertices, piece, pieces, cuts},
+                              description != nullptr ? *description : kNothingKnown,
+                              [this] { return is_wanted.load(); });
+        } catch (const Error& error) {
+            status = error.status();
+            tell("no body can be made of this surface: ", error.what());
+        } catch (const std::exception&) {
+            status = DEFREC_ERROR_OUT_OF_MEMORY;
+            tell("out of memory", "");
+        }
+    }
+    void tell(const char* text, const char* more) noexcept {
+        try {
+            reason = std::string(text) + more;
+        } catch (const std::bad_alloc&) {
+            reason = "out of memory";  // short enough to need none
+        }
+    }
+    template <class... Vectors>
+    static void release(Vectors&... vectors) {
+        ((vectors = Vectors()), ...);
+    }
+
+    std::vector<defrec_surface_point> vertices;
+    std::vector<uint8_t> piece;
+    const size_t pieces;
+    std::vector<defrec_cut_point> cuts;
+    const std::shared_ptr<const BodyDescription> description;
 };
 
 BodySlot::BodySlot(std::weak_ptr<const Services> services) : services_(std::move(services)) {}
@@ -89,14 +94,18 @@ BodySlot::~BodySlot() {
     if (task_ != nullptr) task_->is_wanted = false;
 }
 
-// Under the mutex.
-std::shared_ptr<BodySlot::Task> BodySlot::begin(const BodySurface& surface) {
-    if (task_ != nullptr) return task_;
-    auto task = std::make_shared<Task>(surface, description_);
+std::shared_ptr<BodySlot::Task> BodySlot::queue(
+    const BodySurface& surface, std::shared_ptr<const BodyDescription> description) const {
+    auto task = std::make_shared<Task>(surface, std::move(description));
     if (const std::shared_ptr<const Services> services = services_.lock())
         services->background().add([task] { task->run(); });
-    task_ = task;
     return task;
+}
+
+// Under the mutex.
+std::shared_ptr<BodySlot::Task> BodySlot::begin(const BodySurface& surface) {
+    if (task_ == nullptr) task_ = queue(surface, description_);
+    return task_;
 }
 
 void BodySlot::start(const BodySurface& surface) noexcept {
@@ -104,15 +113,31 @@ void BodySlot::start(const BodySurface& surface) noexcept {
         const std::lock_guard lock(mutex_);
         begin(surface);
         // A surface that grows faster than bodies are computed goes without some of them.
-        if (before_ != nullptr) before_->drop();
+        while (before_ != nullptr && before_->drop()) before_ = before_->before();
     } catch (const std::exception&) {
         // Without a body deep points move as before there is one.
     }
 }
 
-void BodySlot::drop() const {
+// true: its own body will never serve.
+bool BodySlot::drop() const {
     const std::lock_guard lock(mutex_);
-    if (task_ != nullptr) task_->drop();
+    if (task_ == nullptr) return last_ == nullptr;
+    task_->drop();
+    return task_->was_dropped() && last_ == nullptr;
+}
+
+std::shared_ptr<const BodySlot> BodySlot::before() const {
+    const std::lock_guard lock(mutex_);
+    return before_;
+}
+
+// Under the mutex: what served until there was a body, or none can be made.
+void BodySlot::release_old() const {
+    if (task_ == nullptr || !task_->is_done || (task_->body == nullptr && !task_->has_failed()))
+        return;
+    before_.reset();
+    last_.reset();
 }
 
 defrec_status BodySlot::wait(const BodySurface& surface, uint64_t timeout_ns) {
@@ -130,14 +155,14 @@ defrec_status BodySlot::wait(const BodySurface& surface, uint64_t timeout_ns) {
         const Clock::time_point until = std::min(end, Clock::now() + kLook);
         if (task->changed.wait_until(lock, until, [&] { return task->is_done.load(); })) {
             if (task->body != nullptr) return DEFREC_OK;
-            const defrec_status status = task->status;
             lock.unlock();
             // Who waits next begins again where it was dropped or memory ran out.
-            if (status == DEFREC_OK || status == DEFREC_ERROR_OUT_OF_MEMORY) {
+            if (!task->has_failed() || task->status == DEFREC_ERROR_OUT_OF_MEMORY) {
                 const std::lock_guard own(mutex_);
+                release_old();
                 if (task_ == task) task_.reset();
             }
-            if (status < 0) fail(status, task->reason);
+            if (task->has_failed()) fail(task->status, task->reason);
         } else if (Clock::now() >= end) {
             return DEFREC_TIMEOUT;
         }
@@ -146,13 +171,13 @@ defrec_status BodySlot::wait(const BodySurface& surface, uint64_t timeout_ns) {
 
 void BodySlot::describe(std::shared_ptr<const BodyDescription> description,
                         const BodySurface& surface) {
-    const std::shared_ptr<const Body> usable = body();
+    std::shared_ptr<const Body> usable = body();
+    std::shared_ptr<Task> task = queue(surface, description);
     const std::lock_guard lock(mutex_);
-    last_ = usable;
+    last_ = std::move(usable);
     if (task_ != nullptr) task_->is_wanted = false;
-    task_.reset();
+    task_ = std::move(task);
     description_ = std::move(description);
-    begin(surface);
 }
 
 void BodySlot::recall(std::shared_ptr<const BodyDescription> description) {
@@ -162,13 +187,10 @@ void BodySlot::recall(std::shared_ptr<const BodyDescription> description) {
 
 std::shared_ptr<const Body> BodySlot::body() const {
     std::shared_ptr<const BodySlot> before;
-    std::shared_ptr<const Body> last;
     {
         const std::lock_guard lock(mutex_);
-        if (task_ != nullptr && task_->is_done && task_->body != nullptr) {
-            before_.reset();
-            return task_->body;
-        }
+        release_old();
+        if (task_ != nullptr && task_->is_done && task_->body != nullptr) return task_->body;
         if (last_ != nullptr) return last_;
         before = before_;
     }
@@ -177,6 +199,7 @@ std::shared_ptr<const Body> BodySlot::body() const {
 
 uint32_t BodySlot::state() const {
     const std::lock_guard lock(mutex_);
+    release_old();
     if (task_ == nullptr) return DEFREC_BODY_STATE_NONE;
     if (!task_->is_done) return DEFREC_BODY_STATE_PENDING;
     return task_->body != nullptr ? DEFREC_BODY_STATE_READY : DEFREC_BODY_STATE_NONE;

@@ -44,15 +44,19 @@ class BodySlot {
 
   private:
     struct Task;
+    std::shared_ptr<Task> queue(const BodySurface& surface,
+                                std::shared_ptr<const BodyDescription> description) const;
     std::shared_ptr<Task> begin(const BodySurface& surface);
-    void drop() const;
+    bool drop() const;
+    std::shared_ptr<const BodySlot> before() const;
+    void release_old() const;
 
     const std::weak_ptr<const Services> services_;
     mutable std::mutex mutex_;                        // of what follows
     mutable std::shared_ptr<const BodySlot> before_;  // until there is a body
     std::shared_ptr<const BodyDescription> description_;
     std::shared_ptr<Task> task_;
-    std::shared_ptr<const Body> last_;  // before the description changed
+    mutable std::shared_ptr<const Body> last_;  // before the description changed
 };
 
 }  // namespace defrec

@@ -10,7 +10,9 @@
 namespace defrec {
 namespace {
 
-constexpr int kRounds = 16;                           // of reweighting, at most
+constexpr int kRounds = 16;  // of reweighting, at most
+// Variance across a row of points, in that along it, that tells how it turns about itself.
+constexpr double kLeastSpread = 2e-3;
 constexpr double kStillMm = 1e-4, kStillTurn = 1e-6;  // steps that change nothing
 
 // The value that half of the weight does not exceed.
@@ -48,10 +50,15 @@ Eigen::Isometry3d fit_rigid(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd
         (to.colwise() - to_mean) * weight.asDiagonal() * (from.colwise() - from_mean).transpose();
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(products,
                                                 Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
     Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-    motion.linear() =
-        svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+    if (svd.singularValues()[1] > kLeastSpread * svd.singularValues()[0]) {
+        const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+        motion.linear() =
+            svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+    } else if (svd.singularValues()[0] > 0) {
+        const Eigen::Vector3d along = svd.matrixV().col(0), now = svd.matrixU().col(0);
+        motion.linear() = Eigen::Quaterniond::FromTwoVectors(along, now).toRotationMatrix();
+    }
     motion.translation() = to_mean - motion.linear() * from_mean;
     return motion;
 }
@@ -85,11 +92,17 @@ MotionPrior camera_prior(const Eigen::Isometry3d& estimate, const Eigen::Isometr
 
 SmallMotion sparsest(std::span<const HandleResiduals> kinds, const Eigen::VectorXd& weight,
                      const MotionPrior& prior) {
-    constexpr double kLeastShare = 1e-3;
+    constexpr double kLeastShare = 1e-3, kLargeMm = 100, kLargeTurn = 1;
+    MotionPrior known = prior;
+    // A row of handles does not tell all of a motion.
+    if (known.information.isZero()) {
+        known.information.diagonal().head<3>().setConstant(1 / (kLargeMm * kLargeMm));
+        known.information.diagonal().tail<3>().setConstant(1 / (kLargeTurn * kLargeTurn));
+    }
     SmallMotion motion = SmallMotion::Zero();
     for (int round = 0; round < kRounds; ++round) {
-        Eigen::Matrix<double, 6, 6> sum = prior.information;
-        SmallMotion right = prior.information * prior.motion;
+        Eigen::Matrix<double, 6, 6> sum = known.information;
+        SmallMotion right = known.information * known.motion;
         for (const HandleResiduals& kind : kinds) {
             if (kind.share < kLeastShare) continue;
             const Eigen::VectorXd size = sizes(kind.values - kind.slope * motion);

@@ -10,7 +10,8 @@
 
 namespace defrec {
 
-// Best rigid motion from one set of points to another, three columns each (Kabsch).
+// Best rigid motion from one set of points to another, a column each (Kabsch). Points in a row turn
+// with it, and not about it.
 Eigen::Isometry3d fit_rigid(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to,
                             const Eigen::VectorXd& weight);
 // The same of those that move alike. floor_mm: what is no deformation yet.

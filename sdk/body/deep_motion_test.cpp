@@ -180,3 +180,20 @@ TEST_CASE("the size of residuals is that of half of the weight") {
     weight << 1, 1, 3;
     CHECK(std::abs(median_size(values, weight) - 40) < 1e-3);
 }
+
+TEST_CASE("points in a row turn with it, and not about it") {
+    for (const double across : {0.0, 0.05, 0.3}) {
+        CAPTURE(across);
+        Eigen::Matrix3Xd row(3, 9);
+        for (Eigen::Index i = 0; i < row.cols(); ++i)
+            row.col(i) = Vector3d(6.0 * static_cast<double>(i), i % 2 != 0 ? across : 0, 80);
+        const Isometry3d turned =
+            Eigen::Translation3d(3, -1, 4) * Eigen::AngleAxisd(0.1, Vector3d(0, 1, 1).normalized());
+        Eigen::Matrix3Xd now = turned * row;
+        for (Eigen::Index i = 0; i < now.cols(); ++i) now(2, i) += i % 3 == 0 ? 0.05 : -0.03;
+        const Eigen::VectorXd weight = Eigen::VectorXd::Ones(row.cols());
+        const Vector3d deep(24, 0, 100);
+        CHECK((fit_rigid(row, now, weight) * deep - turned * deep).norm() < 2.5);
+        CHECK((fit_rigid_robust(row, now, weight, 0.15) * deep - turned * deep).norm() < 2.5);
+    }
+}

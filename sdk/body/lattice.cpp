@@ -39,6 +39,10 @@ Lattice::Lattice(const Request& request) : step_(request.step), low_(request.low
         count_[static_cast<size_t>(axis)] =
             kLargest * static_cast<int32_t>(std::clamp(std::ceil(cells), 1.0, 1e5));
     }
+    constexpr double kMostCubes = 1e5;  // of the largest size
+    if (static_cast<double>(count_[0]) * count_[1] * count_[2] >
+        kMostCubes * kLargest * kLargest * kLargest)
+        fail(DEFREC_ERROR_UNSUPPORTED, "the body is too large for cells of ", step_, " mm");
     for (int32_t z = 0; z < count_[2]; z += kLargest)
         for (int32_t y = 0; y < count_[1]; y += kLargest)
             for (int32_t x = 0; x < count_[0]; x += kLargest) {

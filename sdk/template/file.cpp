@@ -251,7 +251,7 @@ std::shared_ptr<const BodyDescription> read_body(Reader& reader) {
     auto body = std::make_shared<BodyDescription>();
     reader.value(body->poisson_ratio);
     reader.value(body->cut_depth_mm);
-    is_within(body->poisson_ratio, 0.01, 0.4951);
+    is_within(body->poisson_ratio, 0.0099, 0.4951);
     is_within(body->cut_depth_mm, 0.09, 1000);
     if (read_flag()) body->mesh.emplace(read_mesh(reader));
     uint64_t regions = 0;

@@ -165,6 +165,14 @@ void OutsidePiece::learn_from(const OutsidePiece& before) {
     products_ = spread * before.products_ * spread.transpose() +
                 before.frames_ * kStartMm * kStartMm * on_axes(left);
     frames_ = before.frames_;
+    for (size_t i = 0; i < cells(); ++i) {
+        Eigen::Index nearest = 0;
+        (before.rest_.colwise() - rest_.col(static_cast<Eigen::Index>(i)))
+            .colwise()
+            .squaredNorm()
+            .minCoeff(&nearest);
+        age_[i] = before.age_[static_cast<size_t>(nearest)];
+    }
     all_frames_ = before.all_frames_;
 }
 
@@ -224,18 +232,22 @@ bool OutsidePiece::read_cells(const Seen& seen) {
     return spread.eigenvalues()[1] > kLeastSpread * kLeastSpread * apart_mm_ * apart_mm_;
 }
 
+void OutsidePiece::add_lost_frame() {
+    for (uint32_t& age : age_) ++age;
+}
+
 bool OutsidePiece::add_frame(const Seen& seen) {
     if (!read_cells(seen)) return false;
     ++all_frames_;
     const bool sees_all = data_.rest.cols() == rest_.cols();
     if (!seen.is_apart && sees_all) learn_directly();
-    if (seen.is_apart || (!sees_all && all_frames_ % kEvery == 0)) solve();
-    return seen.is_apart;
+    if (seen.is_apart) return solve();
+    if (!sees_all && all_frames_ % kEvery == 0) solve();
+    return false;
 }
 
-void OutsidePiece::learn(const Eigen::VectorXd& displacements, const Eigen::MatrixXd& uncertainty) {
+void OutsidePiece::learn(const Eigen::VectorXd& displacements) {
     products_ *= kForget;
-    products_ += uncertainty;
     products_.noalias() += displacements * displacements.transpose();
     frames_ = kForget * frames_ + 1;
 }
@@ -245,14 +257,13 @@ void OutsidePiece::learn_directly() {
     const Eigen::Isometry3d pose =
         fit_rigid(data_.rest, data_.now, Eigen::VectorXd::Ones(data_.rest.cols()));
     const Eigen::Matrix3Xd displacements = pose.inverse() * data_.now - data_.rest;
-    products_ *= kForget;
-    products_.noalias() += as_column(displacements) * as_column(displacements).transpose();
+    learn(as_column(displacements));
     for (Eigen::Index i = 0; i < rest_.cols(); ++i)
         products_.diagonal().segment<3>(3 * i).array() += noise_mm2(data_.error_mm2[i]);
-    frames_ = kForget * frames_ + 1;
 }
 
-void OutsidePiece::solve() {
+// false: the numbers do not do.
+bool OutsidePiece::solve() {
     const Eigen::Index used = data_.rest.cols();
     const Eigen::MatrixXd covariance = (kStartFrames * kStartMm * kStartMm * on_axes(own_kernel_) +
                                         products_) /
@@ -312,7 +323,11 @@ void OutsidePiece::solve() {
                               (rows * of_motion * rows.transpose()).trace()) +
             unseen_mm2(i);
     }
-    learn(found, doubt + of_pose * of_motion * of_pose.transpose());
+    const Eigen::MatrixXd uncertain = doubt + of_pose * of_motion * of_pose.transpose();
+    if (!found.allFinite() || !uncertain.allFinite()) return false;
+    learn(found);
+    products_ += uncertain;
+    return true;
 }
 
 // What moves a cell alone, since it was seen and far from what is seen.
@@ -362,9 +377,10 @@ bool OutsideMotion::add_frame(const Template& surface, SurfaceSamples samples, b
     if (any_outside) find_moves(surface.data(), samples);
     bool is_changed = false;
     for (size_t piece = 0; piece < pieces_.size(); ++piece) {
-        const bool is_told =
-            pieces[piece].state != DEFREC_LOST &&
-            pieces_[piece].add_frame({samples, results.confidence, is_apart_[piece] != 0});
+        const bool is_lost = pieces[piece].state == DEFREC_LOST;
+        if (is_lost) pieces_[piece].add_lost_frame();
+        const bool is_told = !is_lost && pieces_[piece].add_frame(
+                                             {samples, results.confidence, is_apart_[piece] != 0});
         is_apart_[piece] = is_told ? 1 : 0;
         is_changed |= is_told;
     }

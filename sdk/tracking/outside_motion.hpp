@@ -29,7 +29,9 @@ class OutsidePiece {
     };
     // Learns from a frame. true: place() tells where tissue is that is not in the image.
     bool add_frame(const Seen& seen);
-    // Where a place of the template frame is in that frame.
+    // The piece is lost in a frame.
+    void add_lost_frame();
+    // After add_frame() has said true: where a place of the template frame is in that frame.
     Eigen::Vector3d place(const Eigen::Vector3d& at_rest) const;
     Eigen::Matrix3d rotation() const { return pose_.linear(); }
     // Variance of the error of such a place, mm^2, at a vertex of this piece.
@@ -46,9 +48,9 @@ class OutsidePiece {
     size_t cells() const { return static_cast<size_t>(rest_.cols()); }
     bool read_cells(const Seen& seen);
     void learn_directly();
-    void solve();
+    bool solve();
     double unseen_mm2(Eigen::Index cell) const;
-    void learn(const Eigen::VectorXd& displacements, const Eigen::MatrixXd& uncertainty);
+    void learn(const Eigen::VectorXd& displacements);
     Eigen::MatrixXd kernel(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) const;
     Eigen::MatrixXd weights(const Eigen::Matrix3Xd& places) const;  // of the cells, for places
 

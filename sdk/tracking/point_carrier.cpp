@@ -2,8 +2,10 @@
 #include "sdk/tracking/point_carrier.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
+#include <new>
 
 #include "sdk/base/services.hpp"
 #include "sdk/body/deep_motion.hpp"
@@ -29,13 +31,19 @@ void for_each_point(size_t count, size_t fewest, const Services* helpers,
                     const Function& function) {
     constexpr size_t kRun = 128;
     const size_t runs = (count + kRun - 1) / kRun;
+    std::atomic<bool> is_out_of_memory = false;  // loops by helpers do not throw
     const auto do_run = [&](size_t run) {
-        for (size_t i = run * kRun; i < std::min((run + 1) * kRun, count); ++i) function(i);
+        try {
+            for (size_t i = run * kRun; i < std::min((run + 1) * kRun, count); ++i) function(i);
+        } catch (const std::bad_alloc&) {
+            is_out_of_memory = true;
+        }
     };
     if (helpers != nullptr && count >= fewest)
         helpers->parallel_for(runs, do_run);
     else
         for (size_t run = 0; run < runs; ++run) do_run(run);
+    if (is_out_of_memory) throw std::bad_alloc();
 }
 
 double step_mm(const TemplateData& data, int32_t vertex) {
@@ -104,7 +112,6 @@ PreparedPoint prepare_point(const Template& surface, const Body* body, const dou
 void prepare_points(const Template& surface, const Body* body, const double* xyz,
                     const Services* helpers, std::span<PreparedPoint> points) {
     constexpr size_t kFewest = 256;
-    if (body == nullptr) surface.surroundings();  // made now: loops do not throw
     for_each_point(points.size(), kFewest, helpers,
                    [&](size_t i) { points[i] = prepare_point(surface, body, xyz + 3 * i); });
 }
@@ -118,7 +125,7 @@ class RigidBeneath {
     explicit RigidBeneath(const CarryingSurface& frame) {
         const TemplateData& data = frame.surface.data();
         constexpr size_t kEnough = 400;  // vertices of a piece
-        constexpr double kFloorMm = 0.15;
+        constexpr double kFloorMm = 0.15, kNothing = 1e-6;
         for (size_t piece = 0; piece < data.pieces(); ++piece) {
             std::vector<size_t> own;
             for (size_t i = 0; i < data.vertices.size(); ++i)
@@ -137,6 +144,7 @@ class RigidBeneath {
                 weight[column] =
                     evidence_of(static_cast<double>(frame.confidence.expected_error[i]));
             }
+            if (!(weight.sum() > kNothing)) weight.setOnes();  // the surface stays where it was
             motions_.push_back(fit_rigid_robust(rest, now, weight, kFloorMm));
         }
     }
@@ -205,10 +213,10 @@ SurfaceConfidence surface_confidence(const CarryingSurface& frame, const PointMo
 struct ErrorShares {
     double surface = 0.04;  // of the surface's: errors of many vertices go into one point
     // Other bodies would make something else of the deformation that reaches the point, and of its
-    // shift against what lies deep: times the depth in units of depth_mm, with a constant.
-    double deformation = 0.12, shift = 0.01, constant = 0.15, depth_mm = 20, max_depths = 6;
-    double choice = 0.08;  // of how choices of the deep motion differ
-    double floor_mm2 = 0.001;
+    // shift against what lies deep: times the squared depth in units of depth_mm, with a constant.
+    double deformation = 0.12, shift = 0.01, constant = 0.13, depth_mm = 29, deepest_mm = 75;
+    double choice = 0.05;  // of how choices of the deep motion differ
+    double floor_mm2 = 0.0007;
     double beyond = 0.02;  // per mm^2 beyond the body
     // Nothing was seen of what the point depends on: of how the rest moves, and mm^2 more.
     double activity = 1.5, unseen_mm2 = 0.25;
@@ -220,9 +228,9 @@ SurfaceConfidence beneath_confidence(const CarryingSurface& frame, const Prepare
     constexpr double kLeastEvidence = 0.02, kMaxErrorMm = 10, kMaxBeyondMm = 20;
     const auto vertex = static_cast<size_t>(point.vertex);
     const double unseen = 1 - moved.evidence;
-    const double depths = std::clamp(point.depth_mm / kShares.depth_mm, 0.0, kShares.max_depths);
+    const double depths = std::clamp(point.depth_mm, 0.0, kShares.deepest_mm) / kShares.depth_mm;
     const double of_model =
-        (kShares.constant + depths) *
+        (kShares.constant + depths * depths) *
             (kShares.deformation * moved.deformation_mm2 + kShares.shift * moved.shift_mm2) +
         kShares.choice * moved.choice_mm2 + kShares.floor_mm2 +
         unseen * unseen * (kShares.activity * moved.activity_mm2 + kShares.unseen_mm2) +
