@@ -3,7 +3,6 @@
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <pthread.h>
-#include <sched.h>
 #include <signal.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -92,10 +91,6 @@ std::thread start_thread(std::function<void()> body) {
 }
 
 void lower_priority() noexcept {
-#ifdef SCHED_IDLE
-    const sched_param none{};
-    if (pthread_setschedparam(pthread_self(), SCHED_IDLE, &none) == 0) return;
-#endif
     // Linux has a priority for each thread, 0 being the one that calls.
     constexpr int kNice = 10;
     (void)setpriority(PRIO_PROCESS, 0, kNice);

@@ -282,13 +282,14 @@ double BodyShape::stiffness(const Eigen::Vector3d& centre, double edge) const {
     return inside * value * (is_cut(centre, edge) ? kCutStiffness : 1);
 }
 
-Lattice::Request BodyShape::request() const {
+Lattice::Request BodyShape::request(const std::function<bool()>& is_wanted) const {
     constexpr size_t kMaxCells = 12000;
     Lattice::Request request;
     request.step = step_;
     request.low = low_;
     request.high = high_;
     request.max_cells = kMaxCells;
+    request.is_wanted = is_wanted;
     request.stiffness = [this](const Eigen::Vector3d& centre, double edge) {
         return stiffness(centre, edge);
     };

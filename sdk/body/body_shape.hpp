@@ -24,7 +24,7 @@ class BodyShape {
     BodyShape(const BodySurface& surface, const BodyDescription& description,
               std::span<const std::vector<Handle>> handles, size_t piece, double step);
 
-    Lattice::Request request() const;
+    Lattice::Request request(const std::function<bool()>& is_wanted) const;
     SupportStiffness support() const;
 
   private:

@@ -32,6 +32,9 @@ class BodySlot {
     // From now on the body is another one, which is computed at once.
     void describe(std::shared_ptr<const BodyDescription> description, const BodySurface& surface);
 
+    // The same where another surface of the lineage was described: what grew from this one, or what
+    // it grew from.
+    void follow_lineage(const BodySurface& surface) noexcept;
     // The same without computing it; before anything else is asked.
     void recall(std::shared_ptr<const BodyDescription> description);
 
@@ -47,11 +50,18 @@ class BodySlot {
     std::shared_ptr<Task> queue(const BodySurface& surface,
                                 std::shared_ptr<const BodyDescription> description) const;
     std::shared_ptr<Task> begin(const BodySurface& surface);
+    void replace(std::shared_ptr<Task> task, std::shared_ptr<const BodyDescription> description,
+                 uint64_t generation);
     bool drop() const;
     std::shared_ptr<const BodySlot> before() const;
     void release_old() const;
 
+    // Of all surfaces that became of one by growing or by a cut.
+    struct Lineage;
+
     const std::weak_ptr<const Services> services_;
+    const std::shared_ptr<Lineage> lineage_;
+    std::atomic<uint64_t> generation_;                // of the description
     mutable std::mutex mutex_;                        // of what follows
     mutable std::shared_ptr<const BodySlot> before_;  // until there is a body
     std::shared_ptr<const BodyDescription> description_;

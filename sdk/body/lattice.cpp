@@ -43,10 +43,13 @@ Lattice::Lattice(const Request& request) : step_(request.step), low_(request.low
     if (static_cast<double>(count_[0]) * count_[1] * count_[2] >
         kMostCubes * kLargest * kLargest * kLargest)
         fail(DEFREC_ERROR_UNSUPPORTED, "the body is too large for cells of ", step_, " mm");
+    bool is_wanted = true;
     for (int32_t z = 0; z < count_[2]; z += kLargest)
         for (int32_t y = 0; y < count_[1]; y += kLargest)
             for (int32_t x = 0; x < count_[0]; x += kLargest) {
                 block_begin_.push_back(cells_.size());
+                is_wanted = is_wanted && (!request.is_wanted || request.is_wanted());
+                if (!is_wanted) continue;
                 divide(request, {x, y, z}, kLargest);
             }
     block_begin_.push_back(cells_.size());

@@ -42,6 +42,7 @@ class Lattice {
         // About how far a place is from the surface that is seen.
         std::function<double(const Eigen::Vector3d& place)> distance;
         size_t max_cells = 0;
+        std::function<bool()> is_wanted;  // asked now and then; false: the lattice stays empty
     };
     // Throws Error(DEFREC_ERROR_UNSUPPORTED) where max_cells do not do.
     explicit Lattice(const Request& request);

@@ -88,7 +88,13 @@ BodySurface Template::body_surface() const {
 
 void Template::start_body() const { body_->start(body_surface()); }
 
+const BodySlot& Template::body() const {
+    body_->follow_lineage(body_surface());
+    return *body_;
+}
+
 defrec_status Template::wait_body(uint64_t timeout_ns) const {
+    body_->follow_lineage(body_surface());
     return body_->wait(body_surface(), timeout_ns);
 }
 

@@ -148,7 +148,7 @@ class Template {
     void start_body() const;
     defrec_status wait_body(uint64_t timeout_ns) const;
     void set_body(const defrec_body_desc* desc) const;
-    const BodySlot& body() const { return *body_; }
+    const BodySlot& body() const;
     // Whether this one became of that one by growing or by cuts, or is it.
     bool descends_from(const Template& other) const { return lineage_ == other.lineage_; }
 

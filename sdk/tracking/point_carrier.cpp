@@ -61,11 +61,12 @@ int32_t nearest_vertex(const Template& surface, const Body* body, const BodyPoin
         return under >= 0 ? under
                           : static_cast<int32_t>(surface.surroundings().beside(data, at).vertex);
     }
-    int32_t best = -1;
+    // Squares of what is very far away are not finite: any vertex does then.
+    const std::span<const Handle> handles = body->pieces()[in_body.piece].handles();
+    auto best = static_cast<int32_t>(handles[0].vertices[0]);
     double least = std::numeric_limits<double>::infinity();
     for (const int32_t handle : in_body.handle)
-        for (const uint32_t vertex :
-             body->pieces()[in_body.piece].handles()[static_cast<size_t>(handle)].vertices) {
+        for (const uint32_t vertex : handles[static_cast<size_t>(handle)].vertices) {
             const Vec3<double> d = load3<double>(data.vertices[vertex].position) - at;
             if (dot(d, d) >= least) continue;
             least = dot(d, d);
