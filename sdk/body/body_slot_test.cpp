@@ -233,6 +233,50 @@ TEST_CASE("a slot whose body is ready keeps none of those before alive") {
     CHECK(body.expired());
 }
 
+TEST_CASE("what is said of a surface counts for what it became, and for what it came from") {
+    const auto services = make_services();
+    const TestSurface surface = tiny_surface();
+    const auto first = std::make_shared<BodySlot>(services);
+    const auto grown = std::make_shared<BodySlot>(first);
+    const auto described = [](double ratio) {
+        auto description = std::make_shared<BodyDescription>();
+        description->poisson_ratio = ratio;
+        return description;
+    };
+    const auto one = described(0.3), other = described(0.4);
+    first->describe(one, surface.view());
+    CHECK(grown->description() == nullptr);
+    grown->follow_lineage(surface.view());
+    CHECK(grown->description() == one);
+    CHECK(grown->wait(surface.view(), kForEver) == DEFREC_OK);
+    const std::shared_ptr<const Body> body = grown->body();
+    grown->follow_lineage(surface.view());
+    CHECK(grown->body() == body);
+    grown->describe(other, surface.view());
+    first->follow_lineage(surface.view());
+    CHECK(first->description() == other);
+}
+
+TEST_CASE("bodies that no longer serve are given up though nobody asks for points") {
+    const auto services = make_services();
+    const TestSurface surface = tiny_surface();
+    auto first = std::make_shared<BodySlot>(services);
+    CHECK(first->wait(surface.view(), kForEver) == DEFREC_OK);
+    const std::weak_ptr<const Body> old = first->body();
+    const auto grown = std::make_shared<BodySlot>(first);
+    first.reset();
+    CHECK_FALSE(old.expired());
+    CHECK(grown->wait(surface.view(), kForEver) == DEFREC_OK);
+    CHECK(grown->state() == DEFREC_BODY_STATE_READY);
+    CHECK(old.expired());
+    const std::weak_ptr<const Body> undescribed = grown->body();
+    grown->describe(nullptr, surface.view());
+    CHECK_FALSE(undescribed.expired());
+    CHECK(grown->wait(surface.view(), kForEver) == DEFREC_OK);
+    CHECK(grown->state() == DEFREC_BODY_STATE_READY);
+    CHECK(undescribed.expired());
+}
+
 TEST_CASE("where the services are gone who waits computes the body") {
     auto services = make_services();
     BodySlot fresh(services), queued(services);
