@@ -438,6 +438,8 @@ bool SurfaceFollower::prepare_results(TrackerJob& job) {
     job.vertices.resize(3 * data.vertices.size());
     job.normals.resize(3 * data.vertices.size());
     job.node_positions.resize(data.nodes.size());
+    job.motions.resize(data.nodes.size() / 3);
+    placed_.reserve(data.vertices.size());
     expect_room_for_samples(job);
     return true;
 }
