@@ -71,7 +71,7 @@ static void lift(followed_points* points, defrec_rig rig, defrec_tracker tracker
     check(defrec_rig_rectify_pixels(rig, points->uv, points->count, points->uv),
           "rectifying the points");
     check(defrec_tracker_get_template(tracker, &surface), "reading the template");
-    /* Of a recording, so that results do not depend on when the body beneath it is ready. */
+    /* Results of a recording must not depend on when the body beneath it is ready. */
     check(defrec_template_wait_body(surface, UINT64_MAX), "computing the body beneath the surface");
     check(defrec_template_lift(surface, points->uv, points->count, points->at_rest, points->found),
           "finding the surface under the points");

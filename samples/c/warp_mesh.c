@@ -93,7 +93,7 @@ static void write_ply(const char* folder, size_t frame, const mesh* model, const
     if (fclose(file) != 0) fail("%s: could not be written to its end", path);
 }
 
-/* Of a recording, so that results do not depend on when the body beneath it is ready. */
+/* Results of a recording must not depend on when the body beneath it is ready. */
 static void wait_for_body(defrec_job job) {
     defrec_template surface;
     check(defrec_job_get_template(job, &surface), "reading the template");

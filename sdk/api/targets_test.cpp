@@ -40,27 +40,13 @@ class PlaneTracker {
 
     defrec_template surface() const { return surface_; }
 
-    using Change = std::function<void(defrec_frame&)>;
+    using Change = TrackingSession::ChangeFrame;
     // A frame in which the plane has moved by that, mm.
     defrec_status submit(double dx, double dy, defrec_job* job, const Change& change = nullptr) {
         return submit(render(dx, dy), job, change);
     }
     defrec_status submit(const Pair& pair, defrec_job* job, const Change& change = nullptr) {
-        defrec_image images[2];
-        for (int view = 0; view < 2; ++view) {
-            DEFREC_INIT(&images[view]);
-            images[view].format = DEFREC_FORMAT_GRAY8;
-            images[view].width = kWidth;
-            images[view].height = kHeight;
-            images[view].pixels = (view == 0 ? pair.left : pair.right).data();
-        }
-        defrec_frame frame;
-        DEFREC_INIT(&frame);
-        frame.timestamp_ns = session_.time += 33000000;
-        frame.left = &images[0];
-        frame.right = &images[1];
-        if (change) change(frame);
-        return defrec_tracker_submit(session_.tracker, &frame, job);
+        return session_.submit({{pair.left.data()}, {pair.right.data()}, {}}, job, change);
     }
     // A frame in which nothing is seen.
     defrec_job lose() {

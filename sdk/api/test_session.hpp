@@ -62,7 +62,8 @@ struct TrackingSession {
         defrec_memory samples = nullptr;
         uint64_t deadline_ns = 0;
     };
-    defrec_status submit(const Frame& given, defrec_job* job) {
+    using ChangeFrame = std::function<void(defrec_frame&)>;
+    defrec_status submit(const Frame& given, defrec_job* job, const ChangeFrame& change = nullptr) {
         defrec_image images[3];
         const Image* sources[3] = {&given.left, &given.right, &given.ignore};
         for (int i = 0; i < 3; ++i) {
@@ -84,6 +85,7 @@ struct TrackingSession {
             given.ignore.pixels != nullptr || given.ignore.memory != nullptr ? &images[2] : nullptr;
         frame.samples = given.samples;
         frame.deadline_ns = given.deadline_ns;
+        if (change) change(frame);
         return defrec_tracker_submit(tracker, &frame, job);
     }
 };

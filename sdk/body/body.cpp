@@ -20,8 +20,8 @@ std::shared_ptr<const Body> Body::make(const BodySurface& surface,
         if (handles[piece].empty())
             fail(DEFREC_ERROR_UNSUPPORTED, "piece ", piece, " of the surface has no vertex");
         const BodyShape shape(surface, description, handles, piece, step);
-        BodyPiece made(surface.vertices, handles[piece], Lattice(shape.request(is_wanted)),
-                       description.poisson_ratio, shape.support(), is_wanted);
+        BodyPiece made(handles[piece], Lattice(shape.request(is_wanted)), description.poisson_ratio,
+                       shape.support(), is_wanted);
         if (!made.is_complete()) return nullptr;
         body->pieces_.push_back(std::move(made));
         body->steps_.push_back(step);

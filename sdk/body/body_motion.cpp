@@ -22,8 +22,8 @@ constexpr double kMinEvidence = 8;  // handles; fewer say nothing of forces
 
 using Vectors = Eigen::Matrix3Xd;
 
-// What is known of each handle: the mean of its vertices, each with its evidence, so that vertices
-// that are not known take no part.
+// The handles as a frame shows them: means of their vertices, each with its evidence, so that
+// vertices that are not known take no part.
 struct HandlesNow {
     Vectors rest, now;
     Eigen::VectorXd evidence, error_mm2;
@@ -236,7 +236,7 @@ BodyMotion::Piece BodyMotion::move_piece(const BodyPiece& piece, const SurfaceNo
     Piece made;
     HandlesNow handles(piece, surface);
     const Eigen::VectorXd told = handles.evidence;
-    // Where nothing is known the surface stays where it was.
+    // The surface stays where it was while nothing is known.
     if (!(told.sum() > 0)) handles.evidence.setOnes();
     const DoubtfulData doubtful(piece, handles.evidence);
     const Eigen::Isometry3d mean = fit_rigid(handles.rest, handles.now, handles.evidence),

@@ -56,16 +56,15 @@ Terms merged(std::vector<std::pair<int32_t, double>> sums, double scale) {
 }
 
 // A handle's mean displacement as a sum over free nodes; empty where the body does not reach it.
-Terms terms_of(const Lattice& lattice, std::span<const defrec_surface_point> vertices,
-               const Handle& handle) {
+Terms terms_of(const Lattice& lattice, const Handle& handle) {
     constexpr size_t kEnough = 16;  // vertices stand for all
     std::vector<std::pair<int32_t, double>> sums;
     size_t used = 0;
-    const size_t step = (handle.vertices.size() + kEnough - 1) / kEnough;
-    for (size_t i = 0; i < handle.vertices.size(); i += step) {
+    const size_t step = (handle.places.size() + kEnough - 1) / kEnough;
+    for (size_t i = 0; i < handle.places.size(); i += step) {
         // The surface may leave the body by a little.
         const Lattice::Place place =
-            lattice.find_near(position_of(vertices[handle.vertices[i]]), 2 * lattice.step());
+            lattice.find_near(handle.places[i].cast<double>(), 2 * lattice.step());
         if (place.cell < 0) continue;
         ++used;
         const auto weights = place.weights();
@@ -163,9 +162,8 @@ void substitute(const Eigen::SparseMatrix<float>& lower, RightSides& x) {
 
 }  // namespace
 
-BodyPiece::BodyPiece(std::span<const defrec_surface_point> vertices, std::vector<Handle> handles,
-                     Lattice lattice, double poisson_ratio, const SupportStiffness& support,
-                     const std::function<bool()>& is_wanted)
+BodyPiece::BodyPiece(std::vector<Handle> handles, Lattice lattice, double poisson_ratio,
+                     const SupportStiffness& support, const std::function<bool()>& is_wanted)
     : handles_(std::move(handles)), lattice_(std::move(lattice)) {
     const size_t nodes = lattice_.free_nodes();
     Assembly sum(nodes);
@@ -174,7 +172,7 @@ BodyPiece::BodyPiece(std::span<const defrec_surface_point> vertices, std::vector
     const double spring = kDataStiffness * lattice_.step();
     std::vector<Terms> handle_terms;
     for (const Handle& handle : handles_) {
-        handle_terms.push_back(terms_of(lattice_, vertices, handle));
+        handle_terms.push_back(terms_of(lattice_, handle));
         for (const Lattice::Term& row : handle_terms.back())
             for (const Lattice::Term& column : handle_terms.back())
                 sum.add(row.node, column.node,

@@ -39,9 +39,8 @@ class BodyPiece {
     };
 
     // is_wanted: asked now and then; false ends it with is_complete() false.
-    BodyPiece(std::span<const defrec_surface_point> vertices, std::vector<Handle> handles,
-              Lattice lattice, double poisson_ratio, const SupportStiffness& support,
-              const std::function<bool()>& is_wanted);
+    BodyPiece(std::vector<Handle> handles, Lattice lattice, double poisson_ratio,
+              const SupportStiffness& support, const std::function<bool()>& is_wanted);
 
     bool is_complete() const { return is_complete_; }
     const Lattice& lattice() const { return lattice_; }

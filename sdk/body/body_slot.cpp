@@ -202,8 +202,7 @@ void BodySlot::release_old() const {
 }
 
 defrec_status BodySlot::wait(const BodySurface& surface, uint64_t timeout_ns) {
-    // The background thread runs where nothing else does: who has waited that long computes as
-    // well.
+    // The background thread has a low priority: who has waited that long computes as well.
     constexpr std::chrono::milliseconds kPatience{1500}, kLook{20};  // whether services are gone
     using Clock = std::chrono::steady_clock;
     const Clock::time_point start = Clock::now(), end = wait_end(timeout_ns);

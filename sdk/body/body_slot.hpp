@@ -56,7 +56,7 @@ class BodySlot {
     std::shared_ptr<const BodySlot> before() const;
     void release_old() const;
 
-    // Of all surfaces that became of one by growing or by a cut.
+    // Shared by all surfaces that became of one by growing or by a cut.
     struct Lineage;
 
     const std::weak_ptr<const Services> services_;

@@ -239,10 +239,11 @@ void OutsidePiece::add_lost_frame() {
 bool OutsidePiece::add_frame(const Seen& seen) {
     if (!read_cells(seen)) return false;
     ++all_frames_;
-    const bool sees_all = data_.rest.cols() == rest_.cols();
-    if (!seen.is_apart && sees_all) learn_directly();
     if (seen.is_apart) return solve();
-    if (!sees_all && all_frames_ % kEvery == 0) solve();
+    if (data_.rest.cols() == rest_.cols())
+        learn_directly();
+    else if (all_frames_ % kEvery == 0)
+        solve();
     return false;
 }
 
@@ -252,7 +253,7 @@ void OutsidePiece::learn(const Eigen::VectorXd& displacements) {
     frames_ = kForget * frames_ + 1;
 }
 
-// Where every cell is seen kriging gives what is seen.
+// Kriging gives what is seen where every cell is.
 void OutsidePiece::learn_directly() {
     const Eigen::Isometry3d pose =
         fit_rigid(data_.rest, data_.now, Eigen::VectorXd::Ones(data_.rest.cols()));
@@ -330,7 +331,7 @@ bool OutsidePiece::solve() {
     return true;
 }
 
-// What moves a cell alone, since it was seen and far from what is seen.
+// Variance of motion that a cell has for itself: since it was seen, and far from what is seen.
 double OutsidePiece::unseen_mm2(Eigen::Index cell) const {
     constexpr double kMostMm = 0.8, kFarMm = 20;
     constexpr uint32_t kLong = 15;  // frames
@@ -355,7 +356,7 @@ OutsideMotion::OutsideMotion(const Template& surface, const OutsideMotion& befor
         pieces_[piece].learn_from(before.pieces_[piece]);
 }
 
-// What each control point moves, and which pieces have some that move nothing in the image.
+// Finds what each control point moves, and the pieces with some that move nothing in the image.
 void OutsideMotion::find_moves(const TemplateData& data, SurfaceSamples samples) {
     for (size_t i = 0; i < samples.size(); ++i) {
         const Moves moves =

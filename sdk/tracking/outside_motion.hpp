@@ -1,4 +1,4 @@
-// Where tissue is that has left the image. How the parts of a surface move together is learnt while
+// Places tissue that has left the image. How the parts of a surface move together is learnt while
 // they are seen; what is seen then tells where the rest is: universal kriging (Cressie, Statistics
 // for Spatial Data, 1993, 3.4), whose trend is a rigid motion and whose covariance is learnt by
 // expectation maximisation (Dempster, Laird and Rubin, 1977).
@@ -93,7 +93,7 @@ class OutsideMotion {
     // before: of the template before it grew or was cut.
     OutsideMotion(const Template& surface, const OutsideMotion& before);
 
-    // What a frame's results are; those of tissue out of the image are changed.
+    // A frame's results; those of tissue out of the image are changed.
     struct Results {
         std::span<defrec_motion> motions;
         std::span<float> vertices, normals;

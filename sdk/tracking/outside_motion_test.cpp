@@ -1,4 +1,4 @@
-// Where tissue is that has left the image: learnt from frames that showed it.
+// Tissue that has left the image is placed by what frames that showed it taught.
 #include "sdk/tracking/outside_motion.hpp"
 
 #include <doctest/doctest.h>
@@ -120,7 +120,7 @@ class Frames {
     double expected_mm(size_t vertex) const {
         return static_cast<double>(confidence_.expected_error[vertex]);
     }
-    // What lies some mm beyond the border of the image.
+    // Vertices some mm beyond the border of the image.
     template <class Function>
     void for_outside(double right_mm, const Function& function) const {
         for (size_t i = 0; i < count(); ++i)

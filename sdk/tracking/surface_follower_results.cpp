@@ -172,7 +172,7 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
     shows_cuts_ = is_found && sees_depth && stale_.views().empty();
 }
 
-// What is not in the image, in the results alone: the next frame starts from what lm gave.
+// Tissue out of the image changes in the results alone: the next frame starts from what lm gave.
 void SurfaceFollower::place_outside(TrackerJob& job) {
     const bool any_outside = job.evidence.vertices_inside < job.output.samples.size();
     if (!outside_.add_frame(*template_, job.output.samples, any_outside, job.pieces,

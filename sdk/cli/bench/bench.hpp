@@ -38,7 +38,7 @@ struct BenchOptions {
 // The scene, filmed into memory. Throws CliError.
 BenchSequence filmed_sequence(const BenchOptions& options);
 
-// What the elastic body beneath the surface costs.
+// Costs of the elastic body beneath the surface.
 struct BodyTimes {
     double ready_ms = 0;   // from when it was asked for; to within a frame
     double memory_mb = 0;  // that the process grew by at the peak meanwhile

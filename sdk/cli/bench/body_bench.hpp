@@ -1,4 +1,4 @@
-// What the elastic body beneath the surface costs: until it is ready, in frames, and for points.
+// Costs of the elastic body beneath the surface: until it is ready, in frames, and for points.
 #pragma once
 #include "sdk/cli/bench/bench.hpp"
 

@@ -9,7 +9,7 @@ namespace defrec::cli {
 using BenchClock = std::chrono::steady_clock;
 double milliseconds_since(BenchClock::time_point start);
 
-// What trackers of a run are made with.
+// All that the trackers of a run are made with.
 struct BenchSetup {
     Context context;
     Device device;
