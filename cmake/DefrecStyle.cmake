@@ -5,7 +5,10 @@ if(DEFREC_BUILD_TESTS AND NOT CMAKE_CROSSCOMPILING)
     "${CMAKE_SOURCE_DIR}")
   # Exit status 77: the tool is missing.
   add_test(NAME style/format COMMAND "${CMAKE_SOURCE_DIR}/scripts/format.sh" --check)
-  set(styles style/markdown style/format)
+  set(layers "${CMAKE_SOURCE_DIR}/scripts/layers")
+  add_test(NAME style/layers COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${layers}/check.py")
+  add_test(NAME style/layers_check COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${layers}/test_check.py")
+  set(styles style/markdown style/format style/layers style/layers_check)
   # It checks what is compiled, so once is enough: not in builds with sanitizers.
   if(NOT DEFREC_SANITIZE)
     add_test(NAME style/tidy COMMAND "${DEFREC_SYSTEM_PYTHON}"

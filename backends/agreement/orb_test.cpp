@@ -9,8 +9,8 @@
 #include <random>
 #include <vector>
 
+#include "backends/definition/orb_definition.hpp"
 #include "backends/reference/stages.hpp"
-#include "backends/shared/orb_definition.hpp"
 #include "backends/shared/test_host.hpp"
 #include "sdk/contract/stage_params.hpp"
 #include DEFREC_UNDER_TEST

@@ -3,8 +3,8 @@
 
 #include <Eigen/Dense>
 
+#include "backends/definition/test_ransac.hpp"
 #include "backends/reference/stages.hpp"
-#include "backends/shared/test_ransac.hpp"
 #include DEFREC_UNDER_TEST
 
 using namespace defrec;

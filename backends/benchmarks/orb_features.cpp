@@ -6,7 +6,7 @@
 #include <ctime>
 
 #include "backends/cpu/stages.hpp"
-#include "backends/shared/orb_definition.hpp"
+#include "backends/definition/orb_definition.hpp"
 #include "backends/shared/test_host.hpp"
 #include "sdk/contract/stage_params.hpp"
 

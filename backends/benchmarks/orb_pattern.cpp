@@ -19,7 +19,7 @@
 
 #include "backends/benchmarks/image_pairs.hpp"
 #include "backends/benchmarks/orb_features.hpp"
-#include "backends/shared/orb_definition.hpp"
+#include "backends/definition/orb_definition.hpp"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "backends/shared/align_math.hpp"
+#include "backends/definition/align_math.hpp"
 #include "backends/stages/align.hpp"
 
 namespace defrec::cpu {

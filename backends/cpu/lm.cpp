@@ -1,7 +1,7 @@
-// Stage lm: lm_problem evaluates and solves, backends/shared/lm_stage.hpp does the rest.
+// Stage lm: lm_problem evaluates and solves, backends/definition/lm_stage.hpp does the rest.
 #include "backends/cpu/lm_problem.hpp"
 #include "backends/cpu/stages.hpp"
-#include "backends/shared/lm_stage.hpp"
+#include "backends/definition/lm_stage.hpp"
 
 namespace defrec::cpu {
 

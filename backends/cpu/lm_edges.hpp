@@ -2,7 +2,7 @@
 #pragma once
 #include "backends/cpu/lm_system.hpp"
 #include "backends/cpu/skin_clusters.hpp"
-#include "backends/shared/lm_inputs.hpp"
+#include "backends/definition/lm_inputs.hpp"
 
 namespace defrec::cpu {
 

@@ -3,8 +3,8 @@
 // one thread in one order; only then are groups added, in their order.
 #pragma once
 #include "backends/cpu/skin_clusters.hpp"
+#include "backends/definition/lm_inputs.hpp"
 #include "backends/shared/levenberg_marquardt.hpp"
-#include "backends/shared/lm_inputs.hpp"
 #include "backends/shared/lm_terms.hpp"
 
 namespace defrec::cpu {

@@ -5,7 +5,7 @@
 
 #include "backends/cpu/match_kernels.hpp"
 #include "backends/cpu/stages.hpp"
-#include "backends/shared/match_definition.hpp"
+#include "backends/definition/match_definition.hpp"
 
 namespace defrec::cpu {
 namespace {

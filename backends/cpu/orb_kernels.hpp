@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "backends/shared/orb_definition.hpp"
+#include "backends/definition/orb_definition.hpp"
 
 namespace defrec::cpu {
 

@@ -4,7 +4,7 @@
 
 #include "backends/cpu/ransac_kernels.hpp"
 #include "backends/cpu/stages.hpp"
-#include "backends/shared/ransac_definition.hpp"
+#include "backends/definition/ransac_definition.hpp"
 
 namespace defrec::cpu {
 namespace {

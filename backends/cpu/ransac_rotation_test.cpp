@@ -1,6 +1,6 @@
 // The rotation nearest to a matrix, as ransac on the CPU finds it.
 #include "backends/cpu/ransac_kernels.hpp"
-#include "backends/shared/test_rotation.hpp"
+#include "backends/definition/test_rotation.hpp"
 
 TEST_CASE("the nearest rotation is Kabsch's for every kind of matrix") {
     defrec::test::check_nearest_rotation([](const Eigen::Matrix3d& m) {

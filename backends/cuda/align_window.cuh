@@ -1,8 +1,8 @@
 // Stage align: what a patch's warp keeps in shared memory, the sampled template and the window of
 // the live image, and sums over the warp. docs/stages/align.md.
 #pragma once
-#include "backends/cuda/launch.hpp"
-#include "backends/shared/align_math.hpp"
+#include "backends/cuda/device/launch.hpp"
+#include "backends/definition/align_math.hpp"
 
 namespace defrec::cuda {
 namespace {

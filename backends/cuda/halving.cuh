@@ -1,7 +1,7 @@
 // Pixels of images and masks that are halved (docs/stages/align.md, section 2, and orb.md, section
 // 1), from the whole ones.
 #pragma once
-#include "backends/cuda/device_code.hpp"
+#include "backends/cuda/device/device_code.hpp"
 
 namespace defrec::cuda {
 

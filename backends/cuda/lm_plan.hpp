@@ -2,7 +2,7 @@
 // template enters each one's rows of the system, and those that solve it. Everything is in a fixed
 // order, so that sums are the same from run to run.
 #pragma once
-#include "backends/shared/lm_lists.hpp"
+#include "backends/definition/lm_lists.hpp"
 
 namespace defrec::cuda {
 

@@ -1,8 +1,8 @@
 // What the kernels of stage lm are given.
 #pragma once
-#include "backends/cuda/device_code.hpp"
+#include "backends/cuda/device/device_code.hpp"
 #include "backends/cuda/lm_plan.hpp"
-#include "backends/shared/lm_inputs.hpp"
+#include "backends/definition/lm_inputs.hpp"
 #include "backends/shared/lm_terms.hpp"
 
 namespace defrec::cuda {

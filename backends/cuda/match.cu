@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "backends/cuda/stages.hpp"
-#include "backends/shared/match_definition.hpp"
+#include "backends/definition/match_definition.hpp"
 
 namespace defrec::cuda {
 namespace {

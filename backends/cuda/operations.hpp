@@ -5,7 +5,7 @@
 #include <variant>
 #include <vector>
 
-#include "backends/cuda/recorder.hpp"
+#include "backends/cuda/device/recorder.hpp"
 
 namespace defrec::cuda {
 

@@ -3,8 +3,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "backends/cuda/device_code.hpp"
-#include "backends/shared/orb_definition.hpp"
+#include "backends/cuda/device/device_code.hpp"
+#include "backends/definition/orb_definition.hpp"
 
 namespace defrec::cuda {
 namespace {

@@ -1,9 +1,9 @@
 // The steps of the stage orb on the device, in the order of docs/stages/orb.md; record_orb_corners
 // is in orb_corners.cu, and so on. Not the stage: see orb.cu.
 #pragma once
-#include "backends/cuda/device.hpp"
-#include "backends/cuda/recorder.hpp"
-#include "backends/shared/orb_definition.hpp"
+#include "backends/cuda/device/device.hpp"
+#include "backends/cuda/device/recorder.hpp"
+#include "backends/definition/orb_definition.hpp"
 
 namespace defrec::cuda {
 

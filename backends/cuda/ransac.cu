@@ -4,7 +4,7 @@
 
 #include "backends/cuda/ransac_pairs.cuh"
 #include "backends/cuda/stages.hpp"
-#include "backends/shared/ransac_definition.hpp"
+#include "backends/definition/ransac_definition.hpp"
 
 namespace defrec::cuda {
 namespace {

@@ -1,6 +1,6 @@
 // The rotation that fits matched points best, by every thread for itself. docs/stages/ransac.md.
 #pragma once
-#include "backends/cuda/device_code.hpp"
+#include "backends/cuda/device/device_code.hpp"
 #include "backends/shared/motion.hpp"
 
 namespace defrec::cuda {

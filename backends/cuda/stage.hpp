@@ -1,7 +1,7 @@
 // What a stage of the CUDA backend looks like from outside.
 #pragma once
-#include "backends/cuda/device.hpp"
-#include "backends/cuda/recorder.hpp"
+#include "backends/cuda/device/device.hpp"
+#include "backends/cuda/device/recorder.hpp"
 #include "backends/shared/stage.hpp"
 
 namespace defrec::cuda {

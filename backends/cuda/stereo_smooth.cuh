@@ -2,7 +2,7 @@
 // are integers or integers over 2^16 of up to 24 bits, and floats are what the multiprocessors add
 // fastest.
 #pragma once
-#include "backends/cuda/device_code.hpp"
+#include "backends/cuda/device/device_code.hpp"
 #include "backends/stages/stereo.hpp"
 
 namespace defrec::cuda {

@@ -1,7 +1,7 @@
 // The kernels of stage stereo, as the stage records them one after the other.
 // docs/stages/stereo.md; the numbers are its sections.
 #pragma once
-#include "backends/cuda/recorder.hpp"
+#include "backends/cuda/device/recorder.hpp"
 #include "backends/stages/stereo.hpp"
 
 namespace defrec::cuda {

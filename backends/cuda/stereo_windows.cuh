@@ -1,6 +1,6 @@
 // Arithmetic that the kernels of stage stereo share.
 #pragma once
-#include "backends/cuda/device_code.hpp"
+#include "backends/cuda/device/device_code.hpp"
 #include "backends/stages/stereo.hpp"
 
 namespace defrec::cuda {

@@ -2,7 +2,7 @@
 #pragma once
 #include <type_traits>
 
-#include "backends/cuda/device_code.hpp"
+#include "backends/cuda/device/device_code.hpp"
 
 namespace defrec::cuda {
 namespace {

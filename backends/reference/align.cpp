@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "backends/definition/align_math.hpp"
 #include "backends/reference/stages.hpp"
-#include "backends/shared/align_math.hpp"
 #include "backends/shared/align_view.hpp"
 
 namespace defrec::reference {

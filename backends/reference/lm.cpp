@@ -1,7 +1,7 @@
 // Stage lm: the control points' motions that fit a frame best (docs/stages/lm.md).
+#include "backends/definition/lm_stage.hpp"
 #include "backends/reference/lm_problem.hpp"
 #include "backends/reference/stages.hpp"
-#include "backends/shared/lm_stage.hpp"
 
 namespace defrec::reference {
 

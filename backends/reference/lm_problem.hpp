@@ -1,8 +1,8 @@
 // The cost of stage lm, its linearised system and its two solvers, in plain double precision
 // (docs/stages/lm.md). One frame at a time.
 #pragma once
+#include "backends/definition/lm_inputs.hpp"
 #include "backends/shared/levenberg_marquardt.hpp"
-#include "backends/shared/lm_inputs.hpp"
 #include "backends/shared/lm_terms.hpp"
 
 namespace defrec::reference {

@@ -1,8 +1,8 @@
 // The stage match as plain code: docs/stages/match.md.
 #include <bit>
 
+#include "backends/definition/match_definition.hpp"
 #include "backends/reference/stages.hpp"
-#include "backends/shared/match_definition.hpp"
 
 namespace defrec::reference {
 namespace {

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <array>
 
+#include "backends/definition/orb_definition.hpp"
 #include "backends/reference/stages.hpp"
-#include "backends/shared/orb_definition.hpp"
 
 namespace defrec::reference {
 namespace {

@@ -3,8 +3,8 @@
 #include <Eigen/Dense>
 #include <vector>
 
+#include "backends/definition/ransac_definition.hpp"
 #include "backends/reference/stages.hpp"
-#include "backends/shared/ransac_definition.hpp"
 
 namespace defrec::reference {
 namespace {

@@ -1,8 +1,8 @@
 // Tests of the definition of ransac: what it finds, and what it must not.
 #include <doctest/doctest.h>
 
+#include "backends/definition/test_ransac.hpp"
 #include "backends/reference/stages.hpp"
-#include "backends/shared/test_ransac.hpp"
 
 using namespace defrec;
 using namespace defrec::test;

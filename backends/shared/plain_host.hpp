@@ -3,7 +3,7 @@
 #pragma once
 
 #include "backends/shared/stage.hpp"
-#include "sdk/base/aligned_memory.hpp"
+#include "sdk/base/os/aligned_memory.hpp"
 
 namespace defrec {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "backends/shared/stage.hpp"
-#include "sdk/base/aligned_memory.hpp"
+#include "sdk/base/os/aligned_memory.hpp"
 
 namespace defrec::test {
 

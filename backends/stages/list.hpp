@@ -33,4 +33,9 @@ namespace defrec {
 inline constexpr const char* kStageNames[] = {DEFREC_STAGES(DEFREC_STAGE_NAME, DEFREC_COMMA)};
 static_assert(std::size(kStageNames) == DEFREC_STAGE_COUNT_V1);
 
+// "stereo" for DEFREC_STAGE_STEREO; "unknown stage" for others.
+constexpr const char* stage_name(uint32_t stage) {
+    return stage < std::size(kStageNames) ? kStageNames[stage] : "unknown stage";
+}
+
 }  // namespace defrec

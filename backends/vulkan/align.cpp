@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "backends/shared/align_math.hpp"
+#include "backends/definition/align_math.hpp"
 #include "backends/shared/align_view.hpp"
 #include "backends/vulkan/shaders/align_push.h"
 #include "backends/vulkan/stages.hpp"

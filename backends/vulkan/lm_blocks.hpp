@@ -1,7 +1,7 @@
 // What the shaders of stage lm read of the template: its items, and for each block of the system
 // what enters it, in a fixed order.
 #pragma once
-#include "backends/shared/lm_lists.hpp"
+#include "backends/definition/lm_lists.hpp"
 #include "backends/vulkan/shaders/lm_structs.h"
 
 namespace defrec::vulkan {

@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "backends/shared/orb_definition.hpp"
+#include "backends/definition/orb_definition.hpp"
 #include "backends/vulkan/shaders/orb_structs.h"
 #include "backends/vulkan/stages.hpp"
 #include "shaders.hpp"

@@ -3,7 +3,7 @@
 // default allocator. What others ask for (the interpreter, its modules) never fails.
 #include <cerrno>
 
-#include "sdk/base/test_operator_new.hpp"
+#include "sdk/testing/test_operator_new.hpp"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "conformance/report/report.hpp"
-#include "sdk/base/sha256.hpp"
+#include "sdk/base/util/sha256.hpp"
 
 namespace defrec::conformance {
 namespace {

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "conformance/record.hpp"
+#include "conformance/worker/record.hpp"
 
 namespace defrec::conformance {
 

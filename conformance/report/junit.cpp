@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "conformance/report/report.hpp"
-#include "sdk/base/markup.hpp"
+#include "sdk/base/util/markup.hpp"
 
 namespace defrec::conformance {
 namespace {

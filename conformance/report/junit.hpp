@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "conformance/record.hpp"
+#include "conformance/worker/record.hpp"
 
 namespace defrec::conformance {
 

@@ -10,7 +10,7 @@
 #include "conformance/report/page_js.hpp"
 #include "conformance/report/png.hpp"
 #include "conformance/report/report.hpp"
-#include "sdk/base/markup.hpp"
+#include "sdk/base/util/markup.hpp"
 
 namespace defrec::conformance {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "conformance/record.hpp"
+#include "conformance/worker/record.hpp"
 
 namespace defrec::conformance {
 

@@ -8,7 +8,7 @@
 #include "conformance/report/junit.hpp"
 #include "conformance/report/page.hpp"
 #include "conformance/report/text.hpp"
-#include "sdk/base/atomic_file.hpp"
+#include "sdk/base/os/atomic_file.hpp"
 
 namespace defrec::conformance {
 namespace {

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "conformance/record.hpp"
+#include "conformance/worker/record.hpp"
 
 namespace defrec::conformance {
 

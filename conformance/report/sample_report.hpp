@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "conformance/record.hpp"
+#include "conformance/worker/record.hpp"
 
 namespace defrec::conformance {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "conformance/record.hpp"
+#include "conformance/worker/record.hpp"
 
 namespace defrec::conformance {
 

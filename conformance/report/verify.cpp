@@ -9,7 +9,7 @@
 #include "backends/stages/list.hpp"
 #include "conformance/report/json_report.hpp"
 #include "conformance/report/report.hpp"
-#include "sdk/base/sha256.hpp"
+#include "sdk/base/util/sha256.hpp"
 
 namespace defrec::conformance {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "conformance/record.hpp"
+#include "conformance/worker/record.hpp"
 
 namespace defrec::conformance {
 

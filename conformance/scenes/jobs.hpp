@@ -1,7 +1,7 @@
 // Jobs of each stage from what they are about, as most cases need them.
 #pragma once
 #include "conformance/scenes/picture.hpp"
-#include "conformance/stage_job.hpp"
+#include "conformance/worker/stage_job.hpp"
 
 namespace defrec::conformance {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "conformance/random.hpp"
+#include "conformance/worker/random.hpp"
 
 namespace defrec::conformance {
 

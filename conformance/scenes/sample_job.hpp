@@ -1,6 +1,6 @@
 // A small job of each stage, with everything in it, for cases that are not about results.
 #pragma once
-#include "conformance/stage_job.hpp"
+#include "conformance/worker/stage_job.hpp"
 
 namespace defrec::conformance {
 

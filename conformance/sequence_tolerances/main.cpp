@@ -9,7 +9,7 @@
 #include "conformance/cases/sequence/comparison.hpp"
 #include "conformance/cases/sequence/sequence_list.hpp"
 #include "conformance/cases/stress/relayed.hpp"
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "sdk/base/aligned_memory.hpp"
+#include "sdk/base/os/aligned_memory.hpp"
 
 using namespace defrec;
 

@@ -14,8 +14,8 @@
 
 #include "backends/cuda/gpu/test_gpu.hpp"
 #include "conformance/cases/stress/stress.hpp"
-#include "conformance/failure.hpp"
-#include "conformance/plugin.hpp"
+#include "conformance/worker/failure.hpp"
+#include "conformance/worker/plugin.hpp"
 
 using namespace defrec;
 using namespace defrec::conformance;

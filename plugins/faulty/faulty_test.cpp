@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "sdk/api/test_context.hpp"
+#include "sdk/testing/test_context.hpp"
 
 namespace {
 const std::filesystem::path kFolder = DEFREC_BUILD_DIR "/faulty";

@@ -3,8 +3,8 @@
 // uses.
 #include <doctest/doctest.h>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/api/test_session.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_session.hpp"
 
 using namespace defrec::test;
 

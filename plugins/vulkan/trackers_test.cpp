@@ -3,8 +3,8 @@
 #include <doctest/doctest.h>
 
 #include "conformance/cases/stress/stress.hpp"
-#include "conformance/plugin.hpp"
-#include "conformance/threads.hpp"
+#include "conformance/worker/plugin.hpp"
+#include "conformance/worker/threads.hpp"
 
 using namespace defrec;
 using namespace defrec::conformance;

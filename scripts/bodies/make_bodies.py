@@ -4,7 +4,7 @@
 usage: make_bodies.py [--out FOLDER] [--work FOLDER] [NAME...]
 
 CalculiX, an independent finite-element program, computes how they deform; the displacements of
-layers of a grid are written to sdk/cli/render/bodies/recorded. Not part of a build. Needs the
+layers of a grid are written to sdk/scenes/bodies/recorded. Not part of a build. Needs the
 Debian packages calculix-ccx, gmsh and python3-numpy, and about ten minutes of one core. x is s, y
 is t and z is the depth beneath the surface, mm; the tissue is neo-Hookean, with large
 displacements.
@@ -219,7 +219,7 @@ def main():
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     root = pathlib.Path(__file__).resolve().parents[2]
-    parser.add_argument("--out", type=pathlib.Path, default=root / "sdk/cli/render/bodies/recorded")
+    parser.add_argument("--out", type=pathlib.Path, default=root / "sdk/scenes/bodies/recorded")
     parser.add_argument("--work", type=pathlib.Path, help="keeps decks and results there")
     parser.add_argument("names", nargs="*", metavar="NAME", help="such as organ_030; default: all")
     options = parser.parse_args()

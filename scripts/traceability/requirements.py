@@ -27,15 +27,15 @@ REQUIREMENTS = (
         )),
         ("T2", "a frame without enough evidence is lost, and its geometry is not given as new", "tracker.md", (
             ("sdk/tracking/tracker_test.cpp", "row 58: white frames are lost and say why"),
-            ("sdk/tracking/frame_state_test.cpp", "row 58: without depth and without patches the frame is lost"),
-            ("sdk/tracking/frame_state_test.cpp", "a lost frame trusts no vertex, and less the longer it lasts"),
+            ("sdk/tracking/monitors/frame_state_test.cpp", "row 58: without depth and without patches the frame is lost"),
+            ("sdk/tracking/monitors/frame_state_test.cpp", "a lost frame trusts no vertex, and less the longer it lasts"),
         )),
         ("T3", "a surface that was lost is found again, in a new epoch", "tracker.md", (
             ("sdk/tracking/tracker_test.cpp", "rows 58 and 63: black frames are lost at once, and the surface is found again when it returns"),
         )),
         ("T4", "each vertex says whether it was observed", "errors.md", (
-            ("sdk/tracking/frame_state_test.cpp", "a vertex is observed where depth and image agree with the surface, nowhere else"),
-            ("sdk/tracking/frame_state_test.cpp", "row 59: half under an instrument is degraded, named occluded, and the hidden half extrapolated"),
+            ("sdk/tracking/monitors/frame_state_test.cpp", "a vertex is observed where depth and image agree with the surface, nowhere else"),
+            ("sdk/tracking/monitors/frame_state_test.cpp", "row 59: half under an instrument is degraded, named occluded, and the hidden half extrapolated"),
         )),
         ("T5", "errors lie within the expected error as often as is said", "errors.md", (
             ("sdk/api/rendered_test.cpp", "tissue drawn together under a tip: errors of observed points are as expected"),
@@ -85,7 +85,7 @@ REQUIREMENTS = (
         )),
         ("B9", "a frame that is short of time says what was left out, and that it is late", "tracker.md", (
             ("sdk/api/deadline_test.cpp", "a frame that is late before it begins is followed, late and unchecked, and says so"),
-            ("sdk/tracking/frame_effort_test.cpp", "what does not fit is left out, in order, and frames are late only when it is tried"),
+            ("sdk/tracking/frame/frame_effort_test.cpp", "what does not fit is left out, in order, and frames are late only when it is tried"),
         )),
     )),
 )

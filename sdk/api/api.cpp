@@ -3,8 +3,8 @@
 #include <limits>
 
 #include "sdk/api/destroy.hpp"
-#include "sdk/base/check_ranges.hpp"
-#include "sdk/base/struct_size.hpp"
+#include "sdk/base/util/check_ranges.hpp"
+#include "sdk/base/util/struct_size.hpp"
 
 using namespace defrec;
 

@@ -4,9 +4,9 @@
 #include <Eigen/Core>
 #include <atomic>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/api/test_session.hpp"
-#include "sdk/base/test_operator_new.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_operator_new.hpp"
+#include "sdk/testing/test_session.hpp"
 
 namespace {
 

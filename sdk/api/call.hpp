@@ -5,10 +5,10 @@
 #include <type_traits>
 
 #include "sdk/api/handles.hpp"
-#include "sdk/base/callback.hpp"
-#include "sdk/base/error.hpp"
-#include "sdk/base/platform.hpp"
-#include "sdk/base/status.hpp"
+#include "sdk/base/os/callback.hpp"
+#include "sdk/base/os/platform.hpp"
+#include "sdk/base/util/error.hpp"
+#include "sdk/base/util/status.hpp"
 
 namespace defrec {
 

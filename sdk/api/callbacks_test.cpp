@@ -8,10 +8,10 @@
 #include <stdexcept>
 #include <thread>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/api/test_frames.hpp"
-#include "sdk/base/aligned_memory.hpp"
-#include "sdk/base/test_files.hpp"
+#include "sdk/base/os/aligned_memory.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_files.hpp"
+#include "sdk/testing/test_frames.hpp"
 
 using namespace defrec;
 using namespace defrec::test;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sdk/api/test_session.hpp"
+#include "sdk/testing/test_session.hpp"
 
 using namespace defrec::test;
 

@@ -2,7 +2,7 @@
 #pragma once
 #include "sdk/api/call.hpp"
 #include "sdk/api/objects.hpp"
-#include "sdk/base/run_within.hpp"
+#include "sdk/base/os/run_within.hpp"
 
 namespace defrec {
 

@@ -4,8 +4,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/api/test_frames.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_frames.hpp"
 
 using namespace defrec::test;
 

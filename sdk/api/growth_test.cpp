@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "sdk/api/test_film.hpp"
-#include "sdk/api/test_session.hpp"
-#include "sdk/base/test_files.hpp"
+#include "sdk/testing/test_files.hpp"
+#include "sdk/testing/test_film.hpp"
+#include "sdk/testing/test_session.hpp"
 
 using namespace defrec;
 using namespace defrec::test;

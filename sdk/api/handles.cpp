@@ -6,8 +6,8 @@
 #include <mutex>
 #include <unordered_map>
 
-#include "sdk/base/error.hpp"
-#include "sdk/base/platform.hpp"
+#include "sdk/base/os/platform.hpp"
+#include "sdk/base/util/error.hpp"
 
 namespace defrec::detail {
 namespace {

@@ -7,9 +7,9 @@
 #include <set>
 #include <string>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/api/test_frames.hpp"
-#include "sdk/base/test_files.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_files.hpp"
+#include "sdk/testing/test_frames.hpp"
 
 using namespace defrec::test;
 

@@ -7,12 +7,12 @@
 #include <cstdlib>
 #include <functional>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/api/test_frames.hpp"
-#include "sdk/api/test_session.hpp"
-#include "sdk/base/aligned_memory.hpp"
-#include "sdk/base/test_files.hpp"
-#include "sdk/base/test_operator_new.hpp"
+#include "sdk/base/os/aligned_memory.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_files.hpp"
+#include "sdk/testing/test_frames.hpp"
+#include "sdk/testing/test_operator_new.hpp"
+#include "sdk/testing/test_session.hpp"
 
 namespace {
 

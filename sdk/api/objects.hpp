@@ -5,12 +5,12 @@
 #include <shared_mutex>
 
 #include "sdk/api/handles.hpp"
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 #include "sdk/device/context.hpp"
 #include "sdk/device/stage_runner.hpp"
 #include "sdk/rig/rig.hpp"
 #include "sdk/template/template.hpp"
-#include "sdk/tracking/prepared_targets.hpp"
+#include "sdk/tracking/points/prepared_targets.hpp"
 #include "sdk/tracking/tracker.hpp"
 
 namespace defrec {

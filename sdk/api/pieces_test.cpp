@@ -6,9 +6,9 @@
 #include <limits>
 #include <vector>
 
-#include "sdk/api/test_film.hpp"
-#include "sdk/api/test_scene.hpp"
-#include "sdk/api/test_session.hpp"
+#include "sdk/testing/test_film.hpp"
+#include "sdk/testing/test_scene.hpp"
+#include "sdk/testing/test_session.hpp"
 
 using namespace defrec;
 using namespace defrec::test;

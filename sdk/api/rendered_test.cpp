@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "sdk/api/test_film.hpp"
-#include "sdk/api/test_session.hpp"
+#include "sdk/testing/test_film.hpp"
+#include "sdk/testing/test_session.hpp"
 
 using namespace defrec;
 using namespace defrec::test;

@@ -6,9 +6,9 @@
 #include <cstring>
 #include <numeric>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/api/test_frames.hpp"
-#include "sdk/base/test_files.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_files.hpp"
+#include "sdk/testing/test_frames.hpp"
 
 using namespace defrec::test;
 

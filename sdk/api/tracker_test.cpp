@@ -14,8 +14,8 @@
 #include <memory>
 #include <thread>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/api/test_frames.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_frames.hpp"
 
 using namespace defrec::test;
 

@@ -2,8 +2,8 @@
 #include <limits>
 
 #include "sdk/api/destroy.hpp"
-#include "sdk/base/image.hpp"
-#include "sdk/base/struct_size.hpp"
+#include "sdk/base/util/image.hpp"
+#include "sdk/base/util/struct_size.hpp"
 
 using namespace defrec;
 

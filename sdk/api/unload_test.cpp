@@ -3,7 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "include/defrec_c.h"
-#include "sdk/api/test_scene.hpp"
+#include "sdk/testing/test_scene.hpp"
 
 using namespace defrec::test;
 

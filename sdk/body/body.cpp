@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 #include "sdk/body/body_shape.hpp"
 
 namespace defrec {

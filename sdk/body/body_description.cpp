@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "sdk/base/check_ranges.hpp"
+#include "sdk/base/util/check_ranges.hpp"
 
 namespace defrec {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sdk/base/services.hpp"
+#include "sdk/base/os/services.hpp"
 #include "sdk/body/deep_motion.hpp"
 
 namespace defrec {

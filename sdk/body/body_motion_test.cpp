@@ -8,10 +8,10 @@
 #include <cstring>
 #include <optional>
 
-#include "sdk/base/services.hpp"
+#include "sdk/base/os/services.hpp"
 #include "sdk/body/deep_motion.hpp"
 #include "sdk/body/test_body.hpp"
-#include "sdk/cli/render/bodies/loaded_layer.hpp"
+#include "sdk/scenes/bodies/loaded_layer.hpp"
 
 using namespace defrec;
 using namespace defrec::test;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 #include "sdk/body/elasticity.hpp"
 
 namespace defrec {

@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "sdk/base/error.hpp"
-#include "sdk/base/services.hpp"
-#include "sdk/base/wait_end.hpp"
+#include "sdk/base/os/services.hpp"
+#include "sdk/base/util/error.hpp"
+#include "sdk/base/util/wait_end.hpp"
 
 namespace defrec {
 

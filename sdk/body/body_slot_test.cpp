@@ -9,8 +9,8 @@
 #include <thread>
 #include <vector>
 
-#include "sdk/base/error.hpp"
-#include "sdk/base/services.hpp"
+#include "sdk/base/os/services.hpp"
+#include "sdk/base/util/error.hpp"
 #include "sdk/body/test_body.hpp"
 
 using namespace defrec;

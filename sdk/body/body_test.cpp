@@ -7,7 +7,7 @@
 #include <numeric>
 #include <string>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 #include "sdk/body/body_shape.hpp"
 #include "sdk/body/test_body.hpp"
 

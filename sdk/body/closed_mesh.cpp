@@ -14,7 +14,7 @@
 #include <tuple>
 #include <utility>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 
 namespace defrec {
 namespace {

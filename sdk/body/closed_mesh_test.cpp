@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 
 using namespace defrec;
 using Eigen::Vector3d;

@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 
 namespace defrec {
 namespace {

@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 
 using namespace defrec;
 using Eigen::Vector3d;

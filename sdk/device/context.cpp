@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "backends/stages/list.hpp"
+
 namespace defrec {
 namespace {
 

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "sdk/base/error.hpp"
-#include "sdk/base/services.hpp"
+#include "sdk/base/os/services.hpp"
+#include "sdk/base/util/error.hpp"
 #include "sdk/device/device.hpp"
 #include "sdk/plugin/loader.hpp"
 

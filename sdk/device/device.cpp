@@ -20,10 +20,6 @@ constexpr const char* kCreateNames[] = {DEFREC_STAGES(DEFREC_NAME, DEFREC_COMMA)
 #undef DEFREC_NAME
 }  // namespace
 
-const char* stage_name(uint32_t stage) {
-    return stage < std::size(kStageNames) ? kStageNames[stage] : "unknown stage";
-}
-
 Device::Device(std::shared_ptr<const LoadedPlugin> plugin, size_t index,
                std::shared_ptr<DeviceWatch> watch)
     : plugin_(std::move(plugin)),

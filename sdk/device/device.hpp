@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "include/defrec_plugin.h"
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 #include "sdk/device/device_watch.hpp"
 
 namespace defrec {
@@ -242,8 +242,5 @@ class DeviceStage {
     const defrec_stage_table* table_ = nullptr;
     defrec_pstage* stage_ = nullptr;
 };
-
-// "stereo" for DEFREC_STAGE_STEREO; "unknown stage" for others.
-const char* stage_name(uint32_t stage);
 
 }  // namespace defrec

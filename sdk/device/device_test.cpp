@@ -5,9 +5,9 @@
 
 #include <cstring>
 
-#include "sdk/base/aligned_memory.hpp"
-#include "sdk/base/test_files.hpp"
+#include "sdk/base/os/aligned_memory.hpp"
 #include "sdk/device/context.hpp"
+#include "sdk/testing/test_files.hpp"
 
 namespace {
 

@@ -9,9 +9,9 @@
 #include "backends/stages/rectify.hpp"
 #include "backends/stages/stereo.hpp"
 #include "backends/stages/warp.hpp"
-#include "sdk/base/check_ranges.hpp"
-#include "sdk/base/error.hpp"
-#include "sdk/base/struct_size.hpp"
+#include "sdk/base/util/check_ranges.hpp"
+#include "sdk/base/util/error.hpp"
+#include "sdk/base/util/struct_size.hpp"
 #include "sdk/device/device.hpp"
 
 namespace defrec {

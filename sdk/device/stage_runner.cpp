@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "sdk/base/run_within.hpp"
+#include "backends/stages/list.hpp"
+#include "sdk/base/os/run_within.hpp"
 
 namespace defrec {
 namespace {

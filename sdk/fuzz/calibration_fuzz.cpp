@@ -1,9 +1,9 @@
 // A calibration: one file, or two with a zero byte between them.
 #include <algorithm>
 
-#include "sdk/cli/io/calibration.hpp"
-#include "sdk/cli/io/exit_code.hpp"
 #include "sdk/fuzz/memory_file.hpp"
+#include "sdk/io/calibration.hpp"
+#include "sdk/io/exit_code.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     using namespace defrec;

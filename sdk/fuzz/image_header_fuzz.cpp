@@ -1,5 +1,5 @@
 // The first bytes of an image or a video.
-#include "sdk/cli/io/image_header.hpp"
+#include "sdk/io/image_header.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     static_cast<void>(defrec::cli::image_header_size({data, size}));

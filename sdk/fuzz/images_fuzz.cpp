@@ -5,9 +5,9 @@
 #include <fstream>
 #include <opencv2/core.hpp>
 
-#include "sdk/cli/io/exit_code.hpp"
-#include "sdk/cli/io/image_header.hpp"
-#include "sdk/cli/io/image_stream.hpp"
+#include "sdk/input/image_stream.hpp"
+#include "sdk/io/exit_code.hpp"
+#include "sdk/io/image_header.hpp"
 
 namespace {
 

@@ -4,8 +4,8 @@
 #include <cstring>
 #include <string>
 
-#include "sdk/cli/live_link/messages.hpp"
 #include "sdk/fuzz/input.hpp"
+#include "sdk/live_link/messages.hpp"
 
 namespace {
 

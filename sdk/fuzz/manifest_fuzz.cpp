@@ -1,5 +1,5 @@
 // A plugin's manifest.
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 #include "sdk/plugin/manifest.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -5,15 +5,15 @@
 #include <cstring>
 #include <limits>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 #include "sdk/template/capture.hpp"
 #include "sdk/template/check_patches.hpp"
-#include "sdk/tracking/check_output.hpp"
-#include "sdk/tracking/disparity_watch.hpp"
-#include "sdk/tracking/frame_state.hpp"
-#include "sdk/tracking/lateral_evidence.hpp"
-#include "sdk/tracking/rig_monitor.hpp"
-#include "sdk/tracking/vertex_confidence.hpp"
+#include "sdk/tracking/evidence/lateral_evidence.hpp"
+#include "sdk/tracking/evidence/vertex_confidence.hpp"
+#include "sdk/tracking/monitors/disparity_watch.hpp"
+#include "sdk/tracking/monitors/frame_state.hpp"
+#include "sdk/tracking/monitors/rig_monitor.hpp"
+#include "sdk/tracking/stages/check_output.hpp"
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <string_view>
 
-#include "sdk/cli/io/exit_code.hpp"
-#include "sdk/cli/score/score.hpp"
+#include "sdk/evaluation/score/score.hpp"
+#include "sdk/io/exit_code.hpp"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // A plugin's library, as the loader looks at it before the dynamic one does.
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 #include "sdk/plugin/shared_object.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -1,8 +1,8 @@
 // See host.hpp.
 #include "sdk/plugin/host.hpp"
 
-#include "sdk/base/status.hpp"
-#include "sdk/base/text_buffer.hpp"
+#include "sdk/base/util/status.hpp"
+#include "sdk/base/util/text_buffer.hpp"
 
 namespace defrec {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "include/defrec_plugin.h"
-#include "sdk/base/services.hpp"
+#include "sdk/base/os/services.hpp"
 
 namespace defrec {
 

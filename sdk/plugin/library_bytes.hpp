@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 
 namespace defrec {
 

@@ -5,11 +5,11 @@
 #include <cstring>
 #include <set>
 
-#include "sdk/base/error.hpp"
-#include "sdk/base/platform.hpp"
-#include "sdk/base/run_within.hpp"
-#include "sdk/base/sha256.hpp"
-#include "sdk/device/device.hpp"
+#include "backends/stages/list.hpp"
+#include "sdk/base/os/platform.hpp"
+#include "sdk/base/os/run_within.hpp"
+#include "sdk/base/util/error.hpp"
+#include "sdk/base/util/sha256.hpp"
 #include "sdk/plugin/search.hpp"
 #include "sdk/plugin/shared_object.hpp"
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "include/defrec_plugin.h"
-#include "sdk/base/descriptor.hpp"
-#include "sdk/base/services.hpp"
+#include "sdk/base/os/descriptor.hpp"
+#include "sdk/base/os/services.hpp"
 #include "sdk/plugin/host.hpp"
 #include "sdk/plugin/manifest.hpp"
 

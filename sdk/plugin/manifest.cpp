@@ -11,7 +11,7 @@
 #include <map>
 #include <sstream>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 
 namespace defrec {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 
 using namespace defrec;
 

@@ -5,8 +5,8 @@
 #include <set>
 #include <string_view>
 
-#include "sdk/base/error.hpp"
-#include "sdk/base/platform.hpp"
+#include "sdk/base/os/platform.hpp"
+#include "sdk/base/util/error.hpp"
 
 namespace defrec {
 namespace {

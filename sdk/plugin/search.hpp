@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "include/defrec_c.h"
-#include "sdk/base/services.hpp"
+#include "sdk/base/os/services.hpp"
 
 namespace defrec {
 

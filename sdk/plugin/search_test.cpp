@@ -9,8 +9,8 @@
 #include <mutex>
 #include <thread>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/base/test_files.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_files.hpp"
 
 using namespace defrec::test;
 namespace fs = std::filesystem;

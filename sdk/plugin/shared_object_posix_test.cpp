@@ -4,9 +4,9 @@
 #include <cstring>
 #include <random>
 
-#include "sdk/base/test_files.hpp"
 #include "sdk/plugin/shared_object.hpp"
 #include "sdk/plugin/test_refusal.hpp"
+#include "sdk/testing/test_files.hpp"
 
 using namespace defrec;
 using namespace defrec::test;

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/base/test_files.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_files.hpp"
 
 namespace defrec::test {
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 
 namespace defrec::test {
 

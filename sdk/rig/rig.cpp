@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "backends/stages/rectify.hpp"
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 #include "sdk/rig/rig_check.hpp"
 
 namespace defrec {

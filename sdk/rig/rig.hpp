@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "include/defrec_c.h"
-#include "sdk/base/services.hpp"
+#include "sdk/base/os/services.hpp"
 #include "sdk/rig/lens.hpp"
 
 namespace defrec {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 #include "sdk/rig/lens.hpp"
 
 namespace defrec {

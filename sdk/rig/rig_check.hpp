@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "include/defrec_c.h"
-#include "sdk/base/services.hpp"
+#include "sdk/base/os/services.hpp"
 
 namespace defrec {
 

@@ -11,7 +11,7 @@
 #include <random>
 #include <string>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 
 using namespace defrec;
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "sdk/base/median.hpp"
+#include "sdk/base/util/median.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/node_edges.hpp"
 #include "sdk/template/patch_places.hpp"

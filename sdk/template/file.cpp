@@ -16,8 +16,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "sdk/base/atomic_file.hpp"
-#include "sdk/base/platform.hpp"
+#include "sdk/base/os/atomic_file.hpp"
+#include "sdk/base/os/platform.hpp"
 #include "sdk/body/body_slot.hpp"
 #include "sdk/contract/descs.hpp"
 #include "sdk/device/context.hpp"

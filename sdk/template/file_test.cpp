@@ -13,9 +13,9 @@
 #include <limits>
 #include <thread>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/base/test_files.hpp"
 #include "sdk/template/template.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_files.hpp"
 
 namespace {
 

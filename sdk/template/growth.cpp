@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "backends/shared/motion.hpp"
-#include "sdk/base/median.hpp"
+#include "sdk/base/util/median.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/grid_distance.hpp"
 #include "sdk/template/new_tissue.hpp"

@@ -10,7 +10,7 @@
 #include "backends/shared/motion.hpp"
 #include "sdk/template/surface_index.hpp"
 #include "sdk/template/test_capture.hpp"
-#include "sdk/tracking/map_distance.hpp"
+#include "sdk/tracking/evidence/map_distance.hpp"
 
 using namespace defrec;
 

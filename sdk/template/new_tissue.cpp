@@ -4,7 +4,7 @@
 #include <array>
 #include <limits>
 
-#include "sdk/base/median.hpp"
+#include "sdk/base/util/median.hpp"
 #include "sdk/template/surface.hpp"
 
 namespace defrec {

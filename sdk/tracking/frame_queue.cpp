@@ -3,8 +3,8 @@
 
 #include <chrono>
 
-#include "sdk/base/services.hpp"
-#include "sdk/base/spin.hpp"
+#include "sdk/base/os/services.hpp"
+#include "sdk/base/os/spin.hpp"
 #include "sdk/rig/rig.hpp"
 
 namespace defrec {

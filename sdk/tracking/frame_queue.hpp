@@ -8,9 +8,9 @@
 #include <optional>
 #include <vector>
 
-#include "sdk/base/shared_loop.hpp"
+#include "sdk/base/os/shared_loop.hpp"
+#include "sdk/tracking/frame/tracker_settings.hpp"
 #include "sdk/tracking/job.hpp"
-#include "sdk/tracking/tracker_settings.hpp"
 
 namespace defrec {
 

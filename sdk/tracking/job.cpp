@@ -6,11 +6,11 @@
 #include <functional>
 #include <new>
 
-#include "sdk/base/spin.hpp"
-#include "sdk/base/wait_end.hpp"
+#include "sdk/base/os/spin.hpp"
+#include "sdk/base/util/wait_end.hpp"
 #include "sdk/body/body_slot.hpp"
-#include "sdk/tracking/lift_pixels.hpp"
-#include "sdk/tracking/prepared_targets.hpp"
+#include "sdk/tracking/points/lift_pixels.hpp"
+#include "sdk/tracking/points/prepared_targets.hpp"
 
 namespace defrec {
 TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor,

@@ -9,12 +9,12 @@
 #include <string>
 
 #include "sdk/device/context.hpp"
-#include "sdk/tracking/frame_output.hpp"
-#include "sdk/tracking/frame_state.hpp"
-#include "sdk/tracking/point_carrier.hpp"
-#include "sdk/tracking/rig_estimate.hpp"
+#include "sdk/tracking/evidence/vertex_confidence.hpp"
+#include "sdk/tracking/frame/frame_output.hpp"
+#include "sdk/tracking/frame/rig_estimate.hpp"
+#include "sdk/tracking/monitors/frame_state.hpp"
+#include "sdk/tracking/points/point_carrier.hpp"
 #include "sdk/tracking/tracker.hpp"
-#include "sdk/tracking/vertex_confidence.hpp"
 
 namespace defrec {
 

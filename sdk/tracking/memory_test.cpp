@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/api/test_session.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_session.hpp"
 
 using namespace defrec::test;
 

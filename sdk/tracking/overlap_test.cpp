@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/api/test_session.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_session.hpp"
 
 using namespace defrec::test;
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/api/test_frames.hpp"
-#include "sdk/api/test_scene.hpp"
-#include "sdk/base/test_files.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_files.hpp"
+#include "sdk/testing/test_frames.hpp"
+#include "sdk/testing/test_scene.hpp"
 #include "sdk/tracking/test_device.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)

@@ -7,9 +7,9 @@
 #include <thread>
 #include <vector>
 
-#include "sdk/api/test_context.hpp"
-#include "sdk/api/test_frames.hpp"
-#include "sdk/base/test_files.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_files.hpp"
+#include "sdk/testing/test_frames.hpp"
 #include "sdk/tracking/test_device.hpp"
 
 using namespace defrec::test;

@@ -9,9 +9,9 @@
 #include <thread>
 
 #include "backends/shared/motion.hpp"
-#include "sdk/base/platform.hpp"
+#include "sdk/base/os/platform.hpp"
 #include "sdk/template/cut.hpp"
-#include "sdk/tracking/vertex_runs.hpp"
+#include "sdk/tracking/evidence/vertex_runs.hpp"
 
 namespace defrec {
 namespace {

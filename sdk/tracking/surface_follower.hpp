@@ -11,19 +11,19 @@
 #include <variant>
 #include <vector>
 
-#include "sdk/tracking/backoff.hpp"
-#include "sdk/tracking/camera_anchor.hpp"
-#include "sdk/tracking/cut_watch.hpp"
-#include "sdk/tracking/disparity_watch.hpp"
 #include "sdk/tracking/frame_queue.hpp"
-#include "sdk/tracking/map_growth.hpp"
-#include "sdk/tracking/outside_motion.hpp"
-#include "sdk/tracking/piece_states.hpp"
-#include "sdk/tracking/pipeline.hpp"
-#include "sdk/tracking/rig_monitor.hpp"
-#include "sdk/tracking/stale_vertices.hpp"
-#include "sdk/tracking/standing_blocks.hpp"
-#include "sdk/tracking/stream_check.hpp"
+#include "sdk/tracking/map/map_growth.hpp"
+#include "sdk/tracking/monitors/backoff.hpp"
+#include "sdk/tracking/monitors/camera_anchor.hpp"
+#include "sdk/tracking/monitors/cut_watch.hpp"
+#include "sdk/tracking/monitors/disparity_watch.hpp"
+#include "sdk/tracking/monitors/piece_states.hpp"
+#include "sdk/tracking/monitors/rig_monitor.hpp"
+#include "sdk/tracking/monitors/stale_vertices.hpp"
+#include "sdk/tracking/monitors/standing_blocks.hpp"
+#include "sdk/tracking/monitors/stream_check.hpp"
+#include "sdk/tracking/points/outside_motion.hpp"
+#include "sdk/tracking/stages/pipeline.hpp"
 
 namespace defrec {
 

@@ -4,10 +4,10 @@
 #include <atomic>
 #include <numeric>
 
-#include "sdk/tracking/check_output.hpp"
-#include "sdk/tracking/piece_search.hpp"
+#include "sdk/tracking/evidence/vertex_runs.hpp"
+#include "sdk/tracking/map/piece_search.hpp"
+#include "sdk/tracking/stages/check_output.hpp"
 #include "sdk/tracking/surface_follower.hpp"
-#include "sdk/tracking/vertex_runs.hpp"
 
 namespace defrec {
 namespace {

@@ -6,12 +6,12 @@
 #include <memory>
 #include <string>
 
-#include "sdk/api/test_scene.hpp"
 #include "sdk/device/context.hpp"
 #include "sdk/rig/rig.hpp"
-#include "sdk/tracking/frame.hpp"
+#include "sdk/testing/test_scene.hpp"
+#include "sdk/tracking/frame/frame.hpp"
+#include "sdk/tracking/frame/tracker_settings.hpp"
 #include "sdk/tracking/job.hpp"
-#include "sdk/tracking/tracker_settings.hpp"
 
 namespace defrec::test {
 

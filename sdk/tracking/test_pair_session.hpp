@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "sdk/api/test_session.hpp"
+#include "sdk/testing/test_session.hpp"
 
 namespace defrec::test {
 

@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "sdk/base/platform.hpp"
-#include "sdk/base/run_within.hpp"
+#include "sdk/base/os/platform.hpp"
+#include "sdk/base/os/run_within.hpp"
 #include "sdk/device/context.hpp"
 #include "sdk/tracking/surface_follower.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "include/defrec_c.h"
 #include "sdk/device/context.hpp"
-#include "sdk/tracking/frame_input.hpp"
+#include "sdk/tracking/frame/frame_input.hpp"
 
 namespace defrec {
 

@@ -1,6 +1,6 @@
 // Runs kernels on the processor: see device_code.hpp.
 #pragma once
-#include "backends/cuda/launch.hpp"
+#include "backends/cuda/device/launch.hpp"
 
 namespace defrec::cuda::emulation {
 

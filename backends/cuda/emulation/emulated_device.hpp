@@ -1,7 +1,7 @@
 // A device that the processor plays, for tests of kernels where there is no GPU.
 #pragma once
-#include "backends/cuda/device.hpp"
-#include "backends/cuda/recorder.hpp"
+#include "backends/cuda/device/device.hpp"
+#include "backends/cuda/device/recorder.hpp"
 
 namespace defrec::cuda {
 

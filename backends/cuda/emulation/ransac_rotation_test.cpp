@@ -1,7 +1,7 @@
 // The rotation nearest to a matrix, as kernels find it.
 #include "backends/cuda/ransac_rotation.cuh"
 
-#include "backends/shared/test_rotation.hpp"
+#include "backends/definition/test_rotation.hpp"
 
 TEST_CASE("a thread's nearest rotation is Kabsch's for every kind of matrix") {
     defrec::test::check_nearest_rotation([](const Eigen::Matrix3d& m) {

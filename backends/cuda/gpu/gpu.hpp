@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "backends/cuda/device.hpp"
+#include "backends/cuda/device/device.hpp"
 
 namespace defrec::cuda {
 

@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "backends/cuda/device.hpp"
+#include "backends/cuda/device/device.hpp"
 #include "backends/cuda/operations.hpp"
 
 namespace defrec::cuda {

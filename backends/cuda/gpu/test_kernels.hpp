@@ -1,6 +1,6 @@
 // Kernels that only tests run.
 #pragma once
-#include "backends/cuda/recorder.hpp"
+#include "backends/cuda/device/recorder.hpp"
 
 namespace defrec::cuda {
 

@@ -1,6 +1,6 @@
-// The formulas of backends/shared/align_math.hpp that the search and the refinement need. Exact but
-// for `information`: every operation on floats is precise, and there is no division and no square
-// root.
+// The formulas of backends/definition/align_math.hpp that the search and the refinement need. Exact
+// but for `information`: every operation on floats is precise, and there is no division and no
+// square root.
 
 const int kUnscored = -0x7fffffff - 1;
 const float kOneScore = 65536.0;

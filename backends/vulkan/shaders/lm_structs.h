@@ -3,7 +3,7 @@
 #ifdef __cplusplus
 #pragma once
 #include "backends/stages/lm.hpp"
-#include "backends/vulkan/shader_types.hpp"
+#include "backends/vulkan/shaders/shader_types.hpp"
 namespace defrec::vulkan {
 #endif
 

@@ -2,7 +2,7 @@
 // for C++ and GLSL.
 #ifdef __cplusplus
 #pragma once
-#include "backends/vulkan/shader_types.hpp"
+#include "backends/vulkan/shaders/shader_types.hpp"
 namespace defrec::vulkan {
 #endif
 

@@ -1,7 +1,7 @@
 // What the shaders of stage ransac leave to each other, for C++ and GLSL.
 #ifdef __cplusplus
 #pragma once
-#include "backends/vulkan/shader_types.hpp"
+#include "backends/vulkan/shaders/shader_types.hpp"
 namespace defrec::vulkan {
 #endif
 

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "conformance/case.hpp"
-#include "conformance/stage_job.hpp"
+#include "conformance/worker/case.hpp"
+#include "conformance/worker/stage_job.hpp"
 
 namespace defrec::conformance {
 

@@ -10,8 +10,8 @@
 
 #include "conformance/cases/abi/abi.hpp"
 #include "conformance/scenes/sample_job.hpp"
-#include "conformance/system.hpp"
-#include "conformance/threads.hpp"
+#include "conformance/worker/system.hpp"
+#include "conformance/worker/threads.hpp"
 
 namespace defrec::conformance {
 namespace {

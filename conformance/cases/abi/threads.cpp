@@ -1,5 +1,5 @@
 // Several threads, queues, stages and devices at once.
-#include "conformance/threads.hpp"
+#include "conformance/worker/threads.hpp"
 
 #include "conformance/cases/abi/abi.hpp"
 #include "conformance/scenes/sample_job.hpp"

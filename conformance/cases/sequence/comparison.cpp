@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 
 namespace defrec::conformance {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "conformance/cases/sequence/tracking.hpp"
-#include "conformance/record.hpp"
+#include "conformance/worker/record.hpp"
 
 namespace defrec::conformance {
 

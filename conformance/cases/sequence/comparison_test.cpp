@@ -8,7 +8,7 @@
 #include <set>
 
 #include "conformance/cases/sequence/sequence_list.hpp"
-#include "conformance/tolerances.hpp"
+#include "conformance/worker/tolerances.hpp"
 
 using namespace defrec::conformance;
 

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <thread>
 
-#include "sdk/cli/render/film.hpp"
+#include "sdk/scenes/film.hpp"
 
 namespace defrec::conformance {
 namespace {

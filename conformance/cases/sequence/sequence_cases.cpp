@@ -2,9 +2,9 @@
 // the tracker on the reference.
 #include <algorithm>
 
-#include "conformance/case.hpp"
 #include "conformance/cases/sequence/comparison.hpp"
 #include "conformance/cases/sequence/sequence_list.hpp"
+#include "conformance/worker/case.hpp"
 #include "include/defrec_c.h"
 
 namespace defrec::conformance {

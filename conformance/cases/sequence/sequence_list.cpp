@@ -1,7 +1,7 @@
 // See sequence_list.hpp.
 #include "conformance/cases/sequence/sequence_list.hpp"
 
-#include "sdk/base/error.hpp"
+#include "sdk/base/util/error.hpp"
 
 namespace defrec::conformance {
 

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <span>
 
-#include "conformance/failure.hpp"
+#include "conformance/worker/failure.hpp"
 
 namespace defrec::conformance {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "backends/stages/list.hpp"
-#include "conformance/compare_records.hpp"
+#include "conformance/compare/compare_records.hpp"
 
 namespace defrec::conformance {
 

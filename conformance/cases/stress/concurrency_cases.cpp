@@ -2,9 +2,9 @@
 #include <thread>
 
 #include "conformance/cases/stress/stress.hpp"
-#include "conformance/failure.hpp"
-#include "conformance/system.hpp"
-#include "conformance/threads.hpp"
+#include "conformance/worker/failure.hpp"
+#include "conformance/worker/system.hpp"
+#include "conformance/worker/threads.hpp"
 
 namespace defrec::conformance {
 namespace {

@@ -1,7 +1,7 @@
 // Devices that fail, refuse or dawdle, by way of the relay.
 #include "conformance/cases/stress/relayed.hpp"
 #include "conformance/cases/stress/stress.hpp"
-#include "conformance/failure.hpp"
+#include "conformance/worker/failure.hpp"
 
 namespace defrec::conformance {
 namespace {

@@ -1,6 +1,6 @@
 // Host memory runs out, and is given back.
 #include "conformance/cases/stress/stress.hpp"
-#include "conformance/failure.hpp"
+#include "conformance/worker/failure.hpp"
 
 namespace defrec::conformance {
 namespace {

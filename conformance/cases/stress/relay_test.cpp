@@ -3,7 +3,7 @@
 
 #include "conformance/cases/stress/relayed.hpp"
 #include "conformance/cases/stress/stress.hpp"
-#include "sdk/base/test_files.hpp"
+#include "sdk/testing/test_files.hpp"
 
 using namespace defrec::conformance;
 

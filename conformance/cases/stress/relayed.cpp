@@ -1,8 +1,8 @@
 // See relayed.hpp.
 #include "conformance/cases/stress/relayed.hpp"
 
-#include "conformance/failure.hpp"
-#include "sdk/base/platform.hpp"
+#include "conformance/worker/failure.hpp"
+#include "sdk/base/os/platform.hpp"
 
 namespace defrec::conformance {
 

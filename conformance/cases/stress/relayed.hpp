@@ -4,8 +4,8 @@
 #include <string>
 
 #include "conformance/cases/sequence/tracking.hpp"
-#include "conformance/plugin.hpp"
 #include "conformance/relay/relay.hpp"
+#include "conformance/worker/plugin.hpp"
 
 namespace defrec::conformance {
 

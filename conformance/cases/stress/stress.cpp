@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "conformance/failure.hpp"
-#include "sdk/base/aligned_memory.hpp"
+#include "conformance/worker/failure.hpp"
+#include "sdk/base/os/aligned_memory.hpp"
 
 namespace defrec::conformance {
 

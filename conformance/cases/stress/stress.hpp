@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "conformance/case.hpp"
 #include "conformance/cases/sequence/tracking.hpp"
+#include "conformance/worker/case.hpp"
 
 namespace defrec::conformance {
 

@@ -8,12 +8,12 @@
 
 #include "sdk/cli/bench/body_bench.hpp"
 #include "sdk/cli/bench/player.hpp"
-#include "sdk/cli/bench/process_memory.hpp"
-#include "sdk/cli/bench/statistics.hpp"
-#include "sdk/cli/io/terminal.hpp"
-#include "sdk/cli/io/text.hpp"
-#include "sdk/cli/program/interrupt.hpp"
-#include "sdk/cli/render/film.hpp"
+#include "sdk/io/interrupt.hpp"
+#include "sdk/io/process_memory.hpp"
+#include "sdk/io/statistics.hpp"
+#include "sdk/io/terminal.hpp"
+#include "sdk/io/text.hpp"
+#include "sdk/scenes/film.hpp"
 
 namespace defrec::cli {
 namespace {

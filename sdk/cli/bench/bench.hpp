@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "sdk/cli/program/library.hpp"
+#include "sdk/client/library.hpp"
 
 namespace defrec::cli {
 

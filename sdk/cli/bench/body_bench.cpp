@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "sdk/cli/bench/player.hpp"
-#include "sdk/cli/bench/process_memory.hpp"
-#include "sdk/cli/bench/statistics.hpp"
-#include "sdk/cli/program/interrupt.hpp"
+#include "sdk/io/interrupt.hpp"
+#include "sdk/io/process_memory.hpp"
+#include "sdk/io/statistics.hpp"
 
 namespace defrec::cli {
 namespace {

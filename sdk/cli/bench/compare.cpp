@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sdk/cli/io/text.hpp"
+#include "sdk/io/text.hpp"
 
 namespace defrec::cli {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <doctest/doctest.h>
 
-#include "sdk/cli/bench/statistics.hpp"
-#include "sdk/cli/io/exit_code.hpp"
-#include "sdk/cli/io/test_folder.hpp"
+#include "sdk/io/exit_code.hpp"
+#include "sdk/io/statistics.hpp"
+#include "sdk/io/test_folder.hpp"
 
 using namespace defrec::cli;
 using Json = nlohmann::ordered_json;

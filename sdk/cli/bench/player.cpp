@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "sdk/cli/track/tracker_config.hpp"
+#include "sdk/client/tracker_config.hpp"
 
 namespace defrec::cli {
 namespace {

@@ -7,9 +7,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "sdk/base/descriptor.hpp"
+#include "sdk/base/os/descriptor.hpp"
 #include "sdk/cli/devices/child_program.hpp"
-#include "sdk/cli/io/exit_code.hpp"
+#include "sdk/io/exit_code.hpp"
 
 extern char** environ;  // NOLINT: POSIX asks the program to declare it
 

@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <memory>
 
-#include "sdk/base/windows_api.hpp"
+#include "sdk/base/os/windows_api.hpp"
 #include "sdk/cli/devices/child_program.hpp"
-#include "sdk/cli/io/exit_code.hpp"
+#include "sdk/io/exit_code.hpp"
 
 namespace defrec::cli {
 namespace {

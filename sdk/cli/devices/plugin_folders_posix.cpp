@@ -5,7 +5,7 @@
 
 #include "include/defrec_c.h"
 #include "sdk/cli/devices/plugin_folders.hpp"
-#include "sdk/cli/io/text.hpp"
+#include "sdk/io/text.hpp"
 
 namespace defrec::cli {
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "include/defrec_c.h"
-#include "sdk/base/windows_api.hpp"
+#include "sdk/base/os/windows_api.hpp"
 #include "sdk/cli/devices/plugin_folders.hpp"
 
 namespace defrec::cli {

@@ -9,8 +9,8 @@
 #include "sdk/cli/devices/child_program.hpp"
 #include "sdk/cli/devices/plugin_folders.hpp"
 #include "sdk/cli/devices/probe_reply.hpp"
-#include "sdk/cli/io/terminal.hpp"
-#include "sdk/cli/program/library.hpp"
+#include "sdk/client/library.hpp"
+#include "sdk/io/terminal.hpp"
 
 namespace defrec::cli {
 namespace {

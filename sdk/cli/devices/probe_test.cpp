@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "sdk/cli/io/test_folder.hpp"
+#include "sdk/io/test_folder.hpp"
 
 using namespace defrec::cli;
 

@@ -1,10 +1,10 @@
 // The program `defrec-soak`, which scripts/soak.sh runs.
 #include <CLI/CLI.hpp>
 
-#include "sdk/cli/program/command_line.hpp"
-#include "sdk/cli/program/command_options.hpp"
-#include "sdk/cli/program/interrupt.hpp"
+#include "sdk/cli/commands/command_line.hpp"
+#include "sdk/cli/commands/command_options.hpp"
 #include "sdk/cli/soak/soak.hpp"
+#include "sdk/io/interrupt.hpp"
 
 int main(int argc, char** argv) {
     using namespace defrec::cli;

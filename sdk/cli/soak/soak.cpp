@@ -18,10 +18,10 @@
 #include <utility>
 #include <vector>
 
-#include "sdk/cli/bench/process_memory.hpp"
-#include "sdk/cli/bench/statistics.hpp"
-#include "sdk/cli/io/text.hpp"
-#include "sdk/cli/program/interrupt.hpp"
+#include "sdk/io/interrupt.hpp"
+#include "sdk/io/process_memory.hpp"
+#include "sdk/io/statistics.hpp"
+#include "sdk/io/text.hpp"
 
 namespace defrec::cli {
 namespace {

@@ -1,4 +1,0 @@
-// The program defrec-conformance.
-#include "conformance/program.hpp"
-
-int main(int argc, char** argv) { return defrec::conformance::run_program(argc, argv); }

@@ -1,0 +1,86 @@
+// See atomic_file.hpp.
+#include "sdk/base/os/atomic_file.hpp"
+
+#include <cerrno>
+#include <system_error>
+
+#include "sdk/base/os/stdio_file.hpp"
+
+namespace defrec {
+namespace {
+
+std::string describe(const std::filesystem::path& path, const std::string& what, int error) {
+    std::string text(reinterpret_cast<const char*>(path.u8string().c_str()));
+    text.append(": the file ").append(what);
+    if (error != 0) text.append(" (").append(std::generic_category().message(error)).append(")");
+    const bool lacks_descriptors = error == EMFILE || error == ENFILE;
+    if (lacks_descriptors) return text;
+    return text.append(
+        "; check the folder's permissions, the space on its disk and the limit on file sizes");
+}
+
+// Its first so many code units, or fewer, so that no character is cut in two.
+std::filesystem::path shortened(const std::filesystem::path& name, size_t units) {
+    std::u8string text = name.u8string();
+    if (text.size() <= units) return name;
+    while (units > 0 && (text[units] & 0xC0) == 0x80) --units;
+    text.resize(units);
+    return text;
+}
+
+}  // namespace
+
+FileError::FileError(const std::filesystem::path& path, const std::string& what, int error)
+    : std::runtime_error(describe(path, what, error)) {}
+
+AtomicFile::AtomicFile(const std::filesystem::path& path)
+    : path_(path), file_(nullptr, &std::fclose) {
+    constexpr int kMaxNames = 1000;
+    // A name has at most 255 bytes in most file systems.
+    constexpr size_t kMaxStem = 200;
+    const std::filesystem::path stem = shortened(path_.stem(), kMaxStem);
+    for (int i = 0; i < kMaxNames && file_ == nullptr; ++i) {
+        temporary_ = path_.parent_path() / stem;
+        temporary_ += ".";
+        temporary_ += std::to_string(i);
+        temporary_ += ".partial";
+        temporary_ += path_.extension();
+        errno = 0;
+        file_.reset(create_file(temporary_));
+        if (file_ == nullptr && errno != EEXIST) break;
+    }
+    if (file_ == nullptr) throw FileError(path_, "cannot be created", errno);
+}
+
+AtomicFile::~AtomicFile() {
+    if (temporary_.empty()) return;
+    file_.reset();
+    std::error_code ignored;
+    std::filesystem::remove(temporary_, ignored);
+}
+
+void AtomicFile::write(std::string_view bytes) {
+    errno = 0;
+    if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size())
+        throw FileError(path_, "cannot be written", errno);
+}
+
+void AtomicFile::commit() {
+    errno = 0;
+    // Its bytes first, then its name: also where the power fails in between.
+    if (std::fflush(file_.get()) != 0 || !synchronise(file_.get()))
+        throw FileError(path_, "cannot be written", errno);
+    if (std::fclose(file_.release()) != 0) throw FileError(path_, "cannot be written", errno);
+    std::error_code error;
+    std::filesystem::rename(temporary_, path_, error);
+    if (error) throw FileError(path_, "cannot be given its name", error.value());
+    temporary_.clear();
+}
+
+void write_atomically(const std::filesystem::path& path, std::string_view bytes) {
+    AtomicFile file(path);
+    file.write(bytes);
+    file.commit();
+}
+
+}  // namespace defrec

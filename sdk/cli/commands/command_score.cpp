@@ -1,0 +1,181 @@
+// `defrec score` on the command line.
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "sdk/base/os/atomic_file.hpp"
+#include "sdk/cli/commands/commands.hpp"
+#include "sdk/evaluation/score/score.hpp"
+#include "sdk/evaluation/score/score_report.hpp"
+#include "sdk/evaluation/score/target_score.hpp"
+#include "sdk/io/exit_code.hpp"
+#include "sdk/io/json_text.hpp"
+#include "sdk/io/terminal.hpp"
+#include "sdk/session/track_outputs.hpp"
+
+namespace defrec::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ScoreOptions {
+    std::string folder, truth, truth_deep, report;
+    ScoreLimits limits, deep_limits;
+    FrameRange range;
+    bool json = false, quiet = false;
+};
+
+// Which truth is compared. A path that is empty: none.
+struct Truth {
+    fs::path surface;    // of points.csv
+    fs::path deep;       // of targets.csv
+    fs::path reference;  // of the surface, for the rigid fit that targets are compared with
+};
+
+fs::path sibling_of(const std::string& path, const char* name) {
+    const fs::path sibling = fs::path(path).replace_filename(name);
+    std::error_code error;
+    return fs::exists(sibling, error) ? sibling : fs::path();
+}
+
+Truth truth_of(const ScoreOptions& options) {
+    if (options.truth.empty() && options.truth_deep.empty())
+        throw CliError(ExitCode::kUsage, "give the truth as --truth F, --truth-deep F, or both.");
+    if (options.truth.empty() && options.limits.any()) {
+        throw CliError(ExitCode::kUsage,
+                       "--max-median, --max-p95 and --calibrated are about points; give their "
+                       "truth as --truth F.");
+    }
+    Truth truth{options.truth, options.truth_deep, options.truth};
+    std::error_code error;
+    if (truth.deep.empty() && fs::exists(fs::path(options.folder) / kTargetsFile, error))
+        truth.deep = sibling_of(options.truth, kDeepTruthFile);
+    if (truth.reference.empty()) truth.reference = sibling_of(options.truth_deep, "truth.csv");
+    if (truth.deep.empty() && options.deep_limits.any()) {
+        throw CliError(ExitCode::kUsage,
+                       "--max-deep-median, --max-deep-p95 and --deep-calibrated are about targets; "
+                       "give their truth as --truth-deep F.");
+    }
+    return truth;
+}
+
+std::string table_of(const Scores& scores) {
+    std::string table;
+    if (scores.points) table += score_table(*scores.points);
+    if (scores.points && scores.targets) table += "\n";
+    if (scores.targets) table += target_table(*scores.targets);
+    return table;
+}
+
+nlohmann::ordered_json json_of(const Scores& scores) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::object();
+    if (scores.points) json = score_json(*scores.points);
+    if (scores.targets) json["targets"] = target_json(*scores.targets);
+    return json;
+}
+
+int run_score(const ScoreOptions& options) {
+    const Truth truth = truth_of(options);
+    Scores scores;
+    std::vector<std::string> messages;
+    if (!truth.surface.empty()) {
+        scores.points = score_of(read_scored_rows(options.folder, truth.surface, options.range));
+        messages = exceeded(*scores.points, options.limits);
+    }
+    if (!truth.deep.empty()) {
+        scores.targets = target_score_of(read_scored_targets(
+            fs::path(options.folder) / kTargetsFile, truth.deep, truth.reference, options.range));
+        for (std::string& message : exceeded(*scores.targets, options.deep_limits))
+            messages.push_back(std::move(message));
+    }
+    if (!options.report.empty()) {
+        write_atomically(options.report,
+                         score_page(scores, options.folder,
+                                    (truth.surface.empty() ? truth.deep : truth.surface).string()));
+    }
+    const std::string message = joined(messages);
+    if (options.json) {
+        nlohmann::ordered_json json = json_of(scores);
+        json["passed"] = message.empty();
+        print(json_text(json, 2) + "\n");
+    } else if (!options.quiet) {
+        print(table_of(scores));
+    }
+    if (message.empty()) return static_cast<int>(ExitCode::kOk);
+    print_notice(message);
+    return static_cast<int>(ExitCode::kBelowThreshold);
+}
+
+}  // namespace
+
+CLI::App* add_score_command(CLI::App& app, std::function<int()>& run) {
+    auto options = std::make_shared<ScoreOptions>();
+    CLI::App* command =
+        app.add_subcommand("score", "Measure tracked points and targets against the truth");
+    command
+        ->add_option("DIR", options->folder,
+                     "What `defrec track --out` wrote: points.csv, frames.csv, targets.csv")
+        ->required();
+    command
+        ->add_option("--truth", options->truth,
+                     "CSV frame,id,x,y,z,visible, as `defrec render` writes it")
+        ->type_name("F");
+    command
+        ->add_option("--truth-deep", options->truth_deep,
+                     "CSV frame,id,depth,x,y,z of targets; default: truth_deep.csv beside --truth, "
+                     "where DIR has targets.csv")
+        ->type_name("F");
+    command
+        ->add_option("--max-median", options->limits.max_median_mm,
+                     "Exit 6 when the median over visible points is larger")
+        ->type_name("MM");
+    command
+        ->add_option("--max-p95", options->limits.max_p95_mm,
+                     "Exit 6 when their 95th percentile is larger")
+        ->type_name("MM");
+    command->add_flag("--calibrated", options->limits.calibrated,
+                      "Exit 6 when a status' expected errors do not hold");
+    command
+        ->add_option("--max-deep-median", options->deep_limits.max_median_mm,
+                     "Exit 6 when the median over targets is larger at any depth")
+        ->type_name("MM");
+    command
+        ->add_option("--max-deep-p95", options->deep_limits.max_p95_mm,
+                     "Exit 6 when their 95th percentile is larger at any depth")
+        ->type_name("MM");
+    command->add_flag("--deep-calibrated", options->deep_limits.calibrated,
+                      "Exit 6 when a status' expected errors do not hold at any depth of targets");
+    command
+        ->add_option_function<std::string>(
+            "--frames",
+            [options](const std::string& text) { options->range = parse_frame_range(text); },
+            "Only frames A to B-1 of the truth")
+        ->type_name("A:B");
+    command
+        ->add_option("--report", options->report,
+                     "Write a page with plots: reliability, coverage, sparsification")
+        ->type_name("F.html");
+    command->add_flag("--json", options->json, "Print JSON instead of a table");
+    command->add_flag("--quiet", options->quiet, "Print nothing but what exceeds a limit");
+    command->footer(
+        "A visible point counts as lost when it has no row, no position or status lost. Hidden "
+        "points are those that the\n"
+        "truth says cannot be seen.\n"
+        "Expected errors hold when 55 to 85 % of the points are within 1, at least 93 % within 2 "
+        "and 98.5 % within 3 of\n"
+        "them, for each status with 100 points or more.\n"
+        "\n"
+        "Targets are listed by depth, beside a target that moves with the best rigid fit of the "
+        "true visible surface\n"
+        "(rigid), from the first frame on.\n"
+        "\n"
+        "Examples:\n"
+        "  defrec score result --truth sequence/truth.csv\n"
+        "  defrec score result --truth sequence/truth.csv --max-median 0.3 --max-p95 1.5 && echo "
+        "good enough");
+    command->callback([options, &run] { run = [options] { return run_score(*options); }; });
+    return command;
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,170 @@
+// `defrec track` on the command line.
+#include <CLI/CLI.hpp>
+#include <limits>
+#include <memory>
+
+#include "sdk/cli/commands/command_options.hpp"
+#include "sdk/cli/commands/commands.hpp"
+#include "sdk/session/track_session.hpp"
+
+namespace defrec::cli {
+namespace {
+
+void add_input_options(CLI::App& command, TrackOptions& options) {
+    SourceOptions& source = options.source;
+    auto* left = command.add_option(
+        "--left", source.left,
+        "Left images: a video, a folder of images in name order, or a %06d pattern; or a camera: "
+        "/dev/video0, rtsp://ADDRESS or gst:PIPELINE of GStreamer");
+    auto* right = command.add_option("--right", source.right, "Right images, likewise");
+    auto* stereo = command.add_option("--stereo", source.stereo,
+                                      "One source that carries both views; with --layout");
+    left->type_name("P")->needs(right);
+    right->type_name("P")->needs(left);
+    auto* layout = command.add_option_function<std::string>(
+        "--layout",
+        [&source](const std::string& name) {
+            source.layout = name == "top-bottom" ? Layout::kTopBottom : Layout::kSideBySide;
+        },
+        "side-by-side (left on the left) or top-bottom (left on top)");
+    layout->type_name("L")->check(CLI::IsMember({"side-by-side", "top-bottom"}))->needs(stereo);
+    stereo->type_name("P")->needs(layout)->excludes(left)->excludes(right);
+    command
+        .add_option("--calibration", options.calibration,
+                    "OpenCV stereo YAML (M1 D1 M2 D2 R T, mm), or two ROS camera_info files "
+                    "left.yaml,right.yaml")
+        ->type_name("F")
+        ->required();
+    add_units_option(command, options.units);
+    command
+        .add_option("--points", options.points,
+                    "CSV id,u,v: pixels of the first left image to follow, or with a column frame "
+                    "of that frame's; default: a grid")
+        ->type_name("F");
+    command
+        .add_option("--targets", options.targets,
+                    "CSV id,x,y,z and depth, if known: targets beneath the surface to follow, mm "
+                    "in the left rectified camera of the first frame, or of the template's")
+        ->type_name("F");
+    command
+        .add_option_function<std::string>(
+            "--frames",
+            [&source](const std::string& text) { source.range = parse_frame_range(text); },
+            "Only frames A to B-1, counted from 0")
+        ->type_name("A:B");
+    command
+        .add_option("--fps", source.fps,
+                    "Frames per second; default: the video's or camera's own, 30 for images")
+        ->type_name("R")
+        ->check(CLI::Range(0.001, 10000.0));
+    command
+        .add_option("--reconnect", source.reconnect_seconds,
+                    "How long to try to start a camera again that stopped; default: 60")
+        ->type_name("SECONDS")
+        ->check(CLI::Range(0.0, 1e6));
+}
+
+void add_link_options(CLI::App& command, TrackOptions& options) {
+    LinkOptions& link = options.link;
+    auto* connect = command.add_option_function<std::string>(
+        "--igtl",
+        [&link](const std::string& text) {
+            link = {LinkOptions::Kind::kConnect, parse_target(text)};
+        },
+        "Send each frame by OpenIGTLink to the receiver that listens there, such as 3D Slicer at "
+        "port 18944");
+    connect->type_name("HOST:PORT");
+    auto* listen = command.add_option_function<std::string>(
+        "--igtl-listen",
+        [&link](const std::string& text) {
+            link = {LinkOptions::Kind::kListen, parse_listener(text)};
+        },
+        "Send each frame by OpenIGTLink to up to 8 receivers that connect; from this computer "
+        "only, unless ADDRESS is "
+        "given; port 0: any that is free");
+    listen->type_name("[ADDRESS:]PORT")->excludes(connect);
+    command
+        .add_option_function<std::uint16_t>(
+            "--view", [&options](std::uint16_t port) { options.view_port = port; },
+            "Show frames as they are tracked on a page for browsers of this computer, and follow "
+            "points clicked there; prints its address. PORT 0 or none: any that is free")
+        ->type_name("[PORT]")
+        ->check(CLI::Range(0, int{std::numeric_limits<std::uint16_t>::max()}))
+        ->expected(0, 1)
+        ->default_str("0");
+    command.add_flag("--realtime", options.realtime,
+                     "Take frames no faster than at their own times, as a camera delivers them");
+}
+
+}  // namespace
+
+CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
+    auto options = std::make_shared<TrackOptions>();
+    CLI::App* command =
+        app.add_subcommand("track", "Recover how the tissue deforms, frame by frame");
+    add_input_options(*command, *options);
+    command->add_option("--out", options->out, "Folder for the results; created where absent")
+        ->type_name("DIR")
+        ->required();
+    add_device_options(*command, options->backend, options->device, options->threads);
+    command->add_option("--config", options->config, "YAML with parameters of the tracker by name")
+        ->type_name("F");
+    command
+        ->add_option("--seed", options->seed,
+                     "Seed of the random choices; the same seed gives the same bits")
+        ->type_name("S");
+    add_deadline_option(*command, options->deadline_ns);
+    command->add_flag("--grow", options->grow, "Let tissue that comes into view join the template");
+    command
+        ->add_option("--from-template", options->from_template,
+                     "Follow the template of this file, which an earlier run saved, instead of one "
+                     "of the first frame")
+        ->type_name("F");
+    command
+        ->add_option("--save-template", options->save_template,
+                     "Save the template at the end, with all tissue that joined it")
+        ->type_name("F");
+    command->add_flag("--meshes", options->meshes,
+                      "Also write the deformed surface of each frame, deformed/*.ply");
+    command->add_flag("!--no-overlay", options->overlay, "Do not write overlay.mp4");
+    command
+        ->add_option("--trace", options->trace,
+                     "Write a timeline of program, device and uploads that Perfetto and "
+                     "chrome://tracing open; the host then waits after each stage and frame")
+        ->type_name("F");
+    add_link_options(*command, *options);
+    command->add_flag("--quiet", options->quiet, "Print nothing but errors");
+    command->add_flag("--json", options->json, "Print the summary as JSON");
+    command->footer(
+        "Results in DIR: points.csv (mm in the left rectified camera of each frame), targets.csv "
+        "likewise,\n"
+        "frames.csv, summary.json, template.ply, overlay.mp4 and report.html, which opens in a "
+        "browser.\n"
+        "\n"
+        "OpenIGTLink is neither encrypted nor authenticated: keep it on this computer or in a "
+        "network of your own.\n"
+        "A receiver that is slow or gone never slows tracking down; it misses frames. Nor does a "
+        "browser with\n"
+        "--view, whose address holds a token: keep it to yourself.\n"
+        "\n"
+        "Examples:\n"
+        "  defrec track --left left.mp4 --right right.mp4 --calibration stereo.yaml --out result\n"
+        "  defrec track --left left/%06d.png --right right/%06d.png --calibration stereo.yaml "
+        "--points points.csv --out result\n"
+        "  defrec track --stereo both.mp4 --layout top-bottom --calibration left.yaml,right.yaml "
+        "--frames 100:200 --out result\n"
+        "  defrec track --left left --right right --calibration stereo.yaml --out result "
+        "--realtime --igtl "
+        "localhost:18944\n"
+        "  defrec track --left /dev/video0 --right /dev/video2 --calibration stereo.yaml --out "
+        "result --view\n"
+        "\n"
+        "Exit codes: 0 done, 2 usage, 3 input unreadable or cut short, 4 calibration invalid, 5 no "
+        "device,\n"
+        "7 output failed, 130 interrupted. After 3 and 130 the results hold the frames tracked "
+        "until then.");
+    command->callback([options, &run] { run = [options] { return run_track(*options); }; });
+    return command;
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,8 @@
+// The program `defrec`.
+#include "sdk/cli/commands/commands.hpp"
+#include "sdk/io/interrupt.hpp"
+
+int main(int argc, char** argv) {
+    defrec::cli::install_signal_handlers();
+    return defrec::cli::run_program(argc, argv);
+}

@@ -1,0 +1,452 @@
+// The program as a user meets it: exit codes, the files that track leaves, Ctrl-C, and that the
+// same input gives the same bytes.
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sdk/cli/commands/commands.hpp"
+#include "sdk/io/csv.hpp"
+#include "sdk/scenes/writing/test_sequence.hpp"
+
+using namespace defrec::cli;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kFrames = 5;
+
+int run(const std::vector<std::string>& arguments) {
+    std::vector<const char*> argv{"defrec"};
+    for (const std::string& argument : arguments) argv.push_back(argument.c_str());
+    return run_program(static_cast<int>(argv.size()), argv.data());
+}
+
+// One small rendered sequence for all cases.
+const TestFolder& sequence() { return rendered_sequence<kFrames>(); }
+
+std::vector<std::string> track_arguments(const std::string& out,
+                                         const std::vector<std::string>& more = {}) {
+    const TestFolder& input = sequence();
+    std::vector<std::string> arguments{"track",         "--quiet",
+                                       "--left",        input / "left",
+                                       "--right",       input / "right",
+                                       "--calibration", input / "calibration.yaml",
+                                       "--points",      input / "points.csv",
+                                       "--out",         out};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+}
+
+std::size_t lines_of(const std::string& path) {
+    const std::string text = TestFolder::read(path);
+    return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+// The program in a process of its own. output: its standard output; -1: this process's.
+// file_size: bytes, to which its files may grow.
+pid_t start_program(std::vector<std::string> arguments, int output = -1,
+                    rlim_t file_size = RLIM_INFINITY) {
+    arguments.insert(arguments.begin(), DEFREC_BUILD_DIR "/bin/defrec");
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const pid_t child = ::fork();
+    if (child == 0) {
+        if (output >= 0) ::dup2(output, STDOUT_FILENO);
+        rlimit limit{};
+        ::getrlimit(RLIMIT_FSIZE, &limit);
+        limit.rlim_cur = std::min(file_size, limit.rlim_max);
+        ::setrlimit(RLIMIT_FSIZE, &limit);
+        ::execv(argv[0], argv.data());
+        ::_exit(99);
+    }
+    return child;
+}
+
+bool has_partial_files(const fs::path& folder) {
+    return std::any_of(fs::recursive_directory_iterator(folder), fs::recursive_directory_iterator(),
+                       [](const auto& entry) {
+                           return entry.path().filename().string().find(".partial") !=
+                                  std::string::npos;
+                       });
+}
+
+}  // namespace
+
+TEST_CASE("exit code 2: what was typed is not understood") {
+    CHECK(run({}) == 2);
+    CHECK(run({"trak"}) == 2);
+    CHECK(run({"track"}) == 2);
+    CHECK(run({"track", "--out", "x", "--calibration", "y"}) == 2);
+    CHECK(run({"track", "--out", "x", "--calibration", "y", "--left", "l"}) == 2);
+    CHECK(run({"track", "--out", "x", "--calibration", "y", "--stereo", "s"}) == 2);
+    CHECK(run({"track", "--out", "x", "--calibration", "y", "--stereo", "s", "--layout",
+               "diagonal"}) == 2);
+    CHECK(run({"track", "--out", "x", "--calibration", "y", "--left", "l", "--right", "r",
+               "--frames", "3:1"}) == 2);
+    CHECK(run({"score", "dir"}) == 2);
+    CHECK(run({"bench", "--size", "7"}) == 2);
+    CHECK(run({"bench", "--limit", "5"}) == 2);
+    CHECK(run({"bench", "--scene", "nothing"}) == 2);
+    const TestFolder folder;
+    const std::string config = folder.write("config.yaml", "max_featurs: 1\n");
+    CHECK(run(track_arguments(folder / "out", {"--config", config})) == 2);
+}
+
+TEST_CASE("row 96: more threads than there can be are a mistake of usage") {
+    const TestFolder folder;
+    CHECK(run(track_arguments(folder / "out", {"--threads", "1000"})) == 2);
+    CHECK(run(track_arguments(folder / "out", {"--threads", "257"})) == 2);
+}
+
+TEST_CASE("help and version are no errors") {
+    CHECK(run({"--help"}) == 0);
+    CHECK(run({"--version"}) == 0);
+    for (const char* command : {"track", "render", "score", "evaluate", "devices", "bench"})
+        CHECK(run({command, "--help"}) == 0);
+}
+
+TEST_CASE("exit codes 3, 4, 5, 6 and 7") {
+    const TestFolder& input = sequence();
+    const TestFolder folder;
+    const std::string out = folder / "out";
+    CHECK(run({"track", "--quiet", "--left", input / "absent", "--right", input / "right",
+               "--calibration", input / "calibration.yaml", "--out", out}) == 3);
+    const std::string duplicate = folder.write("points.csv", "id,u,v\n1,5,5\n1,6,6\n");
+    CHECK(run({"track", "--quiet", "--left", input / "left", "--right", input / "right",
+               "--calibration", input / "calibration.yaml", "--points", duplicate, "--out", out}) ==
+          3);
+    const std::string broken = folder.write("calibration.yaml", "M1: 1\n");
+    CHECK(run({"track", "--quiet", "--left", input / "left", "--right", input / "right",
+               "--calibration", broken, "--out", out}) == 4);
+    CHECK(run(track_arguments(out, {"--backend", "abacus"})) == 5);
+    CHECK(run(track_arguments(out, {"--device", "cpu:no-such-device"})) == 5);
+    CHECK(run(track_arguments(folder.write("file", "") + "/out")) == 7);
+    CHECK_FALSE(fs::exists(out));
+}
+
+TEST_CASE(
+    "track leaves every file, and the same input gives the same bytes with one thread and with "
+    "two") {
+    const TestFolder folder;
+    REQUIRE(run(track_arguments(folder / "a", {"--threads", "2", "--meshes"})) == 0);
+    REQUIRE(run(track_arguments(folder / "b", {"--threads", "1", "--no-overlay"})) == 0);
+    REQUIRE(run(track_arguments(folder / "c", {"--threads", "2", "--no-overlay"})) == 0);
+    const std::size_t points = lines_of(sequence() / "points.csv") - 1;
+    CHECK(lines_of(folder / "a/points.csv") == 1 + kFrames * points);
+    CHECK(lines_of(folder / "a/frames.csv") == 1 + kFrames);
+    CHECK(TestFolder::read(folder / "a/points.csv") == TestFolder::read(folder / "b/points.csv"));
+    CHECK(TestFolder::read(folder / "a/points.csv") == TestFolder::read(folder / "c/points.csv"));
+    for (const char* name : {"template.ply", "overlay.mp4", "report.html", "summary.json"}) {
+        CAPTURE(name);
+        CHECK(fs::exists(folder.path() / "a" / name));
+    }
+    CHECK_FALSE(fs::exists(folder / "b/overlay.mp4"));
+    CHECK_FALSE(fs::exists(folder / "b/deformed"));
+    CHECK(TestFolder::read(folder / "a/deformed/000000.ply")
+              .starts_with("ply\nformat binary_little_endian 1.0\n"));
+    CHECK_FALSE(has_partial_files(folder.path()));
+    const auto summary = nlohmann::json::parse(TestFolder::read(folder / "a/summary.json"));
+    CHECK(summary["frames"] == kFrames);
+    CHECK(summary["states"]["tracking"].get<int>() > 0);
+
+    CHECK(run({"score", folder / "a", "--truth", sequence() / "truth.csv", "--max-median", "2",
+               "--report", folder / "score.html"}) == 0);
+    CHECK(fs::exists(folder / "score.html"));
+    // The camera of summary.json is found.
+    CHECK(TestFolder::read(folder / "score.html").find("\npx ") != std::string::npos);
+    CHECK(run({"score", folder / "a", "--truth", sequence() / "truth.csv", "--max-median",
+               "0.000001", "--json"}) == 6);
+}
+
+TEST_CASE("targets are followed from the template's frame, and scored by their depth") {
+    const TestFolder folder;
+    const auto depth_of = [](std::int64_t id) { return id % 2 == 0 ? "0" : "10"; };
+    // The points are followed as targets from where they are in the first frame, where the surface
+    // already differs a little from the template.
+    const std::string first = folder / "first", out = folder / "out";
+    REQUIRE(run(track_arguments(first, {"--no-overlay"})) == 0);
+    std::string targets = "id,x,y,z,depth\n";
+    using Place = std::array<double, 3>;
+    std::map<std::pair<std::int64_t, std::int64_t>, Place> points;
+    CsvReader followed(first + "/points.csv", {"frame", "id", "x", "y", "z", "status"});
+    while (followed.next()) {
+        if (followed.field(5) == "lost") continue;
+        points[{followed.integer(0), followed.integer(1)}] = {
+            followed.number(2), followed.number(3), followed.number(4)};
+        if (followed.integer(0) != 0) continue;
+        for (std::size_t column = 1; column < 5; ++column)
+            targets.append(followed.field(column)).append(",");
+        targets.append(depth_of(followed.integer(1))).append("\n");
+    }
+    // One that lies beside all that is seen, and has no depth.
+    targets += "-5,900,900,80,\n";
+    const std::string given = folder.write("targets.csv", targets);
+    REQUIRE(run(track_arguments(out, {"--targets", given, "--no-overlay"})) == 0);
+    CHECK(TestFolder::read(out + "/points.csv") == TestFolder::read(first + "/points.csv"));
+    std::size_t compared = 0, lost = 0;
+    CsvReader moved(out + "/targets.csv", {"frame", "id", "depth", "x", "y", "z", "status"});
+    while (moved.next()) {
+        const std::int64_t id = moved.integer(1);
+        lost += moved.field(6) == "lost";
+        CHECK(moved.field(2) == (id == -5 ? "" : std::string(depth_of(id)) + ".0000"));
+        if (id == -5) CHECK((moved.field(6) == "lost" && moved.is_empty(3)));
+        const auto point = points.find({moved.integer(0), id});
+        if (point == points.end() || moved.field(6) == "lost") continue;
+        ++compared;
+        const Place& place = point->second;
+        CHECK(std::hypot(moved.number(3) - place[0], moved.number(4) - place[1],
+                         moved.number(5) - place[2]) < 0.5);
+    }
+    CHECK(compared > 100);
+    const auto summary = nlohmann::json::parse(TestFolder::read(out + "/summary.json"));
+    const std::size_t rows = lines_of(out + "/targets.csv") - 1;
+    CHECK(summary["targets"]["count"] == lines_of(given) - 1);
+    CHECK(rows == kFrames * (lines_of(given) - 1));
+    CHECK(summary["targets"]["lost_share"].get<double>() ==
+          doctest::Approx(static_cast<double>(lost) / static_cast<double>(rows)));
+    CHECK(summary["input"]["targets"] == given);
+
+    std::string deep_truth = "frame,id,depth,x,y,z\n";
+    CsvReader truth(sequence() / "truth.csv", {"frame", "id", "x", "y", "z", "visible"});
+    while (truth.next()) {
+        deep_truth.append(truth.field(0)).append(",").append(truth.field(1)).append(",");
+        deep_truth.append(depth_of(truth.integer(1)));
+        for (std::size_t column = 2; column < 5; ++column)
+            deep_truth.append(",").append(truth.field(column));
+        deep_truth += "\n";
+    }
+    const std::string deep = folder.write("truth_deep.csv", deep_truth);
+    CHECK(run({"score", out, "--truth-deep", deep, "--max-deep-median", "1", "--report",
+               folder / "score.html"}) == 0);
+    CHECK(TestFolder::read(folder / "score.html").find("Targets: error over depth") !=
+          std::string::npos);
+    CHECK(run({"score", out, "--truth-deep", deep, "--max-deep-p95", "0.000001", "--quiet"}) == 6);
+    // Found beside the truth.
+    fs::copy(sequence() / "truth.csv", folder / "truth.csv");
+    CHECK(run({"score", out, "--truth", folder / "truth.csv", "--max-deep-median", "0.000001",
+               "--json"}) == 6);
+    CHECK(run({"score", out, "--truth", sequence() / "truth.csv", "--max-deep-median", "1"}) == 2);
+    CHECK(run({"score", out, "--truth-deep", deep, "--max-median", "1"}) == 2);
+    CHECK(run({"score", out}) == 2);
+}
+
+TEST_CASE("the file of the targets is not overwritten, and a faulty one is refused at once") {
+    const TestFolder folder;
+    const std::string targets = folder.write("targets.csv", "id,x,y,z\n1,0,0,80\n");
+    CHECK(run(track_arguments(folder.path().string(), {"--targets", targets})) == 2);
+    CHECK(run(track_arguments(folder / "out", {"--targets", targets, "--trace", targets})) == 2);
+    CHECK(run(track_arguments(folder / "out", {"--targets", targets, "--save-template",
+                                               folder / "out/../targets.csv"})) == 2);
+    CHECK(TestFolder::read(targets) == "id,x,y,z\n1,0,0,80\n");
+    CHECK(run(track_arguments(folder / "out", {"--targets", folder / "absent.csv"})) == 3);
+    CHECK(run(track_arguments(folder / "out",
+                              {"--targets", folder.write("bad.csv", "id,x,y,z\n1,0,0,-80\n")})) ==
+          3);
+    CHECK_FALSE(fs::exists(folder / "out"));
+}
+
+TEST_CASE("row 71: after a damaged frame the outputs hold those before, and the exit code is 3") {
+    const TestFolder folder;
+    fs::copy(sequence() / "left", folder / "left");
+    fs::resize_file(images_of(folder / "left")[3], 100);
+    CHECK(run({"track", "--quiet", "--left", folder / "left", "--right", sequence() / "right",
+               "--calibration", sequence() / "calibration.yaml", "--out", folder / "out"}) == 3);
+    CHECK(lines_of(folder / "out/frames.csv") == 1 + 3);
+    const auto summary = nlohmann::json::parse(TestFolder::read(folder / "out/summary.json"));
+    CHECK(summary["notes"].dump().find("not a whole image") != std::string::npos);
+    CHECK(fs::exists(folder / "out/report.html"));
+}
+
+TEST_CASE("row 73: Ctrl-C finishes the outputs and the exit code is 130") {
+    const TestFolder folder;
+    repeat_sequence(sequence(), folder);
+    const std::string out = folder / "out";
+    const pid_t child = start_program(
+        {"track", "--quiet", "--left", folder / "left", "--right", folder / "right",
+         "--calibration", sequence() / "calibration.yaml", "--out", out, "--no-overlay"});
+    // The template is written with the first tracked frame.
+    int status = 0;
+    for (int waited = 0; waited < 6000 && !fs::exists(out + "/template.ply"); ++waited) {
+        REQUIRE(::waitpid(child, &status, WNOHANG) == 0);
+        ::usleep(10000);
+    }
+    REQUIRE(::kill(child, SIGINT) == 0);
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 130);
+    const std::size_t frames = lines_of(out + "/frames.csv") - 1;
+    CHECK(frames >= 1);
+    CHECK(frames < 2000);
+    CHECK(lines_of(out + "/points.csv") == 1 + frames * 144);
+    CHECK(fs::exists(out + "/report.html"));
+    CHECK_FALSE(has_partial_files(out));
+}
+
+TEST_CASE("row 73: with a closed pipe as output the files are finished and the exit code is 130") {
+    const TestFolder folder;
+    const std::string out = folder / "out";
+    std::vector<std::string> arguments = track_arguments(out);
+    std::erase(arguments, "--quiet");
+    int pipe_ends[2];
+    REQUIRE(::pipe2(pipe_ends, O_CLOEXEC) == 0);
+    ::close(pipe_ends[0]);
+    const pid_t child = start_program(arguments, pipe_ends[1]);
+    ::close(pipe_ends[1]);
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 130);
+    CHECK(lines_of(out + "/frames.csv") == 1 + kFrames);
+    const auto summary = nlohmann::json::parse(TestFolder::read(out + "/summary.json"));
+    CHECK(summary["frames"] == kFrames);
+    CHECK(fs::exists(out + "/report.html"));
+    CHECK_FALSE(has_partial_files(out));
+}
+
+TEST_CASE("row 72: at the limit on file sizes the exit code is 7, and no half file is left") {
+    const TestFolder folder;
+    const auto exit_code = [](const std::vector<std::string>& arguments, rlim_t file_size) {
+        int status = 0;
+        const pid_t child = start_program(arguments, -1, file_size);
+        REQUIRE(::waitpid(child, &status, 0) == child);
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    };
+    // It is not always the same file that does not fit first.
+    for (const rlim_t file_size : {1000, 30'000, 150'000, 400'000}) {
+        CAPTURE(file_size);
+        CHECK(exit_code(track_arguments(folder / "track"), file_size) == 7);
+        CHECK_FALSE(has_partial_files(folder.path()));
+    }
+    CHECK(exit_code({"render", "heartbeat", "--quiet", "--out", folder / "render", "--size",
+                     "160x120", "--frames", "2"},
+                    1000) == 7);
+    CHECK(exit_code({"render", "heartbeat", "--quiet", "--out", folder / "layout", "--size",
+                     "160x120", "--frames", "20", "--layout", "surgt"},
+                    10'000) == 7);
+    CHECK_FALSE(has_partial_files(folder.path()));
+}
+
+TEST_CASE("a trace of track: every frame's slices, in one another or apart on each thread") {
+    const TestFolder folder;
+    const std::string path = folder / "trace.json";
+    REQUIRE(run(track_arguments(folder / "out",
+                                {"--backend", "cpu", "--no-overlay", "--trace", path})) == 0);
+    using Slice = std::pair<double, double>;
+    std::map<int, std::vector<Slice>> slices;           // of each thread
+    std::map<std::pair<std::string, int>, int> counts;  // of a name and frame
+    const auto trace = nlohmann::json::parse(TestFolder::read(path));
+    for (const auto& event : trace.at("traceEvents")) {
+        if (event.at("ph") != "X") continue;
+        const double begin = event.at("ts"), duration = event.at("dur");
+        CHECK(begin >= 0);
+        CHECK(duration >= 0);
+        slices[event.at("tid")].push_back({begin, begin + duration});
+        ++counts[{event.at("name"), event.at("args").at("frame")}];
+    }
+    for (int frame = 0; frame < kFrames; ++frame)
+        for (const char* name : {"read", "submit", "wait", "overlay and report", "result", "frame",
+                                 "upload", "rectify", "stereo", "orb", "lm fine", "download"}) {
+            CAPTURE(frame);
+            CAPTURE(name);
+            CHECK(counts[{name, frame}] == 1);
+        }
+    REQUIRE(slices.size() == 3);
+    constexpr double kRounding = 0.002;  // us
+    for (const auto& [thread, all] : slices)
+        for (const Slice& a : all)
+            for (const Slice& b : all) {
+                const bool is_apart =
+                    a.second <= b.first + kRounding || b.second <= a.first + kRounding;
+                const bool is_within =
+                    (a.first >= b.first - kRounding && a.second <= b.second + kRounding) ||
+                    (b.first >= a.first - kRounding && b.second <= a.second + kRounding);
+                CHECK((is_apart || is_within));
+            }
+    CHECK(run(track_arguments(folder / "out",
+                              {"--trace", folder.write("file", "") + "/trace.json"})) == 7);
+}
+
+TEST_CASE("bench beside a recorded run: exit code 6 where something is slower beyond the limit") {
+    const TestFolder folder;
+    const auto bench_beside = [&](const char* median, const char* size = "160x120") {
+        const std::string time = std::string(R"({"median_ms": )") + median + "}";
+        const std::string recorded = folder.write(
+            "run.json", std::string(R"({"size": ")") + size +
+                            R"(", "sequence": "heartbeat", "stages": {"stereo": )" + time + "}}");
+        return run({"bench", "--quiet", "--backend", "cpu", "--size", "160x120", "--frames", "2",
+                    "--warm-up", "0", "--compare", recorded});
+    };
+    CHECK(bench_beside("1e9") == 0);
+    CHECK(bench_beside("1e-9") == 6);
+    CHECK(bench_beside("1", "960x540") == 2);
+    CHECK(run({"bench", "--compare", folder / "absent.json"}) == 3);
+}
+
+TEST_CASE("points of a later frame are followed, also those that the surface has yet to reach") {
+    constexpr std::int64_t kGiven = 17, kCount = 26;
+    const TestFolder folder;
+    const std::string sequence = folder / "sequence", out = folder / "out";
+    REQUIRE(run({"render", "slide", "--quiet", "--out", sequence, "--size", "480x270", "--frames",
+                 std::to_string(kCount), "--points-at", std::to_string(kGiven)}) == 0);
+    // Only those on tissue that the first image did not show.
+    std::string points = "id,u,v,frame\n";
+    CsvReader given(sequence + "/points.csv", {"id", "u", "v", "frame"});
+    while (given.next())
+        if (!given.is_empty(3) && given.integer(3) == kGiven)
+            points += std::string(given.field(0)) + "," + std::string(given.field(1)) + "," +
+                      std::string(given.field(2)) + "," + std::string(given.field(3)) + "\n";
+    REQUIRE(run({"track", "--quiet", "--no-overlay", "--left", sequence + "/left", "--right",
+                 sequence + "/right", "--calibration", sequence + "/calibration.yaml", "--points",
+                 folder.write("later.csv", points), "--backend", "cpu", "--grow", "--out", out}) ==
+            0);
+    std::map<std::pair<std::int64_t, std::int64_t>, std::array<double, 3>> truth;
+    CsvReader true_rows(sequence + "/truth.csv", {"frame", "id", "x", "y", "z", "visible"});
+    while (true_rows.next())
+        if (true_rows.integer(5) == 1)
+            truth[{true_rows.integer(0), true_rows.integer(1)}] = {
+                true_rows.number(2), true_rows.number(3), true_rows.number(4)};
+    std::size_t rows = 0, lost = 0, extrapolated = 0, tracked_at_end = 0, at_end = 0;
+    std::vector<double> errors;
+    CsvReader result(out + "/points.csv", {"frame", "id", "x", "y", "z", "status"});
+    while (result.next()) {
+        const std::int64_t frame = result.integer(0);
+        CHECK(frame >= kGiven);
+        const auto here = truth.find({frame, result.integer(1)});
+        if (here == truth.end()) continue;
+        ++rows;
+        at_end += frame + 1 == kCount;
+        if (result.field(5) == "lost") {
+            ++lost;
+            continue;
+        }
+        extrapolated += result.field(5) == "extrapolated";
+        tracked_at_end += frame + 1 == kCount && result.field(5) == "tracked";
+        errors.push_back(std::hypot(result.number(2) - here->second[0],
+                                    result.number(3) - here->second[1],
+                                    result.number(4) - here->second[2]));
+    }
+    CHECK(rows > 100);
+    CHECK(lost == 0);
+    CHECK(extrapolated > 0);
+    CHECK(2 * tracked_at_end > at_end);
+    std::sort(errors.begin(), errors.end());
+    CHECK(errors[errors.size() / 2] < 0.25);
+    CHECK(errors[errors.size() * 95 / 100] < 0.8);
+}

@@ -1,0 +1,249 @@
+// libdefrec for the program.
+#include "sdk/client/library.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string_view>
+
+namespace defrec::cli {
+namespace {
+
+// Why plugins were refused is told where a device is asked for (describe_choice).
+thread_local bool is_opening_library = false;
+
+void log_to_standard_error(void*, std::int32_t level, const char* source, const char* text) {
+    const bool is_error = level >= DEFREC_LOG_ERROR;
+    if (is_opening_library && !is_error) return;
+    std::fprintf(stderr, "defrec: %s: %s: %s\n", is_error ? "error" : "warning", source, text);
+}
+
+void keep_remark(void* remarks, std::int32_t level, const char* source, const char* text) {
+    if (level == DEFREC_LOG_INFO) (*static_cast<PluginRemarks*>(remarks))[source] = text;
+}
+
+defrec_intrinsics intrinsics_of(const CameraCalibration& camera) {
+    defrec_intrinsics intrinsics{};
+    intrinsics.fx = camera.fx;
+    intrinsics.fy = camera.fy;
+    intrinsics.cx = camera.cx;
+    intrinsics.cy = camera.cy;
+    std::copy(camera.distortion.begin(), camera.distortion.end(), intrinsics.distortion);
+    intrinsics.distortion_count = static_cast<std::uint32_t>(camera.distortion.size());
+    return intrinsics;
+}
+
+// What can be chosen, and why what cannot be chosen was refused.
+std::string describe_choice(const Context& context) {
+    std::string text = "available:";
+    for (const Device& device : list_devices(context)) text += " " + device.id;
+    if (list_devices(context).empty()) text += " nothing";
+    for (const Plugin& plugin : list_plugins(context)) {
+        if (!plugin.is_loaded)
+            text += "; a plugin was refused: " + plugin.reason;
+        else if (!plugin.reason.empty())
+            text += "; " + plugin.reason;
+    }
+    return text;
+}
+
+// Where in the user's file the number stands that the library refuses.
+const std::string& origin_of(const StereoCalibration& calibration, std::string_view message) {
+    const bool is_right = message.starts_with("right.");
+    const CameraCalibration& camera = is_right ? calibration.right : calibration.left;
+    return message.starts_with(is_right ? "right.distortion" : "left.distortion")
+               ? camera.distortion_origin
+               : camera.matrix_origin;
+}
+
+struct ReasonName {
+    std::uint32_t reason;
+    const char* name;
+};
+constexpr ReasonName kReasonNames[] = {
+    {DEFREC_REASON_DARK, "dark"},
+    {DEFREC_REASON_SATURATED, "saturated"},
+    {DEFREC_REASON_NO_TEXTURE, "no-texture"},
+    {DEFREC_REASON_FEW_MATCHES, "few-matches"},
+    {DEFREC_REASON_OCCLUDED, "occluded"},
+    {DEFREC_REASON_LARGE_RESIDUAL, "large-residual"},
+    {DEFREC_REASON_FAST_MOTION, "fast-motion"},
+    {DEFREC_REASON_OUT_OF_VIEW, "out-of-view"},
+    {DEFREC_REASON_NO_DEPTH, "no-depth"},
+    {DEFREC_REASON_ONE_VIEW, "one-view"},
+    {DEFREC_REASON_FROZEN, "frozen"},
+    {DEFREC_REASON_GAP, "gap"},
+    {DEFREC_REASON_VIEWS_SWAPPED, "views-swapped"},
+    {DEFREC_REASON_LOW_CONTRAST, "low-contrast"},
+    {DEFREC_REASON_VIEW_LATE, "view-late"},
+    {DEFREC_REASON_CALIBRATION, "calibration"},
+    {DEFREC_REASON_TEMPLATE_GREW, "template-grew"},
+    {DEFREC_REASON_TEMPLATE_FULL, "template-full"},
+    {DEFREC_REASON_COARSE, "coarse"},
+    {DEFREC_REASON_UNCHECKED, "unchecked"},
+    {DEFREC_REASON_OVERDUE, "overdue"},
+    {DEFREC_REASON_CUT, "cut"},
+    {DEFREC_REASON_PIECE_LOST, "piece-lost"},
+    {DEFREC_REASON_INTERLACED, "interlaced"},
+};
+
+}  // namespace
+
+void require(defrec_status status, ExitCode otherwise, const std::string& doing) {
+    if (status >= 0) return;
+    const bool is_device = status == DEFREC_ERROR_DEVICE_LOST || status == DEFREC_ERROR_PLUGIN ||
+                           status == DEFREC_ERROR_UNSUPPORTED;
+    const bool lacks_memory = status == DEFREC_ERROR_OUT_OF_MEMORY;
+    throw CliError(is_device      ? ExitCode::kDevice
+                   : lacks_memory ? ExitCode::kInternal
+                                  : otherwise,
+                   doing + ": " + defrec_last_error());
+}
+
+Context open_context(const ContextOptions& options) {
+    auto desc = initialised<defrec_context_desc>();
+    std::vector<const char*> paths;
+    for (const std::string& path : options.only_plugins) paths.push_back(path.c_str());
+    desc.flags = paths.empty() ? DEFREC_CONTEXT_USE_ENVIRONMENT : DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS;
+    desc.plugin_paths = paths.data();
+    desc.plugin_path_count = paths.size();
+    desc.log = options.quiet ? nullptr : &log_to_standard_error;
+    desc.log_level = DEFREC_LOG_WARNING;
+    if (options.remarks != nullptr) {
+        desc.log = &keep_remark;
+        desc.log_user = options.remarks;
+        desc.log_level = DEFREC_LOG_INFO;
+    }
+    desc.threads = options.threads;
+    defrec_context context = nullptr;
+    is_opening_library = true;
+    const defrec_status status = defrec_context_create(&desc, &context);
+    is_opening_library = false;
+    require(status, ExitCode::kInternal, "opening the library");
+    return Context(context);
+}
+
+std::string backend_of(const Device& device) { return device.id.substr(0, device.id.find(':')); }
+
+std::vector<Device> list_devices(const Context& context) {
+    std::vector<Device> devices;
+    for (std::size_t i = 0; i < defrec_device_count(context.get()); ++i) {
+        auto info = initialised<defrec_device_info>();
+        require(defrec_device_get(context.get(), i, &info), ExitCode::kInternal,
+                "listing the devices");
+        devices.push_back({info.id, info.name, info.driver != nullptr ? info.driver : "", info.kind,
+                           info.stages});
+    }
+    return devices;
+}
+
+std::vector<Plugin> list_plugins(const Context& context) {
+    const auto text = [](const char* string) {
+        return std::string(string != nullptr ? string : "");
+    };
+    std::vector<Plugin> plugins;
+    for (std::size_t i = 0; i < defrec_plugin_count(context.get()); ++i) {
+        auto info = initialised<defrec_plugin_info>();
+        require(defrec_plugin_get(context.get(), i, &info), ExitCode::kInternal,
+                "listing the plugins");
+        plugins.push_back({text(info.name), text(info.path), text(info.version), text(info.reason),
+                           info.verdict == DEFREC_OK});
+    }
+    return plugins;
+}
+
+Device choose_device(const Context& context, const std::string& backend,
+                     const std::string& device) {
+    for (const Device& candidate : list_devices(context)) {
+        if (!device.empty() && candidate.id != device) continue;
+        if (backend != "auto" && backend_of(candidate) != backend) continue;
+        if (candidate.has_every_stage()) return candidate;
+        if (!device.empty() || backend != "auto") {
+            throw CliError(ExitCode::kDevice,
+                           "the device '" + candidate.id +
+                               "' does not offer every stage that tracking needs; " +
+                               describe_choice(context) + ".");
+        }
+    }
+    const std::string asked = !device.empty()     ? "--device " + device
+                              : backend != "auto" ? "--backend " + backend
+                                                  : std::string("tracking");
+    throw CliError(ExitCode::kDevice,
+                   "there is no device for " + asked + "; " + describe_choice(context) + ".");
+}
+
+Rig make_rig(const Context& context, const StereoCalibration& calibration) {
+    auto desc = initialised<defrec_rig_desc>();
+    desc.width = static_cast<std::uint32_t>(calibration.width);
+    desc.height = static_cast<std::uint32_t>(calibration.height);
+    desc.left = intrinsics_of(calibration.left);
+    desc.right = intrinsics_of(calibration.right);
+    std::copy(calibration.rotation.begin(), calibration.rotation.end(), desc.rotation);
+    std::copy(calibration.translation.begin(), calibration.translation.end(), desc.translation);
+    defrec_rig rig = nullptr;
+    const defrec_status status = defrec_rig_create(context.get(), &desc, &rig);
+    require(status, ExitCode::kCalibration, origin_of(calibration, defrec_last_error()));
+    return Rig(rig);
+}
+
+defrec_rig_info rig_info(const Rig& rig) {
+    auto info = initialised<defrec_rig_info>();
+    require(defrec_rig_get(rig.get(), &info), ExitCode::kInternal,
+            "asking for the rectified camera");
+    return info;
+}
+
+std::uint32_t format_of_channels(int channels) {
+    return channels == 1 ? DEFREC_FORMAT_GRAY8 : DEFREC_FORMAT_BGR8;
+}
+
+defrec_image image_of(const ImageView& view) {
+    auto image = initialised<defrec_image>();
+    image.format = format_of_channels(view.channels);
+    image.width = static_cast<std::uint32_t>(view.width);
+    image.height = static_cast<std::uint32_t>(view.height);
+    image.stride = view.stride;
+    image.pixels = view.pixels;
+    return image;
+}
+
+Job submit(const Tracker& tracker, const StereoFrame& frame, std::uint64_t deadline_ns) {
+    constexpr double kNanosecondsPerMillisecond = 1e6;
+    const defrec_image left = image_of(frame.left), right = image_of(frame.right);
+    auto desc = initialised<defrec_frame>();
+    desc.timestamp_ns = std::llround(frame.timestamp_ms * kNanosecondsPerMillisecond);
+    desc.left = &left;
+    desc.right = &right;
+    desc.deadline_ns = deadline_ns;
+    defrec_job job = nullptr;
+    require(defrec_tracker_submit(tracker.get(), &desc, &job), ExitCode::kInternal,
+            "frame " + std::to_string(frame.index));
+    return Job(job);
+}
+
+const char* state_name(std::uint32_t state) {
+    switch (state) {
+        case DEFREC_INITIALISING:
+            return "initialising";
+        case DEFREC_TRACKING:
+            return "tracking";
+        case DEFREC_DEGRADED:
+            return "degraded";
+        case DEFREC_RELOCALISED:
+            return "relocalised";
+        default:
+            return "lost";
+    }
+}
+
+std::string reason_names(std::uint32_t reasons, const char* separator) {
+    std::string text;
+    for (const ReasonName& known : kReasonNames) {
+        if ((reasons & known.reason) == 0) continue;
+        if (!text.empty()) text += separator;
+        text += known.name;
+    }
+    return text;
+}
+
+}  // namespace defrec::cli

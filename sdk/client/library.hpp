@@ -1,0 +1,87 @@
+// libdefrec for the program: handles that release themselves, and failures as CliError.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "include/defrec_c.h"
+#include "sdk/input/frame_source.hpp"
+#include "sdk/io/calibration.hpp"
+#include "sdk/io/exit_code.hpp"
+
+namespace defrec::cli {
+
+template <auto kRelease>
+struct Releaser {
+    template <typename T>
+    void operator()(T* handle) const {
+        kRelease(handle);
+    }
+};
+using Context = std::unique_ptr<defrec_context_, Releaser<&defrec_context_destroy>>;
+using Rig = std::unique_ptr<defrec_rig_, Releaser<&defrec_rig_destroy>>;
+using Tracker = std::unique_ptr<defrec_tracker_, Releaser<&defrec_tracker_destroy>>;
+using Job = std::unique_ptr<defrec_job_, Releaser<&defrec_job_release>>;
+using Template = std::unique_ptr<defrec_template_, Releaser<&defrec_template_release>>;
+using Targets = std::unique_ptr<defrec_targets_, Releaser<&defrec_targets_destroy>>;
+
+template <typename T>
+T initialised() {
+    T value;
+    DEFREC_INIT(&value);
+    return value;
+}
+
+// Throws CliError with the library's own error message for a negative status. Statuses that speak
+// of a device or a plugin end with kDevice, a lack of memory with kInternal, all others with
+// `otherwise`.
+void require(defrec_status status, ExitCode otherwise, const std::string& doing);
+
+// What plugins said of themselves (DEFREC_LOG_INFO), by their names.
+using PluginRemarks = std::map<std::string, std::string>;
+
+struct ContextOptions {
+    unsigned threads = 0;                   // 0: one per core
+    bool quiet = false;                     // no log on the standard error output
+    std::vector<std::string> only_plugins;  // manifests; empty: the library's own search
+    PluginRemarks* remarks = nullptr;       // kept instead of any log; outlives the context
+};
+Context open_context(const ContextOptions& options);
+
+struct Device {
+    std::string id, name, driver;
+    unsigned kind = 0, stages = 0;
+    bool has_every_stage() const { return stages == (1U << DEFREC_STAGE_COUNT_V1) - 1; }
+};
+std::vector<Device> list_devices(const Context& context);
+
+struct Plugin {
+    std::string name, path, version, reason;
+    bool is_loaded = false;
+};
+std::vector<Plugin> list_plugins(const Context& context);
+
+// The part of its id before the colon: "cpu", "reference", "cuda".
+std::string backend_of(const Device& device);
+// backend: "auto", or a device's; device: a whole id, or empty. Throws CliError(kDevice) naming
+// what there is and why plugins were refused.
+Device choose_device(const Context& context, const std::string& backend, const std::string& device);
+
+// Throws CliError(kCalibration) when the library refuses the calibration. Its size must be known.
+Rig make_rig(const Context& context, const StereoCalibration& calibration);
+defrec_rig_info rig_info(const Rig& rig);
+
+defrec_image image_of(const ImageView& view);
+// Queues a frame. deadline_ns: 0: none. Throws CliError.
+Job submit(const Tracker& tracker, const StereoFrame& frame, std::uint64_t deadline_ns = 0);
+// The library's image format for views of this many channels.
+std::uint32_t format_of_channels(int channels);
+
+const char* state_name(std::uint32_t state);
+// Names of the reasons in the mask, joined by `separator`.
+std::string reason_names(std::uint32_t reasons, const char* separator);
+
+}  // namespace defrec::cli

@@ -1,0 +1,264 @@
+// Sequences as `defrec render` writes them, scored as `defrec score` does.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "sdk/evaluation/data_sets/data_set.hpp"
+#include "sdk/evaluation/data_sets/tracked_clip.hpp"
+#include "sdk/evaluation/score/score.hpp"
+#include "sdk/evaluation/score/target_score.hpp"
+#include "sdk/io/csv.hpp"
+#include "sdk/io/text.hpp"
+#include "sdk/session/frame_projection.hpp"
+#include "sdk/session/track_outputs.hpp"
+
+namespace defrec::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr PointStatus kStatuses[] = {PointStatus::kTracked, PointStatus::kExtrapolated,
+                                     PointStatus::kLost};
+
+// Columns of the samples. The last two are of targets alone.
+enum Column { kFrame, kVisible, kStatus, kErrorMm, kErrorPx, kExpectedMm, kDepth, kRigidMm };
+
+double number_of(const std::string& status) {
+    for (const PointStatus known : kStatuses)
+        if (status == name_of(known)) return static_cast<double>(known);
+    throw CliError(ExitCode::kInternal, "points.csv has the unknown status '" + status + "'.");
+}
+
+Samples samples_of(const ScoredRows& scored, const std::vector<std::string>& columns) {
+    Samples samples(columns);
+    for (const ScoredRow& row : scored.rows) {
+        samples.add({static_cast<double>(row.frame), row.truly_visible ? 1.0 : 0.0,
+                     number_of(row.status), row.error_mm.value_or(kNone),
+                     row.error_px.value_or(kNone), row.expected_mm.value_or(kNone), kNone, kNone});
+    }
+    return samples;
+}
+
+void add_targets(const std::vector<ScoredTarget>& targets, Samples& samples) {
+    for (const ScoredTarget& target : targets) {
+        samples.add({static_cast<double>(target.frame), 0, number_of(target.status),
+                     target.error_mm.value_or(kNone), kNone, target.expected_mm.value_or(kNone),
+                     target.depth, target.rigid_mm.value_or(kNone)});
+    }
+}
+
+bool is_target(const Samples& samples, std::size_t i) { return !std::isnan(samples.at(i, kDepth)); }
+
+std::optional<double> optional_at(const Samples& samples, std::size_t i, Column column) {
+    const double value = samples.at(i, column);
+    return std::isnan(value) ? std::nullopt : std::optional(value);
+}
+
+// What points and targets have in common.
+void fill_position(const Samples& samples, std::size_t i, ScoredPosition& position) {
+    position.frame = static_cast<std::int64_t>(samples.at(i, kFrame));
+    position.status = name_of(static_cast<PointStatus>(samples.at(i, kStatus)));
+    position.error_mm = optional_at(samples, i, kErrorMm);
+    position.expected_mm = optional_at(samples, i, kExpectedMm);
+}
+
+ScoredRows rows_of(const Samples& samples) {
+    ScoredRows scored;
+    scored.has_pixels = true;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        if (is_target(samples, i)) continue;
+        ScoredRow row;
+        fill_position(samples, i, row);
+        row.truly_visible = samples.at(i, kVisible) != 0;
+        row.error_px = optional_at(samples, i, kErrorPx);
+        scored.rows.push_back(std::move(row));
+    }
+    return scored;
+}
+
+std::vector<ScoredTarget> targets_of(const Samples& samples) {
+    std::vector<ScoredTarget> targets;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        if (!is_target(samples, i)) continue;
+        ScoredTarget target;
+        fill_position(samples, i, target);
+        target.depth = samples.at(i, kDepth);
+        target.rigid_mm = optional_at(samples, i, kRigidMm);
+        targets.push_back(std::move(target));
+    }
+    return targets;
+}
+
+// The frame whose visible points are worst, lost ones worse than any other.
+struct WorstFrame {
+    std::int64_t frame = 0;
+    double median_mm = -1;  // infinite where most are lost
+    double lost_share = 0;
+};
+WorstFrame worst_frame(const Samples& samples) {
+    std::map<std::int64_t, std::vector<double>> errors;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        if (samples.at(i, kVisible) == 0) continue;
+        const double error = samples.at(i, kErrorMm);
+        errors[static_cast<std::int64_t>(samples.at(i, kFrame))].push_back(
+            std::isnan(error) ? std::numeric_limits<double>::infinity() : error);
+    }
+    WorstFrame worst;
+    for (auto& [frame, of_frame] : errors) {
+        const auto lost =
+            std::count(of_frame.begin(), of_frame.end(), std::numeric_limits<double>::infinity());
+        const double lost_share = static_cast<double>(lost) / static_cast<double>(of_frame.size());
+        const double median = summarise(std::move(of_frame)).median;
+        if (median > worst.median_mm) worst = {frame, median, lost_share};
+    }
+    return worst;
+}
+
+std::vector<MarkedPoint> marked_points(const fs::path& clip, const fs::path& out,
+                                       const SourceOptions& source, std::int64_t frame) {
+    StereoCalibration calibration = load_calibration((clip / "calibration.yaml").string());
+    const FrameSource reader(source);
+    fit_to_frames(calibration, reader.width(), reader.height());
+    const Context context = open_context({1, true, {}});
+    const Rig rig = make_rig(context, calibration);
+    RawProjection projection(rig);
+    std::map<std::int64_t, MarkedPoint> points;
+    CsvReader truth(clip / "truth.csv", {"frame", "id", "x", "y", "z", "visible"});
+    while (truth.next()) {
+        if (truth.integer(0) != frame || truth.integer(5) == 0) continue;
+        const double xyz[3] = {truth.number(2), truth.number(3), truth.number(4)};
+        double uv[2];
+        projection.project(xyz, 1, uv);
+        points[truth.integer(1)] = {uv[0], uv[1], kNone, kNone};
+    }
+    CsvReader found(out / "points.csv", {"frame", "id", "u", "v"});
+    while (found.next()) {
+        if (found.integer(0) != frame || found.is_empty(2)) continue;
+        const auto point = points.find(found.integer(1));
+        if (point == points.end()) continue;
+        point->second.found_u = found.number(2);
+        point->second.found_v = found.number(3);
+    }
+    std::vector<MarkedPoint> result;
+    for (const auto& [id, point] : points) result.push_back(point);
+    return result;
+}
+
+class DefrecSequences : public DataSet {
+  public:
+    std::string name() const override { return "defrec"; }
+    std::string summary() const override {
+        return "sequences as `defrec render` writes them: 3D points with visibility";
+    }
+    std::string layout() const override {
+        return "folders, at any depth, that hold left/, right/, calibration.yaml, points.csv and "
+               "truth.csv, and for targets beneath the surface targets.csv and truth_deep.csv";
+    }
+    bool is_clip(const fs::path& folder) const override {
+        std::error_code error;
+        return fs::exists(folder / "truth.csv", error) ||
+               fs::exists(folder / "calibration.yaml", error);
+    }
+
+    std::vector<std::string> sample_columns() const override {
+        return {"frame",    "visible",     "status", "error_mm",
+                "error_px", "expected_mm", "depth",  "rigid_mm"};
+    }
+    std::vector<Metric> metrics() const override {
+        return {{"median_mm"},
+                {"p95_mm"},
+                {"mean_mm"},
+                {"max_mm"},
+                {"lost_share"},
+                {"hidden_p95_mm"},
+                {"within_1_expected", true},
+                {"within_2_expected", true},
+                {"within_3_expected", true},
+                {"occlusion_accuracy", true},
+                {"average_jaccard_mm", true},
+                {"average_jaccard_px", true}};
+    }
+    std::vector<double> summarise(const Samples& samples) const override {
+        const ScoreGroup all = score_of(rows_of(samples)).all;
+        const Coverage& coverage = all.all_statuses.coverage;
+        return {all.visible.median,        all.visible.p95,
+                all.visible.mean,          all.visible.max,
+                all.lost_share(),          all.hidden.p95,
+                coverage.within[0],        coverage.within[1],
+                coverage.within[2],        all.visibility.occlusion_accuracy,
+                all.visibility.mm.average, all.visibility.px->average};
+    }
+
+    std::vector<Metric> depth_metrics() const override {
+        return {{"points"},
+                {"median_mm"},
+                {"p95_mm"},
+                {"max_mm"},
+                {"mean_expected_mm"},
+                {"within_1_expected", true},
+                {"within_2_expected", true},
+                {"within_3_expected", true},
+                {"lost_share"},
+                {"rigid_median_mm"},
+                {"rigid_p95_mm"}};
+    }
+    std::vector<DepthValues> by_depth(const Samples& samples) const override {
+        std::vector<DepthValues> values;
+        for (const DepthScore& depth : target_score_of(targets_of(samples)).depths) {
+            const ErrorSummary& errors = depth.all.errors;
+            const Coverage& coverage = depth.all.coverage;
+            values.push_back(
+                {depth.name(),
+                 {static_cast<double>(depth.rows), errors.median, errors.p95, errors.max,
+                  depth.all.mean_expected_mm, coverage.within[0], coverage.within[1],
+                  coverage.within[2], depth.lost_share(), depth.rigid.median, depth.rigid.p95}});
+        }
+        return values;
+    }
+
+    ClipScore run(const ClipTask& task) const override {
+        const fs::path& clip = task.folder;
+        require_entries(clip, {{"left", "the left images of a sequence of `defrec render`", true},
+                               {"right", "the right images, in the order of the left ones", true},
+                               {"calibration.yaml", "OpenCV stereo YAML, M1 D1 M2 D2 R T in mm"},
+                               {"points.csv", "CSV id,u,v: the points to follow"},
+                               {"truth.csv", "CSV frame,id,x,y,z,visible: where they are, mm"}});
+        TrackOptions options;
+        options.source.left = (clip / "left").string();
+        options.source.right = (clip / "right").string();
+        options.calibration = (clip / "calibration.yaml").string();
+        options.points = (clip / "points.csv").string();
+        std::error_code error;
+        const bool has_targets =
+            fs::exists(clip / kTargetsFile, error) && fs::exists(clip / kDeepTruthFile, error);
+        if (has_targets) options.targets = (clip / kTargetsFile).string();
+        track_clip(task, options);
+        const ScoredRows scored = read_scored_rows(task.out, clip / "truth.csv", {});
+        ClipScore score{samples_of(scored, sample_columns()), 0, {}, {}, {}};
+        if (fs::exists(task.out / kTargetsFile, error)) {
+            add_targets(read_scored_targets(task.out / kTargetsFile, clip / kDeepTruthFile,
+                                            clip / "truth.csv", {}),
+                        score.samples);
+        }
+        set_times(task.out, score);
+        const WorstFrame worst = worst_frame(score.samples);
+        score.picture = picture_of(options.source, worst.frame,
+                                   marked_points(clip, task.out, options.source, worst.frame));
+        const std::string median = std::isfinite(worst.median_mm)
+                                       ? "median " + format_fixed(worst.median_mm, 2) + " mm"
+                                       : "no median";
+        score.remark = "frame " + std::to_string(worst.frame) + ": " + median + ", " +
+                       format_fixed(100 * worst.lost_share, 0) + " % lost";
+        const std::string state = state_of(task.out, worst.frame);
+        if (!state.empty()) score.remark += "; " + state;
+        return score;
+    }
+};
+
+}  // namespace
+
+std::unique_ptr<DataSet> make_defrec_sequences() { return std::make_unique<DefrecSequences>(); }
+
+}  // namespace defrec::cli

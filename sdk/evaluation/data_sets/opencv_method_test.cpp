@@ -1,0 +1,89 @@
+// The baseline on rendered data, where it must work, and beside the library.
+#include "sdk/evaluation/data_sets/opencv_method.hpp"
+
+#include <opencv2/imgproc.hpp>
+
+#include "sdk/evaluation/program_run.hpp"
+#include "sdk/evaluation/score/scored_rows.hpp"
+#include "sdk/io/test_folder.hpp"
+#include "sdk/scenes/writing/test_sequence.hpp"
+
+using namespace defrec::cli;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kFrames = 4;
+
+TrackOptions options_of(const TestFolder& sequence) {
+    TrackOptions options;
+    options.source.left = sequence / "left";
+    options.source.right = sequence / "right";
+    options.calibration = sequence / "calibration.yaml";
+    options.points = sequence / "points.csv";
+    return options;
+}
+
+}  // namespace
+
+TEST_CASE("points of a textured plane that does not move stay where they are, at its depth") {
+    // f 400, baseline 5, disparity 20: z = 100 mm.
+    constexpr int kWidth = 320, kHeight = 240, kDisparity = 20;
+    cv::Mat wide(kHeight, kWidth + kDisparity, CV_8U);
+    cv::RNG random(7);
+    random.fill(wide, cv::RNG::UNIFORM, 0, 256);
+    cv::GaussianBlur(wide, wide, {5, 5}, 1.2);
+    const cv::Mat right = wide.colRange(kDisparity, kDisparity + kWidth).clone();
+    const cv::Mat left = wide.colRange(0, kWidth).clone();
+    StereoCalibration calibration;
+    calibration.width = kWidth;
+    calibration.height = kHeight;
+    calibration.left.fx = calibration.left.fy = 400;
+    calibration.left.cx = 159.5;
+    calibration.left.cy = 119.5;
+    calibration.right = calibration.left;
+    calibration.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    calibration.translation = {-5, 0, 0};
+    const auto meter = make_opencv_depth_meter(calibration);
+    const cv::Mat depth = meter->depth_of(frame_of(left, right, 0));
+    int found = 0;
+    for (int v = 20; v < kHeight - 20; ++v) {
+        for (int u = kDisparity + 10; u < kWidth - 20; ++u) {
+            if (depth.at<float>(v, u) == 0) continue;
+            ++found;
+            REQUIRE(depth.at<float>(v, u) == doctest::Approx(100).epsilon(0.01));
+        }
+    }
+    CHECK(found > 45000);
+}
+
+TEST_CASE("most points of a beat are followed, and the others are lost without a position") {
+    const TestFolder& sequence = rendered_sequence<kFrames>();
+    const TestFolder out;
+    track_by_opencv(options_of(sequence), out.path());
+    const ScoredRows scored = read_scored_rows(out.path(), sequence / "truth.csv", {});
+    CHECK(scored.has_pixels);
+    std::vector<double> errors;
+    for (const ScoredRow& row : scored.rows) {
+        CHECK_FALSE(row.expected_mm);
+        if (row.truly_visible && row.error_mm) errors.push_back(*row.error_mm);
+    }
+    CHECK(errors.size() > scored.rows.size() / 2);
+    std::sort(errors.begin(), errors.end());
+    CHECK(errors[errors.size() / 2] < 1);
+}
+
+TEST_CASE("methods stand beside each other in one table") {
+    const TestFolder out;
+    const fs::path root = rendered_sequence<kFrames>().path();
+    REQUIRE(run_evaluate_program({"--dataset", "defrec", root.string(), "--out",
+                                  out.path().string(), "--backend", "cpu", "--quiet", "--method",
+                                  "defrec", "--method", "opencv"}) == 0);
+    CsvReader summary(out.path() / "summary.csv", {"variant", "quarantined", "median_mm"});
+    for (const char* variant : {"defrec", "opencv"}) {
+        REQUIRE(summary.next());
+        CHECK(summary.field(0) == variant);
+        CHECK(summary.integer(1) == 0);
+        CHECK(summary.number(2) < 1);
+    }
+}

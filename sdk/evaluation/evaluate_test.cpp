@@ -1,0 +1,284 @@
+// The whole command on rendered sequences: scores, shards, resumption and quarantine.
+#include "sdk/evaluation/evaluate.hpp"
+
+#include <doctest/doctest.h>
+#include <signal.h>
+
+#include "sdk/evaluation/clip_store.hpp"
+#include "sdk/evaluation/program_run.hpp"
+#include "sdk/evaluation/score/score.hpp"
+#include "sdk/evaluation/score/target_score.hpp"
+#include "sdk/io/csv.hpp"
+#include "sdk/io/text.hpp"
+#include "sdk/scenes/writing/test_sequence.hpp"
+
+using namespace defrec::cli;
+namespace fs = std::filesystem;
+
+namespace {
+
+const auto& start = start_evaluate;
+const auto& run = run_evaluate_program;
+
+// The true points of the sequence, as targets at the depth of their number's last digit, mm.
+void add_targets(const TestFolder& folder, const fs::path& clip) {
+    std::string targets = "id,x,y,z,depth\n", truth = "frame,id,x,y,z,depth\n";
+    CsvReader points(rendered_sequence<4>().path() / "truth.csv", {"frame", "id", "x", "y", "z"});
+    while (points.next()) {
+        std::string row(points.field(1));
+        for (std::size_t column = 2; column < 5; ++column)
+            row.append(",").append(points.field(column));
+        row.append(",").append(std::to_string(points.integer(1) % 10)).append("\n");
+        if (points.integer(0) == 0) targets += row;
+        truth.append(points.field(0)).append(",").append(row);
+    }
+    folder.write((clip / "targets.csv").string(), targets);
+    folder.write((clip / kDeepTruthFile).string(), truth);
+}
+
+// Clips one, which has targets, two and deep/three of the same frames with points of their own.
+const TestFolder& data_set() {
+    static const TestFolder folder;
+    static const bool is_made = [] {
+        const TestFolder& sequence = rendered_sequence<4>();
+        std::size_t clip_number = 0;
+        for (const char* clip : {"one", "two", "deep/three"}) {
+            const fs::path to = folder.path() / clip;
+            fs::create_directories(to);
+            for (const char* name : {"left", "right", "calibration.yaml", "truth.csv"})
+                fs::create_symlink(sequence.path() / name, to / name);
+            // Every third point, beginning with another.
+            CsvReader points(sequence.path() / "points.csv", {"id", "u", "v"});
+            std::string text = "id,u,v\n";
+            for (std::size_t i = clip_number++; points.next(); ++i)
+                if (i % 3 == 0)
+                    text.append(points.field(0))
+                        .append(",")
+                        .append(points.field(1))
+                        .append(",")
+                        .append(points.field(2))
+                        .append("\n");
+            folder.write((fs::path(clip) / "points.csv").string(), text);
+        }
+        add_targets(folder, "one");
+        return true;
+    }();
+    static_cast<void>(is_made);
+    return folder;
+}
+
+std::vector<std::string> with_out(const fs::path& out, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments{"--dataset", "defrec",     data_set().path().string(),
+                                       "--out",     out.string(), "--backend",
+                                       "cpu",       "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+}
+
+// The files that are the same from run to run.
+std::map<std::string, std::string> merged(const fs::path& out) {
+    std::map<std::string, std::string> files;
+    for (const char* name : {"results.csv", "summary.csv", "results_by_depth.csv",
+                             "summary_by_depth.csv", "evaluation.html"})
+        files[name] = TestFolder::read(out / name);
+    return files;
+}
+
+// A whole evaluation of the three clips.
+const TestFolder& evaluated() {
+    static const TestFolder folder;
+    static const int code = run(with_out(folder.path()));
+    REQUIRE(code == 0);
+    return folder;
+}
+
+}  // namespace
+
+TEST_CASE("a clip's metrics are the score of its points") {
+    const TestFolder& out = evaluated();
+    const fs::path clip = ClipStore(out.path()).folder({"defrec", "deep/three"});
+    const ScoreGroup score =
+        score_of(read_scored_rows(clip, data_set() / "deep/three/truth.csv", {})).all;
+    CsvReader results(out.path() / "results.csv", {"clip", "status", "median_mm", "p95_mm",
+                                                   "lost_share", "average_jaccard_px"});
+    std::vector<std::string> clips;
+    while (results.next()) {
+        clips.emplace_back(results.field(0));
+        CHECK(results.field(1) == "done");
+        if (clips.back() != "deep/three") continue;
+        CHECK(results.number(2) == score.visible.median);
+        CHECK(results.number(3) == score.visible.p95);
+        CHECK(results.number(4) == score.lost_share());
+        CHECK(results.number(5) == score.visibility.px->average);
+    }
+    CHECK(clips == std::vector<std::string>{"deep/three", "one", "two"});
+    CHECK(fs::exists(clip / kPictureFile));
+    CHECK_FALSE(fs::exists(clip / "report.html"));
+}
+
+TEST_CASE("targets are scored by depth, and are in no metric of points") {
+    const TestFolder& out = evaluated();
+    const fs::path clip = ClipStore(out.path()).folder({"defrec", "one"});
+    const fs::path given = data_set().path() / "one";
+    const TargetScore score = target_score_of(
+        read_scored_targets(clip / "targets.csv", given / kDeepTruthFile, given / "truth.csv", {}));
+    REQUIRE(score.depths.size() == 10);
+    CsvReader results(out.path() / "results_by_depth.csv",
+                      {"clip", "depth", "points", "median_mm", "lost_share", "rigid_p95_mm"});
+    std::size_t depth = 0;
+    for (; results.next(); ++depth) {
+        REQUIRE(depth < score.depths.size());
+        const DepthScore& expected = score.depths[depth];
+        CHECK(results.field(0) == "one");
+        CHECK(results.field(1) == expected.name());
+        CHECK(results.number(2) == static_cast<double>(expected.rows));
+        CHECK(results.number(3) == expected.all.errors.median);
+        CHECK(results.number(4) == expected.lost_share());
+        CHECK(results.number(5) == expected.rigid.p95);
+    }
+    CHECK(depth == 10);
+    const ScoreGroup points = score_of(read_scored_rows(clip, given / "truth.csv", {})).all;
+    CsvReader all(out.path() / "results.csv", {"clip", "median_mm"});
+    while (all.next())
+        if (all.field(0) == "one") CHECK(all.number(1) == points.visible.median);
+    CHECK(TestFolder::read(out / "evaluation.html").find("<h2>Targets by depth</h2>") !=
+          std::string::npos);
+}
+
+TEST_CASE("shards in any order, and a run that was killed and resumed, give the same bytes") {
+    const auto expected = merged(evaluated().path());
+    const TestFolder shards;
+    for (const char* shard : {"3/3", "1/3"})
+        REQUIRE(run(with_out(shards.path(), {"--shard", shard})) == 0);
+    CHECK_FALSE(fs::exists(shards / "results.csv"));
+    CHECK(run(with_out(shards.path(), {"--merge"})) == 3);  // one is missing
+    REQUIRE(run(with_out(shards.path(), {"--shard", "2/3"})) == 0);
+    REQUIRE(run(with_out(shards.path(), {"--merge"})) == 0);
+    CHECK(merged(shards.path()) == expected);
+
+    const TestFolder killed;
+    const ClipStore store(killed.path());
+    const pid_t child = start(with_out(killed.path(), {"--jobs", "2"}));
+    while (!store.outcome({"defrec", "deep/three"}) && !store.outcome({"defrec", "one"}))
+        ::usleep(1000);
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    REQUIRE(run(with_out(killed.path(), {"--resume"})) == 0);
+    CHECK(merged(killed.path()) == expected);
+}
+
+TEST_CASE("what is done with the same options is kept, and what is not is run") {
+    const TestFolder out;
+    REQUIRE(run(with_out(out.path(), {"--subset", "t*"})) == 0);
+    const std::string mark = (ClipStore(out.path()).folder({"defrec", "two"}) / "mark").string();
+    const auto marked_after = [&](const std::vector<std::string>& more) {
+        std::ofstream(mark).put('x');
+        std::vector<std::string> arguments{"--subset", "two", "--resume"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        CHECK(run(with_out(out.path(), arguments)) == 0);
+        return fs::exists(mark);
+    };
+    CHECK(marked_after({}));
+    CHECK_FALSE(marked_after({"--seed", "5"}));
+    CHECK(run(with_out(out.path(), {"--subset", "two", "--merge"})) == 3);
+    CHECK(run(with_out(out.path(), {"--subset", "four*"})) == 2);
+}
+
+TEST_CASE("a clip with a file that is absent or cut is in quarantine, and the others are done") {
+    const TestFolder root, out;
+    for (const auto& entry : fs::directory_iterator(data_set().path() / "one")) {
+        for (const char* clip : {"cut", "good", "lacks"}) {
+            fs::create_directories(root.path() / clip);
+            fs::create_symlink(entry.path(), root.path() / clip / entry.path().filename());
+        }
+    }
+    fs::remove(root.path() / "lacks/points.csv");
+    fs::remove(root.path() / "cut/left");
+    fs::create_directory(root.path() / "cut/left");
+    for (const fs::path& image : images_of(data_set().path() / "one/left")) {
+        std::string bytes = TestFolder::read(image);
+        if (image.stem() == "000002") bytes.resize(bytes.size() / 2);
+        root.write((fs::path("cut/left") / image.filename()).string(), bytes);
+    }
+    CHECK(run({"--dataset", "defrec", root.path().string(), "--out", out.path().string(),
+               "--backend", "cpu", "--quiet", "--jobs", "3"}) == 6);
+    const auto reasons = reasons_of(out.path());
+    CHECK(reasons.at("good").empty());
+    CHECK(reasons.at("lacks").find("points.csv: this file was expected") != std::string::npos);
+    CHECK(reasons.at("cut").find("000002.png: this is not a whole image") != std::string::npos);
+    CHECK(TestFolder::read(out / "evaluation.html").find("In quarantine") != std::string::npos);
+}
+
+#ifdef DEFREC_FAULTY_PLUGINS
+TEST_CASE("clips of a plugin that fails or hangs are in quarantine") {
+    const auto reason_with = [](const char* plugin, const char* time_limit) {
+        const TestFolder out;
+        ::setenv("DEFREC_PLUGIN_PATH", DEFREC_FAULTY_PLUGINS, 1);
+        const int code =
+            run({"--dataset", "defrec", data_set().path().string(), "--out", out.path().string(),
+                 "--subset", "one", "--backend", plugin, "--time-limit", time_limit, "--quiet"});
+        ::unsetenv("DEFREC_PLUGIN_PATH");
+        CHECK(code == 6);
+        CsvReader results(out.path() / "results.csv", {"reason"});
+        REQUIRE(results.next());
+        return std::string(results.field(0));
+    };
+    CHECK(reason_with("crashes_in_enqueue", "600").find("ended by signal 11") != std::string::npos);
+    CHECK(reason_with("hangs_in_wait", "3").find("no end within the time limit of 3 s") == 0);
+}
+#endif
+
+TEST_CASE("parameters are variants, with a table of their effects") {
+    const TestFolder out;
+    const std::string few = out.write("few.yaml", "max_patches: 64\n");
+    const std::string same = out.write("same.yaml", "seed: 0\n");
+    CHECK(run(with_out(out.path(), {"--config", same})) == 2);
+    const std::string many = out.write("many.yaml", "max_patches: 1024\n");
+    REQUIRE(run(with_out(out.path() / "out",
+                         {"--subset", "one", "--config", many, "--config", few})) == 0);
+    CsvReader effects(out.path() / "out/effects.csv",
+                      {"variant", "metric", "value", "first", "change"});
+    std::size_t rows = 0, changed = 0;
+    while (effects.next()) {
+        ++rows;
+        // Nothing is hidden in these frames.
+        if (effects.field(0) == "many" && effects.field(1) != "hidden_p95_mm")
+            CHECK(effects.field(4) == "0");
+        changed +=
+            effects.field(0) == "few" && effects.field(1) == "median_mm" && effects.number(4) != 0;
+    }
+    CHECK(rows == 2 * 13);
+    CHECK(changed == 1);
+}
+
+TEST_CASE("clips are named by their folders under the root, also where these are links") {
+    const TestFolder root, elsewhere;
+    elsewhere.write("truth.csv", "");
+    fs::create_directories(root / "deep/er");
+    fs::create_directory(root / ".hidden");
+    for (const char* link : {"b10", "b9", "deep/er/c", ".hidden/d"})
+        fs::create_directory_symlink(elsewhere.path(), root.path() / link);
+    const std::vector<std::string> expected{"b9", "b10", "deep/er/c"};
+    const DataSet& sequences = data_set_of("defrec");
+    CHECK(clips_of(sequences, root.path()) == expected);
+    CHECK(clips_of(sequences, root / "") == expected);
+    CHECK(clips_of(sequences, root.path() / "b9") == std::vector<std::string>{"."});
+    CHECK(clips_of(sequences, root / "deep/er/c/") == std::vector<std::string>{"."});
+}
+
+TEST_CASE("what cannot be evaluated is said before anything is run") {
+    const TestFolder empty;
+    const std::string out = empty / "out";
+    CHECK(run({"--dataset", "nothing", empty.path().string(), "--out", out}) == 2);
+    CHECK(run({"--dataset", "defrec", empty.path().string(), "--out", out}) == 3);
+    CHECK(run({"--dataset", "defrec", empty / "absent", "--out", out}) == 3);
+    CHECK(run({"--dataset", "defrec", "--out", out}) == 2);
+    CHECK(run({"--dataset", "defrec", empty.path().string()}) == 2);
+    CHECK(run({empty.path().string(), "--out", out}) == 2);
+    CHECK_FALSE(fs::exists(out));
+    for (const char* shard : {"0/3", "4/3", "1", "1/x", "1/2/3", "-1/3"})
+        CHECK_THROWS_AS(parse_shard(shard), CliError);
+    CHECK(parse_shard("2/3").number == 2);
+    CHECK(run({"--list"}) == 0);
+    CHECK(run({"--dataset", "defrec", data_set().path().string(), "--list"}) == 0);
+}

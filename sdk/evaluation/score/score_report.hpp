@@ -1,0 +1,22 @@
+// A page with the plots of a score: reliability, coverage and sparsification of points, and the
+// errors of targets over their depth. It needs no script and no network.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "sdk/evaluation/score/score.hpp"
+#include "sdk/evaluation/score/target_score.hpp"
+
+namespace defrec::cli {
+
+// What was scored of a folder.
+struct Scores {
+    std::optional<Score> points;
+    std::optional<TargetScore> targets;
+};
+
+// `folder` and `truth` are shown as what was compared.
+std::string score_page(const Scores& scores, const std::string& folder, const std::string& truth);
+
+}  // namespace defrec::cli

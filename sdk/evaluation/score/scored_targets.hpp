@@ -1,0 +1,31 @@
+// Targets beneath the surface: rows of their truth beside what was tracked for them.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "sdk/evaluation/score/tracked_positions.hpp"
+#include "sdk/input/frame_source.hpp"
+
+namespace defrec::cli {
+
+struct ScoredTarget : ScoredPosition {
+    double depth = 0;  // mm beneath the surface, by the truth
+    // The error of a target that moves with the best rigid fit of the true visible surface, from
+    // the first frame to this one; nothing where that is not known.
+    std::optional<double> rigid_mm;
+};
+
+// The truth of targets, beside that of the surface.
+inline constexpr char kDeepTruthFile[] = "truth_deep.csv";
+
+// In the order of the truth; not empty. tracked: targets.csv of `defrec track`. truth:
+// frame,id,depth,x,y,z. surface_truth: frame,id,x,y,z,visible; empty: none. Throws
+// CliError(kInput).
+std::vector<ScoredTarget> read_scored_targets(const std::filesystem::path& tracked,
+                                              const std::filesystem::path& truth,
+                                              const std::filesystem::path& surface_truth,
+                                              const FrameRange& range);
+
+}  // namespace defrec::cli

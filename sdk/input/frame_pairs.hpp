@@ -1,0 +1,48 @@
+// Pairs of images of two cameras, formed by their times. Only the newest pair is kept: a tracker
+// that is slower than its cameras misses frames instead of falling behind.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "sdk/input/camera_counts.hpp"
+
+namespace defrec::cli {
+
+struct CameraImage {
+    cv::Mat image;                       // 8 bits, gray or BGR; shows `memory`
+    double time_ms = 0;                  // of the source
+    std::shared_ptr<const void> memory;  // null where the image owns its pixels
+};
+
+struct CameraPair {
+    CameraImage left, right;
+};
+
+// One thread at a time.
+class FramePairs {
+  public:
+    enum class View { kLeft, kRight };
+
+    // The times within a pair differ by at most that much: half of the time between frames.
+    void set_tolerance(double milliseconds) { tolerance_ms_ = milliseconds; }
+    void add(View view, CameraImage image);
+    // Of a source that carries both views.
+    void add_pair(CameraPair pair);
+    // The newest pair, once.
+    std::optional<CameraPair> take();
+    // Forgets what waits, not the counts.
+    void clear();
+    const PairCounts& counts() const { return counts_; }
+
+  private:
+    double tolerance_ms_ = 0;
+    std::array<std::deque<CameraImage>, 2> waiting_;  // in the order in which they came
+    std::optional<CameraPair> newest_;
+    PairCounts counts_;
+};
+
+}  // namespace defrec::cli

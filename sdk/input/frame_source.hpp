@@ -1,0 +1,83 @@
+// Pairs of left and right images, from two sources or from one that carries both, with their number
+// and time: recorded ones, or those of cameras.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "sdk/input/camera_counts.hpp"
+
+namespace defrec::cli {
+
+struct ImageView {
+    const std::uint8_t* pixels = nullptr;
+    int width = 0, height = 0;
+    int channels = 0;        // 1: gray, 3: BGR
+    std::size_t stride = 0;  // bytes from row to row
+};
+
+struct StereoFrame {
+    std::int64_t index = 0;              // in the source, from 0; of cameras counted by next()
+    double timestamp_ms = 0;             // of cameras from the first frame on
+    ImageView left, right;               // same size and channels
+    std::shared_ptr<const void> pixels;  // keeps what the views show
+};
+
+enum class Layout { kSideBySide, kTopBottom };
+
+// Frames first .. last - 1 of the source, counted from 0.
+struct FrameRange {
+    std::int64_t first = 0;
+    std::optional<std::int64_t> last;
+};
+// "A:B", "A:" or ":B". Throws CliError(kUsage).
+FrameRange parse_frame_range(const std::string& text);
+
+struct SourceOptions {
+    std::string left, right;              // both, or
+    std::string stereo;                   // this with
+    Layout layout = Layout::kSideBySide;  // left on the left, or left on top
+    FrameRange range;
+    double fps = 0;                 // 0: the source's own, else 30
+    double reconnect_seconds = 60;  // for which a camera that stopped is looked for
+};
+
+// One thread at a time.
+class FrameSource {
+  public:
+    // Throws CliError(kInput) when nothing can be read, or when image files of left and right do
+    // not pair up. A source that starts like a camera's name (camera_name.hpp) is a camera.
+    explicit FrameSource(const SourceOptions& options);
+    ~FrameSource();
+    FrameSource(const FrameSource&) = delete;
+    FrameSource& operator=(const FrameSource&) = delete;
+
+    int width() const;
+    int height() const;
+    int channels() const;
+    double fps() const;
+    // Images come from cameras: next() waits for them, and passes over those that it came too late
+    // for.
+    bool is_live() const;
+    // Empty for recorded images.
+    std::optional<CameraCounts> camera_counts() const;
+    // See CameraSource.
+    void set_notice_handler(std::function<void(const std::string&)> handler);
+    // How many frames next() should deliver by what the source claims.
+    std::optional<std::int64_t> expected() const;
+
+    // False at the end and at the first frame that cannot be used; fault() then says why, and is
+    // empty at a regular end. Frames delivered before stay valid.
+    bool next(StereoFrame& frame);
+    const std::string& fault() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace defrec::cli

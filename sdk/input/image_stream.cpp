@@ -1,0 +1,299 @@
+// The images of one view, one after the other.
+#include "sdk/input/image_stream.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <string_view>
+
+#include "include/defrec_c.h"
+#include "sdk/io/exit_code.hpp"
+#include "sdk/io/image_header.hpp"
+#include "sdk/io/text.hpp"
+
+namespace defrec::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kLargestImageFile = 400'000'000;
+// Of one image: both views may lie side by side, or one above the other.
+constexpr std::uint64_t kMaxSide = 2 * DEFREC_MAX_SIDE;
+// A container may count one frame more than it holds without being cut short.
+constexpr std::int64_t kCountTolerance = 1;
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+[[noreturn]] void fail(const std::string& message) { throw CliError(ExitCode::kInput, message); }
+
+bool is_image_name(const fs::path& path) {
+    static const std::vector<std::string> kExtensions = {".png",  ".jpg", ".jpeg", ".bmp", ".tif",
+                                                         ".tiff", ".pgm", ".ppm",  ".pnm", ".webp"};
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
+        return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    });
+    return path.filename().string().front() != '.' &&
+           std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
+}
+
+// Of a cut file libjpeg fills the rest with gray and says nothing; libpng complains on the standard
+// error output.
+bool is_cut(const std::vector<unsigned char>& bytes) {
+    constexpr std::size_t kTail = 65536;
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string_view tail = text.substr(text.size() - std::min(text.size(), kTail));
+    if (text.starts_with("\xFF\xD8")) return tail.find("\xFF\xD9") == std::string_view::npos;
+    if (text.starts_with("\x89PNG")) return tail.find("IEND") == std::string_view::npos;
+    return false;
+}
+
+// Empty when the file is no whole image.
+cv::Mat decode_file(const fs::path& path) {
+    std::error_code error;
+    const std::uintmax_t size = fs::file_size(path, error);
+    if (error || size == 0 || size > kLargestImageFile) return {};
+    std::vector<unsigned char> bytes(size);
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                               &std::fclose);
+    if (!file || std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) return {};
+    if (is_cut(bytes)) return {};
+    const std::optional<HeaderSize> claimed = image_header_size(bytes);
+    if (!claimed || claimed->width > kMaxSide || claimed->height > kMaxSide) return {};
+    try {
+        cv::Mat image = cv::imdecode(bytes, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
+        return image.depth() == CV_8U && (image.channels() == 1 || image.channels() == 3)
+                   ? image
+                   : cv::Mat();
+    } catch (const cv::Exception&) {
+        return {};
+    }
+}
+
+bool is_video(const fs::path& path) {
+    unsigned char begin[512] = {};
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                               &std::fclose);
+    if (!file) return false;
+    return begins_video({begin, std::fread(begin, 1, sizeof begin, file.get())});
+}
+
+class FileStream : public ImageStream {
+  public:
+    FileStream(std::string source, std::vector<fs::path> files) : files_(std::move(files)) {
+        source_ = std::move(source);
+        claimed_ = static_cast<std::int64_t>(files_.size());
+    }
+
+    bool read(cv::Mat& image) override {
+        if (!fault_.empty() || position_ == files_.size()) return false;
+        image = decode_file(files_[position_]);
+        if (image.empty()) {
+            fault_ = files_[position_].string() +
+                     ": this is not a whole image that can be read, of sides up to " +
+                     std::to_string(kMaxSide) + " px.";
+            return false;
+        }
+        ++position_;
+        return true;
+    }
+
+    bool skip() override {
+        if (position_ == files_.size()) return false;
+        ++position_;
+        return true;
+    }
+
+    const std::vector<fs::path>& files() const override { return files_; }
+
+  private:
+    std::vector<fs::path> files_;
+    std::size_t position_ = 0;
+};
+
+class VideoStream : public ImageStream {
+  public:
+    explicit VideoStream(std::string source) {
+        source_ = std::move(source);
+        try {
+            is_open_ = is_video(source_) && capture_.open(source_, cv::CAP_FFMPEG);
+        } catch (const cv::Exception&) {
+            is_open_ = false;
+        }
+        if (!is_open_) {
+            fail(source_ +
+                 ": this is not a video that can be opened (a recording that was cut off while it "
+                 "was being written cannot be); a video file, a folder of images or a %06d pattern "
+                 "was expected.");
+        }
+        const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
+        if (count > 0 && count < 1e9) claimed_ = std::llround(count);
+        const double fps = capture_.get(cv::CAP_PROP_FPS);
+        if (fps > 0 && fps < 10000) fps_ = fps;
+    }
+
+    bool read(cv::Mat& image) override { return skip() && retrieve(image); }
+
+    bool skip() override {
+        bool has_frame = false;
+        try {
+            has_frame = is_open_ && capture_.grab();
+        } catch (const cv::Exception&) {
+            has_frame = false;
+        }
+        if (has_frame) {
+            ++delivered_;
+        } else {
+            end();
+        }
+        return has_frame;
+    }
+
+    const std::vector<fs::path>& files() const override { return files_; }
+
+  private:
+    bool retrieve(cv::Mat& image) {
+        try {
+            // A new buffer each time: the frame before may still be in use.
+            cv::Mat decoded;
+            if (capture_.retrieve(decoded) && decoded.depth() == CV_8U &&
+                (decoded.channels() == 1 || decoded.channels() == 3)) {
+                image = decoded;
+                return true;
+            }
+        } catch (const cv::Exception&) {
+        }
+        --delivered_;
+        end();
+        return false;
+    }
+
+    void end() {
+        is_open_ = false;
+        if (claimed_ && delivered_ + kCountTolerance < *claimed_) {
+            fault_ = source_ + ": the video claims " + std::to_string(*claimed_) +
+                     " frames but only " + std::to_string(delivered_) +
+                     " could be read; it is cut short or damaged.";
+        }
+    }
+
+    cv::VideoCapture capture_;
+    bool is_open_ = false;
+    std::int64_t delivered_ = 0;
+    std::vector<fs::path> files_;
+};
+
+std::vector<fs::path> images_in(const fs::path& folder) {
+    std::vector<fs::path> files;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+        if (entry->is_regular_file() && is_image_name(entry->path()))
+            files.push_back(entry->path());
+    }
+    if (error) fail(folder.string() + ": the folder cannot be read (" + error.message() + ").");
+    std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+        return precedes_by_name(a.filename().string(), b.filename().string());
+    });
+    if (files.empty())
+        fail(folder.string() + ": the folder holds no image (png, jpg, bmp, tif, pgm, ppm, webp).");
+    return files;
+}
+
+struct Pattern {
+    std::string prefix, suffix;
+    std::size_t digits = 0;  // at least
+};
+
+std::optional<Pattern> parse_pattern(const std::string& name) {
+    const std::size_t percent = name.find('%');
+    if (percent == std::string::npos) return std::nullopt;
+    std::size_t end = percent + 1;
+    while (end < name.size() && is_digit(name[end])) ++end;
+    if (end >= name.size() || name[end] != 'd' || end - percent > 3) return std::nullopt;
+    const std::int64_t digits =
+        parse_integer(name.substr(percent + 1, end - percent - 1)).value_or(1);
+    return Pattern{name.substr(0, percent), name.substr(end + 1), static_cast<std::size_t>(digits)};
+}
+
+// The existing files of the pattern, from the lowest number on; a number that is missing in between
+// is an error, because from there on left and right could be paired wrongly.
+std::vector<fs::path> files_of_pattern(const std::string& source, const fs::path& folder,
+                                       const Pattern& pattern) {
+    std::vector<std::pair<std::int64_t, fs::path>> numbered;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder.empty() ? "." : folder, error), end;
+         !error && entry != end; entry.increment(error)) {
+        const std::string name = entry->path().filename().string();
+        if (name.size() < pattern.prefix.size() + pattern.suffix.size() ||
+            !name.starts_with(pattern.prefix) || !name.ends_with(pattern.suffix)) {
+            continue;
+        }
+        const std::string digits = name.substr(
+            pattern.prefix.size(), name.size() - pattern.prefix.size() - pattern.suffix.size());
+        if (digits.size() < pattern.digits || !std::all_of(digits.begin(), digits.end(), is_digit))
+            continue;
+        if (digits.size() > pattern.digits && digits.front() == '0') continue;
+        if (const auto number = parse_integer(digits))
+            numbered.emplace_back(*number, entry->path());
+    }
+    if (error || numbered.empty()) fail(source + ": no file matches this pattern.");
+    std::sort(numbered.begin(), numbered.end());
+    std::vector<fs::path> files;
+    for (const auto& [number, path] : numbered) {
+        const std::int64_t expected =
+            numbered.front().first + static_cast<std::int64_t>(files.size());
+        if (number != expected) {
+            fail(source + ": number " + std::to_string(expected) +
+                 " is missing; the next file is " + path.filename().string() +
+                 ". Renumber the files or give the folder instead.");
+        }
+        files.push_back(path);
+    }
+    return files;
+}
+
+}  // namespace
+
+bool precedes_by_name(const std::string& a, const std::string& b) {
+    std::size_t i = 0, j = 0;
+    while (i < a.size() && j < b.size()) {
+        if (!is_digit(a[i]) || !is_digit(b[j])) {
+            if (a[i] != b[j])
+                return static_cast<unsigned char>(a[i]) < static_cast<unsigned char>(b[j]);
+            ++i;
+            ++j;
+            continue;
+        }
+        while (i < a.size() && a[i] == '0') ++i;
+        while (j < b.size() && b[j] == '0') ++j;
+        std::size_t i_end = i, j_end = j;
+        while (i_end < a.size() && is_digit(a[i_end])) ++i_end;
+        while (j_end < b.size() && is_digit(b[j_end])) ++j_end;
+        if (i_end - i != j_end - j) return i_end - i < j_end - j;
+        const int order = a.compare(i, i_end - i, b, j, j_end - j);
+        if (order != 0) return order < 0;
+        i = i_end;
+        j = j_end;
+    }
+    const std::size_t left_of_a = a.size() - i, left_of_b = b.size() - j;
+    return left_of_a != left_of_b ? left_of_a < left_of_b : a < b;
+}
+
+std::unique_ptr<ImageStream> ImageStream::open(const std::string& source) {
+    std::error_code error;
+    const fs::file_status status = fs::status(source, error);
+    if (fs::is_directory(status)) return std::make_unique<FileStream>(source, images_in(source));
+    if (fs::is_regular_file(status)) return std::make_unique<VideoStream>(source);
+    if (fs::exists(status)) fail(source + ": this is neither a file nor a folder.");
+    const fs::path path(source);
+    if (const std::optional<Pattern> pattern = parse_pattern(path.filename().string())) {
+        return std::make_unique<FileStream>(source,
+                                            files_of_pattern(source, path.parent_path(), *pattern));
+    }
+    fail(source + ": there is no such file or folder.");
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,355 @@
+// Reads OpenCV stereo YAML and pairs of ROS camera_info files. What the numbers must satisfy is in
+// calibration_check.cpp.
+#include "sdk/io/calibration.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <filesystem>
+
+#include "sdk/io/text.hpp"
+#include "sdk/io/yaml_document.hpp"
+
+namespace defrec::cli {
+namespace {
+
+constexpr int kLargestSide = 32766;
+
+struct Matrix {
+    int rows = 0, cols = 0;
+    std::vector<double> values;  // row-major
+    std::string origin;
+};
+
+struct Shape {
+    int rows, cols;
+};
+
+std::string shape_text(int rows, int cols) {
+    return std::to_string(rows) + "x" + std::to_string(cols);
+}
+
+const YamlEntry& require_entry(const YamlDocument& document, const std::string& key) {
+    const YamlEntry* entry = document.root().find(key);
+    if (entry == nullptr) document.fail(1, key, "this key is missing.");
+    return *entry;
+}
+
+const YamlEntry* find_either(const YamlDocument& document, const std::string& key,
+                             const std::string& alias) {
+    const YamlEntry* first = document.root().find(key);
+    const YamlEntry* second = document.root().find(alias);
+    if (first != nullptr && second != nullptr) {
+        document.fail(second->line, alias, key + " gives the same value; keep one of the two.");
+    }
+    return first != nullptr ? first : second;
+}
+
+// The shape that a `{rows, cols, dt, data}` map declares, checked before a number of its data is
+// read.
+Shape declared_shape(const YamlDocument& document, const YamlEntry& entry) {
+    document.require_known_keys(entry.value, {"rows", "cols", "dt", "data"}, entry.key + ".");
+    const YamlEntry* rows = entry.value.find("rows");
+    const YamlEntry* cols = entry.value.find("cols");
+    if (rows == nullptr || cols == nullptr)
+        document.fail(entry.line, entry.key, "rows and cols must be given.");
+    if (const YamlEntry* dt = entry.value.find("dt")) {
+        const std::string& type = dt->value.scalar;
+        if (type != "d" && type != "f" && type != "i") {
+            document.fail(dt->line, entry.key + ".dt",
+                          "d, f or i was expected, not '" + type.substr(0, 20) + "'.");
+        }
+    }
+    return {document.integer(rows->value, entry.key + ".rows", 0, kLargestSide),
+            document.integer(cols->value, entry.key + ".cols", 0, kLargestSide)};
+}
+
+// The matrix under `entry`, as OpenCV's `{rows, cols, dt, data}` or as a plain list; one of
+// `allowed` in shape.
+Matrix read_matrix(const YamlDocument& document, const YamlEntry& entry,
+                   const std::vector<Shape>& allowed) {
+    const YamlNode* data = &entry.value;
+    Shape shape{0, 0};
+    if (entry.value.kind == YamlNode::Kind::kMap) {
+        shape = declared_shape(document, entry);
+        const YamlEntry* inner = entry.value.find("data");
+        if (inner == nullptr) document.fail(entry.line, entry.key, "data must be given.");
+        data = &inner->value;
+    }
+    const bool is_empty_list = data->kind == YamlNode::Kind::kNull;
+    if (data->kind != YamlNode::Kind::kSequence && !is_empty_list) {
+        document.fail(data->line, entry.key, "a matrix (rows, cols, data: [...]) was expected.");
+    }
+    const int count = static_cast<int>(data->items.size());
+    if (entry.value.kind != YamlNode::Kind::kMap) {
+        const auto fits = std::find_if(allowed.begin(), allowed.end(),
+                                       [&](const Shape& s) { return s.rows * s.cols == count; });
+        shape = fits != allowed.end() ? *fits : Shape{1, count};
+    }
+    const bool is_allowed = std::any_of(allowed.begin(), allowed.end(), [&](const Shape& s) {
+        return s.rows == shape.rows && s.cols == shape.cols;
+    });
+    if (!is_allowed) {
+        std::string wanted;
+        for (const Shape& s : allowed)
+            wanted += (wanted.empty() ? "" : ", ") + shape_text(s.rows, s.cols);
+        document.fail(
+            entry.line, entry.key,
+            "the matrix is " + shape_text(shape.rows, shape.cols) + "; expected: " + wanted + ".");
+    }
+    if (count != shape.rows * shape.cols) {
+        document.fail(data->line, entry.key,
+                      "data holds " + std::to_string(count) + " numbers; rows and cols ask for " +
+                          std::to_string(shape.rows * shape.cols) + ".");
+    }
+    Matrix matrix{shape.rows, shape.cols, {}, {}};
+    for (const YamlNode& item : data->items)
+        matrix.values.push_back(document.number(item, entry.key));
+    matrix.origin = document.path() + ":" + std::to_string(entry.line) + ": " + entry.key;
+    return matrix;
+}
+
+// Row 9's lengths, lying or standing. A wrong length is reported as such and not as a wrong shape.
+Matrix read_distortion(const YamlDocument& document, const YamlEntry& entry) {
+    std::vector<Shape> allowed;
+    for (const int length : {0, 4, 5, 8, 12, 14}) {
+        allowed.push_back({1, length});
+        allowed.push_back({length, 1});
+    }
+    allowed.push_back({0, 0});
+    if (entry.value.kind == YamlNode::Kind::kMap) {
+        const Shape shape = declared_shape(document, entry);
+        const bool is_vector = shape.rows <= 1 || shape.cols <= 1;
+        const bool is_known = std::any_of(allowed.begin(), allowed.end(), [&](const Shape& s) {
+            return s.rows == shape.rows && s.cols == shape.cols;
+        });
+        if (!is_vector || !is_known) {
+            document.fail(entry.line, entry.key,
+                          "the distortion is " + shape_text(shape.rows, shape.cols) +
+                              "; OpenCV's models have 0, 4, 5, 8, 12 or 14 coefficients in one row "
+                              "or column.");
+        }
+    } else if (entry.value.kind == YamlNode::Kind::kSequence) {
+        const std::size_t length = entry.value.items.size();
+        if (std::none_of(allowed.begin(), allowed.end(), [&](const Shape& s) {
+                return static_cast<std::size_t>(s.rows * s.cols) == length;
+            })) {
+            document.fail(entry.line, entry.key,
+                          "the distortion has " + std::to_string(length) +
+                              " coefficients; OpenCV's models have 0, 4, 5, 8, 12 or 14.");
+        }
+    }
+    return read_matrix(document, entry, allowed);
+}
+
+void set_camera_matrix(const YamlDocument& document, const YamlEntry& entry,
+                       CameraCalibration& camera) {
+    const Matrix matrix = read_matrix(document, entry, {{3, 3}});
+    const std::vector<double>& m = matrix.values;
+    if (m[1] != 0 || m[3] != 0 || m[6] != 0 || m[7] != 0 || m[8] != 1) {
+        document.fail(entry.line, entry.key,
+                      "[fx 0 cx; 0 fy cy; 0 0 1] was expected (skew is not supported).");
+    }
+    camera.fx = m[0];
+    camera.cx = m[2];
+    camera.fy = m[4];
+    camera.cy = m[5];
+    camera.matrix_origin = matrix.origin;
+}
+
+void set_distortion(const YamlDocument& document, const YamlEntry* entry,
+                    CameraCalibration& camera) {
+    if (entry == nullptr) return;
+    const Matrix matrix = read_distortion(document, *entry);
+    camera.distortion = matrix.values;
+    camera.distortion_origin = matrix.origin;
+}
+
+void set_size(const YamlDocument& document, StereoCalibration& calibration) {
+    const YamlEntry* width = document.root().find("image_width");
+    const YamlEntry* height = document.root().find("image_height");
+    if (width == nullptr && height == nullptr) return;
+    if (width == nullptr || height == nullptr) {
+        const YamlEntry* given = width != nullptr ? width : height;
+        document.fail(given->line, given->key,
+                      "image_width and image_height belong together; one is missing.");
+    }
+    calibration.width = document.integer(width->value, "image_width", 1, kLargestSide);
+    calibration.height = document.integer(height->value, "image_height", 1, kLargestSide);
+    calibration.size_origin = document.path() + ":" + std::to_string(width->line) + ": image_width";
+}
+
+StereoCalibration read_opencv(const YamlDocument& document) {
+    // After the keys that are used, what cv::stereoCalibrate's sample and SCARED write beside them.
+    static const std::vector<std::string> kKnown = {"M1",          "D1",
+                                                    "M2",          "D2",
+                                                    "K1",          "K2",
+                                                    "R",           "T",
+                                                    "image_width", "image_height",  //
+                                                    "R1",          "R2",
+                                                    "P1",          "P2",
+                                                    "Q",           "E",
+                                                    "F",           "calibration_time",
+                                                    "nframes",     "nr_of_frames",
+                                                    "board_width", "board_height",
+                                                    "square_size", "flags",
+                                                    "rms",         "avg_reprojection_error"};
+    document.require_known_keys(document.root(), kKnown);
+
+    StereoCalibration calibration;
+    for (const auto& [camera, matrix, alias, distortion] :
+         {std::tuple(&calibration.left, "M1", "K1", "D1"),
+          std::tuple(&calibration.right, "M2", "K2", "D2")}) {
+        const YamlEntry* entry = find_either(document, matrix, alias);
+        if (entry == nullptr) document.fail(1, matrix, "this key is missing.");
+        set_camera_matrix(document, *entry, *camera);
+        set_distortion(document, document.root().find(distortion), *camera);
+    }
+    const Matrix rotation = read_matrix(document, require_entry(document, "R"), {{3, 3}});
+    const Matrix translation =
+        read_matrix(document, require_entry(document, "T"), {{3, 1}, {1, 3}});
+    std::copy(rotation.values.begin(), rotation.values.end(), calibration.rotation.begin());
+    std::copy(translation.values.begin(), translation.values.end(),
+              calibration.translation.begin());
+    calibration.rotation_origin = rotation.origin;
+    calibration.translation_origin = translation.origin;
+    set_size(document, calibration);
+    return calibration;
+}
+
+using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+struct RosCamera {
+    Rotation rectification = Rotation::Identity();
+    Matrix projection;
+    std::string rectification_origin;
+};
+
+RosCamera read_ros_camera(const YamlDocument& document, CameraCalibration& camera) {
+    // The files of camera_info_manager, and a dumped message's names in ROS 1 and ROS 2.
+    static const std::vector<std::string> kKnown = {"image_width",
+                                                    "image_height",
+                                                    "camera_name",
+                                                    "camera_matrix",
+                                                    "distortion_model",
+                                                    "distortion_coefficients",
+                                                    "rectification_matrix",
+                                                    "projection_matrix",
+                                                    "header",
+                                                    "width",
+                                                    "height",
+                                                    "K",
+                                                    "D",
+                                                    "R",
+                                                    "P",
+                                                    "k",
+                                                    "d",
+                                                    "r",
+                                                    "p",
+                                                    "binning_x",
+                                                    "binning_y",
+                                                    "roi"};
+    document.require_known_keys(document.root(), kKnown);
+    const auto find = [&](const std::string& name, const std::string& upper,
+                          const std::string& lower) {
+        const YamlEntry* entry = find_either(document, name, upper);
+        return entry != nullptr ? entry : document.root().find(lower);
+    };
+    if (const YamlEntry* model = document.root().find("distortion_model")) {
+        const std::string& name = model->value.scalar;
+        if (name != "plumb_bob" && name != "rational_polynomial" && !name.empty()) {
+            document.fail(model->line, "distortion_model",
+                          "'" + name.substr(0, 40) +
+                              "' is not supported; plumb_bob and rational_polynomial are.");
+        }
+    }
+    const YamlEntry* matrix = find("camera_matrix", "K", "k");
+    if (matrix == nullptr) document.fail(1, "camera_matrix", "this key is missing.");
+    set_camera_matrix(document, *matrix, camera);
+    set_distortion(document, find("distortion_coefficients", "D", "d"), camera);
+
+    RosCamera ros;
+    if (const YamlEntry* entry = find("rectification_matrix", "R", "r")) {
+        const Matrix rectification = read_matrix(document, *entry, {{3, 3}});
+        ros.rectification = Eigen::Map<const Rotation>(rectification.values.data());
+        ros.rectification_origin = rectification.origin;
+    }
+    const YamlEntry* projection = find("projection_matrix", "P", "p");
+    if (projection == nullptr) document.fail(1, "projection_matrix", "this key is missing.");
+    ros.projection = read_matrix(document, *projection, {{3, 4}});
+    return ros;
+}
+
+// camera_info has no R and T: each view's rectification takes it to a common camera, and P of the
+// right view is [f' 0 cx' -f' B; ...] (sensor_msgs/CameraInfo). Hence R = R2^T R1 and T = R2^T (-B,
+// 0, 0).
+StereoCalibration read_ros_pair(const YamlDocument& left_file, const YamlDocument& right_file) {
+    StereoCalibration calibration;
+    const RosCamera left = read_ros_camera(left_file, calibration.left);
+    const RosCamera right = read_ros_camera(right_file, calibration.right);
+    const std::vector<double>& p = right.projection.values;
+    if (!(p[0] > 0) || !(p[5] > 0)) {
+        throw CliError(
+            ExitCode::kCalibration,
+            right.projection.origin + ": the focal lengths in P must be greater than 0.");
+    }
+    if (left.projection.values[3] != 0 && p[3] == 0) {
+        throw CliError(
+            ExitCode::kCalibration,
+            left.projection.origin +
+                ": P of the left camera carries the baseline; give the files as left,right.");
+    }
+    const Eigen::Vector3d baseline(p[3] / p[0], p[7] / p[5], p[11]);
+    Eigen::Map<Rotation>(calibration.rotation.data()) =
+        right.rectification.transpose() * left.rectification;
+    Eigen::Map<Eigen::Vector3d>(calibration.translation.data()) =
+        right.rectification.transpose() * baseline;
+    calibration.rotation_origin =
+        right.rectification_origin.empty() ? right.projection.origin : right.rectification_origin;
+    calibration.translation_origin = right.projection.origin;
+
+    StereoCalibration other;
+    set_size(left_file, calibration);
+    set_size(right_file, other);
+    if (other.width != calibration.width || other.height != calibration.height) {
+        throw CliError(ExitCode::kCalibration,
+                       (other.width > 0 ? other.size_origin : calibration.size_origin) +
+                           ": the two files name different image sizes, " +
+                           shape_text(calibration.width, calibration.height) + " on the left and " +
+                           shape_text(other.width, other.height) + " on the right.");
+    }
+    return calibration;
+}
+
+}  // namespace
+
+StereoCalibration load_calibration(const std::string& source, LengthUnit unit) {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    std::string left, right;
+    if (fs::is_directory(source, error)) {
+        left = (fs::path(source) / "left.yaml").string();
+        right = (fs::path(source) / "right.yaml").string();
+    } else if (!fs::exists(source, error) && source.find(',') != std::string::npos) {
+        const std::vector<std::string_view> parts = split(source, ',');
+        if (parts.size() != 2 || parts[0].empty() || parts[1].empty()) {
+            throw CliError(ExitCode::kCalibration,
+                           source + ": two files were expected: left.yaml,right.yaml.");
+        }
+        left = parts[0];
+        right = parts[1];
+    }
+
+    StereoCalibration calibration;
+    if (left.empty()) {
+        calibration = read_opencv(YamlDocument::load(source, ExitCode::kCalibration));
+        detail::check_and_normalise(calibration, unit, LengthUnit::kMillimetre);
+    } else {
+        calibration = read_ros_pair(YamlDocument::load(left, ExitCode::kCalibration),
+                                    YamlDocument::load(right, ExitCode::kCalibration));
+        detail::check_and_normalise(calibration, unit, LengthUnit::kMetre);
+    }
+    if (calibration.width > 0) fit_to_frames(calibration, calibration.width, calibration.height);
+    return calibration;
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,165 @@
+// What the numbers of a stereo calibration must satisfy, whatever file they came from.
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "sdk/io/calibration.hpp"
+#include "sdk/io/exit_code.hpp"
+#include "sdk/io/text.hpp"
+
+namespace defrec::cli {
+namespace {
+
+constexpr double kMillimetresPerMetre = 1000;
+constexpr double kSmallestBaseline = 0.1;    // mm; no stereo camera has less
+constexpr double kLargestBaseline = 1000;    // mm
+constexpr double kSuspectBaseline = 1;       // below this, "mm" are almost surely another unit
+constexpr double kRotationTolerance = 1e-3;  // on |R^T R - 1|; files round to six digits
+constexpr double kRectifiedTolerance = 1e-9;
+
+using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+[[noreturn]] void fail(const std::string& origin, const std::string& message) {
+    throw CliError(ExitCode::kCalibration, origin + ": " + message);
+}
+
+void check_camera(const CameraCalibration& camera) {
+    if (!std::isfinite(camera.fx) || !std::isfinite(camera.fy) || !std::isfinite(camera.cx) ||
+        !std::isfinite(camera.cy)) {
+        fail(camera.matrix_origin, "the camera matrix holds numbers that are not finite.");
+    }
+    if (!(camera.fx > 0) || !(camera.fy > 0)) {
+        fail(camera.matrix_origin, "fx = " + format_fixed(camera.fx, 3) +
+                                       " and fy = " + format_fixed(camera.fy, 3) +
+                                       " must both be greater than 0.");
+    }
+}
+
+// Replaces R by the rotation nearest to it, R = U V^T of its SVD.
+void check_rotation(StereoCalibration& calibration) {
+    Eigen::Map<Rotation> rotation(calibration.rotation.data());
+    const double residual =
+        (rotation.transpose() * rotation - Rotation::Identity()).cwiseAbs().maxCoeff();
+    const double determinant = rotation.determinant();
+    if (!(residual <= kRotationTolerance) || !(determinant > 0)) {
+        fail(calibration.rotation_origin,
+             "R is not a rotation: |R^T R - 1| reaches " + format_fixed(residual, 6) +
+                 " (at most " + format_fixed(kRotationTolerance, 3) + "), its determinant is " +
+                 format_fixed(determinant, 6) + ".");
+    }
+    if (residual == 0) return;
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(Eigen::Matrix3d(rotation),
+                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
+    rotation = svd.matrixU() * svd.matrixV().transpose();
+}
+
+std::string unit_hint(LengthUnit unit, LengthUnit files_unit, double length) {
+    if (unit != LengthUnit::kGuarded) return {};
+    if (files_unit == LengthUnit::kMetre) {
+        return length > kLargestBaseline ? " It looks like millimetres where ROS prescribes "
+                                           "metres; if it is, pass --units mm."
+                                         : "";
+    }
+    if (length < kSmallestBaseline) {
+        return length * kMillimetresPerMetre >= kSmallestBaseline
+                   ? " It looks like metres; if it is, pass --units m."
+                   : "";
+    }
+    if (length < kSuspectBaseline) {
+        return " It looks like centimetres or inches; if it is, convert T to mm (if it really is "
+               "mm, pass --units mm; if metres, --units m).";
+    }
+    return {};
+}
+
+void check_baseline(StereoCalibration& calibration, LengthUnit unit, LengthUnit files_unit) {
+    const LengthUnit used = unit == LengthUnit::kGuarded ? files_unit : unit;
+    std::array<double, 3>& t = calibration.translation;
+    if (used == LengthUnit::kMetre) {
+        for (double& component : t) component *= kMillimetresPerMetre;
+    }
+    const double length = std::hypot(t[0], t[1], t[2]);
+    const std::string text = "T = (" + format_fixed(t[0], 4) + ", " + format_fixed(t[1], 4) + ", " +
+                             format_fixed(t[2], 4) + ") mm";
+    if (!(length > 0)) fail(calibration.translation_origin, "the baseline is zero: " + text + ".");
+    const std::string hint = unit_hint(unit, files_unit, length);
+    if (length < kSmallestBaseline || length > kLargestBaseline) {
+        fail(calibration.translation_origin, "a baseline of " + format_fixed(length, 6) +
+                                                 " mm is outside " +
+                                                 format_fixed(kSmallestBaseline, 1) + ".." +
+                                                 format_fixed(kLargestBaseline, 0) + " mm." + hint);
+    }
+    if (!hint.empty()) {
+        fail(calibration.translation_origin, "a baseline of " + format_fixed(length, 6) +
+                                                 " mm is shorter than a stereo endoscope's." +
+                                                 hint);
+    }
+    if (std::abs(t[1]) >= std::abs(t[0]) && std::abs(t[1]) >= std::abs(t[2])) {
+        fail(calibration.translation_origin,
+             "the cameras lie above each other (" + text +
+                 "); only rigs with the cameras side by side are supported.");
+    }
+    if (std::hypot(t[1], t[2]) >= std::abs(t[0])) {
+        fail(calibration.translation_origin,
+             "one camera lies in front of the other (" + text +
+                 "); only rigs with the cameras side by side are supported.");
+    }
+    if (t[0] > 0) {
+        fail(calibration.translation_origin,
+             "the second camera lies to the left of the first (" + text +
+                 "): the views look swapped. Exchange M1, D1 with "
+                 "M2, D2 and invert R and T, or, if only the images were named the wrong way "
+                 "round, give them as --left "
+                 "and --right the other way and recalibrate.");
+    }
+}
+
+void check_centre(const CameraCalibration& camera, int width, int height) {
+    const bool is_near = camera.cx >= -0.5 * width && camera.cx <= 1.5 * width &&
+                         camera.cy >= -0.5 * height && camera.cy <= 1.5 * height;
+    if (!is_near) {
+        fail(camera.matrix_origin, "the centre " + format_fixed(camera.cx, 1) + "," +
+                                       format_fixed(camera.cy, 1) +
+                                       " lies far outside the image of " + std::to_string(width) +
+                                       "x" + std::to_string(height) + ".");
+    }
+}
+
+}  // namespace
+
+void detail::check_and_normalise(StereoCalibration& calibration, LengthUnit unit,
+                                 LengthUnit files_unit) {
+    check_camera(calibration.left);
+    check_camera(calibration.right);
+    check_rotation(calibration);
+    check_baseline(calibration, unit, files_unit);
+}
+
+void fit_to_frames(StereoCalibration& calibration, int width, int height) {
+    if (calibration.width > 0 && (calibration.width != width || calibration.height != height)) {
+        fail(calibration.size_origin,
+             "the calibration is for " + std::to_string(calibration.width) + "x" +
+                 std::to_string(calibration.height) + " but the frames are " +
+                 std::to_string(width) + "x" + std::to_string(height) +
+                 "; nothing is scaled silently, so calibrate for this size or resize the frames.");
+    }
+    check_centre(calibration.left, width, height);
+    check_centre(calibration.right, width, height);
+    calibration.width = width;
+    calibration.height = height;
+}
+
+bool is_rectified(const StereoCalibration& calibration) {
+    const auto near = [](double a, double b) { return std::abs(a - b) <= kRectifiedTolerance; };
+    const auto is_zero = [](double c) { return c == 0; };
+    const CameraCalibration &left = calibration.left, &right = calibration.right;
+    const Eigen::Map<const Rotation> rotation(calibration.rotation.data());
+    return rotation.isIdentity(kRectifiedTolerance) && near(calibration.translation[1], 0) &&
+           near(calibration.translation[2], 0) && near(left.fx, right.fx) &&
+           near(left.fy, right.fy) && near(left.cy, right.cy) &&
+           std::all_of(left.distortion.begin(), left.distortion.end(), is_zero) &&
+           std::all_of(right.distortion.begin(), right.distortion.end(), is_zero);
+}
+
+}  // namespace defrec::cli

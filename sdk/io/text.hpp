@@ -1,0 +1,45 @@
+// Numbers, names and text files, read and written the same under every locale.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sdk/io/exit_code.hpp"
+
+namespace defrec::cli {
+
+// The whole of `text` as a number, decimal point '.', whatever the locale; also YAML's .nan and
+// .inf. Empty when any character is left over.
+std::optional<double> parse_double(std::string_view text);
+std::optional<std::int64_t> parse_integer(std::string_view text);
+
+// `value` with exactly `decimals` digits after the point; never "-0.00". Not finite: "nan", "inf",
+// "-inf".
+std::string format_fixed(double value, int decimals);
+void append_fixed(std::string& out, double value, int decimals);
+void append_integer(std::string& out, std::int64_t value);
+
+std::vector<std::string_view> split(std::string_view text, char separator);
+std::string_view trim(std::string_view text);
+
+// With what a terminal would take for a command, or for the end of a line, written as \xNN.
+std::string printable(std::string_view text);
+
+// The candidate that a mistyped `name` most likely meant; empty when none is near.
+std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
+
+// The bytes of a regular file of at most `limit` bytes, without a UTF-8 byte order mark and with CR
+// LF turned into LF. Throws CliError(code) for a missing, unreadable, oversized, UTF-16 or binary
+// file.
+std::string read_text_file(const std::filesystem::path& path, std::size_t limit, ExitCode code);
+
+// Throws CliError(code) unless `text`, read from `path`, is free of the bytes that only binary
+// files have.
+void require_text(std::string_view text, const std::string& path, ExitCode code);
+
+}  // namespace defrec::cli

@@ -1,0 +1,308 @@
+// See live_view.hpp.
+#include "sdk/live_view/live_view.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <utility>
+
+#include "sdk/io/json_text.hpp"
+#include "sdk/live_view/page.hpp"
+#include "sdk/live_view/view_packet.hpp"
+#include "sdk/live_view/view_server.hpp"
+#include "sdk/report/overlay.hpp"
+#include "sdk/report/target_mark.hpp"
+
+namespace defrec::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::chrono::seconds kPatience{5};  // of a browser that waits for a frame
+constexpr std::size_t kMaxHistory = 600;      // frames; older ones a browser need not know
+constexpr std::size_t kMaxCommands = 64;      // not yet taken
+constexpr int kMaxWidth = 960;                // of the pictures sent
+constexpr int kJpegQuality = 80;
+constexpr std::size_t kMaxTargets = 500;  // shown, evenly chosen of more
+
+struct Shown {
+    FrameRecord record;
+    std::vector<ViewPoint> points;
+    std::vector<TargetEstimate> targets;  // the record has none: the page draws them
+    cv::Mat left;
+    std::uint64_t surface = 0;  // number of the template that the record's vertices belong to
+};
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json moment_json(const ViewMoment& moment) {
+    return {moment.index,   moment.timestamp_ms,     moment.state,
+            moment.reasons, number(moment.frame_ms), number(moment.observed_share)};
+}
+
+Json point_json(const ViewPoint& point) {
+    if (point.status == VertexStatus::unknown) return {point.id, static_cast<int>(point.status)};
+    return {point.id,        static_cast<int>(point.status),
+            number(point.u), number(point.v),
+            number(point.x), number(point.y),
+            number(point.z), number(point.expected_error_mm)};
+}
+
+Json target_json(const TargetEstimate& target, const Projector& projector) {
+    Json json = {target.id, number(target.depth), static_cast<int>(target.status)};
+    if (target.status == VertexStatus::unknown) return json;
+    const TargetMark mark = target_mark(target, projector);
+    for (const float value : {mark.u, mark.v, mark.radius, target.xyz[0], target.xyz[1],
+                              target.xyz[2], expected_error(target)})
+        json.push_back(number(value));
+    return json;
+}
+
+Json targets_json(const std::vector<TargetEstimate>& targets, const Projector& projector) {
+    Json json = Json::array();
+    const std::size_t stride =
+        std::max<std::size_t>(1, (targets.size() + kMaxTargets - 1) / kMaxTargets);
+    for (std::size_t i = 0; i < targets.size(); i += stride)
+        json.push_back(target_json(targets[i], projector));
+    return json;
+}
+
+void add_jpeg(const char* name, const cv::Mat& picture, ViewPacket& packet) {
+    cv::Mat smaller = picture;
+    if (picture.cols > kMaxWidth) {
+        const double scale = static_cast<double>(kMaxWidth) / picture.cols;
+        cv::resize(picture, smaller, {}, scale, scale, cv::INTER_AREA);
+    }
+    std::vector<std::uint8_t> jpeg;
+    cv::imencode(".jpg", smaller, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+    packet.add(name, jpeg.data(), jpeg.size());
+}
+
+ViewAnswer plain(int status, std::string text) {
+    return {status, std::move(text) + "\n", "text/plain"};
+}
+
+}  // namespace
+
+struct LiveView::Impl {
+    Impl(ViewFacts given, Projector given_projector)
+        : facts(std::move(given)), projector(std::move(given_projector)), painter(projector) {}
+
+    ViewAnswer page() const {
+        std::string text;
+        for (const std::string_view piece : live_page()) text += piece;
+        return {200, std::move(text), "text/html; charset=utf-8"};
+    }
+
+    // Waits for a frame later than the one that the browser has.
+    ViewAnswer frame(const ViewRequest& request) {
+        std::shared_ptr<const Shown> shown;
+        Json header;
+        {
+            std::unique_lock lock(mutex);
+            ++waiting;
+            changed.wait_for(lock, kPatience, [&] {
+                return has_ended || (newest && newest->record.index > request.after);
+            });
+            --waiting;
+            if (has_ended) return plain(410, "the run has ended");
+            if (!newest || newest->record.index <= request.after)
+                return {204, "", "application/octet-stream"};
+            shown = newest;
+            header = describe(*shown, request.after);
+        }
+        ViewAnswer answer{200, body(*shown, std::move(header), request.has_overlay),
+                          "application/octet-stream"};
+        const std::lock_guard lock(mutex);  // of the reference that is given back
+        shown.reset();
+        return answer;
+    }
+
+    // mutex is held.
+    Json describe(const Shown& shown, std::int64_t after) const {
+        Json header = {{"frame", shown.record.index},
+                       {"timestamp_ms", shown.record.timestamp_ms},
+                       {"sequence", facts.sequence},
+                       {"device", facts.device},
+                       {"version", facts.version},
+                       {"width", shown.left.cols},
+                       {"height", shown.left.rows},
+                       {"surface", shown.surface},
+                       {"target_count", shown.targets.size()},
+                       {"residual_mm", number(shown.record.mean_residual_mm)},
+                       {"recording", recording}};
+        header["points"] = Json::array();
+        for (const ViewPoint& point : shown.points) header["points"].push_back(point_json(point));
+        header["stages"] = Json::array();
+        for (const auto& [name, ms] : shown.record.stage_ms)
+            header["stages"].push_back({name, number(ms)});
+        header["moments"] = Json::array();
+        for (const ViewMoment& moment : history)
+            if (moment.index > after) header["moments"].push_back(moment_json(moment));
+        return header;
+    }
+
+    std::string body(const Shown& shown, Json header, bool has_overlay) {
+        const FrameRecord& record = shown.record;
+        ViewPacket packet;
+        cv::Mat overlay;
+        std::vector<float> uv(record.vertices.size() / 3 * 2);
+        {
+            const std::lock_guard lock(painting);
+            if (has_overlay) {
+                shown.left.copyTo(overlay);
+                if (overlay.channels() == 1) cv::cvtColor(overlay, overlay, cv::COLOR_GRAY2BGR);
+                choose_lines(shown.surface);
+                painter.draw(overlay, record);
+            }
+            projector(record.vertices.data(), record.vertices.size() / 3, uv.data());
+            header["targets"] = targets_json(shown.targets, projector);
+        }
+        add_jpeg("left", shown.left, packet);
+        if (has_overlay) add_jpeg("overlay", overlay, packet);
+        packet.add("xyz", record.vertices.data(), record.vertices.size());
+        packet.add("uv", uv.data(), uv.size());
+        packet.add("error", record.expected_error_mm.data(), record.expected_error_mm.size());
+        packet.add("status", record.vertex_status.data(), record.vertex_status.size());
+        return packet.body(json_text(header));
+    }
+
+    // painting is held.
+    void choose_lines(std::uint64_t wanted) {
+        if (painted_surface == wanted) return;
+        const std::lock_guard lock(mutex);
+        if (wanted != surface) return;  // a later frame's; its geometry is left out by its size
+        painter.set_template(reference);
+        painted_surface = wanted;
+    }
+
+    ViewAnswer triangles() const {
+        ViewPacket packet;
+        const std::lock_guard lock(mutex);
+        packet.add("triangles", reference.triangles.data(), reference.triangles.size());
+        return {200, packet.body(json_text(Json{{"surface", surface}})),
+                "application/octet-stream"};
+    }
+
+    ViewAnswer follow_point(const ViewRequest& request) {
+        const Json json = Json::parse(request.body, nullptr, false);
+        if (!json.is_object() || !json.contains("u") || !json.contains("v") ||
+            !json["u"].is_number() || !json["v"].is_number())
+            return plain(400, "an object with the numbers u and v is expected");
+        const ViewCommand command{ViewCommand::Kind::kFollowPoint, json["u"].get<double>(),
+                                  json["v"].get<double>(), false};
+        const std::lock_guard lock(mutex);
+        if (!newest || !(command.u >= -0.5 && command.u <= newest->left.cols - 0.5 &&
+                         command.v >= -0.5 && command.v <= newest->left.rows - 0.5))
+            return plain(400, "the pixel lies outside the left image");
+        return take(command);
+    }
+
+    ViewAnswer record(const ViewRequest& request) {
+        const Json json = Json::parse(request.body, nullptr, false);
+        if (!json.is_object() || !json.contains("on") || !json["on"].is_boolean())
+            return plain(400, "an object with the boolean on is expected");
+        const std::lock_guard lock(mutex);
+        return take({ViewCommand::Kind::kRecord, 0, 0, json["on"].get<bool>()});
+    }
+
+    // mutex is held.
+    ViewAnswer take(const ViewCommand& command) {
+        if (commands.size() == kMaxCommands) return plain(503, "too many requests wait");
+        commands.push_back(command);
+        return plain(202, "it takes effect with the next frame");
+    }
+
+    const ViewFacts facts;
+
+    std::mutex painting;  // of what follows
+    Projector projector;
+    OverlayPainter painter;
+    std::uint64_t painted_surface = 0;
+
+    mutable std::mutex mutex;  // of what follows
+    std::condition_variable changed;
+    std::shared_ptr<Shown> newest, spare;  // spare: to be filled again once nobody reads it
+    std::deque<ViewMoment> history;
+    TemplateRecord reference;
+    std::uint64_t surface = 0;  // its number, from 1
+    std::vector<ViewCommand> commands;
+    std::string recording;
+    int waiting = 0;  // browsers
+    bool has_ended = false;
+
+    std::optional<ViewServer> server;  // ends first
+};
+
+LiveView::LiveView(std::uint16_t port, ViewFacts facts, Projector projector)
+    : impl_(std::make_unique<Impl>(std::move(facts), std::move(projector))) {
+    Impl& impl = *impl_;
+    impl.server.emplace(
+        port, ViewServer::Handlers{
+                  [&impl](const ViewRequest&) { return impl.page(); },
+                  [&impl](const ViewRequest& request) { return impl.frame(request); },
+                  [&impl](const ViewRequest&) { return impl.triangles(); },
+                  [&impl](const ViewRequest& request) { return impl.follow_point(request); },
+                  [&impl](const ViewRequest& request) { return impl.record(request); }});
+}
+
+LiveView::~LiveView() {
+    {
+        const std::lock_guard lock(impl_->mutex);
+        impl_->has_ended = true;
+    }
+    impl_->changed.notify_all();
+}
+
+const std::string& LiveView::url() const { return impl_->server->url(); }
+
+void LiveView::set_template(const TemplateRecord& reference) {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->reference = reference;
+    ++impl_->surface;
+}
+
+void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<ViewPoint> points) {
+    bool is_awaited = false;
+    std::shared_ptr<Shown> shown;
+    {
+        const std::lock_guard lock(impl_->mutex);
+        impl_->history.push_back({frame.index, frame.timestamp_ms, frame.state, frame.reasons,
+                                  frame.frame_ms, frame.observed_share});
+        if (impl_->history.size() > kMaxHistory) impl_->history.pop_front();
+        is_awaited = impl_->waiting > 0;
+        if (is_awaited && impl_->spare.use_count() == 1) shown = std::move(impl_->spare);
+    }
+    if (!is_awaited) return;
+    if (!shown) shown = std::make_shared<Shown>();
+    shown->record = frame;
+    shown->targets.clear();
+    shown->targets.swap(shown->record.targets);
+    shown->points = std::move(points);
+    left.copyTo(shown->left);
+    {
+        const std::lock_guard lock(impl_->mutex);
+        shown->surface = impl_->surface;
+        impl_->spare = std::exchange(impl_->newest, std::move(shown));
+    }
+    impl_->changed.notify_all();
+}
+
+void LiveView::set_recording(const std::string& name) {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->recording = name;
+}
+
+std::vector<ViewCommand> LiveView::take_commands() {
+    const std::lock_guard lock(impl_->mutex);
+    return std::exchange(impl_->commands, {});
+}
+
+}  // namespace defrec::cli

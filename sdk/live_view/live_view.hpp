@@ -1,0 +1,52 @@
+// The live view of `defrec track`: a page in a browser of this computer that shows frames as they
+// are tracked, and takes points to follow. Tracking never waits for it: a frame is copied only
+// while a browser waits for one, and pictures are made on the server's threads.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sdk/live_view/view_frame.hpp"
+#include "sdk/report/record.hpp"
+
+namespace cv {
+class Mat;
+}
+
+namespace defrec::cli {
+
+// Texts for the head of the page.
+struct ViewFacts {
+    std::string sequence, device, version;
+};
+
+class LiveView {
+  public:
+    // Listens at 127.0.0.1; port 0: any that is free. projector is called on the view's threads,
+    // one call at a time. Throws CliError(kUsage) where nothing can listen.
+    LiveView(std::uint16_t port, ViewFacts facts, Projector projector);
+    // Pages say that the run has ended.
+    ~LiveView();
+    LiveView(const LiveView&) = delete;
+    LiveView& operator=(const LiveView&) = delete;
+
+    // What to open: http://127.0.0.1:PORT/?token=TOKEN.
+    const std::string& url() const;
+
+    // One thread at a time, the tracking's, for all that follows.
+    void set_template(const TemplateRecord& reference);
+    // left: CV_8UC1 or CV_8UC3.
+    void add(const cv::Mat& left, const FrameRecord& frame, std::vector<ViewPoint> points);
+    // The name of the file that is recorded, empty while none is.
+    void set_recording(const std::string& name);
+    // What browsers asked for since the last call.
+    std::vector<ViewCommand> take_commands();
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace defrec::cli

@@ -1,0 +1,261 @@
+// The live view as a browser, and as others, meet it.
+#include "sdk/live_view/live_view.hpp"
+
+#include <doctest/doctest.h>
+#include <httplib.h>
+
+#include <cstring>
+#include <future>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <thread>
+
+#include "sdk/io/exit_code.hpp"
+
+using namespace defrec::cli;
+
+namespace {
+
+constexpr int kWidth = 96, kHeight = 64;
+
+LiveView made(std::uint16_t port = 0) {
+    return LiveView(port, {"a <sequence>", "a device", "1.2.3"},
+                    [](const float* xyz, std::size_t count, float* uv) {
+                        for (std::size_t i = 0; i < count; ++i) {
+                            uv[2 * i] = xyz[3 * i] + kWidth / 2.0f;
+                            uv[2 * i + 1] = xyz[3 * i + 1] + kHeight / 2.0f;
+                        }
+                    });
+}
+
+TemplateRecord triangle() {
+    return {{-9, -9, 80, 9, -9, 80, 0, 9, 80}, {39, 23, 57, 23, 48, 41}, {0, 1, 2}};
+}
+
+FrameRecord frame(std::int64_t index) {
+    FrameRecord record;
+    record.index = index;
+    record.state = "tracking";
+    record.frame_ms = 20;
+    record.stage_ms = {{"align", 1.5}, {"lm", 2}, {"align", 0.25}};
+    record.observed_share = 0.5;
+    record.vertices = triangle().vertices;
+    record.vertex_status.assign(3, VertexStatus::extrapolated);
+    record.expected_error_mm.assign(3, 0.25f);
+    return record;
+}
+
+// A browser that was given the address.
+class Browser {
+  public:
+    explicit Browser(const LiveView& view)
+        : port_(std::stoi(view.url().substr(view.url().rfind(':') + 1))),
+          token_(view.url().substr(view.url().find("token=") + 6)),
+          client_("127.0.0.1", port_) {
+        client_.set_read_timeout(20, 0);
+    }
+
+    httplib::Result get(const std::string& path, httplib::Headers headers = {}) {
+        headers.emplace("X-Token", token_);
+        return client_.Get(path, headers);
+    }
+    httplib::Result post(const std::string& path, const std::string& body) {
+        return client_.Post(path, {{"X-Token", token_}}, body, "application/json");
+    }
+    int port() const { return port_; }
+    const std::string& token() const { return token_; }
+    httplib::Client& client() { return client_; }
+
+  private:
+    int port_;
+    std::string token_;
+    httplib::Client client_;
+};
+
+struct Packet {
+    nlohmann::json header;
+    std::map<std::string, std::string> sections;
+
+    explicit Packet(const std::string& body) {
+        std::uint32_t length = 0;
+        REQUIRE(body.size() >= 4);
+        std::memcpy(&length, body.data(), 4);
+        header = nlohmann::json::parse(body.substr(4, length));
+        std::size_t at = 4 + length;
+        for (const auto& section : header["sections"]) {
+            const auto bytes = section[1].get<std::size_t>();
+            sections[section[0]] = body.substr(at, bytes);
+            at += (bytes + 3) / 4 * 4;
+        }
+        CHECK(at == body.size());
+    }
+};
+
+// The answer to a browser that waits, while frames with these indices come.
+Packet watched(LiveView& view, Browser& browser, const std::string& path, std::int64_t index,
+               const std::vector<ViewPoint>& points = {}, const cv::Mat& left = {},
+               const std::vector<TargetEstimate>& targets = {}) {
+    auto answer = std::async(std::launch::async, [&] { return browser.get(path); });
+    const cv::Mat image =
+        left.empty() ? cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar(40, 60, 160)) : left;
+    while (answer.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready) {
+        FrameRecord record = frame(index++);
+        record.targets = targets;
+        view.add(image, record, points);
+    }
+    const httplib::Result result = answer.get();
+    REQUIRE(result);
+    REQUIRE(result->status == 200);
+    return Packet(result->body);
+}
+
+}  // namespace
+
+TEST_CASE("a browser gets the page, and frames with pictures, surface and points") {
+    LiveView view = made();
+    Browser browser(view);
+    const httplib::Result page = browser.client().Get("/?token=" + browser.token());
+    REQUIRE(page);
+    CHECK(page->status == 200);
+    CHECK(page->body.find("<!doctype html>") == 0);
+    CHECK(page->get_header_value("Content-Security-Policy").find("default-src 'none'") == 0);
+    CHECK(page->get_header_value("Cache-Control") == "no-store");
+
+    view.set_template(triangle());
+    const std::vector<ViewPoint> points = {{4, VertexStatus::observed, 10, 20, 1, 2, 80, 0.125},
+                                           {5, VertexStatus::unknown}};
+    const Packet packet = watched(view, browser, "/frame?after=-1&overlay=1", 3, points);
+    CHECK(packet.header["frame"] >= 3);
+    CHECK(packet.header["sequence"] == "a <sequence>");
+    CHECK(packet.header["width"] == kWidth);
+    CHECK(packet.header["points"] == nlohmann::json({{4, 0, 10, 20, 1, 2, 80, 0.125}, {5, 2}}));
+    CHECK(packet.header["stages"].dump() == R"([["align",1.5],["lm",2.0],["align",0.25]])");
+    CHECK(packet.header["moments"][0] == nlohmann::json({3, 0, "tracking", "", 20, 0.5}));
+    for (const char* name : {"left", "overlay"}) {
+        const std::string& bytes = packet.sections.at(name);
+        const cv::Mat image = cv::imdecode(std::vector<char>(bytes.begin(), bytes.end()), 1);
+        CHECK(image.cols == kWidth);
+        CHECK(image.rows == kHeight);
+    }
+    CHECK(packet.sections.at("left") != packet.sections.at("overlay"));
+    float uv[6];
+    REQUIRE(packet.sections.at("uv").size() == sizeof uv);
+    std::memcpy(uv, packet.sections.at("uv").data(), sizeof uv);
+    CHECK(uv[0] == 39);
+    CHECK(packet.sections.at("status") == std::string(3, '\1'));
+
+    const httplib::Result surface = browser.get("/surface");
+    REQUIRE(surface);
+    const Packet triangles(surface->body);
+    CHECK(triangles.header["surface"] == packet.header["surface"]);
+    CHECK(triangles.sections.at("triangles").size() == 3 * sizeof(std::uint32_t));
+}
+
+TEST_CASE("targets come with their pixel and their expected error in mm and pixels") {
+    LiveView view = made();
+    Browser browser(view);
+    CHECK(watched(view, browser, "/frame?after=-1", 0).header["targets"].empty());
+    std::vector<TargetEstimate> targets = {
+        {{VertexStatus::extrapolated, {4, -8, 90}, {1, 0, 0, 1, 0, 2}}, 7, 12.5f},
+        {{VertexStatus::unknown}, -2, 3},
+        {{VertexStatus::observed, {0, 0, 80}, {0.25f, 0, 0, 0, 0, 0}}, 9'007'199'254'740'993}};
+    const Packet packet = watched(view, browser, "/frame?after=99&overlay=1", 100, {}, {}, targets);
+    CHECK(packet.header["target_count"] == 3);
+    CHECK(packet.header["targets"] ==
+          nlohmann::json({{7, 12.5, 1, 52, 24, 2, 4, -8, 90, 2},
+                          {-2, 3, 2},
+                          {9'007'199'254'740'993, nullptr, 0, 48, 32, 0.5, 0, 0, 80, 0.5}}));
+
+    targets.assign(1001, targets[0]);
+    for (std::size_t i = 0; i < targets.size(); ++i) targets[i].id = static_cast<std::int64_t>(i);
+    const Packet many = watched(view, browser, "/frame?after=199", 200, {}, {}, targets);
+    CHECK(many.header["target_count"] == 1001);
+    REQUIRE(many.header["targets"].size() == 334);
+    CHECK(many.header["targets"][333][0] == 999);
+}
+
+TEST_CASE("what a browser missed of states comes with the next frame, pictures do not") {
+    LiveView view = made();
+    Browser browser(view);
+    const cv::Mat left(kHeight, kWidth, CV_8UC1, cv::Scalar(90));
+    for (int index = 0; index < 5; ++index) view.add(left, frame(index), {});
+    const Packet packet = watched(view, browser, "/frame?after=1&overlay=0", 5, {}, left);
+    CHECK(packet.header["frame"] >= 5);
+    CHECK(packet.header["moments"][0][0] == 2);
+    CHECK(packet.sections.count("overlay") == 0);
+}
+
+TEST_CASE("nobody without the token, from another host's name or another origin gets anything") {
+    LiveView view = made();
+    Browser browser(view);
+    const std::string own = "127.0.0.1:" + std::to_string(browser.port());
+    const httplib::Headers token = {{"X-Token", browser.token()}};
+    for (const char* path : {"/", "/?token=", "/?token=00000000000000000000000000000000",
+                             "/surface", "/frame?after=-1", "/nothing"}) {
+        CAPTURE(path);
+        const httplib::Result refused = browser.client().Get(path);
+        REQUIRE(refused);
+        CHECK(refused->status == 403);
+        CHECK(refused->body.find(browser.token()) == std::string::npos);
+    }
+    CHECK(browser.client().Get("/surface", {{"X-Token", browser.token() + "0"}})->status == 403);
+    for (const char* host : {"evil.example", "evil.example:80", "127.0.0.1"})
+        CHECK(browser.get("/surface", {{"Host", host}})->status == 403);
+    for (const std::string& origin :
+         {std::string("https://evil.example"), std::string("null"), "https://" + own})
+        CHECK(browser.get("/surface", {{"Origin", origin}})->status == 403);
+    CHECK(browser.get("/surface", {{"Origin", "http://" + own}})->status == 200);
+    CHECK(browser.get("/nothing")->status == 404);
+    CHECK(browser.client().Post("/points", {}, R"({"u":1,"v":1})", "application/json")->status ==
+          403);
+    CHECK(view.take_commands().empty());
+}
+
+TEST_CASE("clicks and the record button become commands; nonsense does not") {
+    LiveView view = made();
+    Browser browser(view);
+    CHECK(browser.post("/points", R"({"u":1,"v":1})")->status == 400);  // there is no frame yet
+    watched(view, browser, "/frame?after=-1", 0);
+    CHECK(browser.post("/points", R"({"u":10.5,"v":20})")->status == 202);
+    CHECK(browser.post("/recording", R"({"on":true})")->status == 202);
+    for (const char* body : {"", "[]", "{}", R"({"u":"1","v":2})", R"({"u":96,"v":2})",
+                             R"({"u":1e999,"v":2})", R"({"u":1,"v":-1})", "\xff\xfe"}) {
+        CAPTURE(body);
+        CHECK(browser.post("/points", body)->status == 400);
+    }
+    CHECK(browser.post("/recording", R"({"on":1})")->status == 400);
+    CHECK(browser.post("/points", std::string(100000, ' '))->status == 413);
+    const std::vector<ViewCommand> commands = view.take_commands();
+    REQUIRE(commands.size() == 2);
+    CHECK(commands[0].kind == ViewCommand::Kind::kFollowPoint);
+    CHECK(commands[0].u == 10.5);
+    CHECK(commands[0].v == 20);
+    CHECK(commands[1].kind == ViewCommand::Kind::kRecord);
+    CHECK(commands[1].is_on);
+    for (int i = 0; i < 64; ++i) CHECK(browser.post("/points", R"({"u":1,"v":1})")->status == 202);
+    CHECK(browser.post("/points", R"({"u":1,"v":1})")->status == 503);
+}
+
+TEST_CASE("browsers that wait are told that the run has ended") {
+    auto view = std::unique_ptr<LiveView>(new LiveView(made()));
+    Browser browser(*view);
+    auto answer = std::async(std::launch::async, [&] { return browser.get("/frame?after=-1"); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    view.reset();
+    const httplib::Result result = answer.get();
+    CHECK((!result || result->status == 410));
+}
+
+TEST_CASE("a port that is taken is an error that says what to do") {
+    const LiveView view = made();
+    const int port = Browser(view).port();
+    try {
+        made(static_cast<std::uint16_t>(port));
+        FAIL("two views listen at one port");
+    } catch (const CliError& error) {
+        CHECK(error.code() == ExitCode::kOutput);
+        CHECK_MESSAGE(std::strstr(error.what(), "choose another one") != nullptr, error.what());
+    }
+}

@@ -1,0 +1,264 @@
+// Draws one frame's result on the left image.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "sdk/report/overlay.hpp"
+#include "sdk/report/surface_lattice.hpp"
+#include "sdk/report/target_mark.hpp"
+
+namespace defrec::cli {
+namespace {
+
+// The report page (web/colours.js) uses the same colours.
+const cv::Scalar kObserved(191, 212, 45);
+const cv::Scalar kExtrapolated(36, 191, 251);
+const cv::Scalar kUnknown(175, 163, 156);
+const cv::Scalar kInlier(246, 110, 40);
+const cv::Scalar kOutlier(40, 30, 26);
+const cv::Scalar kControlPoint(255, 255, 255);
+const cv::Scalar kText(245, 245, 245);
+const cv::Scalar kMuted(190, 190, 190);
+
+constexpr int kNodesPerLine =
+    4;  // lattice nodes from one grid line to the next: lines bend with the surface
+constexpr int kSubpixelBits = 4;
+
+const cv::Scalar& status_colour(VertexStatus status) {
+    return status == VertexStatus::observed       ? kObserved
+           : status == VertexStatus::extrapolated ? kExtrapolated
+                                                  : kUnknown;
+}
+
+cv::Scalar state_colour(const std::string& state) {
+    if (state == "tracking") return {61, 128, 21};
+    if (state == "degraded") return {9, 83, 180};
+    if (state == "lost") return {38, 38, 220};
+    if (state == "relocalised") return {237, 58, 124};
+    return {105, 85, 71};
+}
+
+bool near_image(float u, float v, const cv::Mat& image) {
+    const float margin = 64;
+    return u > -margin && v > -margin && u < static_cast<float>(image.cols) + margin &&
+           v < static_cast<float>(image.rows) + margin;  // false for NaN
+}
+
+cv::Point fixed_point(float u, float v) {
+    constexpr float scale = 1 << kSubpixelBits;
+    return {cvRound(u * scale), cvRound(v * scale)};
+}
+
+void line(cv::Mat& image, const float* a, const float* b, const cv::Scalar& colour) {
+    if (near_image(a[0], a[1], image) && near_image(b[0], b[1], image))
+        cv::line(image, fixed_point(a[0], a[1]), fixed_point(b[0], b[1]), colour, 1, cv::LINE_AA,
+                 kSubpixelBits);
+}
+
+void dot(cv::Mat& image, float u, float v, double radius, const cv::Scalar& colour) {
+    if (near_image(u, v, image))
+        cv::circle(image, fixed_point(u, v), cvRound(radius * (1 << kSubpixelBits)), colour,
+                   cv::FILLED, cv::LINE_AA, kSubpixelBits);
+}
+
+/// A circle, dashed where asked for.
+void ring(cv::Mat& image, float u, float v, double radius, bool dashed, const cv::Scalar& colour) {
+    constexpr int kDash = 20;  // degrees, and as many of a gap
+    const double scale = 1 << kSubpixelBits;
+    const cv::Size axes(cvRound(radius * scale), cvRound(radius * scale));
+    for (int start = 0; start < 360; start += 2 * kDash)
+        cv::ellipse(image, fixed_point(u, v), axes, 0, start, start + (dashed ? 1 : 2) * kDash,
+                    colour, 1, cv::LINE_AA, kSubpixelBits);
+}
+
+void darken(cv::Mat& image, cv::Rect area, double keep) {
+    area &= cv::Rect(0, 0, image.cols, image.rows);
+    if (area.empty()) return;
+    cv::Mat part = image(area);
+    part.convertTo(part, -1, keep);
+}
+
+std::string format(const char* pattern, auto... values) {
+    char text[160];
+    std::snprintf(text, sizeof text, pattern, values...);
+    return text;
+}
+
+/// One row of text from left to right; what does not fit is left out.
+class TextRow {
+  public:
+    TextRow(cv::Mat& image, int left, int baseline, double scale)
+        : image_(image), left_(left), baseline_(baseline), scale_(scale) {}
+
+    void add(const std::string& text, const cv::Scalar& colour,
+             const cv::Scalar* background = nullptr) {
+        int below = 0;
+        const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, scale_, 1, &below);
+        if (left_ + size.width > image_.cols - 2) return;
+        if (background)
+            cv::rectangle(image_, cv::Point(left_ - 4, baseline_ - size.height - 4),
+                          cv::Point(left_ + size.width + 4, baseline_ + below), *background,
+                          cv::FILLED);
+        cv::putText(image_, text, cv::Point(left_, baseline_), cv::FONT_HERSHEY_SIMPLEX, scale_,
+                    colour, 1, cv::LINE_AA);
+        left_ += size.width + cvRound(36 * scale_);
+    }
+
+  private:
+    cv::Mat& image_;
+    int left_, baseline_;
+    double scale_;
+};
+
+double text_scale(const cv::Mat& image) { return std::clamp(image.cols / 1700.0, 0.34, 1.2); }
+
+void draw_head(cv::Mat& image, const FrameRecord& frame) {
+    const double scale = text_scale(image);
+    const int row_height = cvRound(44 * scale), left = cvRound(16 * scale) + 4;
+    darken(image, {0, 0, image.cols, 2 * row_height + 4}, 0.38);
+    const cv::Scalar state = state_colour(frame.state);
+
+    TextRow first(image, left, cvRound(0.75 * row_height), scale);
+    first.add(frame.state.empty() ? "no state" : frame.state, kText, &state);
+    first.add(format("frame %lld", static_cast<long long>(frame.index)), kText);
+    first.add(format("%.3f s", frame.timestamp_ms / 1000), kMuted);
+    if (frame.frame_ms > 0) first.add(format("%.1f ms", frame.frame_ms), kMuted);
+    first.add(frame.reasons, kExtrapolated);
+
+    TextRow second(image, left, row_height + cvRound(0.75 * row_height), scale);
+    second.add(!frame.vertices.empty() && std::isfinite(frame.mean_residual_mm)
+                   ? format("residual %.2f mm", frame.mean_residual_mm)
+                   : "residual -",
+               kText);
+    second.add(format("inliers %d of %d", frame.inliers, frame.matches), kText);
+    second.add(format("observed %.0f %%", 100 * frame.observed_share), kText);
+}
+
+void draw_legend(cv::Mat& image, bool with_targets) {
+    const double scale = 0.85 * text_scale(image);
+    const int row_height = cvRound(40 * scale);
+    darken(image, {0, image.rows - row_height, image.cols, row_height}, 0.45);
+    TextRow row(image, cvRound(16 * scale) + 4, image.rows - cvRound(0.3 * row_height), scale);
+    row.add("observed", kObserved);
+    row.add("extrapolated", kExtrapolated);
+    row.add("unknown", kUnknown);
+    if (with_targets) row.add("o target, expected error", kControlPoint);
+    row.add("+ control point", kControlPoint);
+    row.add("inlier", {255, 160, 90});
+    row.add("(dark: outlier)", kMuted);
+}
+
+}  // namespace
+
+struct OverlayPainter::Impl {
+    Projector projector;
+    std::size_t vertices = 0;
+    SurfaceLattice lattice;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> lines;
+    LatticeState state;
+    std::vector<float> uv;
+
+    void collect_lines();
+    void draw_grid(cv::Mat& image, const FrameRecord& frame);
+    void draw_matches(cv::Mat& image, const FrameRecord& frame) const;
+    void draw_control_points(cv::Mat& image, const FrameRecord& frame);
+    void draw_targets(cv::Mat& image, const FrameRecord& frame) const;
+};
+
+void OverlayPainter::Impl::collect_lines() {
+    lines.clear();
+    const auto add = [this](std::int32_t a, std::int32_t b) {
+        lines.emplace_back(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b));
+    };
+    for (int row = 0; row < lattice.rows(); ++row)
+        for (int column = 0; column < lattice.columns(); ++column) {
+            if (row % kNodesPerLine == 0 && lattice.goes_on_right(column, row))
+                add(lattice.node(column, row), lattice.node(column + 1, row));
+            if (column % kNodesPerLine == 0 && lattice.goes_on_down(column, row))
+                add(lattice.node(column, row), lattice.node(column, row + 1));
+        }
+}
+
+void OverlayPainter::Impl::draw_grid(cv::Mat& image, const FrameRecord& frame) {
+    if (!has_geometry(frame, vertices) || lattice.size() == 0) return;
+    lattice.evaluate(frame, state);
+    uv.resize(2 * lattice.size());
+    projector(state.xyz.data(), lattice.size(), uv.data());
+    for (const auto& [a, b] : lines) {
+        const VertexStatus worse =
+            state.status[a] == VertexStatus::observed ? state.status[b] : state.status[a];
+        line(image, uv.data() + 2 * a, uv.data() + 2 * b, status_colour(worse));
+    }
+}
+
+void OverlayPainter::Impl::draw_matches(cv::Mat& image, const FrameRecord& frame) const {
+    for (const bool inlier : {false, true})
+        for (const MatchSegment& match : frame.matched) {
+            if (match.inlier != inlier) continue;
+            const cv::Scalar& colour = inlier ? kInlier : kOutlier;
+            const float from[2] = {match.template_u, match.template_v},
+                        to[2] = {match.live_u, match.live_v};
+            line(image, from, to, colour);
+            dot(image, to[0], to[1], 1.6, colour);
+        }
+}
+
+void OverlayPainter::Impl::draw_control_points(cv::Mat& image, const FrameRecord& frame) {
+    const std::size_t count = frame.control_points.size() / 3;
+    uv.resize(2 * count);
+    if (count > 0) projector(frame.control_points.data(), count, uv.data());
+    for (std::size_t i = 0; i < count; ++i) {
+        const float u = uv[2 * i], v = uv[2 * i + 1];
+        if (near_image(u, v, image))
+            cv::drawMarker(image, cv::Point(cvRound(u), cvRound(v)), kControlPoint,
+                           cv::MARKER_CROSS, 5, 1);
+    }
+}
+
+// A cross with a ring as wide as the expected error, dashed where the target is not observed. What
+// is lost has no place.
+void OverlayPainter::Impl::draw_targets(cv::Mat& image, const FrameRecord& frame) const {
+    constexpr float kMinRadius = 3;
+    for (const TargetEstimate& target : frame.targets) {
+        if (target.status == VertexStatus::unknown) continue;
+        const TargetMark mark = target_mark(target, projector);
+        if (!near_image(mark.u, mark.v, image)) continue;
+        const cv::Scalar& colour = status_colour(target.status);
+        cv::drawMarker(image, cv::Point(cvRound(mark.u), cvRound(mark.v)), colour, cv::MARKER_CROSS,
+                       5, 1);
+        if (std::isfinite(mark.radius))
+            ring(image, mark.u, mark.v, std::max(mark.radius, kMinRadius),
+                 target.status != VertexStatus::observed, colour);
+    }
+}
+
+OverlayPainter::OverlayPainter(Projector projector) : impl_(std::make_unique<Impl>()) {
+    impl_->projector = std::move(projector);
+}
+
+OverlayPainter::~OverlayPainter() = default;
+
+void OverlayPainter::set_template(const TemplateRecord& reference) {
+    check_template(reference);
+    // About 26 lines over the template's width, whatever the image's size.
+    const double step = std::max(2.0, std::sqrt(template_area(reference)) / (26 * kNodesPerLine));
+    impl_->vertices = reference.vertices.size() / 3;
+    impl_->lattice = SurfaceLattice(reference, step);
+    impl_->collect_lines();
+}
+
+void OverlayPainter::draw(cv::Mat& image, const FrameRecord& frame) {
+    impl_->draw_grid(image, frame);
+    impl_->draw_matches(image, frame);
+    impl_->draw_control_points(image, frame);
+    impl_->draw_targets(image, frame);
+    draw_head(image, frame);
+    draw_legend(image, !frame.targets.empty());
+    if (frame.state == "lost")
+        cv::rectangle(image, cv::Rect(0, 0, image.cols, image.rows), state_colour(frame.state), 3);
+}
+
+}  // namespace defrec::cli

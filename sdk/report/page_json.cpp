@@ -1,0 +1,145 @@
+// The data of the page as JSON; web/data.js reads it.
+#include "sdk/report/page_json.hpp"
+
+#include <bit>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "sdk/report/ellipsoid.hpp"
+
+namespace defrec::cli {
+namespace {
+
+using nlohmann::json;
+
+static_assert(std::endian::native == std::endian::little, "the page reads little-endian arrays");
+
+json number_or_null(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+json to_json(const QuantisedPoints& points) {
+    return {{"lowest", points.lowest}, {"step", points.step}, {"xyz", base64(points.xyz)}};
+}
+
+json to_json(const Ellipsoids& ellipsoids) {
+    return {{"points", to_json(ellipsoids.points)},
+            {"shapes", base64(ellipsoids.shapes)},
+            {"status", base64(ellipsoids.status)}};
+}
+
+json targets_json(const SurfaceHistory& history) {
+    if (history.target_labels().empty()) return nullptr;
+    json labels = json::array();
+    for (const TargetLabel& label : history.target_labels())
+        labels.push_back({{"id", label.id}, {"depth", number_or_null(double{label.depth})}});
+    return {{"count", history.target_count()}, {"labels", labels}};
+}
+
+json to_json(const SurfaceMoment& moment) {
+    json result{{"frame", moment.frame},
+                {"ms", moment.timestamp_ms},
+                {"state", moment.state},
+                {"reasons", moment.reasons},
+                {"residual_mm", number_or_null(moment.mean_residual_mm)},
+                {"rigid", moment.rigid}};
+    if (moment.points.xyz.empty()) return result;
+    result["points"] = to_json(moment.points);
+    result["status"] = base64(moment.status);
+    if (!moment.error.empty()) result["error"] = base64(moment.error);
+    if (!moment.ellipsoids.status.empty()) result["ellipsoids"] = to_json(moment.ellipsoids);
+    if (!moment.targets.status.empty()) result["targets"] = to_json(moment.targets);
+    return result;
+}
+
+}  // namespace
+
+std::string base64(const void* data, std::size_t bytes) {
+    static constexpr char kDigits[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    const auto* in = static_cast<const unsigned char*>(data);
+    std::string out;
+    out.reserve((bytes + 2) / 3 * 4);
+    for (std::size_t i = 0; i < bytes; i += 3) {
+        const std::size_t left = bytes - i;
+        const unsigned word = unsigned{in[i]} << 16 | (left > 1 ? unsigned{in[i + 1]} << 8 : 0u) |
+                              (left > 2 ? unsigned{in[i + 2]} : 0u);
+        out += kDigits[word >> 18];
+        out += kDigits[word >> 12 & 63];
+        out += left > 1 ? kDigits[word >> 6 & 63] : '=';
+        out += left > 2 ? kDigits[word & 63] : '=';
+    }
+    return out;
+}
+
+json to_json(const ReportMeta& meta) {
+    json facts = json::array();
+    for (const auto& [name, value] : meta.facts) facts.push_back({name, value});
+    return {{"sequence", meta.sequence},        {"backend", meta.backend}, {"device", meta.device},
+            {"version", meta.version},          {"facts", facts},          {"notes", meta.notes},
+            {"overlay_file", meta.overlay_file}};
+}
+
+json to_json(const Series& series) {
+    json lines = json::array();
+    for (const Series::Line& line : series.lines())
+        lines.push_back({{"name", line.name}, {"values", base64(line.values)}});
+    return {{"stride", series.stride()},
+            {"frames", series.frames()},
+            {"ms", base64(series.timestamps_ms())},
+            {"lines", lines}};
+}
+
+json to_json(const std::vector<KeyFrame>& pictures) {
+    json result = json::array();
+    for (const KeyFrame& picture : pictures)
+        result.push_back({{"frame", picture.frame},
+                          {"ms", picture.timestamp_ms},
+                          {"state", picture.state},
+                          {"reasons", picture.reasons},
+                          {"changed", picture.state_changed},
+                          {"jpeg", base64(picture.jpeg)}});
+    return result;
+}
+
+json to_json(const SurfaceHistory& history, const std::vector<std::uint8_t>& texture_jpeg,
+             int width, int height) {
+    if (history.lattice().size() == 0) return nullptr;
+    std::vector<float> texture_uv;
+    if (!texture_jpeg.empty()) {
+        texture_uv = history.lattice().uv();
+        for (std::size_t i = 0; i + 1 < texture_uv.size(); i += 2) {
+            texture_uv[i] = (texture_uv[i] + 0.5f) / static_cast<float>(width);
+            texture_uv[i + 1] = 1 - (texture_uv[i + 1] + 0.5f) / static_cast<float>(height);
+        }
+    }
+    json moments = json::array();
+    for (const SurfaceMoment& moment : history.moments().items())
+        moments.push_back(to_json(moment));
+    return {{"triangles", base64(history.lattice().triangles())},
+            {"rest", to_json(history.rest())},
+            {"texture", base64(texture_jpeg)},
+            {"texture_uv", base64(texture_uv)},
+            {"error_step_mm", kErrorStepMm},
+            {"shape_step_mm", kShapeStepMm},
+            {"targets", targets_json(history)},
+            {"stride", history.moments().stride()},
+            {"moments", moments}};
+}
+
+std::string embeddable(const json& value) {
+    const std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
+    std::string out;
+    out.reserve(text.size() + 64);
+    for (const char c : text) {
+        if (c == '<')
+            out += "\\u003c";
+        else if (c == '>')
+            out += "\\u003e";
+        else if (c == '&')
+            out += "\\u0026";
+        else
+            out += c;
+    }
+    return out;
+}
+
+}  // namespace defrec::cli

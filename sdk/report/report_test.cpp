@@ -1,0 +1,173 @@
+// The page that ReportWriter writes: whole, self-contained, bounded, and safe against what is in
+// names.
+#include "sdk/report/report.hpp"
+
+#include <doctest/doctest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <stdexcept>
+
+#include "sdk/report/synthetic_sequence.hpp"
+#include "sdk/report/test_page.hpp"
+
+namespace fs = std::filesystem;
+using defrec::cli::FrameRecord;
+using defrec::cli::ReportMeta;
+using defrec::cli::ReportWriter;
+using defrec::cli::test::is_plain;
+using defrec::cli::test::read_page;
+using defrec::cli::test::SyntheticSequence;
+using nlohmann::json;
+
+namespace {
+
+struct Folder {
+    fs::path path =
+        fs::temp_directory_path() / fs::path("defrec-report-" + std::to_string(::getpid()));
+    Folder() { fs::create_directories(path); }
+    ~Folder() { fs::remove_all(path); }
+};
+
+json data_of(const std::string& page) {
+    const std::string open = "<script type=\"application/json\" id=\"data\">";
+    const std::size_t start = page.find(open) + open.size();
+    return json::parse(page.substr(start, page.find("</script>", start) - start));
+}
+
+}  // namespace
+
+TEST_CASE("a 60 frame report is one file below 4 MB that loads nothing from elsewhere") {
+    const Folder folder;
+    const fs::path path = folder.path / "report.html";
+    const SyntheticSequence sequence(960, 540, 60);
+    ReportMeta meta;
+    meta.sequence = "synthetic";
+    meta.overlay_file = "overlay.mp4";
+    sequence.write_report(path, meta);
+    const std::string page = read_page(path);
+    CHECK(page.size() < 4'000'000);
+    CHECK(std::distance(fs::directory_iterator(folder.path), {}) == 1);
+
+    // The markup and style, which stand before the data, name no address; and the page forbids
+    // loading to itself.
+    CHECK(page.substr(0, page.find("id=\"data\"")).find("//") == std::string::npos);
+    CHECK(page.find("Content-Security-Policy\" content=\"default-src 'none'") != std::string::npos);
+    CHECK(page.find("<link") == std::string::npos);
+    CHECK(page.find("<script src") == std::string::npos);
+    if (!is_plain(page)) {
+        CHECK(page.find("Leon Sorokin") != std::string::npos);
+        CHECK(page.find("three.js authors") != std::string::npos);
+    }
+
+    const json data = data_of(page);
+    CHECK(data["summary"]["frames"] == 60);
+    CHECK(data["summary"]["stages"].size() == 5);
+    CHECK(data["summary"]["frame_ms"]["median"].get<double>() == doctest::Approx(12).epsilon(0.1));
+    CHECK(data["summary"]["stages"][4]["name"] == "lm");
+    CHECK(data["summary"]["stages"][4]["ms"]["median"].get<double>() ==
+          doctest::Approx(3.2).epsilon(0.01));
+    CHECK(data["surface"]["moments"].size() == 60);
+    CHECK(data["key_frames"].size() <= 14);
+    // initialising, tracking, degraded, tracking, lost, relocalised, tracking
+    CHECK(data["summary"]["changes"].size() == 7);
+    CHECK_FALSE(data["surface"]["moments"][38].contains("points"));
+    CHECK(data["surface"]["moments"][38]["state"] == "lost");
+    const std::size_t targets = sequence.record(1).targets.size();
+    CHECK(data["surface"]["targets"]["count"] == targets);
+    CHECK(data["surface"]["targets"]["labels"].size() == targets);
+    CHECK(data["surface"]["targets"]["labels"][0]["depth"] == 5);
+    CHECK(data["surface"]["moments"][1]["targets"].contains("shapes"));
+    CHECK_FALSE(data["surface"]["moments"][38].contains("targets"));
+}
+
+TEST_CASE(
+    "row 75: names that are markup, script or not UTF-8 do no harm; no residual without a "
+    "surface") {
+    const Folder folder;
+    const fs::path path = folder.path / fs::path(u8"Bericht ä 膜.html");
+    ReportMeta meta;
+    meta.sequence = "</script><script>document.title='broken'</script><!--\xff\xe2\x80\xa8";
+    meta.facts = {{"Left", "a&b\"<img src=x onerror=alert(1)>.mp4"}};
+    const SyntheticSequence sequence(160, 120, 2);
+    ReportWriter report(path, meta, sequence.projector());
+    FrameRecord record = sequence.record(0);
+    record.vertices.clear();
+    report.add({}, record);
+    report.finish();
+    const std::string page = read_page(path);
+    CHECK(page.find("document.title='broken'</script>") == std::string::npos);
+    CHECK(page.find("<img src=x") == std::string::npos);
+    const json data = data_of(page);
+    CHECK(data["meta"]["facts"][0][1] == "a&b\"<img src=x onerror=alert(1)>.mp4");
+    CHECK(data["summary"]["residual_mm"].is_null());
+    CHECK(data["meta"]["sequence"].get<std::string>().starts_with("</script><script>"));
+}
+
+TEST_CASE("a long sequence stays within its bounds") {
+    const Folder folder;
+    const fs::path path = folder.path / "report.html";
+    const SyntheticSequence sequence(320, 240, 2);
+    ReportWriter report(path, {}, sequence.projector());
+    report.set_template(sequence.reference(), {});
+    FrameRecord record = sequence.record(1);
+    record.targets.resize(20'000);
+    record.targets[0].depth = std::nanf("");
+    for (int i = 0; i < 9'000; ++i) {
+        record.index = i;
+        record.timestamp_ms = i * 40.0;
+        record.state = i / 10 % 2 ? "tracking" : "degraded";
+        record.mean_residual_mm = i == 5'345 ? 9 : 0.2;
+        report.add({}, record);
+    }
+    report.finish();
+    CHECK(fs::file_size(path) < 5'000'000);
+    const json data = data_of(read_page(path));
+    CHECK(data["summary"]["frames"] == 9'000);
+    CHECK(data["surface"]["moments"].size() <= 120);
+    CHECK(data["surface"]["moments"].size() >= 60);
+    CHECK(data["series"]["frames"].size() <= 4096);
+    CHECK(data["series"]["stride"] == 4);
+    CHECK(data["summary"]["changes"].size() == 100);
+    CHECK(data["summary"]["unlisted_changes"] == 800);
+    CHECK(data["surface"]["targets"]["count"] == 20'000);
+    CHECK(data["surface"]["targets"]["labels"].size() <= 500);
+    CHECK(data["surface"]["targets"]["labels"].size() >= 250);
+    CHECK(data["surface"]["targets"]["labels"][0]["depth"].is_null());
+}
+
+TEST_CASE("a report without any frame is written") {
+    const Folder folder;
+    ReportWriter report(folder.path / "report.html", {},
+                        SyntheticSequence(160, 120, 2).projector());
+    report.finish();
+    CHECK(data_of(read_page(folder.path / "report.html"))["summary"]["frames"] == 0);
+}
+
+TEST_CASE(
+    "a folder that is not there is refused at once, and an unfinished report leaves nothing") {
+    const Folder folder;
+    const SyntheticSequence sequence(160, 120, 2);
+    CHECK_THROWS_WITH_AS(
+        ReportWriter(folder.path / "none" / "report.html", {}, sequence.projector()),
+        doctest::Contains("report.html: the file cannot be created"), std::runtime_error);
+    { ReportWriter abandoned(folder.path / "report.html", {}, sequence.projector()); }
+    CHECK(fs::is_empty(folder.path));
+}
+
+TEST_CASE("a template whose sizes disagree is refused with what was given") {
+    const Folder folder;
+    const SyntheticSequence sequence(160, 120, 2);
+    ReportWriter report(folder.path / "report.html", {}, sequence.projector());
+    auto reference = sequence.reference();
+    reference.triangles.push_back(9999);
+    CHECK_THROWS_AS(report.set_template(reference, {}), std::invalid_argument);
+    reference.triangles.push_back(0);
+    reference.triangles.push_back(1);
+    CHECK_THROWS_WITH_AS(report.set_template(reference, {}), doctest::Contains("names vertex 9999"),
+                         std::invalid_argument);
+}

@@ -1,0 +1,367 @@
+// A scene, filmed.
+#include "sdk/scenes/film.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sdk/scenes/noise.hpp"
+
+namespace defrec::cli {
+namespace {
+
+constexpr double kMeshHalfWidth = 96.0;  // mm of material: more than any scene's camera sees
+constexpr double kMeshHalfHeight = 78.0;
+constexpr double kMeshSpacing = 0.6;
+constexpr double kFloorHalfWidth = 6.0;  // mm of texture across the floor of a cut
+constexpr double kFloorSpacing = 0.25;
+constexpr double kBesideCut = 0.5;       // mm
+constexpr double kOcclusionSlack = 0.3;  // mm, between a point and the mesh in front of it
+constexpr int kExposures = 8;            // of a picture with motion blur: steps of a pixel or two
+
+bool hidden_by(const Blood& blood, const Eigen::Vector2f& material) {
+    return blood_cover(blood_inside(blood, material.x(), material.y())) > 0.5f;
+}
+
+/// Places beneath the view, 6 mm apart and 7 mm.
+std::vector<Film::Target> targets_in(const Body& body) {
+    std::vector<Film::Target> targets;
+    for (std::size_t layer = 0; layer < body.layers; ++layer) {
+        for (int j = -2; j <= 2; ++j) {
+            for (int i = -4; i <= 4; ++i) {
+                targets.push_back({{6.0 * i, 7.0 * j}, layer});
+            }
+        }
+    }
+    return targets;
+}
+
+/// Whether a point lies within half a millimetre of a cut or of another lobe.
+bool beside_line(const Motion& motion, const Eigen::Vector2d& material) {
+    if (std::abs(material.y()) >= kBesideCut) {
+        return false;
+    }
+    const double half_length = motion.incision.half_length;
+    return motion.lobes.step != 0 ||
+           (half_length > 0 && std::abs(material.x()) < half_length + kBesideCut);
+}
+
+}  // namespace
+
+Film::Film(const std::string& scene, int width, int height, int frames, std::uint64_t seed,
+           int threads, const std::vector<SceneSetting>& settings)
+    : width_(width),
+      height_(height),
+      threads_(threads),
+      scene_(make_scene(scene, width, height, frames, seed, settings)),
+      tissue_(scene_.look, kMeshHalfWidth, kMeshHalfHeight, scene_.seed),
+      left_(scene_.rig.left, width, height, threads),
+      right_(scene_.rig.right, width, height, threads),
+      painter_(tissue_, threads) {
+    prepare_meshes();
+    if (scene_.body) {
+        targets_ = targets_in(*scene_.body);
+    }
+}
+
+void Film::advance() {
+    const FrameState next = scene_.at(++frame_);
+    if (next.repeats_previous) {
+        return;
+    }
+    state_ = next;
+    misalign_right();
+    place_views(state_);
+    deform_meshes(state_, {&left_, &right_});
+    raster_.render(meshes_, left_, threads_, left_hits_);
+    raster_.render(meshes_, right_, threads_, right_hits_);
+    photograph(true);
+    photograph(false);
+    place_views(state_);
+    if (frame_ == 0) {
+        choose_points();
+    }
+}
+
+Film::Truth Film::truth(std::size_t point) const {
+    const Eigen::Vector2d& m = points_[point].material;
+    const Eigen::Vector3d in_left =
+        left_.from_scene(scene_.surface.at(m.x(), m.y(), state_.time, state_.motion));
+    return {in_left, visible(m, in_left)};
+}
+
+Eigen::Vector3d Film::truth(const Target& target) const {
+    return left_.from_scene(scene_.surface.beneath(target.material.x(), target.material.y(),
+                                                   target.layer, *state_.motion.body));
+}
+
+Eigen::Isometry3d Film::body_pose() const {
+    Eigen::Isometry3d pose(left_.rotation * state_.motion.body->rotation);
+    pose.translation() = left_.from_scene(state_.motion.body->translation);
+    return pose;
+}
+
+void Film::place_views(const FrameState& state) {
+    const CameraPose& pose = state.camera;
+    left_.rotation = pose.rotation;
+    left_.translation = -pose.rotation * pose.centre;
+    right_.rotation = scene_.rig.rotation * left_.rotation;
+    right_.translation = scene_.rig.rotation * left_.translation + scene_.rig.translation;
+    if (misaligned_right_) {
+        const Eigen::Matrix3d roll =
+            Eigen::AngleAxisd(state_.right.roll, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+        misaligned_right_->rotation = roll * right_.rotation;
+        misaligned_right_->translation = roll * right_.translation;
+    }
+}
+
+void Film::misalign_right() {
+    misaligned_right_.reset();
+    if (state_.right.misaligned()) {
+        Lens lens = scene_.rig.right;
+        lens.fx *= state_.right.focal_ratio;
+        lens.fy *= state_.right.focal_ratio;
+        lens.cy += state_.right.offset;
+        misaligned_right_.emplace(lens, width_, height_, threads_);
+    }
+}
+
+/// One sheet of tissue, or two lobes and the wall between them, or the two sides of a cut, which
+/// share a row of vertices where the cut is closed, and its floor, which shares their columns.
+void Film::prepare_meshes() {
+    meshes_.emplace_back(kMeshHalfWidth, kMeshHalfHeight, kMeshSpacing, kMeshSpacing);
+    if (scene_.floor) {
+        DeformedMesh below = meshes_.front();
+        below.first_drawn = meshes_.front().last_drawn = (below.rows - 1) / 2;
+        meshes_.push_back(std::move(below));
+        meshes_.emplace_back(kMeshHalfWidth, kFloorHalfWidth, kMeshSpacing, kFloorSpacing);
+        meshes_.back().is_floor = true;
+        floor_.emplace(*scene_.floor, static_cast<float>(kMeshHalfWidth),
+                       static_cast<float>(kFloorHalfWidth), ~scene_.seed);
+        painter_.set_floor(*floor_);
+    }
+}
+
+void Film::deform_meshes(const FrameState& state, const std::vector<const View*>& views) {
+    const Surface& surface = scene_.surface;
+    const double time = state.time;
+    const Motion& motion = state.motion;
+    if (!scene_.floor) {
+        meshes_[0].deform([&](double s, double t) { return surface.at(s, t, time, motion); }, views,
+                          threads_);
+        return;
+    }
+    const auto side = [&](Side which) {
+        return [&, which](double s, double t) { return surface.at(s, t, time, motion, which); };
+    };
+    meshes_[0].deform(side(Side::above), views, threads_);
+    meshes_[1].deform(side(Side::below), views, threads_);
+    meshes_[2].deform(
+        [&](double s, double t) { return surface.floor_at(s, t / kFloorHalfWidth, time, motion); },
+        views, threads_);
+}
+
+/// A grid over the first left image, less the pixels where no tissue is seen and those beside a
+/// cut.
+void Film::choose_points() {
+    const int columns = 20;
+    const int rows = std::max(6, static_cast<int>(std::lround(columns * 0.95 * height_ / width_)));
+    const double edge = 0.06 * width_;
+    for (int j = 0; j < rows; ++j) {
+        for (int i = 0; i < columns; ++i) {
+            const double u =
+                std::round(100 * (edge + i * (width_ - 1 - 2 * edge) / (columns - 1))) / 100;
+            const double v =
+                std::round(100 * (edge + j * (height_ - 1 - 2 * edge) / (rows - 1))) / 100;
+            const auto pixel = static_cast<std::size_t>(std::lround(v)) * width_ +
+                               static_cast<std::size_t>(std::lround(u));
+            const Hit& hit = left_hits_[pixel];
+            const Eigen::Vector2d ray = left_.lens.ray({u, v});
+            const Eigen::Vector3d direction =
+                state_.camera.rotation.transpose() * Eigen::Vector3d(ray.x(), ray.y(), 1);
+            Eigen::Vector2d material(hit.s, hit.t);
+            if (hit.z <= 0 || hit.is_floor ||
+                !scene_.surface.intersect(state_.camera.centre, direction, state_.time,
+                                          state_.motion, material)) {
+                continue;
+            }
+            const Eigen::Vector3d point =
+                scene_.surface.at(material.x(), material.y(), state_.time, state_.motion);
+            if (!beside_line(state_.motion, material) &&
+                visible(material, left_.from_scene(point))) {
+                points_.push_back({u, v, material, frame_});
+            }
+        }
+    }
+}
+
+void Film::add_points() {
+    const std::size_t first = points_.size();
+    choose_points();
+    points_.erase(
+        std::remove_if(points_.begin() + static_cast<std::ptrdiff_t>(first), points_.end(),
+                       [&](const Followed& point) { return was_in_first_image(point.material); }),
+        points_.end());
+}
+
+bool Film::was_in_first_image(const Eigen::Vector2d& material) const {
+    const FrameState first = scene_.at(0);
+    const Eigen::Vector3d point =
+        scene_.surface.at(material.x(), material.y(), first.time, first.motion);
+    const Eigen::Vector3d in_left = first.camera.rotation * (point - first.camera.centre);
+    if (in_left.z() <= 0) return false;
+    const Eigen::Vector2d pixel = left_.lens.project(in_left);
+    return pixel.x() >= -0.5 && pixel.y() >= -0.5 && pixel.x() <= width_ - 0.5 &&
+           pixel.y() <= height_ - 0.5;
+}
+
+bool Film::visible(const Eigen::Vector2d& material, const Eigen::Vector3d& in_left) const {
+    if (state_.outside != Outside::none || in_left.z() <= 0 ||
+        (state_.blood && hidden_by(*state_.blood, material.cast<float>()))) {
+        return false;
+    }
+    const Eigen::Vector2d pixel = left_.lens.project(in_left);
+    const int u = static_cast<int>(std::lround(pixel.x())),
+              v = static_cast<int>(std::lround(pixel.y()));
+    if (u < 0 || v < 0 || u >= width_ || v >= height_) {
+        return false;
+    }
+    for (const Instrument& instrument : state_.instruments) {
+        const Instrument tool = left_.from_scene(instrument);
+        if (nearest_approach(tool, Eigen::Vector3d::Zero(), in_left, 0.0, 1.0).distance <
+            tool.radius) {
+            return false;
+        }
+    }
+    float farthest = 0;
+    for (int y = std::max(v - 1, 0); y <= std::min(v + 1, height_ - 1); ++y) {
+        for (int x = std::max(u - 1, 0); x <= std::min(u + 1, width_ - 1); ++x) {
+            farthest = std::max(farthest, left_hits_[static_cast<std::size_t>(y) * width_ + x].z);
+        }
+    }
+    return in_left.z() < farthest + kOcclusionSlack;
+}
+
+/// Paints a view. The exposure has parts at several times where the shutter is open for long; those
+/// of a right view that is late are at times of its own.
+void Film::photograph(bool is_left) {
+    const View& view = is_left ? left_ : misaligned_right_ ? *misaligned_right_ : right_;
+    const double middle = frame_ - (is_left ? 0.0 : state_.right.lag);
+    const int parts = state_.shutter > 0 ? kExposures : 1;
+    for (int part = 0; part < parts; ++part) {
+        const double time = middle + state_.shutter * ((part + 0.5) / parts - 0.5);
+        const std::vector<Hit>* hits = is_left ? &left_hits_ : &right_hits_;
+        const FrameState state = time == frame_ ? state_ : scene_.at(time);
+        if (time != frame_ || (!is_left && misaligned_right_)) {
+            place_views(state);
+            deform_meshes(state, {&view});
+            raster_.render(meshes_, view, threads_, other_hits_);
+            hits = &other_hits_;
+        }
+        painter_.expose(view, *hits, request_for(state, is_left), 1.0f / static_cast<float>(parts));
+    }
+    painter_.develop(view, sensor_of(is_left), is_left ? left_bgr_ : right_bgr_);
+}
+
+PictureRequest Film::request_for(const FrameState& state, bool is_left) const {
+    PictureRequest request;
+    const Eigen::Vector3d lamp(0.5 * scene_.rig.translation.norm(), -3.0, 0.0);
+    request.lighting.lamp =
+        is_left ? lamp : Eigen::Vector3d(scene_.rig.rotation * lamp + scene_.rig.translation);
+    request.lighting.distance = scene_.rig.depth;
+    request.lighting.exposure = scene_.exposure * state.exposure;
+    if (!is_left) {
+        request.view_offset = -scene_.rig.rotation.transpose() * scene_.rig.translation;
+    }
+    request.instruments = state.instruments;
+    request.blood = state.blood;
+    request.smoke = state.smoke;
+    request.focus = state.focus;
+    request.outside = state.outside;
+    return request;
+}
+
+Sensor Film::sensor_of(bool is_left) const {
+    Sensor sensor;
+    sensor.seed = scramble(scramble(scene_.seed) ^
+                           (2 * static_cast<std::uint64_t>(frame_) + (is_left ? 0 : 1)));
+    if (!is_left) {
+        constexpr Rgb kTint{0.90f, 0.93f, 0.96f};
+        sensor.gain = (state_.right.exposure / kTint.g) * kTint;
+        sensor.offset = 1.5f;
+        sensor.gamma = state_.right.gamma;
+    }
+    return sensor;
+}
+
+bool Film::hides(const Instrument& instrument, const Eigen::Vector3d& point,
+                 const Eigen::Vector3d& centre) const {
+    const Instrument tool = left_.from_scene(instrument);
+    const double margin = tool.radius + point.z() / scene_.rig.left.fx;
+    return nearest_approach(tool, centre, point - centre, 0, 1).distance < margin;
+}
+
+std::vector<float> Film::left_surface() const {
+    std::vector<float> xyz(3 * static_cast<std::size_t>(width_) * height_,
+                           std::numeric_limits<float>::quiet_NaN());
+    if (state_.outside != Outside::none) {
+        return xyz;
+    }
+    for (std::size_t pixel = 0; pixel < left_hits_.size(); ++pixel) {
+        const Hit& hit = left_hits_[pixel];
+        if (hit.z <= 0 || (state_.blood && hidden_by(*state_.blood, {hit.s, hit.t}))) {
+            continue;
+        }
+        const Eigen::Vector3d point(hit.z * left_.rays[pixel].x(), hit.z * left_.rays[pixel].y(),
+                                    hit.z);
+        if (std::any_of(state_.instruments.begin(), state_.instruments.end(),
+                        [&](const Instrument& tool) {
+                            return hides(tool, point, Eigen::Vector3d::Zero());
+                        })) {
+            continue;
+        }
+        for (int i = 0; i < 3; ++i) {
+            xyz[3 * pixel + static_cast<std::size_t>(i)] = static_cast<float>(point[i]);
+        }
+    }
+    return xyz;
+}
+
+std::vector<std::uint16_t> Film::disparity() const {
+    std::vector<std::uint16_t> image(static_cast<std::size_t>(width_) * height_, 0);
+    const double scale = scene_.rig.left.fx * -scene_.rig.translation.x();
+    if (state_.outside != Outside::none) {
+        return image;
+    }
+    const Eigen::Vector3d right_centre(-scene_.rig.translation.x(), 0, 0);
+    for (int v = 0; v < height_; ++v) {
+        for (int u = 0; u < width_; ++u) {
+            const std::size_t pixel = static_cast<std::size_t>(v) * width_ + u;
+            const Hit& hit = left_hits_[pixel];
+            if (hit.z <= 0 || (state_.blood && hidden_by(*state_.blood, {hit.s, hit.t}))) {
+                continue;
+            }
+            const double shift = scale / hit.z;
+            const double other = u - shift;
+            const auto other_pixel = static_cast<std::size_t>(v) * width_ +
+                                     static_cast<std::size_t>(std::max(0L, std::lround(other)));
+            if (other < 0 || std::abs(right_hits_[other_pixel].z - hit.z) > 2.0 * kOcclusionSlack) {
+                continue;
+            }
+            const Eigen::Vector3d point(hit.z * left_.rays[pixel].x(),
+                                        hit.z * left_.rays[pixel].y(), hit.z);
+            if (std::any_of(state_.instruments.begin(), state_.instruments.end(),
+                            [&](const Instrument& tool) {
+                                return hides(tool, point, Eigen::Vector3d::Zero()) ||
+                                       hides(tool, point, right_centre);
+                            })) {
+                continue;
+            }
+            image[pixel] = static_cast<std::uint16_t>(std::lround(256.0 * shift));
+        }
+    }
+    return image;
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,165 @@
+// Follows chosen pixels and writes points.csv.
+#include "sdk/session/point_follower.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace defrec::cli {
+
+PointFollower::PointFollower(const std::filesystem::path& path, std::vector<FollowedPoint> points,
+                             const Rig& rig, RawProjection& projection)
+    : points_(std::move(points)), rig_(rig), projection_(projection), file_(path) {}
+
+std::vector<std::size_t> PointFollower::given_in(std::optional<std::int64_t> frame) const {
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < points_.size(); ++i)
+        if (points_[i].frame == frame) places.push_back(i);
+    return places;
+}
+
+std::vector<double> PointFollower::rectified_pixels(const std::vector<std::size_t>& places) const {
+    std::vector<double> pixels;
+    for (const std::size_t i : places) pixels.insert(pixels.end(), {points_[i].u, points_[i].v});
+    require(defrec_rig_rectify_pixels(rig_.get(), pixels.data(), places.size(), pixels.data()),
+            ExitCode::kInternal, "rectifying the points to follow");
+    return pixels;
+}
+
+void PointFollower::keep_found(const std::vector<std::size_t>& places,
+                               const std::vector<double>& xyz,
+                               const std::vector<std::uint8_t>& found) {
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        if (found[i] == DEFREC_FOUND_NONE) continue;
+        if (found[i] == DEFREC_FOUND_BESIDE) beside_.push_back(place_.size());
+        place_.push_back(places[i]);
+        template_xyz_.insert(template_xyz_.end(), xyz.begin() + static_cast<std::ptrdiff_t>(3 * i),
+                             xyz.begin() + static_cast<std::ptrdiff_t>(3 * i + 3));
+    }
+    moved_.resize(place_.size());
+    evidence_.resize(place_.size());
+    looked_up_ += places.size();
+}
+
+void PointFollower::lift(const Template& surface, std::int64_t frame, bool may_grow) {
+    std::vector<std::size_t> places = given_in({});
+    const std::vector<double> pixels = rectified_pixels(places);
+    std::vector<double> xyz(3 * places.size());
+    std::vector<std::uint8_t> found(places.size());
+    require(
+        defrec_template_lift(surface.get(), pixels.data(), places.size(), xyz.data(), found.data()),
+        ExitCode::kInternal, "finding the surface under the points to follow");
+    if (may_grow) {
+        for (std::size_t i = places.size(); i-- > 0;) {
+            if (found[i] != 0) continue;
+            points_[places[i]].frame = frame;
+            const auto at = static_cast<std::ptrdiff_t>(i);
+            places.erase(places.begin() + at);
+            found.erase(found.begin() + at);
+            xyz.erase(xyz.begin() + 3 * at, xyz.begin() + 3 * at + 3);
+        }
+    }
+    keep_found(places, xyz, found);
+}
+
+void PointFollower::begin_at(std::int64_t frame) {
+    for (FollowedPoint& point : points_)
+        if (!point.frame) point.frame = frame;
+}
+
+std::int64_t PointFollower::follow(double u, double v, std::int64_t frame) {
+    std::int64_t id = 0;
+    for (const FollowedPoint& point : points_) id = std::max(id, point.id + 1);
+    points_.push_back({id, u, v, frame});
+    return id;
+}
+
+void PointFollower::lift_in(std::int64_t frame, defrec_job job) {
+    const std::vector<std::size_t> places = given_in(frame);
+    if (places.empty()) return;
+    const std::vector<double> pixels = rectified_pixels(places);
+    std::vector<double> xyz(3 * places.size());
+    std::vector<std::uint8_t> found(places.size());
+    if (job != nullptr) {
+        require(defrec_job_lift_points(job, pixels.data(), places.size(), xyz.data(), found.data()),
+                ExitCode::kInternal, "finding the surface under the points to follow");
+    }
+    keep_found(places, xyz, found);
+}
+
+void PointFollower::settle(defrec_job job) {
+    auto result = initialised<defrec_result>();
+    require(defrec_job_result(job, &result), ExitCode::kInternal, "reading the result");
+    if (std::exchange(template_epoch_, result.template_epoch) == result.template_epoch ||
+        beside_.empty())
+        return;
+    warp(job);
+    std::vector<double> xyz(3 * beside_.size()), uv(2 * beside_.size());
+    std::vector<std::uint8_t> found(beside_.size());
+    for (std::size_t i = 0; i < beside_.size(); ++i)
+        std::copy_n(&moved_.xyz[3 * beside_[i]], 3, &xyz[3 * i]);
+    projection_.project_rectified(xyz.data(), beside_.size(), uv.data());
+    require(defrec_job_lift_points(job, uv.data(), beside_.size(), xyz.data(), found.data()),
+            ExitCode::kInternal, "finding the surface under the points to follow");
+    std::vector<std::size_t> still_beside;
+    for (std::size_t i = 0; i < beside_.size(); ++i)
+        if (found[i] == DEFREC_FOUND_SURFACE)
+            std::copy_n(&xyz[3 * i], 3, &template_xyz_[3 * beside_[i]]);
+        else
+            still_beside.push_back(beside_[i]);
+    beside_ = std::move(still_beside);
+    pieces_.clear();
+}
+
+void PointFollower::find_pieces(defrec_job job) {
+    if (pieces_.size() == place_.size()) return;
+    pieces_.resize(place_.size());
+    defrec_template surface = nullptr;
+    require(defrec_job_get_template(job, &surface), ExitCode::kInternal, "reading the template");
+    const Template owner(surface);
+    require(
+        defrec_template_point_pieces(surface, template_xyz_.data(), place_.size(), pieces_.data()),
+        ExitCode::kInternal, "finding the pieces of the surface that points lie on");
+}
+
+void PointFollower::warp(defrec_job job) {
+    require(defrec_job_warp_points(job, template_xyz_.data(), place_.size(), moved_.xyz.data(),
+                                   moved_.status.data(), moved_.expected_error_mm.data()),
+            ExitCode::kInternal, "warping the points to follow");
+}
+
+std::size_t PointFollower::points_without_surface() const { return looked_up_ - place_.size(); }
+
+std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timestamp_ms,
+                                               defrec_job job) {
+    if (job != nullptr) settle(job);
+    lift_in(frame, job);
+    std::vector<PointRow> rows(points_.size());
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+        rows[i].frame = frame;
+        rows[i].timestamp_ms = timestamp_ms;
+        rows[i].id = points_[i].id;
+    }
+    if (job != nullptr && !place_.empty()) {
+        warp(job);
+        require(defrec_job_point_covariances(job, template_xyz_.data(), place_.size(),
+                                             moved_.covariance.data(), evidence_.data()),
+                ExitCode::kInternal, "estimating the errors of the points to follow");
+        find_pieces(job);
+        moved_.project(projection_);
+        for (std::size_t i = 0; i < place_.size(); ++i) {
+            PointRow& row = rows[place_[i]];
+            if (!moved_.fill(i, row)) continue;
+            row.evidence = evidence_[i];
+            row.piece = pieces_[i];
+        }
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (points_[i].frame.value_or(frame) > frame) continue;
+        rows_.add(rows[i].status);
+        file_.add(rows[i]);
+    }
+    return rows;
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,70 @@
+// Follows chosen pixels on the template's surface and writes points.csv.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "sdk/client/library.hpp"
+#include "sdk/session/frame_projection.hpp"
+#include "sdk/session/moved_points.hpp"
+#include "sdk/session/points.hpp"
+#include "sdk/session/track_outputs.hpp"
+
+namespace defrec::cli {
+
+// One thread at a time.
+class PointFollower {
+  public:
+    // Creates the file under its temporary name. Borrows rig and projection.
+    PointFollower(const std::filesystem::path& path, std::vector<FollowedPoint> points,
+                  const Rig& rig, RawProjection& projection);
+
+    // Finds the surface under the pixels of the frame that gave the template. Before it every row
+    // is lost, and of pixels without surface; but if the template may grow, add_frame() lifts them.
+    void lift(const Template& surface, std::int64_t frame, bool may_grow);
+    // Pixels without a frame are of this one's image: the template is of another recording.
+    void begin_at(std::int64_t frame);
+    // Takes one more pixel, of the frame's image, with the next free id, which it returns. Before
+    // add_frame() of that frame.
+    std::int64_t follow(double u, double v, std::int64_t frame);
+    // Finds what lies under the pixels that are given in this frame, and lifts those that lay
+    // beside the surface again, onto it, in the first frame in which it reaches them. Writes a row
+    // for each point that has been given so far, and returns those of all points. job is null where
+    // the frame has no result to be trusted.
+    std::vector<PointRow> add_frame(std::int64_t frame, double timestamp_ms, defrec_job job);
+    void commit() { file_.commit(); }
+
+    std::size_t count() const { return points_.size(); }
+    // Of all rows written so far.
+    const StatusCounts& rows() const { return rows_; }
+    std::size_t points_without_surface() const;
+
+  private:
+    // The places in points_ of those given in the frame; none: without a frame.
+    std::vector<std::size_t> given_in(std::optional<std::int64_t> frame) const;
+    std::vector<double> rectified_pixels(const std::vector<std::size_t>& places) const;
+    void keep_found(const std::vector<std::size_t>& places, const std::vector<double>& xyz,
+                    const std::vector<std::uint8_t>& found);
+    void lift_in(std::int64_t frame, defrec_job job);
+    void settle(defrec_job job);
+    // Of the job's frame, the points that follow being in the template frame.
+    void warp(defrec_job job);
+    // The pieces of the surface that the points lie on, where they are not known yet.
+    void find_pieces(defrec_job job);
+
+    std::vector<FollowedPoint> points_;
+    const Rig& rig_;
+    RawProjection& projection_;
+    PointsFile file_;
+    std::vector<double> template_xyz_;  // of the points that were found
+    std::vector<std::size_t> place_;    // where in points_ each of them stands
+    std::vector<std::size_t> beside_;   // which of them the surface has not reached yet
+    std::uint32_t template_epoch_ = 0;  // in which beside_ was looked up
+    MovedPoints moved_;
+    std::vector<std::uint8_t> evidence_, pieces_;
+    StatusCounts rows_;
+    std::size_t looked_up_ = 0;  // points whose frame has come
+};
+
+}  // namespace defrec::cli

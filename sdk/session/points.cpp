@@ -1,0 +1,44 @@
+// points.csv as input.
+#include "sdk/session/points.hpp"
+
+#include "sdk/io/csv.hpp"
+#include "sdk/io/text.hpp"
+
+namespace defrec::cli {
+
+std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int width, int height) {
+    CsvReader csv(path, {"id", "u", "v"}, {"frame"});
+    std::vector<FollowedPoint> points;
+    UniqueIds ids;
+    while (csv.next()) {
+        FollowedPoint point{csv.integer(0), csv.number(1), csv.number(2)};
+        if (!csv.is_empty(3)) point.frame = csv.integer(3);
+        if (point.frame.value_or(0) < 0)
+            csv.fail("frame " + std::string(csv.field(3)) + " is negative.");
+        ids.add(csv, point.id);
+        if (point.u < -0.5 || point.v < -0.5 || point.u > width - 0.5 || point.v > height - 0.5) {
+            csv.fail("the pixel " + format_fixed(point.u, 2) + "," + format_fixed(point.v, 2) +
+                     " lies outside the image of " + std::to_string(width) + "x" +
+                     std::to_string(height) + ".");
+        }
+        points.push_back(point);
+    }
+    if (points.empty()) csv.fail("the file names no point.");
+    return points;
+}
+
+std::vector<FollowedPoint> grid_points(int width, int height) {
+    constexpr int kColumns = 16, kRows = 9;
+    std::vector<FollowedPoint> points;
+    for (int row = 0; row < kRows; ++row) {
+        for (int column = 0; column < kColumns; ++column) {
+            points.push_back({row * kColumns + column,
+                              (0.05 + 0.9 * column / (kColumns - 1)) * (width - 1),
+                              (0.05 + 0.9 * row / (kRows - 1)) * (height - 1),
+                              {}});
+        }
+    }
+    return points;
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,46 @@
+// Follows targets beneath the surface and writes targets.csv.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "sdk/client/library.hpp"
+#include "sdk/session/frame_projection.hpp"
+#include "sdk/session/moved_points.hpp"
+#include "sdk/session/targets.hpp"
+#include "sdk/session/track_outputs.hpp"
+
+namespace defrec::cli {
+
+// One thread at a time.
+class TargetFollower {
+  public:
+    // Creates the file under its temporary name. Borrows the projection.
+    TargetFollower(const std::filesystem::path& path, std::vector<Target> targets,
+                   RawProjection& projection);
+
+    // The frame that gives the template. Before it every row is lost.
+    void prepare(const Template& surface);
+    // Writes a row for each target, and returns them. job is null where the frame has no result to
+    // be trusted; every row is then lost.
+    std::vector<TargetRow> add_frame(std::int64_t frame, double timestamp_ms, defrec_job job);
+    void commit() { file_.commit(); }
+
+    std::size_t count() const { return targets_.size(); }
+    const StatusCounts& rows() const { return rows_; }
+
+  private:
+    void move(defrec_job job);
+
+    const std::vector<Target> targets_;
+    RawProjection& projection_;
+    TargetsFile file_;
+    std::vector<double> template_xyz_;
+    Targets prepared_;
+    MovedPoints moved_;
+    StatusCounts rows_;
+};
+
+}  // namespace defrec::cli

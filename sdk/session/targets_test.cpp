@@ -1,0 +1,54 @@
+// targets.csv as input, and what its faults are answered with.
+#include "sdk/session/targets.hpp"
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "sdk/io/test_folder.hpp"
+#include "sdk/io/test_refusal.hpp"
+
+using namespace defrec::cli;
+
+namespace {
+
+std::string refusal(const std::string& text) {
+    const TestFolder folder;
+    return refusal_of([&] { read_targets(folder.write("targets.csv", text)); });
+}
+
+}  // namespace
+
+TEST_CASE("targets are read with and without their depth, and further columns are left out") {
+    const TestFolder folder;
+    const auto targets = read_targets(folder.write(
+        "t.csv", "\xEF\xBB\xBFid,depth,name,x,y,z\r\n7,20,a tumour,-1.5,2,80\r\n-3,,,0,0,0.5\r\n"));
+    REQUIRE(targets.size() == 2);
+    CHECK(targets[0].id == 7);
+    CHECK(targets[0].xyz == std::array<double, 3>{-1.5, 2, 80});
+    CHECK(targets[0].depth == 20);
+    CHECK(targets[1].id == -3);
+    CHECK_FALSE(targets[1].depth);
+    CHECK_FALSE(read_targets(folder.write("u.csv", "id,x,y,z\n1,2,3,4\n"))[0].depth);
+}
+
+TEST_CASE("faulty targets name the line") {
+    CHECK_SAYS(refusal("id,x,y,z\n1,2,3,4\n2,5,5,5\n1,4,4,4\n"),
+               "targets.csv:4: id 1 stands already in line 2");
+    CHECK_SAYS(refusal("id,x,y,z\n1,nan,3,4\n"), "targets.csv:2: x: 'nan'");
+    CHECK_SAYS(refusal("id,x,y,z\n1,2,3,inf\n"), "targets.csv:2: z: 'inf'");
+    CHECK_SAYS(refusal("id,x,y,z,depth\n1,2,3,4,nan\n"), "targets.csv:2: depth: 'nan'");
+    CHECK_SAYS(refusal("id,x,y,z\n1,2,3,-80\n"), "targets.csv:2: z is -80.00; more than 0");
+    CHECK_SAYS(refusal("id,x,y,z\n1,2,3\n"), "targets.csv:2: the line has 3 fields");
+    CHECK_SAYS(refusal("id,u,v\n1,2,3\n"), "no column 'x'");
+    CHECK_SAYS(refusal("id,x,y,z\n"), "no target");
+    CHECK_SAYS(refusal(""), "empty");
+}
+
+TEST_CASE("more targets than are followed are refused") {
+    std::string text = "id,x,y,z\n";
+    for (std::size_t i = 0; i < kMaxTargets; ++i) text += std::to_string(i) + ",0,0,1\n";
+    CHECK(refusal(text) == "accepted");
+    CHECK_SAYS(refusal(text + "-1,0,0,1\n"),
+               "targets.csv:100002: the file has more than 100000 targets");
+}

@@ -1,0 +1,199 @@
+// What `defrec track` leaves in its folder besides overlay and report.
+#include "sdk/session/track_outputs.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "include/defrec_c.h"
+#include "sdk/io/text.hpp"
+
+namespace defrec::cli {
+namespace {
+
+constexpr int kMillimetreDecimals = 4;
+constexpr int kPixelDecimals = 3;
+constexpr int kTimeDecimals = 3;
+constexpr int kCovarianceDecimals = 6;
+constexpr int kRigDecimals = 4;
+static_assert(std::endian::native == std::endian::little,
+              "PLY files are written as the memory lies");
+
+void append_field(std::string& line, double value, int decimals) {
+    line += ',';
+    if (std::isfinite(value)) append_fixed(line, value, decimals);
+}
+
+void append_count(std::string& line, unsigned value) {
+    line += ',';
+    append_integer(line, value);
+}
+
+void begin_row(std::string& line, const PositionRow& row) {
+    line.clear();
+    append_integer(line, row.frame);
+    append_field(line, row.timestamp_ms, kTimeDecimals);
+    line += ',';
+    append_integer(line, row.id);
+}
+
+constexpr char kPositionColumns[] = "x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz";
+
+void append_position(std::string& line, const PositionRow& row) {
+    if (row.status == PointStatus::kLost) {
+        line += ",,,,,,lost,,,,,,,";
+        return;
+    }
+    for (const double coordinate : row.xyz) append_field(line, coordinate, kMillimetreDecimals);
+    for (const double coordinate : row.uv) append_field(line, coordinate, kPixelDecimals);
+    line += ',';
+    line += name_of(row.status);
+    append_field(line, row.expected_error_mm, kMillimetreDecimals);
+    for (const double element : row.covariance) append_field(line, element, kCovarianceDecimals);
+}
+
+template <typename T>
+void append_bytes(std::string& out, const T* values, std::size_t count) {
+    out.append(reinterpret_cast<const char*>(values), count * sizeof(T));
+}
+
+}  // namespace
+
+const char* name_of(PointStatus status) {
+    switch (status) {
+        case PointStatus::kTracked:
+            return "tracked";
+        case PointStatus::kExtrapolated:
+            return "extrapolated";
+        case PointStatus::kLost:
+            break;
+    }
+    return "lost";
+}
+
+const char* evidence_name(std::uint32_t evidence) {
+    const bool has_depth = (evidence & DEFREC_EVIDENCE_DEPTH) != 0,
+               is_lateral = (evidence & DEFREC_EVIDENCE_LATERAL) != 0;
+    if (has_depth) return is_lateral ? "both" : "depth";
+    return is_lateral ? "lateral" : "none";
+}
+
+PointsFile::PointsFile(const std::filesystem::path& path) : file_(path) {
+    file_.write(std::string("frame,timestamp_ms,id,") + kPositionColumns + ",evidence,piece\n");
+}
+
+void PointsFile::add(const PointRow& row) {
+    begin_row(line_, row);
+    append_position(line_, row);
+    if (row.status == PointStatus::kLost) {
+        line_ += ",,";
+    } else {
+        line_.append(",").append(evidence_name(row.evidence)).append(",");
+        append_integer(line_, row.piece);
+    }
+    file_.write(line_ += '\n');
+}
+
+void PointsFile::commit() { file_.commit(); }
+
+TargetsFile::TargetsFile(const std::filesystem::path& path) : file_(path) {
+    file_.write(std::string("frame,timestamp_ms,id,depth,") + kPositionColumns + "\n");
+}
+
+void TargetsFile::add(const TargetRow& row) {
+    begin_row(line_, row);
+    append_field(line_, row.depth.value_or(NAN), kMillimetreDecimals);
+    append_position(line_, row);
+    file_.write(line_ += '\n');
+}
+
+void TargetsFile::commit() { file_.commit(); }
+
+std::vector<std::string> stage_names(const std::vector<FrameRow>& rows) {
+    std::vector<std::string> names;
+    for (const FrameRow& row : rows) {
+        for (const auto& [name, milliseconds] : row.stage_ms) {
+            if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+        }
+    }
+    return names;
+}
+
+double stage_total(const FrameRow& row, const std::string& stage) {
+    double total = 0;
+    for (const auto& [name, milliseconds] : row.stage_ms) {
+        if (name == stage) total += milliseconds;
+    }
+    return total;
+}
+
+void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>& rows) {
+    AtomicFile file(path);
+    const std::vector<std::string> stages = stage_names(rows);
+    std::string line =
+        "frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,"
+        "observed_share,mean_residual_mm,view_lag_frames,vertical_offset_px,roll_deg,focal_ratio,"
+        "rig_matches,frame_ms";
+    for (std::string column : stages) {
+        std::replace(column.begin(), column.end(), ' ', '_');
+        line.append(",").append(column).append("_ms");
+    }
+    file.write(line += '\n');
+    for (const FrameRow& row : rows) {
+        line.clear();
+        append_integer(line, row.frame);
+        append_field(line, row.timestamp_ms, kTimeDecimals);
+        line.append(",").append(row.state).append(",").append(row.reasons);
+        for (const unsigned count :
+             {row.epoch, row.age, row.features, row.matches, row.inliers, row.patches}) {
+            append_count(line, count);
+        }
+        append_field(line, row.observed_share, kMillimetreDecimals);
+        append_field(line, row.mean_residual_mm, kMillimetreDecimals);
+        for (const double value :
+             {row.view_lag_frames, row.vertical_offset_px, row.roll_deg, row.focal_ratio}) {
+            append_field(line, value, kRigDecimals);
+        }
+        append_count(line, row.rig_matches);
+        append_field(line, row.frame_ms, kTimeDecimals);
+        for (const std::string& stage : stages)
+            append_field(line, stage_total(row, stage), kTimeDecimals);
+        file.write(line += '\n');
+    }
+    file.commit();
+}
+
+void write_ply(const std::filesystem::path& path, const MeshView& mesh) {
+    std::string header =
+        "ply\nformat binary_little_endian 1.0\ncomment millimetres, left rectified camera\nelement "
+        "vertex ";
+    append_integer(header, static_cast<std::int64_t>(mesh.vertex_count));
+    header += "\nproperty float x\nproperty float y\nproperty float z\n";
+    if (mesh.normals != nullptr)
+        header += "property float nx\nproperty float ny\nproperty float nz\n";
+    if (mesh.status != nullptr) header += "property uchar status\n";
+    if (mesh.expected_error_mm != nullptr) header += "property float expected_error_mm\n";
+    header += "element face ";
+    append_integer(header, static_cast<std::int64_t>(mesh.triangle_count));
+    header += "\nproperty list uchar uint vertex_indices\nend_header\n";
+
+    std::string body;
+    for (std::size_t i = 0; i < mesh.vertex_count; ++i) {
+        append_bytes(body, mesh.vertices + 3 * i, 3);
+        if (mesh.normals != nullptr) append_bytes(body, mesh.normals + 3 * i, 3);
+        if (mesh.status != nullptr) append_bytes(body, mesh.status + i, 1);
+        if (mesh.expected_error_mm != nullptr) append_bytes(body, mesh.expected_error_mm + i, 1);
+    }
+    constexpr char kCorners = 3;
+    for (std::size_t i = 0; i < mesh.triangle_count; ++i) {
+        body += kCorners;
+        append_bytes(body, mesh.triangles + 3 * i, 3);
+    }
+    AtomicFile file(path);
+    file.write(header);
+    file.write(body);
+    file.commit();
+}
+
+}  // namespace defrec::cli

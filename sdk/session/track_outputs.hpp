@@ -1,0 +1,111 @@
+// What `defrec track` leaves in its folder besides overlay and report: points.csv, targets.csv,
+// frames.csv, PLY meshes. The same results give the same bytes in points.csv, targets.csv and in
+// the meshes; times stand only in frames.csv and summary.json.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sdk/base/os/atomic_file.hpp"
+
+namespace defrec::cli {
+
+enum class PointStatus { kTracked, kExtrapolated, kLost };
+const char* name_of(PointStatus status);
+// "both", "depth", "lateral" or "none".
+const char* evidence_name(std::uint32_t evidence);
+
+// Where a followed point is in a frame.
+struct PositionRow {
+    std::int64_t frame = 0;
+    double timestamp_ms = 0;
+    std::int64_t id = 0;
+    PointStatus status = PointStatus::kLost;
+    // Of points that are not lost only.
+    double xyz[3] = {};  // mm, left rectified camera of this frame
+    double uv[2] = {};   // pixels of the left image as given
+    double expected_error_mm = 0;
+    double covariance[6] = {};  // xx, xy, xz, yy, yz, zz, mm^2
+};
+
+struct PointRow : PositionRow {
+    std::uint32_t evidence = 0;  // DEFREC_EVIDENCE_*
+    std::uint32_t piece = 0;     // of the surface, that it lies on
+};
+
+struct TargetRow : PositionRow {
+    std::optional<double> depth;  // mm beneath the surface, as given
+};
+
+// points.csv: frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,evidence,
+// piece. What is unknown of a lost point stays empty.
+class PointsFile {
+  public:
+    explicit PointsFile(const std::filesystem::path& path);
+    void add(const PointRow& row);
+    void commit();
+
+  private:
+    AtomicFile file_;
+    std::string line_;
+};
+
+inline constexpr char kTargetsFile[] = "targets.csv";
+
+// frame,timestamp_ms,id,depth,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz. What is unknown
+// of a lost target stays empty, and a depth that was not given.
+class TargetsFile {
+  public:
+    explicit TargetsFile(const std::filesystem::path& path);
+    void add(const TargetRow& row);
+    void commit();
+
+  private:
+    AtomicFile file_;
+    std::string line_;
+};
+
+struct FrameRow {
+    std::int64_t frame = 0;
+    double timestamp_ms = 0;
+    std::string state, reasons;  // reasons: names joined by |
+    unsigned epoch = 0, age = 0, features = 0, matches = 0, inliers = 0, patches = 0;
+    double observed_share = 0, mean_residual_mm = 0;
+    double view_lag_frames = 0, vertical_offset_px = 0, roll_deg = 0, focal_ratio = 1;
+    unsigned rig_matches = 0;
+    double frame_ms = 0;  // all stages together
+    std::vector<std::pair<std::string, double>>
+        stage_ms;  // in order of execution; a name may come twice
+};
+
+// One name for each stage that occurs, in the order of first appearance.
+std::vector<std::string> stage_names(const std::vector<FrameRow>& rows);
+// Milliseconds of `stage` in this frame, all its runs together; 0 when it did not run.
+double stage_total(const FrameRow& row, const std::string& stage);
+
+// frames.csv:
+// frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_share,
+// mean_residual_mm,view_lag_frames,vertical_offset_px,roll_deg,focal_ratio,rig_matches,frame_ms and
+// a column <stage>_ms for each stage, blanks in its name turned into _.
+void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>& rows);
+
+// Borrowed; xyz interleaved, mm. normals, status and errors may be null.
+struct MeshView {
+    const float* vertices = nullptr;
+    const float* normals = nullptr;
+    const std::uint8_t* status = nullptr;  // DEFREC_POINT_*
+    const float* expected_error_mm = nullptr;
+    std::size_t vertex_count = 0;
+    const std::uint32_t* triangles = nullptr;  // three vertex indices each
+    std::size_t triangle_count = 0;
+};
+
+// Binary little-endian PLY: vertex x y z [nx ny nz] [status expected_error_mm], face
+// vertex_indices.
+void write_ply(const std::filesystem::path& path, const MeshView& mesh);
+
+}  // namespace defrec::cli

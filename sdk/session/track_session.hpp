@@ -1,0 +1,40 @@
+// `defrec track`: reads frames, tracks them and writes everything that the output folder gets.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "sdk/input/frame_source.hpp"
+#include "sdk/io/calibration.hpp"
+#include "sdk/live_link/transmitter.hpp"
+
+namespace defrec::cli {
+
+struct TrackOptions {
+    SourceOptions source;
+    std::string calibration;
+    LengthUnit units = LengthUnit::kGuarded;
+    std::string out;
+    std::string points;   // empty: a grid
+    std::string targets;  // empty: none
+    std::string backend = "auto", device;
+    std::string config;             // empty: the library's defaults
+    std::uint64_t deadline_ns = 0;  // of each frame, from its submission; 0: none
+    bool grow = false;
+    std::string from_template, save_template;  // files; empty: none
+    bool meshes = false, overlay = true, report = true;
+    std::string trace;  // file; empty: none
+    LinkOptions link;
+    std::optional<std::uint16_t> view_port;  // of the live view; 0: any that is free
+    bool realtime = false;                   // frames are taken no faster than at their own times
+    unsigned threads = 0;
+    std::uint64_t seed = 0;
+    bool quiet = false, json = false;
+};
+
+// Returns the exit code: 0, 3 when the input ended early, 130 when interrupted; in both cases the
+// outputs hold what was tracked. Throws CliError for everything else.
+int run_track(const TrackOptions& options);
+
+}  // namespace defrec::cli

@@ -1,0 +1,202 @@
+// summary.json: a tracked sequence in numbers.
+#include "sdk/session/track_summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sdk/io/process_memory.hpp"
+#include "sdk/io/statistics.hpp"
+#include "sdk/io/text.hpp"
+
+namespace defrec::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json input_json(const TrackOptions& options) {
+    Json json;
+    if (options.source.stereo.empty()) {
+        json["left"] = options.source.left;
+        json["right"] = options.source.right;
+    } else {
+        json["stereo"] = options.source.stereo;
+        json["layout"] =
+            options.source.layout == Layout::kSideBySide ? "side-by-side" : "top-bottom";
+    }
+    json["calibration"] = options.calibration;
+    json["points"] = options.points.empty() ? Json(nullptr) : Json(options.points);
+    json["targets"] = options.targets.empty() ? Json(nullptr) : Json(options.targets);
+    json["config"] = options.config.empty() ? Json(nullptr) : Json(options.config);
+    json["seed"] = options.seed;
+    return json;
+}
+
+Json camera_json(const TrackFacts& facts) {
+    const defrec_camera& camera = facts.rig.camera;
+    return {{"width", facts.calibration.width},
+            {"height", facts.calibration.height},
+            {"resampled", facts.rig.identity == 0},
+            {"fx", camera.fx},
+            {"fy", camera.fy},
+            {"cx", camera.cx},
+            {"cy", camera.cy},
+            {"baseline_mm", camera.baseline_mm}};
+}
+
+Json states_json(const std::vector<FrameRow>& rows) {
+    Json json = Json::object();
+    for (const char* state : {"initialising", "tracking", "degraded", "lost", "relocalised"}) {
+        json[state] = std::count_if(rows.begin(), rows.end(),
+                                    [&](const FrameRow& row) { return row.state == state; });
+    }
+    return json;
+}
+
+// Of each reason that occurs the number of frames.
+Json reasons_json(const std::vector<FrameRow>& rows) {
+    Json json = Json::object();
+    for (const FrameRow& row : rows) {
+        if (row.reasons.empty()) continue;
+        for (const std::string_view reason : split(row.reasons, '|')) {
+            Json& frames = json[std::string(reason)];
+            frames = frames.is_null() ? 1 : frames.get<int>() + 1;
+        }
+    }
+    return json;
+}
+
+// As measured up to the last frame; null where never measured.
+Json rig_estimate_json(const std::vector<FrameRow>& rows) {
+    const auto last = std::find_if(rows.rbegin(), rows.rend(),
+                                   [](const FrameRow& row) { return row.rig_matches > 0; });
+    if (last == rows.rend()) return nullptr;
+    return {{"vertical_offset_px", last->vertical_offset_px},
+            {"roll_deg", last->roll_deg},
+            {"focal_ratio", last->focal_ratio},
+            {"matches", last->rig_matches}};
+}
+
+void add_shares(const StatusCounts& rows, Json& json) {
+    for (const PointStatus status :
+         {PointStatus::kTracked, PointStatus::kExtrapolated, PointStatus::kLost})
+        json[std::string(name_of(status)) + "_share"] = rows.share(status);
+}
+
+Json points_json(const PointFollower& points) {
+    Json json{{"count", points.count()}, {"without_surface", points.points_without_surface()}};
+    add_shares(points.rows(), json);
+    return json;
+}
+
+Json targets_json(const TargetFollower* targets) {
+    if (targets == nullptr) return nullptr;
+    Json json{{"count", targets->count()}};
+    add_shares(targets->rows(), json);
+    return json;
+}
+
+Json link_json(const TrackFacts& facts) {
+    if (!facts.link) return nullptr;
+    return {{"endpoint", to_string(facts.link->endpoint)},
+            {"receivers", facts.link->counts.receivers},
+            {"frames_sent", facts.link->counts.sent},
+            {"frames_dropped", facts.link->counts.dropped}};
+}
+
+Json cameras_json(const TrackFacts& facts) {
+    if (!facts.cameras) return nullptr;
+    const PairCounts& pairs = facts.cameras->pairs;
+    const auto count = static_cast<double>(std::max<std::int64_t>(1, pairs.pairs));
+    return {{"frames_received", pairs.pairs},
+            {"frames_dropped", pairs.dropped},
+            {"images_unpaired", pairs.unpaired},
+            {"mean_difference_ms", pairs.difference_sum_ms / count},
+            {"reconnections", facts.cameras->reconnections},
+            {"longest_gap_ms", facts.cameras->longest_gap_ms}};
+}
+
+double mean_of(const std::vector<FrameRow>& rows, double FrameRow::*member) {
+    double sum = 0;
+    std::size_t count = 0;
+    for (const FrameRow& row : rows) {
+        if (!std::isfinite(row.*member)) continue;
+        sum += row.*member;
+        ++count;
+    }
+    return count > 0 ? sum / static_cast<double>(count) : 0;
+}
+
+std::string percent(const Json& share) { return format_fixed(100 * share.get<double>(), 1) + " %"; }
+
+std::string shares_text(const char* what, const Json& json) {
+    return std::to_string(json["count"].get<std::size_t>()) + " " + what + ": " +
+           percent(json["tracked_share"]) + " tracked, " + percent(json["extrapolated_share"]) +
+           " extrapolated, " + percent(json["lost_share"]) + " lost\n";
+}
+
+}  // namespace
+
+Json stage_statistics(const std::vector<FrameRow>& rows) {
+    Json json = Json::object();
+    std::vector<double> values(rows.size());
+    const auto add = [&](const std::string& name) {
+        json[name] = {{"median_ms", nearest_rank(values, 0.5)},
+                      {"p99_ms", nearest_rank(values, 0.99)}};
+    };
+    for (const std::string& stage : stage_names(rows)) {
+        for (std::size_t i = 0; i < rows.size(); ++i) values[i] = stage_total(rows[i], stage);
+        add(stage);
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i) values[i] = rows[i].frame_ms;
+    add("frame");
+    return json;
+}
+
+Json summarise_track(const TrackFacts& facts) {
+    Json json;
+    json["defrec"] = defrec_version_string();
+    json["input"] = input_json(facts.options);
+    json["device"] = {{"id", facts.device.id}, {"name", facts.device.name}};
+    json["rectified_camera"] = camera_json(facts);
+    json["frames"] = facts.rows.size();
+    json["first_frame"] = facts.rows.empty() ? Json(nullptr) : Json(facts.rows.front().frame);
+    json["last_frame"] = facts.rows.empty() ? Json(nullptr) : Json(facts.rows.back().frame);
+    json["template_frame"] = facts.template_frame ? Json(*facts.template_frame) : Json(nullptr);
+    json["states"] = states_json(facts.rows);
+    json["reasons"] = reasons_json(facts.rows);
+    json["rig_estimate"] = rig_estimate_json(facts.rows);
+    json["points"] = points_json(facts.points);
+    json["targets"] = targets_json(facts.targets);
+    json["mean_observed_share"] = mean_of(facts.rows, &FrameRow::observed_share);
+    json["mean_residual_mm"] = mean_of(facts.rows, &FrameRow::mean_residual_mm);
+    json["stages"] = stage_statistics(facts.rows);
+    json["live_link"] = link_json(facts);
+    json["cameras"] = cameras_json(facts);
+    json["seconds"] = facts.seconds;
+    json["peak_memory_mb"] = peak_megabytes();
+    json["notes"] = facts.notes;
+    return json;
+}
+
+std::string summary_text(const Json& summary, const std::filesystem::path& folder) {
+    std::string text = std::to_string(summary["frames"].get<std::size_t>()) + " frames on " +
+                       summary["device"]["id"].get<std::string>() + ":";
+    for (const auto& [state, count] : summary["states"].items()) {
+        if (count.get<std::int64_t>() == 0) continue;
+        text.append(" ")
+            .append(std::to_string(count.get<std::int64_t>()))
+            .append(" ")
+            .append(state)
+            .append(",");
+    }
+    text.back() = '\n';
+    text += shares_text("points", summary["points"]);
+    if (!summary["targets"].is_null()) text += shares_text("targets", summary["targets"]);
+    const Json& frame = summary["stages"]["frame"];
+    text += "a frame takes " + format_fixed(frame["median_ms"].get<double>(), 1) +
+            " ms (median), " + format_fixed(frame["p99_ms"].get<double>(), 1) +
+            " ms (99th percentile)\n";
+    return text + "report: " + (folder / "report.html").string() + "\n";
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,60 @@
+// The rig that films a rendered scene, as the C API takes it.
+#pragma once
+#include <algorithm>
+#include <vector>
+
+#include "include/defrec_c.h"
+#include "sdk/scenes/film.hpp"
+#include "sdk/testing/test_session.hpp"
+
+namespace defrec::test {
+
+inline defrec_intrinsics intrinsics_of(const cli::Lens& lens) {
+    return {lens.fx, lens.fy, lens.cx, lens.cy, {}, 0, 0};
+}
+
+// Of a scene whose cameras are rectified and without distortion. width, height: of the film.
+inline void describe_rig(const cli::StereoRig& filmed, uint32_t width, uint32_t height,
+                         defrec_rig_desc& rig) {
+    rig.width = width;
+    rig.height = height;
+    rig.left = intrinsics_of(filmed.left);
+    rig.right = intrinsics_of(filmed.right);
+    std::copy_n(filmed.translation.data(), 3, rig.translation);
+}
+
+// The job, done, of the film's frame. The session takes DEFREC_FORMAT_BGR8.
+inline defrec_job track_film(TrackingSession& session, const cli::Film& film) {
+    TrackingSession::Frame frame;
+    frame.left.pixels = film.left_bgr().data();
+    frame.right.pixels = film.right_bgr().data();
+    defrec_job job = nullptr;
+    REQUIRE_OK(session.submit(frame, &job));
+    REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
+    return job;
+}
+inline defrec_job track_next(TrackingSession& session, cli::Film& film) {
+    film.advance();
+    return track_film(session, film);
+}
+
+// The film's points that lie on a template's surface.
+struct LiftedPoints {
+    std::vector<double> xyz;      // template frame, mm
+    std::vector<size_t> of_film;  // its point, of each
+};
+inline LiftedPoints lift_film(defrec_template surface, const cli::Film& film) {
+    LiftedPoints lifted;
+    for (size_t p = 0; p < film.points().size(); ++p) {
+        const double pixel[2] = {film.points()[p].u, film.points()[p].v};
+        double xyz[3];
+        uint8_t found = 0;
+        REQUIRE_OK(defrec_template_lift(surface, pixel, 1, xyz, &found));
+        if (found == 0) continue;
+        lifted.xyz.insert(lifted.xyz.end(), xyz, xyz + 3);
+        lifted.of_film.push_back(p);
+    }
+    return lifted;
+}
+
+}  // namespace defrec::test

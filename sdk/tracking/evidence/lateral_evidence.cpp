@@ -1,0 +1,102 @@
+// See lateral_evidence.hpp.
+#include "sdk/tracking/evidence/lateral_evidence.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace defrec {
+namespace {
+
+// Tissue that has slid by a millimetre and more has a median score of 0 to 0.15, tissue in its
+// place one above 0.9.
+constexpr int32_t kMinScore = 4096 / 2;
+// Of the checks round a vertex. Where tissue has slid, some checks fit elsewhere by chance.
+constexpr float kMinFittingShare = 0.6f;
+constexpr float kFarthestPx = 8;  // a patch farther off says no more than one at this distance
+
+// The two of a control point's sums that are of patches, and of checks.
+enum SumsOf : Eigen::Index { kPatches = 0, kChecks = 2 };
+
+template <SumsOf kOf>
+void clear(std::vector<Eigen::Array4f>& sums) {
+    for (Eigen::Array4f& all : sums) all.segment<2>(kOf).setZero();
+}
+// Spreads a patch's value over the control points that move it.
+template <SumsOf kOf>
+void add(const defrec_patch& patch, float value, std::vector<Eigen::Array4f>& sums) {
+    for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+        sums[static_cast<size_t>(patch.node[k])].segment<2>(kOf) +=
+            patch.weight[k] * Eigen::Array2f(value, 1);
+}
+
+Eigen::Array4f sums_at(const defrec_surface_point& vertex,
+                       const std::vector<Eigen::Array4f>& sums) {
+    Eigen::Array4f sum = Eigen::Array4f::Zero();
+    for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+        sum += vertex.weight[k] * sums[static_cast<size_t>(vertex.node[k])];
+    return sum;
+}
+// 0 where there is none near.
+template <SumsOf kOf>
+float mean_of(const Eigen::Array4f& sums) {
+    return sums[kOf + 1] > 1e-3f ? sums[kOf] / sums[kOf + 1] : 0;
+}
+
+bool fits(const defrec_patch_observation& found) {
+    return found.valid != 0 && found.score >= kMinScore;
+}
+
+// From the sums.
+void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t vertex,
+                    LateralEvidence& evidence) {
+    const defrec_surface_point& point = data.vertices[vertex];
+    const Eigen::Array4f sums = sums_at(point, evidence.sums);
+    evidence.patch_px2[vertex] = mean_of<kPatches>(sums);
+    evidence.is_confirmed[vertex] = 0;
+    evidence.check_px2[vertex] = 0;
+    evidence.check_score[vertex] = 0;
+    if (data.check_of_vertex[vertex] < 0) return;
+    const auto check = static_cast<size_t>(data.check_of_vertex[vertex]);
+    const defrec_patch_observation& found = output.checks[check];
+    if (!fits(found) || mean_of<kChecks>(sums) < kMinFittingShare) return;
+    const defrec_patch_prediction& expected = output.check_predictions[check];
+    const float du = static_cast<float>(int64_t{found.u} - expected.u) / 256,
+                dv = static_cast<float>(int64_t{found.v} - expected.v) / 256;
+    evidence.is_confirmed[vertex] = 1;
+    evidence.check_px2[vertex] = du * du + dv * dv;
+    evidence.check_score[vertex] = static_cast<float>(found.score) / 4096;
+}
+
+}  // namespace
+
+void LateralEvidence::make_room(const TemplateData& data) {
+    const size_t vertices = data.vertices.size();
+    is_confirmed.resize(vertices);
+    for (std::vector<float>* values : {&check_px2, &check_score, &patch_px2})
+        values->resize(vertices);
+    sums.resize(data.nodes.size() / 3);
+}
+
+void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
+                    LateralEvidence& evidence) {
+    clear<kPatches>(evidence.sums);
+    for (size_t i = 0; i < data.patches.size(); ++i)
+        if (!std::isnan(patch_px2[i]))
+            add<kPatches>(
+                data.patches[i],
+                static_cast<float>(std::min<double>(patch_px2[i], kFarthestPx * kFarthestPx)),
+                evidence.sums);
+}
+
+void spread_checks(const TemplateData& data, const FrameOutput& output, LateralEvidence& evidence) {
+    clear<kChecks>(evidence.sums);
+    for (size_t i = 0; i < data.checks.size(); ++i)
+        add<kChecks>(data.checks[i], fits(output.checks[i]) ? 1 : 0, evidence.sums);
+}
+
+void measure_lateral(const TemplateData& data, const FrameOutput& output, size_t begin, size_t end,
+                     LateralEvidence& evidence) {
+    for (size_t i = begin; i < end; ++i) measure_vertex(data, output, i, evidence);
+}
+
+}  // namespace defrec

@@ -1,0 +1,36 @@
+// What the left image says of where along the surface a vertex is: whether the tissue that the
+// template has there is what is seen there, and how far patches lie from where they were found.
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sdk/tracking/frame/frame_output.hpp"
+
+namespace defrec {
+
+// Per vertex.
+struct LateralEvidence {
+    // The live image shows there what the template shows, and does so at most checks round it.
+    std::vector<uint8_t> is_confirmed;
+    std::vector<float> check_px2;    // squared distance at which it fits best; where confirmed
+    std::vector<float> check_score;  // ZNCC there, 0..1; where confirmed
+    std::vector<float> patch_px2;  // mean squared distance of the patches round it from where they
+                                   // were found
+    // Working memory, per control point, sums weighted as it moves what they are of: px^2 of
+    // patches and weights of those; checks that fit and weights of all checks.
+    std::vector<Eigen::Array4f> sums;
+
+    void make_room(const TemplateData& data);
+};
+// Their own two of the sums, so that both may run at once; patch_px2: of measure_patches. Throw
+// nothing once there is room.
+void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
+                    LateralEvidence& evidence);
+void spread_checks(const TemplateData& data, const FrameOutput& output, LateralEvidence& evidence);
+// All else of the vertices begin to end, from the sums.
+void measure_lateral(const TemplateData& data, const FrameOutput& output, size_t begin, size_t end,
+                     LateralEvidence& evidence);
+
+}  // namespace defrec

@@ -1,0 +1,484 @@
+#include "sdk/tracking/evidence/vertex_confidence.hpp"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+#include <numeric>
+
+#include "sdk/base/util/array_part.hpp"
+#include "sdk/template/cut.hpp"
+#include "sdk/tracking/evidence/vertex_runs.hpp"
+
+namespace defrec {
+namespace {
+
+// The variance of a vertex's error is a sum of what each kind of evidence leaves open, each times a
+// share that was fitted to rendered sequences with exact truth; docs/tracker.md says how. Across
+// the ray, both directions together:
+constexpr float kPatchShare = 0.46f;  // of the squared distance of patches, at the vertex's depth
+constexpr float kCheckShare = 0.38f;  // of the squared distance at which the check fits best
+constexpr float kMismatchShare = 0.14f;  // px^2, of 1 - ZNCC there
+constexpr float kFarLateral = 0.047f;    // per mm^2 from the nearest lateral evidence
+// Along the ray:
+constexpr float kDisparityShare = 0.0013f;      // px^2
+constexpr float kDisparityPatchShare = 0.032f;  // of the squared distance of patches, px^2
+constexpr float kResidualShare = 0.028f;        // of the squared depth residual
+constexpr float kNoiseShare = 0.033f;           // of the squared mean depth residual of the frame
+constexpr float kFarObserved = 0.031f;          // per mm^2 from the nearest observed vertex
+constexpr float kSupportShare = 0.014f;         // per mm^2 that the template was extrapolated
+constexpr float kLateShare = 0.5f;              // of the squared motion during the lag, px^2
+constexpr float kRowShare = 0.155f;             // of the squared distance of the rows, px^2
+constexpr float kOneViewShare = 1.7f;           // px^2, without the right view
+constexpr float kInterlacedShare = 0.6f;        // px^2, where rows are of two times
+
+constexpr uint8_t kBoth = DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_LATERAL;
+constexpr float kFarthestMm = 40;         // extrapolation reaches no farther
+constexpr float kFarthestGrowthMm = 20;   // nor does the error grow beyond
+constexpr float kGrowthLost = 0.5f;       // mm of error per frame
+constexpr uint32_t kLongestGrowth = 100;  // frames
+constexpr float kErrorUnknown = 3.3f;     // mm, root mean square, with growth to its end
+constexpr float kMaxRigDoubt = 0.25f;  // mm^2 by which the rig spoils depth that is still evidence
+
+// Of an error that is the same in all directions. covariance: xx, xy, xz, yy, yz, zz.
+template <class Real>
+void set_isotropic(Real expected_error, Real* covariance) {
+    std::fill_n(covariance, 6, Real{0});
+    for (const int diagonal : {0, 3, 5})
+        covariance[diagonal] = expected_error * expected_error / Real{3};
+}
+
+// age: frames since it was last known.
+float error_unknown(uint32_t age) {
+    return kErrorUnknown + kGrowthLost * static_cast<float>(std::min(age, kLongestGrowth));
+}
+
+// Marks the vertices with one of another piece at most so many steps of the grid away.
+void mark_beside_pieces(const TemplateData& data, std::vector<uint8_t>& is_marked) {
+    constexpr int kReach = 3;
+    const SurfaceGrid& grid = data.grid;
+    if (grid.piece.empty()) return;
+    const auto cell = [&](int x, int y) { return static_cast<size_t>(y * grid.columns + x); };
+    const auto is_beside = [&](int x, int y) {
+        const uint8_t piece = grid.piece[cell(x, y)];
+        for (int other_y = std::max(0, y - kReach); other_y <= std::min(grid.rows - 1, y + kReach);
+             ++other_y)
+            for (int other_x = std::max(0, x - kReach);
+                 other_x <= std::min(grid.columns - 1, x + kReach); ++other_x) {
+                const size_t other = cell(other_x, other_y);
+                if (grid.vertex[other] >= 0 && grid.piece[other] != piece) return true;
+            }
+        return false;
+    };
+    for (int y = 0; y < grid.rows; ++y)
+        for (int x = 0; x < grid.columns; ++x)
+            if (const int32_t vertex = grid.vertex[cell(x, y)]; vertex >= 0 && is_beside(x, y))
+                is_marked[static_cast<size_t>(vertex)] = 1;
+}
+
+}  // namespace
+
+SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), grids(given) {
+    const auto count = static_cast<Eigen::Index>(given.vertices.size());
+    is_at_edge = vertices_beside_cuts(given);
+    mark_beside_pieces(given, is_at_edge);
+    step_mm.resize(given.vertices.size());
+    support_mm.resize(given.vertices.size());
+    centred.setZero(4, count);
+    centre.setZero();
+    for (Eigen::Index i = 0; i < count; ++i) {
+        const defrec_surface_point& vertex = given.vertices[static_cast<size_t>(i)];
+        const double z = std::max<double>(1, vertex.position[2]);
+        const auto index = static_cast<size_t>(i);
+        step_mm[index] = static_cast<float>(given.grid.spacing * z / given.camera.fx);
+        support_mm[index] = static_cast<float>(given.vertex_support[index] * z / given.camera.fx);
+        centre += Eigen::Map<const Eigen::Vector3f>(vertex.position).cast<double>();
+    }
+    for (const GrownPart& part : given.parts)
+        std::fill(step_mm.begin() + static_cast<std::ptrdiff_t>(part.before.vertices),
+                  step_mm.end(), part.step_mm);
+    centre /= static_cast<double>(std::max<Eigen::Index>(1, count));
+    for (Eigen::Index i = 0; i < count; ++i) {
+        const Eigen::Map<const Eigen::Vector3f> position(
+            given.vertices[static_cast<size_t>(i)].position);
+        centred.col(i).head<3>() = (position.cast<double>() - centre).cast<float>();
+    }
+}
+
+namespace {
+
+void make_room(VertexConfidence& confidence, size_t vertices) {
+    confidence.status.resize(vertices);
+    confidence.evidence.resize(vertices);
+    confidence.covariance.resize(6 * vertices);
+    confidence.expected_error.resize(vertices);
+}
+
+// Px^2 of disparity that the rig gets wrong at a vertex: by what moved during a lag, and by rows of
+// the views that do not agree, or of a view that do not belong together.
+class RigDoubt {
+  public:
+    RigDoubt(const TemplateData& data, const FrameEvidence& evidence)
+        : camera_(data.camera), lag_(evidence.last_samples.empty() ? 0 : evidence.rig.lag_frames) {
+        const double roll =
+                         std::tan(evidence.rig.roll_deg * std::numbers::pi / 180) * data.width / 2,
+                     ratio = (evidence.rig.focal_ratio - 1) * data.height / 2,
+                     offset = evidence.rig.vertical_offset_px, twist = evidence.rig.twist_px;
+        rows_ = kRowShare *
+                static_cast<float>(offset * offset + roll * roll + ratio * ratio + twist * twist);
+        if (evidence.is_interlaced) rows_ += kInterlacedShare;
+        rows_ += static_cast<float>(evidence.slip_px * evidence.slip_px);
+    }
+    float at(const FrameEvidence& evidence, size_t vertex) const {
+        if (lag_ == 0) return rows_;
+        const float px2 =
+            squared_step(camera_, evidence.last_samples[vertex], evidence.output.samples[vertex]);
+        return rows_ + kLateShare * lag_ * lag_ * px2;
+    }
+
+  private:
+    const defrec_camera& camera_;
+    float lag_, rows_;
+};
+
+// Variances across the ray (both directions together) and along it (of the depth) as a covariance,
+// at places x, y on a plane at distance 1.
+template <class Values, class Covariances>
+void set_covariance(const Values& x, const Values& y, const Values& across, const Values& along,
+                    Covariances& covariance) {
+    covariance.col(0) = across / 2 + along * x * x;
+    covariance.col(1) = along * x * y;
+    covariance.col(2) = along * x;
+    covariance.col(3) = across / 2 + along * y * y;
+    covariance.col(4) = along * y;
+    covariance.col(5) = along;
+}
+
+}  // namespace
+
+float squared_step(const defrec_camera& camera, const defrec_surface_sample& from,
+                   const defrec_surface_sample& to) {
+    const float *now = to.position, *last = from.position;
+    const float du = static_cast<float>(camera.fx) * (now[0] / now[2] - last[0] / last[2]),
+                dv = static_cast<float>(camera.fy) * (now[1] / now[2] - last[1] / last[2]);
+    return du * du + dv * dv;
+}
+
+namespace {
+
+// Of a frame, what its vertices share.
+class ConfidenceEstimate {
+  public:
+    ConfidenceEstimate(const SurfaceModel& model, const FrameEvidence& evidence,
+                       VertexConfidence& confidence)
+        : model_(model),
+          camera_(model.data->camera),
+          evidence_(evidence),
+          samples_(evidence.output.samples),
+          lateral_(evidence.lateral),
+          rig_(*model.data, evidence),
+          noise_(kNoiseShare * evidence.mean_residual_mm * evidence.mean_residual_mm),
+          confidence_(confidence) {}
+
+    // What is seen of a vertex itself.
+    void look_at(size_t i) const {
+        const float per_px = depth_per_px(camera_, samples_[i].position[2]);
+        const float rig_px2 = confidence_.rig_px2[i] =
+            evidence_.uses_depth ? rig_.at(evidence_, i) : kOneViewShare;
+        const unsigned stale =
+            evidence_.stale_views.empty() ? 0u : unsigned{evidence_.stale_views[i]};
+        const bool is_stale = (stale & (evidence_.uses_depth ? kBothViews : kLeftView)) != 0,
+                   agrees = !is_stale &&
+                            (samples_[i].observation == DEFREC_OBSERVED ||
+                             (!evidence_.uses_depth && samples_[i].observation != DEFREC_OUTSIDE)),
+                   is_confirmed = lateral_.is_confirmed[i] != 0 && (stale & kLeftView) == 0,
+                   has_depth = evidence_.uses_depth && !evidence_.is_interlaced && agrees &&
+                               rig_px2 * per_px * per_px <= kMaxRigDoubt;
+        confidence_.evidence[i] = static_cast<uint8_t>(
+            (has_depth ? DEFREC_EVIDENCE_DEPTH : 0) | (is_confirmed ? DEFREC_EVIDENCE_LATERAL : 0));
+        if (is_confirmed) set_known(confidence_.to_lateral[model_.grids.cell(i)]);
+        if (is_confirmed && agrees) set_known(confidence_.to_observed[model_.grids.cell(i)]);
+    }
+
+    // Then, with the distances from those that are seen, a few vertices at a time, so that the
+    // compiler makes vectors of them.
+    void conclude(size_t begin, size_t end) const {
+        for (size_t first = begin; first < end; first += kFew)
+            conclude_few(first, std::min(kFew, end - first));
+    }
+
+  private:
+    static constexpr size_t kFew = 64;
+    using Few = Eigen::Array<float, Eigen::Dynamic, 1, 0, kFew, 1>;
+    using Values = Eigen::Map<const Eigen::ArrayXf>;
+
+    void conclude_few(size_t first, size_t given) const {
+        const auto count = static_cast<Eigen::Index>(given);
+        const auto values = [first, count](const std::vector<float>& of_all) {
+            return Values(&of_all[first], count);
+        };
+        Few x(count), y(count), z(count), residual(count), to_lateral(count), to_observed(count),
+            mismatch(count);
+        for (Eigen::Index k = 0; k < count; ++k) {
+            const size_t i = first + static_cast<size_t>(k);
+            const defrec_surface_sample& sample = samples_[i];
+            x[k] = sample.position[0];
+            y[k] = sample.position[1];
+            z[k] = sample.position[2];
+            residual[k] = sample.observation == DEFREC_OBSERVED ? sample.residual : 0;
+            to_lateral[k] = confidence_.to_lateral[model_.grids.cell(i)];
+            to_observed[k] = confidence_.to_observed[model_.grids.cell(i)];
+            mismatch[k] = lateral_.is_confirmed[i] != 0 ? 1 - lateral_.check_score[i] : 0;
+        }
+        const Values patches = values(lateral_.patch_px2), check = values(lateral_.check_px2),
+                     step = values(model_.step_mm), support = values(model_.support_mm);
+        to_observed *= step;
+        for (Eigen::Index k = 0; k < count; ++k)
+            set_status(first + static_cast<size_t>(k), to_observed[k]);
+
+        const Few mm_per_px = z / static_cast<float>(camera_.fx), per_px = depth_per_px(camera_, z);
+        const Few far_lateral = (to_lateral * step).min(kFarthestGrowthMm),
+                  far_observed = to_observed.min(kFarthestGrowthMm);
+        const Few across =
+            mm_per_px * mm_per_px *
+                (kPatchShare * patches + kCheckShare * check + kMismatchShare * mismatch) +
+            kFarLateral * far_lateral * far_lateral;
+        const Few along =
+            per_px * per_px *
+                (kDisparityShare + kDisparityPatchShare * patches + values(confidence_.rig_px2)) +
+            kFarObserved * far_observed * far_observed + kSupportShare * support * support +
+            kResidualShare * residual * residual + noise_;
+        x /= z;
+        y /= z;
+        Eigen::Array<float, Eigen::Dynamic, 6, 0, kFew, 6> covariance(count, 6);
+        set_covariance(x, y, across, along, covariance);
+        const Few trace = covariance.col(0) + covariance.col(3) + covariance.col(5);
+        for (Eigen::Index k = 0; k < count; ++k)  // Eigen's own root of a vector is not exact
+            confidence_.expected_error[first + static_cast<size_t>(k)] = std::sqrt(trace[k]);
+        Eigen::Map<Eigen::Array<float, 6, Eigen::Dynamic>>(&confidence_.covariance[6 * first], 6,
+                                                           count) = covariance.transpose();
+    }
+
+    void set_status(size_t i, float to_observed) const {
+        // At an edge it lies in a gap, or was counted to the wrong side.
+        const bool is_astray = model_.is_at_edge[i] != 0 && confidence_.evidence[i] == 0;
+        confidence_.status[i] = confidence_.evidence[i] == kBoth ? DEFREC_POINT_OBSERVED
+                                : to_observed <= kFarthestMm && !is_astray
+                                    ? DEFREC_POINT_EXTRAPOLATED
+                                    : DEFREC_POINT_UNKNOWN;
+    }
+
+    // Vertices of a file that are on no grid share a cell, and runs of vertices are computed at the
+    // same time.
+    static void set_known(float& distance) {
+        std::atomic_ref(distance).store(0, std::memory_order_relaxed);
+    }
+
+    const SurfaceModel& model_;
+    const defrec_camera& camera_;
+    const FrameEvidence& evidence_;
+    const SurfaceSamples samples_;
+    const LateralEvidence& lateral_;
+    const RigDoubt rig_;
+    const float noise_;
+    VertexConfidence& confidence_;
+};
+
+}  // namespace
+
+void begin_confidence(const SurfaceModel& model, VertexConfidence& confidence) {
+    const size_t count = model.data->vertices.size();
+    make_room(confidence, count);
+    confidence.rig_px2.resize(count);
+    for (std::vector<float>* distance : {&confidence.to_lateral, &confidence.to_observed})
+        distance->assign(model.grids.cells(), 1e6f);
+    for (MapGrids::Workspace& spreading : confidence.spreading) model.grids.make_room(spreading);
+}
+
+void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
+                         const Services* helpers, const std::function<void()>& beside,
+                         VertexConfidence& confidence) {
+    const size_t count = evidence.output.samples.size();
+    std::vector<float>* const distances[2] = {&confidence.to_lateral, &confidence.to_observed};
+    const ConfidenceEstimate estimate(model, evidence, confidence);
+    enum : size_t { kLooks, kSpreads, kConcludes };
+    const size_t parts = vertex_parts(helpers, count);
+    for_phases<3>(helpers, {parts, 3, parts}, [&](size_t phase, size_t index) {
+        if (phase == kSpreads) {
+            if (index == 2) return beside();
+            return model.grids.spread(*distances[index], confidence.spreading[index]);
+        }
+        const ArrayPart part{index, parts};
+        const size_t begin = part.begin(count), end = part.end(count);
+        if (phase == kConcludes) return estimate.conclude(begin, end);
+        for (size_t i = begin; i < end; ++i) estimate.look_at(i);
+    });
+}
+
+void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertices) {
+    make_room(confidence, vertices);
+    const float error = error_unknown(age);
+    std::fill(confidence.status.begin(), confidence.status.end(), uint8_t{DEFREC_POINT_UNKNOWN});
+    std::fill(confidence.evidence.begin(), confidence.evidence.end(), uint8_t{0});
+    std::fill(confidence.expected_error.begin(), confidence.expected_error.end(), error);
+    for (size_t i = 0; i < vertices; ++i) set_isotropic(error, &confidence.covariance[6 * i]);
+}
+
+void forget_lost_pieces(std::span<const defrec_piece> pieces,
+                        std::span<const uint8_t> vertex_pieces, VertexConfidence& confidence) {
+    const auto is_lost = [](const defrec_piece& piece) { return piece.state == DEFREC_LOST; };
+    if (std::none_of(pieces.begin(), pieces.end(), is_lost)) return;
+    for (size_t i = 0; i < vertex_pieces.size(); ++i) {
+        const defrec_piece& piece = pieces[vertex_pieces[i]];
+        if (!is_lost(piece)) continue;
+        confidence.status[i] = DEFREC_POINT_UNKNOWN;
+        confidence.evidence[i] = 0;
+        confidence.expected_error[i] = error_unknown(piece.age);
+        set_isotropic(confidence.expected_error[i], &confidence.covariance[6 * i]);
+    }
+}
+
+uint32_t share_observed(std::span<const uint8_t> vertex_pieces, const VertexConfidence& confidence,
+                        std::span<defrec_piece> pieces) {
+    std::array<uint32_t, kMaxPieces> observed{};
+    if (pieces.size() == 1)
+        observed[0] = static_cast<uint32_t>(
+            std::count(confidence.status.begin(), confidence.status.end(), DEFREC_POINT_OBSERVED));
+    else
+        for (size_t i = 0; i < vertex_pieces.size(); ++i)
+            observed[vertex_pieces[i]] += confidence.status[i] == DEFREC_POINT_OBSERVED;
+    for (size_t i = 0; i < pieces.size(); ++i)
+        pieces[i].observed_share = static_cast<float>(observed[i]) /
+                                   static_cast<float>(std::max(1u, pieces[i].vertices_inside));
+    return std::accumulate(observed.begin(), observed.end(), 0u);
+}
+
+namespace {
+
+SurfaceConfidence nothing_known() {
+    SurfaceConfidence at;
+    at.expected_error = 100;
+    set_isotropic(at.expected_error, at.covariance);
+    return at;
+}
+
+}  // namespace
+
+SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence& confidence,
+                                const double xyz[3]) {
+    constexpr double kGrowthOffSurface = 0.03;     // mm of error per mm from the surface
+    constexpr double kFarthestOffSurfaceMm = 100;  // nothing is known of what lies farther
+    const TemplateData& data = surface.data();
+    const int32_t nearest = surface.vertex_at(xyz);
+    if (nearest < 0) return nothing_known();
+    SurfaceConfidence at;
+    const size_t vertex = static_cast<size_t>(nearest);
+    double squared = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double difference = xyz[axis] - data.vertices[vertex].position[axis];
+        squared += difference * difference;
+    }
+    const double distance = std::sqrt(squared);
+    if (!(distance <= kFarthestOffSurfaceMm)) return nothing_known();
+    const double step_mm = data.grid.spacing * data.vertices[vertex].position[2] / data.camera.fx;
+    at.status = confidence.status[vertex];
+    if (distance > kFarthestMm && at.status == DEFREC_POINT_OBSERVED)
+        at.status = DEFREC_POINT_EXTRAPOLATED;
+    at.evidence = confidence.evidence[vertex];
+    at.expected_error = confidence.expected_error[vertex] +
+                        kGrowthOffSurface * std::max(0.0, distance - 2 * step_mm);
+    const double growth = at.expected_error / confidence.expected_error[vertex];
+    for (size_t i = 0; i < 6; ++i)
+        at.covariance[i] = growth * growth * confidence.covariance[6 * vertex + i];
+    return at;
+}
+
+SurfaceConfidence confidence_beside(const VertexConfidence& confidence, size_t vertex,
+                                    double distance_mm, const Vec3<double>& place) {
+    constexpr double kNearestMm = 1;  // to the camera, where rays have no direction any more
+    if (place.z < kNearestMm) return nothing_known();
+    SurfaceConfidence at;
+    const auto away = static_cast<float>(std::min<double>(distance_mm, kFarthestGrowthMm));
+    using One = Eigen::Array<float, 1, 1>;
+    const One x(static_cast<float>(place.x)), y(static_cast<float>(place.y)),
+        z(static_cast<float>(place.z)), across(kFarLateral * away * away),
+        along(kFarObserved * away * away);
+    Eigen::Array<float, 1, 6> further;
+    set_covariance(One(x / z), One(y / z), across, along, further);
+    for (size_t i = 0; i < 6; ++i)
+        at.covariance[i] =
+            confidence.covariance[6 * vertex + i] + further[static_cast<Eigen::Index>(i)];
+    at.expected_error = std::sqrt(at.covariance[0] + at.covariance[3] + at.covariance[5]);
+    if (distance_mm <= kFarthestMm && confidence.status[vertex] != DEFREC_POINT_UNKNOWN)
+        at.status = DEFREC_POINT_EXTRAPOLATED;
+    return at;
+}
+
+RigidSums sum_for_rigid_motion(const SurfaceModel& model, SurfaceSamples samples, size_t first) {
+    // Of a few vertices in single precision, of which the sum is in double. Targets need no
+    // centring where sources are centred. The fourth component is a part of the normal, which goes
+    // along for the sake of whole vectors.
+    constexpr size_t kFew = 32;
+    RigidSums sums;
+    for (size_t begin = 0; begin < samples.size(); begin += kFew) {
+        Eigen::Vector4f along[3] = {Eigen::Vector4f::Zero(), Eigen::Vector4f::Zero(),
+                                    Eigen::Vector4f::Zero()};
+        Eigen::Vector4f few = Eigen::Vector4f::Zero();
+        for (size_t i = begin; i < std::min(begin + kFew, samples.size()); ++i) {
+            const Eigen::Map<const Eigen::Vector4f> target(samples[i].position);
+            const float* source = model.centred.data() + 4 * (first + i);
+            few += target;
+            for (int axis = 0; axis < 3; ++axis) along[axis] += source[axis] * target;
+        }
+        sums.positions += few.cast<double>();
+        for (int axis = 0; axis < 3; ++axis) sums.products.col(axis) += along[axis].cast<double>();
+    }
+    return sums;
+}
+
+void fit_rigid_motion(const SurfaceModel& model, std::span<const RigidSums> runs,
+                      double motion[12]) {
+    RigidSums sums;
+    for (const RigidSums& run : runs) {
+        sums.products += run.products;
+        sums.positions += run.positions;
+    }
+    const auto count = static_cast<double>(std::max<Eigen::Index>(1, model.centred.cols()));
+    const Eigen::Vector3d to = sums.positions.head<3>() / count;
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sums.products.topRows<3>(),
+                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+    const Eigen::Matrix3d rotation =
+        svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+    const Eigen::Vector3d translation = to - rotation * model.centre;
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column) motion[4 * row + column] = rotation(row, column);
+        motion[4 * row + 3] = translation[row];
+    }
+}
+
+size_t count_moved_farther(SurfaceSamples from, SurfaceSamples to, float distance_mm) {
+    size_t farther = 0;
+    for (size_t i = 0; i < to.size(); ++i) {
+        float squared = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const float step = to[i].position[axis] - from[i].position[axis];
+            squared += step * step;
+        }
+        farther += squared > distance_mm * distance_mm;
+    }
+    return farther;
+}
+
+void split_samples(SurfaceSamples samples, std::span<float> positions, std::span<float> normals) {
+    for (size_t i = 0; i < samples.size(); ++i) {
+        std::memcpy(&positions[3 * i], samples[i].position, sizeof samples[i].position);
+        std::memcpy(&normals[3 * i], samples[i].normal, sizeof samples[i].normal);
+    }
+}
+
+}  // namespace defrec

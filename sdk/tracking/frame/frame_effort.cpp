@@ -1,0 +1,47 @@
+// See frame_effort.hpp.
+#include "sdk/tracking/frame/frame_effort.hpp"
+
+#include <algorithm>
+
+#include "include/defrec_c.h"
+
+namespace defrec {
+namespace {
+
+constexpr double kMargin = 1.25;          // of the time left over the mean: frames differ
+constexpr double kNewest = 0.25;          // share of the last frame in the mean
+constexpr double kForgotten = 1 / 128.0;  // of what was not tried, each frame
+
+}  // namespace
+
+Effort EffortTimes::choose(Time left) const {
+    for (size_t i = 0; i + 1 < kEfforts; ++i)
+        if (left > Time::zero() && kMargin * expected_[i] <= left) return static_cast<Effort>(i);
+    return static_cast<Effort>(kEfforts - 1);
+}
+
+// What slows one effort down slows all. An effort that did not fit is tried again some day, as one
+// frame may have been slow by itself, or the device is faster now; what it takes then is its time.
+void EffortTimes::add(Effort effort, Time took) {
+    const auto index = static_cast<size_t>(effort);
+    const Time before = expected_[index];
+    const bool is_mean = before > Time::zero() && !is_forgotten_[index];
+    expected_[index] = is_mean ? before + kNewest * (took - before) : took;
+    is_forgotten_[index] = false;
+    for (size_t i = 0; i < kEfforts; ++i) {
+        if (is_mean && i != index) expected_[i] *= expected_[index] / before;
+        if (i < index) {
+            expected_[i] *= 1 - kForgotten;
+            is_forgotten_[i] = true;
+        }
+    }
+}
+
+uint32_t reasons_of(Effort effort) {
+    uint32_t reasons = 0;
+    if (effort >= Effort::kCoarse) reasons |= DEFREC_REASON_COARSE;
+    if (effort >= Effort::kUnchecked) reasons |= DEFREC_REASON_UNCHECKED;
+    return reasons;
+}
+
+}  // namespace defrec

@@ -1,0 +1,82 @@
+// See frame_output.hpp.
+#include "sdk/tracking/frame/frame_output.hpp"
+
+#include <algorithm>
+
+namespace defrec {
+namespace {
+
+// Hands out pieces of a block one after the other, each on a cache line of its own; without a block
+// it only counts.
+class Carver {
+  public:
+    explicit Carver(std::span<std::byte> block) : block_(block) {}
+    template <class T>
+    void take(std::span<T>& piece, uint64_t count) {
+        if (!block_.empty()) piece = {reinterpret_cast<T*>(block_.data() + used_), count};
+        used_ += (count * sizeof(T) + kLine - 1) / kLine * kLine;
+    }
+    uint64_t used() const { return used_; }
+
+  private:
+    static constexpr uint64_t kLine = 64;
+    std::span<std::byte> block_;
+    uint64_t used_ = 0;
+};
+
+uint64_t carve_fixed(std::span<std::byte> block, uint64_t disparities, FrameOutput& output) {
+    Carver carver(block);
+    std::span<FrameSummary> summary;
+    carver.take(summary, 1);
+    carver.take(output.disparity, disparities);
+    output.summary = summary.data();
+    return carver.used();
+}
+
+uint64_t carve_fitted(std::span<std::byte> block, const TemplateData& data, FrameOutput& output) {
+    Carver carver(block);
+    carver.take(output.motions, data.nodes.size() / 3);
+    carver.take(output.samples, data.vertices.size());
+    carver.take(output.matches, data.landmarks.size());
+    carver.take(output.observations, data.patches.size());
+    carver.take(output.predictions, data.patches.size());
+    carver.take(output.checks, data.checks.size());
+    carver.take(output.check_predictions, data.checks.size());
+    carver.take(output.right_observations, rig_patch_count(data));
+    return carver.used();
+}
+
+}  // namespace
+
+size_t rig_patch_step(const TemplateData& data) {
+    constexpr size_t kEnough = 200;
+    const size_t first = data.first_counts().patches;
+    return (first + kEnough - 1) / kEnough + (first == 0 ? 1 : 0);
+}
+
+size_t rig_patch_count(const TemplateData& data) {
+    const size_t step = rig_patch_step(data);
+    return (data.patches.size() + step - 1) / step;
+}
+
+FrameMemory::FrameMemory(std::shared_ptr<const Device> device, uint64_t disparities)
+    : device_(std::move(device)), fixed_(device_, carve_fixed({}, disparities, output)) {
+    carve_fixed(fixed_.as<std::byte>(), disparities, output);
+}
+
+void FrameMemory::fit(const TemplateData& data) {
+    const uint64_t bytes = carve_fitted({}, data, output);
+    if (bytes > fitted_.size()) fitted_ = HostMemory(device_, bytes);
+    carve_fitted(fitted_.as<std::byte>(), data, output);
+}
+
+void FrameMemory::keep(std::vector<std::byte>& kept) const {
+    const std::span<const std::byte> block = fitted_.as<std::byte>();
+    kept.assign(block.begin(), block.end());
+}
+
+void FrameMemory::restore(const std::vector<std::byte>& kept) {
+    std::copy(kept.begin(), kept.end(), fitted_.as<std::byte>().begin());
+}
+
+}  // namespace defrec

@@ -1,0 +1,128 @@
+// See map_growth.hpp.
+#include "sdk/tracking/map/map_growth.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "sdk/base/os/platform.hpp"
+
+namespace defrec {
+namespace {
+
+constexpr uint64_t kBetweenLooks = 3;  // frames: tissue joins that two looks show
+constexpr uint64_t kWorkFrames = 2;    // from the second look until it has joined
+constexpr uint64_t kMaxPause = 60;     // frames
+// Share of the image without surface at which tissue is looked for: while the camera moves, and
+// where it has rested.
+constexpr double kUncoveredMoving = 0.06, kUncoveredResting = 0.015;
+constexpr uint64_t kResting = 9;  // frames since the last look
+constexpr double kCell = 3;  // steps of the template's grid: side of the cells that are counted
+
+}  // namespace
+
+MapGrowth::MapGrowth(const TrackerSettings& settings)
+    : is_on_(settings.grow != 0), max_vertices_(settings.max_vertices) {}
+
+void MapGrowth::reset() {
+    if (worker_.joinable()) worker_.join();
+    work_ = {};
+    look_at_ = due_at_ = not_before_ = pause_ = 0;
+    looks_ = has_earlier_ = is_full_ = false;
+}
+
+std::optional<Growth> MapGrowth::begin_frame() {
+    if (!is_on_) return std::nullopt;
+    ++frame_;
+    looks_ = look_at_ == frame_;
+    if (looks_) look_at_ = 0;
+    if (due_at_ == 0 || frame_ < due_at_) return std::nullopt;
+    due_at_ = 0;
+    worker_.join();
+    Growth growth = work_.get();
+    if (growth.outcome == Growth::Outcome::kGrown) {
+        pause_ = 0;
+        return growth;
+    }
+    is_full_ |= growth.outcome == Growth::Outcome::kFull;
+    pause_ = std::clamp<uint64_t>(2 * pause_, 2 * kBetweenLooks, kMaxPause);
+    not_before_ = frame_ + pause_;
+    look_at_ = 0;
+    looks_ = has_earlier_ = false;
+    return std::nullopt;
+}
+
+bool MapGrowth::rests() const {
+    const uint64_t next = frame_ + 1;
+    return !is_on_ || (look_at_ != next && (due_at_ == 0 || next < due_at_));
+}
+
+void MapGrowth::joined(const TemplateData& data, std::span<const NodeAnchor> anchors) {
+    if (has_earlier_) extend_motions(data.nodes, anchors, earlier_.motions);
+}
+
+void MapGrowth::end_found_frame(const Pipeline& pipeline,
+                                const std::shared_ptr<const Template>& surface,
+                                const FrameOutput& output) {
+    if (!is_on_) return;
+    if (looks_) {
+        present_.motions.assign(output.motions.begin(), output.motions.end());
+        std::swap(earlier_, present_);  // this frame is the earlier one of the next look
+        if (std::exchange(has_earlier_, true)) start(pipeline, surface);
+        not_before_ = frame_ + kBetweenLooks;
+        look_at_ = not_before_;
+        looks_ = false;
+    }
+}
+
+void MapGrowth::end_lost_frame() {
+    look_at_ = 0;
+    looks_ = has_earlier_ = false;
+}
+
+void MapGrowth::plan(const TemplateData& data, const FrameOutput& output) {
+    if (!is_on_) return;
+    const double uncovered = uncovered_share(data, output);
+    const bool has_rested = frame_ >= not_before_ + kResting;
+    const bool wants =
+        !is_full_ && (uncovered > kUncoveredMoving ||
+                      (uncovered > kUncoveredResting && (has_rested || has_earlier_)));
+    if (!wants) {
+        look_at_ = 0;
+        has_earlier_ = false;
+    } else if (look_at_ == 0) {
+        look_at_ = std::max(frame_ + 1, not_before_);
+    }
+}
+
+double MapGrowth::uncovered_share(const TemplateData& data, const FrameOutput& output) {
+    const double side = kCell * data.grid.spacing;
+    const auto columns = static_cast<size_t>(std::ceil(data.width / side)),
+               rows = static_cast<size_t>(std::ceil(data.height / side));
+    covered_.assign(columns * rows, 0);
+    const defrec_camera& camera = data.camera;
+    for (const defrec_surface_sample& sample : output.samples) {
+        if (sample.observation == DEFREC_OUTSIDE) continue;
+        const float* p = sample.position;
+        const auto x = static_cast<size_t>((camera.fx * p[0] / p[2] + camera.cx) / side),
+                   y = static_cast<size_t>((camera.fy * p[1] / p[2] + camera.cy) / side);
+        covered_[std::min(y, rows - 1) * columns + std::min(x, columns - 1)] = 1;
+    }
+    const auto uncovered = std::count(covered_.begin(), covered_.end(), 0);
+    return static_cast<double>(uncovered) / static_cast<double>(covered_.size());
+}
+
+// The work on the two last looks: present_ is the earlier of them until the work is done.
+void MapGrowth::start(const Pipeline& pipeline, std::shared_ptr<const Template> surface) {
+    const FoundFrame earlier{pipeline.capture_input(present_.images), present_.motions},
+        now{pipeline.capture_input(earlier_.images), earlier_.motions};
+    const auto task = std::make_shared<std::packaged_task<Growth()>>(
+        [surface = std::move(surface), earlier, now, max_vertices = max_vertices_] {
+            return grow_template(surface->data(), earlier, now, max_vertices);
+        });
+    worker_ = platform::start_thread([task] { (*task)(); });
+    work_ = task->get_future();
+    due_at_ = frame_ + kWorkFrames;
+}
+
+}  // namespace defrec

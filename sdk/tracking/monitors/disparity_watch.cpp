@@ -1,0 +1,154 @@
+// See disparity_watch.hpp.
+#include "sdk/tracking/monitors/disparity_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <limits>
+#include <utility>
+
+#include "backends/shared/motion.hpp"
+
+namespace defrec {
+namespace {
+
+// In rendered sequences of fast deformation a frame's change differs by at most 0.023 by scale and
+// 0.021 by length from that of the frame before, and in no frame both by more than 0.015; in 60
+// frames of a beating heart, seen at 80 px of disparity, both by at most 0.028.
+constexpr double kMinJump = 0.04;  // per frame
+constexpr int kOldest = 10;        // frames; tissue changes in more of them
+constexpr int kFramesToFit = 30;
+
+constexpr size_t kMostVertices = 500, kMinVertices = 50;  // that are looked at
+constexpr size_t kPairStep = 6;  // vertices, in their order, from one of a pair to the other
+
+using Change = DisparityWatch::Change;
+using Places = DisparityWatch::Places;
+
+size_t step_of(size_t vertices) {
+    return std::max<size_t>(1, (vertices + kMostVertices - 1) / kMostVertices);
+}
+
+std::array<float, 3> place_of(const defrec_surface_sample& sample) {
+    constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+    if (sample.observation != DEFREC_OBSERVED) return {kNaN, kNaN, kNaN};
+    return {sample.position[0], sample.position[1], sample.position[2]};
+}
+std::array<float, 3> place_of(const defrec_surface_point& vertex) {
+    return {vertex.position[0], vertex.position[1], vertex.position[2]};
+}
+
+// Of every so many vertices.
+template <class Vertices>
+void take_places(const Vertices& vertices, std::vector<Places>& places) {
+    places.clear();
+    for (size_t i = 0; i + kPairStep < vertices.size(); i += step_of(vertices.size()))
+        places.push_back({place_of(vertices[i]), place_of(vertices[i + kPairStep])});
+}
+
+bool is_known(const std::array<float, 3>& place) { return !std::isnan(place[2]); }
+
+double distance(const Places& places) {
+    const Vec3<double> step = load3<double>(places[0].data()) - load3<double>(places[1].data());
+    return std::sqrt(dot(step, step));
+}
+
+// Sums over places that are known at two times.
+struct Sums {
+    using Pixel = std::complex<double>;  // from the principal point over the focal length
+    Pixel before = 0, now = 0, products = 0;
+    double squares = 0, inverse_depth_before = 0, inverse_depth_now = 0, vertices = 0;
+    double length_before = 0, length_now = 0, pairs = 0;
+};
+
+Sums sum_change(const TemplateData& data, std::span<const Places> before,
+                std::span<const Places> now) {
+    Sums sums;
+    for (size_t i = 0; i < std::min(before.size(), now.size()); ++i) {
+        const auto &p = before[i][0], &q = now[i][0];
+        if (!is_known(p) || !is_known(q)) continue;
+        const Sums::Pixel a = Sums::Pixel(p[0], p[1]) / double{p[2]},
+                          b = Sums::Pixel(q[0], q[1]) / double{q[2]};
+        sums.before += a;
+        sums.now += b;
+        sums.products += std::conj(a) * b;
+        sums.squares += std::norm(a);
+        sums.inverse_depth_before += 1 / double{p[2]};
+        sums.inverse_depth_now += 1 / double{q[2]};
+        ++sums.vertices;
+        if (!is_known(before[i][1]) || !is_known(now[i][1])) continue;
+        // The last one of a row and the first of the next are no pair.
+        const double length = distance(before[i]);
+        if (length > 2 * kPairStep * data.grid.spacing * p[2] / data.camera.fx) continue;
+        sums.length_before += length;
+        sums.length_now += distance(now[i]);
+        ++sums.pairs;
+    }
+    return sums;
+}
+
+std::optional<Change> change_of(const Sums& sums) {
+    const double spread = sums.squares - std::norm(sums.before) / sums.vertices;
+    if (sums.vertices < kMinVertices || sums.pairs < kMinVertices || !(spread > 0) ||
+        !(sums.length_before > 0 && sums.length_now > 0))
+        return std::nullopt;
+    const double scale =
+        std::abs(sums.products - std::conj(sums.before) * sums.now / sums.vertices) / spread;
+    return Change{std::log(sums.inverse_depth_now / (scale * sums.inverse_depth_before)),
+                  std::log(sums.length_before / sums.length_now)};
+}
+
+}  // namespace
+
+void DisparityWatch::make_room() {
+    places_.reserve(kMostVertices);
+    places_now_.reserve(kMostVertices);
+}
+
+void DisparityWatch::add_frame(const TemplateData& data,
+                               std::span<const defrec_surface_sample> samples) {
+    take_places(samples, places_now_);
+    ++age_;
+    if (age_ > kOldest) {
+        places_.clear();
+        usual_.reset();
+    }
+    const Sums sums = sum_change(data, places_, places_now_);
+    if (const std::optional<Change> change = change_of(sums)) {
+        mean_disparity_ =
+            data.camera.fx * data.camera.baseline_mm * sums.inverse_depth_now / sums.vertices;
+        judge(*change);
+    } else if (!places_.empty()) {
+        return;
+    }
+    places_.swap(places_now_);
+    age_ = 0;
+    if (slip_ == 0) return;
+    // What was taken for a slip, and was none, does not last.
+    take_places(data.vertices, places_now_);
+    const std::optional<Change> since_template = change_of(sum_change(data, places_now_, places_));
+    const bool fits = since_template && std::abs(since_template->by_length) < std::abs(slip_) / 2;
+    frames_that_fit_ = fits ? frames_that_fit_ + 1 : 0;
+    if (frames_that_fit_ == kFramesToFit) slip_ = 0;
+}
+
+void DisparityWatch::judge(const Change& change) {
+    const double frames = age_;
+    if (usual_) {
+        const double by_scale = change.by_scale - frames * usual_->by_scale,
+                     by_length = change.by_length - frames * usual_->by_length;
+        if (by_scale * by_length > 0 &&
+            std::min(std::abs(by_scale), std::abs(by_length)) > frames * kMinJump) {
+            slip_ += by_scale;  // lengths on slopes change by more
+            if (std::abs(slip_) < kMinJump) slip_ = 0;
+            frames_that_fit_ = 0;
+            return;
+        }
+    }
+    usual_ = {change.by_scale / frames, change.by_length / frames};
+}
+
+double DisparityWatch::slip_px() const { return mean_disparity_ * (1 - std::exp(-slip_)); }
+
+}  // namespace defrec

@@ -1,0 +1,92 @@
+// See stale_vertices.hpp.
+#include "sdk/tracking/monitors/stale_vertices.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "sdk/tracking/evidence/vertex_confidence.hpp"
+
+namespace defrec {
+namespace {
+
+// Of the vertices in the image; fewer do not tell how the rest moved.
+constexpr double kMinSeen = 0.05;
+
+struct Pixel {
+    double x, y;
+};
+
+// Where a vertex lies in the image that the view's blocks are of; nullopt where it is not in it.
+std::optional<Pixel> pixel_in(const Rig& rig, int view, bool is_rectified,
+                              const defrec_surface_sample& vertex) {
+    const defrec_camera& camera = rig.camera();
+    const double z = vertex.position[2],
+                 x = vertex.position[0] - (view == 1 ? camera.baseline_mm : 0);
+    if (!(z > 0)) return std::nullopt;
+    const double u = std::round(camera.fx * x / z + camera.cx),
+                 v = std::round(camera.fy * vertex.position[1] / z + camera.cy);
+    if (!(u >= 0 && v >= 0 && u < rig.width() && v < rig.height())) return std::nullopt;
+    if (is_rectified || rig.map(view) == nullptr) return Pixel{u, v};
+    constexpr double kMapUnit = 128;  // per px
+    const int32_t* raw =
+        rig.map(view) + 2 * (static_cast<size_t>(v) * rig.width() + static_cast<size_t>(u));
+    if (raw[0] == INT32_MIN) return std::nullopt;
+    return Pixel{raw[0] / kMapUnit, raw[1] / kMapUnit};
+}
+
+}  // namespace
+
+void StaleVertices::find(const Rig& rig, std::array<StandingBlocks, 2>& blocks,
+                         const std::array<bool, 2>& is_rectified,
+                         std::span<const defrec_surface_sample> before,
+                         std::span<const defrec_surface_sample> now) {
+    clear();
+    if (!blocks[0].any() && !blocks[1].any()) return;
+    steps_.clear();
+    size_t inside = 0;
+    const auto in_blocks = [&](size_t vertex, auto&& is_so) {
+        bool is_so_in[2] = {};
+        for (int view = 0; view < 2; ++view) {
+            const std::optional<Pixel> at =
+                pixel_in(rig, view, is_rectified[static_cast<size_t>(view)], now[vertex]);
+            is_so_in[view] = at && is_so(blocks[static_cast<size_t>(view)], *at);
+        }
+        return static_cast<uint8_t>((is_so_in[0] ? kLeftView : 0) | (is_so_in[1] ? kRightView : 0));
+    };
+    for (size_t i = 0; i < now.size(); ++i) {
+        if (now[i].observation == DEFREC_OUTSIDE) continue;
+        ++inside;
+        if (now[i].observation == DEFREC_OBSERVED &&
+            in_blocks(i, [](const StandingBlocks& of_view, const Pixel& at) {
+                return of_view.stands(at.x, at.y);
+            }) == 0)
+            steps_.push_back(squared_step(rig.camera(), before[i], now[i]));
+    }
+    if (static_cast<double>(steps_.size()) <= kMinSeen * static_cast<double>(inside)) return;
+    const auto middle = steps_.begin() + static_cast<std::ptrdiff_t>(steps_.size() / 2);
+    std::nth_element(steps_.begin(), middle, steps_.end());
+    for (StandingBlocks& of_view : blocks) of_view.others_moved(std::sqrt(*middle));
+    size_t stale = 0;
+    views_.resize(now.size());
+    for (size_t i = 0; i < now.size(); ++i) {
+        views_[i] = in_blocks(i, [](const StandingBlocks& of_view, const Pixel& at) {
+            return of_view.is_stale(at.x, at.y);
+        });
+        stale += views_[i] != 0 && now[i].observation != DEFREC_OUTSIDE;
+    }
+    share_ = static_cast<double>(stale) / static_cast<double>(inside);
+    if (stale == 0) views_.clear();
+}
+
+void StaleVertices::set_all(size_t vertices) {
+    views_.assign(vertices, kBothViews);
+    share_ = 1;
+}
+
+void StaleVertices::clear() {
+    views_.clear();
+    share_ = 0;
+}
+
+}  // namespace defrec

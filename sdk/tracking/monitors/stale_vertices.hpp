@@ -1,0 +1,35 @@
+// The vertices that are seen in a part of a view that stands still while the rest moves on.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sdk/rig/rig.hpp"
+#include "sdk/tracking/monitors/standing_blocks.hpp"
+
+namespace defrec {
+
+class StaleVertices {
+  public:
+    // Of a frame that was followed from the one before; is_rectified: the blocks are of the view's
+    // rectified image, else of the raw one. The blocks are told how far the rest moved.
+    void find(const Rig& rig, std::array<StandingBlocks, 2>& blocks,
+              const std::array<bool, 2>& is_rectified,
+              std::span<const defrec_surface_sample> before,
+              std::span<const defrec_surface_sample> now);
+    void set_all(size_t vertices);
+    void clear();
+
+    // As FrameEvidence::stale_views.
+    std::span<const uint8_t> views() const { return views_; }
+    // Of the vertices in the image.
+    double share() const { return share_; }
+
+  private:
+    std::vector<uint8_t> views_;
+    std::vector<float> steps_;  // px^2, of those that are seen now
+    double share_ = 0;
+};
+
+}  // namespace defrec

@@ -1,0 +1,48 @@
+// See stream_check.hpp.
+#include "sdk/tracking/monitors/stream_check.hpp"
+
+#include <algorithm>
+
+namespace defrec {
+namespace {
+
+constexpr double kMinDeviation = 1.5;  // gray levels, of an image with texture
+// Of the blocks with texture: a clock may run on in a view that stands, and compression may leave
+// much of a view that moves as it was.
+constexpr double kStanding = 0.95, kMoving = 0.5;
+
+// Timestamps may lie farther apart than their type can say.
+int64_t step_between(int64_t earlier, int64_t later) {
+    const uint64_t step = static_cast<uint64_t>(later) - static_cast<uint64_t>(earlier);
+    return static_cast<int64_t>(std::min<uint64_t>(step, INT64_MAX));
+}
+
+}  // namespace
+
+uint32_t StreamCheck::reasons(uint64_t frame, int64_t timestamp_ns, const ImageStatistics& left,
+                              const ImageStatistics& right) {
+    uint32_t reasons = 0;
+    if (left.dark() || right.dark()) reasons |= DEFREC_REASON_DARK;
+    if (left.dark() != right.dark()) reasons |= DEFREC_REASON_ONE_VIEW;
+    if (left.saturated() || right.saturated()) reasons |= DEFREC_REASON_SATURATED;
+    if (std::max(left.deviation, right.deviation) < kMinDeviation)
+        reasons |= DEFREC_REASON_NO_TEXTURE;
+    if (left.interlaced() || right.interlaced()) reasons |= DEFREC_REASON_INTERLACED;
+    if (frame > 0) {
+        const bool left_stands = left.hash == last_hash_[0] || left.standing >= kStanding,
+                   right_stands = right.hash == last_hash_[1] || right.standing >= kStanding;
+        if (left_stands && right_stands) reasons |= DEFREC_REASON_FROZEN;
+        if (left_stands != right_stands && (left_stands ? right : left).standing < kMoving)
+            reasons |= DEFREC_REASON_VIEW_LATE;
+        const int64_t step = step_between(last_timestamp_, timestamp_ns);
+        if (frame > 1 && usual_step_ > 0 && step - usual_step_ > usual_step_)
+            reasons |= DEFREC_REASON_GAP;
+        usual_step_ = usual_step_ == 0 ? step : usual_step_ + (step - usual_step_) / 8;
+    }
+    last_hash_[0] = left.hash;
+    last_hash_[1] = right.hash;
+    last_timestamp_ = timestamp_ns;
+    return reasons;
+}
+
+}  // namespace defrec

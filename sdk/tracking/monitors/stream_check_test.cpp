@@ -1,0 +1,102 @@
+#include "sdk/tracking/monitors/stream_check.hpp"
+
+#include <doctest/doctest.h>
+
+using namespace defrec;
+
+namespace {
+
+ImageStatistics image(uint64_t hash, double mean = 100, double deviation = 20,
+                      double saturated_share = 0) {
+    return {mean, deviation, saturated_share, hash, 0};
+}
+
+// Frames that differ from each other, in steps of 33 ms.
+struct Stream {
+    StreamCheck check;
+    uint64_t frame = 0;
+    int64_t time = 0;
+
+    uint32_t next(int64_t step = 33) {
+        time += step;
+        const uint64_t hash = 10 * frame;
+        return check.reasons(frame++, time, image(hash), image(hash + 1));
+    }
+};
+
+}  // namespace
+
+TEST_CASE("exposure of either view is a reason; a dark one beside a bright one is one more") {
+    const auto reasons = [](const ImageStatistics& left, const ImageStatistics& right) {
+        return StreamCheck().reasons(0, 1, left, right);
+    };
+    const ImageStatistics good = image(1), dark = image(2, 1, 0), white = image(3, 255, 0, 1),
+                          flat = image(4, 100, 0);
+    CHECK(reasons(good, good) == 0);
+    CHECK(reasons(dark, good) == (DEFREC_REASON_DARK | DEFREC_REASON_ONE_VIEW));
+    CHECK(reasons(good, dark) == (DEFREC_REASON_DARK | DEFREC_REASON_ONE_VIEW));
+    CHECK(reasons(dark, dark) == (DEFREC_REASON_DARK | DEFREC_REASON_NO_TEXTURE));
+    CHECK(reasons(white, good) == DEFREC_REASON_SATURATED);
+    CHECK(reasons(flat, flat) == DEFREC_REASON_NO_TEXTURE);
+    CHECK(reasons(flat, good) == 0);
+}
+
+TEST_CASE("rows of two times in either view are a reason") {
+    ImageStatistics progressive = image(1), interlaced = image(2);
+    progressive.row_ratio = 1;
+    interlaced.row_ratio = 1.3;
+    CHECK(StreamCheck().reasons(0, 1, progressive, progressive) == 0);
+    CHECK(StreamCheck().reasons(0, 1, interlaced, progressive) == DEFREC_REASON_INTERLACED);
+    CHECK(StreamCheck().reasons(0, 1, progressive, interlaced) == DEFREC_REASON_INTERLACED);
+}
+
+TEST_CASE("a stream is frozen where both views are those of the frame before") {
+    StreamCheck check;
+    CHECK(check.reasons(0, 0, image(0), image(0)) == 0);  // there is none before
+    CHECK(check.reasons(1, 33, image(0), image(0)) == DEFREC_REASON_FROZEN);
+    CHECK(check.reasons(2, 66, image(1), image(2)) == 0);
+    CHECK(check.reasons(3, 99, image(1), image(2)) == DEFREC_REASON_FROZEN);
+}
+
+TEST_CASE("row 55: a stream is frozen where nearly all of both views is as in the frame before") {
+    const auto reasons = [](double left_standing, double right_standing) {
+        StreamCheck check;
+        check.reasons(0, 0, image(0), image(1));
+        ImageStatistics left = image(2), right = image(3);
+        left.standing = left_standing;
+        right.standing = right_standing;
+        return check.reasons(1, 33, left, right);
+    };
+    CHECK(reasons(0, 0) == 0);
+    CHECK(reasons(0.97, 0.99) == DEFREC_REASON_FROZEN);
+    CHECK(reasons(0.97, 0.1) == DEFREC_REASON_VIEW_LATE);
+    CHECK(reasons(0.1, 0.97) == DEFREC_REASON_VIEW_LATE);
+    CHECK(reasons(0.97, 0.9) == 0);  // compression left most of both as it was
+    CHECK(reasons(0.6, 0.6) == 0);
+}
+
+TEST_CASE("row 76: where one view alone is that of the frame before, one of them is late") {
+    StreamCheck check;
+    CHECK(check.reasons(0, 0, image(0), image(1)) == 0);
+    CHECK(check.reasons(1, 33, image(0), image(2)) == DEFREC_REASON_VIEW_LATE);
+    CHECK(check.reasons(2, 66, image(3), image(2)) == DEFREC_REASON_VIEW_LATE);
+    CHECK(check.reasons(3, 99, image(4), image(5)) == 0);
+}
+
+TEST_CASE("a gap is more than twice the usual time between frames") {
+    Stream stream;
+    for (int i = 0; i < 5; ++i) CHECK(stream.next() == 0);
+    CHECK(stream.next(66) == 0);
+    for (int i = 0; i < 40; ++i) stream.next();
+    CHECK(stream.next(80) == DEFREC_REASON_GAP);
+    CHECK(stream.next() == 0);
+}
+
+TEST_CASE(
+    "the first two frames have no usual time, and steps beyond the range of timestamps are the "
+    "largest") {
+    StreamCheck check;
+    CHECK(check.reasons(0, INT64_MIN, image(0), image(0)) == 0);
+    CHECK(check.reasons(1, INT64_MIN + 33, image(1), image(1)) == 0);
+    CHECK(check.reasons(2, INT64_MAX, image(2), image(2)) == DEFREC_REASON_GAP);
+}

@@ -1,0 +1,424 @@
+// See outside_motion.hpp.
+#include "sdk/tracking/points/outside_motion.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "backends/shared/motion.hpp"
+#include "sdk/body/deep_motion.hpp"
+
+namespace defrec {
+namespace {
+
+constexpr double kCellShare = 1.0 / 8;  // of the first view's width
+constexpr double kApart = 0.9;          // of a cell's width, between two of them
+constexpr size_t kMaxCells = 56;
+constexpr std::ptrdiff_t kMinCells = 6;  // that are seen
+constexpr double kLeastFull = 0.3;       // of the fullest cell's vertices
+constexpr size_t kSamples = 50;          // vertices of a cell that are looked at
+constexpr double kSeenShare = 0.05;      // of these, that must be seen
+constexpr double kLengthShare = 0.4;     // of the first view's width
+constexpr double kLeastSpread = 0.35;    // of what is seen, across, in distances between cells
+constexpr double kStartMm = 1;           // displacements before anything is learnt
+constexpr double kStartFrames = 4;       // for which that counts
+constexpr double kForget = 0.985;        // per frame
+constexpr double kNoiseMm = 0.05;
+constexpr double kJitter = 1e-6;
+constexpr double kVarianceShare = 0.7;  // of what kriging says, fitted to rendered scenes
+constexpr uint32_t kEvery = 4;          // frames, where something is hidden and nothing outside
+
+Eigen::Vector3d as_vector(const float* xyz) {
+    return Eigen::Map<const Eigen::Vector3f>(xyz).cast<double>();
+}
+
+// Each number times the identity of three axes.
+Eigen::MatrixXd on_axes(const Eigen::MatrixXd& values) {
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(3 * values.rows(), 3 * values.cols());
+    for (Eigen::Index row = 0; row < values.rows(); ++row)
+        for (Eigen::Index column = 0; column < values.cols(); ++column)
+            all.block<3, 3>(3 * row, 3 * column).diagonal().setConstant(values(row, column));
+    return all;
+}
+
+Eigen::Map<const Eigen::VectorXd> as_column(const Eigen::Matrix3Xd& values) {
+    return {values.data(), values.size()};
+}
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+// Errors of neighbouring vertices are alike: a mean of many is no better than each.
+double noise_mm2(double error_mm2) { return kNoiseMm * kNoiseMm + 2 * error_mm2; }
+
+Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& signal, const Eigen::VectorXd& noise) {
+    Eigen::MatrixXd sum = signal;
+    sum.diagonal() += noise;
+    return sum.llt().solve(Eigen::MatrixXd::Identity(sum.rows(), sum.cols()));
+}
+
+defrec_motion as_motion_record(const Eigen::Matrix3d& turn, const Eigen::Vector3d& shift) {
+    const Eigen::Quaterniond q(turn);
+    return from_rigid(Quaternion<double>{q.w(), q.x(), q.y(), q.z()},
+                      {shift.x(), shift.y(), shift.z()})
+        .store();
+}
+
+double view_width_mm(const Template& surface, size_t piece) {
+    const TemplateData& data = surface.data();
+    std::vector<float> depths;
+    for (size_t i = 0; i < data.vertices.size(); ++i)
+        if (surface.vertex_pieces()[i] == piece) depths.push_back(data.vertices[i].position[2]);
+    if (depths.empty()) return 1;
+    const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+    std::nth_element(depths.begin(), middle, depths.end());
+    return std::max(1e-3, data.width * std::abs(static_cast<double>(*middle)) / data.camera.fx);
+}
+
+int32_t nearest(const std::vector<Eigen::Vector3d>& centres, const Eigen::Vector3d& place,
+                double& squared) {
+    int32_t best = -1;
+    squared = std::numeric_limits<double>::infinity();
+    for (size_t i = 0; i < centres.size(); ++i) {
+        const double distance = (centres[i] - place).squaredNorm();
+        if (distance >= squared) continue;
+        squared = distance;
+        best = static_cast<int32_t>(i);
+    }
+    return best;
+}
+
+}  // namespace
+
+OutsidePiece::OutsidePiece(const Template& surface, size_t piece) {
+    const TemplateData& data = surface.data();
+    const double width = view_width_mm(surface, piece);
+    length_mm_ = kLengthShare * width;
+    apart_mm_ = kApart * kCellShare * width;
+    std::vector<uint32_t> own;
+    for (size_t i = 0; i < data.vertices.size(); ++i)
+        if (surface.vertex_pieces()[i] == piece) own.push_back(static_cast<uint32_t>(i));
+    std::vector<Eigen::Vector3d> centres;
+    double squared = 0;
+    for (;; apart_mm_ *= 1.2) {
+        centres.clear();
+        for (const uint32_t vertex : own) {
+            const Eigen::Vector3d place = as_vector(data.vertices[vertex].position);
+            nearest(centres, place, squared);
+            if (squared >= apart_mm_ * apart_mm_) centres.push_back(place);
+            if (centres.size() > kMaxCells) break;
+        }
+        if (centres.size() <= kMaxCells) break;
+    }
+    cell_of_.assign(data.vertices.size(), -1);
+    double fullest = 0;
+    const auto assign = [&] {
+        count_.assign(centres.size(), 0);
+        for (const uint32_t vertex : own) {
+            cell_of_[vertex] = nearest(centres, as_vector(data.vertices[vertex].position), squared);
+            ++count_[static_cast<size_t>(cell_of_[vertex])];
+        }
+        fullest = count_.empty() ? 0 : *std::max_element(count_.begin(), count_.end());
+    };
+    assign();
+    std::vector<Eigen::Vector3d> full;
+    for (size_t i = 0; i < centres.size(); ++i)
+        if (count_[i] >= kLeastFull * fullest) full.push_back(centres[i]);
+    centres = std::move(full);
+    assign();
+    const auto count = static_cast<Eigen::Index>(centres.size());
+    rest_.setZero(3, count);
+    for (const uint32_t vertex : own)
+        rest_.col(cell_of_[vertex]) += as_vector(data.vertices[vertex].position);
+    for (Eigen::Index i = 0; i < count; ++i)
+        rest_.col(i) /= std::max<double>(1, count_[static_cast<size_t>(i)]);
+    std::vector<std::vector<uint32_t>> of_cell(centres.size());
+    for (const uint32_t vertex : own)
+        of_cell[static_cast<size_t>(cell_of_[vertex])].push_back(vertex);
+    size_t most = 0;
+    for (size_t cell = 0; cell < of_cell.size(); ++cell) {
+        const std::vector<uint32_t>& all = of_cell[cell];
+        const size_t used = std::min(all.size(), kSamples);
+        most = std::max(most, used);
+        for (size_t k = 0; k < used; ++k) {
+            const uint32_t vertex = all[k * all.size() / used];
+            samples_.push_back({vertex, static_cast<int32_t>(cell),
+                                as_vector(data.vertices[vertex].position).cast<float>()});
+        }
+    }
+    least_seen_ = static_cast<uint32_t>(std::max(3.0, kSeenShare * static_cast<double>(most)));
+    own_kernel_ = kernel(rest_, rest_);
+    own_kernel_.diagonal().array() += kJitter;
+    factor_.compute(own_kernel_);
+    products_.setZero(3 * count, 3 * count);
+    age_.assign(centres.size(), 0);
+    variance_.assign(centres.size(), 0);
+    sum_rest_.resize(3, count);
+    sum_now_.resize(3, count);
+    sum_error_mm2_.resize(count);
+}
+
+void OutsidePiece::learn_from(const OutsidePiece& before) {
+    if (before.cells() == 0 || cells() == 0) return;
+    const Eigen::MatrixXd across = before.weights(rest_), spread = on_axes(across);
+    const Eigen::MatrixXd left = own_kernel_ - across * before.kernel(before.rest_, rest_);
+    products_ = spread * before.products_ * spread.transpose() +
+                before.frames_ * kStartMm * kStartMm * on_axes(left);
+    frames_ = before.frames_;
+    for (size_t i = 0; i < cells(); ++i) {
+        Eigen::Index nearest = 0;
+        (before.rest_.colwise() - rest_.col(static_cast<Eigen::Index>(i)))
+            .colwise()
+            .squaredNorm()
+            .minCoeff(&nearest);
+        age_[i] = before.age_[static_cast<size_t>(nearest)];
+    }
+    all_frames_ = before.all_frames_;
+}
+
+// Matern's covariance of order 3/2.
+Eigen::MatrixXd OutsidePiece::kernel(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) const {
+    Eigen::MatrixXd values(a.cols(), b.cols());
+    for (Eigen::Index i = 0; i < a.cols(); ++i)
+        for (Eigen::Index j = 0; j < b.cols(); ++j) {
+            const double distance = std::sqrt(3.0) * (a.col(i) - b.col(j)).norm() / length_mm_;
+            values(i, j) = (1 + distance) * std::exp(-distance);
+        }
+    return values;
+}
+
+Eigen::MatrixXd OutsidePiece::weights(const Eigen::Matrix3Xd& places) const {
+    return factor_.solve(kernel(rest_, places)).transpose();
+}
+
+// Means of what is observed; false where that is too little.
+bool OutsidePiece::read_cells(const Seen& seen) {
+    count_.assign(cells(), 0);
+    sum_rest_.setZero();
+    sum_now_.setZero();
+    sum_error_mm2_.setZero();
+    for (const Sample& sample : samples_) {
+        if (seen.confidence.status[sample.vertex] != DEFREC_POINT_OBSERVED) continue;
+        const auto error = static_cast<double>(seen.confidence.expected_error[sample.vertex]);
+        ++count_[static_cast<size_t>(sample.cell)];
+        sum_rest_.col(sample.cell) += sample.rest.cast<double>();
+        sum_now_.col(sample.cell) += as_vector(seen.samples[sample.vertex].position);
+        sum_error_mm2_[sample.cell] += error * error;
+    }
+    const auto of_at_least = [&](uint32_t least) {
+        return std::count_if(count_.begin(), count_.end(),
+                             [&](uint32_t count) { return count >= least; });
+    };
+    const uint32_t least = of_at_least(least_seen_) >= kMinCells ? least_seen_ : 1;
+    const std::ptrdiff_t used = of_at_least(least);
+    data_.rest.resize(3, used);
+    data_.now.resize(3, used);
+    data_.error_mm2.resize(used);
+    Eigen::Index next = 0;
+    for (size_t i = 0; i < cells(); ++i) {
+        ++age_[i];
+        if (count_[i] < least) continue;
+        const auto cell = static_cast<Eigen::Index>(i);
+        data_.rest.col(next) = sum_rest_.col(cell) / count_[i];
+        data_.now.col(next) = sum_now_.col(cell) / count_[i];
+        data_.error_mm2[next++] = sum_error_mm2_[cell] / count_[i];
+        age_[i] = 0;
+    }
+    if (used < kMinCells) return false;
+    // A row of cells does not tell how the surface turns about it.
+    const Eigen::Matrix3Xd apart = data_.rest.colwise() - data_.rest.rowwise().mean();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(
+        apart * apart.transpose() / static_cast<double>(used), Eigen::EigenvaluesOnly);
+    return spread.eigenvalues()[1] > kLeastSpread * kLeastSpread * apart_mm_ * apart_mm_;
+}
+
+void OutsidePiece::add_lost_frame() {
+    for (uint32_t& age : age_) ++age;
+}
+
+bool OutsidePiece::add_frame(const Seen& seen) {
+    if (!read_cells(seen)) return false;
+    ++all_frames_;
+    if (seen.is_apart) return solve();
+    if (data_.rest.cols() == rest_.cols())
+        learn_directly();
+    else if (all_frames_ % kEvery == 0)
+        solve();
+    return false;
+}
+
+void OutsidePiece::learn(const Eigen::VectorXd& displacements) {
+    products_ *= kForget;
+    products_.noalias() += displacements * displacements.transpose();
+    frames_ = kForget * frames_ + 1;
+}
+
+// Kriging gives what is seen where every cell is.
+void OutsidePiece::learn_directly() {
+    const Eigen::Isometry3d pose =
+        fit_rigid(data_.rest, data_.now, Eigen::VectorXd::Ones(data_.rest.cols()));
+    const Eigen::Matrix3Xd displacements = pose.inverse() * data_.now - data_.rest;
+    learn(as_column(displacements));
+    for (Eigen::Index i = 0; i < rest_.cols(); ++i)
+        products_.diagonal().segment<3>(3 * i).array() += noise_mm2(data_.error_mm2[i]);
+}
+
+// false: the numbers do not do.
+bool OutsidePiece::solve() {
+    const Eigen::Index used = data_.rest.cols();
+    const Eigen::MatrixXd covariance = (kStartFrames * kStartMm * kStartMm * on_axes(own_kernel_) +
+                                        products_) /
+                                       (kStartFrames + frames_),
+                          across = weights(data_.rest), spread = on_axes(across),
+                          to_cells = covariance * spread.transpose(), signal = spread * to_cells;
+    // Means of parts of cells lie off the cells' means.
+    const Eigen::VectorXd left =
+        (1 - (across * own_kernel_).cwiseProduct(across).rowwise().sum().array()).max(0.0).matrix();
+    Eigen::VectorXd noise(3 * used);
+    for (Eigen::Index i = 0; i < used; ++i)
+        noise.segment<3>(3 * i).setConstant(kStartMm * kStartMm * left[i] +
+                                            noise_mm2(data_.error_mm2[i]));
+
+    pose_ = fit_rigid(data_.rest, data_.now, Eigen::VectorXd::Ones(used));
+    const Eigen::Vector3d centre = data_.rest.rowwise().mean();
+    const MotionSlope slope = motion_slope(data_.rest.colwise() - centre);
+    const auto displacements = [&]() -> Eigen::VectorXd {
+        const Eigen::Matrix3Xd values = pose_.inverse() * data_.now - data_.rest;
+        return as_column(values);
+    };
+    Eigen::VectorXd values = displacements();
+    // A cell that the others foretell otherwise is taken for as noisy as it seems.
+    for (int round = 0; round < 2; ++round) {
+        const Eigen::MatrixXd inverse = inverse_of(signal, noise);
+        const MotionSlope weighed = inverse * slope;
+        const Matrix6 of_motion = (slope.transpose() * weighed).inverse();
+        const Eigen::VectorXd foretold =
+            inverse * values - weighed * (of_motion * (weighed.transpose() * values));
+        for (Eigen::Index i = 0; i < used; ++i) {
+            const auto rows = weighed.middleRows<3>(3 * i);
+            const Eigen::Matrix3d block =
+                inverse.block<3, 3>(3 * i, 3 * i) - rows * of_motion * rows.transpose();
+            const Eigen::Vector3d own = foretold.segment<3>(3 * i);
+            noise.segment<3>(3 * i) *= std::max(1.0, own.dot(block.inverse() * own) / 3);
+        }
+    }
+    const Eigen::MatrixXd inverse = inverse_of(signal, noise);
+    const Matrix6 of_motion = (slope.transpose() * inverse * slope).inverse();
+    for (int round = 0; round < 2; ++round) {
+        const SmallMotion step = of_motion * (slope.transpose() * (inverse * values));
+        pose_ =
+            pose_ * Eigen::Translation3d(centre) * as_motion(step) * Eigen::Translation3d(-centre);
+        values = displacements();
+    }
+    const Eigen::MatrixXd gain = to_cells * inverse;
+    const Eigen::VectorXd found = gain * values;
+    const MotionSlope of_pose = gain * slope;
+    const Eigen::MatrixXd doubt = covariance - gain * to_cells.transpose();
+    const Eigen::Map<const Eigen::Matrix3Xd> at_cells(found.data(), 3, rest_.cols());
+    smooth_ = factor_.solve(at_cells.transpose()).transpose();
+    const MotionSlope lever = motion_slope(rest_.colwise() - centre) - of_pose;
+    for (Eigen::Index i = 0; i < rest_.cols(); ++i) {
+        const auto rows = lever.middleRows<3>(3 * i);
+        variance_[static_cast<size_t>(i)] =
+            kVarianceShare * (doubt.diagonal().segment<3>(3 * i).sum() +
+                              (rows * of_motion * rows.transpose()).trace()) +
+            unseen_mm2(i);
+    }
+    const Eigen::MatrixXd uncertain = doubt + of_pose * of_motion * of_pose.transpose();
+    if (!found.allFinite() || !uncertain.allFinite()) return false;
+    learn(found);
+    products_ += uncertain;
+    return true;
+}
+
+// Variance of motion that a cell has for itself: since it was seen, and far from what is seen.
+double OutsidePiece::unseen_mm2(Eigen::Index cell) const {
+    constexpr double kMostMm = 0.8, kFarMm = 20;
+    constexpr uint32_t kLong = 15;  // frames
+    const double nearest = (data_.rest.colwise() - rest_.col(cell)).colwise().norm().minCoeff(),
+                 far = std::clamp((nearest - apart_mm_ / 2) / kFarMm, 0.0, 1.0),
+                 unseen = std::min(age_[static_cast<size_t>(cell)], kLong);
+    return kMostMm * kMostMm * far * far * unseen / kLong;
+}
+
+Eigen::Vector3d OutsidePiece::place(const Eigen::Vector3d& at_rest) const {
+    return pose_ * (at_rest + smooth_ * kernel(rest_, at_rest));
+}
+
+OutsideMotion::OutsideMotion(const Template& surface) {
+    for (size_t piece = 0; piece < surface.data().pieces(); ++piece)
+        pieces_.emplace_back(surface, piece);
+}
+
+OutsideMotion::OutsideMotion(const Template& surface, const OutsideMotion& before)
+    : OutsideMotion(surface) {
+    for (size_t piece = 0; piece < std::min(pieces_.size(), before.pieces_.size()); ++piece)
+        pieces_[piece].learn_from(before.pieces_[piece]);
+}
+
+// Finds what each control point moves, and the pieces with some that move nothing in the image.
+void OutsideMotion::find_moves(const TemplateData& data, SurfaceSamples samples) {
+    for (size_t i = 0; i < samples.size(); ++i) {
+        const Moves moves =
+            samples[i].observation == DEFREC_OUTSIDE ? Moves::kOutside : Moves::kSeen;
+        for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k) {
+            if (!(data.vertices[i].weight[k] > 0)) continue;
+            Moves& of_node = moves_[static_cast<size_t>(data.vertices[i].node[k])];
+            of_node = std::max(of_node, moves);
+        }
+    }
+    for (size_t node = 0; node < moves_.size(); ++node)
+        if (moves_[node] == Moves::kOutside) is_apart_[data.piece_of_node(node)] = 1;
+}
+
+bool OutsideMotion::add_frame(const Template& surface, SurfaceSamples samples, bool any_outside,
+                              std::span<const defrec_piece> pieces, const Results& results) {
+    moves_.assign(results.motions.size(), Moves::kNothing);
+    is_apart_.assign(pieces_.size(), 0);
+    if (any_outside) find_moves(surface.data(), samples);
+    bool is_changed = false;
+    for (size_t piece = 0; piece < pieces_.size(); ++piece) {
+        const bool is_lost = pieces[piece].state == DEFREC_LOST;
+        if (is_lost) pieces_[piece].add_lost_frame();
+        const bool is_told = !is_lost && pieces_[piece].add_frame(
+                                             {samples, results.confidence, is_apart_[piece] != 0});
+        is_apart_[piece] = is_told ? 1 : 0;
+        is_changed |= is_told;
+    }
+    if (is_changed) move_outside(surface, results);
+    return is_changed;
+}
+
+void OutsideMotion::move_outside(const Template& surface, const Results& results) const {
+    const TemplateData& data = surface.data();
+    for (size_t node = 0; node < moves_.size(); ++node) {
+        const uint8_t piece = data.piece_of_node(node);
+        if (moves_[node] != Moves::kOutside || is_apart_[piece] == 0) continue;
+        const Eigen::Vector3d rest = as_vector(&data.nodes[3 * node]);
+        const Eigen::Matrix3d turn = pieces_[piece].rotation();
+        results.motions[node] = as_motion_record(turn, pieces_[piece].place(rest) - turn * rest);
+    }
+    for (size_t i = 0; i < data.vertices.size(); ++i) {
+        const defrec_surface_point& vertex = data.vertices[i];
+        const uint8_t piece = surface.vertex_pieces()[i];
+        if (is_apart_[piece] == 0) continue;
+        double share = 0;  // of what moves it
+        for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k)
+            if (moves_[static_cast<size_t>(vertex.node[k])] == Moves::kOutside)
+                share += static_cast<double>(vertex.weight[k]);
+        if (share <= 0) continue;
+        const auto motion = blend<double>(results.motions.data(), vertex.node, vertex.weight);
+        store3(apply(motion, load3<double>(vertex.position)), &results.vertices[3 * i]);
+        store3(rotate(motion, load3<double>(vertex.normal)), &results.normals[3 * i]);
+        float* covariance = &results.confidence.covariance[6 * i];
+        const double variance = pieces_[piece].variance_mm2(i);
+        for (size_t k = 0; k < 6; ++k)
+            covariance[k] =
+                static_cast<float>((1 - share) * static_cast<double>(covariance[k]) +
+                                   (k == 0 || k == 3 || k == 5 ? share * variance / 3 : 0.0));
+        results.confidence.expected_error[i] =
+            std::sqrt(covariance[0] + covariance[3] + covariance[5]);
+    }
+}
+
+}  // namespace defrec

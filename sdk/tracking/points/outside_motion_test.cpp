@@ -1,0 +1,278 @@
+// Tissue that has left the image is placed by what frames that showed it taught.
+#include "sdk/tracking/points/outside_motion.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "backends/shared/motion.hpp"
+
+namespace {
+
+using namespace defrec;
+using Eigen::Vector3d;
+
+constexpr int kColumns = 41, kRows = 31, kNodeStep = 5;
+constexpr double kSpacing = 8, kFocal = 320, kDepth = 80;  // px, px, mm
+constexpr double kStepMm = kSpacing * kDepth / kFocal;     // between vertices
+
+// A plane that fills the view, with a control point at each fifth vertex along both axes.
+TemplateData plane(double aside_mm = 0) {
+    TemplateData data;
+    data.width = 320;
+    data.height = 240;
+    data.camera = {kFocal, kFocal, 160, 120, 5};
+    data.grid.columns = kColumns;
+    data.grid.rows = kRows;
+    data.grid.spacing = kSpacing;
+    constexpr int kNodeColumns = (kColumns - 1) / kNodeStep + 1,
+                  kNodeRows = (kRows - 1) / kNodeStep + 1;
+    const auto add_place = [aside_mm](int x, int y, auto&& add) {
+        add((x * kSpacing - 160) * kDepth / kFocal + aside_mm);
+        add((y * kSpacing - 120) * kDepth / kFocal);
+        add(kDepth);
+    };
+    for (int y = 0; y < kNodeRows; ++y)
+        for (int x = 0; x < kNodeColumns; ++x)
+            add_place(x * kNodeStep, y * kNodeStep,
+                      [&](double value) { data.nodes.push_back(static_cast<float>(value)); });
+    for (int y = 0; y < kRows; ++y)
+        for (int x = 0; x < kColumns; ++x) {
+            data.grid.vertex.push_back(static_cast<int32_t>(data.vertices.size()));
+            defrec_surface_point point{};
+            int axis = 0;
+            add_place(x, y,
+                      [&](double value) { point.position[axis++] = static_cast<float>(value); });
+            point.normal[2] = -1;
+            const int left = std::min(x / kNodeStep, kNodeColumns - 2),
+                      top = std::min(y / kNodeStep, kNodeRows - 2);
+            const float u = static_cast<float>(x - left * kNodeStep) / kNodeStep,
+                        v = static_cast<float>(y - top * kNodeStep) / kNodeStep;
+            for (int k = 0; k < 4; ++k) {
+                point.node[k] = (top + k / 2) * kNodeColumns + left + k % 2;
+                point.weight[k] = (k % 2 != 0 ? u : 1 - u) * (k / 2 != 0 ? v : 1 - v);
+            }
+            data.vertices.push_back(point);
+            data.vertex_support.push_back(0);
+        }
+    return data;
+}
+
+using Place = std::function<Vector3d(const Vector3d&)>;
+
+// Frames of the plane as a tracker has them; what it says of vertices beyond right_mm is 6 mm off.
+class Frames {
+  public:
+    Frames() : surface_(std::in_place, plane()), outside_(*surface_) {
+        pieces_.resize(1);
+        pieces_[0].state = DEFREC_TRACKING;
+    }
+    const Template& surface() const { return *surface_; }
+    size_t count() const { return surface_->data().vertices.size(); }
+    Vector3d rest(size_t vertex) const {
+        return Eigen::Map<const Eigen::Vector3f>(surface_->data().vertices[vertex].position)
+            .cast<double>();
+    }
+    bool is_outside(size_t vertex) const { return samples_[vertex].observation == DEFREC_OUTSIDE; }
+    void forget() { outside_ = OutsideMotion(*surface_); }
+    // To a plane that reaches farther on one side.
+    void change_template(double aside_mm) {
+        surface_.emplace(plane(aside_mm));
+        outside_ = OutsideMotion(*surface_, outside_);
+    }
+    void lose() { pieces_[0].state = DEFREC_LOST; }
+
+    bool add(const Place& place, double right_mm = 1e9) {
+        samples_.assign(count(), {});
+        confidence_.status.assign(count(), DEFREC_POINT_OBSERVED);
+        confidence_.expected_error.assign(count(), 0.05f);
+        confidence_.covariance.assign(6 * count(), 0);
+        vertices_.clear();
+        normals_.assign(3 * count(), 0);
+        for (size_t i = 0; i < count(); ++i) {
+            Vector3d now = place(rest(i));
+            if (rest(i).x() > right_mm) {
+                samples_[i].observation = DEFREC_OUTSIDE;
+                confidence_.status[i] = DEFREC_POINT_UNKNOWN;
+                confidence_.expected_error[i] = 7;
+                now += Vector3d(6, 0, 0);
+            }
+            for (int axis = 0; axis < 3; ++axis) {
+                samples_[i].position[axis] = static_cast<float>(now[axis]);
+                vertices_.push_back(samples_[i].position[axis]);
+                confidence_.covariance[6 * i + std::array{0u, 3u, 5u}[static_cast<size_t>(axis)]] =
+                    confidence_.expected_error[i] * confidence_.expected_error[i] / 3;
+            }
+        }
+        motions_.assign(surface_->data().nodes.size() / 3,
+                        DualQuaternion<float>::identity().store());
+        return outside_.add_frame(*surface_, samples_, right_mm < 1e9, pieces_,
+                                  {motions_, vertices_, normals_, confidence_});
+    }
+    Vector3d now(size_t vertex) const {
+        return Eigen::Map<const Eigen::Vector3f>(&vertices_[3 * vertex]).cast<double>();
+    }
+    double expected_mm(size_t vertex) const {
+        return static_cast<double>(confidence_.expected_error[vertex]);
+    }
+    // Vertices some mm beyond the border of the image.
+    template <class Function>
+    void for_outside(double right_mm, const Function& function) const {
+        for (size_t i = 0; i < count(); ++i)
+            if (rest(i).x() > right_mm + 2 * kNodeStep * kStepMm) function(i);
+    }
+    double worst(const Place& place, double right_mm) const {
+        double worst = 0;
+        for_outside(right_mm,
+                    [&](size_t i) { worst = std::max(worst, (now(i) - place(rest(i))).norm()); });
+        return worst;
+    }
+    const std::vector<defrec_motion>& motions() const { return motions_; }
+
+  private:
+    std::optional<Template> surface_;
+    OutsideMotion outside_;
+    std::vector<defrec_piece> pieces_;
+    std::vector<defrec_surface_sample> samples_;
+    VertexConfidence confidence_;
+    std::vector<float> vertices_, normals_;
+    std::vector<defrec_motion> motions_;
+};
+
+Eigen::Isometry3d motion_at(double time) {
+    return Eigen::Translation3d(3 * std::sin(0.3 * time), time * 0.2, -2 * std::cos(0.2 * time)) *
+           Eigen::AngleAxisd(0.1 * std::sin(0.25 * time), Vector3d(1, 2, 0.5).normalized());
+}
+
+// Both sides breathe against each other: what the left does tells of the right.
+Place breathing(double time) {
+    return [time](const Vector3d& rest) -> Vector3d {
+        const double wave = 1.5 * std::sin(0.7 * time) * std::sin(std::numbers::pi * rest.x() / 60);
+        return motion_at(time) * (rest + Vector3d(0, 0, wave));
+    };
+}
+Place rigid(double time) {
+    return [time](const Vector3d& rest) -> Vector3d { return motion_at(time) * rest; };
+}
+
+constexpr double kRight = 0;  // half of the plane is out of the image
+
+}  // namespace
+
+TEST_CASE("tissue out of the image moves as a rigid body where all that is seen does") {
+    Frames frames;
+    CHECK_FALSE(frames.add(rigid(0)));
+    CHECK(frames.add(rigid(5), kRight));
+    CHECK(frames.worst(rigid(5), kRight) < 0.02);
+    for (int i = 6; i < 20; ++i) CHECK(frames.add(rigid(i), kRight));
+    CHECK(frames.worst(rigid(19), kRight) < 0.02);
+    frames.for_outside(kRight, [&](size_t i) { CHECK(frames.expected_mm(i) < 2); });
+}
+
+TEST_CASE("what is in the image stays as it is, to the bit, with what moves it") {
+    Frames frames;
+    REQUIRE(frames.add(breathing(3), kRight));
+    for (size_t i = 0; i < frames.count(); ++i) {
+        if (frames.is_outside(i)) continue;
+        CHECK(frames.now(i) == breathing(3)(frames.rest(i)).cast<float>().cast<double>());
+        CHECK(frames.expected_mm(i) == doctest::Approx(0.05));
+        const defrec_surface_point& vertex = frames.surface().data().vertices[i];
+        const defrec_motion still = DualQuaternion<float>::identity().store();
+        for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+            if (vertex.weight[k] > 0)
+                CHECK(std::memcmp(&frames.motions()[static_cast<size_t>(vertex.node[k])], &still,
+                                  sizeof still) == 0);
+    }
+}
+
+TEST_CASE("points of the template move as the vertices with the control points out of the image") {
+    Frames frames;
+    REQUIRE(frames.add(breathing(3), kRight));
+    frames.for_outside(kRight, [&](size_t i) {
+        const defrec_surface_point& vertex = frames.surface().data().vertices[i];
+        const auto motion = blend<double>(frames.motions().data(), vertex.node, vertex.weight);
+        const Vec3<double> now = apply(motion, load3<double>(vertex.position));
+        CHECK((Vector3d(now.x, now.y, now.z) - frames.now(i)).norm() < 1e-4);
+    });
+}
+
+TEST_CASE("what moved together while it was seen is known to do so when a part is not") {
+    Frames frames;
+    for (int i = 0; i < 40; ++i) CHECK_FALSE(frames.add(breathing(i)));
+    double learnt = 0, unlearnt = 0;
+    for (int i = 40; i < 60; ++i) {
+        REQUIRE(frames.add(breathing(i), kRight));
+        learnt = std::max(learnt, frames.worst(breathing(i), kRight));
+    }
+    for (int i = 40; i < 60; ++i) {
+        frames.forget();
+        REQUIRE(frames.add(breathing(i), kRight));
+        unlearnt = std::max(unlearnt, frames.worst(breathing(i), kRight));
+    }
+    CAPTURE(unlearnt);
+    CHECK(learnt < 0.25);
+    CHECK(unlearnt > 2 * learnt);
+}
+
+TEST_CASE("what was learnt stays when the template changes") {
+    Frames frames;
+    for (int i = 0; i < 40; ++i) frames.add(breathing(i));
+    frames.change_template(7);
+    REQUIRE(frames.add(breathing(42), kRight));
+    const double learnt = frames.worst(breathing(42), kRight);
+    frames.forget();
+    REQUIRE(frames.add(breathing(42), kRight));
+    CHECK(learnt < 0.75 * frames.worst(breathing(42), kRight));
+}
+
+TEST_CASE("expected errors out of the image hold, before anything is learnt and after") {
+    Frames frames;
+    size_t within_1 = 0, within_3 = 0, count = 0;
+    double largest = 0;
+    const auto compare = [&](int i) {
+        frames.for_outside(kRight, [&](size_t vertex) {
+            const double error = (frames.now(vertex) - breathing(i)(frames.rest(vertex))).norm();
+            within_1 += error < frames.expected_mm(vertex);
+            largest = std::max(largest, frames.expected_mm(vertex));
+            within_3 += error < 3 * frames.expected_mm(vertex);
+            ++count;
+        });
+    };
+    for (int i = 0; i < 40; ++i) {
+        if (i % 4 != 3) {
+            frames.add(breathing(i));
+            continue;
+        }
+        REQUIRE(frames.add(breathing(i), kRight));
+        compare(i);
+    }
+    CHECK(within_1 > 0.55 * static_cast<double>(count));
+    CHECK(largest < 2);
+    CHECK(within_3 > 0.985 * static_cast<double>(count));
+}
+
+TEST_CASE("of a surface that is lost, or of which a strip is seen, nothing is told") {
+    Frames frames;
+    CHECK_FALSE(frames.add(rigid(1), -38));
+    CHECK(frames.worst(rigid(1), -38) > 5);
+    CHECK(frames.add(rigid(1), kRight));
+    frames.lose();
+    CHECK_FALSE(frames.add(rigid(2), kRight));
+    CHECK(frames.worst(rigid(2), kRight) > 5);
+}
+
+TEST_CASE("vertices that are called observed and are not do not carry the rest along") {
+    const Place slipped = [](const Vector3d& rest) -> Vector3d {
+        const Vector3d slip = rest.x() > -8 && rest.y() < 0 ? Vector3d(0, 5, 3) : Vector3d(0, 0, 0);
+        return rigid(4)(rest) + slip;
+    };
+    Frames frames;
+    for (int i = 0; i < 10; ++i) frames.add(rigid(0));
+    REQUIRE(frames.add(slipped, kRight));
+    CHECK(frames.worst(rigid(4), kRight) < 3);
+}

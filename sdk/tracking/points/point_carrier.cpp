@@ -1,0 +1,315 @@
+// See point_carrier.hpp.
+#include "sdk/tracking/points/point_carrier.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <new>
+
+#include "sdk/base/os/services.hpp"
+#include "sdk/body/deep_motion.hpp"
+#include "sdk/template/surroundings.hpp"
+#include "sdk/tracking/evidence/vertex_runs.hpp"
+
+namespace defrec {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+Eigen::Vector3d as_eigen(const Vec3<double>& v) { return {v.x, v.y, v.z}; }
+Vec3<double> as_vec(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+double smooth_step(double x) {
+    const double t = std::clamp(x, 0.0, 1.0);
+    return t * t * (3 - 2 * t);
+}
+
+// By threads that help, where there are at least `fewest`.
+template <class Function>
+void for_each_point(size_t count, size_t fewest, const Services* helpers,
+                    const Function& function) {
+    constexpr size_t kRun = 128;
+    const size_t runs = (count + kRun - 1) / kRun;
+    std::atomic<bool> is_out_of_memory = false;  // loops by helpers do not throw
+    const auto do_run = [&](size_t run) {
+        try {
+            for (size_t i = run * kRun; i < std::min((run + 1) * kRun, count); ++i) function(i);
+        } catch (const std::bad_alloc&) {
+            is_out_of_memory = true;
+        }
+    };
+    if (helpers != nullptr && count >= fewest)
+        helpers->parallel_for(runs, do_run);
+    else
+        for (size_t run = 0; run < runs; ++run) do_run(run);
+    if (is_out_of_memory) throw std::bad_alloc();
+}
+
+double step_mm(const TemplateData& data, int32_t vertex) {
+    return data.grid.spacing *
+           static_cast<double>(data.vertices[static_cast<size_t>(vertex)].position[2]) /
+           data.camera.fx;
+}
+
+int32_t nearest_vertex(const Template& surface, const Body* body, const BodyPoint& in_body,
+                       const Vec3<double>& at) {
+    const TemplateData& data = surface.data();
+    if (body == nullptr) {
+        const double xyz[3] = {at.x, at.y, at.z};
+        const int32_t under = surface.vertex_at(xyz);
+        return under >= 0 ? under
+                          : static_cast<int32_t>(surface.surroundings().beside(data, at).vertex);
+    }
+    // Squares of what is very far away are not finite: any vertex does then.
+    const std::span<const Handle> handles = body->pieces()[in_body.piece].handles();
+    auto best = static_cast<int32_t>(handles[0].vertices[0]);
+    double least = std::numeric_limits<double>::infinity();
+    for (const int32_t handle : in_body.handle)
+        for (const uint32_t vertex : handles[static_cast<size_t>(handle)].vertices) {
+            const Vec3<double> d = load3<double>(data.vertices[vertex].position) - at;
+            if (dot(d, d) >= least) continue;
+            least = dot(d, d);
+            best = static_cast<int32_t>(vertex);
+        }
+    return best;
+}
+
+}  // namespace
+
+PreparedPoint prepare_point(const Template& surface, const Body* body, const double xyz[3]) {
+    constexpr double kNearSteps = 2.5, kOnSurfaceSteps = 0.5, kOnSurfaceMm = 0.1, kBlendMm = 3;
+    PreparedPoint point;
+    point.is_finite = std::isfinite(xyz[0]) && std::isfinite(xyz[1]) && std::isfinite(xyz[2]);
+    if (!point.is_finite) return point;
+    const TemplateData& data = surface.data();
+    point.at_rest = {xyz[0], xyz[1], xyz[2]};
+    const auto depth_under = [&](int32_t vertex) {
+        const defrec_surface_point& over = data.vertices[static_cast<size_t>(vertex)];
+        return -dot(point.at_rest - load3<double>(over.position), load3<double>(over.normal));
+    };
+    const int32_t under = surface.vertex_at(xyz);
+    if (under >= 0) {
+        const double step = step_mm(data, under);
+        const Vec3<double> d =
+            point.at_rest - load3<double>(data.vertices[static_cast<size_t>(under)].position);
+        point.vertex = under;
+        point.depth_mm = depth_under(under);
+        if (dot(d, d) <= kNearSteps * kNearSteps * step * step &&
+            std::abs(point.depth_mm) <= kOnSurfaceSteps * step + kOnSurfaceMm)
+            return point;
+    }
+    if (body != nullptr) point.in_body = body->find(as_eigen(point.at_rest), surface.piece_at(xyz));
+    const int32_t nearest = nearest_vertex(surface, body, point.in_body, point.at_rest);
+    if (point.vertex < 0 || std::abs(depth_under(nearest)) < std::abs(point.depth_mm))
+        point.depth_mm = depth_under(nearest);
+    point.vertex = nearest;
+    const double beneath =
+        point.depth_mm - (kOnSurfaceSteps * step_mm(data, nearest) + kOnSurfaceMm);
+    point.surface_share = 1 - smooth_step(beneath / kBlendMm);
+    return point;
+}
+
+void prepare_points(const Template& surface, const Body* body, const double* xyz,
+                    const Services* helpers, std::span<PreparedPoint> points) {
+    constexpr size_t kFewest = 256;
+    for_each_point(points.size(), kFewest, helpers,
+                   [&](size_t i) { points[i] = prepare_point(surface, body, xyz + 3 * i); });
+}
+
+namespace {
+
+// Beneath a surface without a body: points move as the least deformed part of what is seen, and
+// near the surface with that.
+class RigidBeneath {
+  public:
+    explicit RigidBeneath(const CarryingSurface& frame) {
+        const TemplateData& data = frame.surface.data();
+        constexpr size_t kEnough = 400;  // vertices of a piece
+        constexpr double kFloorMm = 0.15, kNothing = 1e-6;
+        for (size_t piece = 0; piece < data.pieces(); ++piece) {
+            std::vector<size_t> own;
+            for (size_t i = 0; i < data.vertices.size(); ++i)
+                if (frame.surface.vertex_pieces()[i] == piece) own.push_back(i);
+            const size_t step = std::max<size_t>(1, own.size() / kEnough),
+                         count = own.size() / step;
+            Eigen::Matrix3Xd rest(3, count), now(3, count);
+            Eigen::VectorXd weight(count);
+            for (size_t k = 0; k < count; ++k) {
+                const size_t i = own[k * step];
+                const auto column = static_cast<Eigen::Index>(k);
+                rest.col(column) =
+                    Eigen::Map<const Eigen::Vector3f>(data.vertices[i].position).cast<double>();
+                now.col(column) =
+                    Eigen::Map<const Eigen::Vector3f>(&frame.vertices[3 * i]).cast<double>();
+                weight[column] =
+                    evidence_of(static_cast<double>(frame.confidence.expected_error[i]));
+            }
+            if (!(weight.sum() > kNothing)) weight.setOnes();  // the surface stays where it was
+            motions_.push_back(fit_rigid_robust(rest, now, weight, kFloorMm));
+        }
+    }
+    BodyMotion::Moved move(const CarryingSurface& frame, const PreparedPoint& point) const {
+        constexpr double kFadeMm = 10;
+        const auto vertex = static_cast<size_t>(point.vertex);
+        const Eigen::Isometry3d& motion = motions_[frame.surface.vertex_pieces()[vertex]];
+        const Eigen::Vector3d
+            rest = Eigen::Map<const Eigen::Vector3f>(frame.surface.data().vertices[vertex].position)
+                       .cast<double>(),
+            left = Eigen::Map<const Eigen::Vector3f>(&frame.vertices[3 * vertex]).cast<double>() -
+                   motion * rest;
+        const double error = static_cast<double>(frame.confidence.expected_error[vertex]),
+                     evidence = evidence_of(error);
+        BodyMotion::Moved moved;
+        moved.place = motion * as_eigen(point.at_rest) +
+                      evidence * std::exp(-std::max(0.0, point.depth_mm) / kFadeMm) * left;
+        moved.surface_mm2 = error * error;
+        moved.deformation_mm2 = left.squaredNorm();
+        moved.evidence = evidence;
+        moved.activity_mm2 = left.squaredNorm();
+        return moved;
+    }
+
+  private:
+    std::vector<Eigen::Isometry3d> motions_;
+};
+
+}  // namespace
+
+struct PointCarrier::Shared {
+    std::shared_ptr<const Body> body;
+    std::optional<BodyMotion> in_body;
+    std::optional<RigidBeneath> rigid;
+};
+
+void PointCarrier::reset() { shared_.reset(); }
+
+std::shared_ptr<const PointCarrier::Shared> PointCarrier::shared(
+    const CarryingSurface& frame, const std::shared_ptr<const Body>& body,
+    const Services* helpers) const {
+    const std::lock_guard lock(mutex_);
+    if (shared_ != nullptr && shared_->body == body) return shared_;
+    auto made = std::make_shared<Shared>();
+    made->body = body;
+    if (body != nullptr)
+        made->in_body.emplace(body, SurfaceNow{frame.vertices, frame.confidence.expected_error},
+                              frame.known, helpers);
+    else
+        made->rigid.emplace(frame);
+    shared_ = made;
+    return made;
+}
+
+namespace {
+
+SurfaceConfidence surface_confidence(const CarryingSurface& frame, const PointMotion& moves,
+                                     const Vec3<double>& place, const double xyz[3]) {
+    return moves.is_beside && moves.is_near
+               ? confidence_beside(frame.confidence, moves.vertex, moves.distance_mm, place)
+               : confidence_at(frame.surface, frame.confidence, xyz);
+}
+
+// The variance of a point's error beneath the surface is a sum of shares, fitted to the scenes of
+// docs/beneath.md.
+struct ErrorShares {
+    double surface = 0.04;  // of the surface's: errors of many vertices go into one point
+    // Other bodies would make something else of the deformation that reaches the point, and of its
+    // shift against what lies deep: times the squared depth in units of depth_mm, with a constant.
+    double deformation = 0.12, shift = 0.01, constant = 0.13, depth_mm = 29, deepest_mm = 75;
+    double choice = 0.05;  // of how choices of the deep motion differ
+    double floor_mm2 = 0.0007;
+    double beyond = 0.02;  // per mm^2 beyond the body
+    // Nothing was seen of what the point depends on: of how the rest moves, and mm^2 more.
+    double activity = 1.5, unseen_mm2 = 0.25;
+};
+
+SurfaceConfidence beneath_confidence(const CarryingSurface& frame, const PreparedPoint& point,
+                                     const BodyMotion::Moved& moved) {
+    constexpr ErrorShares kShares;
+    constexpr double kLeastEvidence = 0.02, kMaxErrorMm = 10, kMaxBeyondMm = 20;
+    const auto vertex = static_cast<size_t>(point.vertex);
+    const double unseen = 1 - moved.evidence;
+    const double depths = std::clamp(point.depth_mm, 0.0, kShares.deepest_mm) / kShares.depth_mm;
+    const double of_model =
+        (kShares.constant + depths * depths) *
+            (kShares.deformation * moved.deformation_mm2 + kShares.shift * moved.shift_mm2) +
+        kShares.choice * moved.choice_mm2 + kShares.floor_mm2 +
+        unseen * unseen * (kShares.activity * moved.activity_mm2 + kShares.unseen_mm2) +
+        kShares.beyond * point.in_body.beyond_mm * point.in_body.beyond_mm;
+    const double of_surface = (frame.is_lost ? 1 : kShares.surface) * moved.surface_mm2;
+    SurfaceConfidence at;
+    at.evidence = 0;
+    at.expected_error = std::sqrt(of_surface + of_model);
+    const float* covariance = &frame.confidence.covariance[6 * vertex];
+    const double trace = static_cast<double>(covariance[0]) + static_cast<double>(covariance[3]) +
+                         static_cast<double>(covariance[5]);
+    for (size_t i = 0; i < 6; ++i)
+        at.covariance[i] = static_cast<double>(covariance[i]) * of_surface / std::max(trace, 1e-9) +
+                           (i == 0 || i == 3 || i == 5 ? of_model / 3 : 0);
+    at.status = !frame.is_lost && moved.evidence >= kLeastEvidence &&
+                        at.expected_error <= kMaxErrorMm && point.in_body.beyond_mm <= kMaxBeyondMm
+                    ? DEFREC_POINT_EXTRAPOLATED
+                    : DEFREC_POINT_UNKNOWN;
+    return at;
+}
+
+SurfaceConfidence mixed(const SurfaceConfidence& a, const SurfaceConfidence& b, double share) {
+    SurfaceConfidence at;
+    at.status = std::max(a.status, b.status);
+    at.evidence = 0;
+    for (size_t i = 0; i < 6; ++i)
+        at.covariance[i] = (1 - share) * a.covariance[i] + share * b.covariance[i];
+    at.expected_error = std::sqrt(at.covariance[0] + at.covariance[3] + at.covariance[5]);
+    return at;
+}
+
+CarriedPoint unknown_point() {
+    CarriedPoint carried;
+    carried.place = {kNaN, kNaN, kNaN};
+    return carried;
+}
+
+}  // namespace
+
+void PointCarrier::carry(const CarryingSurface& frame, std::span<const PreparedPoint> points,
+                         const std::shared_ptr<const Body>& body, const Services* helpers,
+                         const std::function<void(size_t, const CarriedPoint&)>& carried) const {
+    const auto needs_shared = [&](const PreparedPoint& point) {
+        return point.is_finite && point.surface_share < 1;
+    };
+    std::shared_ptr<const Shared> common;
+    if (std::any_of(points.begin(), points.end(), needs_shared))
+        common = shared(frame, body, helpers);
+    const auto carry_one = [&](const PreparedPoint& point) -> CarriedPoint {
+        if (!point.is_finite) {
+            CarriedPoint unknown = unknown_point();
+            const double nowhere[3] = {kNaN, kNaN, kNaN};
+            unknown.confidence = confidence_at(frame.surface, frame.confidence, nowhere);
+            std::fill_n(unknown.confidence.covariance, 6, kNaN);
+            return unknown;
+        }
+        const double share = point.surface_share;
+        CarriedPoint on_surface, beneath;
+        if (share > 0) {
+            const double xyz[3] = {point.at_rest.x, point.at_rest.y, point.at_rest.z};
+            const PointMotion moves =
+                point_motion(frame.surface, frame.motions, point.at_rest, frame.grows);
+            on_surface.place = apply(moves.motion, point.at_rest);
+            on_surface.confidence = surface_confidence(frame, moves, on_surface.place, xyz);
+            if (share >= 1) return on_surface;
+        }
+        const BodyMotion::Moved moved =
+            common->in_body ? common->in_body->move(point.in_body, as_eigen(point.at_rest))
+                            : common->rigid->move(frame, point);
+        beneath.place = as_vec(moved.place);
+        beneath.confidence = beneath_confidence(frame, point, moved);
+        if (share <= 0) return beneath;
+        return {share * on_surface.place + (1 - share) * beneath.place,
+                mixed(on_surface.confidence, beneath.confidence, 1 - share)};
+    };
+    constexpr size_t kFewest = 1024;
+    for_each_point(points.size(), kFewest, helpers,
+                   [&](size_t i) { carried(i, carry_one(points[i])); });
+}
+
+}  // namespace defrec

@@ -1,0 +1,43 @@
+// See search_range.hpp.
+#include "sdk/tracking/stages/search_range.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace defrec {
+namespace {
+
+constexpr uint32_t kStep = 16;  // of both ends
+constexpr uint32_t kMinDisparities = 48, kMaxDisparities = 256;
+
+uint32_t round_up(double disparity) {
+    return static_cast<uint32_t>(std::ceil(std::max(disparity, 1.0) / kStep)) * kStep;
+}
+
+}  // namespace
+
+SearchRange widest_search_range(const defrec_camera& camera, uint32_t width, float min_depth_mm) {
+    const double nearest = camera.fx * camera.baseline_mm / min_depth_mm;
+    return {
+        0, std::clamp(round_up(std::min(nearest, 0.45 * width)), kMinDisparities, kMaxDisparities)};
+}
+
+SearchRange narrowed_search_range(const TemplateData& data, const SearchRange& widest) {
+    const SurfaceGrid& grid = data.grid;
+    float minimum = 1e9f, maximum = 0;
+    for (size_t i = 0; i < grid.vertex.size(); ++i)
+        if (grid.vertex[i] >= 0) {
+            minimum = std::min(minimum, grid.disparity[i]);
+            maximum = std::max(maximum, grid.disparity[i]);
+        }
+    for (const GrownPart& part : data.parts) {
+        minimum = std::min(minimum, part.min_disparity);
+        maximum = std::max(maximum, part.max_disparity);
+    }
+    const uint32_t from = static_cast<uint32_t>(0.55 * minimum) / kStep * kStep;
+    const uint32_t limit = std::max(widest.disparities, round_up(maximum + 4));
+    const uint32_t to = std::min(round_up(1.6 * maximum + 4), limit);
+    return {from, std::max(to - from, kMinDisparities)};
+}
+
+}  // namespace defrec
