@@ -1144,11 +1144,11 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_lift_points(
 
 /** Moves count points template_xyz, mm, given in the template frame (a preoperative model, say) to
  *  the frame of this job, xyz. Points on the surface move with it; points beneath it are carried by
- *  the elastic body, see docs/beneath.md, and their status is never DEFREC_POINT_OBSERVED; points
- *  in front of it move with the surface behind them. For each point status (DEFREC_POINT_*) and
- *  expected_error_mm (as in defrec_result) say how far to trust it; both may be NULL. A point that
- *  is not finite comes out as NaN and DEFREC_POINT_UNKNOWN. template_xyz and xyz may be the same
- *  memory.
+ *  the elastic body, see docs/api/beneath.md, and their status is never DEFREC_POINT_OBSERVED;
+ *  points in front of it move with the surface behind them. For each point status (DEFREC_POINT_*)
+ *  and expected_error_mm (as in defrec_result) say how far to trust it; both may be NULL. A point
+ *  that is not finite comes out as NaN and DEFREC_POINT_UNKNOWN. template_xyz and xyz may be the
+ *  same memory.
  *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it
  *  failed.
  *  @threads any @since 1.0 */

@@ -10,7 +10,7 @@
  *  leaves its outputs alone when it fails. What a table creates, the same table destroys; no memory
  *  crosses the border to be freed on the other side. Parameters arrive checked and with every
  *  default filled in; records and parameters are those of defrec_c.h, and docs/stages.md defines
- *  each stage, its buffers and their order. docs/plugins.md tells how to write a plugin.
+ *  each stage, its buffers and their order. docs/backends/plugins.md tells how to write a plugin.
  */
 #ifndef DEFREC_PLUGIN_H
 #define DEFREC_PLUGIN_H

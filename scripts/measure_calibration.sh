@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Tracks scenes that are hard to judge, every reference sequence, and sequences given as folders,
-# and prints as a markdown table how far expected errors hold (docs/benchmarks.md). Below it stand
-# the sequences whose expected errors do not, by the bands of `defrec score --calibrated`.
+# and prints as a markdown table how far expected errors hold, as in
+# docs/experiments/2026-11-26-expected-error.md. Below it stand the sequences whose expected errors
+# do not, by the bands of `defrec score --calibrated`.
 #   scripts/measure_calibration.sh [--backend NAME] [FOLDER...]
 # FOLDER: left/ right/ calibration.yaml points.csv truth.csv
 # Sequences are rendered once into out/calibration and out/sequences and kept; delete a folder after

@@ -1,5 +1,5 @@
 // Prints how stage lm of the CPU backend converges, control points solved together against each by
-// itself: markdown tables for docs/benchmarks.md. Usage: defrec_lm_convergence
+// itself: the tables of docs/experiments/2026-11-21-lm-convergence.md. Usage: defrec_lm_convergence
 #include <cstdio>
 #include <ctime>
 

@@ -1,5 +1,5 @@
-// Compares the features of the stage orb with those of cv::ORB and prints docs/benchmarks.md's
-// table "ORB quality".
+// Compares the features of the stage orb with those of cv::ORB and prints the table of
+// docs/experiments/2026-11-21-orb-quality.md.
 //
 // usage: defrec_orb_quality DATA SCENES [FEATURES]     DATA: the shared data; SCENES: a folder of
 // rendered scenes

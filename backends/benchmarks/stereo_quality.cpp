@@ -1,7 +1,8 @@
-// Prints how the disparity of the CPU backend compares with OpenCV's StereoSGBM: a markdown table
-// for docs/benchmarks.md. Usage: defrec_stereo_quality SHARED_DATA [SCENES [MAPS]] - folders of
-// real data and of rendered scenes with disparity/*.png (256 x px); with MAPS, colour-mapped
-// disparities are written there. SCENES may be "-".
+// Prints how the disparity of the CPU backend compares with OpenCV's StereoSGBM: the table of
+// docs/experiments/2026-11-25-stereo-quality.md.
+// Usage: defrec_stereo_quality SHARED_DATA [SCENES [MAPS]] - folders of real data and of rendered
+// scenes with disparity/*.png (256 x px); with MAPS, colour-mapped disparities are written there.
+// SCENES may be "-".
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -1,5 +1,5 @@
 # Builds for 64-bit Windows on another machine, with Debian's g++-mingw-w64-x86-64-posix and a prefix of libraries
-# (scripts/make_windows_prefix.sh). Programs of the build's tests run by Wine. docs/windows.md says how.
+# (scripts/make_windows_prefix.sh). Programs of the build's tests run by Wine. docs/deployment/windows.md says how.
 #   cmake --preset windows -DDEFREC_WINDOWS_PREFIX=<folder>, or the environment's DEFREC_WINDOWS_PREFIX
 set(CMAKE_SYSTEM_NAME Windows)
 set(CMAKE_SYSTEM_PROCESSOR x86_64)

@@ -1,5 +1,5 @@
 // The check of a submitted report: is it complete, and does it say what it would say if nobody had
-// edited it. docs/conformance.md says what this cannot show.
+// edited it. docs/backends/conformance.md says what this cannot show.
 #pragma once
 #include <filesystem>
 #include <functional>

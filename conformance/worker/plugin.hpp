@@ -16,7 +16,7 @@
 namespace defrec::conformance {
 
 // What the files say, checked as the library does before it loads a plugin (rules P2 to P7 of
-// docs/plugins.md).
+// docs/backends/plugins.md).
 struct PluginFiles {
     std::string manifest;  // absolute path
     std::string library;   // absolute path

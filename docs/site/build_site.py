@@ -76,11 +76,11 @@ def faults(site, guides):
 
 
 def faults_of_samples(root):
-    guide = (root / "docs" / "samples.md").read_text()
+    guide = (root / "docs" / "api" / "samples.md").read_text()
     for sample in sorted((root / "samples").glob("*/*")):
         if (
             sample.suffix in (".c", ".h", ".cs", ".py")
-            and f"](../{sample.relative_to(root)})" not in guide
+            and f"](../../{sample.relative_to(root)})" not in guide
         ):
             yield f"samples.md: {sample.name} is not named"
 

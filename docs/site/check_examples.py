@@ -3,7 +3,7 @@
 linked too, and run where a block `output` follows, which they must print. A fragment is put into a
 function, or, if it defines some, into a file; example_names.h declares what it uses without
 declaring it. Whole programs in C# are compiled as well, and blocks in Python as far as Python
-compiles. Blocks in CMake must ask for this version. The names in the table of languages.md must
+compiles. Blocks in CMake must ask for this version. The names in the table of names.md must
 exist in the header, in the C# assembly's comments and in the Python package.
 
 usage: check_examples.py ROOT COMPILER LIBRARY_FOLDER MCS DEFREC_DLL WORK_FOLDER
@@ -119,7 +119,7 @@ class Examples:
 
 
 def check_names(root, library, assembly):
-    """Checks the names in the columns C, C# and Python of languages.md; returns their number."""
+    """Checks the names in the columns C, C# and Python of names.md; returns their number."""
     contract = json.loads((root / "sdk" / "contract" / "contract.json").read_text())
     kinds = ("handles", "callbacks", "structs", "functions")
     header = {"defrec_status"} | {each["name"] for kind in kinds for each in contract[kind]}
@@ -129,13 +129,13 @@ def check_names(root, library, assembly):
     columns = ["C", "C#", "Python"]
     known = {"C": header.__contains__, "C#": set(comments).__contains__}
     names = {column: set() for column in columns}
-    rows = re.findall(r"^\|(?!--).*\|$", (root / "docs" / "languages.md").read_text(), re.M)[1:]
+    rows = re.findall(r"^\|(?!--).*\|$", (root / "docs" / "languages" / "names.md").read_text(), re.M)[1:]
     for row in rows:
         for column, cell in zip(columns, row.split("|")[2:5]):
             names[column].update(re.findall(r"`([A-Z]\w+(?:\.\w+)?|defrec_\w+|library_\w+)`", cell))
     for column, is_known in known.items():
         if unknown := sorted(name for name in names[column] if not is_known(name)):
-            sys.exit(f"languages.md: no {column}: {unknown}")
+            sys.exit(f"names.md: no {column}: {unknown}")
     program = "import defrec\nfor name in {!r}:\n    eval('defrec.' + name)".format(
         sorted(names["Python"])
     )

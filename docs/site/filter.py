@@ -13,6 +13,7 @@ import sys
 DOCS = pathlib.Path(__file__).resolve().parent.parent
 INCLUDE = DOCS.parent / "include"
 SAMPLES = DOCS.parent / "samples"
+SAMPLES_GUIDE = DOCS / "api" / "samples.md"
 CONTRACT = json.loads((DOCS.parent / "sdk" / "contract" / "contract.json").read_text())
 PARENTS = {
     "start.md": "",
@@ -75,7 +76,9 @@ def filter_header(text):
             lambda m: ("#" if m[0] in constants else "") + m[0],
             match[0],
         )
-        return re.sub(r"\bdocs/(\w+)\.md\b", r"@ref \1", comment)
+        return re.sub(
+            r"\bdocs/([\w/]+)\.md\b", lambda m: "@ref " + m[1].replace("/", "_"), comment
+        )
 
     text = re.sub(r"/\*\*.*?\*/", link, text, flags=re.S)
     # The tags of defaults, ranges and units read as words.
@@ -97,7 +100,7 @@ def range_words(match):
 
 def shown_samples():
     """The files that samples.md links to; the site shows them on that page."""
-    links = re.findall(r"\]\(\.\./samples/([^)]+)\)", (DOCS / "samples.md").read_text())
+    links = re.findall(r"\]\(\.\./\.\./samples/([^)]+)\)", SAMPLES_GUIDE.read_text())
     return [pathlib.PurePath(link) for link in dict.fromkeys(links)]
 
 
@@ -133,7 +136,7 @@ class Guide:
                 line,
             )
             lines.append(line if in_code or line.startswith("    ") else self.filter_line(line))
-        if self.path.name == "samples.md":
+        if self.path == SAMPLES_GUIDE:
             for sample in self.samples:
                 lines += ["", f"## {sample} {{#{sample_id(sample)}}}", f"@include {sample}"]
         return "\n".join(lines) + "\n"

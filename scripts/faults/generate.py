@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes docs/faults.md from the faults in rows.py and the tests that bear their numbers.
+"""Writes docs/safety/faults.md from the faults in rows.py and the tests that bear their numbers.
 
 usage: generate.py            writes the page where it is stale
        generate.py --verify   writes nothing, and fails where it is stale
@@ -18,7 +18,7 @@ sys.path.insert(0, str(ROOT / "scripts"))
 from test_names import test_names  # noqa: E402
 
 FOLDERS = ("backends", "conformance", "plugins", "sdk")
-PAGE = ROOT / "docs" / "faults.md"
+PAGE = ROOT / "docs" / "safety" / "faults.md"
 NUMBERS = re.compile(r"rows? (\d+(?:(?:, | and |-| to )\d+)*):")
 
 HEAD = """# Faults and how they are answered
@@ -87,9 +87,9 @@ def main():
     if PAGE.exists() and PAGE.read_text() == made:
         return
     if verify:
-        sys.exit("docs/faults.md is stale; run scripts/faults/generate.py")
+        sys.exit("docs/safety/faults.md is stale; run scripts/faults/generate.py")
     PAGE.write_text(made)
-    print("docs/faults.md")
+    print("docs/safety/faults.md")
 
 
 if __name__ == "__main__":

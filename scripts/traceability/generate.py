@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes docs/traceability.md: requirements, functions and stages, each with its tests.
+"""Writes docs/safety/traceability.md: requirements, functions and stages, each with its tests.
 
 usage: generate.py            writes the page where it is stale
        generate.py --verify   writes nothing, and fails where it is stale
@@ -7,6 +7,7 @@ Fails as well where a requirement names a test that is not there, or a function 
 """
 import argparse
 import json
+import os
 import pathlib
 import re
 import sys
@@ -17,7 +18,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 from test_names import test_names  # noqa: E402
 
-PAGE = ROOT / "docs" / "traceability.md"
+PAGE = ROOT / "docs" / "safety" / "traceability.md"
 STAGE = re.compile(r"DEFREC_STAGE_([A-Z]+)$")
 
 HEAD = """# Requirements, functions and their tests
@@ -36,6 +37,11 @@ def require(condition, problem):
         sys.exit(f"traceability: {problem}")
 
 
+def link(definition):
+    """A page of docs/ as seen from the page that is written."""
+    return os.path.relpath(ROOT / "docs" / definition, PAGE.parent)
+
+
 def requirements():
     """Rows of the tables of requirements, by their titles."""
     known, numbers = {}, set()
@@ -50,7 +56,7 @@ def requirements():
                 if path not in known:
                     known[path] = set(test_names(ROOT / path)) if (ROOT / path).is_file() else set()
                 require(name in known[path], f'{number}: {path} has no test "{name}"')
-            heads = [f"{number} | {text} | [{pathlib.Path(definition).stem}]({definition})"] + ["| |"] * (len(tests) - 1)
+            heads = [f"{number} | {text} | [{pathlib.Path(definition).stem}]({link(definition)})"] + ["| |"] * (len(tests) - 1)
             table += [f"| {head} | {name} | `{path}` |" for head, (path, name) in zip(heads, tests)]
         yield title, table
 
@@ -70,7 +76,7 @@ def stages(contract):
         files = [f"docs/stages/{stage}.md", f"backends/agreement/{stage}_test.cpp", f"conformance/cases/stage/{stage}_cases.cpp"]
         for file in files:
             require((ROOT / file).is_file(), f"{file} of stage {stage} is not there")
-        yield f"| {stage} | [{stage}](stages/{stage}.md) | `{files[1]}` | `{files[2]}` |"
+        yield f"| {stage} | [{stage}]({link(f'stages/{stage}.md')}) | `{files[1]}` | `{files[2]}` |"
 
 
 def page():
@@ -92,9 +98,9 @@ def main():
     made = page()
     if PAGE.exists() and PAGE.read_text() == made:
         return
-    require(not verify, "docs/traceability.md is stale; run scripts/traceability/generate.py")
+    require(not verify, "docs/safety/traceability.md is stale; run scripts/traceability/generate.py")
     PAGE.write_text(made)
-    print("docs/traceability.md")
+    print("docs/safety/traceability.md")
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ class BodyMotion {
 
     struct Moved {
         Eigen::Vector3d place = Eigen::Vector3d::Zero();
-        // The expected error is made of these; docs/beneath.md says how.
+        // The expected error is made of these; docs/api/beneath.md says how.
         double surface_mm2 = 0;      // mean squared error of the surface that it depends on
         double deformation_mm2 = 0;  // of that surface, mean square about its own mean
         double shift_mm2 = 0;        // of that surface's mean against what lies deep

@@ -1,4 +1,4 @@
-// Frames as OpenIGTLink messages. What is sent and under which names: docs/live_link.md.
+// Frames as OpenIGTLink messages. What is sent and under which names: docs/program/live_link.md.
 #pragma once
 
 #include <string>

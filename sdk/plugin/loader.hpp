@@ -22,7 +22,7 @@ constexpr uint32_t kMinTableSize = offsetof(defrec_plugin, host_alloc);
 constexpr size_t kMaxDevices = 64;  // of one plugin
 
 // A plugin's instance for one context: its table, the host that it was given and its devices. Shut
-// down by the destructor; the code stays in the process (docs/plugins.md says why).
+// down by the destructor; the code stays in the process (docs/backends/plugins.md says why).
 class LoadedPlugin {
   public:
     struct DeviceEntry {

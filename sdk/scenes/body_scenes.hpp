@@ -1,5 +1,5 @@
 // The scenes whose tissue is an elastic body, with targets beneath its surface.
-// docs/reference_sequences.md describes them.
+// docs/program/reference_sequences.md describes them.
 #pragma once
 
 #include <vector>

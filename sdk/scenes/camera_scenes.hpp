@@ -1,4 +1,4 @@
-// The scenes in which the camera moves far. docs/reference_sequences.md describes them.
+// The scenes in which the camera moves far. docs/program/reference_sequences.md describes them.
 #pragma once
 
 #include "sdk/scenes/scene_setting.hpp"

@@ -1,5 +1,5 @@
-// The scenes in which tissue is touched hard or cut, or lies in lobes. docs/reference_sequences.md
-// describes them.
+// The scenes in which tissue is touched hard or cut, or lies in lobes.
+// docs/program/reference_sequences.md describes them.
 #pragma once
 
 #include "sdk/scenes/scene_setting.hpp"

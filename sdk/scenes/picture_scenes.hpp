@@ -1,5 +1,5 @@
-// The scenes that are hard because of the picture or the rig. docs/reference_sequences.md describes
-// them.
+// The scenes that are hard because of the picture or the rig. docs/program/reference_sequences.md
+// describes them.
 #pragma once
 
 #include "sdk/scenes/scene_setting.hpp"

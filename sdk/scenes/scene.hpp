@@ -1,4 +1,4 @@
-// The reference scenes: what moves and when. docs/reference_sequences.md says why.
+// The reference scenes: what moves and when. docs/program/reference_sequences.md says why.
 #pragma once
 
 #include <Eigen/Core>

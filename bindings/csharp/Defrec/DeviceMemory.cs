@@ -5,7 +5,7 @@ namespace Defrec
 {
     /// <summary>
     /// The caller's memory, in which a tracker's device works without a copy. The memory stays the caller's, and must outlive this object and
-    /// every job that was given it. Import once what frames use in turn: it allocates. Any thread. docs/device_memory.md tells more.
+    /// every job that was given it. Import once what frames use in turn: it allocates. Any thread. docs/api/device_memory.md tells more.
     /// </summary>
     public sealed unsafe class DeviceMemory : IDisposable
     {

@@ -7,7 +7,7 @@ using NUnit.Framework;
 namespace Defrec.Tests
 {
     /// <summary>
-    /// Row 50 of docs/faults.md: memory runs out at any one allocation of the library, from context to template file, on every backend.
+    /// Row 50 of docs/safety/faults.md: memory runs out at any one allocation of the library, from context to template file, on every backend.
     /// LD_PRELOAD is bindings/memory_faults. DEFREC_TEST_ALLOCATION_STEP: one allocation in so many fails.
     /// </summary>
     [TestFixture]

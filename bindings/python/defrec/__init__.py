@@ -1,4 +1,4 @@
-"""defrec recovers, in real time, how a tissue surface deforms in stereo video. docs/python.md is the guide.
+"""defrec recovers, in real time, how a tissue surface deforms in stereo video. docs/languages/python.md is the guide.
 
     for frame in defrec.track("left/", "right/", "calibration.yaml"):
         print(frame)                                    # state, points, expected error

@@ -1,4 +1,4 @@
-"""Memory that a tracker's device works in, instead of copies: docs/device_memory.md."""
+"""Memory that a tracker's device works in, instead of copies: docs/api/device_memory.md."""
 from __future__ import annotations
 
 from typing import Any, Sequence, Tuple

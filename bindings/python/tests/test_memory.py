@@ -1,4 +1,4 @@
-"""Row 50 of docs/faults.md: memory runs out at any one allocation of the library, from context to template file.
+"""Row 50 of docs/safety/faults.md: memory runs out at any one allocation of the library, from context to template file.
 
 LD_PRELOAD, from the environment, is bindings/memory_faults. DEFREC_TEST_ALLOCATION_STEP: one allocation in so many fails, on every backend.
 """

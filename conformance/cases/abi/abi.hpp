@@ -1,5 +1,5 @@
-// The abi tier: what docs/plugins.md and include/defrec_plugin.h promise of any plugin. One file
-// for each part of the tables.
+// The abi tier: what docs/backends/plugins.md and include/defrec_plugin.h promise of any plugin.
+// One file for each part of the tables.
 #pragma once
 #include <functional>
 #include <utility>

@@ -9,7 +9,7 @@
 namespace defrec::conformance {
 
 struct SequenceRequest {
-    std::string scene;  // of docs/reference_sequences.md
+    std::string scene;  // of docs/program/reference_sequences.md
     uint32_t width = 0, height = 0, frames = 0;
     bool grows = false;  // the template that follows it
 

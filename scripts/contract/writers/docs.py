@@ -64,7 +64,7 @@ def parts(contract, root):
         stage = struct.name.removeprefix("defrec_").removesuffix("_params")
         fields = [field for field in struct.fields if not field.is_hidden]
         made[f"docs/stages/{stage}.md"] = [(f"<!-- {struct.name}, by scripts/contract/generate.py -->", END, table(fields))]
-    made["docs/track.md"] = [("<!-- defrec_tracker_desc, by scripts/contract/generate.py -->", END, table(options(contract), contract))]
+    made["docs/program/track.md"] = [("<!-- defrec_tracker_desc, by scripts/contract/generate.py -->", END, table(options(contract), contract))]
     return made
 
 

@@ -1,4 +1,4 @@
-// Checks of the images and frames that an application hands in (docs/abi.md).
+// Checks of the images and frames that an application hands in (docs/api/abi.md).
 #pragma once
 #include <cstdint>
 

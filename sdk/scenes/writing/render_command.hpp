@@ -1,5 +1,5 @@
-// `defrec render`: writes reference sequences with exact truth (docs/reference_sequences.md). The
-// interface that the program's main function uses; nothing here knows of the tracker.
+// `defrec render` writes the reference sequences of docs/program/reference_sequences.md with exact
+// truth. The interface that the program's main function uses; nothing here knows of the tracker.
 #pragma once
 
 #include <cstdint>

@@ -18,8 +18,8 @@ namespace defrec {
 namespace {
 
 // The variance of a vertex's error is a sum of what each kind of evidence leaves open, each times a
-// share that was fitted to rendered sequences with exact truth; docs/tracker.md says how. Across
-// the ray, both directions together:
+// share that was fitted to rendered sequences with exact truth; docs/tracker/states.md says how.
+// Across the ray, both directions together:
 constexpr float kPatchShare = 0.46f;  // of the squared distance of patches, at the vertex's depth
 constexpr float kCheckShare = 0.38f;  // of the squared distance at which the check fits best
 constexpr float kMismatchShare = 0.14f;  // px^2, of 1 - ZNCC there

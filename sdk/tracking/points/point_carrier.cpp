@@ -210,7 +210,7 @@ SurfaceConfidence surface_confidence(const CarryingSurface& frame, const PointMo
 }
 
 // The variance of a point's error beneath the surface is a sum of shares, fitted to the scenes of
-// docs/beneath.md.
+// docs/api/beneath.md.
 struct ErrorShares {
     double surface = 0.04;  // of the surface's: errors of many vertices go into one point
     // Other bodies would make something else of the deformation that reaches the point, and of its

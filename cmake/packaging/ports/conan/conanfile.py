@@ -48,7 +48,7 @@ class DefrecConan(ConanFile):
 
     def validate(self):
         if self.settings.os != "Linux":
-            raise ConanInvalidConfiguration("defrec is built for Linux here; docs/windows.md says how for Windows")
+            raise ConanInvalidConfiguration("defrec is built for Linux here; docs/deployment/windows.md says how for Windows")
 
     def generate(self):
         toolchain = CMakeToolchain(self, generator="Ninja")
