@@ -941,53 +941,118 @@ enum {
 };
 /** Reasons for a state, a mask; also with a frame that is tracked. */
 enum {
-    DEFREC_REASON_DARK           = 1u << 0,  /**< left or right image black */
-    DEFREC_REASON_SATURATED      = 1u << 1,  /**< left or right image mostly white */
-    DEFREC_REASON_NO_TEXTURE     = 1u << 2,  /**< both images without contrast */
-    DEFREC_REASON_FEW_MATCHES    = 1u << 3,  /**< few features agree with the template's landmarks;
-                                                  no harm while patches are found */
-    DEFREC_REASON_OCCLUDED       = 1u << 4,  /**< something lies in front of a good part of the
-                                                  surface */
-    DEFREC_REASON_LARGE_RESIDUAL = 1u << 5,  /**< measured depth and the surface lie far apart */
-    DEFREC_REASON_FAST_MOTION    = 1u << 6,  /**< half of the surface moved more than 5 mm since the
-                                                  frame before */
-    DEFREC_REASON_OUT_OF_VIEW    = 1u << 7,  /**< most of the surface lies outside the image */
-    DEFREC_REASON_NO_DEPTH       = 1u << 8,  /**< no disparity on most of the surface, or too little
-                                                  for a template */
-    DEFREC_REASON_ONE_VIEW       = 1u << 9,  /**< one image is black and the other is not */
+    DEFREC_REASON_DARK           = 1u << 0,  /**< left or right image is black
+                                                  @effect lost
+                                                  @remedy check light, shutter and cable */
+    DEFREC_REASON_SATURATED      = 1u << 1,  /**< left or right image is mostly white
+                                                  @effect lost
+                                                  @remedy check exposure and distance */
+    DEFREC_REASON_NO_TEXTURE     = 1u << 2,  /**< both images have hardly any contrast
+                                                  @remedy look whether the lens is covered or no
+                                                  tissue is in view */
+    DEFREC_REASON_FEW_MATCHES    = 1u << 3,  /**< few features agree with the template's
+                                                  landmarks; no harm while patches are found
+                                                  @remedy nothing while tracked; after a long
+                                                  time a new template */
+    DEFREC_REASON_OCCLUDED       = 1u << 4,  /**< something lies in front of a quarter of the
+                                                  surface
+                                                  @effect degraded
+                                                  @remedy move the instrument; give ignore of
+                                                  defrec_frame where it is known */
+    DEFREC_REASON_LARGE_RESIDUAL = 1u << 5,  /**< measured depth and the surface lie more than
+                                                  1 mm apart on average
+                                                  @effect degraded
+                                                  @remedy tissue was cut or is covered: a new
+                                                  template if it lasts */
+    DEFREC_REASON_FAST_MOTION    = 1u << 6,  /**< half of the surface moved more than 5 mm since
+                                                  the frame before
+                                                  @remedy nothing; if frames are dropped, drop
+                                                  fewer */
+    DEFREC_REASON_OUT_OF_VIEW    = 1u << 7,  /**< half of the surface lies outside the image
+                                                  @effect degraded
+                                                  @remedy move the camera back */
+    DEFREC_REASON_NO_DEPTH       = 1u << 8,  /**< no disparity on half of the surface, or too
+                                                  little for a template
+                                                  @effect degraded, or no template
+                                                  @remedy check focus and distance to the tissue:
+                                                  min_depth_mm of defrec_tracker_desc */
+    DEFREC_REASON_ONE_VIEW       = 1u << 9,  /**< one image is black and the other is not
+                                                  @effect lost
+                                                  @remedy check cable and video input of that
+                                                  view */
     DEFREC_REASON_FROZEN         = 1u << 10, /**< the same pixels as the frame before, in all of
                                                   the picture, or in a part of it while the rest
-                                                  moves */
-    DEFREC_REASON_GAP            = 1u << 11, /**< time since the last frame is more than twice the
-                                                  usual */
-    DEFREC_REASON_VIEWS_SWAPPED  = 1u << 12, /**< left and right seem to be exchanged */
-    DEFREC_REASON_LOW_CONTRAST   = 1u << 13, /**< smoke, blur, a wet lens: few patches are found */
-    DEFREC_REASON_VIEW_LATE      = 1u << 14, /**< left and right view were taken at different times
-                                                  @since 1.1 */
-    DEFREC_REASON_CALIBRATION    = 1u << 15, /**< left and right rows do not agree, or the right
-                                                  view slipped sideways: the calibration is not
-                                                  that of the cameras @since 1.1 */
-    DEFREC_REASON_TEMPLATE_GREW  = 1u << 16, /**< from this frame on the template has more vertices:
-                                                  tissue joined @since 1.1 */
-    DEFREC_REASON_TEMPLATE_FULL  = 1u << 17, /**< the template grows no more: see max_vertices
-                                                  @since 1.1 */
+                                                  moves
+                                                  @effect a part: degraded, nothing is observed
+                                                  there
+                                                  @remedy check the video source */
+    DEFREC_REASON_GAP            = 1u << 11, /**< time since the last frame is more than twice
+                                                  the usual
+                                                  @remedy look for frames that are missing
+                                                  upstream */
+    DEFREC_REASON_VIEWS_SWAPPED  = 1u << 12, /**< left and right seem to be exchanged: there is
+                                                  no depth for a template, or the surface is lost
+                                                  without depth, and exchanged images would give
+                                                  it
+                                                  @effect no template, or lost
+                                                  @remedy exchange left and right */
+    DEFREC_REASON_LOW_CONTRAST   = 1u << 13, /**< few of the patches that are expected are found:
+                                                  smoke, blur, a wet lens
+                                                  @effect degraded
+                                                  @remedy clean the lens, wait for the smoke to
+                                                  clear */
+    DEFREC_REASON_VIEW_LATE      = 1u << 14, /**< left and right view were taken at different
+                                                  times: view_lag_frames
+                                                  @effect expected errors grow; depth is not used
+                                                  where the lag spoils it
+                                                  @remedy synchronise the grabber; pair the views
+                                                  by their times @since 1.1 */
+    DEFREC_REASON_CALIBRATION    = 1u << 15, /**< left and right rows do not agree
+                                                  (vertical_offset_px, roll_deg, focal_ratio), or
+                                                  the right view slipped sideways: the
+                                                  calibration is not that of the cameras
+                                                  @effect degraded, expected errors grow
+                                                  @remedy calibrate anew; until then
+                                                  self_calibration can correct it @since 1.1 */
+    DEFREC_REASON_TEMPLATE_GREW  = 1u << 16, /**< from this frame on the template has more
+                                                  vertices: tissue joined
+                                                  @remedy take the triangles again:
+                                                  defrec_job_get_template() @since 1.1 */
+    DEFREC_REASON_TEMPLATE_FULL  = 1u << 17, /**< the template has reached its limit and grows no
+                                                  more
+                                                  @remedy set max_vertices higher, or capture a
+                                                  new template @since 1.1 */
     DEFREC_REASON_COARSE         = 1u << 18, /**< for want of time the surface was not refined in
                                                   the images' full size, or not searched widely
-                                                  @since 1.1 */
-    DEFREC_REASON_UNCHECKED      = 1u << 19, /**< for want of time the surface was not compared with
-                                                  the image: no vertex counts as observed @since
-                                                  1.1 */
-    DEFREC_REASON_OVERDUE        = 1u << 20, /**< done after its deadline @since 1.1 */
-    DEFREC_REASON_CUT            = 1u << 21, /**< from this frame on the template is parted along a
-                                                  line where tissue came apart: see cut_points of
-                                                  defrec_template_info @since 1.1 */
+                                                  @effect degraded
+                                                  @remedy a faster device, smaller images, a
+                                                  later deadline @since 1.1 */
+    DEFREC_REASON_UNCHECKED      = 1u << 19, /**< for want of time the surface was not compared
+                                                  with the image: no vertex counts as observed
+                                                  @effect degraded, all vertices are unknown
+                                                  @remedy as for DEFREC_REASON_COARSE @since 1.1 */
+    DEFREC_REASON_OVERDUE        = 1u << 20, /**< done after its deadline
+                                                  @remedy as for DEFREC_REASON_COARSE @since 1.1 */
+    DEFREC_REASON_CUT            = 1u << 21, /**< from this frame on the template is parted along
+                                                  a line where tissue came apart: see cut_points
+                                                  of defrec_template_info
+                                                  @effect vertices beside the line without any
+                                                  evidence are unknown
+                                                  @remedy take the triangles again:
+                                                  defrec_job_get_template() @since 1.1 */
     DEFREC_REASON_PIECE_LOST     = 1u << 22, /**< a piece of the surface is not found where it is
-                                                  expected in the image, others are: see pieces of
-                                                  defrec_result @since 1.1 */
+                                                  expected in the image, others are: see pieces
+                                                  of defrec_result
+                                                  @effect vertices of the piece are unknown
+                                                  @remedy show which part is lost; go on with the
+                                                  others @since 1.1 */
     DEFREC_REASON_INTERLACED     = 1u << 23, /**< an image's rows alternate between two times, as
-                                                  those of video that was not deinterlaced: no
-                                                  vertex counts as observed, and no template is
-                                                  made @since 1.1 */
+                                                  those of video that was not deinterlaced
+                                                  @effect degraded, no vertex counts as observed;
+                                                  no template, or lost where nothing is tracked
+                                                  @remedy a progressive mode of the camera or the
+                                                  capture card, or a filter that deinterlaces
+                                                  @since 1.1 */
     DEFREC_REASON_ONE_EYE        = 1u << 9,  /**< deprecated: the earlier name of
                                                   DEFREC_REASON_ONE_VIEW */
     DEFREC_REASON_EYES_SWAPPED   = 1u << 12  /**< deprecated: the earlier name of
@@ -1012,7 +1077,7 @@ enum {
 enum { DEFREC_MAX_TIMED_STAGES = 16 /**< entries of defrec_result's times */ };
 /** How long one step of a frame took. Frozen. */
 typedef struct defrec_stage_time {
-    const char *name;         /**< static storage */
+    const char *name;         /**< of the step; static storage */
     double      milliseconds; /**< see timed of defrec_tracker_desc */
 } defrec_stage_time;
 
@@ -1041,52 +1106,62 @@ enum {
  *  counts 0. */
 typedef struct defrec_result {
     uint32_t struct_size;    /**< see DEFREC_INIT */
-    uint32_t state;          /**< DEFREC_INITIALISING ... */
-    uint32_t reasons;        /**< DEFREC_REASON_* */
+    uint32_t state;          /**< DEFREC_INITIALISING ...: what became of the frame */
+    uint32_t reasons;        /**< DEFREC_REASON_*: why it is not better */
     uint32_t epoch;          /**< counts templates and relocalisations; 0 without a template */
-    int64_t  timestamp_ns;   /**< the frame's */
+    int64_t  timestamp_ns;   /**< of the frame, as submitted */
     uint64_t frame;          /**< counts submitted frames from 0 */
     uint32_t age;            /**< frames since the geometry was last supported by evidence */
-    uint32_t features;       /**< found in the left image */
+    uint32_t features;       /**< features found in the left image */
     uint32_t matches;        /**< of them matched to landmarks, with depth */
     uint32_t inliers;        /**< of them preselected */
-    uint32_t patches;        /**< found by guided search */
+    uint32_t patches;        /**< patches found by guided search */
     float    observed_share; /**< 0..1 of the vertices inside the image */
     /** Mean |depth residual| of the vertices whose depth agrees. */
     float mean_residual_mm;
     /** RMS distance between found and deformed patches */
     float patch_residual_px;
-    /** Rectified camera from template frame, 3x4 row-major: best rigid fit of all vertices. */
+    /** Rectified camera from template frame, row-major: best rigid fit of all vertices.
+     *  @components 3x4 */
     double               rigid_motion[12];
     const defrec_motion *motions;        /**< per control point, rectified camera from template
-                                              frame */
-    const float         *node_positions; /**< xyz per control point, now, mm */
+                                              frame @count node_count */
+    const float         *node_positions; /**< xyz per control point, now, rectified camera, mm
+                                              @count node_count @components 3 */
     uint64_t             node_count;     /**< control points */
-    const float         *vertices;       /**< xyz per template vertex, rectified camera, mm */
+    const float         *vertices;       /**< xyz per template vertex, rectified camera, mm
+                                              @count vertex_count @components 3 */
     const float         *normals;        /**< xyz per template vertex, unit length, towards the
-                                              camera */
-    const uint8_t       *vertex_status;  /**< DEFREC_POINT_* per template vertex */
+                                              camera @count vertex_count @components 3 */
+    const uint8_t       *vertex_status;  /**< DEFREC_POINT_* per template vertex: how far to trust
+                                              it @count vertex_count */
     /** Root mean square of the 3D error to be expected, per template vertex: the root of the trace
      *  of vertex_covariance. Of all vertices of a status over a sequence, 55 to 85 % have an error
      *  within it, at least 93 % within twice and at least 98.5 % within three times it, unless
-     *  reasons say otherwise. */
+     *  reasons say otherwise. @count vertex_count */
     const float                    *expected_error_mm;
     uint64_t                        vertex_count;       /**< template vertices */
-    const defrec_landmark          *landmarks;          /**< of the template */
-    const defrec_match             *landmark_matches;   /**< one per landmark; weight 0: outlier */
+    const defrec_landmark          *landmarks;          /**< landmarks of the template
+                                                             @count landmark_count */
+    const defrec_match             *landmark_matches;   /**< one per landmark; weight 0: outlier
+                                                             @count landmark_count */
     uint64_t                        landmark_count;     /**< landmarks and their matches */
-    const defrec_patch_observation *patch_observations; /**< one per template patch */
+    const defrec_patch_observation *patch_observations; /**< one per template patch
+                                                             @count patch_count */
     uint64_t                        patch_count;        /**< template patches */
-    const int16_t                  *disparity;          /**< width * height of the rectified image,
-                                                             1/16 px, or NULL: see keep_disparity */
-    /** In order of execution. */
+    const int16_t                  *disparity;          /**< one per pixel of the rectified image,
+                                                             row by row, 1/16 px; NULL without
+                                                             keep_disparity and grow
+                                                             @count pixels */
+    /** In order of execution. @count time_count */
     defrec_stage_time times[DEFREC_MAX_TIMED_STAGES];
     uint32_t          time_count;        /**< of times */
     uint32_t          reserved;          /**< 0 */
     const float      *vertex_covariance; /**< xx, xy, xz, yy, yz, zz per template vertex:
                                               covariance of the position's error, rectified camera,
-                                              mm^2 @since 1.1 */
-    const uint8_t    *vertex_evidence;   /**< DEFREC_EVIDENCE_* per template vertex @since 1.1 */
+                                              mm^2 @count vertex_count @components 6 @since 1.1 */
+    const uint8_t    *vertex_evidence;   /**< DEFREC_EVIDENCE_* per template vertex: what was
+                                              observed of it @count vertex_count @since 1.1 */
     /** By how many frames the right view is late in this frame, negative: early; 0 where that
      *  cannot be measured. @since 1.1 */
     float view_lag_frames;
@@ -1098,16 +1173,18 @@ typedef struct defrec_result {
     float roll_deg;
     /** Right focal length to left; mean of the last seconds, 1 where not measured. @since 1.1 */
     float    focal_ratio;
-    uint32_t rig_matches;    /**< between left and right view, behind the last three; 0 where not
-                                  measured @since 1.1 */
+    uint32_t rig_matches;    /**< matches between left and right view, behind the last three; 0
+                                  where not measured @since 1.1 */
     uint32_t template_epoch; /**< counts the tracker's templates, and how often tissue joined them;
                                   0 without a template @since 1.1 */
     /** Of the device that computed the frame. @since 1.1 */
     const char         *device_id;
-    const defrec_piece *pieces;      /**< of the surface, see vertex_pieces of defrec_template_info
-                                          @since 1.1 */
+    const defrec_piece *pieces;      /**< pieces of the surface: which of them were found; see
+                                          vertex_pieces of defrec_template_info
+                                          @count piece_count @since 1.1 */
     uint64_t            piece_count; /**< pieces; 1 for most templates @since 1.1 */
-    uint32_t            body;        /**< DEFREC_BODY_STATE_*, now @since 1.1 */
+    uint32_t            body;        /**< DEFREC_BODY_STATE_*: what carries points beneath the
+                                          surface, now @since 1.1 */
     uint32_t            reserved2;   /**< 0 @since 1.1 */
 } defrec_result;
 /** The result of a job that is done: after defrec_job_wait() gave DEFREC_OK.

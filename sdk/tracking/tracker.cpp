@@ -10,13 +10,12 @@
 
 #include "sdk/base/os/platform.hpp"
 #include "sdk/base/os/run_within.hpp"
+#include "sdk/contract/enumerations.hpp"
 #include "sdk/device/context.hpp"
 #include "sdk/tracking/surface_registration.hpp"
 
 namespace defrec {
 namespace {
-
-constexpr uint32_t kAllStages = (1u << DEFREC_STAGE_COUNT_V1) - 1;
 
 std::string describe(const defrec_camera& camera) {
     return concat("fx ", camera.fx, ", fy ", camera.fy, ", cx ", camera.cx, ", cy ", camera.cy,
@@ -190,7 +189,7 @@ class Tracker::Worker {
 Tracker::Tracker(const Context& context, const std::shared_ptr<const Rig>& rig,
                  const defrec_tracker_desc& desc) {
     const TrackerSettings settings = complete_settings(desc, *rig);
-    DeviceSelection selection = context.choose_device(desc.device_id, kAllStages);
+    DeviceSelection selection = context.choose_device(desc.device_id, kEveryStage);
     if ((desc.flags & DEFREC_TRACKER_FALLBACK) == 0)
         selection.devices.erase(
             selection.devices.begin() + static_cast<std::ptrdiff_t>(selection.equal),

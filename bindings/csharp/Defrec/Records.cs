@@ -259,7 +259,7 @@ namespace Defrec
         public uint VerticesInside;
         /// <summary>Of its patches, found by guided search.</summary>
         public uint Patches;
-        /// <summary>0..1 of vertices_inside.</summary>
+        /// <summary>0..1 of VerticesInside.</summary>
         public float ObservedShare;
         internal uint Reserved;
     }
