@@ -129,50 +129,18 @@ void TrackerJob::expect_done() const {
 
 void TrackerJob::describe(defrec_result& out) const {
     expect_done();
-    out.state = result.state;
-    out.reasons = result.reasons;
-    out.epoch = result.epoch;
-    out.template_epoch = result.template_epoch;
+    const FrameOutput& output = memory.output;
+    result.describe(out);
     out.timestamp_ns = input.timestamp_ns;
     out.frame = frame;
-    out.age = result.age;
-    out.features = memory.output.summary->features;
-    std::copy(memory.output.times.begin(), memory.output.times.end(), out.times);
-    out.time_count = memory.output.time_count;
-    out.disparity = memory.output.disparity.empty() ? nullptr : memory.output.disparity.data();
-    std::copy(std::begin(result.rigid_motion), std::end(result.rigid_motion), out.rigid_motion);
-    out.view_lag_frames = result.rig_estimate.lag_frames;
-    out.vertical_offset_px = result.rig_estimate.vertical_offset_px;
-    out.roll_deg = result.rig_estimate.roll_deg;
-    out.focal_ratio = result.rig_estimate.focal_ratio;
-    out.rig_matches = result.rig_estimate.matches;
+    out.features = output.summary->features;
+    std::copy(output.times.begin(), output.times.end(), out.times);
+    out.time_count = output.time_count;
+    out.disparity = output.disparity.empty() ? nullptr : output.disparity.data();
     out.device_id = monitor->device.description().id.c_str();
     if (result.surface == nullptr) return;
-    const TemplateData& data = result.surface->data();
-    out.matches = result.evidence.matches;
-    out.inliers = result.evidence.inliers;
-    out.patches = result.evidence.patches_confirmed;
-    out.observed_share = result.observed_share;
-    out.mean_residual_mm = static_cast<float>(result.evidence.mean_residual_mm);
-    out.patch_residual_px = static_cast<float>(result.evidence.patch_rms_px);
-    out.motions = result.motions.data();
-    out.node_positions = result.node_positions.data();
-    out.node_count = result.motions.size();
-    out.vertices = result.vertices.data();
-    out.normals = result.normals.data();
-    out.vertex_status = result.confidence.status.data();
-    out.expected_error_mm = result.confidence.expected_error.data();
-    out.vertex_covariance = result.confidence.covariance.data();
-    out.vertex_evidence = result.confidence.evidence.data();
-    out.vertex_count = data.vertices.size();
-    out.landmarks = data.landmarks.data();
-    out.landmark_matches = memory.output.matches.data();
-    out.landmark_count = data.landmarks.size();
-    out.patch_observations = memory.output.observations.data();
-    out.patch_count = data.patches.size();
-    out.body = result.surface->body().state();
-    out.pieces = result.pieces.data();
-    out.piece_count = result.pieces.size();
+    out.landmark_matches = output.matches.data();
+    out.patch_observations = output.observations.data();
 }
 
 void TrackerJob::expect_surface() const {
