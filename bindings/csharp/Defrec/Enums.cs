@@ -16,7 +16,7 @@ namespace Defrec
         ErrorVersion = -2,
         /// <summary>Valid, but this device or build cannot.</summary>
         ErrorUnsupported = -3,
-        /// <summary>Of the process or of the device.</summary>
+        /// <summary>Memory of the process or of the device is used up.</summary>
         ErrorOutOfMemory = -4,
         /// <summary>Gone, or did not answer in time: destroy the tracker and open another device.</summary>
         ErrorDeviceLost = -5,

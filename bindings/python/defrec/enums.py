@@ -46,7 +46,7 @@ class Status(OpenEnum):
     ERROR_UNSUPPORTED = -3
     """Valid, but this device or build cannot."""
     ERROR_OUT_OF_MEMORY = -4
-    """Of the process or of the device."""
+    """Memory of the process or of the device is used up."""
     ERROR_DEVICE_LOST = -5
     """Gone, or did not answer in time: destroy the tracker and open another device."""
     ERROR_PLUGIN = -6
