@@ -1147,8 +1147,10 @@ typedef struct defrec_result {
      *  reasons say otherwise. @count vertex_count */
     const float                    *expected_error_mm;
     uint64_t                        vertex_count;       /**< template vertices */
-    const defrec_landmark          *landmarks;          /**< landmarks of the template */
-    const defrec_match             *landmark_matches;   /**< one per landmark; weight 0: outlier */
+    const defrec_landmark          *landmarks;          /**< landmarks of the template
+                                                             @count landmark_count */
+    const defrec_match             *landmark_matches;   /**< one per landmark; weight 0: outlier
+                                                             @count landmark_count */
     uint64_t                        landmark_count;     /**< landmarks and their matches */
     const defrec_patch_observation *patch_observations; /**< one per template patch
                                                              @count patch_count */
