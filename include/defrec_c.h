@@ -1186,7 +1186,8 @@ typedef struct defrec_result {
     /** Id of the device that computed the frame. @since 1.1 */
     const char         *device_id;
     const defrec_piece *pieces;      /**< pieces of the surface, see vertex_pieces of
-                                          defrec_template_info @since 1.1 */
+                                          defrec_template_info
+                                          @count piece_count @since 1.1 */
     uint64_t            piece_count; /**< pieces; 1 for most templates @since 1.1 */
     uint32_t            body;        /**< DEFREC_BODY_STATE_*: what carries points beneath the
                                           surface, now @since 1.1 */

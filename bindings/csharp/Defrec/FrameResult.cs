@@ -21,9 +21,9 @@ namespace Defrec
         public uint Age { get; }
         /// <summary>Features found in the left image.</summary>
         public uint Features { get; }
-        /// <summary>Of them matched to landmarks, with depth.</summary>
+        /// <summary>Features matched to landmarks, with depth.</summary>
         public uint Matches { get; }
-        /// <summary>Of them preselected.</summary>
+        /// <summary>Matches that preselection kept.</summary>
         public uint Inliers { get; }
         /// <summary>Patches found by guided search.</summary>
         public uint Patches { get; }
@@ -50,13 +50,13 @@ namespace Defrec
         /// </summary>
         public float ViewLagFrames { get; }
         /// <summary>
-        /// Of the right view against the left at the image centre, down is positive; mean of the last seconds, 0 where not
-        /// measured.
+        /// Vertical offset of the right view against the left at the image centre, down is positive; mean of the last seconds, 0
+        /// where not measured.
         /// </summary>
         public float VerticalOffsetPx { get; }
         /// <summary>
-        /// Of the right view against the left about the image centre, clockwise is positive; mean of the last seconds, 0 where
-        /// not measured.
+        /// Roll of the right view against the left about the image centre, clockwise is positive; mean of the last seconds, 0
+        /// where not measured.
         /// </summary>
         public float RollDeg { get; }
         /// <summary>Right focal length to left; mean of the last seconds, 1 where not measured.</summary>
@@ -144,8 +144,8 @@ namespace Defrec
         /// <summary>PointStatus per template vertex: how far to trust it.</summary>
         public PointStatus[] VertexStatus { get; private set; } = new PointStatus[0];
         /// <summary>
-        /// Root mean square of the 3D error to be expected, per template vertex: the root of the trace of VertexCovariance. Of
-        /// all vertices of a status over a sequence, 55 to 85 % have an error within it, at least 93 % within twice and at least
+        /// Root mean square of the 3D error to be expected, per template vertex: the root of the trace of VertexCovariance. Over
+        /// a sequence, 55 to 85 % of all vertices of a status have an error within it, at least 93 % within twice and at least
         /// 98.5 % within three times it, unless reasons say otherwise.
         /// </summary>
         public float[] ExpectedErrorMm { get; private set; } = new float[0];
@@ -165,9 +165,9 @@ namespace Defrec
         public float[] VertexCovariance { get; private set; } = new float[0];
         /// <summary>Evidence per template vertex: what was observed of it.</summary>
         public Evidence[] VertexEvidence { get; private set; } = new Evidence[0];
-        /// <summary>Of the device that computed the frame.</summary>
+        /// <summary>Id of the device that computed the frame.</summary>
         public string DeviceId { get; private set; } = "";
-        /// <summary>Pieces of the surface: which of them were found; see VertexPieces of Template.</summary>
+        /// <summary>Pieces of the surface, see VertexPieces of Template.</summary>
         public Piece[] Pieces { get; private set; } = new Piece[0];
 
         internal void Fill(ref defrec_result result, int pixels)

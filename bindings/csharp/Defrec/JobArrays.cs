@@ -84,8 +84,8 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Root mean square of the 3D error to be expected, per template vertex: the root of the trace of VertexCovariance. Of
-        /// all vertices of a status over a sequence, 55 to 85 % have an error within it, at least 93 % within twice and at least
+        /// Root mean square of the 3D error to be expected, per template vertex: the root of the trace of VertexCovariance. Over
+        /// a sequence, 55 to 85 % of all vertices of a status have an error within it, at least 93 % within twice and at least
         /// 98.5 % within three times it, unless reasons say otherwise. Returns how many elements were copied; destination may be
         /// longer.
         /// </summary>
@@ -184,8 +184,7 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Pieces of the surface: which of them were found; see VertexPieces of Template. Returns how many elements were copied;
-        /// destination may be longer.
+        /// Pieces of the surface, see VertexPieces of Template. Returns how many elements were copied; destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.

@@ -14,20 +14,20 @@ namespace Defrec
         internal uint StructSize;
         /// <summary>PixelFormat of the source.</summary>
         public PixelFormat Format;
-        /// <summary>Of the source, px; 1 to Constants.MaxSide.</summary>
+        /// <summary>Width of the source, px; 1 to Constants.MaxSide.</summary>
         public uint SourceWidth;
-        /// <summary>Of the source, px; 1 to Constants.MaxSide.</summary>
+        /// <summary>Height of the source, px; 1 to Constants.MaxSide.</summary>
         public uint SourceHeight;
         /// <summary>
-        /// Of the source, from row to row, bytes; SourceWidth * bytes_per_pixel(format) to 1048576; default SourceWidth *
+        /// Distance from row to row of the source, bytes; SourceWidth * bytes_per_pixel(format) to 1048576; default SourceWidth *
         /// bytes_per_pixel(format).
         /// </summary>
         public uint SourceStride;
-        /// <summary>Of the result, px; 1 to Constants.MaxSide; default SourceWidth.</summary>
+        /// <summary>Width of the result, px; 1 to Constants.MaxSide; default SourceWidth.</summary>
         public uint Width;
-        /// <summary>Of the result, px; 1 to Constants.MaxSide; default SourceHeight.</summary>
+        /// <summary>Height of the result, px; 1 to Constants.MaxSide; default SourceHeight.</summary>
         public uint Height;
-        /// <summary>Of the result, bytes; width to 1048576; default width.</summary>
+        /// <summary>Distance from row to row of the result, bytes; width to 1048576; default width.</summary>
         public uint Stride;
         /// <summary>
         /// Gray values from here on count as highlights and are masked; 256: none, gray levels; at least 1; default 235.
@@ -42,19 +42,19 @@ namespace Defrec
     public partial struct StereoParameters
     {
         internal uint StructSize;
-        /// <summary>Of gray images and masks, px; 2 to Constants.MaxSide.</summary>
+        /// <summary>Width and height of gray images and masks, px; 2 to Constants.MaxSide.</summary>
         public uint Width;
-        /// <summary>Of gray images and masks, px; 2 to Constants.MaxSide.</summary>
+        /// <summary>Width and height of gray images and masks, px; 2 to Constants.MaxSide.</summary>
         public uint Height;
-        /// <summary>Of gray images and masks, bytes; width to 1048576; default width.</summary>
+        /// <summary>Distance from row to row of gray images and masks, bytes; width to 1048576; default width.</summary>
         public uint Stride;
         /// <summary>Smallest disparity searched, px; 0 to 1024.</summary>
         public int MinDisparity;
         /// <summary>Number of disparities searched, px; 1 to 510; default 128.</summary>
         public uint Disparities;
-        /// <summary>Of the correlation window of the search, px of half resolution; 2 to 6; default 4.</summary>
+        /// <summary>Radius of the search's correlation window, px of half resolution; 2 to 6; default 4.</summary>
         public uint Radius;
-        /// <summary>Of the correlation window at full resolution, px; 2 to 6; default 4.</summary>
+        /// <summary>Radius of the correlation window at full resolution, px; 2 to 6; default 4.</summary>
         public uint RefineRadius;
         /// <summary>ZNCC of the search below this is no evidence, 1/4096; 1 to 4096; default 1600 (0.39).</summary>
         public uint MinScore;
@@ -78,18 +78,18 @@ namespace Defrec
         /// </summary>
         public uint Edge;
         /// <summary>
-        /// Of 25 neighbours, at every second pixel, how many must agree with a disparity, itself included; 1 to 25; default 10.
+        /// How many of 25 neighbours, at every second pixel, must agree with a disparity, itself included; 1 to 25; default 10.
         /// </summary>
         public uint Support;
         /// <summary>
         /// Holes up to about this radius, rounded up to an even number, are filled from their rim, px; 1 to 8; default 6.
         /// </summary>
         public uint FillRadius;
-        /// <summary>Of the smoothing window, rounded up to an even number, px; 1 to 3; default 3.</summary>
+        /// <summary>Radius of the smoothing window, rounded up to an even number, px; 1 to 3; default 3.</summary>
         public uint SmoothRadius;
         /// <summary>Neighbours that differ by more are another surface, 1/16 px; 1 to 256; default 24.</summary>
         public uint SmoothRange;
-        /// <summary>Of the smoothing; 1 to 8; default 4.</summary>
+        /// <summary>Passes of the smoothing; 1 to 8; default 4.</summary>
         public uint SmoothPasses;
     }
 
@@ -98,17 +98,17 @@ namespace Defrec
     public partial struct OrbParameters
     {
         internal uint StructSize;
-        /// <summary>Of gray image and mask, px; Constants.MinWidth to Constants.MaxSide.</summary>
+        /// <summary>Width of gray image and mask, px; Constants.MinWidth to Constants.MaxSide.</summary>
         public uint Width;
-        /// <summary>Of gray image and mask, px; Constants.MinHeight to Constants.MaxSide.</summary>
+        /// <summary>Height of gray image and mask, px; Constants.MinHeight to Constants.MaxSide.</summary>
         public uint Height;
-        /// <summary>Of gray image and mask, bytes; width to 1048576; default width.</summary>
+        /// <summary>Distance from row to row of gray image and mask, bytes; width to 1048576; default width.</summary>
         public uint Stride;
-        /// <summary>Of the pyramid, each 4/5 of the one below; 1 to 8; default 4.</summary>
+        /// <summary>Levels of the pyramid, each 4/5 of the one below; 1 to 8; default 4.</summary>
         public uint Levels;
         /// <summary>Max one corner for each cell of this side, px of its level; 4 to 16; default 8.</summary>
         public uint Cell;
-        /// <summary>Of FAST, gray levels; 1 to 254; default 3.</summary>
+        /// <summary>FAST's threshold, gray levels; 1 to 254; default 3.</summary>
         public uint Threshold;
         /// <summary>Max number of features; 1 to 65535; default 2048.</summary>
         public uint Capacity;
@@ -117,7 +117,7 @@ namespace Defrec
         /// default 4.
         /// </summary>
         public uint Spacing;
-        /// <summary>Of the image before the pyramid; 0 to 3.</summary>
+        /// <summary>How often the image is halved before the pyramid; 0 to 3.</summary>
         public uint Halvings;
     }
 
@@ -134,11 +134,11 @@ namespace Defrec
         public uint MaxDistance;
         /// <summary>Max of best / second best; 256: no ratio test, 1/256; 1 to 256; default 218 (0.85).</summary>
         public uint Ratio;
-        /// <summary>Of the disparity image, px; 2 to Constants.MaxSide.</summary>
+        /// <summary>Width and height of the disparity image, px; 2 to Constants.MaxSide.</summary>
         public uint Width;
-        /// <summary>Of the disparity image, px; 2 to Constants.MaxSide.</summary>
+        /// <summary>Width and height of the disparity image, px; 2 to Constants.MaxSide.</summary>
         public uint Height;
-        /// <summary>Of the disparity image, elements; width to 1048576; default width.</summary>
+        /// <summary>Distance from row to row of the disparity image, elements; width to 1048576; default width.</summary>
         public uint Stride;
         /// <summary>Rectified.</summary>
         public Camera Camera;
@@ -155,11 +155,13 @@ namespace Defrec
         public uint Nodes;
         /// <summary>Images patches are taken from; 1 to 64; default 1.</summary>
         public uint Views;
-        /// <summary>Of the live image, the mask and each view, px; Constants.MinWidth to Constants.MaxSide.</summary>
+        /// <summary>Width of the live image, the mask and each view, px; Constants.MinWidth to Constants.MaxSide.</summary>
         public uint Width;
-        /// <summary>Of the live image, the mask and each view, px; Constants.MinHeight to Constants.MaxSide.</summary>
+        /// <summary>Height of the live image, the mask and each view, px; Constants.MinHeight to Constants.MaxSide.</summary>
         public uint Height;
-        /// <summary>Of the live image, the mask and each view, bytes; width to 1048576; default width.</summary>
+        /// <summary>
+        /// Distance from row to row of the live image, the mask and each view, bytes; width to 1048576; default width.
+        /// </summary>
         public uint Stride;
         /// <summary>Search on images halved this many times; 0 to 3.</summary>
         public uint Level;
@@ -186,7 +188,7 @@ namespace Defrec
         public uint Landmarks;
         /// <summary>Matches that are tried as reference; 1 to 1024; default 30.</summary>
         public uint References;
-        /// <summary>Of reweighting, for each reference; 1 to 100; default 10.</summary>
+        /// <summary>Iterations of reweighting, for each reference; 1 to 100; default 10.</summary>
         public uint Iterations;
         /// <summary>
         /// The paper's H, mm; at least 0; default a tenth of the RMS radius of each frame's live points, at least 1 mm.
@@ -196,7 +198,7 @@ namespace Defrec
         /// Matches within H that a reference needs, itself included; 1/32 of all matches is added; at least 1; default 6.
         /// </summary>
         public uint MinSupport;
-        /// <summary>Of the choice of references.</summary>
+        /// <summary>Seed of the choice of references.</summary>
         public ulong Seed;
     }
 
@@ -217,15 +219,15 @@ namespace Defrec
         public uint Landmarks;
         /// <summary>Exact count, as given to prepare; 0 to 4194304.</summary>
         public uint Patches;
-        /// <summary>Of the disparity image, px; 2 to Constants.MaxSide.</summary>
+        /// <summary>Width and height of the disparity image, px; 2 to Constants.MaxSide.</summary>
         public uint Width;
-        /// <summary>Of the disparity image, px; 2 to Constants.MaxSide.</summary>
+        /// <summary>Width and height of the disparity image, px; 2 to Constants.MaxSide.</summary>
         public uint Height;
-        /// <summary>Of the disparity image, elements; width to 1048576; default width.</summary>
+        /// <summary>Distance from row to row of the disparity image, elements; width to 1048576; default width.</summary>
         public uint Stride;
         /// <summary>Rectified.</summary>
         public Camera Camera;
-        /// <summary>Of Levenberg-Marquardt; 1 to 4194304; default 10.</summary>
+        /// <summary>Iterations of Levenberg-Marquardt; 1 to 4194304; default 10.</summary>
         public uint Iterations;
         /// <summary>Max conjugate gradient steps in one iteration; 1 to 4194304; default 20.</summary>
         public uint CgIterations;
@@ -233,25 +235,25 @@ namespace Defrec
         public uint Presolve;
         /// <summary>Typical; lengths in the ARAP term are divided by it, mm; at least 0; default 5.</summary>
         public float NodeSpacingMm;
-        /// <summary>Of the ICP term; at least 0; default 1.</summary>
+        /// <summary>Weight of the ICP term; at least 0; default 1.</summary>
         public float IcpWeight;
-        /// <summary>Of the match term; at least 0; default 10.</summary>
+        /// <summary>Weight of the match term; at least 0; default 10.</summary>
         public float MatchWeight;
-        /// <summary>Of the patch term; at least 0; default 10.</summary>
+        /// <summary>Weight of the patch term; at least 0; default 10.</summary>
         public float PatchWeight;
-        /// <summary>Of the ARAP term; at least 0; default 1.</summary>
+        /// <summary>Weight of the ARAP term; at least 0; default 1.</summary>
         public float ArapWeight;
-        /// <summary>Of lengths within the ARAP term; at least 0; default 1.</summary>
+        /// <summary>Weight of lengths within the ARAP term; at least 0; default 1.</summary>
         public float LengthWeight;
-        /// <summary>Of angles within the ARAP term; at least 0; default 20.</summary>
+        /// <summary>Weight of angles within the ARAP term; at least 0; default 20.</summary>
         public float AngleWeight;
-        /// <summary>Of rotations within the ARAP term; at least 0; default 100.</summary>
+        /// <summary>Weight of rotations within the ARAP term; at least 0; default 100.</summary>
         public float RotationWeight;
-        /// <summary>Of the ICP term's kernel, mm; at least 0; default 3.</summary>
+        /// <summary>Width of the ICP term's Tukey kernel, mm; at least 0; default 3.</summary>
         public float IcpTukeyMm;
-        /// <summary>Of the match term's kernel, mm; at least 0; default 5.</summary>
+        /// <summary>Width of the match term's Tukey kernel, mm; at least 0; default 5.</summary>
         public float MatchTukeyMm;
-        /// <summary>Of the patch term's kernel, px; at least 0; default 4.</summary>
+        /// <summary>Width of the patch term's Tukey kernel, px; at least 0; default 4.</summary>
         public float PatchTukeyPx;
         /// <summary>Live surface farther than this along the ray is another surface, mm; at least 0; default 10.</summary>
         public float AssociationMm;
@@ -272,11 +274,11 @@ namespace Defrec
         public uint Nodes;
         /// <summary>Exact count, as given to prepare; 0 to 4194304.</summary>
         public uint Points;
-        /// <summary>Of the disparity image, px; 2 to Constants.MaxSide.</summary>
+        /// <summary>Width and height of the disparity image, px; 2 to Constants.MaxSide.</summary>
         public uint Width;
-        /// <summary>Of the disparity image, px; 2 to Constants.MaxSide.</summary>
+        /// <summary>Width and height of the disparity image, px; 2 to Constants.MaxSide.</summary>
         public uint Height;
-        /// <summary>Of the disparity image, elements; width to 1048576; default width.</summary>
+        /// <summary>Distance from row to row of the disparity image, elements; width to 1048576; default width.</summary>
         public uint Stride;
         internal uint Reserved;
         /// <summary>Rectified.</summary>

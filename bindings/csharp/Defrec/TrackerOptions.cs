@@ -6,9 +6,9 @@ namespace Defrec
     /// <summary>How a tracker works. Zero means the default; it is read once, by the constructor of <see cref="Tracker"/>.</summary>
     public sealed class TrackerOptions
     {
-        /// <summary>Of the device; null: the first device with every stage.</summary>
+        /// <summary>Id of the device; null: the first device with every stage.</summary>
         public string DeviceId { get; set; }
-        /// <summary>Of random choices: the same seed gives the same results on a repeatable device.</summary>
+        /// <summary>Seed of random choices: the same seed gives the same results on a repeatable device.</summary>
         public ulong Seed { get; set; }
         /// <summary>PixelFormat of the frames; default PixelFormat.Bgr8.</summary>
         public PixelFormat Format { get; set; }
@@ -28,18 +28,22 @@ namespace Defrec
         public float VertexSpacingPx { get; set; }
         /// <summary>Found in a frame; 1 to 65535; default 768.</summary>
         public uint MaxFeatures { get; set; }
-        /// <summary>Of a template; 1 to 65536; default 1024.</summary>
+        /// <summary>Patches of a template; 1 to 65536; default 1024.</summary>
         public uint MaxPatches { get; set; }
         /// <summary>
-        /// Of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept at others; 0 to
-        /// 1e9; default 0.55.
+        /// Weight of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept at
+        /// others; 0 to 1e9; default 0.55.
         /// </summary>
         public float ArapWeight { get; set; }
         /// <summary>Results carry the disparity image; with grow they do.</summary>
         public bool KeepDisparity { get; set; }
-        /// <summary>Of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 1.</summary>
+        /// <summary>
+        /// Iterations of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 1.
+        /// </summary>
         public uint CoarseIterations { get; set; }
-        /// <summary>Of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 2.</summary>
+        /// <summary>
+        /// Iterations of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 2.
+        /// </summary>
         public uint FineIterations { get; set; }
         /// <summary>
         /// The host waits after each stage, so that the times of results are the device's; slower. Otherwise they are those of
@@ -47,15 +51,15 @@ namespace Defrec
         /// </summary>
         public bool Timed { get; set; }
         /// <summary>
-        /// Of left and right images in a DeviceMemory, bytes; at most 1048576; default width * bytes per pixel, which is also the
-        /// min.
+        /// Distance from row to row of left and right images in a DeviceMemory, bytes; at most 1048576; default width * bytes per
+        /// pixel, which is also the min.
         /// </summary>
         public uint MemoryStride { get; set; }
         /// <summary>SelfCalibration: what is done about a calibration that has drifted; default SelfCalibration.Report.</summary>
         public SelfCalibration SelfCalibration { get; set; }
         /// <summary>Tissue that comes into view joins the template; 0 to 1.</summary>
         public bool Grow { get; set; }
-        /// <summary>Of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.</summary>
+        /// <summary>Vertices of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.</summary>
         public uint MaxVertices { get; set; }
         /// <summary>BodyMode: what carries points beneath the surface; default BodyMode.On.</summary>
         public BodyMode Body { get; set; }

@@ -9,7 +9,7 @@ from .context import Context
 from .enums import TRACKER_FALLBACK, BodyMode, Format, SelfCalibration
 from .rig import Rig
 
-OPTIONS = """seed: of random choices: the same seed gives the same results on a repeatable device.
+OPTIONS = """seed: seed of random choices: the same seed gives the same results on a repeatable device.
     format: Format of the frames; default Format.BGR8.
     frames_in_flight: submitted and not yet released; 1 to 16; default 2.
     disparities: number searched, px; 1 to 510; default found from the first frame.
@@ -18,20 +18,22 @@ OPTIONS = """seed: of random choices: the same seed gives the same results on a 
     node_spacing_px: between control points in the template's image, px; 4 to MAX_SIDE; default width / 32.
     vertex_spacing_px: between template vertices in its image, px; 1 to MAX_SIDE; default width / 120, at least 4.
     max_features: found in a frame; 1 to 65535; default 768.
-    max_patches: of a template; 1 to 65536; default 1024.
-    arap_weight: of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept
-        at others; 0 to 1e9; default 0.55.
+    max_patches: patches of a template; 1 to 65536; default 1024.
+    arap_weight: weight of the smoothness term at the default spacing of control points: the tissue's stiffness, which
+        is kept at others; 0 to 1e9; default 0.55.
     keep_disparity: results carry the disparity image; with grow they do.
-    coarse_iterations: of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 1.
-    fine_iterations: of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 2.
+    coarse_iterations: iterations of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000;
+        default 1.
+    fine_iterations: iterations of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default
+        2.
     timed: the host waits after each stage, so that the times of results are the device's; slower. Otherwise they are
         those of queueing where a device computes by itself.
-    memory_stride: of left and right images in a Memory, bytes; at most 1048576; default width * bytes per pixel, which
-        is also the min.
+    memory_stride: distance from row to row of left and right images in a Memory, bytes; at most 1048576; default width
+        * bytes per pixel, which is also the min.
     self_calibration: SelfCalibration: what is done about a calibration that has drifted; default
         SelfCalibration.REPORT.
     grow: tissue that comes into view joins the template; 0 to 1.
-    max_vertices: of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.
+    max_vertices: vertices of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.
     body: BodyMode: what carries points beneath the surface; default BodyMode.ON.
     fallback: where the device is quarantined or cannot be opened, take the next one with every stage; results name it."""
 

@@ -42,9 +42,9 @@ class Result:
     features: int
     """Features found in the left image."""
     matches: int
-    """Of them matched to landmarks, with depth."""
+    """Features matched to landmarks, with depth."""
     inliers: int
-    """Of them preselected."""
+    """Matches that preselection kept."""
     patches: int
     """Patches found by guided search."""
     observed_share: float
@@ -67,7 +67,7 @@ class Result:
     """(vertices,) uint8: pointStatus per template vertex: how far to trust it."""
     expected_error_mm: FloatArray
     """(vertices,) float32: root mean square of the 3D error to be expected, per template vertex: the root of the
-    trace of vertex_covariance. Of all vertices of a status over a sequence, 55 to 85 % have an error within it, at
+    trace of vertex_covariance. Over a sequence, 55 to 85 % of all vertices of a status have an error within it, at
     least 93 % within twice and at least 98.5 % within three times it, unless reasons say otherwise."""
     landmarks: RecordArray
     """(landmarks,) Landmark: landmarks of the template."""
@@ -88,11 +88,11 @@ class Result:
     view_lag_frames: float
     """By how many frames the right view is late in this frame, negative: early; 0 where that cannot be measured."""
     vertical_offset_px: float
-    """Of the right view against the left at the image centre, down is positive; mean of the last seconds, 0 where
-    not measured."""
+    """Vertical offset of the right view against the left at the image centre, down is positive; mean of the last
+    seconds, 0 where not measured."""
     roll_deg: float
-    """Of the right view against the left about the image centre, clockwise is positive; mean of the last seconds, 0
-    where not measured."""
+    """Roll of the right view against the left about the image centre, clockwise is positive; mean of the last
+    seconds, 0 where not measured."""
     focal_ratio: float
     """Right focal length to left; mean of the last seconds, 1 where not measured."""
     rig_matches: int
@@ -100,9 +100,9 @@ class Result:
     template_epoch: int
     """Counts the tracker's templates, and how often tissue joined them; 0 without a template."""
     device_id: str
-    """Of the device that computed the frame."""
+    """Id of the device that computed the frame."""
     pieces: RecordArray
-    """(pieces,) Piece: pieces of the surface: which of them were found; see vertex_pieces of TemplateData."""
+    """(pieces,) Piece: pieces of the surface, see vertex_pieces of TemplateData."""
     body: BodyState
     """What carries points beneath the surface, now."""
 

@@ -46,7 +46,7 @@ class ContextDesc(Struct):
     plugin_paths: Address
     """Absolute folders or manifest files, searched first."""
     plugin_path_count: Size
-    """Of plugin_paths; 0 to 1000."""
+    """Number of plugin_paths; 0 to 1000."""
     log: Address
     """None: no log."""
     log_user: Address
@@ -54,7 +54,7 @@ class ContextDesc(Struct):
     log_level: I32
     """The lowest level reported, LogLevel; default LogLevel.INFO."""
     threads: U32
-    """Of the library's own pool, the caller's included; 1 to 256; default one per core."""
+    """Threads of the library's own pool, the caller's included; 1 to 256; default one per core."""
     alloc: Address
     """Both or neither of alloc and free: maps, all memory of CPU backends, and where a device has no page-locked
     memory of its own, pixels and what is read back."""
@@ -81,7 +81,7 @@ class PluginInfoStruct(Struct):
     name: Text
     """From the manifest; the file's name where that cannot be read."""
     path: Text
-    """Of the manifest, or of the folder that was refused."""
+    """Path of the manifest, or of the folder that was refused."""
     version: Text
     """The plugin's own, from the manifest."""
     reason: Text
@@ -158,13 +158,13 @@ class RigDesc(Struct):
     flags: U32
     """0."""
     width: U32
-    """Of the raw images, px."""
+    """Width and height of the raw images, px."""
     height: U32
-    """Of the raw images, px."""
+    """Width and height of the raw images, px."""
     left: Intrinsics
-    """Of the raw cameras."""
+    """Intrinsics of the raw cameras."""
     right: Intrinsics
-    """Of the raw cameras."""
+    """Intrinsics of the raw cameras."""
     rotation: F64x9
     """X_right = rotation * x_left + translation; row-major."""
     translation: F64x3
@@ -195,11 +195,11 @@ class RigInfo(Struct):
     identity: U32
     """1: frames are rectified already and not resampled."""
     width: U32
-    """Of the rectified images, px."""
+    """Width and height of the rectified images, px."""
     height: U32
-    """Of the rectified images, px."""
+    """Width and height of the rectified images, px."""
     camera: Camera
-    """Of the rectified images."""
+    """Pinhole of the rectified images."""
     rotation: F64x9
     """X_rectified = rotation * x_left_raw; row-major."""
 
@@ -213,7 +213,7 @@ class Feature(Struct):
     y: I32
     """In the image, 1/16 px."""
     level: U16
-    """Of the pyramid."""
+    """Level of the pyramid."""
     angle: U16
     """Orientation bin."""
     score: U32
@@ -384,7 +384,7 @@ class RansacSummary(Struct):
     best_support: I32
     """Matches within H of the best reference's rigid motion."""
     rotation: F32x9
-    """Of the best reference: x_live = rotation * x_template + translation; row-major."""
+    """Rotation of the best reference's motion: x_live = rotation * x_template + translation; row-major."""
     translation: F32x3
     """mm."""
 
@@ -398,13 +398,13 @@ class LmSummary(Struct):
     final_cost: F32
     """mm^2, all terms, weighted."""
     icp_cost: F32
-    """Of the final state, weighted."""
+    """Costs of the final state, weighted."""
     match_cost: F32
-    """Of the final state, weighted."""
+    """Costs of the final state, weighted."""
     patch_cost: F32
-    """Of the final state, weighted."""
+    """Costs of the final state, weighted."""
     arap_cost: F32
-    """Of the final state, weighted."""
+    """Costs of the final state, weighted."""
     iterations: I32
     """Taken."""
     icp_points: I32
@@ -435,18 +435,18 @@ class RectifyParams(Struct):
     format: U32
     """Format of the source."""
     source_width: U32
-    """Of the source, px; 1 to MAX_SIDE."""
+    """Width of the source, px; 1 to MAX_SIDE."""
     source_height: U32
-    """Of the source, px; 1 to MAX_SIDE."""
+    """Height of the source, px; 1 to MAX_SIDE."""
     source_stride: U32
-    """Of the source, from row to row, bytes; source_width * bytes_per_pixel(format) to 1048576; default
+    """Distance from row to row of the source, bytes; source_width * bytes_per_pixel(format) to 1048576; default
     source_width * bytes_per_pixel(format)."""
     width: U32
-    """Of the result, px; 1 to MAX_SIDE; default source_width."""
+    """Width of the result, px; 1 to MAX_SIDE; default source_width."""
     height: U32
-    """Of the result, px; 1 to MAX_SIDE; default source_height."""
+    """Height of the result, px; 1 to MAX_SIDE; default source_height."""
     stride: U32
-    """Of the result, bytes; width to 1048576; default width."""
+    """Distance from row to row of the result, bytes; width to 1048576; default width."""
     saturation: U32
     """Gray values from here on count as highlights and are masked; 256: none, gray levels; at least 1; default
     235."""
@@ -462,19 +462,19 @@ class StereoParams(Struct):
 
     struct_size: U32
     width: U32
-    """Of gray images and masks, px; 2 to MAX_SIDE."""
+    """Width and height of gray images and masks, px; 2 to MAX_SIDE."""
     height: U32
-    """Of gray images and masks, px; 2 to MAX_SIDE."""
+    """Width and height of gray images and masks, px; 2 to MAX_SIDE."""
     stride: U32
-    """Of gray images and masks, bytes; width to 1048576; default width."""
+    """Distance from row to row of gray images and masks, bytes; width to 1048576; default width."""
     min_disparity: I32
     """Smallest disparity searched, px; 0 to 1024."""
     disparities: U32
     """Number of disparities searched, px; 1 to 510; default 128."""
     radius: U32
-    """Of the correlation window of the search, px of half resolution; 2 to 6; default 4."""
+    """Radius of the search's correlation window, px of half resolution; 2 to 6; default 4."""
     refine_radius: U32
-    """Of the correlation window at full resolution, px; 2 to 6; default 4."""
+    """Radius of the correlation window at full resolution, px; 2 to 6; default 4."""
     min_score: U32
     """ZNCC of the search below this is no evidence, 1/4096; 1 to 4096; default 1600 (0.39)."""
     refine_score: U32
@@ -490,17 +490,17 @@ class StereoParams(Struct):
     """A range of disparities in a neighbourhood above this is a depth edge, 1/16 px of half resolution; 1 to 4096;
     default 24."""
     support: U32
-    """Of 25 neighbours, at every second pixel, how many must agree with a disparity, itself included; 1 to 25;
+    """How many of 25 neighbours, at every second pixel, must agree with a disparity, itself included; 1 to 25;
     default 10."""
     fill_radius: U32
     """Holes up to about this radius, rounded up to an even number, are filled from their rim, px; 1 to 8; default
     6."""
     smooth_radius: U32
-    """Of the smoothing window, rounded up to an even number, px; 1 to 3; default 3."""
+    """Radius of the smoothing window, rounded up to an even number, px; 1 to 3; default 3."""
     smooth_range: U32
     """Neighbours that differ by more are another surface, 1/16 px; 1 to 256; default 24."""
     smooth_passes: U32
-    """Of the smoothing; 1 to 8; default 4."""
+    """Passes of the smoothing; 1 to 8; default 4."""
 
 
 @c_struct("defrec_orb_params", levels=4, cell=8, threshold=3, capacity=2048, spacing=4)
@@ -509,24 +509,24 @@ class OrbParams(Struct):
 
     struct_size: U32
     width: U32
-    """Of gray image and mask, px; MIN_WIDTH to MAX_SIDE."""
+    """Width of gray image and mask, px; MIN_WIDTH to MAX_SIDE."""
     height: U32
-    """Of gray image and mask, px; MIN_HEIGHT to MAX_SIDE."""
+    """Height of gray image and mask, px; MIN_HEIGHT to MAX_SIDE."""
     stride: U32
-    """Of gray image and mask, bytes; width to 1048576; default width."""
+    """Distance from row to row of gray image and mask, bytes; width to 1048576; default width."""
     levels: U32
-    """Of the pyramid, each 4/5 of the one below; 1 to 8; default 4."""
+    """Levels of the pyramid, each 4/5 of the one below; 1 to 8; default 4."""
     cell: U32
     """Max one corner for each cell of this side, px of its level; 4 to 16; default 8."""
     threshold: U32
-    """Of FAST, gray levels; 1 to 254; default 3."""
+    """FAST's threshold, gray levels; 1 to 254; default 3."""
     capacity: U32
     """Max number of features; 1 to 65535; default 2048."""
     spacing: U32
     """Min distance between features of one level; grows until the features fit the capacity, px of the level; 1 to
     63; default 4."""
     halvings: U32
-    """Of the image before the pyramid; 0 to 3."""
+    """How often the image is halved before the pyramid; 0 to 3."""
 
 
 @c_struct("defrec_match_params", max_distance=64, ratio=218)
@@ -543,11 +543,11 @@ class MatchParams(Struct):
     ratio: U32
     """Max of best / second best; 256: no ratio test, 1/256; 1 to 256; default 218 (0.85)."""
     width: U32
-    """Of the disparity image, px; 2 to MAX_SIDE."""
+    """Width and height of the disparity image, px; 2 to MAX_SIDE."""
     height: U32
-    """Of the disparity image, px; 2 to MAX_SIDE."""
+    """Width and height of the disparity image, px; 2 to MAX_SIDE."""
     stride: U32
-    """Of the disparity image, elements; width to 1048576; default width."""
+    """Distance from row to row of the disparity image, elements; width to 1048576; default width."""
     camera: Camera
     """Rectified."""
 
@@ -564,11 +564,12 @@ class AlignParams(Struct):
     views: U32
     """Images patches are taken from; 1 to 64; default 1."""
     width: U32
-    """Of the live image, the mask and each view, px; MIN_WIDTH to MAX_SIDE."""
+    """Width of the live image, the mask and each view, px; MIN_WIDTH to MAX_SIDE."""
     height: U32
-    """Of the live image, the mask and each view, px; MIN_HEIGHT to MAX_SIDE."""
+    """Height of the live image, the mask and each view, px; MIN_HEIGHT to MAX_SIDE."""
     stride: U32
-    """Of the live image, the mask and each view, bytes; width to 1048576; default width."""
+    """Distance from row to row of the live image, the mask and each view, bytes; width to 1048576; default
+    width."""
     level: U32
     """Search on images halved this many times; 0 to 3."""
     patch_radius: U32
@@ -595,7 +596,7 @@ class RansacParams(Struct):
     references: U32
     """Matches that are tried as reference; 1 to 1024; default 30."""
     iterations: U32
-    """Of reweighting, for each reference; 1 to 100; default 10."""
+    """Iterations of reweighting, for each reference; 1 to 100; default 10."""
     threshold_mm: F32
     """The paper's H, mm; at least 0; default a tenth of the RMS radius of each frame's live points, at least 1
     mm."""
@@ -603,7 +604,7 @@ class RansacParams(Struct):
     """Matches within H that a reference needs, itself included; 1/32 of all matches is added; at least 1; default
     6."""
     seed: U64
-    """Of the choice of references."""
+    """Seed of the choice of references."""
 
 
 @c_struct("defrec_lm_params", iterations=10, cg_iterations=20, node_spacing_mm=5, icp_weight=1, match_weight=10,
@@ -626,15 +627,15 @@ class LmParams(Struct):
     patches: U32
     """Exact count, as given to prepare; 0 to 4194304."""
     width: U32
-    """Of the disparity image, px; 2 to MAX_SIDE."""
+    """Width and height of the disparity image, px; 2 to MAX_SIDE."""
     height: U32
-    """Of the disparity image, px; 2 to MAX_SIDE."""
+    """Width and height of the disparity image, px; 2 to MAX_SIDE."""
     stride: U32
-    """Of the disparity image, elements; width to 1048576; default width."""
+    """Distance from row to row of the disparity image, elements; width to 1048576; default width."""
     camera: Camera
     """Rectified."""
     iterations: U32
-    """Of Levenberg-Marquardt; 1 to 4194304; default 10."""
+    """Iterations of Levenberg-Marquardt; 1 to 4194304; default 10."""
     cg_iterations: U32
     """Max conjugate gradient steps in one iteration; 1 to 4194304; default 20."""
     presolve: U32
@@ -642,25 +643,25 @@ class LmParams(Struct):
     node_spacing_mm: F32
     """Typical; lengths in the ARAP term are divided by it, mm; at least 0; default 5."""
     icp_weight: F32
-    """Of the ICP term; at least 0; default 1."""
+    """Weight of the ICP term; at least 0; default 1."""
     match_weight: F32
-    """Of the match term; at least 0; default 10."""
+    """Weight of the match term; at least 0; default 10."""
     patch_weight: F32
-    """Of the patch term; at least 0; default 10."""
+    """Weight of the patch term; at least 0; default 10."""
     arap_weight: F32
-    """Of the ARAP term; at least 0; default 1."""
+    """Weight of the ARAP term; at least 0; default 1."""
     length_weight: F32
-    """Of lengths within the ARAP term; at least 0; default 1."""
+    """Weight of lengths within the ARAP term; at least 0; default 1."""
     angle_weight: F32
-    """Of angles within the ARAP term; at least 0; default 20."""
+    """Weight of angles within the ARAP term; at least 0; default 20."""
     rotation_weight: F32
-    """Of rotations within the ARAP term; at least 0; default 100."""
+    """Weight of rotations within the ARAP term; at least 0; default 100."""
     icp_tukey_mm: F32
-    """Of the ICP term's kernel, mm; at least 0; default 3."""
+    """Width of the ICP term's Tukey kernel, mm; at least 0; default 3."""
     match_tukey_mm: F32
-    """Of the match term's kernel, mm; at least 0; default 5."""
+    """Width of the match term's Tukey kernel, mm; at least 0; default 5."""
     patch_tukey_px: F32
-    """Of the patch term's kernel, px; at least 0; default 4."""
+    """Width of the patch term's Tukey kernel, px; at least 0; default 4."""
     association_mm: F32
     """Live surface farther than this along the ray is another surface, mm; at least 0; default 10."""
     damping: F32
@@ -681,11 +682,11 @@ class WarpParams(Struct):
     points: U32
     """Exact count, as given to prepare; 0 to 4194304."""
     width: U32
-    """Of the disparity image, px; 2 to MAX_SIDE."""
+    """Width and height of the disparity image, px; 2 to MAX_SIDE."""
     height: U32
-    """Of the disparity image, px; 2 to MAX_SIDE."""
+    """Width and height of the disparity image, px; 2 to MAX_SIDE."""
     stride: U32
-    """Of the disparity image, elements; width to 1048576; default width."""
+    """Distance from row to row of the disparity image, elements; width to 1048576; default width."""
     reserved: U32
     camera: Camera
     """Rectified."""
@@ -722,9 +723,9 @@ class TrackerDesc(Struct):
     flags: U32
     """TRACKER_*; 0 to TRACKER_FALLBACK."""
     device_id: Text
-    """Of the device; None: the first device with every stage."""
+    """Id of the device; None: the first device with every stage."""
     seed: U64
-    """Of random choices: the same seed gives the same results on a repeatable device."""
+    """Seed of random choices: the same seed gives the same results on a repeatable device."""
     format: U32
     """Format of the frames; default Format.BGR8."""
     frames_in_flight: U32
@@ -742,28 +743,28 @@ class TrackerDesc(Struct):
     max_features: U32
     """Found in a frame; 1 to 65535; default 768."""
     max_patches: U32
-    """Of a template; 1 to 65536; default 1024."""
+    """Patches of a template; 1 to 65536; default 1024."""
     arap_weight: F32
-    """Of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept at
-    others; 0 to 1e9; default 0.55."""
+    """Weight of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept
+    at others; 0 to 1e9; default 0.55."""
     keep_disparity: U32
     """1: results carry the disparity image; with grow they do."""
     coarse_iterations: U32
-    """Of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 1."""
+    """Iterations of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 1."""
     fine_iterations: U32
-    """Of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 2."""
+    """Iterations of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 2."""
     timed: U32
     """1: the host waits after each stage, so that the times of results are the device's; slower. Otherwise they are
     those of queueing where a device computes by itself."""
     memory_stride: U32
-    """Of left and right images in a Memory, bytes; at most 1048576; default width * bytes per pixel, which is also
-    the min."""
+    """Distance from row to row of left and right images in a Memory, bytes; at most 1048576; default width * bytes
+    per pixel, which is also the min."""
     self_calibration: U32
     """SelfCalibration: what is done about a calibration that has drifted; default SelfCalibration.REPORT."""
     grow: U32
     """1: tissue that comes into view joins the template; 0 to 1."""
     max_vertices: U32
-    """Of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536."""
+    """Vertices of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536."""
     body: U32
     """BodyMode: what carries points beneath the surface; default BodyMode.ON."""
 
@@ -776,7 +777,7 @@ class MemoryDesc(Struct):
     kind: U32
     """MemoryKind."""
     address: Address
-    """Of that kind, a multiple of 16."""
+    """Address of memory of that kind, a multiple of 16."""
     size: U64
     """Bytes."""
 
@@ -833,9 +834,9 @@ class Piece(Struct):
     age: U32
     """Frames since it was last found."""
     vertices_inside: U32
-    """Of its vertices, in the image where it is expected."""
+    """Its vertices in the image where it is expected."""
     patches: U32
-    """Of its patches, found by guided search."""
+    """Its patches found by guided search."""
     observed_share: F32
     """0..1 of vertices_inside."""
     reserved: U32
@@ -864,9 +865,9 @@ class ResultStruct(Struct):
     features: U32
     """Features found in the left image."""
     matches: U32
-    """Of them matched to landmarks, with depth."""
+    """Features matched to landmarks, with depth."""
     inliers: U32
-    """Of them preselected."""
+    """Matches that preselection kept."""
     patches: U32
     """Patches found by guided search."""
     observed_share: F32
@@ -891,7 +892,7 @@ class ResultStruct(Struct):
     """PointStatus per template vertex: how far to trust it."""
     expected_error_mm: Address
     """Root mean square of the 3D error to be expected, per template vertex: the root of the trace of
-    vertex_covariance. Of all vertices of a status over a sequence, 55 to 85 % have an error within it, at least 93
+    vertex_covariance. Over a sequence, 55 to 85 % of all vertices of a status have an error within it, at least 93
     % within twice and at least 98.5 % within three times it, unless reasons say otherwise."""
     vertex_count: U64
     """Template vertices."""
@@ -910,7 +911,7 @@ class ResultStruct(Struct):
     times: StageTimeStructx16
     """In order of execution."""
     time_count: U32
-    """Of times."""
+    """Number of times."""
     reserved: U32
     vertex_covariance: Address
     """xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error, rectified camera, mm^2."""
@@ -919,11 +920,11 @@ class ResultStruct(Struct):
     view_lag_frames: F32
     """By how many frames the right view is late in this frame, negative: early; 0 where that cannot be measured."""
     vertical_offset_px: F32
-    """Of the right view against the left at the image centre, down is positive; mean of the last seconds, 0 where
-    not measured."""
+    """Vertical offset of the right view against the left at the image centre, down is positive; mean of the last
+    seconds, 0 where not measured."""
     roll_deg: F32
-    """Of the right view against the left about the image centre, clockwise is positive; mean of the last seconds, 0
-    where not measured."""
+    """Roll of the right view against the left about the image centre, clockwise is positive; mean of the last
+    seconds, 0 where not measured."""
     focal_ratio: F32
     """Right focal length to left; mean of the last seconds, 1 where not measured."""
     rig_matches: U32
@@ -931,9 +932,9 @@ class ResultStruct(Struct):
     template_epoch: U32
     """Counts the tracker's templates, and how often tissue joined them; 0 without a template."""
     device_id: Text
-    """Of the device that computed the frame."""
+    """Id of the device that computed the frame."""
     pieces: Address
-    """Pieces of the surface: which of them were found; see vertex_pieces of TemplateData."""
+    """Pieces of the surface, see vertex_pieces of TemplateData."""
     piece_count: U64
     """Pieces; 1 for most templates."""
     body: U32
@@ -957,14 +958,14 @@ class TemplateInfo(Struct):
 
     struct_size: U32
     width: U32
-    """Of the rectified image it was taken from."""
+    """Width and height of the rectified image it was taken from, px."""
     height: U32
-    """Of the rectified image it was taken from."""
+    """Width and height of the rectified image it was taken from, px."""
     reserved: U32
     camera: Camera
     """Rectified; the template frame is its."""
     vertices: Address
-    """Of the surface."""
+    """Vertices of the surface."""
     vertex_count: U64
     """Vertices."""
     triangles: Address
@@ -991,7 +992,7 @@ class TemplateInfo(Struct):
     image: Address
     """Width * height gray values of the rectified left image."""
     cut_points: Address
-    """Of the lines along which tissue came apart."""
+    """Points of the lines along which tissue came apart."""
     cut_point_count: U64
     """Cut points."""
     vertex_pieces: Address
@@ -1007,11 +1008,11 @@ class Mesh(Struct):
     vertices: Address
     """xyz each, mm."""
     vertex_count: U64
-    """Of vertices; 0 to 1000000."""
+    """Number of vertices; 0 to 1000000."""
     triangles: Address
     """Three vertex indices each, counter-clockwise seen from outside."""
     triangle_count: U64
-    """Of triangles; 0 to 1000000."""
+    """Number of triangles; 0 to 1000000."""
 
 
 @c_struct("defrec_body_region", stiffness=1)
@@ -1034,12 +1035,12 @@ class BodyDesc(Struct):
     flags: U32
     """0."""
     mesh: Mesh
-    """Closed; of the whole body. Without vertices: the tissue beneath the surface, whose extent is not known."""
+    """Closed; the whole body's. Without vertices: the tissue beneath the surface, whose extent is not known."""
     regions: Address
     """Where regions overlap the last one counts."""
     region_count: U64
-    """Of regions; 0 to 64."""
+    """Number of regions; 0 to 64."""
     poisson_ratio: F32
-    """Of the tissue; 0.01 to 0.495; default 0.43."""
+    """Poisson's ratio of the tissue; 0.01 to 0.495; default 0.43."""
     cut_depth_mm: F32
     """How deep a cut parts the body, mm; 0.1 to 1000; default 10."""
