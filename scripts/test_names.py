@@ -5,6 +5,6 @@ TEST_CASE = re.compile(r'TEST_CASE(?:_FIXTURE|_TEMPLATE)?\(\s*(?:\w+,\s*)?((?:"(
 
 
 def test_names(path):
-    """Of a file, in its order; a name that the code wraps is one."""
+    """Names of a file's tests, in its order; a name that the code wraps is one."""
     for match in TEST_CASE.finditer(path.read_text()):
         yield "".join(re.findall(r'"((?:[^"\\]|\\.)*)"', match.group(1)))

@@ -36,8 +36,8 @@ LANGUAGES = {".c": "c", ".cpp": "c++", ".cu": "c++"}
 LEFT_OUT = re.compile(r"_test\.cpp$|test_main\.cpp$|^plugins/faulty/(?!frame)|^sdk/abi/layout\.c$")
 # Options that say what a source means; what only names the target would keep sources apart.
 MEANING = re.compile(r"-([IDU]|std=|march=|W(all|extra|pedantic|no-[a-z-]+)$)(?!.*_EXPORTS$)")
-# Of those the ones that mean nothing to a source that does without: folders of headers, and macros
-# that stand for a value.
+# Those that mean nothing to a source that does without: folders of headers, and macros that stand
+# for a value.
 PATH = re.compile(r"-I|-isystem ")
 VALUE = re.compile(r"-D(\w+)=")
 # A check searches the whole unit for each of a hundred functions of these headers, so sources that
@@ -46,7 +46,7 @@ SLOW_HEADERS = re.compile(r"^#include <CLI/", re.MULTILINE)
 OWN_HEADER = re.compile(r'^#include "(\S+)"', re.MULTILINE)
 SYSTEM_HEADER = re.compile(r"^#include <\S+>", re.MULTILINE)
 CONDITION = re.compile(r"^#\s*(?:if|ifdef|ifndef)\b.*?^#\s*endif\b", re.MULTILINE | re.DOTALL)
-# Of members, of namespaces' and of macros: another name would not be theirs.
+# Names of members, of what is in namespaces, and of macros: another name would not be theirs.
 OTHERS_NAME = re.compile(r"(?:\.|->|::)\s*(\w+)|^#define (\w+)", re.MULTILINE)
 # What a file declares outside of classes and functions: those lines are not indented.
 BEFORE_DECLARATION = re.compile(r"^template <.*>[ \n]|__launch_bounds__\(.*?\)",
@@ -72,7 +72,7 @@ INCLUDED = re.compile(r"^\.+ (.*)$", re.MULTILINE)  # what option -H prints
 
 
 class Options:
-    """Of a compiler's command line the options that say what a source means."""
+    """The options of a compiler's command line that say what a source means."""
 
     def __init__(self, command, language):
         self.paths = []
@@ -153,7 +153,7 @@ class Source:
         self.is_slow = any(SLOW_HEADERS.search(file.read_text()) for file in (path, *self.headers))
 
     def clashes(self, names, headers):
-        """Of its names those that stand for something else among these or in those headers that it
+        """Its names that stand for something else among these or in those headers that it
         does not include."""
         return clashes(self.names, names).union(
             *(clashes(self.names, names_in(header)) for header in headers - self.headers))

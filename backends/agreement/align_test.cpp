@@ -215,7 +215,7 @@ AlignScene plane(uint32_t level) {
     return scene;
 }
 
-// Of six control points; those of odd index with the other sign, which is the same motion.
+// Motions of six control points; those of odd index have the other sign, which is the same motion.
 std::vector<defrec_motion> motions_of_six(double turn) {
     std::vector<defrec_motion> motions;
     for (int i = 0; i < 6; ++i) {

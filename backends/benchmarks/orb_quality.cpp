@@ -71,7 +71,7 @@ Detection detect_opencv(const GrayImage& image, uint32_t capacity) {
 
 Point pixel(const defrec_feature& feature) { return {feature.x / 16.0, feature.y / 16.0}; }
 
-// Of an 8 x 8 grid over the image.
+// The cells of an 8 x 8 grid over the image that points lie in.
 class Grid {
   public:
     explicit Grid(const GrayImage& image) : image_(image) {}

@@ -22,7 +22,8 @@ class Align final : public Stage {
   public:
     Align(const defrec_align_params& params, const Host& host)
         : params_(checked(params)), host_(host), places_(params, host) {
-        // Of the largest patch there may be: lanes beyond the search window look up any of them.
+        // The tables reach to the largest patch there may be: lanes beyond the search window look
+        // up any entry.
         for (int32_t n = 1; n <= kAlignRows * kAlignRows; ++n) {
             inverse_.push_back(1.0f / float(n));
             root_.push_back(std::sqrt(float(n)));

@@ -80,7 +80,8 @@ struct AlignSearch {
 // which none is.
 struct AlignPlaces {
     HostVector<int32_t> sample_x, sample_y, shift_x, shift_y;
-    // Of the pixels of a patch that is usable throughout, in rows of kAlignRow; 0 beyond it.
+    // Usable flag, x and y of the pixels of a patch that is usable throughout, in rows of
+    // kAlignRow; 0 beyond it.
     HostVector<int16_t> usable, x, y;
     align::TemplateSums sums;  // of it, those of n, x and y
     align::LightFits fits;

@@ -155,7 +155,7 @@ VRow join(VPairs even, VPairs odd) {
                        hn::BitCast(DRow(), hn::ShiftRight<kShift>(even)));
 }
 
-// Of the live image under the patch, shifted by a fraction of a pixel, 1/4 gray level.
+// Sums of the live image under the patch, shifted by a fraction of a pixel, 1/4 gray level.
 LiveSums live_sums(const Patch& patch, const AlignScratch& scratch, const AlignPeak& peak,
                    int32_t radius, int32_t shift_x, int32_t shift_y) {
     const DRow d;

@@ -28,7 +28,7 @@ using DFloat = hn::RebindToFloat<D32>;
 using V32 = hn::Vec<D32>;
 using VFloat = hn::Vec<DFloat>;
 
-// Of a sampled patch, with room behind it for vectors.
+// Samples of a patch, with room behind it for vectors.
 constexpr int32_t kMaxSamples = (kAlignRows + 2) * (kAlignRows + 2) + 2 * kAlignLanes;
 
 // x, x + 1, ... Highway's Iota of a variable goes through memory, lane by lane.
@@ -593,7 +593,7 @@ bool find_displacement(Radius radius, const AlignRun& run, const Limits& limits,
     const AlignPlaces& places = *run.places;
     const int32_t s = int32_t(run.params->search_radius);
     const AlignSearch search(s);
-    // Of the window, the first pixel of the patch that is not displaced.
+    // The place in the window of the first pixel of the patch that is not displaced.
     const int32_t centre = (s + 1) * (kAlignWindowRow + 1);
     first_sums(radius, search, centre, scratch);
     int32_t at = best_displacement(run, scratch, limits, search.rows() * search.row_places, 0, 0,

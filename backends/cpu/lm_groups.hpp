@@ -18,7 +18,7 @@ constexpr size_t kRowFloats = kJacobian + 4, kFourRows = 4 * kRowFloats;
 struct LmGroup {
     std::array<int32_t, kSkin> node;
     uint32_t first_point, points;
-    // Of the present frame, matches before patches; room for landmarks + patches.
+    // Sightings of the present frame, matches before patches; room for landmarks + patches.
     uint32_t first_sighting, sightings, matches;
     uint32_t first_landmark, landmarks, first_patch, patches;  // in landmark_order, patch_order
 };

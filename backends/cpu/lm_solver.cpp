@@ -173,7 +173,7 @@ void invert_diagonal(LmWorkspace& work, const LmPart& part) {
     }
 }
 
-// Of four columns the first and the second two entries of each, as rows.
+// Stores the first entries of the columns as one row, their second ones as another.
 HWY_INLINE void store_rows(V4 a, V4 b, V4 c, V4 d, float* first, float* second) {
     const auto ab = hn::InterleaveLower(D4(), a, b), cd = hn::InterleaveLower(D4(), c, d);
     hn::StoreU(hn::ConcatLowerLower(D4(), cd, ab), D4(), first);
@@ -184,7 +184,7 @@ HWY_INLINE void store_rows(V4 a, V4 b, float* first, float* second) {
     hn::StoreU(hn::LowerHalf(D2(), ab), D2(), first);
     hn::StoreU(hn::UpperHalf(D2(), ab), D2(), second);
 }
-// Of a block, whose columns have six entries; two more are loaded behind the last one.
+// Transposes a block, whose columns have six entries; two more are loaded behind the last one.
 HWY_INLINE void transpose(const float* from, float* to) {
     for (size_t r = 0; r < 6; r += 2) {
         V4 column[6];  // two entries

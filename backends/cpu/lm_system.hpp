@@ -45,7 +45,8 @@ struct LmPart {
     size_t first_number() const { return 6 * first; }
     size_t last_number() const { return (6 * last + 15) / 16 * 16; }
 };
-// Of up to 1,024 rows as many parts as a power of two, which threads mostly share equally.
+// The number of parts is a power of two, which threads mostly share equally; it is largest from
+// 1,024 rows on.
 constexpr size_t kPartStep = 8, kMinPartRows = 64, kMaxParts = 16;
 
 // What solving needs besides; made once.

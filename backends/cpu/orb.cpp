@@ -121,7 +121,7 @@ class Orb final : public Stage {
             offsets.test[i] = {offset(pattern[2 * i]), offset(pattern[2 * i + 1])};
     }
 
-    // Of a piece of level 0 before it is softened: its rows and those above and below.
+    // Size of a piece of level 0 before it is softened: its rows and those above and below.
     size_t halved_size() const {
         const uint32_t width = layout_.level[0].width;
         return (kRowsAtOnce + 2) * padded(width) + row_scratch(width, params_.halvings);
@@ -259,7 +259,7 @@ class Orb final : public Stage {
     defrec_orb_params params_;
     Host host_;
     Layout layout_;
-    // Of each level; strides in elements.
+    // One entry per level; strides in elements.
     size_t stride_[kOrbMaxLevels] = {}, first_pixel_[kOrbMaxLevels] = {};
     size_t first_band_[kOrbMaxLevels + 1] = {};
     HostVector<uint8_t> pixels_;

@@ -101,8 +101,8 @@ orb::Offset refine(OrbImage<const uint8_t> image, uint32_t x, uint32_t y) {
 using D8 = hn::ScalableTag<uint8_t>;
 using V8 = hn::Vec<D8>;
 
-// Of rows [0, rows + 6) of the mask, whose row 3 is the band's first: 0 where any pixel within 3
-// cannot be used.
+// Finds usable pixels from rows [0, rows + 6) of the mask, whose row 3 is the band's first: 0 where
+// any pixel within 3 cannot be used.
 void find_usable(const uint8_t* mask, size_t stride, uint32_t rows, uint8_t* usable) {
     const D8 d;
     const size_t lanes = hn::Lanes(d);

@@ -367,11 +367,11 @@ class Stereo final : public Stage {
     int threads_;
     Level full_, half_;
     Bytes half_left_mask_;
-    // Of samples of half resolution.
+    // Values per sample of half resolution.
     Bytes standing_;
     Field dense_;
     Field hypothesis_;  // of all pixels
-    // Of samples.
+    // Values per sample.
     Field fields_[2], none_row_;
     Bytes confidence_;
     std::vector<Coarser> coarser_;

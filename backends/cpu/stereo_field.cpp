@@ -101,7 +101,8 @@ void SmoothAlongColumns(const int16_t* const* rows, int width, int radius, int r
 
 void SmoothRows(const SmoothJob& job, int y0, int y1, int16_t* scratch) {
     const ptrdiff_t stride = ptrdiff_t(smooth_scratch_row(job.width));
-    // Of each pass the rows of a window, smoothed along, and the row that it gave last.
+    // The scratch of each pass holds the rows of a window, smoothed along, and the row that it gave
+    // last.
     const auto along = [&](int pass, int y) {
         return scratch + (pass * (kSmoothRing + 1) + y % kSmoothRing) * stride;
     };

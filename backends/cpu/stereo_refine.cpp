@@ -37,7 +37,7 @@ enum Sum {
 struct Tile {
     alignas(64) int32_t columns[kSums][kTileInts];
     alignas(64) int16_t warped[kMaxRows][3][kTileInts];
-    // Of a row's samples.
+    // Windows of a row's samples.
     alignas(64) int32_t windows[kSums][kTileSamples];
     alignas(64) int32_t window_width[kTileSamples], min_variance[kTileSamples];
     // What they are classified by; shaped: all ones at a peak of enough texture.

@@ -71,7 +71,7 @@ class Refinement {
         return s;
     }
 
-    // Of the live image shifted by `shift`.
+    // Sums of the live image shifted by `shift`.
     __device__ LiveSums live_sums(int2 shift) const {
         int32_t wx[4], wy[4], rows[L::kRows + 3];
         cubic_weights(shift.x & 255, wx);

@@ -199,7 +199,7 @@ class DisplacementSearch {
   private:
     static constexpr int32_t kLanes = static_cast<int32_t>(kWarp);
 
-    // Of the patch's rows first .. last - 1.
+    // Correlates the patch's rows first .. last - 1.
     __device__ Correlation<kRadius> correlate(int32_t word, uint32_t bits, int32_t first,
                                               int32_t last) const {
         Correlation<kRadius> sums;

@@ -42,7 +42,7 @@ struct Level {
     }
 };
 
-// Of patches with a radius.
+// Layout of patches with a radius.
 template <int kRadius>
 struct Layout {
     static constexpr int kSide = 2 * kRadius + 1, kPixels = kSide * kSide;

@@ -86,8 +86,8 @@ __device__ __forceinline__ LmRowMemory lm_row_memory(const LmView& view, const L
     return memory;
 }
 
-// Of a symmetric block, given by its lower triangle: the inverse of its Cholesky factor, in its
-// place. Pivots that vanish in single precision are raised to a share of the diagonal.
+// Replaces a symmetric block, given by its lower triangle, by the inverse of its Cholesky factor.
+// Pivots that vanish in single precision are raised to a share of the diagonal.
 __device__ __forceinline__ void invert_factor(float (&block)[kFactor]) {
     constexpr float kLeastPivot = 1e-6f;
     float inverse_pivot[6];
@@ -177,7 +177,7 @@ __device__ __forceinline__ void condition(LmBlock& block, const float* row_facto
     }
 }
 
-// Of the places of three rows those that the thread holds.
+// The places of three rows that the thread holds.
 struct LmHeldRows {
     float2 value[kHeld][kRowsTogether][3];
     uint32_t column[kHeld];

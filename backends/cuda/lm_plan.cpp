@@ -122,7 +122,7 @@ uint32_t LmPlan::known_as(const LmShare& share, uint32_t node) const {
         share.first_node, share.last_node - share.first_node, node);
 }
 
-// Of two that the block knows, the first its own.
+// The place of two control points that the block knows, the first its own.
 uint32_t LmPlan::place(const LmShare& share, uint32_t row, uint32_t column) const {
     uint32_t at = row_places[share.first_node + row];
     while (places[at].column != column) ++at;
@@ -219,7 +219,8 @@ void LmPlan::add_chunk(const LmLists& lists, const LmShare& share, uint32_t chun
     raise(max_terms, here.last_term - here.first_term);
 }
 
-// Of those from `first` on: the longest goes to the group that has least to do so far, and so on.
+// Deals out the sums from `first` on: the longest goes to the group that has least to do so far,
+// and so on.
 void LmPlan::deal_out(size_t first) {
     // In instructions, roughly.
     const auto cost = [](const LmSum& sum) {

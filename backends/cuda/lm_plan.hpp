@@ -58,7 +58,7 @@ struct LmPlan {
     uint32_t rows = 1;        // most control points of a block
     uint32_t max_known = 0;   // likewise
     uint32_t max_places = 0;  // of a block
-    // Of a chunk; connections in multiples of four.
+    // The most in a chunk; connections in multiples of four.
     uint32_t max_items = 0, max_connections = 0, max_sums = 0, max_terms = 0;
     std::vector<LmShare> shares;
     std::vector<uint32_t> known;  // of all control points

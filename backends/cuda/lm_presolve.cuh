@@ -62,7 +62,7 @@ __device__ float second_singular_value(const float (&m)[9]) {
 
 // Weighted sums over the matches, from and to each about a point of their own.
 enum LmFitSumOf : uint32_t { kFitFrom, kFitTo = 3, kFitMoment = 6, kFitWeight = 15, kFitSums };
-// Of all preselected matches.
+// Sums over all preselected matches.
 enum LmMatchSumOf : uint32_t {
     kMatchFrom,
     kMatchTo = 3,
@@ -90,7 +90,8 @@ __device__ __forceinline__ Vec3<float> mean3(const float* sums, float weight) {
     return {sums[0] / weight, sums[1] / weight, sums[2] / weight};
 }
 
-// Of all landmarks, since it is known early where they are, and later which of them are matched.
+// Deforms all landmarks, since it is known early where they are, and later which of them are
+// matched.
 __global__ void __launch_bounds__(kDeformThreads) lm_deform(LmPresolve given) {
     const uint32_t i = blockIdx.x * kDeformThreads + threadIdx.x;
     if (i >= given.landmarks) return;

@@ -60,7 +60,7 @@ struct LmState {
 
 // Global memory.
 struct LmExchange {
-    // Of each there are two copies, at the present poses and where the step leads.
+    // Each has two copies, at the present poses and where the step leads.
     float4* poses;     // of each control point rotation and position
     float* diagonals;  // kDiagonal numbers of each control point, one after the other for all
     float* matrix;     // 36 for each place
@@ -69,13 +69,13 @@ struct LmExchange {
     float* scales;    // S of each connection, its own block's only
     float* steps;     // 6 of each control point
     LmState* states;  // 2, used in turn
-    // Within a kernel. Of what the solver's blocks pass to each other in a step there are two
-    // copies, used in turn: a block that is ahead never writes what another still reads.
+    // Within a kernel. What the solver's blocks pass to each other in a step has two copies, used
+    // in turn: a block that is ahead never writes what another still reads.
     float* data;        // D of each control point
     float2* data_sums;  // of each block's control points: D, and its square
     float* factors;     // kFactorRoom of each control point: see kFactor
     float* starts;      // 6 of each control point: the right side, conditioned
-    // Of a grid that is no cluster.
+    // For a grid that is no cluster.
     float* products;           // 2 x 6 of each control point: of matrix and direction
     float4* dots;              // 2 x blocks: each one's part
     float *local, *row_local;  // what shared memory does not hold: so many floats for each block

@@ -18,7 +18,7 @@ __device__ int score_of(uint32_t corner) { return static_cast<int>(corner >> 16)
 __device__ int x_of(uint32_t corner) { return static_cast<int>(corner & 255); }
 __device__ int y_of(uint32_t corner) { return static_cast<int>(corner >> 8 & 255); }
 
-// Of the ring's four sides a lane looks at every second cell of one; a ring has as many steps as
+// A lane looks at every second cell of one of the ring's four sides; a ring has as many steps as
 // its radius.
 struct Walk {
     int along_x, along_y, out_x, out_y, phase;

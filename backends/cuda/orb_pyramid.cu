@@ -25,7 +25,7 @@ __device__ int size_of(const OrbLevel& level, uint32_t axis) {
     return axis == 0 ? level.width : level.height;
 }
 
-// Of levels first to last, from what the last takes from each of those before it.
+// Finds the spans of levels first to last, from what the last takes from each of those before it.
 __device__ void find_spans(const OrbLevels& levels, int first, int last, uint32_t axis,
                            Span* spans) {
     const uint32_t tile = axis == 0 ? blockIdx.x : blockIdx.y,

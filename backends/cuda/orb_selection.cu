@@ -42,8 +42,8 @@ __device__ uint32_t find_min_key(uint32_t lane, uint32_t spacing, uint32_t capac
                                               : kDistances;
     if (distance == spacing) return distance * kScores;
 
-    // Of those a pixel nearer, the scores that fit too: each lane looks at some, the last lane at
-    // the best.
+    // Corners a pixel nearer fit too from some score on: each lane looks at some scores, the last
+    // lane at the best.
     const uint32_t kept_near = __shfl_sync(kAllLanes, near, static_cast<int>(distance % kWarp));
     const uint32_t kept_far = __shfl_sync(kAllLanes, far, static_cast<int>(distance % kWarp));
     constexpr uint32_t kEach = kScores / kWarp;

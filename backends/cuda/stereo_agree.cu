@@ -33,7 +33,7 @@ struct Searched {
     int left, top, right, bottom;  // the last two among them
 };
 
-// Of the sample (i, j). searched: not empty.
+// Checks the sample (i, j). searched: not empty.
 __device__ __forceinline__ float check(const AgreeStep& step, const Searched& searched, int i,
                                        int j) {
     const StereoShape& shape = step.shape;

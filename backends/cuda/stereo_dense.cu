@@ -129,7 +129,7 @@ __device__ __forceinline__ void fill_window(const DisparityPyramid& pyramid, int
 #pragma unroll
     for (int level = 0; level <= kTiledLevels; ++level) {
         const int width = kWindows.width[level], count = width * kWindows.height[level];
-        // Of a level that there is not, it reads some sample that does not matter.
+        // For a level that there is not, it reads some sample that does not matter.
         const Level& size = pyramid.levels[level];
 #pragma unroll
         for (int round = 0; round < kMaxRounds; ++round) {

@@ -10,7 +10,7 @@ namespace defrec::cuda {
 namespace {
 
 constexpr int kLanes = static_cast<int>(kWarp), kThreads = 256, kWarps = kThreads / kLanes;
-// Of what is smoothed: the tile, and a column and a row after it, which its last pixels are
+// Samples that are smoothed: the tile, and a column and a row after it, which its last pixels are
 // interpolated from.
 constexpr int kWidth = kLanes, kHeight = 16;
 constexpr int kMaxReach = 4;  // of the passes of one kernel together
@@ -135,7 +135,7 @@ __device__ __forceinline__ void give_field(const FinishStep& step, const Field& 
     });
 }
 
-// Of the pixels of the sample (i, j).
+// Gives the pixels of the sample (i, j) its confidence.
 __device__ __forceinline__ void give_confidence(const FinishStep& step, int confidence, int i,
                                                 int j) {
     const StereoShape& shape = step.shape;

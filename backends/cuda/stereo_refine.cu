@@ -17,7 +17,7 @@ template <int kRadius>
 struct Block {
     RefineTile<kRadius, kTileHeight> tile;
     int half[kHalfSide][kHalfSide];
-    // Of the even row of each pair.
+    // Hypotheses of the even row of each pair.
     int16_t hypotheses[decltype(tile)::kPairs][decltype(tile)::kColumns];
 };
 
@@ -104,7 +104,7 @@ __device__ __forceinline__ void classify(const RefineStep& step, const Known& kn
     if (step.given_score != nullptr) step.given_score[at] = static_cast<int16_t>(score);
 }
 
-// Of the pixels of the tile.
+// Gives the hypotheses of the pixels of the tile.
 __device__ void give_hypothesis(const RefineStep& step, const int (&half)[kHalfSide][kHalfSide],
                                 int left, int top, bool any) {
     const StereoShape& shape = step.shape;

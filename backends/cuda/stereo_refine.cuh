@@ -17,7 +17,7 @@ struct RefineTile {
     static constexpr bool kRowAbove = kRadius % 2 == 0;
     static constexpr int kColumns = 2 * kTileWidth - 1 + 2 * kRadius, kPairs = kHeight + kRadius;
     static constexpr int kFirstRow = -kRadius - kRowAbove;  // of the first pair, from the tile's
-    // Of sums along columns, as far as scores are read in vectors of four.
+    // Elements in a row of sums along columns, as far as scores are read in vectors of four.
     static constexpr int kStride = (kColumns + 3) / 4 * 4;
     static constexpr int kPlanes = 11;
     // The right image seen through the hypothesis one pixel to the left, on the spot and one to the

@@ -18,8 +18,8 @@ struct LmEdge {
 };
 
 struct LmLists {
-    // Of an item, a point, landmark or patch: position, normal, then for each of its control points
-    // what leads from it to the item, and the weight.
+    // Vectors of an item, a point, landmark or patch: position, normal, then for each of its
+    // control points what leads from it to the item, and the weight.
     static constexpr size_t kItemVectors = 6, kItemArms = 2;
 
     std::vector<Vector4> rest;   // control points

@@ -25,7 +25,7 @@ struct BufferRule {
     bool optional = false;
 };
 
-// Of a stage's inputs, or of its outputs.
+// Rules for a stage's inputs, or for its outputs.
 class BufferRules {
   public:
     static constexpr size_t kMaxBuffers = 24;

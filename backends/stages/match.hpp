@@ -54,7 +54,7 @@ struct MatchBuffers {
         list.output("matches", matches, sizes.landmarks);
     }
 };
-// How many live features there are, at most params.features. Of buffers in host memory.
+// How many live features there are, at most params.features. The buffers are in host memory.
 inline uint32_t live_features(const defrec_match_params& params, const MatchBuffers& given,
                               std::span<const InBuffer> in) {
     const uint32_t count = std::min(*given.count, params.features);

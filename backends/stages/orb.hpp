@@ -100,7 +100,7 @@ inline std::array<OrbLevel, kOrbMaxLevels> device_levels(const Layout& layout) {
     }
     return levels;
 }
-// Of all levels.
+// Elements of all levels together.
 inline uint64_t device_pixels(const Layout& layout) {
     const OrbLevel last = device_levels(layout)[layout.levels - 1];
     return last.first + uint64_t(last.stride) * uint64_t(last.height);

@@ -66,7 +66,7 @@ std::string missing_features(VkPhysicalDevice device,
     return {};
 }
 
-// Of a device that lacks nothing: others may not know the call.
+// Asks a device that lacks nothing: others may not know the call.
 bool has_packed_dot(VkPhysicalDevice device) {
     uint32_t count = 0;
     vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);

@@ -63,7 +63,7 @@ TEST_CASE("an operation waits for those that it depends on, and for no other") {
     Device& device = under_test::device();
     const Buffer a = words(device), b = words(device), c = words(device), d = words(device),
                  e = words(device);
-    // Of one recording, and of one for each of them.
+    // The rounds of one recording are those of one for each operation, joined.
     const auto rounds = [&](const std::vector<std::function<void(Recorder&)>>& operations) {
         const auto whole = record(device, [&](Recorder& recorder) {
             for (const auto& add : operations) add(recorder);

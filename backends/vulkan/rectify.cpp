@@ -28,8 +28,8 @@ class Rectify final : public Stage {
         const auto optional = [&](size_t i) { return i < in.size() ? in[i] : nullptr; };
         const RectifyPush push{constants_of(p_), {given.map != nullptr, given.ignore != nullptr}};
         const uint32_t words = cover(p_.width, 4);
-        // Of four pixels in a word. Its own for each set of buffers, so that two views are
-        // rectified beside each other.
+        // A word has the state of four pixels. Each set of buffers has its own, so that two views
+        // are rectified beside each other.
         const Buffer& state = recorder.scratch(4 * uint64_t{words} * p_.height);
         recorder.dispatch(sample_, {in[0], optional(1), optional(2), out[0], state}, push,
                           {cover(words, 32), cover(p_.height, 4)});

@@ -56,7 +56,8 @@ constexpr Division kWide{.prepare_invocations = 256,
                          .smooth_result_run = 1,
                          .smooth_invocations = 512};
 
-// Of stereo_search_wide.comp: groups of disparities at once, as many as shared memory has room for.
+// Groups of disparities that stereo_search_wide.comp has at once, as many as shared memory has room
+// for.
 constexpr uint32_t wide_slots(const StereoConstants& c) { return c.radius <= 4 ? 16 : 8; }
 
 Groups tiles(int width, int height, uint32_t tile_width = kTile, uint32_t tile_height = kTile) {
@@ -84,7 +85,7 @@ uint64_t all_pixels(const std::vector<Level>& levels, size_t first = 0) {
     return sum;
 }
 
-// Of stereo_fill.comp: bytes of shared memory.
+// Bytes of shared memory of stereo_fill.comp.
 uint64_t fill_shared(const std::vector<Level>& levels, const Division& by) {
     const uint64_t side = by.tile() + 2 * kEdgeRadius;
     return 4 * (1 + all_pixels(levels, by.tile_levels) + side * side * 5 / 3);

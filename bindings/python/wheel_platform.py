@@ -29,7 +29,7 @@ def glibc_minor(symbols):
 
 
 def platform(processor, dumps):
-    """Of what `objdump -p` prints of each library."""
+    """The platform tag, from what `objdump -p` prints of each library."""
     least = 17
     for dump in dumps:
         needed = re.findall(r"^ +NEEDED +(\S+)", dump, re.MULTILINE)

@@ -12,7 +12,7 @@
 namespace defrec::conformance {
 
 inline constexpr uint32_t kRepetitions = 3;
-// Of the short list: enough to compare, and to come after other cases.
+// Repetitions of the short list: enough to compare, and to come after other cases.
 inline constexpr uint32_t kSmokeRepetitions = 2;
 // The case that the runner itself adds, without a body: that the plugin's life ends well in a
 // process that ran the others.

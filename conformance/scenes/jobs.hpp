@@ -21,7 +21,7 @@ inline Input picture_input(const Gray& picture, uint32_t stride) {
 // Pixels of the format, from the picture: its channels are the gray values shifted a little.
 Input colour_input(const Gray& picture, uint32_t format, uint32_t stride_bytes);
 
-// Of all, extras says whether optional outputs are asked for.
+// The argument extras says whether optional outputs are asked for.
 StageJob rectify_job(const defrec_rectify_params& params, const Gray& source,
                      const std::vector<int32_t>* map, const Gray* ignore);
 // A map that turns and bends the picture, some pixels outside of it.

@@ -6,7 +6,7 @@
 
 namespace defrec::conformance {
 
-// Of this process.
+// Number of threads of this process.
 size_t thread_count();
 // The system's name and version, and its processor architecture.
 std::string system_text();

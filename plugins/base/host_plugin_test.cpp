@@ -144,7 +144,7 @@ TEST_CASE("the tables are complete, and name what is offered") {
     Plugin plugin;
     CHECK(std::string(plugin.table->name) == "test");
     CHECK(plugin.table->abi_minor == DEFREC_PLUGIN_ABI_MINOR);
-    // Of what is optional, only what the backend can.
+    // The table has only those optional functions that the backend offers.
     CHECK(!plugin.table->host_alloc);
     CHECK(!plugin.table->host_free);
     CHECK(!plugin.table->write_in_place);

@@ -1,4 +1,4 @@
-// Of equally near features the last is taken: the right stage is given them in reverse order.
+// The last of equally near features is taken: the right stage is given them in reverse order.
 #include <algorithm>
 
 #include "plugins/faulty/frame.hpp"

@@ -13,7 +13,7 @@ from input import Sequence, parse_camera, run
 
 
 def read_points(path):
-    """Of each line: id, u, v."""
+    """Id, u and v of each line."""
     with open(path, newline="") as file:
         try:
             points = [(row["id"], float(row["u"]), float(row["v"])) for row in csv.DictReader(file)]

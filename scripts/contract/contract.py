@@ -10,7 +10,7 @@ PIXELS = "pixels"  # what @count says of an array as large as the rectified imag
 
 
 class Range:
-    """Of `1..510`, `>0..`, `width..1048576` or `DEFREC_FORMAT_*`: low and high as expressions or None."""
+    """A range as `1..510`, `>0..`, `width..1048576` or `DEFREC_FORMAT_*`: low and high as expressions or None."""
 
     def __init__(self, text, where):
         self.enumerators = text if text.endswith("_*") else None
@@ -44,7 +44,7 @@ class Field:
         self.counted_by = described.get("counted_by")
         where = f"{owner}.{self.name}"
         self.range = Range(described["range"], where) if "range" in described else None
-        # Of an element of an array in a result: () for a number or a record, (3,), (3, 4).
+        # The shape of an element of an array in a result: () for a number or a record, (3,), (3, 4).
         components = described.get("components", "")
         if components and not re.fullmatch(r"\d+(x\d+)?", components):
             raise header.HeaderError(f"{where}: @components {components} is not understood")

@@ -1,7 +1,7 @@
 """Reads the two public headers into one description: every handle, enumeration, struct, callback and function, with comments.
 
 The headers are the source of everything that generate.py writes. What this parser does not understand is an error with
-its line, so that nothing is passed over. The comment of a field or an enumerator may end in tags. Of a field:
+its line, so that nothing is passed over. The comment of a field or an enumerator may end in tags. A field has:
 
     @default 128          of a parameter or option that is 0. A number, an enumerator, or an expression of other fields
                           (width, source_width * bytes_per_pixel(format)); a remark may follow in brackets: 1600 (0.39).
@@ -15,7 +15,7 @@ its line, so that nothing is passed over. The comment of a field or an enumerato
     @components 3         of an element of such an array, 1 if left out; 3x4: of a matrix, row-major
     @since 1.1            of the API
 
-Of a reason for a frame's state:
+A reason for a frame's state has:
 
     @effect degraded      on the frame, if it has one
     @remedy clean the lens

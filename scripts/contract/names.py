@@ -20,7 +20,7 @@ class Enumeration:
         return values[0]["name"] == self.prefix
 
 
-# Of two whose prefixes begin alike, the longer one first.
+# The longer one of two whose prefixes begin alike comes first.
 ENUMERATIONS = [
     Enumeration("DEFREC_OK", "Status", "Status", csharp_type="int"),
     Enumeration("DEFREC_LOG_", "LogLevel", "LogLevel", csharp_type="int"),

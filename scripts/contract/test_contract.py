@@ -17,7 +17,7 @@ from writers import cpp, docs, stub
 SMALL = """
 enum { DEFREC_FORMAT_GRAY8 = 1, /**< 1 byte */
        DEFREC_FORMAT_BGR8 = 1u << 1 /**< 3 bytes */ };
-/** Of a test. */
+/** Parameters of a test. */
 typedef struct defrec_small_params {
     uint32_t struct_size;   /**< see DEFREC_INIT */
     uint32_t width, height; /**< of the image @range 2..64 @unit px */
@@ -28,7 +28,7 @@ typedef struct defrec_small_params {
 """
 
 
-# Of a frame's result, with an enumeration that is counted and a reason.
+# A frame's result, with an enumeration that is counted and a reason.
 RESULT = """
 enum { DEFREC_STAGE_FIRST = 0, /**< one */ DEFREC_STAGE_SECOND = 1, /**< two */ DEFREC_STAGE_COUNT_V1 = 2 /**< all */ };
 enum { DEFREC_REASON_FEW_MATCHES = 1u << 0, /**< few @effect degraded @remedy look @since 1.1 */

@@ -14,7 +14,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build-coverage"
-# Of each target: what reads or checks its input.
+# Sources that read or check each target's input.
 READERS = {
     "api": ["sdk/api/api.cpp", "sdk/api/handles.cpp", "sdk/api/tracking.cpp"],
     "calibration": ["sdk/io/calibration.cpp", "sdk/io/calibration_check.cpp", "sdk/io/yaml_document.cpp"],

@@ -16,7 +16,7 @@ SECONDS = 600
 
 
 def samples(leak_mb_per_hour=0.0, descriptors=lambda second: 6, seed=1):
-    """Of a run with noise whose values depend on those before, as a process's do."""
+    """Samples of a run with noise whose values depend on those before, as a process's do."""
     noise = random.Random(seed)
     rows, drift = ["second,frames,lost,trackers,cuts,losses,gaps,templates,p99_ms,loop_error_mm,resident_mb,heap_mb,descriptors,threads"], 0
     for second in range(1, SECONDS + 1):

@@ -74,7 +74,7 @@ check_layout("layout, an enumerator renumbered" "DEFREC_ERROR_BUSY = -19" "${WOR
 copy_headers("${WORK}/parameter" "defrec_job_wait\\(defrec_job job, uint64_t timeout_ns\\)" "defrec_job_wait(defrec_job job, uint32_t timeout_ns)")
 check_interface("abidiff, a parameter narrowed" "signature_of_defrec_job_wait" "${WORK}/parameter")
 
-# Of the same size, so that the layout does not tell.
+# The other type has the same size, so that the layout does not tell.
 copy_headers("${WORK}/type" "int64_t( +)timestamp_ns; ( */\\*+<? +strictly)" "uint64_t\\1timestamp_ns; \\2")
 check_layout("layout, a sign lost" "" "${WORK}/type")
 check_interface("abidiff, a sign lost" "timestamp_ns" "${WORK}/type")

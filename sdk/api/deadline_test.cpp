@@ -32,7 +32,7 @@ defrec_result result_of(defrec_job job) {
     return result;
 }
 
-// Of all vertices since the template, along x.
+// Mean motion of all vertices since the template, along x.
 double mean_motion(const defrec_result& result, const defrec_result& first) {
     double sum = 0;
     for (uint64_t i = 0; i < result.vertex_count; ++i)

@@ -129,7 +129,7 @@ double mean_expected_error(const TrackedFrame& frame) {
     return sum / static_cast<double>(frame.points.size());
 }
 
-// Of the observed points, those whose error is at most three times the expected one.
+// The share of the observed points whose error is at most three times the expected one.
 double share_as_expected(std::span<const TrackedFrame> frames) {
     double observed = 0, within = 0;
     for (const TrackedFrame& frame : frames)

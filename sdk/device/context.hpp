@@ -23,7 +23,7 @@ class DeviceChoice {
     const LoadedPlugin::DeviceEntry& description() const { return plugin_->devices()[index_]; }
     bool is_quarantined() const { return plugin_->is_quarantined(index_); }
     const std::shared_ptr<const Services>& services() const { return plugin_->services(); }
-    // Of this context, made or being made.
+    // Trackers of this context, made or being made.
     std::atomic<size_t>& tracker_count() const { return plugin_->tracker_count(index_); }
     // Throws Error(DEFREC_ERROR_DEVICE_LOST) where it is quarantined.
     std::shared_ptr<Device> open(std::shared_ptr<DeviceWatch> watch = nullptr) const;

@@ -45,7 +45,7 @@ std::string failure_of(int status, const std::filesystem::path& log) {
     return line.empty() ? "exit code " + std::to_string(code) + " without a message." : line;
 }
 
-// Of the child, between fork and exec: nothing that allocates.
+// The child runs this between fork and exec: nothing in it allocates.
 [[noreturn]] void become(char* const* arguments, int log, pid_t parent) {
     ::setpgid(0, 0);
     // kill -9 of the parent leaves no clip running.

@@ -69,7 +69,7 @@ defrec::cli::LinkFrame make_frame(Input& input) {
     return frame;
 }
 
-// Of OpenIGTLink's header, version 1: at 42 the size of the body, 8 bytes, the highest first.
+// OpenIGTLink's header, version 1, has the size of the body at 42, 8 bytes, the highest first.
 uint64_t body_size(const std::string& bytes, size_t header) {
     uint64_t size = 0;
     for (size_t i = 0; i < 8; ++i) size = size << 8 | static_cast<uint8_t>(bytes[header + 42 + i]);

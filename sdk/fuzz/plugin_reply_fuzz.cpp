@@ -21,7 +21,7 @@ using namespace defrec;
 
 constexpr uint32_t kWidth = 96, kHeight = 72, kMaxFeatures = 100;
 
-// Of a textured plane.
+// The template of a textured plane.
 Template make_template() {
     std::vector<uint8_t> gray(kWidth * kHeight), mask(gray.size(), 255);
     for (uint32_t i = 0; i < gray.size(); ++i) {

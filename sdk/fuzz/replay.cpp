@@ -11,10 +11,10 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
 
-// Of targets that have one.
+// Some targets have one.
 extern "C" [[gnu::weak]] size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max_size,
                                                         unsigned seed);
-// Of the fuzzer, for these mutators; nothing is mutated here.
+// The fuzzer has this for these mutators; nothing is mutated here.
 extern "C" size_t LLVMFuzzerMutate(uint8_t*, size_t size, size_t);
 size_t LLVMFuzzerMutate(uint8_t*, size_t size, size_t) { return size; }
 

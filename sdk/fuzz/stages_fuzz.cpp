@@ -1,5 +1,5 @@
 // Parameters and buffers of the stages: backend cpu accepts what the reference does, and neither
-// leaves its buffers. Of the stages whose results are exact, both give the same bytes.
+// leaves its buffers. Both give the same bytes in stages whose results are exact.
 #include <cstring>
 
 #include "sdk/fuzz/input.hpp"
@@ -26,7 +26,7 @@ constexpr uint32_t kLargest = 96;   // of sizes and counts
 constexpr uint32_t kExtremes[] = {0xffffffff, 0x80000000, 0x7fc00000, 0x7f800000,
                                   0xff800000, 0x7f7fffff, 0x80000001};
 
-// Of any stage.
+// Parameters of any stage.
 struct Params {
     alignas(8) uint8_t bytes[256] = {};
 };

@@ -30,7 +30,7 @@ class FramePairs {
     // The times within a pair differ by at most that much: half of the time between frames.
     void set_tolerance(double milliseconds) { tolerance_ms_ = milliseconds; }
     void add(View view, CameraImage image);
-    // Of a source that carries both views.
+    // Adds a pair of a source that carries both views.
     void add_pair(CameraPair pair);
     // The newest pair, once.
     std::optional<CameraPair> take();

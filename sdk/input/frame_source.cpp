@@ -152,7 +152,7 @@ struct FrameSource::Impl {
         require_pairs(*left, *right);
     }
 
-    // Of the left view, or of the source that carries both.
+    // Name of the left view, or of the source that carries both.
     const std::string& source_name() const {
         return options.stereo.empty() ? options.left : options.stereo;
     }

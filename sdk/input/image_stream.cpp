@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kLargestImageFile = 400'000'000;
-// Of one image: both views may lie side by side, or one above the other.
+// Largest side of one image: both views may lie side by side, or one above the other.
 constexpr std::uint64_t kMaxSide = 2 * DEFREC_MAX_SIDE;
 // A container may count one frame more than it holds without being cut short.
 constexpr std::int64_t kCountTolerance = 1;
@@ -39,7 +39,7 @@ bool is_image_name(const fs::path& path) {
            std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
 }
 
-// Of a cut file libjpeg fills the rest with gray and says nothing; libpng complains on the standard
+// libjpeg fills the rest of a cut file with gray and says nothing; libpng complains on the standard
 // error output.
 bool is_cut(const std::vector<unsigned char>& bytes) {
     constexpr std::size_t kTail = 65536;

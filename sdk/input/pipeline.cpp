@@ -15,7 +15,7 @@
 namespace defrec::cli {
 namespace {
 
-// Of the buffer that evens out the network, ms.
+// Latency of the buffer that evens out the network, ms.
 constexpr guint kNetworkLatency = 100;
 
 struct Unref {

@@ -11,7 +11,8 @@ struct HeaderSize {
     std::uint64_t width = 0, height = 0;  // px
 };
 
-// Of an image: PNG, JPEG, BMP, TIFF, PNM or WebP; empty for all else, and where the header is cut.
+// Size of an image: PNG, JPEG, BMP, TIFF, PNM or WebP; empty for all else, and where the header is
+// cut.
 std::optional<HeaderSize> image_header_size(std::span<const unsigned char> bytes);
 
 // Whether the bytes begin a container that holds its frames itself: MP4 and MOV, AVI, Matroska and

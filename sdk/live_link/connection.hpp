@@ -18,7 +18,7 @@ struct Packet {
     std::uint64_t number = 0;
 };
 
-// Sends packets whole and in order. Of those that come while one is being sent, only the newest is
+// Sends packets whole and in order. Only the newest of those that come while one is being sent is
 // kept; so a receiver costs at most two packets. Not thread-safe, never waits.
 class Connection {
   public:

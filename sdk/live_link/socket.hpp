@@ -43,7 +43,7 @@ Accepted accept_from(const Socket& listener, Socket& receiver);
 // Begins to connect; an empty socket when that failed at once. The socket turns writable when it is
 // decided: connection_error.
 Socket begin_to_connect(const addrinfo& address);
-// Of a socket that turned writable: empty when connected, else what went wrong.
+// The error of a socket that turned writable: empty when connected, else what went wrong.
 std::string connection_error(const Socket& socket);
 
 // Makes an accepted or connected socket fit for frames: without delay, and with a short queue in

@@ -57,7 +57,7 @@ class Program {
     Program(const Program&) = delete;
     Program& operator=(const Program&) = delete;
 
-    // Of the standard error output; empty at its end.
+    // A line of the standard error output; empty at its end.
     std::string line() const {
         std::string text;
         for (char c = 0; ::read(errors_.get(), &c, 1) == 1 && c != '\n';) text += c;
@@ -161,7 +161,7 @@ void check_number(float received, const std::string& written, double tolerance) 
     CHECK(std::abs(static_cast<double>(received) - parse_double(written).value()) < tolerance);
 }
 
-// Of points.csv; the rows of targets.csv have their depth after the id.
+// Rows of points.csv; those of targets.csv have their depth after the id.
 using Rows = std::vector<std::vector<std::string>>;
 
 // The rows of a frame, without what is lost.

@@ -74,7 +74,8 @@ void Transmitter::accept_receivers() {
     }
 }
 
-// Of those that have not taken a whole frame yet, or do not keep up, the one that came first.
+// Ends the first connection that has not taken a whole frame yet, else the first that does not keep
+// up.
 bool Transmitter::make_room() {
     const auto is_idle = [](const Connection& each) { return each.sent() == 0; };
     const auto is_behind = [](const Connection& each) { return each.has_unsent(); };

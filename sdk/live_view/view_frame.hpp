@@ -13,13 +13,13 @@ namespace defrec::cli {
 struct ViewPoint {
     std::int64_t id = 0;
     VertexStatus status = VertexStatus::unknown;
-    // Of points that are not unknown only.
+    // Only points that are not unknown have these.
     double u = 0, v = 0;  // pixels of the left image as given
     double x = 0, y = 0, z = 0;
     double expected_error_mm = 0;
 };
 
-// Of every frame, kept for browsers that ask later.
+// One of every frame, kept for browsers that ask later.
 struct ViewMoment {
     std::int64_t index = 0;
     double timestamp_ms = 0;

@@ -26,7 +26,7 @@ class LibraryBytes {
             refuse("truncated: ", what, " ends beyond the ", bytes_.size(), " bytes of the file");
     }
 
-    // Of a table, which lies inside.
+    // A record of a table, which lies inside.
     template <class Record>
     Record record(uint64_t table, size_t index = 0) const {
         Record result;

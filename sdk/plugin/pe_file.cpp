@@ -86,7 +86,8 @@ class PeFile : LibraryBytes {
         }
     }
 
-    // Of the linker, for debuggers: names that are longer than a symbol follow, their size first.
+    // Symbols of the linker, for debuggers: names that are longer than a symbol follow, their size
+    // first.
     void check_symbols() const {
         if (file_header_.pointer_to_symbol_table == 0) return;
         const uint64_t names =

@@ -11,7 +11,7 @@ struct TargetMark {
     float radius = 0;  ///< as long as the expected error appears, square to the line of sight
 };
 
-/// Of a target that is not unknown.
+/// The mark of a target that is not unknown.
 TargetMark target_mark(const TargetEstimate& target, const Projector& projector);
 
 /// Root mean square of the error to be expected, mm.

@@ -8,7 +8,7 @@ namespace defrec::cli::test {
 
 std::string read_page(const std::filesystem::path& path);
 
-/// Of a build without npm, as web/plain_page.py writes it.
+/// Whether the page is of a build without npm, as web/plain_page.py writes it.
 bool is_plain(const std::string& page);
 
 bool have_chromium();

@@ -42,7 +42,7 @@ class Film {
     /// To the next frame; the first call gives frame 0. At most as often as there are frames.
     void advance();
 
-    // Of the present frame.
+    // Images of the present frame.
     const std::vector<std::uint8_t>& left_bgr() const { return left_bgr_; }
     const std::vector<std::uint8_t>& right_bgr() const { return right_bgr_; }
     bool shows_tissue() const { return state_.outside == Outside::none; }

@@ -79,7 +79,7 @@ struct Lobes {
     Eigen::Vector2d slide = Eigen::Vector2d::Zero();  ///< mm, of the lobe below
 };
 
-/// Of the line t = 0, which belongs to both sides of a cut, or both lobes.
+/// Sides of the line t = 0, which belongs to both sides of a cut, or both lobes.
 enum class Side { above, below };  ///< t <= 0, t >= 0
 
 struct Motion {
@@ -114,7 +114,7 @@ class Surface {
     Eigen::Vector3d beneath(double s, double t, std::size_t layer, const BodyMotion& motion) const;
 
     /// Point of a cut's floor, which spans the gap from across = -1, above, to 1, below: a trough
-    /// whose rims are the sides to the bit. Of lobes: the wall between them.
+    /// whose rims are the sides to the bit. For lobes: the wall between them.
     Eigen::Vector3d floor_at(double s, double across, double time, const Motion& motion) const;
 
     /// Material coordinates where the ray origin + z * direction first meets the surface, within

@@ -76,7 +76,7 @@ class Tissue {
     void tabulate();
     Coarse coarse(float s, float t) const;
     Rgb mottled(float s, float t, float footprint, const Coarse& c) const;
-    /// Of the segments in groups first..last: 0..1, how dark they are here.
+    /// How dark the segments in groups first..last are here, 0..1.
     float darkest_of(std::int32_t first, std::int32_t last, float s, float t,
                      float footprint) const;
     Rgb with_vessels(Rgb albedo, float s, float t, float footprint) const;

@@ -36,7 +36,7 @@ class PointFollower {
     void commit() { file_.commit(); }
 
     std::size_t count() const { return points_.size(); }
-    // Of all rows written so far.
+    // Counts of all rows written so far.
     const StatusCounts& rows() const { return rows_; }
     std::size_t points_without_surface() const;
 
@@ -48,7 +48,7 @@ class PointFollower {
                     const std::vector<std::uint8_t>& found);
     void lift_in(std::int64_t frame, defrec_job job);
     void settle(defrec_job job);
-    // Of the job's frame, the points that follow being in the template frame.
+    // Moves the points from the template frame to the job's frame.
     void warp(defrec_job job);
     // The pieces of the surface that the points lie on, where they are not known yet.
     void find_pieces(defrec_job job);

@@ -25,7 +25,7 @@ struct PositionRow {
     double timestamp_ms = 0;
     std::int64_t id = 0;
     PointStatus status = PointStatus::kLost;
-    // Of points that are not lost only.
+    // Only points that are not lost have these.
     double xyz[3] = {};  // mm, left rectified camera of this frame
     double uv[2] = {};   // pixels of the left image as given
     double expected_error_mm = 0;

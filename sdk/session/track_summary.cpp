@@ -53,7 +53,7 @@ Json states_json(const std::vector<FrameRow>& rows) {
     return json;
 }
 
-// Of each reason that occurs the number of frames.
+// Number of frames of each reason that occurs.
 Json reasons_json(const std::vector<FrameRow>& rows) {
     Json json = Json::object();
     for (const FrameRow& row : rows) {

@@ -342,7 +342,7 @@ TEST_CASE("connections are unique and ordered, and lead to the nearest eight") {
         CHECK(edge.weight > 0);
         CHECK(seen.emplace(edge.a, edge.b).second);
     }
-    // Of each edge one half is a control point's; at the border of the grid there are fewer.
+    // One half of each edge is a control point's; at the border of the grid there are fewer.
     CHECK(data->edges.size() > 7 * data->nodes.size() / 3 / 2);
     CHECK(data->edges.size() < 10 * data->nodes.size() / 3 / 2);
 }

@@ -13,7 +13,8 @@ namespace {
 // gray levels.
 constexpr double kMinTexture = 0.5;
 
-// Of the patch's window, on the image of the check's level; 0 where the window leaves the image.
+// Texture of the patch's window, on the image of the check's level; 0 where the window leaves the
+// image.
 double window_texture(const uint8_t* image, int width, int height, double u, double v) {
     const int step = 1 << check_level(static_cast<uint32_t>(width)),
               radius = static_cast<int>(kCheckRadius);

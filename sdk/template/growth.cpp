@@ -176,7 +176,7 @@ void Grower::append_triangles(TemplateData& data) {
         const Point& p = tissue_.vertex_at[static_cast<size_t>(vertex)];
         return std::pair{tissue_.pixel_u(p), tissue_.pixel_v(p)};
     };
-    // Of three cells; false where they make no triangle.
+    // Adds the triangle of three cells; false where they make none.
     const auto add = [&](size_t a, size_t b, size_t c) {
         const int32_t i = part_.vertex[a], j = part_.vertex[b], k = part_.vertex[c];
         if (i < 0 || j < 0 || k < 0 || std::max({i, j, k}) < first_new) return false;

@@ -56,7 +56,7 @@ struct View {
     }
 };
 
-// Of all control points: the camera moved aside.
+// Motions of all control points: the camera moved aside.
 std::vector<defrec_motion> moved_aside(const TemplateData& data, double aside) {
     const auto motion = from_rigid(Quaternion<double>{1, 0, 0, 0}, Vec3<double>{-aside, 0, 0});
     return std::vector<defrec_motion>(data.nodes.size() / 3, motion.store());

@@ -236,7 +236,7 @@ void TissueFinder::place_nodes() {
         }
 }
 
-// Of a place on one of the template's pieces.
+// The anchor of a place on one of the template's pieces.
 NodeAnchor TissueFinder::anchor_of(const Point& place, int piece) const {
     std::vector<Point> nodes;
     std::vector<int32_t> index;
@@ -325,7 +325,7 @@ std::vector<size_t> TissueFinder::connected(size_t seed, std::vector<uint8_t>& d
     return piece;
 }
 
-// Of connected pieces of new cells those that are large enough and touch the surface.
+// Keeps the connected pieces of new cells that are large enough and touch the surface.
 void TissueFinder::keep_whole_pieces() {
     std::vector<uint8_t> done(found_.cells(), 0);
     const auto belongs = [&](size_t cell) { return found_.is_new[cell] == 1; };

@@ -52,8 +52,8 @@ bool scattered_skin(const PixelBuckets& nodes, double spacing, double u, double 
     });
     if (near.size() > kNearest) near.resize(kNearest);
 
-    // Of all triangles round the pixel the Delaunay triangle is the one in which the squared
-    // distance from the pixel, interpolated linearly, is least at the pixel.
+    // The Delaunay triangle is the one round the pixel in which the squared distance from the
+    // pixel, interpolated linearly, is least at the pixel.
     double least = std::numeric_limits<double>::infinity();
     const double smallest = 1e-3 * spacing * spacing;
     for (size_t a = 0; a < near.size(); ++a)

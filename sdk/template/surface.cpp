@@ -225,7 +225,7 @@ double median(std::vector<double>& values) {
     return *middle;
 }
 
-// Of each set.
+// The lead of each set.
 std::vector<Lead> leads_over(const Piece& piece, const std::vector<Sample>& samples,
                              const Surfaces& surfaces, int columns, int rows) {
     constexpr float kNear = 8;          // grid steps to the nearest sample of the piece

@@ -20,7 +20,7 @@ class Surroundings {
     };
     // The control point nearest to a place in the template frame.
     size_t nearest_node(const Vec3<double>& place) const;
-    // Of a place in the template frame.
+    // The neighbours of a place in the template frame.
     Neighbours beside(const TemplateData& data, const Vec3<double>& place) const;
 
   private:

@@ -109,7 +109,7 @@ struct TemplateData {
     uint8_t piece_of(const Item& item) const {
         return piece_of_node(static_cast<size_t>(item.node[0]));
     }
-    // Of the first view.
+    // Counts of the first view.
     TemplateCounts first_counts() const { return parts.empty() ? counts() : parts.front().before; }
     size_t views() const { return image.size() / (size_t{width} * height); }
 };
@@ -129,7 +129,7 @@ class Template {
     // Surface points under pixels (u, v) of the rectified left image: xyz in mm; found is 0 where
     // there is no surface.
     void lift(const double* uv, size_t count, double* xyz, uint8_t* found) const;
-    // Of each point its piece; 255 of one that is not finite.
+    // The piece of each point; 255 for one that is not finite.
     void point_pieces(const double* xyz, size_t count, uint8_t* pieces) const;
 
     // How a point of the template frame moves, on the surface or off it; motions: of the control

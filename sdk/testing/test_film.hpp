@@ -13,7 +13,8 @@ inline defrec_intrinsics intrinsics_of(const cli::Lens& lens) {
     return {lens.fx, lens.fy, lens.cx, lens.cy, {}, 0, 0};
 }
 
-// Of a scene whose cameras are rectified and without distortion. width, height: of the film.
+// The rig of a scene whose cameras are rectified and without distortion. width, height: of the
+// film.
 inline void describe_rig(const cli::StereoRig& filmed, uint32_t width, uint32_t height,
                          defrec_rig_desc& rig) {
     rig.width = width;

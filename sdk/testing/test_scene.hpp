@@ -12,7 +12,7 @@ namespace defrec::test {
 inline constexpr int kWidth = 320, kHeight = 240;
 inline constexpr double kFocal = 340, kBaseline = 5, kDepth = 80, kSlope = 0.15;
 
-// Of the two cameras.
+// The rig of the two cameras.
 inline defrec_rig_desc scene_rig() {
     defrec_rig_desc desc;
     DEFREC_INIT(&desc);

@@ -38,7 +38,7 @@ class FrameAttempt {
     // never gives.
     void measure(const TrackedSurface& surface, const RigWatch& rig, const Pipeline& pipeline,
                  const FrameOutput& output, const Services* helpers);
-    // Of a frame that is lost: the surface as it is in output again.
+    // Measures a frame that is lost: the surface as it is in output again.
     void measure_surface(const TrackedSurface& surface, const FrameOutput& output);
 
     // At least half of the vertices have moved fast since the frame before.

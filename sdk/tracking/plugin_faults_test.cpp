@@ -168,7 +168,7 @@ class Session {
         }
         return result;
     }
-    // Of the last job, which is waited for.
+    // Result of the last job, which is waited for.
     defrec_result result() {
         REQUIRE(defrec_job_wait(jobs.back(), UINT64_MAX) == DEFREC_OK);
         defrec_result result;

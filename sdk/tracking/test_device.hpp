@@ -39,7 +39,7 @@ struct TestDevice {
     DeviceChoice choice() const {
         return context->choose_device(nullptr, (1u << DEFREC_STAGE_COUNT_V1) - 1).devices.front();
     }
-    // Of a tracker on the device.
+    // The monitor of a tracker on the device.
     std::shared_ptr<JobMonitor> monitor() const {
         return std::make_shared<JobMonitor>(
             choice(), std::make_shared<DeviceWatch>(choice().services()->plugin_deadline()));

@@ -37,7 +37,7 @@ class Job {
                               uint8_t* status, double* expected_error_mm) const = 0;
     // Waits if it is running, then gives its place back; the object must not be used afterwards.
     virtual void release() = 0;
-    // Of the context.
+    // Services of the context.
     virtual std::shared_ptr<const Services> services() const = 0;
 };
 

@@ -23,7 +23,7 @@ __device__ T* dynamic_shared() {
 class GridBarrier {
   public:
     static constexpr bool kSharesMemory = false;
-    // passed: of each block, 0 before the first launch. Of one grid at a time.
+    // passed: of each block, 0 before the first launch; one grid at a time uses it.
     __device__ explicit GridBarrier(uint32_t* passed)
         : passed_(passed), count_(passed[blockIdx.x]) {}
     __device__ void wait() {

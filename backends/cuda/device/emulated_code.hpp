@@ -268,7 +268,7 @@ inline uint32_t __byte_perm(uint32_t x, uint32_t y, uint32_t selector) {
                   << (8 * i);
     return result;
 }
-// Of the two 16-bit halves, each for itself.
+// Minimum and maximum of the two 16-bit halves, each for itself.
 inline uint32_t __vminu2(uint32_t a, uint32_t b) {
     return std::min(a >> 16, b >> 16) << 16 | std::min(a & 0xffff, b & 0xffff);
 }

@@ -59,7 +59,8 @@ class Gpu final : public Device {
     // Page-locked memory of the host, zero.
     void* allocate_host(uint64_t size);
     void release_host(void* memory) noexcept;
-    // Of the memory of allocate_host that a range lies in (as Buffer::serial); 0: it lies in none.
+    // Serial, as Buffer::serial, of the memory of allocate_host that a range lies in; 0: it lies in
+    // none.
     uint64_t host_serial(const void* memory, uint64_t size) const;
 
     // Throws StageError unless the range is memory of this device.

@@ -147,7 +147,7 @@ void load_window(ivec2 corner) {
         const int i = min(lane + k * kLanes, kWindow - 1);
         const int y = corner.y + i / kWindowWords, x = corner.x + 4 * (i % kWindowWords);
         const int at = clamp(y, 0, push.height - 1) * run.stride + clamp(x, -3, push.width - 1);
-        // Of the word's pixels those in the image.
+        // The word's pixels that lie in the image.
         const int first = clamp(-x, 0, 4), end = clamp(push.width - x, 0, 4);
         const uint inside = y >= 0 && y < push.height && first < end
                                 ? (~0u >> (32 - 8 * (end - first))) << (8 * first)
@@ -182,8 +182,8 @@ ivec4 template_at(int row, int block) {
     return ivec4(pairs << 16, pairs).xzyw >> 16;
 }
 
-// Of the patch's rows `row` .. last - 1, displaced. at: the word of the window with the first
-// pixel, which is that byte of it.
+// Correlates the patch's rows `row` .. last - 1, displaced. at: the word of the window with the
+// first pixel, which is that byte of it.
 Correlation correlate(int at, int byte, int row, int last) {
     const bool masked = some_hidden != 0;
     Correlation sums = Correlation(0, 0, 0, 0, 0, 0);
@@ -389,7 +389,7 @@ TemplateSums template_sums(Pixel pixels[kPixelsPerLane]) {
                         sums[15], sums[16], sums[17], sums[18], sums[19], sums[20]);
 }
 
-// Of the live image shifted by `shift`.
+// Sums of the live image shifted by `shift`.
 LiveSums live_sums(Pixel pixels[kPixelsPerLane], ivec2 first, ivec2 shift) {
     const ivec4 wx = cubic_weights(shift.x & 255), wy = cubic_weights(shift.y & 255);
     const ivec2 corner = first - 1 + (shift >> 8);

@@ -10,7 +10,7 @@ struct AlignRun {
     int masked;   // 1: there is a mask
 };
 
-// Of the level, which is stored densely; stride: of the image.
+// Size of the level, which is stored densely; stride: of the image.
 struct AlignLevelSize {
     int width, height, stride;
 };

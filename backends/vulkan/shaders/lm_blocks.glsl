@@ -3,7 +3,8 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint kSplit = 8;  // divides kBlockGroup
 
-// Of item_terms: the item, and which of its control points are the row's and the column's.
+// Parts of a number of item_terms: the item, and which of its control points are the row's and the
+// column's.
 uint term_item(uint term) { return term >> 4; }
 uint term_row(uint term) { return (term >> 2) & 3; }
 uint term_column(uint term) { return term & 3; }

@@ -33,8 +33,8 @@ void share_sums(uint me) {
     share_moves(me);
 }
 
-// Of the shares from `first` on in steps of `step`, to the first; one invocation each for the terms
-// and the moves.
+// Adds the shares from `first` on in steps of `step` to the first; one invocation each for the
+// terms and the moves.
 void add_shares(uint sum_of, uint first, uint step) {
     if (sum_of < kTerms) {
         LmTerm sum = term_shares[sum_of][first];

@@ -1,7 +1,7 @@
 // Sum over a work group of kResidualGroup invocations. Needs lm.glsl.
 shared LmTerm shares[kResidualGroup];
 
-// Of every invocation's term, to the first.
+// Gives the sum of every invocation's term to the first.
 LmTerm sum_over_group(LmTerm own, uint me) {
     const uint parts = kResidualGroup / kEighths;
     shares[me] = own;

@@ -2,7 +2,7 @@
 // eigenvalue of Horn's (1987) symmetric 4x4 matrix as a quaternion. Where R is not unique it is one
 // of the best.
 
-// Of a symmetric matrix.
+// The square of a symmetric matrix.
 mat4 squared(mat4 m) {
     const float xy = dot(m[0], m[1]), xz = dot(m[0], m[2]), xw = dot(m[0], m[3]);
     const float yz = dot(m[1], m[2]), yw = dot(m[1], m[3]), zw = dot(m[2], m[3]);

@@ -18,7 +18,7 @@ const int kRadius = 3, kRows = 2 * kRadius + 1;
 uvec3 pixels_at(int at) { return uvec3(pyramid[at - 1], pyramid[at], pyramid[at + 1]); }
 uvec3 usable_at(int at) { return uvec3(masks[at - 1], masks[at], masks[at + 1]); }
 
-// Of the words of 7 rows.
+// Scores of the four pixels in the middle of three words of 7 rows.
 ivec4 score(uvec3 rows[kRows]) {
     ivec4 circle[16];
     [[unroll]] for (int i = 0; i < 16; ++i) circle[i] =

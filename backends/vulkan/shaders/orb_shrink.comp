@@ -17,7 +17,7 @@ layout(std430, set = 0, binding = 2) buffer Masks { uint masks[]; };
 shared uint made[kTwo ? 4 * kTwoRows : 1][kTwoColumns],
     made_masks[kTwo ? 4 * kTwoRows : 1][kTwoColumns];
 
-// Of the level that is shrunk: where its pixels come from, from the first word and row on.
+// Where the pixels of the level that is shrunk come from, from the first word and row on.
 struct Source {
     bool made;
     int first_word, last_row;  // of the whole level; the last row stands for those behind it, whose

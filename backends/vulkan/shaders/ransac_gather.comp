@@ -14,8 +14,8 @@ layout(std430, set = 0, binding = 4) writeonly buffer PairOf {
 };  // by landmark; kNone: takes no part
 layout(std430, set = 0, binding = 5) writeonly buffer FrameBuffer { RansacFrame frame; };
 
-// Of invocations in groups of kGroup, which are added by one invocation each, so that there are few
-// barriers.
+// Counts of invocations in groups of kGroup, which are added by one invocation each, so that there
+// are few barriers.
 const uint kSize = 1024, kGroup = 32, kGroups = kSize / kGroup;
 shared uint counts[kGroups][kGroup + 1], group_counts[kGroups];
 shared uint pairs;

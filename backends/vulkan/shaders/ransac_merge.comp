@@ -11,7 +11,7 @@ layout(std430, set = 0, binding = 4) readonly buffer PairOf { uint pair_of[]; };
 layout(std430, set = 0, binding = 5) readonly buffer Matches { Match matches[]; };
 layout(std430, set = 0, binding = 6) writeonly buffer Weighted { Match weighted[]; };
 
-// Of as many references as there are invocations: what every one of them needs of each.
+// What every invocation needs of each reference, for as many of them as there are invocations.
 shared bool accepted[kSize];
 shared mat3 rotations[kSize];
 shared vec3 from_origin[kSize], to_origin[kSize];

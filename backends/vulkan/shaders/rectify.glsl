@@ -6,7 +6,7 @@ layout(push_constant) uniform Push {
     RectifyGiven given;
 };
 
-// Of a pixel's state, a byte; those of four pixels share a word. Rows begin at words.
+// Bits of a pixel's state, a byte; those of four pixels share a word. Rows begin at words.
 const uint kCovered = 1, kSaturated = 2;
 
 int state_words() { return (push.width + 3) >> 2; }

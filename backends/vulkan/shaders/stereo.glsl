@@ -2,8 +2,8 @@
 // docs/stages/stereo.md.
 //
 // Shaders read images in words. A column word (x, q) has the pixels (x, 4 q) to (x, 4 q + 3) minus
-// 128, 0 outside the image. Of a row's row words, of 64 bits, k has the pixels 4 (k - 1) to
-// 4 (k - 1) + 7, read clamped: any four pixels that follow one another are in one of them.
+// 128, 0 outside the image. Row word k of a row, of 64 bits, has the pixels 4 (k - 1) to 4 (k - 1)
+// + 7, read clamped: any four pixels that follow one another are in one of them.
 #include "backends/stages/stereo.hpp"
 #include "stereo_push.h"
 layout(push_constant) uniform Push {
@@ -45,7 +45,7 @@ bool has_texture(int variance, int n) {
     return int64_t(256) * int64_t(variance) >= minimum * minimum;
 }
 
-// Of a winner that has no rival: 1 + the index of its disparity; else 0.
+// The candidate of a winner that has no rival: 1 + the index of its disparity; else 0.
 int candidate_of(int key, int second) {
     const float score = intBitsToFloat(key & ~255);
     precise const float lead = score - intBitsToFloat(second & ~255);

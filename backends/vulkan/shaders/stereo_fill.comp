@@ -20,8 +20,8 @@ layout(std430, set = 0, binding = 2) writeonly buffer Dense { int16_t dense[]; }
 layout(std430, set = 0, binding = 3) writeonly buffer Standing { uint8_t standing[]; };
 
 const int kTile = 1 << kTileLevels, kInvocations = kTile * kTile / kRun;
-// Of the tile in each field, and two more on each side: what one field needs of the next coarser
-// one then reaches as far.
+// Cells of the tile in each field, and two more on each side: what one field needs of the next
+// coarser one then reaches as far.
 const int kMargin = kEdgeRadius, kSide = kTile + 2 * kMargin;
 
 shared int with_holes;  // bits of the finer fields
@@ -34,7 +34,7 @@ int cells_before(int level) {
     [[unroll]] for (int i = 0; i < level; ++i) sum += side_of(i) * side_of(i);
     return sum;
 }
-// Of a field of which the tile's cells begin at pixel `first`.
+// A cell of a field of which the tile's cells begin at pixel `first`.
 int cell(int level, ivec2 first, ivec2 at) {
     return cells[cells_before(level) + (at.y - first.y) * side_of(level) + at.x - first.x];
 }
@@ -54,7 +54,7 @@ int coarse_filled(Level coarse, ivec2 at) {
                   coarse_cell(coarse, ivec2(near.x, far.y)), coarse_cell(coarse, far));
 }
 
-// Of the coarsest field that the tiles made, and of those beyond.
+// Fills the coarsest field that the tiles made, and those beyond.
 void fill_coarse(Level finest, int me) {
     const int before = finest.offset;
     finest.offset = 0;

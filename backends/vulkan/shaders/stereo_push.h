@@ -14,8 +14,8 @@ const int kOutConfidence = 1, kOutLeftGray = 2, kOutRightGray = 3, kOutLeftKeys 
           kOutChecked = 6, kOutHalfRefined = 9, kOutHypothesis = 10, kOutRefined = 11,
           kOutScore = 12, kOutEvidence = 13;
 
-// Of the samples that are smoothed, and of the result; stride: elements of the result from row to
-// row.
+// Sizes of the samples that are smoothed, and of the result; stride: elements of the result from
+// row to row.
 struct SmoothSize {
     int samples_x, samples_y, width, height, stride;
 };

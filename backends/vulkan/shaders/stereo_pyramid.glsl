@@ -13,7 +13,7 @@ Level coarser_than(Level level) {
 }
 bool is_coarsest(Level level) { return level.width == 1 && level.height == 1; }
 
-// Of four pixels, of which some are missing. Disparities are not negative.
+// The mean of four pixels, of which some may be missing. Disparities are not negative.
 int mean_of(ivec4 four) {
     int sum = 0, n = 0;
     [[unroll]] for (int k = 0; k < 4; ++k) {

@@ -178,7 +178,7 @@ ivec3 right_sums(int squares, int products) {
     return ivec3(int(uint(squares) >> 11), (products - upper) >> 11, (squares & 2047) + 16 * upper);
 }
 
-// Of I I, l I and I over the windows of the invocation's samples, I the left image for image 0
+// Sums of I I, l I and I over the windows of the invocation's samples, I the left image for image 0
 // (without products), else W_(image - 2).
 void sum_windows(int image, int first, int j, out int squares[kRun], out int products[kRun],
                  out int values[kRun]) {

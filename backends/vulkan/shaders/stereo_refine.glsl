@@ -11,9 +11,9 @@ layout(std430, set = 0, binding = 1) readonly buffer RightRows { uint64_t right_
 layout(std430, set = 0, binding = 2) readonly buffer Field {
     int16_t field[];
 };  // of half resolution: dense, or refined
-// Of half resolution only.
+// Half resolution only.
 layout(std430, set = 0, binding = 3) writeonly buffer Moved { int16_t moved_field[]; };
-// Of full resolution only.
+// Full resolution only.
 layout(std430, set = 0, binding = 4) readonly buffer LeftMask { uint8_t left_mask[]; };
 layout(std430, set = 0, binding = 5) readonly buffer RightMask { uint8_t right_mask[]; };
 layout(std430, set = 0, binding = 6) readonly buffer Standing { uint8_t standing[]; };
@@ -26,8 +26,8 @@ layout(std430, set = 0, binding = 11) writeonly buffer Score { int16_t score[]; 
 ivec2 size() {
     return kHalf ? ivec2(push.half_width, push.half_height) : ivec2(push.width, push.height);
 }
-// Of full resolution, from the field's sample near the pixel and those beyond it in x, in y and in
-// both, with the eighths that the near one has in x and in y.
+// A disparity of full resolution, from the field's sample near the pixel and those beyond it in x,
+// in y and in both, with the eighths that the near one has in x and in y.
 int between(ivec4 four, int p, int q) {
     const int a = four.x, b = four.y, c = four.z, d = four.w;
     const int highest = max(max(a, b), max(c, d)), lowest = min(min(a, b), min(c, d));

@@ -59,14 +59,14 @@ int first_column() {
 // The words of the tile's columns with windows, from the one with the first row of a window on.
 const int kWordsBefore = (kRadius + 3) / 4, kWords = kWordsBefore + (kTileHeight + kRadius + 2) / 4;
 
-// Of the disparities from first_index on. left: the words of the invocation's two columns.
+// Sums for the disparities from first_index on. left: the words of the invocation's two columns.
 void sum_columns(int first_index, ivec2 left[kWords]) {
     const int i = int(gl_LocalInvocationIndex);
     if (i >= kPairs * (kSteps / 2)) return;
     const int p = i % kPairs, k = i / kPairs * 2, x = first_column(),
               q0 = int(gl_WorkGroupID.y) * (kTileHeight / 4) - kWordsBefore,
               d = push.first + first_index + k;
-    // Of disparity d: the pair's product and its first column's; of d + 1 likewise.
+    // Products of the pair at disparity d and at d + 1, then likewise those of its first column.
     ivec4 products[kTileHeight + 2 * kRadius];
     ivec4 sum = ivec4(0);
     ivec3 right;
@@ -133,7 +133,8 @@ void main() {
     const int first = at.x, j = at.y;
 
     Floats left_mean, left_root;
-    // Of the right pixels that even and odd indices meet: those of two disparities before.
+    // Statistics of the right pixels that even and odd indices meet: those of two disparities
+    // before.
     Floats right_sum[2], right_root[2];
     Ints right_best[2] = Ints[](Ints(0), Ints(0));
     Ints winner = Ints(0), second = Ints(0);

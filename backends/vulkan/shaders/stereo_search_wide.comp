@@ -123,7 +123,7 @@ void load_columns(int me, int left, int right, int top) {
     }
 }
 
-// Of four windows, `apart` columns from one to the next, of which the first begins with column
+// Sums of four windows, `apart` columns from one to the next, of which the first begins with column
 // 4 * first.
 ivec4 sum_windows(int row, int first, int apart, int fours) {
     int line[4 * kLeftLine];

@@ -1,5 +1,5 @@
 // Stage stereo, section 3: what a score needs to know of each window of a half image, around the
-// samples of the left one and all pixels of the right one's even rows. Of the left image also the
+// samples of the left one and all pixels of the right one's even rows. The left image also gets the
 // first checks of section 4. A work group per tile of 32 x 32 pixels.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
@@ -23,7 +23,8 @@ const int kColumns = kTile + 2 * kRadius;
 const int kPart = kTile / 2;  // rows of the tile that an invocation goes down
 const int kRun = 8, kReach = kRun + 2 * kRadius;
 
-// Of a column of the windows of each even row: of squares, and of values in the lower 12 bits.
+// Sums along a column of the windows of each even row: of squares, and of values in the lower 12
+// bits.
 shared int columns[kRows][kColumns + 1];
 
 void sum_columns(ivec2 tile, int me) {

@@ -102,7 +102,7 @@ void main() {
     barrier();
     Level fine = finest_level();
     for (int level = 1; level <= kTileLevels && !is_coarsest(fine); ++level) {
-        // Of the tile's field, the pixel (x, y) is the cell (x << level - 1, y << level - 1).
+        // The pixel (x, y) of the tile's field is the cell (x << level - 1, y << level - 1).
         const Level coarse = coarser_than(fine);
         const int side = kTile >> level, apart = 1 << (level - 1);
         for (int i = me; i < side * side; i += kInvocations) {

@@ -39,7 +39,7 @@ namespace Defrec
         public TriangleMesh Mesh { get; set; }
         /// <summary>Where regions overlap the last one counts; at most 64.</summary>
         public IList<BodyRegion> Regions { get; } = new List<BodyRegion>();
-        /// <summary>Of the tissue; 0.01 to 0.495; default 0.43.</summary>
+        /// <summary>Poisson's ratio of the tissue; 0.01 to 0.495; default 0.43.</summary>
         public float PoissonRatio { get; set; }
         /// <summary>How deep a cut parts the body, mm; 0.1 to 1000; default 10.</summary>
         public float CutDepthMm { get; set; }

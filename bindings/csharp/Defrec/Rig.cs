@@ -49,9 +49,9 @@ namespace Defrec
     /// <summary>Calibration of two cameras, as OpenCV's stereoCalibrate gives it.</summary>
     public sealed class RigDescription
     {
-        /// <summary>Of the raw images, px, <see cref="Constants.MinWidth"/> to <see cref="Constants.MaxSide"/>.</summary>
+        /// <summary>Width of the raw images, px, <see cref="Constants.MinWidth"/> to <see cref="Constants.MaxSide"/>.</summary>
         public int Width { get; set; }
-        /// <summary>Of the raw images, px, <see cref="Constants.MinHeight"/> to <see cref="Constants.MaxSide"/>.</summary>
+        /// <summary>Height of the raw images, px, <see cref="Constants.MinHeight"/> to <see cref="Constants.MaxSide"/>.</summary>
         public int Height { get; set; }
         /// <summary>The left camera.</summary>
         public Intrinsics Left { get; set; }
@@ -126,11 +126,11 @@ namespace Defrec
 
         /// <summary>Frames are rectified already and not resampled.</summary>
         public bool IsIdentity { get; private set; }
-        /// <summary>Of the rectified images, px.</summary>
+        /// <summary>Width of the rectified images, px.</summary>
         public int Width { get; private set; }
-        /// <summary>Of the rectified images, px.</summary>
+        /// <summary>Height of the rectified images, px.</summary>
         public int Height { get; private set; }
-        /// <summary>Of the rectified images.</summary>
+        /// <summary>Pinhole of the rectified images.</summary>
         public Camera Camera { get; private set; }
 
         /// <summary>3x3 row by row: x_rectified = rotation * x_left_raw. A new array.</summary>

@@ -65,11 +65,11 @@ namespace Defrec
             return Of(handle);
         }
 
-        /// <summary>Of the rectified image it was taken from, px.</summary>
+        /// <summary>Width of the rectified image it was taken from, px.</summary>
         public int Width { get; private set; }
-        /// <summary>Of the rectified image it was taken from, px.</summary>
+        /// <summary>Height of the rectified image it was taken from, px.</summary>
         public int Height { get; private set; }
-        /// <summary>Of the rectified images.</summary>
+        /// <summary>Pinhole of the rectified images.</summary>
         public Camera Camera { get; private set; }
         /// <summary>Vertices of the surface.</summary>
         public int VertexCount { get; private set; }
@@ -148,7 +148,7 @@ namespace Defrec
             return copy;
         }
 
-        /// <summary>Of the lines along which tissue came apart (<see cref="Reasons.Cut"/>), one line after the other. A new array.</summary>
+        /// <summary>Points of the lines along which tissue came apart (<see cref="Reasons.Cut"/>), one line after the other. A new array.</summary>
         /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
         public CutPoint[] GetCutPoints()
         {

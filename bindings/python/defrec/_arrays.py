@@ -138,7 +138,7 @@ def image(
 ) -> Tuple[BufferView, int]:
     """An image of that size where it lies, and its stride in bytes. Rows may have gaps between them, pixels not.
 
-    Of shape (height, width), or (height, width, channels), or flat, height * width * channels bytes without gaps.
+    The shape is (height, width), or (height, width, channels), or flat, height * width * channels bytes without gaps.
     """
     view = BufferView(name, value)
     view.expect_code(codes)

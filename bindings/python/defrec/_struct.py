@@ -61,7 +61,7 @@ class Struct(ctypes.Structure):
 
     _c_types_: Dict[str, Any] = {}
     _defaults_: Dict[str, float] = {}
-    """Of parameters and options: what 0 means, where that is a number."""
+    """Defaults of parameters and options: what 0 means, where that is a number."""
 
     def __init__(self, **fields: Any) -> None:
         super().__init__()

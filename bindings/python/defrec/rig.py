@@ -79,7 +79,7 @@ class Rig(Handle):
 
     @property
     def camera(self) -> Camera:
-        """Of the rectified images."""
+        """Pinhole of the rectified images."""
         return Camera.from_buffer_copy(self._info.camera)
 
     @property

@@ -98,7 +98,7 @@ class _ArrayStage(Stage):
     _params_type: Type[Struct]
 
     def _set_defaults(self) -> None:
-        """Of what the arrays' shapes depend on."""
+        """Sets the defaults that the arrays' shapes depend on."""
 
     @property
     def _shape(self) -> Tuple[int, int]:

@@ -76,7 +76,7 @@ class TrackedFrame:
 
     @property
     def state(self) -> State:
-        """Of the tracker after this frame."""
+        """State of the tracker after this frame."""
         return self.result.state
 
     @property
@@ -101,7 +101,7 @@ class TrackedFrame:
         return observed, extrapolated, len(statuses) - observed - extrapolated
 
     def median_expected_error_mm(self) -> float:
-        """Of the points that are not lost; NaN without any."""
+        """Median expected error of the points that are not lost; NaN without any."""
         if self.points is None:
             return math.nan
         known: List[float] = sorted(
@@ -389,7 +389,7 @@ def _image_file(path: Union[str, "os.PathLike[str]"]) -> Any:
 
 
 def _pixels(image: Any) -> Any:
-    """Of a Pillow image, with a shape: NumPy's array or a memoryview."""
+    """Pixels of a Pillow image, with a shape: NumPy's array or a memoryview."""
     if numpy is not None:
         return numpy.asarray(image)
     channels = len(image.getbands())

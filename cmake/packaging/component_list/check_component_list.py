@@ -31,7 +31,7 @@ def binary_of(part, libraries, programs):
 
 @functools.lru_cache(maxsize=None)
 def source_package(library):
-    """Of a shared library that the loader maps: the Debian source package it comes from."""
+    """The Debian source package of a shared library that the loader maps."""
     path = str(pathlib.Path(library).resolve())
     for candidate in (library, path, path.removeprefix("/usr")):
         found = subprocess.run(["dpkg-query", "-S", candidate], capture_output=True, text=True)

@@ -24,7 +24,7 @@ TYPES = {"linked": "library", "contained": "library", "tool": "application"}
 
 @functools.lru_cache(maxsize=None)
 def debian_package(file, sysroot):
-    """Of a file: name, version, architecture and source of its package; None if it has none. A file below the sysroot is of a package there."""
+    """Name, version, architecture and source of a file's package; None if it has none. A file below the sysroot is of a package there."""
     path = os.path.realpath(file)
     query = ["dpkg-query"]
     if sysroot and path.startswith(f"{os.path.realpath(sysroot)}/"):
@@ -138,7 +138,7 @@ def licence_text(component):
         return pathlib.Path(component["licence_file"]).read_text()
     package = debian_package(component["file"], component["sysroot"])
     if package is None:
-        # Of a prefix of scripts/make_static_libraries.sh.
+        # The file may come from a prefix of scripts/make_static_libraries.sh.
         for folder in pathlib.Path(component["file"]).parents:
             copyright_file = folder / "share" / "doc" / component["name"] / "copyright"
             if copyright_file.is_file():

@@ -13,7 +13,7 @@ import re
 import subprocess
 import sys
 
-# Of a package alone, and not in other installations.
+# Files that a package alone has, and other installations have not.
 PACKAGE_DOCS = re.compile(r"share/doc/[^/]+/(copyright|changelog\.Debian\.gz|bom(\.spdx)?\.json|notices\.txt)|share/lintian/overrides/[^/]+")
 
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr uint32_t kNoKind = 1000;
 
-// Of host_alloc.
+// Memory of host_alloc.
 class HostMemory {
   public:
     HostMemory(const Session& session, uint64_t size) : session_(session), size_(size) {

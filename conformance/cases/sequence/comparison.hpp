@@ -43,8 +43,8 @@ struct TrackDistance {
         return vertices > 0 ? static_cast<double>(other_status) / static_cast<double>(vertices) : 0;
     }
 };
-// Of frames that both trust, and of the vertices that the first frame had: what joins later is
-// decided by where the surface was. The tracks must have the same states.
+// Distances in frames that both trust, of the vertices that the first frame had: what joins later
+// is decided by where the surface was. The tracks must have the same states.
 TrackDistance distance_between(const Track& expected, const Track& found);
 
 // A frame's vertices where they are seen: expected depth, found depth, and the distance between the

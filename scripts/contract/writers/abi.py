@@ -9,7 +9,7 @@ def exports(contract):
 
 
 def layout(contract):
-    """Of each field its size and offset, of each frozen struct its size, of each enumerator its value."""
+    """Size and offset of each field, size of each frozen struct, value of each enumerator."""
     lines = []
     for piece in pieces(contract):
         if isinstance(piece, str):

@@ -15,7 +15,7 @@ namespace defrec {{
 }}  // namespace defrec
 """
 
-# Of defrec_tracker_desc: what the program sets by its own options, or from its input.
+# Fields of defrec_tracker_desc that the program sets by its own options, or from its input.
 SET_BY_PROGRAM = {"device_id", "seed", "format", "frames_in_flight", "keep_disparity", "timed", "memory_stride"}
 
 

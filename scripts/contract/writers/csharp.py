@@ -44,7 +44,7 @@ def struct_name(contract, name):
 
 
 def words(text):
-    """Of a comment, with the names that this assembly has."""
+    """The words of a comment, with the names that this assembly has."""
     text = text.removeprefix("defrec_status: ")
     for each in ENUMERATIONS:
         if each.prefix.endswith("_"):

@@ -158,7 +158,7 @@ def element_type(contract, field):
 
 
 def number_type(contract, field):
-    """Of a field that is no array; None where it is one, or a text."""
+    """The type of a field that is no array; None where it is one, or a text."""
     if field.is_address or contract.holds_texts(field):
         return None
     if field.count:

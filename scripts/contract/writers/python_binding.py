@@ -29,7 +29,7 @@ def class_name(struct):
 
 
 def words(text):
-    """Of a comment, with the names that this package has."""
+    """The words of a comment, with the names that this package has."""
     text = text.removeprefix("defrec_status: ")
     for each in ENUMERATIONS:
         if each.prefix.endswith("_"):

@@ -6,7 +6,7 @@ from writers.python_binding import TOP, class_name, docstring, words
 
 STEP = " " * 4
 
-# Of the types of elements: type code, name and type of arrays as _arrays.py has them.
+# Types of elements: type code, name and type of arrays as _arrays.py has them.
 NUMBERS = {
     "double": ("d", "float64", "FloatArray"),
     "float": ("f", "float32", "FloatArray"),
@@ -83,7 +83,7 @@ def tuple_of(parts):
 
 
 def single_type(field):
-    """Of a field that is no array."""
+    """The type of a field that is no array."""
     if field.is_text:
         return "str"
     kind = enumeration_of_field(field)

@@ -1,7 +1,7 @@
-// The library's own threads: one parallel loop at a time, the caller takes part. Of loops with as
-// many indices a thread is given the same ones each time, so that what it computed in one loop is
-// in its cache in the next; who has done its own takes from others. A loop with few indices calls
-// the first threads alone, and the others sleep on: cores are left to other programs.
+// The library's own threads: one parallel loop at a time, the caller takes part. Loops with as many
+// indices give a thread the same ones each time, so that what it computed in one loop is in its
+// cache in the next; who has done its own takes from others. A loop with few indices calls the
+// first threads alone, and the others sleep on: cores are left to other programs.
 #pragma once
 #include <atomic>
 #include <condition_variable>

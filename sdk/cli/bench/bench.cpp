@@ -21,7 +21,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::uint64_t kSeed = 1;
-// Of frames whose time was short.
+// Reasons of frames whose time was short.
 constexpr std::array kShortReasons = {DEFREC_REASON_COARSE, DEFREC_REASON_UNCHECKED,
                                       DEFREC_REASON_OVERDUE};
 

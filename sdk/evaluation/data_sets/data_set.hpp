@@ -74,7 +74,7 @@ class DataSet {
     virtual std::vector<std::string> sample_columns() const = 0;
     // The first one ranks the clips.
     virtual std::vector<Metric> metrics() const = 0;
-    // Of one clip or of many, in the order of metrics(); NaN: there is none.
+    // Values of one clip or of many, in the order of metrics(); NaN: there is none.
     virtual std::vector<double> summarise(const Samples& samples) const = 0;
 
     // Targets beneath the surface, by their depth: what is measured of them, and the numbers of one

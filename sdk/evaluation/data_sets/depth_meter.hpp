@@ -14,7 +14,8 @@ namespace defrec::cli {
 class DepthMeter {
   public:
     virtual ~DepthMeter() = default;
-    // Of each pixel of the left image, mm along the optical axis, CV_32F; 0 where there is none.
+    // Depth of each pixel of the left image, mm along the optical axis, CV_32F; 0 where there is
+    // none.
     virtual cv::Mat depth_of(const StereoFrame& frame) = 0;
 };
 

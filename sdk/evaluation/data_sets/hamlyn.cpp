@@ -67,7 +67,8 @@ cv::Mat read_depth(const fs::path& path, cv::Size size) {
     return depth;
 }
 
-// Of the sequence, or of the variant that has the images in a folder of its own name.
+// Folder of the sequence's images, or of the variant that has the images in a folder of its own
+// name.
 fs::path images_in(const fs::path& clip, const std::vector<std::string>& names,
                    const std::string& what) {
     std::error_code error;

@@ -20,7 +20,7 @@ const TestFolder& data_set() {
     return folder;
 }
 
-// Of the depth that the clip left, worked out anew; mm.
+// Mean absolute error of the depth that the clip left, worked out anew; mm.
 double mean_abs(const fs::path& root, const fs::path& out) {
     double mean = 0;
     for (int frame = 0; frame < kFrames; ++frame) {

@@ -81,7 +81,7 @@ class Stereo {
         units.convertTo(disparity_, CV_32F, 1 / kUnitsPerPx);
     }
 
-    // Of the rectified left view.
+    // Image, focal length and centre of the rectified left view.
     const cv::Mat& gray() const { return gray_; }
     double focal() const { return focal_; }
     cv::Point2d centre() const { return centre_; }

@@ -15,7 +15,7 @@ class Samples {
 
     // As many as there are columns. NaN: there is none.
     void add(const std::vector<double>& row);
-    // Of the same columns.
+    // Adds the rows of samples with the same columns.
     void append(const Samples& other);
 
     std::size_t size() const { return values_.size() / columns_.size(); }
@@ -34,7 +34,7 @@ class Samples {
     std::vector<double> values_;  // row by row
 };
 
-// Of each column but the first the mean of its numbers; NaN where it has none.
+// Mean of the numbers of each column but the first; NaN where it has none.
 std::vector<double> means_of(const Samples& samples);
 
 // The shortest text that gives the same number back; empty for NaN.

@@ -100,7 +100,7 @@ cv::Matx33d rotation_of(double x, double y, double z, double w) {
 
 // x, y, z, w with w at least 0.
 cv::Vec4d quaternion_of(const cv::Matx33d& r) {
-    // Of the four the one whose square is largest is worked out first.
+    // The component whose square is largest is worked out first.
     const double squares[4] = {1 + r(0, 0) - r(1, 1) - r(2, 2), 1 - r(0, 0) + r(1, 1) - r(2, 2),
                                1 - r(0, 0) - r(1, 1) + r(2, 2), 1 + r(0, 0) + r(1, 1) + r(2, 2)};
     const auto largest =
@@ -217,8 +217,8 @@ Pose robust_fit(const std::vector<cv::Vec3d>& from, const std::vector<cv::Vec3d>
     return pose;
 }
 
-// Of the camera, in that of the first frame, by the tissue that both show. Frames with too little
-// of it have the pose before.
+// Poses of the camera, in that of the first frame, by the tissue that both show. Frames with too
+// little of it have the pose before.
 struct TrackedPoses {
     std::vector<Pose> poses;
     std::vector<bool> is_posed;
@@ -279,7 +279,7 @@ class StereoMis : public DataSet {
         return {{"ate_rmse_mm"}, {"rpe_trans_mm"}, {"rpe_rot_deg"}, {"posed_share", true}};
     }
     std::vector<double> summarise(const Samples& samples) const override {
-        // Of each segment; the data set's tool takes their mean.
+        // Sums of each segment; the data set's tool takes the segments' mean.
         struct Sums {
             double frames = 0, squares = 0, posed = 0, motions = 0, mm = 0, degrees = 0;
         };

@@ -7,8 +7,8 @@
 
 namespace defrec::cli {
 
-// Of each predicted point the distance to the nearest true one, whichever that is. There is at
-// least one true point.
+// Distance of each predicted point to the nearest true one, whichever that is. There is at least
+// one true point.
 std::vector<double> nearest_errors(const std::vector<cv::Point3d>& predicted,
                                    const std::vector<cv::Point3d>& truth);
 

@@ -129,7 +129,7 @@ TrueBoxes read_true_boxes(const YamlDocument& document, const YamlNode& node,
     return truth;
 }
 
-// Of each frame; a list, or a map whose keys are the frames.
+// Boxes of each frame; the file has a list, or a map whose keys are the frames.
 std::vector<TrueBoxes> read_truth(const fs::path& path) {
     constexpr YamlLimits kLimits{50'000'000, 100'000, true};
     const YamlDocument document = YamlDocument::load(path, ExitCode::kInput, kLimits);
@@ -251,7 +251,7 @@ class Rectification {
                           cv::Vec3d(), matrix_, distortion_, raw);
         return raw.front();
     }
-    // Of a point in the left camera, mm.
+    // The pixel of a point in the left camera, mm.
     cv::Point2d pixel_of(const cv::Point3d& place, std::size_t view) const {
         const cv::Vec3d turned = rotation_ * cv::Vec3d(place.x, place.y, place.z);
         const cv::Vec3d pixel = projection_[view] * cv::Vec4d(turned[0], turned[1], turned[2], 1);

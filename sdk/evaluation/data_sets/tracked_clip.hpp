@@ -16,7 +16,7 @@ namespace defrec::cli {
 // the source ended early.
 void track_clip(const ClipTask& task, TrackOptions options);
 
-// Of each frame the time of all stages together, ms.
+// Time of all stages together in each frame, ms.
 std::vector<double> frame_times_in(const std::filesystem::path& out);
 // Sets the score's frames and their times.
 void set_times(const std::filesystem::path& out, ClipScore& score);

@@ -24,8 +24,7 @@ std::vector<double> ratios_of(const std::vector<ErrorSample>& samples);
 // The share of them, 0..1, that are at most k; NaN for none.
 double share_within(const std::vector<double>& ascending_ratios, double k);
 
-// Of the ratio error / expected error. Shares are 0..1. NaN where
-// count is 0.
+// Statistics of the ratio error / expected error. Shares are 0..1. NaN where count is 0.
 struct Coverage {
     std::size_t count = 0;             // samples with an expected error
     std::size_t without_expected = 0;  // the others, which nothing else here counts

@@ -8,8 +8,8 @@
 
 namespace defrec::cli {
 
-// Of ascending values, share 0..1; interpolates linearly between the two nearest ranks. NaN for
-// none.
+// Percentile of ascending values, share 0..1; interpolates linearly between the two nearest ranks.
+// NaN for none.
 inline double percentile(const std::vector<double>& ascending, double share) {
     if (ascending.empty()) return std::numeric_limits<double>::quiet_NaN();
     const double rank = share * static_cast<double>(ascending.size() - 1);

@@ -14,7 +14,7 @@
 
 namespace defrec::cli {
 
-// Of the points with status tracked, visible or hidden.
+// Errors of the points with status tracked, visible or hidden.
 struct ObservedErrors {
     static constexpr double kOffMm = 2;
     std::size_t count = 0;

@@ -151,7 +151,7 @@ TEST_CASE("tracked points are those said to be visible, and pixels need the came
     const TestFolder folder;
     write_all(folder);
     const Score without = score_of(folder);
-    // Of 5 visible rows the first two are tracked, 1 and 5 mm off; the other 4 rows are hidden.
+    // The first two of 5 visible rows are tracked, 1 and 5 mm off; the other 4 rows are hidden.
     CHECK(without.all.visibility.count == 9);
     CHECK(without.all.visibility.occlusion_accuracy == doctest::Approx(6.0 / 9));
     CHECK(without.all.visibility.mm.at[1] == doctest::Approx(1.0 / 6));

@@ -8,7 +8,7 @@
 namespace defrec::cli {
 namespace {
 
-// Of errors in the order in which they stay: the last is removed first.
+// The curve of errors in the order in which they stay: the last is removed first.
 std::vector<double> curve_of(const std::vector<double>& errors) {
     std::vector<double> means(errors.size());
     double sum = 0;

@@ -16,7 +16,7 @@ struct Sparsification {
                                       // samples with the same expected error
     std::vector<double> by_true;      // the worst by true error, the lowest curve possible
 };
-// Of the samples with an expected error.
+// Curves of the samples with an expected error.
 Sparsification sparsification_of(const std::vector<ErrorSample>& samples);
 
 // The area between the curves over the share removed, 0..1: the mean of their difference. 0 for the

@@ -41,7 +41,7 @@ const program = spawn(defrec, ['track', '--left', 'sequence/left', '--right', 's
 const ended = once(program, 'exit');
 const failed = new Promise((_, reject) => { setTimeout(() => reject(new Error('the browser did not show it in time')), kPatienceMs).unref(); });
 
-/** Of targets on the left view, by their colour. */
+/** Whether targets are drawn on the left view, by their colour. */
 function isDrawn(wanted) {
   const canvas = document.querySelector('#picture');
   const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);

@@ -6,7 +6,7 @@ import { post } from './connection.js';
 
 const kMaxChanges = 200;
 
-/** Of a followed frame. moment: [frame, ms, state, reasons, frame_ms, observed_share] */
+/** Shows a followed frame. moment: [frame, ms, state, reasons, frame_ms, observed_share] */
 export function showNow(header, moment, shownPerSecond) {
   byId('sequence').textContent = header.sequence;
   byId('lead').textContent = `${header.device}; defrec ${header.version}`;

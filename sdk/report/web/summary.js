@@ -4,7 +4,7 @@ import { byId, element, milliseconds, number, percent, seconds, table } from './
 
 export const stateChip = (state) => element('span', { class: 'chip', style: `--chip: ${stateColour(state)}` }, state || 'no state');
 
-/** Of what is followed. */
+/** Cell with the status of what is followed. */
 export function statusCell(status) {
   const { name, colour } = statuses[status];
   return element('span', {}, element('span', { class: 'swatch', style: `background: ${colour}` }), status === unknownStatus ? 'lost' : name);

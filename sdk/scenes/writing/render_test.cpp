@@ -351,7 +351,7 @@ TEST_CASE("two instruments cover more than 40 % of the view together") {
     CHECK(covered(kSharedFrames - 1) < 0.65);
 }
 
-/// Of the distances between neighbours in the first frame, the median of what is left in the image.
+/// Scale against the first frame: the median over neighbours that the image still shows.
 double scale(const Written& w, std::size_t frame) {
     std::vector<double> ratios;
     for (std::size_t id = 1; id < w.points.size(); ++id) {

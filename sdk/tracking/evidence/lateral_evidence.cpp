@@ -10,7 +10,7 @@ namespace {
 // Tissue that has slid by a millimetre and more has a median score of 0 to 0.15, tissue in its
 // place one above 0.9.
 constexpr int32_t kMinScore = 4096 / 2;
-// Of the checks round a vertex. Where tissue has slid, some checks fit elsewhere by chance.
+// Share of the checks round a vertex. Where tissue has slid, some checks fit elsewhere by chance.
 constexpr float kMinFittingShare = 0.6f;
 constexpr float kFarthestPx = 8;  // a patch farther off says no more than one at this distance
 

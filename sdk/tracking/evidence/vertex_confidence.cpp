@@ -44,7 +44,8 @@ constexpr uint32_t kLongestGrowth = 100;  // frames
 constexpr float kErrorUnknown = 3.3f;     // mm, root mean square, with growth to its end
 constexpr float kMaxRigDoubt = 0.25f;  // mm^2 by which the rig spoils depth that is still evidence
 
-// Of an error that is the same in all directions. covariance: xx, xy, xz, yy, yz, zz.
+// Sets the covariance of an error that is the same in all directions. covariance: xx, xy, xz, yy,
+// yz, zz.
 template <class Real>
 void set_isotropic(Real expected_error, Real* covariance) {
     std::fill_n(covariance, 6, Real{0});
@@ -170,7 +171,7 @@ float squared_step(const defrec_camera& camera, const defrec_surface_sample& fro
 
 namespace {
 
-// Of a frame, what its vertices share.
+// What the vertices of a frame share.
 class ConfidenceEstimate {
   public:
     ConfidenceEstimate(const SurfaceModel& model, const FrameEvidence& evidence,
@@ -419,7 +420,7 @@ SurfaceConfidence confidence_beside(const VertexConfidence& confidence, size_t v
 }
 
 RigidSums sum_for_rigid_motion(const SurfaceModel& model, SurfaceSamples samples, size_t first) {
-    // Of a few vertices in single precision, of which the sum is in double. Targets need no
+    // Sums over a few vertices are in single precision, their sum is in double. Targets need no
     // centring where sources are centred. The fourth component is a part of the normal, which goes
     // along for the sake of whole vectors.
     constexpr size_t kFew = 32;

@@ -76,8 +76,8 @@ void begin_confidence(const SurfaceModel& model, VertexConfidence& confidence);
 void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
                          const Services* helpers, const std::function<void()>& beside,
                          VertexConfidence& confidence);
-// Of a frame in which the surface was not found: every vertex is unknown, with errors that grow by
-// age (frames).
+// Confidence of a frame in which the surface was not found: every vertex is unknown, with errors
+// that grow by age (frames).
 void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertices);
 // The same of the vertices of the pieces that are lost. vertex_pieces: per vertex.
 void forget_lost_pieces(std::span<const defrec_piece> pieces,
@@ -98,7 +98,7 @@ struct SurfaceConfidence {
 SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence& confidence,
                                 const double xyz[3]);
 
-// Of a place beside the surface, that far from a vertex. place: in the frame.
+// Confidence of a place beside the surface, that far from a vertex. place: in the frame.
 SurfaceConfidence confidence_beside(const VertexConfidence& confidence, size_t vertex,
                                     double distance_mm, const Vec3<double>& place);
 

@@ -37,7 +37,7 @@ struct FrameOutput {
 size_t rig_patch_step(const TemplateData& data);
 size_t rig_patch_count(const TemplateData& data);
 
-// Of what registering the surface gives. Must outlive the queue that reads into it.
+// Memory of what registering the surface gives. Must outlive the queue that reads into it.
 class AttemptMemory {
   private:
     friend class FrameMemory;

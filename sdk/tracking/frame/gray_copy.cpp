@@ -72,7 +72,7 @@ __attribute__((target("ssse3"))) void copy_vectors(Order order, const uint8_t* f
                   chosen_last = selection<kBytes>(order, kGroups - 1), half = _mm_set1_epi16(128);
     const __m128i weights = _mm_unpacklo_epi64(_mm_set1_epi16(kRedWeight | kGreenWithRed << 8),
                                                _mm_set1_epi16(kGreenWithBlue | kBlueWeight << 8));
-    // Of each pixel both sums, those with red in the lower half.
+    // Both sums of each pixel, those with red in the lower half.
     const auto sums = [&](const uint8_t* pixel, size_t group) __attribute__((target("ssse3"))) {
         const auto* at = reinterpret_cast<const __m128i*>(pixel + kBytes * kGroup * group -
                                                           first_byte<kBytes>(group));

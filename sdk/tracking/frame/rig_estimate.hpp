@@ -9,8 +9,8 @@ struct RigEstimate {
     float vertical_offset_px = 0;  // of the right view at the image centre, down is positive
     float roll_deg = 0;            // of the right view about the image centre, clockwise
     float focal_ratio = 1;         // right to left
-    // Of rows in the corners of the image, down and up in turn: distortion that the calibration
-    // does not know shifts the rows of near things so. 0: none, or not measured.
+    // Shift of rows in the corners of the image, down and up in turn: distortion that the
+    // calibration does not know shifts the rows of near things so. 0: none, or not measured.
     float twist_px = 0;
     uint32_t matches = 0;  // between left and right, behind the last four; 0: not measured
 };

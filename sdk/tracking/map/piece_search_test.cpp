@@ -14,7 +14,7 @@ namespace {
 
 using Point = Vec3<double>;
 
-// Of the second piece: turned by 0.4 rad about the ray, 12 mm aside and 5 mm nearer.
+// Motion of the second piece: turned by 0.4 rad about the ray, 12 mm aside and 5 mm nearer.
 Point moved(const Point& p) {
     const double c = std::cos(0.4), s = std::sin(0.4);
     return {c * p.x - s * p.y + 12, s * p.x + c * p.y, p.z - 5};

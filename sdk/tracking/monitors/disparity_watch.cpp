@@ -39,7 +39,7 @@ std::array<float, 3> place_of(const defrec_surface_point& vertex) {
     return {vertex.position[0], vertex.position[1], vertex.position[2]};
 }
 
-// Of every so many vertices.
+// Takes the places of every so many vertices.
 template <class Vertices>
 void take_places(const Vertices& vertices, std::vector<Places>& places) {
     places.clear();

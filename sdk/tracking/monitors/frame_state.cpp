@@ -185,7 +185,7 @@ Evidence weigh_evidence(const FrameOutput& output, std::span<const VertexEvidenc
 Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_found,
                  bool uses_depth) {
     Verdict verdict;
-    // Of what an image can show: tissue that joined lies beside the first view.
+    // Share of what an image can show: tissue that joined lies beside the first view.
     const auto inside_share =
         static_cast<double>(evidence.vertices_inside) /
         static_cast<double>(std::max<uint64_t>(1, data.first_counts().vertices));

@@ -9,7 +9,7 @@
 
 namespace defrec {
 
-// Of an image, from a part of its pixels.
+// Statistics of an image, from a part of its pixels.
 struct ImageStatistics {
     double mean = 0;             // gray levels
     double deviation = 0;        // standard deviation, gray levels
@@ -74,7 +74,8 @@ VertexEvidence weigh_vertices(std::span<const defrec_surface_sample> samples);
 // surface has it to where it was found; NaN where it was not found or not expected.
 void measure_patches(const TemplateData& data, const FrameOutput& output, size_t first,
                      std::span<double> patch_px2);
-// Of such a value: it was found where the deformed surface has it, within 2 px.
+// Whether such a value is confirmed: its patch was found where the deformed surface has it, within
+// 2 px.
 inline bool is_confirmed(double patch_px2) { return patch_px2 <= 4; }
 // runs: of all vertices, in their order.
 Evidence weigh_evidence(const FrameOutput& output, std::span<const VertexEvidence> runs,

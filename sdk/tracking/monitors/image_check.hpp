@@ -25,7 +25,7 @@ class ImageCheck {
     // none. Returns DEFREC_REASON_* (StreamCheck::reasons).
     uint32_t look_at(uint64_t frame, int64_t timestamp_ns, const std::array<View, 2>& views,
                      const Services* helpers);
-    // Of the views.
+    // Blocks of the views.
     std::array<StandingBlocks, 2>& blocks() { return blocks_; }
 
   private:

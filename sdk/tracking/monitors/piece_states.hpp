@@ -26,7 +26,7 @@ PieceEvidences weigh_pieces(const TemplateData& data, std::span<const uint8_t> v
 // What becomes of a surface's pieces from frame to frame.
 class PieceStates {
   public:
-    // Of another template. are_found: in the frame before.
+    // Begins with another template. are_found: in the frame before.
     void reset(size_t pieces, bool are_found);
 
     // Whether a frame that is found by all its evidence shows any piece. uses_depth: else it was

@@ -6,8 +6,8 @@ using namespace defrec;
 
 namespace {
 
-// Of a piece whose vertices all lie in the image, where so many patches of 100 are confirmed and so
-// much of it has depth that agrees.
+// Evidence of a piece whose vertices all lie in the image, where so many patches of 100 are
+// confirmed and so much of it has depth that agrees.
 PieceEvidence seen(uint32_t confirmed, double measured = 0.9) {
     PieceEvidence evidence;
     evidence.vertices = evidence.vertices_inside = 1000;

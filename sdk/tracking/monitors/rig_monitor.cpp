@@ -21,7 +21,8 @@ constexpr double kMemory = 0.97;     // of a frame's weight after the next: abou
 // Matches of one frame err alike where stereo's windows or the image's compression do.
 constexpr double kIndependentShare = 0.2;
 
-// Of offset (px), roll (px per px) and ratio of focal lengths less 1, before anything is known.
+// Information on offset (px), roll (px per px) and ratio of focal lengths less 1, before anything
+// is known.
 Eigen::Vector3d prior_information() {
     return {1 / (20.0 * 20), 1 / (0.05 * 0.05), 1 / (0.05 * 0.05)};
 }

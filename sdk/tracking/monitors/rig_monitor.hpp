@@ -55,8 +55,8 @@ class RigMonitor {
     double twist_error() const;
 
     uint32_t width_, height_;
-    // Of the step at the centre, and its growth along x and y: information and information times
-    // mean, of a normal distribution.
+    // Estimate of the step at the centre, and its growth along x and y: information and information
+    // times mean, of a normal distribution.
     Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();
     Eigen::Vector3d weighted_ = Eigen::Vector3d::Zero();
     double twist_squares_ = 0, twist_weighted_ = 0;

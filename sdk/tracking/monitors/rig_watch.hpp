@@ -18,7 +18,8 @@ struct RigState {
     RigMonitor monitor;  // of what is left after the correction
     RigEstimate left;    // its last estimate
     DisparityWatch disparities;
-    // Of the patches of the rig in the left view; NaN: not found. Empty: there is no such frame.
+    // Rows of the patches of the rig in the left view; NaN: not found. Empty: there is no such
+    // frame.
     std::vector<float> rows;
 };
 

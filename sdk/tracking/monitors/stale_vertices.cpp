@@ -10,7 +10,7 @@
 namespace defrec {
 namespace {
 
-// Of the vertices in the image; fewer do not tell how the rest moved.
+// Share of the vertices in the image; fewer do not tell how the rest moved.
 constexpr double kMinSeen = 0.05;
 
 struct Pixel {

@@ -12,8 +12,8 @@ namespace defrec {
 
 class StaleVertices {
   public:
-    // Of a frame that was followed from the one before; is_rectified: the blocks are of the view's
-    // rectified image, else of the raw one. The blocks are told how far the rest moved.
+    // Finds those of a frame that was followed from the one before; is_rectified: the blocks are of
+    // the view's rectified image, else of the raw one. The blocks are told how far the rest moved.
     void find(const Rig& rig, std::array<StandingBlocks, 2>& blocks,
               const std::array<bool, 2>& is_rectified,
               std::span<const defrec_surface_sample> before,
@@ -28,7 +28,7 @@ class StaleVertices {
 
     // As FrameEvidence::stale_views.
     std::span<const uint8_t> views() const { return views_; }
-    // Of the vertices in the image.
+    // Share of the vertices in the image.
     double share() const { return share_; }
 
   private:

@@ -22,7 +22,7 @@ class StandingBlocks {
     void end_image();
     // The rows of a part. Those below the last blocks are the last part's.
     RowRange rows_of(size_t part) const;
-    // Of the blocks with texture, those that stand; 0 where none has any.
+    // Share of the blocks with texture that stand; 0 where none has any.
     double share() const { return share_; }
     bool any() const { return share_ > 0; }
     // Whether the block of a pixel stands. Beyond the image: that of the nearest pixel.

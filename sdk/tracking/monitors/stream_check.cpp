@@ -7,8 +7,8 @@ namespace defrec {
 namespace {
 
 constexpr double kMinDeviation = 1.5;  // gray levels, of an image with texture
-// Of the blocks with texture: a clock may run on in a view that stands, and compression may leave
-// much of a view that moves as it was.
+// Shares of the blocks with texture: a clock may run on in a view that stands, and compression may
+// leave much of a view that moves as it was.
 constexpr double kStanding = 0.95, kMoving = 0.5;
 
 // Timestamps may lie farther apart than their type can say.

@@ -6,7 +6,7 @@
 
 namespace defrec {
 
-// Of images in which there is nothing to observe.
+// Reasons of images in which there is nothing to observe.
 inline constexpr uint32_t kUselessImages =
     DEFREC_REASON_DARK | DEFREC_REASON_SATURATED | DEFREC_REASON_ONE_VIEW;
 

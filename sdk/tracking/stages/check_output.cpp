@@ -54,7 +54,7 @@ uint32_t is_wrong(const defrec_patch_observation& patch) {
            (patch.score < -kMaxScore || patch.score > kMaxScore ? 1u : 0u) | far_outside(patch.u) |
            far_outside(patch.v);
 }
-// Of one that is not valid nothing is used.
+// Nothing is used of one that is not valid.
 uint32_t is_wrong(const defrec_patch_prediction& patch) {
     return above(patch.valid, 1) |
            (patch.valid == 1 ? far_outside(patch.u) | far_outside(patch.v) : 0u);

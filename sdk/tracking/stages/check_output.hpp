@@ -1,5 +1,5 @@
 // What a device gave is checked before it is believed: a plugin may be wrong, or its memory
-// damaged. Of gray images, masks and kept disparity every value means something.
+// damaged. Every value of gray images, masks and kept disparity means something.
 #pragma once
 #include <cstdint>
 #include <span>

@@ -9,14 +9,15 @@
 namespace defrec {
 namespace {
 
-// Of disparities: the solver, which fits a smooth surface to them, needs no smoother ones.
+// Disparities are smoothed once: the solver, which fits a smooth surface to them, needs no smoother
+// ones.
 constexpr uint32_t kSmoothPasses = 1;
 // 1/16 px of half resolution: beside an instrument fewer disparities that mix with its own.
 constexpr uint32_t kDepthEdge = 16;
 
 // Features only begin what patches finish: coarse ones are as good for that, and quickly found.
 constexpr uint32_t kFeatureLevels = 3;
-// Of the image that they are found in.
+// Least size of the image that they are found in.
 constexpr uint32_t kLeastFeatureWidth = 480, kLeastFeatureHeight = 240;
 constexpr uint32_t feature_halvings(uint32_t width, uint32_t height) {
     uint32_t halvings = 0;

@@ -18,7 +18,7 @@ namespace {
 // wider, the rarer: wider where a part did not last, narrower where it lasted.
 constexpr double kNeededSpacings = 1.5, kNeededShare = 0.03, kSlack[] = {0, 0.05, 0.1, 0.15};
 constexpr uint32_t kShort = 4, kLong = 16;  // frames
-// Of what an image full of surface has, what a part has room for. Where tissue joined, control
+// Room of a part, relative to what an image full of surface has. Where tissue joined, control
 // points, and so connections, are a tenth denser.
 constexpr double kRoom = 1.6;
 

@@ -23,8 +23,9 @@ struct SolverPass {
     uint32_t TrackerSettings::*iterations;  // nullptr: one
     uint32_t cg_iterations;                 // of each
     bool presolve;
-    // Of the tracker's arap_weight. Soft where patches are to be predicted closely enough for the
-    // next search to find them: what a stiff surface takes back of a local deformation is lost.
+    // Factor of the tracker's arap_weight. Soft where patches are to be predicted closely enough
+    // for the next search to find them: what a stiff surface takes back of a local deformation is
+    // lost.
     float stiffness;
     // The paper's while features alone tell where the surface went. Once patches do so to a
     // fraction of a pixel, features, good to about a pixel, only hold what has no patch.

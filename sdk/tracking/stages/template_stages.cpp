@@ -17,7 +17,7 @@ constexpr float kRotationWeight = 40;  // tissue bends more easily than it shear
 // Errors on the reference sequences are the same with ten.
 constexpr uint32_t kRansacIterations = 5;
 constexpr uint32_t kMinBytes = 16;  // of a buffer, whatever a template lacks
-// Of frames that are solved in part, how often the coarse pass solves all: what lies outside of the
+// Every so many frames that are solved in part the coarse pass solves all: what lies outside of the
 // image follows it then, and by the rigid motion of the matches alone in between.
 constexpr uint32_t kWholeEvery = 8;
 
