@@ -1083,7 +1083,7 @@ enum {
 enum { DEFREC_MAX_TIMED_STAGES = 16 /**< entries of defrec_result's times */ };
 /** How long one step of a frame took. Frozen. */
 typedef struct defrec_stage_time {
-    const char *name;         /**< of the step; static storage */
+    const char *name;         /**< name of the step; static storage */
     double      milliseconds; /**< see timed of defrec_tracker_desc */
 } defrec_stage_time;
 
@@ -1115,7 +1115,7 @@ typedef struct defrec_result {
     uint32_t state;          /**< DEFREC_INITIALISING ...: what became of the frame */
     uint32_t reasons;        /**< DEFREC_REASON_*: why it is not better */
     uint32_t epoch;          /**< counts templates and relocalisations; 0 without a template */
-    int64_t  timestamp_ns;   /**< of the frame, as submitted */
+    int64_t  timestamp_ns;   /**< time of the frame, as submitted */
     uint64_t frame;          /**< counts submitted frames from 0 */
     uint32_t age;            /**< frames since the geometry was last supported by evidence */
     uint32_t features;       /**< features found in the left image */

@@ -13,7 +13,7 @@ namespace Defrec
         public Reasons Reasons { get; }
         /// <summary>Counts templates and relocalisations; 0 without a template.</summary>
         public uint Epoch { get; }
-        /// <summary>Of the frame, as submitted.</summary>
+        /// <summary>Time of the frame, as submitted.</summary>
         public long TimestampNs { get; }
         /// <summary>Counts submitted frames from 0.</summary>
         public ulong Frame { get; }
@@ -105,7 +105,7 @@ namespace Defrec
     /// <summary>How long one step of a frame took.</summary>
     public struct StageTime
     {
-        /// <summary>Of the step; static storage.</summary>
+        /// <summary>Name of the step; static storage.</summary>
         public string Name { get; }
         /// <summary>See timed of TrackerOptions.</summary>
         public double Milliseconds { get; }

@@ -17,7 +17,7 @@ class StageTime(NamedTuple):
     """How long one step of a frame took."""
 
     name: str
-    """Of the step; static storage."""
+    """Name of the step; static storage."""
     milliseconds: float
     """See timed of Tracker."""
 
@@ -34,7 +34,7 @@ class Result:
     epoch: int
     """Counts templates and relocalisations; 0 without a template."""
     timestamp_ns: int
-    """Of the frame, as submitted."""
+    """Time of the frame, as submitted."""
     frame: int
     """Counts submitted frames from 0."""
     age: int

@@ -819,7 +819,7 @@ class StageTimeStruct(Struct):
     """How long one step of a frame took. Frozen."""
 
     name: Text
-    """Of the step; static storage."""
+    """Name of the step; static storage."""
     milliseconds: F64
     """See timed of Tracker."""
 
@@ -857,7 +857,7 @@ class ResultStruct(Struct):
     epoch: U32
     """Counts templates and relocalisations; 0 without a template."""
     timestamp_ns: I64
-    """Of the frame, as submitted."""
+    """Time of the frame, as submitted."""
     frame: U64
     """Counts submitted frames from 0."""
     age: U32
