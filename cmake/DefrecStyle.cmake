@@ -8,7 +8,12 @@ if(DEFREC_BUILD_TESTS AND NOT CMAKE_CROSSCOMPILING)
   set(layers "${CMAKE_SOURCE_DIR}/scripts/layers")
   add_test(NAME style/layers COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${layers}/check.py")
   add_test(NAME style/layers_check COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${layers}/test_check.py")
-  set(styles style/markdown style/format style/layers style/layers_check)
+  add_test(NAME style/comments
+    COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${CMAKE_SOURCE_DIR}/scripts/check_comments.py")
+  add_test(NAME style/comments_check
+    COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${CMAKE_SOURCE_DIR}/scripts/test_check_comments.py")
+  set(styles style/markdown style/format style/layers style/layers_check style/comments
+    style/comments_check)
   # It checks what is compiled, so once is enough: not in builds with sanitizers.
   if(NOT DEFREC_SANITIZE)
     add_test(NAME style/tidy COMMAND "${DEFREC_SYSTEM_PYTHON}"
