@@ -71,7 +71,7 @@ class Ransac final : public Stage {
         double squares = 0;
         for (const Pair& pair : pairs_)
             squares += (pair.to - centre).squaredNorm() / double(pairs_.size());
-        return std::max(kMinThreshold, 0.1 * std::sqrt(squares));
+        return std::max(kMinThreshold, kThresholdShare * std::sqrt(squares));
     }
 
     // Alternates the rotation about the reference and the weights.

@@ -37,7 +37,6 @@ class RigidFit {
     }
 
   private:
-    static constexpr double kMinSpreadMm2 = 1e-2;
     double weight_ = 0;
     Eigen::Vector3d from_ = Eigen::Vector3d::Zero(), to_ = Eigen::Vector3d::Zero();
     Eigen::Matrix3d moment_ = Eigen::Matrix3d::Zero();

@@ -12,12 +12,11 @@
 #include <algorithm>
 #include <array>
 
+#include "backends/shared/glsl.h"
 #include "backends/shared/stage.hpp"
 #include "backends/stages/list.hpp"
 
 namespace defrec {
-
-using uint = uint32_t;  // as GLSL names it, for the structs that shaders share
 
 // What a stage asks of one buffer.
 struct BufferRule {
