@@ -41,4 +41,7 @@ constexpr const char* stage_name(uint32_t stage) {
 
 constexpr size_t kMaxStageBuffers = 24;  // inputs, and outputs, that a stage may have
 
+// From this one on stages have inputs that stay the same from run to run.
+constexpr uint32_t kFirstPreparedStage = DEFREC_STAGE_MATCH;
+
 }  // namespace defrec
