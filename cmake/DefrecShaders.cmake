@@ -1,12 +1,12 @@
 # defrec_embed_shaders(TARGET FOLDER)
 # Compiles every FOLDER/*.comp to SPIR-V for Vulkan 1.2, validates it, and embeds it in TARGET: FOLDER's shaders.hpp declares
-# `extern const Shader <name>;` for each. They include *.glsl and *.h of FOLDER, and the contracts of the stages.
+# `extern const Shader <name>;` for each. They include *.glsl and *.h of FOLDER, the contracts of the stages and their constants.
 find_program(DEFREC_GLSLANG glslangValidator REQUIRED)
 find_program(DEFREC_SPIRV_VAL spirv-val REQUIRED)
 
 function(defrec_embed_shaders target folder)
   file(GLOB sources CONFIGURE_DEPENDS "${folder}/*.comp")
-  file(GLOB includes CONFIGURE_DEPENDS "${folder}/*.glsl" "${folder}/*.h" "${CMAKE_SOURCE_DIR}/backends/stages/*.hpp")
+  file(GLOB includes CONFIGURE_DEPENDS "${folder}/*.glsl" "${folder}/*.h" "${CMAKE_SOURCE_DIR}/backends/shared/*.h" "${CMAKE_SOURCE_DIR}/backends/stages/*.hpp")
   set(generated "${CMAKE_CURRENT_BINARY_DIR}/shaders")
   file(MAKE_DIRECTORY "${generated}")
   set(declarations "")

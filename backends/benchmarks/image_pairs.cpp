@@ -13,6 +13,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "sdk/base/util/median.hpp"
+
 namespace defrec::benchmarks {
 namespace {
 
@@ -93,10 +95,9 @@ void check_agreement(const std::string& folder, const Camera& camera,
         }
     if (errors.empty())
         throw std::runtime_error(folder + ": no point of points.csv is in truth.csv");
-    std::nth_element(errors.begin(), errors.begin() + ptrdiff_t(errors.size() / 2), errors.end());
-    if (errors[errors.size() / 2] > 0.5)
+    if (const double error = median(std::move(errors)); error > 0.5)
         throw std::runtime_error(folder + ": truth.csv and points.csv are " +
-                                 std::to_string(errors[errors.size() / 2]) + " px apart");
+                                 std::to_string(error) + " px apart");
 }
 
 }  // namespace
@@ -119,9 +120,7 @@ Flow Flow::between(std::vector<Point> from, std::vector<Point> to) {
         nearest.push_back(minimum);
     }
     if (nearest.size() < kNeighbours) return flow;
-    std::nth_element(nearest.begin(), nearest.begin() + ptrdiff_t(nearest.size() / 2),
-                     nearest.end());
-    flow.reach_ = 1.7 * nearest[nearest.size() / 2];
+    flow.reach_ = 1.7 * median(std::move(nearest));
     return flow;
 }
 

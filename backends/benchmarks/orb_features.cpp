@@ -8,6 +8,7 @@
 #include "backends/cpu/stages.hpp"
 #include "backends/definition/orb_definition.hpp"
 #include "backends/shared/test_host.hpp"
+#include "sdk/base/util/median.hpp"
 #include "sdk/contract/stage_params.hpp"
 
 namespace defrec::benchmarks {
@@ -34,8 +35,7 @@ OrbResult orb_features(const GrayImage& image, uint32_t capacity, int repeat) {
         stage->run(in, out);
         times.push_back(1e3 * double(std::clock() - start) / CLOCKS_PER_SEC);
     }
-    std::nth_element(times.begin(), times.begin() + repeat / 2, times.end());
-    result.milliseconds = times[size_t(repeat / 2)];
+    result.milliseconds = median(std::move(times));
     const OutBuffer with_smoothed[] = {
         out[0], out[1], {}, {result.smoothed.data(), result.smoothed.size() * sizeof(uint16_t)}};
     stage->run(in, with_smoothed);

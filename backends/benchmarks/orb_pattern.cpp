@@ -174,9 +174,8 @@ void print(const std::vector<const Test*>& tests) {
         "// The test pattern of the stage orb: 256 pairs of points, px from the feature, a bit "
         "each.\n"
         "// Derived by backends/benchmarks/orb_pattern.cpp from rendered scenes.\n"
-        "#pragma once\n#include <cstddef>\n#include <cstdint>\n\nnamespace defrec::orb "
-        "{\n\nconstexpr size_t "
-        "kTests = 256;\n\n"
+        "#pragma once\n#include <cstdint>\n\n#include \"backends/shared/orb_constants.h\"\n\n"
+        "namespace defrec::orb {\n\n"
         "// Test i compares points 2i and 2i + 1; x^2 + y^2 <= 210, so a turned and rounded point "
         "stays within 15 px.\n"
         "// clang-format off\nconstexpr int8_t kPattern[2 * kTests][2] = {");

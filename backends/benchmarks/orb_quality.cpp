@@ -23,6 +23,7 @@
 
 #include "backends/benchmarks/image_pairs.hpp"
 #include "backends/benchmarks/orb_features.hpp"
+#include "sdk/base/util/median.hpp"
 
 namespace {
 
@@ -57,8 +58,7 @@ Detection detect_opencv(const GrayImage& image, uint32_t capacity) {
         orb->detectAndCompute(pixels, cv::noArray(), keys, descriptors);
         times.push_back(1e3 * double(std::clock() - start) / CLOCKS_PER_SEC);
     }
-    std::nth_element(times.begin(), times.begin() + kRepeat / 2, times.end());
-    Detection detection{{}, times[kRepeat / 2]};
+    Detection detection{{}, median(std::move(times))};
     for (size_t i = 0; i < keys.size(); ++i) {
         defrec_feature feature{};
         feature.x = int32_t(std::lround(16 * keys[i].pt.x));

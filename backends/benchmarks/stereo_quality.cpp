@@ -16,6 +16,7 @@
 
 #include "backends/cpu/stages.hpp"
 #include "backends/shared/test_host.hpp"
+#include "sdk/base/util/median.hpp"
 #include "sdk/contract/stage_params.hpp"
 
 namespace {
@@ -56,8 +57,7 @@ double median_ms(int runs, const std::function<void()>& work) {
         work();
         times.push_back(1000.0 * double(std::clock() - start) / CLOCKS_PER_SEC);
     }
-    std::nth_element(times.begin(), times.begin() + runs / 2, times.end());
-    return times[size_t(runs / 2)];
+    return median(std::move(times));
 }
 
 // Disparities in 1/16 px as px, NaN where there is none.

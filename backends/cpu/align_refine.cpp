@@ -234,14 +234,16 @@ void refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& p
         score = step.score;
         shift_x += step.x;
         shift_y += step.y;
-        if (shift_x < -256 || shift_y < -256 || shift_x > 255 || shift_y > 255) return;
+        if (shift_x < -kPatchOne || shift_y < -kPatchOne || shift_x >= kPatchOne ||
+            shift_y >= kPatchOne)
+            return;
         if (step.is_short()) break;
     }
-    if (score >> 4 < int32_t(run.params->min_score)) return;
+    if (score >> kScoreShift < int32_t(run.params->min_score)) return;
     const uint32_t level = run.params->level, side = 2 * run.params->patch_radius + 1;
-    result.u = from_level(256 * peak.x + peak.fraction_x + shift_x, level);
-    result.v = from_level(256 * peak.y + peak.fraction_y + shift_y, level);
-    result.score = score >> 4;
+    result.u = from_level(kPatchOne * peak.x + peak.fraction_x + shift_x, level);
+    result.v = from_level(kPatchOne * peak.y + peak.fraction_y + shift_y, level);
+    result.score = score >> kScoreShift;
     result.valid = 1;
     information(system, side * side, score, level, result.information);
 }

@@ -62,7 +62,7 @@ bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t
     // Positions grow or fall along rows and columns, so the corners are the extremes.
     for (const int32_t oy : {-reach, reach})
         for (const int32_t ox : {-reach, reach}) {
-            const int32_t dx = 256 * ox - fraction_x, dy = 256 * oy - fraction_y;
+            const int32_t dx = kPatchOne * ox - fraction_x, dy = kPatchOne * oy - fraction_y;
             const int32_t x0 = at(0, dx, dy) >> 15, y0 = at(1, dx, dy) >> 15;
             if (x0 < 0 || y0 < 0 || x0 + 1 >= view.width || y0 + 1 >= view.height) return false;
         }
@@ -477,7 +477,7 @@ V32 scores(const AlignScratch& scratch, const PatchTerms& patch, int32_t all, in
         hn::Mul(hn::Mul(hn::Mul(covariance, patch.variance_root), live_root), patch.root);
     const V32 q = hn::ConvertTo(
         d, hn::Floor(hn::Add(hn::Mul(z, hn::Set(f, float(kOneScore))), hn::Set(f, 0.5f))));
-    const auto enough = hn::Gt(hn::ShiftLeft<2>(patch.n), hn::Set(d, 3 * all - 1));
+    const auto enough = hn::Gt(hn::ShiftLeft<2>(patch.n), hn::Set(d, kMinUsableQuarters * all - 1));
     const auto live = hn::Gt(live_variance, hn::Zero(d));
     const auto good =
         hn::And(hn::And(enough, live), hn::RebindMask(d, hn::Ge(patch.variance, one)));
@@ -528,8 +528,9 @@ bool misses_some(int32_t all, int32_t places, const AlignScratch& scratch) {
     auto found = hn::Lt(hn::Zero(d), hn::Zero(d));
     for (int32_t at = 0; at < places; at += int32_t(hn::Lanes(d))) {
         const V32 n = hn::LoadU(d, scratch.n + at);
-        const auto some = hn::And(hn::Lt(n, hn::Set(d, all)),
-                                  hn::Gt(hn::ShiftLeft<2>(n), hn::Set(d, 3 * all - 1)));
+        const auto some =
+            hn::And(hn::Lt(n, hn::Set(d, all)),
+                    hn::Gt(hn::ShiftLeft<2>(n), hn::Set(d, kMinUsableQuarters * all - 1)));
         const auto exists = hn::Lt(columns_from(d, at), hn::Set(d, places));
         found = hn::Or(found, hn::And(some, exists));
     }
@@ -627,8 +628,8 @@ bool search(const AlignRun& run, const AlignCentre& centre,
                   v = to_level(prediction.v, params.level);
     const int32_t x = (u + 128) >> 8, y = (v + 128) >> 8, r = int32_t(params.patch_radius),
                   s = int32_t(params.search_radius);
-    peak.fraction_x = u - 256 * x;
-    peak.fraction_y = v - 256 * y;
+    peak.fraction_x = u - kPatchOne * x;
+    peak.fraction_y = v - kPatchOne * y;
     alignas(64) int16_t sampled[kMaxSamples];
     if (!sample_view(run.views[centre.view], centre, prediction.view_from_live, peak.fraction_x,
                      peak.fraction_y, r + 1, *run.places, sampled) ||

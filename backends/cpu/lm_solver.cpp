@@ -139,7 +139,7 @@ void invert_diagonal(LmWorkspace& work, const LmPart& part) {
         for (size_t c = 0; c < 6; ++c)
             for (size_t r = c; r < 6; ++r) {
                 V value = hn::GatherIndex(d, work.damped.data() + 6 * c + r, index);
-                const V minimum = hn::Mul(value, hn::Set(d, 1e-6f));
+                const V minimum = hn::Mul(value, hn::Set(d, kMinPivot));
                 for (size_t k = 0; k < c; ++k)
                     value = hn::NegMulAdd(factor[r][k], factor[c][k], value);
                 if (r == c)

@@ -79,7 +79,7 @@ class Ransac final : public Stage {
                 squares += (double(axis(k)[i]) - mean) * (double(axis(k)[i]) - mean);
             variance += squares / count_;
         }
-        return float(std::max(kMinThreshold, 0.1 * std::sqrt(variance)));
+        return float(std::max(kMinThreshold, kThresholdShare * std::sqrt(variance)));
     }
 
     defrec_ransac_summary merge(uint32_t references, defrec_match* weighted) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "backends/cpu/ransac_kernels.hpp"
+#include "backends/shared/rigid_fit.hpp"
 
 namespace defrec::cpu {
 namespace {
@@ -65,9 +66,8 @@ bool dominant_eigenvector(const Matrix3d& m, Vector4d& out) {
 
 // Kabsch's (1978) way, slower and never at a loss.
 Matrix3d rotation_by_svd(const Matrix3d& m) {
-    const Eigen::JacobiSVD<Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
-    return svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+    return rotation_from_svd(
+        Eigen::JacobiSVD<Matrix3d>(m, Eigen::ComputeFullU | Eigen::ComputeFullV));
 }
 
 }  // namespace

@@ -69,7 +69,9 @@ HWY_INLINE VI16 Smoothed(VI16 centre, int radius, const Agreement& agreement,
         count = hn::Sub(count, hn::VecFromMask(d, agrees));
     }
     // The reciprocal of count, looked up by its two bytes.
-    alignas(16) static constexpr int16_t kTable[8] = {0, 32767, 16384, 10923, 8192, 6554};
+    alignas(16) static constexpr int16_t kTable[8] = {kReciprocal[0], kReciprocal[1],
+                                                      kReciprocal[2], kReciprocal[3],
+                                                      kReciprocal[4], kReciprocal[5]};
     const VI16 bytes = hn::Add(hn::Mul(count, hn::Set(d, 0x0202)), hn::Set(d, 0x0100));
     const VI16 table = hn::LoadDup128(d, kTable);
     const VI16 reciprocal = hn::TableLookupBytes(table, bytes);

@@ -243,8 +243,8 @@ HWY_INLINE Refined RefineLanes(const RefineJob& job, const Tile& tile, int i, in
     result.peak = hn::And(bent, hn::Lt(hn::Abs(step), hn::Set(d, 17)));
     const VI32 moved =
         hn::Add(result.hypothesis, hn::Min(hn::Max(step, hn::Neg(maximum)), maximum));
-    result.disparity = hn::IfThenElse(bent, hn::Min(hn::Max(moved, hn::Zero(d)), hn::Set(d, 32000)),
-                                      result.hypothesis);
+    result.disparity = hn::IfThenElse(
+        bent, hn::Min(hn::Max(moved, hn::Zero(d)), hn::Set(d, kMaxDisparity)), result.hypothesis);
     return result;
 }
 
@@ -322,7 +322,10 @@ void PrepareWindows(const RefineJob& job, Tile& tile, int x0, int count, int win
         const int x = x0 + 2 * i,
                   width = std::min(x + job.radius, job.width - 1) - std::max(x - job.radius, 0) + 1;
         const int64_t n = int64_t{width} * window_height,
-                      minimum = (int64_t{job.c.texture} * job.c.texture * n * n + 255) / 256 - 1;
+                      minimum =
+                          (int64_t{job.c.texture} * job.c.texture * n * n + kTextureOne2 - 1) /
+                              kTextureOne2 -
+                          1;
         tile.window_width[i] = width;
         tile.min_variance[i] = int32_t(std::min<int64_t>(minimum, INT32_MAX));
     }

@@ -81,7 +81,7 @@ HWY_INLINE MotionLanes<V> blend_lanes(D d, const GroupMotion& group, const V wei
     const V squared =
         hn::MulAdd(sum[0], sum[0],
                    hn::MulAdd(sum[1], sum[1], hn::MulAdd(sum[2], sum[2], hn::Mul(sum[3], sum[3]))));
-    const auto usable = hn::Gt(squared, hn::Set(d, 1e-12f));
+    const auto usable = hn::Gt(squared, hn::Set(d, float(kMinBlendLength * kMinBlendLength)));
     const V inverse =
         hn::Div(hn::Set(d, 1.0f), hn::Sqrt(hn::IfThenElse(usable, squared, hn::Set(d, 1.0f))));
     for (size_t i = 0; i < 8; ++i)
@@ -157,8 +157,7 @@ HWY_INLINE DepthLanes<D> depth_lanes(D d, const defrec_camera& camera, const Dis
     const V disparity =
         hn::IfThenElse(hn::RebindMask(d, smooth), between, hn::ConvertTo(d, nearest));
     const auto known = hn::And(inside, hn::Gt(disparity, zero));
-    const V product =
-        hn::Set(d, float(double(DEFREC_DISPARITY_ONE) * camera.fx * camera.baseline_mm));
+    const V product = hn::Set(d, float(double(kDisparityOne) * camera.fx * camera.baseline_mm));
     return {inside, known,
             hn::IfThenElseZero(
                 known, hn::Div(product, hn::IfThenElse(known, disparity, hn::Set(d, 1.0f)))),

@@ -64,7 +64,7 @@ __device__ defrec_patch_observation observe(const PatchTask& task, const Centre&
     const int32_t u = to_level(prediction.u, params.level),
                   v = to_level(prediction.v, params.level);
     const int2 predicted = make_int2((u + 128) >> 8, (v + 128) >> 8);
-    const int2 fraction = make_int2(u - 256 * predicted.x, v - 256 * predicted.y);
+    const int2 fraction = make_int2(u - kPatchOne * predicted.x, v - kPatchOne * predicted.y);
     const auto window = load_window<kRadius>(
         task.level, make_int2(predicted.x - margin, predicted.y - margin), search_radius);
     const int32_t view_width = 2 * task.level.width, view_height = 2 * task.level.height;

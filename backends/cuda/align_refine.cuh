@@ -138,14 +138,16 @@ __device__ defrec_patch_observation refine(const defrec_align_params& params,
         if (!step.valid) return {};
         score = step.score;
         shift = make_int2(shift.x + step.x, shift.y + step.y);
-        if (shift.x < -256 || shift.y < -256 || shift.x > 255 || shift.y > 255) return {};
+        if (shift.x < -kPatchOne || shift.y < -kPatchOne || shift.x >= kPatchOne ||
+            shift.y >= kPatchOne)
+            return {};
         if (step.is_short()) break;
     }
-    if (score >> 4 < static_cast<int32_t>(params.min_score)) return {};
+    if (score >> kScoreShift < static_cast<int32_t>(params.min_score)) return {};
     defrec_patch_observation out{};
-    out.u = from_level(256 * pixel.x + fraction.x + shift.x, params.level);
-    out.v = from_level(256 * pixel.y + fraction.y + shift.y, params.level);
-    out.score = score >> 4;
+    out.u = from_level(kPatchOne * pixel.x + fraction.x + shift.x, params.level);
+    out.v = from_level(kPatchOne * pixel.y + fraction.y + shift.y, params.level);
+    out.score = score >> kScoreShift;
     out.valid = 1;
     information(system, Layout<kRadius>::kPixels, score, params.level, out.information);
     return out;

@@ -29,7 +29,8 @@ __device__ PatchTerms patch_terms(int32_t n, int32_t t, int32_t tt) {
 __device__ int32_t score_of(const WindowSums& s, const PatchTerms& patch, int32_t pixels) {
     const int32_t live_variance =
         static_cast<int32_t>(static_cast<uint32_t>(s.n) * s.ii - s.i * s.i);
-    if (4 * s.n < 3 * pixels || live_variance < 1 || !(patch.variance >= 1.0f)) return kUnscored;
+    if (4 * s.n < kMinUsableQuarters * pixels || live_variance < 1 || !(patch.variance >= 1.0f))
+        return kUnscored;
     const float covariance = static_cast<float>(s.ti) -
                              (static_cast<float>(s.t) * static_cast<float>(s.i)) * patch.inverse_n;
     const float z =

@@ -158,8 +158,8 @@ __device__ Template<kRadius> sample_view(const uint8_t* view, int32_t width, int
     for (int k = 0; k < kRounds; ++k) {  // every load before the first use
         const int32_t i =
             min(lane + k * static_cast<int32_t>(kWarp), L::kSampled * L::kSampled - 1);
-        const int32_t dx = 256 * (i % L::kSampled - 1 - kRadius) - fraction.x,
-                      dy = 256 * (i / L::kSampled - 1 - kRadius) - fraction.y;
+        const int32_t dx = kPatchOne * (i % L::kSampled - 1 - kRadius) - fraction.x,
+                      dy = kPatchOne * (i / L::kSampled - 1 - kRadius) - fraction.y;
         const int32_t x = 256 * centre.x + ((matrix[0] * dx + matrix[1] * dy + 128) >> 8);
         const int32_t y = 256 * centre.y + ((matrix[2] * dx + matrix[3] * dy + 128) >> 8);
         const int32_t left = min(max(x >> 15, 0), width - 2),

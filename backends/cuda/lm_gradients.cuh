@@ -89,14 +89,13 @@ __device__ __forceinline__ LmRowMemory lm_row_memory(const LmView& view, const L
 // Replaces a symmetric block, given by its lower triangle, by the inverse of its Cholesky factor.
 // Pivots that vanish in single precision are raised to a share of the diagonal.
 __device__ __forceinline__ void invert_factor(float (&block)[kFactor]) {
-    constexpr float kLeastPivot = 1e-6f;
     float inverse_pivot[6];
     for (uint32_t c = 0; c < 6; ++c) {
         const float given = block[triangle(c, c)];
         float pivot = given;
         for (uint32_t k = 0; k < c; ++k)
             pivot = fmaf(-block[triangle(c, k)], block[triangle(c, k)], pivot);
-        inverse_pivot[c] = rsqrtf(fmaxf(pivot, kLeastPivot * given));
+        inverse_pivot[c] = rsqrtf(fmaxf(pivot, kMinPivot * given));
         for (uint32_t r = c + 1; r < 6; ++r) {
             float value = block[triangle(r, c)];
             for (uint32_t k = 0; k < c; ++k)

@@ -21,7 +21,6 @@ struct LmPresolve {
 
 constexpr uint32_t kPresolveThreads = 256, kPresolveWarps = kPresolveThreads / kWarp,
                    kDeformThreads = 64;
-constexpr float kMinSpreadMm2 = 0.01f;
 
 // Whether the second singular value is certainly above a bound: the sum of the squared 2x2 minors
 // is at most three times the product of the two largest squared singular values.
@@ -149,8 +148,9 @@ __device__ __forceinline__ RigidMotion fit(const float (&sums)[kFitSums], Vec3<f
     float moment[9];
     for (int i = 0; i < 9; ++i)
         moment[i] = sums[kFitMoment + i] / sums[kFitWeight] - b[i / 3] * a[i % 3];
+    constexpr auto kMinSpread = static_cast<float>(kMinSpreadMm2);
     Quaternion<float> turn{1, 0, 0, 0};
-    if (spreads_beyond(moment, kMinSpreadMm2) || second_singular_value(moment) > kMinSpreadMm2) {
+    if (spreads_beyond(moment, kMinSpread) || second_singular_value(moment) > kMinSpread) {
         const float4 q = nearest_quaternion(moment);
         turn = {q.w, q.x, q.y, q.z};
     }
@@ -181,7 +181,8 @@ __global__ void __launch_bounds__(kPresolveThreads) lm_presolve(LmPresolve given
     const Vec3<float> from_centre = mean3(all + kMatchFrom, all[kMatchCount]),
                       to_centre = mean3(all + kMatchTo, all[kMatchCount]);
     for (int round = 0; enough && round < kPresolveRounds; ++round) {
-        const float inverse_c2 = 1 / fmaxf(c2, 9 * errors[0] / all[kMatchWeights]);
+        const float inverse_c2 =
+            1 / fmaxf(c2, static_cast<float>(kPresolveMinWidth2) * errors[0] / all[kMatchWeights]);
         float sums[kFitSums] = {};
         pulls.each(given, [&](const LmPull& pull) {
             const Vec3<float> off = moved_by(motion, pull.from) - pull.to;

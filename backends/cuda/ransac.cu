@@ -105,7 +105,8 @@ __device__ float default_threshold(const Pairs<Matches>& pairs, uint32_t taken, 
         if (pair.taken) square[0] += squared_length(pair.to - centre);
     });
     sums.add_up(square);
-    return fmaxf(static_cast<float>(kMinThreshold), 0.1f * std::sqrt(share * square[0]));
+    return fmaxf(static_cast<float>(kMinThreshold),
+                 static_cast<float>(kThresholdShare) * std::sqrt(share * square[0]));
 }
 
 // Adds weight b a^T to m.

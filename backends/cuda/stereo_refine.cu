@@ -82,10 +82,11 @@ __device__ __forceinline__ void classify(const RefineStep& step, const Known& kn
         step.right_mask == nullptr
             ? 1
             : __ldg(step.right_mask + line + clamped((right + 8) >> 4, 0, shape.width - 1));
-    // The least v with 256 v >= texture^2 n^2.
+    // The least v with kTextureOne2 v >= texture^2 n^2.
     const uint64_t deviation =
         uint64_t{static_cast<uint32_t>(shape.texture)} * static_cast<uint32_t>(refined.n);
-    const auto min_variance = static_cast<int>((deviation * deviation + 255) >> 8);
+    const auto min_variance =
+        static_cast<int>((deviation * deviation + kTextureOne2 - 1) / kTextureOne2);
     Found found{hypothesis, 0, 0};
     if (any && known.standing != kDoubtful && known.left_usable != 0) {
         const bool settled = known.standing == kSettled;

@@ -180,7 +180,7 @@ struct Refined {
     int variance, n;
 };
 __device__ __forceinline__ int moved(int hypothesis, int move) {
-    return clamped(hypothesis + move, 0, 32000);
+    return clamped(hypothesis + move, 0, kMaxDisparity);
 }
 
 // floor(a / b) where that is within 40 of 0, else something beyond. b > 0, below 2^24.

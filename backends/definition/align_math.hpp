@@ -11,18 +11,6 @@
 
 namespace defrec::align {
 
-enum { kUnscored = INT32_MIN };   // a displacement that cannot be scored
-enum { kOneScore = 65536 };       // ZNCC 1 in the search's scores
-enum { kTooHighScore = 65602 };   // ZNCC 1.001: what is left to explain is mostly rounding
-enum { kMaxMatrix = 4 * 65536 };  // largest entry of view_from_live that is followed, 1/65536
-enum {
-    kDistancePenalty = 32
-};  // what a displacement of one px costs in the search, 1/65536; grows with its square
-enum { kEvenSearch = 4 };  // px; beyond, displacements with both coordinates odd are tried as well
-enum { kShiftSteps = 4 };  // Gauss-Newton steps, at most
-enum { kShortStep = 4 };   // 1/256 px; the last one
-constexpr float kFullPrecision = 0.1f;  // px; a patch located this well has information 1
-
 // Coordinates of level 0 to those of a level and back, 1/256 px: pixel centres of a level lie
 // between those below it.
 constexpr int32_t to_level(int32_t position, uint32_t level) {
@@ -35,7 +23,7 @@ constexpr int32_t from_level(int32_t position, uint32_t level) {
 // px to 1/256 px; false if it is not finite or far outside every image.
 constexpr bool to_fixed(double px, int32_t& out) {
     if (!(std::abs(px) < 16384.0)) return false;
-    out = int32_t(std::floor(px * 256.0 + 0.5));
+    out = int32_t(std::floor(px * kPatchOne + 0.5));
     return true;
 }
 
@@ -59,7 +47,7 @@ constexpr defrec_patch_prediction predict(const defrec_patch& patch,
     const T live_x = params.right_view != 0 ? T(camera.baseline_mm) : T(0);
     const Vec3<T> rest = load3<T>(patch.position), moved = apply(motion, rest),
                   p = moved - Vec3<T>{live_x, 0, 0};
-    if (!(p.z > T(1))) return out;
+    if (!(p.z > T(kMinPatchDepthMm))) return out;
     const T fx = T(camera.fx) / p.z, fy = T(camera.fy) / p.z;
     const T x = p.x / p.z, y = p.y / p.z;
     const T u = T(camera.fx) * x + T(camera.cx), v = T(camera.fy) * y + T(camera.cy);
@@ -80,12 +68,13 @@ constexpr defrec_patch_prediction predict(const defrec_patch& patch,
     const T det = j00 * j11 - j01 * j10;
     const T half_sum = T(0.5) * (j00 * j00 + j01 * j01 + j10 * j10 + j11 * j11);
     const T largest2 = half_sum + std::sqrt(std::fmax(half_sum * half_sum - det * det, T(0)));
-    // Singular values within 0.4 .. 2.5, and not mirrored.
-    if (!(det > T(0) && largest2 <= T(6.25) && det * det >= T(0.16) * largest2)) return out;
+    // Not mirrored, and not stretched too much.
+    if (!(det > T(0) && largest2 <= T(kMaxStretch2) && det * det >= T(kMinStretch2) * largest2))
+        return out;
 
     to_fixed(double(u), out.u);
     to_fixed(double(v), out.v);
-    const T scale = T(65536) / det;
+    const T scale = T(kPatchMatrixOne) / det;
     const T inverse[4] = {scale * j11, -scale * j01, -scale * j10, scale * j00};
     for (int i = 0; i < 4; ++i) out.view_from_live[i] = int32_t(std::floor(inverse[i] + T(0.5)));
     out.valid = 1;
@@ -95,8 +84,8 @@ constexpr defrec_patch_prediction predict(const defrec_patch& patch,
 // Whether a prediction, which may be a caller's, can be followed without leaving the ranges of
 // fixed point.
 constexpr bool usable(const defrec_patch_prediction& p, const defrec_align_params& params) {
-    if (p.valid != 1 || p.u < 0 || p.v < 0 || p.u > int32_t(params.width - 1) * 256 ||
-        p.v > int32_t(params.height - 1) * 256)
+    if (p.valid != 1 || p.u < 0 || p.v < 0 || p.u > int32_t(params.width - 1) * kPatchOne ||
+        p.v > int32_t(params.height - 1) * kPatchOne)
         return false;
     for (const int32_t m : p.view_from_live)
         if (m < -kMaxMatrix || m > kMaxMatrix) return false;
@@ -170,7 +159,7 @@ struct ShiftSystem {
     LightMoments t, gx, gy;
     float inverse_tt, tt, gx_t, gy_t;
     float xx, xy,
-        yy;  // damped by 1/1024 of the trace, so that a direction without texture stays where it is
+        yy;  // damped, so that a direction without texture stays where it is
     float inverse_determinant;
     float raw_xx, raw_yy;  // not damped
     bool solvable;
@@ -189,7 +178,7 @@ constexpr ShiftSystem make_shift_system(const TemplateSums& s, const LightFit& l
     out.raw_xx = light.rest(s.gxx, out.gx, out.gx) - (out.gx_t * out.gx_t) * out.inverse_tt;
     out.raw_yy = light.rest(s.gyy, out.gy, out.gy) - (out.gy_t * out.gy_t) * out.inverse_tt;
     out.xy = light.rest(s.gxy, out.gx, out.gy) - (out.gx_t * out.gy_t) * out.inverse_tt;
-    const float damping = (out.raw_xx + out.raw_yy) * (1.0f / 1024.0f);
+    const float damping = (out.raw_xx + out.raw_yy) * kShiftDamping;
     out.xx = out.raw_xx + damping;
     out.yy = out.raw_yy + damping;
     const float determinant = out.xx * out.yy - out.xy * out.xy;
@@ -219,15 +208,16 @@ constexpr ShiftStep shift_step(const ShiftSystem& system, const LiveSums& s) {
     const float gain = it * system.inverse_tt, inverse_gain = system.tt * reciprocal(it);
     const float x = light.rest(s.igx, i, system.gx) - gain * system.gx_t,
                 y = light.rest(s.igy, i, system.gy) - gain * system.gy_t;
-    const float scale = (system.inverse_determinant * inverse_gain) * 256.0f;
+    const float scale = (system.inverse_determinant * inverse_gain) * float(kPatchOne);
     const float step_x = (system.yy * x - system.xy * y) * scale,
                 step_y = (system.xx * y - system.xy * x) * scale;
     const float z =
         ((it * reciprocal_sqrt(system.tt)) * reciprocal_sqrt(ii)) * float(kOneScore) + 0.5f;
     if (!(z < float(kTooHighScore))) return out;
     const int32_t score = int32_t(std::floor(z));
-    out.score = score < kOneScore ? score : int32_t(kOneScore);
-    if (!(std::abs(step_x) < 512.0f) || !(std::abs(step_y) < 512.0f)) return out;
+    out.score = score < kOneScore ? score : kOneScore;
+    if (!(std::abs(step_x) < float(kTooLongStep)) || !(std::abs(step_y) < float(kTooLongStep)))
+        return out;
     out.rest = ii - gain * it;
     out.x = int32_t(std::floor(0.5f - step_x));
     out.y = int32_t(std::floor(0.5f - step_y));
@@ -236,14 +226,15 @@ constexpr ShiftStep shift_step(const ShiftSystem& system, const LiveSums& s) {
 }
 
 // The first step, and the system for those that follow: with a gradient of the light where that
-// explains a third of what is left without.
+// explains enough of what is left without.
 constexpr ShiftStep first_shift_step(const TemplateSums& sums, const LightFits& fits,
                                      const LiveSums& live, ShiftSystem& system) {
     system = make_shift_system(sums, fits.even);
     const ShiftStep step = shift_step(system, live);
     const ShiftSystem other = make_shift_system(sums, fits.sloped);
     const ShiftStep other_step = shift_step(other, live);
-    if (!other_step.valid || (step.valid && step.rest <= 1.5f * other_step.rest)) return step;
+    if (!other_step.valid || (step.valid && step.rest <= kMinSlopeGain * other_step.rest))
+        return step;
     system = other;
     return other_step;
 }
@@ -264,7 +255,7 @@ constexpr void cubic_weights(int32_t fraction, int32_t out[4]) {
 constexpr void information(const ShiftSystem& system, uint32_t pixels, int32_t score,
                            uint32_t level, float out[3]) {
     const float z = float(score) / float(kOneScore);
-    const float noise = std::fmax(1.0f - z * z, 0.01f);
+    const float noise = std::fmax(1.0f - z * z, kMinNoise);
     const float scale = kFullPrecision * kFullPrecision * float(pixels) * z * z /
                         (noise * system.tt * float(1 << (2 * level)));
     const float uu = scale * system.raw_xx, uv = scale * system.xy, vv = scale * system.raw_yy;

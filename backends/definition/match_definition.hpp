@@ -7,12 +7,6 @@
 
 namespace defrec::match {
 
-constexpr int32_t kNoDistance = 257;  // farther than any
-
-// The same corner is often found on two levels: features this near each other, 1/16 px in x and y,
-// are one place.
-constexpr uint32_t kSamePlace = 64;
-
 // The three nearest live features of a landmark, -1 where there are fewer; of equally near ones
 // those of lower index.
 struct Nearest {
@@ -47,7 +41,7 @@ constexpr TwoBest choose(const Inputs& inputs, const Nearest& nearest) {
 // Near enough, and clearly nearer than any other feature.
 constexpr bool accepts(const defrec_match_params& p, const TwoBest& best) {
     return best.feature >= 0 && best.distance <= int32_t(p.max_distance) &&
-           best.distance * 256 <= int32_t(p.ratio) * best.second;
+           best.distance * kRatioOne <= int32_t(p.ratio) * best.second;
 }
 
 // The record of one landmark. T: the precision of the lifting.
@@ -56,12 +50,12 @@ constexpr defrec_match lift(const defrec_match_params& p, const Inputs& inputs, 
                             bool accepted) {
     defrec_match match{};
     match.feature = accepted ? best.feature : -1;
-    match.distance = std::min(best.distance, 256);
-    match.second = std::min(best.second, 256);
+    match.distance = std::min(best.distance, int32_t{kMaxDistance});
+    match.second = std::min(best.second, int32_t{kMaxDistance});
     if (!accepted) return match;
     const defrec_feature& feature = inputs.features[best.feature];
-    const Pixel<T> pixel{std::clamp(T(feature.x) / T(16), T(0), T(p.width - 1)),
-                         std::clamp(T(feature.y) / T(16), T(0), T(p.height - 1))};
+    const Pixel<T> pixel{std::clamp(T(feature.x) / T(kFeatureOne), T(0), T(p.width - 1)),
+                         std::clamp(T(feature.y) / T(kFeatureOne), T(0), T(p.height - 1))};
     match.u = float(pixel.u);
     match.v = float(pixel.v);
     const T z =

@@ -9,43 +9,14 @@
 
 namespace defrec::orb {
 
-struct Offset {
-    int32_t x, y;
-};
-
-// The 16 pixels at distance 3 round a corner, in order.
-constexpr std::array<Offset, 16> kCircle = {{{0, -3},
-                                             {1, -3},
-                                             {2, -2},
-                                             {3, -1},
-                                             {3, 0},
-                                             {3, 1},
-                                             {2, 2},
-                                             {1, 3},
-                                             {0, 3},
-                                             {-1, 3},
-                                             {-2, 2},
-                                             {-3, 1},
-                                             {-3, 0},
-                                             {-3, -1},
-                                             {-2, -2},
-                                             {-1, -3}}};
-
-// Half the width of the disc x^2 + y^2 <= 15.5^2 in row +-y.
-constexpr std::array<int32_t, kPatchRadius + 1> kDiscHalfWidth = {15, 15, 15, 15, 14, 14, 14, 13,
-                                                                  13, 12, 11, 10, 9,  8,  6,  3};
-
 // Bin of the direction (x, y), 0 for (0, 0); |x|, |y| < 2^20.
 constexpr uint32_t angle_bin(int32_t x, int32_t y) {
-    // round(1024 * cos, sin) of the borders between the bins of the first quarter turn: 5.625 + k
-    // * 11.25 degrees.
-    constexpr Offset kBinBorder[8] = {{1019, 100}, {980, 297}, {903, 483}, {792, 650},
-                                      {650, 792},  {483, 903}, {297, 980}, {100, 1019}};
+    constexpr Offset kBinBorder[8] = DEFREC_ORB_BIN_BORDERS;
     const int32_t ax = x < 0 ? -x : x, ay = y < 0 ? -y : y;
     uint32_t k = 0;
     for (const Offset& border : kBinBorder) k += ay * border.x > ax * border.y ? 1u : 0u;
-    if (x < 0) k = 16 - k;
-    return y < 0 ? (32 - k) % 32 : k;
+    if (x < 0) k = kBins / 2 - k;
+    return y < 0 ? (kBins - k) % kBins : k;
 }
 
 // Where the corner score peaks between pixels, 1/16 px from the middle one, -7 to 7: the vertex of
@@ -73,14 +44,14 @@ static_assert((uint64_t{16 * DEFREC_MAX_SIDE + 1} << 2 * (kOrbMaxLevels - 1)) <=
 // 2i + 1.
 using Pattern = std::array<Offset, 2 * kTests>;
 inline Pattern turned_pattern(uint32_t bin) {
-    // round(16384 * cos) of k * 11.25 degrees, k = 0 .. 8
+    // round(16384 * cos) of k * 11.25 degrees
     constexpr int32_t kCosine[9] = {16384, 16069, 15137, 13623, 11585, 9102, 6270, 3196, 0};
     const auto cosine = [&](uint32_t k) {
-        k %= 32;
-        if (k > 16) k = 32 - k;
-        return k <= 8 ? kCosine[k] : -kCosine[16 - k];
+        k %= kBins;
+        if (k > kBins / 2) k = kBins - k;
+        return k <= kBins / 4 ? kCosine[k] : -kCosine[kBins / 2 - k];
     };
-    const int32_t c = cosine(bin), s = cosine(bin + 24);
+    const int32_t c = cosine(bin), s = cosine(bin + kBins * 3 / 4);
     Pattern turned;
     for (size_t i = 0; i < turned.size(); ++i) {
         const int32_t x = kPattern[i][0], y = kPattern[i][1];

@@ -51,7 +51,7 @@ inline DualQuaternion<double> presolve(const Host& host, const defrec_match* mat
             std::abs(squares - squares_before) <= double(kPresolveMinChange) * squares_before)
             break;
         squares_before = squares;
-        const double c2 = std::max(tukey_mm * tukey_mm, 9 * squares / weights);
+        const double c2 = std::max(tukey_mm * tukey_mm, kPresolveMinWidth2 * squares / weights);
         RigidFit fit;
         for (size_t i = 0; i < deformed.size(); ++i)
             if (preselected(matches[i]))

@@ -9,16 +9,12 @@
 
 namespace defrec::ransac {
 
-constexpr float kKeptWeight = 0.8f;    // matches with a smaller merged weight are not preselected
-constexpr uint32_t kRefinements = 4;   // of the best reference's motion over its inliers
-constexpr double kMinThreshold = 1.0;  // mm
-
 // Takes part: matched, with depth, finite.
 constexpr bool usable(const defrec_landmark& landmark, const defrec_match& match) {
     bool finite = match.feature >= 0 && match.weight > 0.0f;
     for (int k = 0; k < 3; ++k)
-        finite =
-            finite && std::abs(landmark.position[k]) < 1e6f && std::abs(match.position[k]) < 1e6f;
+        finite = finite && std::abs(landmark.position[k]) < kMaxCoordinateMm &&
+                 std::abs(match.position[k]) < kMaxCoordinateMm;
     return finite;
 }
 
@@ -39,12 +35,11 @@ constexpr uint32_t reference_index(uint64_t seed, uint32_t k, uint32_t reference
     return uint32_t(first + (((random_bits(seed, k) >> 32) * (last - first)) >> 32));
 }
 
-// The support that a reference needs, given that of the best one: a quarter of the best, and more
-// than wrong matches reach by chance.
+// The support that a reference needs, given that of the best one.
 constexpr uint32_t needed_support(const defrec_ransac_params& params, uint32_t count,
                                   uint32_t best_support) {
-    const uint32_t chance = params.min_support + count / 32;
-    return std::max(chance, best_support / 4);
+    const uint32_t chance = params.min_support + count / kChanceDivisor;
+    return std::max(chance, best_support / kBestDivisor);
 }
 
 }  // namespace defrec::ransac

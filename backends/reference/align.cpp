@@ -138,7 +138,7 @@ class Align final : public Stage {
         int32_t sum = 0;
         for (int32_t oy = -r - 1; oy <= r + 1; ++oy)
             for (int32_t ox = -r - 1; ox <= r + 1; ++ox) {
-                const int32_t dx = 256 * ox - fraction_x, dy = 256 * oy - fraction_y;
+                const int32_t dx = kPatchOne * ox - fraction_x, dy = kPatchOne * oy - fraction_y;
                 const int32_t x = 256 * centre_x + ((matrix[0] * dx + matrix[1] * dy + 128) >> 8);
                 const int32_t y = 256 * centre_y + ((matrix[2] * dx + matrix[3] * dy + 128) >> 8);
                 const int32_t x0 = x >> 15, y0 = y >> 15, fx = (x >> 7) & 255, fy = (y >> 7) & 255;
@@ -183,7 +183,7 @@ class Align final : public Stage {
         // Modulo 2^32: the products may be larger, the difference is not.
         const int32_t live_variance =
             int32_t(uint32_t(n) * uint32_t(ii) - uint32_t(i) * uint32_t(i));
-        if (4 * n < 3 * int32_t(pixels()) || live_variance < 1) return kUnscored;
+        if (4 * n < kMinUsableQuarters * int32_t(pixels()) || live_variance < 1) return kUnscored;
         const float inverse = inverse_[size_t(n - 1)];
         const float patch_variance = float(tt) - (float(t) * float(t)) * inverse;
         if (!(patch_variance >= 1.0f)) return kUnscored;
@@ -204,7 +204,7 @@ class Align final : public Stage {
         const int32_t u = to_level(prediction.u, params_.level),
                       v = to_level(prediction.v, params_.level);
         int32_t x = (u + 128) >> 8, y = (v + 128) >> 8;
-        const int32_t fraction_x = u - 256 * x, fraction_y = v - 256 * y;
+        const int32_t fraction_x = u - kPatchOne * x, fraction_y = v - kPatchOne * y;
         Sampled sampled(radius());
         if (!sample(patch, prediction.view_from_live, fraction_x, fraction_y, sampled) ||
             !search(sampled, x, y))
@@ -261,13 +261,15 @@ class Align final : public Stage {
             shift_x += step.x;
             shift_y += step.y;
             score = step.score;
-            if (shift_x < -256 || shift_y < -256 || shift_x > 255 || shift_y > 255) return out;
+            if (shift_x < -kPatchOne || shift_y < -kPatchOne || shift_x >= kPatchOne ||
+                shift_y >= kPatchOne)
+                return out;
             if (step.is_short()) break;
         }
-        out.score = score >> 4;
+        out.score = score >> kScoreShift;
         if (out.score < int32_t(params_.min_score)) return {};
-        out.u = from_level(256 * x + fraction_x + shift_x, params_.level);
-        out.v = from_level(256 * y + fraction_y + shift_y, params_.level);
+        out.u = from_level(kPatchOne * x + fraction_x + shift_x, params_.level);
+        out.v = from_level(kPatchOne * y + fraction_y + shift_y, params_.level);
         out.valid = 1;
         information(system, pixels(), score, params_.level, out.information);
         return out;

@@ -5,6 +5,7 @@
 
 #include "backends/definition/ransac_definition.hpp"
 #include "backends/reference/stages.hpp"
+#include "backends/shared/rigid_fit.hpp"
 
 namespace defrec::reference {
 namespace {
@@ -25,9 +26,8 @@ struct Hypothesis {
 
 // The rotation that maximises trace(R^T m), never a reflection (Kabsch 1978, Umeyama 1991).
 Matrix3d nearest_rotation(const Matrix3d& m) {
-    const Eigen::JacobiSVD<Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
-    return svd.matrixU() * Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+    return rotation_from_svd(
+        Eigen::JacobiSVD<Matrix3d>(m, Eigen::ComputeFullU | Eigen::ComputeFullV));
 }
 
 class Ransac final : public Stage {
@@ -71,7 +71,7 @@ class Ransac final : public Stage {
         double squares = 0;
         for (const Pair& pair : pairs_)
             squares += (pair.to - centre).squaredNorm() / double(pairs_.size());
-        return std::max(kMinThreshold, 0.1 * std::sqrt(squares));
+        return std::max(kMinThreshold, kThresholdShare * std::sqrt(squares));
     }
 
     // Alternates the rotation about the reference and the weights.

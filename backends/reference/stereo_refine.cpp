@@ -96,7 +96,7 @@ Refinement refine(const Gray& left, const Gray& right, const Disparities& hypoth
             const int step = int(floor_divide(16 * (z[0] - z[2]) + bend, 2 * bend));
             result.peak(i, j) = std::abs(step) <= 16;
             result.disparity(i, j) =
-                int16_t(std::clamp(hypothesis(x, y) + std::clamp(step, -16, 16), 0, 32000));
+                int16_t(std::clamp(hypothesis(x, y) + std::clamp(step, -16, 16), 0, kMaxDisparity));
         }
     return result;
 }
@@ -153,7 +153,7 @@ Evidence classify(const Refinement& refined, const Disparities& hypothesis,
             const bool good =
                 refined.peak(i, j) && position >= 0 && right_mask.clamped((position + 8) >> 4, y) &&
                 score >= (known ? kTrustedScore : c.refine_score) &&
-                256 * refined.variance(i, j) >= int64_t{c.texture} * c.texture * n * n;
+                kTextureOne2 * refined.variance(i, j) >= int64_t{c.texture} * c.texture * n * n;
             if (!good && !known) continue;
             result.disparity(i, j) = good ? refined.disparity(i, j) : hypothesis(x, y);
             result.confidence(i, j) = uint8_t(std::clamp(good ? score >> 4 : score >> 5, 1, 255));

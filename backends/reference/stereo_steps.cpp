@@ -130,7 +130,8 @@ Disparities check(const SearchResult& found, const WindowStatistics& left_stats,
             const int x = 2 * i, y = 2 * j, key = found.left(i, j);
             if (key == 0 || !left_mask(x, y) || score(key) < c.min_score) continue;
             if (score(key) - score(found.second(i, j)) < c.min_lead) continue;
-            if (int64_t{256} * left_stats.variance(x, y) < int64_t{c.texture} * c.texture * n * n)
+            if (int64_t{kTextureOne2} * left_stats.variance(x, y) <
+                int64_t{c.texture} * c.texture * n * n)
                 continue;
             const int d = c.first + (key & 255);
             if (!right_mask(x - d, y)) continue;

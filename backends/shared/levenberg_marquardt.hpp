@@ -27,14 +27,6 @@ struct LmSums {
     bool any_data() const { return icp.count + match.count + patch.count > 0; }
 };
 
-constexpr double kMinLambda = 1e-7, kMaxLambda = 1e7;
-constexpr double kLambdaDown = 1.0 / 7.5, kLambdaUp = 10;
-constexpr double kMinDiagonal = 1e-6;         // of a block's trace, added to its diagonal
-constexpr double kConjugateTolerance = 1e-3;  // of the preconditioned residual's norm
-constexpr double kMinStepMm =
-    0.01;  // no control point moves farther, itself or by rotation at one spacing: converged
-constexpr double kMinDecrease = 1e-4;  // of the cost that is left: converged
-
 inline NodePose<double> moved(const NodePose<double>& pose, const double step[6]) {
     const Quaternion<double> turn = rotation_from_vector(Vec3<double>{step[0], step[1], step[2]});
     const Quaternion<double> rotation = turn * pose.rotation;

@@ -5,13 +5,10 @@
 #include <cmath>
 #include <cstdint>
 
+#include "backends/shared/live_depth_constants.h"
 #include "backends/shared/motion.hpp"
 
 namespace defrec {
-
-constexpr double kMinDepthMm = 1e-3;  // nearer points, and those behind the camera, fall nowhere
-constexpr int32_t kLargestDepthStep =
-    32;  // 1/16 px; disparities farther apart are not interpolated between
 
 template <class T>
 struct Pixel {
@@ -57,7 +54,7 @@ constexpr T live_depth(const defrec_camera& camera, const DisparityImage& image,
         disparity = T(to_below ? (to_right ? d11 : d10) : (to_right ? d01 : d00));
     }
     if (!(disparity > T(0))) return T(0);
-    return T(double(DEFREC_DISPARITY_ONE) * camera.fx * camera.baseline_mm) / disparity;
+    return T(double(kDisparityOne) * camera.fx * camera.baseline_mm) / disparity;
 }
 
 }  // namespace defrec

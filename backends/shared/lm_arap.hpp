@@ -5,12 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "backends/shared/lm_constants.h"
 #include "backends/shared/motion.hpp"
 
 namespace defrec {
-
-constexpr double kArapShare = 0.02;    // of the data's weight, at arap_weight 1
-constexpr double kMinLengthMm = 1e-3;  // edges that have shrunk below count as this long
 
 // A control point in motion: its rotation, and where it is now.
 template <class T>

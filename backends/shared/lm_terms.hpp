@@ -6,11 +6,9 @@
 #include <cmath>
 
 #include "backends/shared/live_depth.hpp"
+#include "backends/shared/lm_constants.h"
 
 namespace defrec {
-
-constexpr double kMinFacing =
-    0.25;  // cosine between a surface and the direction to the camera below which ICP ignores it
 
 // A residual's share of the cost, and the weight of its square in the linearised system.
 template <class T>
@@ -76,8 +74,6 @@ struct Sighting {
     T depth, root;  // mm; square root of the weight of an error in depth, 0 where depth is unknown
 };
 
-constexpr double kMatchDepthWeight = 0.25;  // stereo depth is less certain than direction
-
 template <class T>
 constexpr Sighting<T> match_sighting(Vec3<T> live) {
     return {live.x / live.z,
@@ -103,8 +99,8 @@ constexpr bool patch_sighting(const defrec_camera& camera, const defrec_patch_ob
     const T scale = T(1) / std::max(largest, T(1));
     const T uu = std::sqrt(a * scale), uv = uu > T(0) ? b * scale / uu : T(0);
     const T vv = std::sqrt(std::max(c * scale - uv * uv, T(0)));
-    sighting = {(T(seen.u) / T(256) - T(camera.cx)) / T(camera.fx),
-                (T(seen.v) / T(256) - T(camera.cy)) / T(camera.fy),
+    sighting = {(T(seen.u) / T(kPatchOne) - T(camera.cx)) / T(camera.fx),
+                (T(seen.v) / T(kPatchOne) - T(camera.cy)) / T(camera.fy),
                 uu,
                 uv,
                 vv,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "backends/shared/motion_constants.h"
 #include "include/defrec_c.h"
 
 namespace defrec {
@@ -214,7 +215,7 @@ constexpr DualQuaternion<T> blend_with(MotionAt&& motion_at, const int32_t node[
         dual = dual + w * m.dual;
     }
     const T length = std::sqrt(dot(real, real));
-    if (!(length > T(1e-6))) return first;
+    if (!(length > T(kMinBlendLength))) return first;
     const T scale = T(1) / length;
     return {scale * real, scale * dual};
 }

@@ -1,12 +1,11 @@
 // The test pattern of the stage orb: 256 pairs of points, px from the feature, a bit each.
 // Derived by backends/benchmarks/orb_pattern.cpp from rendered scenes.
 #pragma once
-#include <cstddef>
 #include <cstdint>
 
-namespace defrec::orb {
+#include "backends/shared/orb_constants.h"
 
-constexpr size_t kTests = 256;
+namespace defrec::orb {
 
 // Test i compares points 2i and 2i + 1; x^2 + y^2 <= 210, so a turned and rounded point stays
 // within 15 px.

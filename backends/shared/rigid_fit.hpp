@@ -6,8 +6,15 @@
 
 namespace defrec {
 
-// The weighted least-squares rigid motion from -> to (Kabsch 1976, with Umeyama's determinant
-// guard). Where the points do not fix a rotation it is a translation.
+// The rotation R that maximises trace(R^T m), never a reflection (Kabsch 1978, Umeyama 1991), from
+// the decomposition of m.
+inline Eigen::Matrix3d rotation_from_svd(const Eigen::JacobiSVD<Eigen::Matrix3d>& svd) {
+    const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+    return svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+}
+
+// The weighted least-squares rigid motion from -> to. Where the points do not fix a rotation it is
+// a translation.
 class RigidFit {
   public:
     void add(double weight, Vec3<double> from, Vec3<double> to) {
@@ -24,11 +31,7 @@ class RigidFit {
         const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moment,
                                                     Eigen::ComputeFullU | Eigen::ComputeFullV);
         Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-        if (svd.singularValues()(1) > kMinSpreadMm2) {
-            const double sign = (svd.matrixU() * svd.matrixV()).determinant() < 0 ? -1 : 1;
-            rotation = svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() *
-                       svd.matrixV().transpose();
-        }
+        if (svd.singularValues()(1) > kMinSpreadMm2) rotation = rotation_from_svd(svd);
         const Eigen::Vector3d t = b - rotation * a;
         const double m[9] = {rotation(0, 0), rotation(0, 1), rotation(0, 2),
                              rotation(1, 0), rotation(1, 1), rotation(1, 2),
@@ -37,7 +40,6 @@ class RigidFit {
     }
 
   private:
-    static constexpr double kMinSpreadMm2 = 1e-2;
     double weight_ = 0;
     Eigen::Vector3d from_ = Eigen::Vector3d::Zero(), to_ = Eigen::Vector3d::Zero();
     Eigen::Matrix3d moment_ = Eigen::Matrix3d::Zero();

@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "backends/shared/record_scales.h"
 #include "backends/shared/test_host.hpp"
 #include "sdk/contract/stage_params.hpp"
 
@@ -107,13 +108,13 @@ inline AlignScene make_align_scene(const AlignSceneOptions& o) {
         const double dx = double(patch.u) - cx, dy = double(patch.v) - cy;
         const double u = cx + o.shift_x + c * dx - s * dy, v = cy + o.shift_y + s * dx + c * dy;
         if (u < margin || v < margin || u > o.width - margin || v > o.height - margin) continue;
-        defrec_patch_prediction prediction{int32_t(std::floor((u + error()) * 256)),
-                                           int32_t(std::floor((v + error()) * 256)),
+        defrec_patch_prediction prediction{int32_t(std::floor((u + error()) * kPatchOne)),
+                                           int32_t(std::floor((v + error()) * kPatchOne)),
                                            {},
                                            1,
                                            0};
         for (int k = 0; k < 4; ++k)
-            prediction.view_from_live[k] = int32_t(std::floor(inverse[k] * 65536 + 0.5));
+            prediction.view_from_live[k] = int32_t(std::floor(inverse[k] * kPatchMatrixOne + 0.5));
         scene.patches.push_back(patch);
         scene.predictions.push_back(prediction);
         scene.truth.push_back({u, v});

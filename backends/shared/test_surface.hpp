@@ -61,9 +61,9 @@ class TestSurface {
         observations.clear();
         for (const auto& patch : patches) {
             const auto pixel = project(deformation(load3<double>(patch.position)));
-            observations.push_back({int32_t(std::lround(pixel.u * 256)),
-                                    int32_t(std::lround(pixel.v * 256)),
-                                    4096,
+            observations.push_back({int32_t(std::lround(pixel.u * kPatchOne)),
+                                    int32_t(std::lround(pixel.v * kPatchOne)),
+                                    kScoreOne,
                                     1,
                                     {1, 0, 1},
                                     0});
@@ -78,7 +78,7 @@ class TestSurface {
             if (hidden(pixel.u, pixel.v)) match = {};
         }
         for (auto& seen : observations)
-            if (hidden(seen.u / 256.0, seen.v / 256.0)) seen.valid = 0;
+            if (hidden(double(seen.u) / kPatchOne, double(seen.v) / kPatchOne)) seen.valid = 0;
         for (uint32_t y = 0; y < spec_.height; ++y)
             for (uint32_t x = 0; x < spec_.width; ++x)
                 if (hidden(x, y)) disparity[y * spec_.width + x] = DEFREC_DISPARITY_NONE;
@@ -196,7 +196,7 @@ class TestSurface {
                     if (std::abs(eu) + std::abs(ev) < 1e-4) break;
                 }
                 disparity[y * spec_.width + x] =
-                    int16_t(std::lround(16 * camera.fx * camera.baseline_mm / p.z));
+                    int16_t(std::lround(kDisparityOne * camera.fx * camera.baseline_mm / p.z));
             }
         }
     }

@@ -3,6 +3,7 @@
 #ifdef __cplusplus
 #pragma once
 #endif
+#include "backends/shared/align_constants.h"
 #include "backends/stages/surface.hpp"
 #ifdef __cplusplus
 #include <algorithm>
@@ -37,8 +38,8 @@ constexpr AlignConstants constants_of(const defrec_align_params& p) {
             .max_x = float(p.width - 1),
             .max_y = float(p.height - 1),
             .margin = float((p.patch_radius + 2) << p.level),
-            .max_u = int32_t(p.width - 1) * 256,
-            .max_v = int32_t(p.height - 1) * 256,
+            .max_u = int32_t(p.width - 1) * kPatchOne,
+            .max_v = int32_t(p.height - 1) * kPatchOne,
             .width = width,
             .height = height,
             .view_width = 2 * width,

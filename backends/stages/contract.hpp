@@ -12,11 +12,11 @@
 #include <algorithm>
 #include <array>
 
+#include "backends/shared/glsl.h"
 #include "backends/shared/stage.hpp"
+#include "backends/stages/list.hpp"
 
 namespace defrec {
-
-using uint = uint32_t;  // as GLSL names it, for the structs that shaders share
 
 // What a stage asks of one buffer.
 struct BufferRule {
@@ -28,14 +28,13 @@ struct BufferRule {
 // Rules for a stage's inputs, or for its outputs.
 class BufferRules {
   public:
-    static constexpr size_t kMaxBuffers = 24;
     void add(const BufferRule& rule) { rules_.at(count_++) = rule; }
     std::span<const BufferRule> all() const { return std::span(rules_).first(count_); }
     // 0 for a buffer that the stage does not have.
     uint64_t bytes(size_t index) const { return index < count_ ? rules_[index].bytes : 0; }
 
   private:
-    std::array<BufferRule, kMaxBuffers> rules_;
+    std::array<BufferRule, kMaxStageBuffers> rules_;
     size_t count_ = 0;
 };
 

@@ -1,6 +1,7 @@
 // The stages in the order of DEFREC_STAGE_*: the one list from which makers, names and tables are
-// made.
+// made; and what holds of all of them.
 #pragma once
+#include <cstddef>
 #include <iterator>
 
 #include "include/defrec_c.h"
@@ -37,5 +38,10 @@ static_assert(std::size(kStageNames) == DEFREC_STAGE_COUNT_V1);
 constexpr const char* stage_name(uint32_t stage) {
     return stage < std::size(kStageNames) ? kStageNames[stage] : "unknown stage";
 }
+
+constexpr size_t kMaxStageBuffers = 24;  // inputs, and outputs, that a stage may have
+
+// From this one on stages have inputs that stay the same from run to run.
+constexpr uint32_t kFirstPreparedStage = DEFREC_STAGE_MATCH;
 
 }  // namespace defrec

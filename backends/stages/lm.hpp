@@ -3,16 +3,13 @@
 #ifdef __cplusplus
 #pragma once
 #endif
+#include "backends/shared/lm_constants.h"
 #include "backends/stages/surface.hpp"
 #ifdef __cplusplus
 #include "backends/shared/lm_arap.hpp"
 
 namespace defrec {
 #endif
-
-// Before iterating: rounds, and preselected matches that are needed.
-const int kPresolveRounds = 5, kPresolveMinMatches = 20;
-const float kPresolveMinChange = 1e-3f;  // of the squared distances, for another round
 
 // The parameters as the terms of the cost take them.
 struct LmConstants {

@@ -3,6 +3,7 @@
 #ifdef __cplusplus
 #pragma once
 #endif
+#include "backends/shared/match_constants.h"
 #include "backends/stages/surface.hpp"
 #ifdef __cplusplus
 #include <algorithm>

@@ -2,6 +2,9 @@
 // Shaders include this file as well, for the part outside __cplusplus.
 #ifdef __cplusplus
 #pragma once
+#endif
+#include "backends/shared/orb_constants.h"
+#ifdef __cplusplus
 #include <algorithm>
 #include <array>
 
@@ -9,12 +12,6 @@
 
 namespace defrec::orb {
 #endif
-
-const int kPatchRadius = 15;  // px of the level: orientation and descriptor look no farther
-const int kSmoothRadius = 2;  // of the binomial window before the descriptor's comparisons
-const int kCircleRadius = 3;  // of FAST's circle
-const int kBorder = kPatchRadius + kSmoothRadius;  // px of each level without features
-const int kFarthest = 63;  // px; distances to a stronger corner are cut off here
 
 struct OrbConstants {
     int levels, cells;  // cells: of all levels

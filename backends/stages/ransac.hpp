@@ -2,6 +2,9 @@
 // docs/stages/ransac.md. Shaders include this file as well, for the part outside __cplusplus.
 #ifdef __cplusplus
 #pragma once
+#endif
+#include "backends/shared/ransac_constants.h"
+#ifdef __cplusplus
 #include "backends/stages/contract.hpp"
 
 namespace defrec {

@@ -2,14 +2,15 @@
 // docs/stages/rectify.md. Shaders include this file as well, for the part outside __cplusplus.
 #ifdef __cplusplus
 #pragma once
+#endif
+#include "backends/shared/rectify_constants.h"
+#ifdef __cplusplus
 #include <algorithm>
 
 #include "backends/stages/contract.hpp"
 
 namespace defrec {
 #endif
-
-const int kMapOne = 128;  // a map's unit: 1 px
 
 // What follows from the parameters. Sizes in px, strides in bytes.
 struct RectifyConstants {

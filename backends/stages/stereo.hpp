@@ -2,24 +2,13 @@
 // docs/stages/stereo.md. Shaders include this file as well, for the part outside __cplusplus.
 #ifdef __cplusplus
 #pragma once
+#endif
+#include "backends/shared/stereo_constants.h"
+#ifdef __cplusplus
 #include "backends/stages/contract.hpp"
 
 namespace defrec {
 #endif
-
-const int kNoDisparity = -32768;
-const int kInpaintRadius = 8;
-const int kGroup = 4;  // disparities of the search that share one entry of the uniqueness test
-const int kSupportRange = 32;  // 1/16 px of half resolution
-// In samples, from here on.
-const int kSupportRadius = 2, kEdgeRadius = 2, kHalfSmoothRadius = 1, kSpeckleRadius = 2;
-const int kSearchSmoothRange = 24, kHalfSmoothRange = 16;
-const int kUpsampleRange = 48;  // 1/16 px of half resolution
-// 1/4096: the smallest refined ZNCC where the search has settled the disparity.
-const int kTrustedScore = 512;
-const int kFilledConfidence = 8;
-// What is known of a pixel's hypothesis before it is refined.
-const int kDoubtful = 0, kOpen = 1, kSettled = 2;
 
 // What follows from the parameters. Sizes in px; half: of half resolution.
 struct StereoConstants {
@@ -48,16 +37,10 @@ struct StereoConstants {
 };
 
 #ifdef __cplusplus
-static_assert(kNoDisparity == DEFREC_DISPARITY_NONE);
-// round(32768 / n): 1/n in 15 bits, for means over up to 5 neighbours.
-constexpr int kReciprocal[6] = {0, 32767, 16384, 10923, 8192, 6554};
-// Eighths that the sample of half resolution before pixel x has in it, by x % 4.
-constexpr int kSampleWeight[4] = {7, 7, 5, 3};
-
 inline StereoConstants constants_of(const defrec_stereo_params& p) {
     const int first = p.min_disparity / 2, last = (p.min_disparity + int(p.disparities) - 1) / 2;
     const uint64_t side = 2 * uint64_t{p.radius} + 1, n = side * side, deviation = p.texture * n;
-    const float unit = 0x1p-12f / float(n);  // of scores given in 1/4096
+    const float unit = 1.0f / float(kScoreOne) / float(n);  // of scores
     return {.width = int(p.width),
             .height = int(p.height),
             .stride = int(p.stride),
@@ -74,7 +57,7 @@ inline StereoConstants constants_of(const defrec_stereo_params& p) {
             .one_over_n = 1.0f / float(n),
             .min_score = float(p.min_score) * unit,
             .min_lead = float(p.uniqueness) * unit,
-            .min_variance = int((deviation * deviation + 255) / 256),
+            .min_variance = int((deviation * deviation + kTextureOne2 - 1) / kTextureOne2),
             .left_right = int(p.left_right),
             .support = int(p.support),
             .edge = int(p.edge),

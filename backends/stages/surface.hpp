@@ -3,6 +3,8 @@
 // file as well, for the part outside __cplusplus.
 #ifndef DEFREC_STAGES_SURFACE
 #define DEFREC_STAGES_SURFACE
+#include "backends/shared/live_depth_constants.h"
+#include "backends/shared/motion_constants.h"
 #ifdef __cplusplus
 #include <cmath>
 #include <string>

@@ -3,6 +3,7 @@
 #ifdef __cplusplus
 #pragma once
 #endif
+#include "backends/shared/warp_constants.h"
 #include "backends/stages/surface.hpp"
 #ifdef __cplusplus
 namespace defrec {

@@ -39,8 +39,6 @@ class RecordedStage {
     void prepare(Queue& queue, Buffers in);
     void enqueue(Queue& queue, Buffers in, Buffers out);
 
-    static constexpr size_t kMaxBuffers = 24;  // of inputs, and of outputs
-
   private:
     Device& device_;
     std::unique_ptr<Stage> stage_;

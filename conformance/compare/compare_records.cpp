@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "backends/shared/motion.hpp"
+#include "backends/shared/record_scales.h"
 
 namespace defrec::conformance {
 namespace {
@@ -64,8 +65,8 @@ void align_spread(const StageJob& job, const std::vector<Bytes>& expected,
                b = as<defrec_patch_prediction>(found[1]);
     const auto near_limit = [&](const defrec_patch_prediction& one) {
         const auto near = [&](int32_t at, uint32_t side) {
-            const int32_t margin = int32_t((p.patch_radius + 2) << p.level) * 256,
-                          far = int32_t(side - 1) * 256 - margin;
+            const int32_t margin = int32_t((p.patch_radius + 2) << p.level) * kPatchOne,
+                          far = int32_t(side - 1) * kPatchOne - margin;
             return std::abs(int64_t{at} - margin) <= 1 || std::abs(int64_t{at} - far) <= 1;
         };
         return near(one.u, p.width) || near(one.v, p.height);

@@ -2,6 +2,7 @@
 // tells which instance is meant.
 #include "conformance/relay/relay.hpp"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -14,12 +15,13 @@
 #include <utility>
 #include <vector>
 
+#include "backends/stages/list.hpp"
+
 namespace {
 
 using namespace defrec::conformance;
+using defrec::kMaxStageBuffers;
 using Clock = std::chrono::steady_clock;
-
-constexpr size_t kMaxBuffers = 32;
 
 struct Instance {
     RelayPlan plan;
@@ -86,10 +88,10 @@ Queue* queue_of(defrec_pqueue* queue) { return reinterpret_cast<Queue*>(queue); 
 Buffer* buffer_of(defrec_pbuffer* buffer) { return reinterpret_cast<Buffer*>(buffer); }
 Stage* stage_of(defrec_pstage* stage) { return reinterpret_cast<Stage*>(stage); }
 
-using Targets = std::array<defrec_pbuffer*, kMaxBuffers>;
+using Targets = std::array<defrec_pbuffer*, kMaxStageBuffers>;
 Targets targets_of(defrec_pbuffer* const* buffers, size_t count) {
     Targets targets{};
-    for (size_t i = 0; i < count && i < kMaxBuffers; ++i)
+    for (size_t i = 0; i < count; ++i)
         targets[i] = buffers[i] == nullptr ? nullptr : buffer_of(buffers[i])->target;
     return targets;
 }
@@ -315,6 +317,7 @@ void DEFREC_CALL destroy(defrec_pstage* handle) {
 defrec_status DEFREC_CALL prepare(defrec_pstage* handle, defrec_pqueue* queue,
                                   defrec_pbuffer* const* in, size_t in_count) {
     const Stage* stage = stage_of(handle);
+    if (in_count > kMaxStageBuffers) return DEFREC_ERROR_ARGUMENT;
     if (const defrec_status status = stage->instance->admit(kRelayPrepare); status != DEFREC_OK)
         return status;
     return stage->table->prepare(stage->target, queue_of(queue)->target,
@@ -365,6 +368,7 @@ defrec_status DEFREC_CALL enqueue(defrec_pstage* handle, defrec_pqueue* queue,
                                   defrec_pbuffer* const* out, size_t out_count) {
     const Stage* stage = stage_of(handle);
     Instance& instance = *stage->instance;
+    if (std::max(in_count, out_count) > kMaxStageBuffers) return DEFREC_ERROR_ARGUMENT;
     if (const defrec_status status = instance.admit(kRelayEnqueue); status != DEFREC_OK)
         return status;
     const defrec_status status = stage->table->enqueue(

@@ -38,8 +38,8 @@ MatchScene match_scene(uint64_t seed, uint32_t landmarks, uint32_t features, uin
     Random random(seed);
     for (uint32_t i = 0; i < features; ++i) {
         defrec_feature feature{};
-        feature.x = int32_t(random.below(16 * width));
-        feature.y = int32_t(random.below(16 * height));
+        feature.x = int32_t(random.below(kFeatureOne * width));
+        feature.y = int32_t(random.below(kFeatureOne * height));
         random_descriptor(random, feature.descriptor);
         if (i > 0 && random.below(6) ==
                          0) {  // a second level's copy of the corner before, or the same elsewhere
@@ -133,12 +133,13 @@ AlignScene align_scene(const defrec_align_params& params, uint64_t seed, const A
             return int32_t(std::floor(value * one + 0.5));
         };
         const double stretch = z / kDepth;
-        scene.predictions.push_back({fixed(cx + kFocal * seen.x / seen.z + error(), 256),
-                                     fixed(cy + kFocal * seen.y / seen.z + error(), 256),
-                                     {fixed(stretch * c, 65536), fixed(-stretch * s, 65536),
-                                      fixed(stretch * s, 65536), fixed(stretch * c, 65536)},
-                                     random.below(12) == 0 ? 0 : 1,
-                                     0});
+        scene.predictions.push_back(
+            {fixed(cx + kFocal * seen.x / seen.z + error(), kPatchOne),
+             fixed(cy + kFocal * seen.y / seen.z + error(), kPatchOne),
+             {fixed(stretch * c, kPatchMatrixOne), fixed(-stretch * s, kPatchMatrixOne),
+              fixed(stretch * s, kPatchMatrixOne), fixed(stretch * c, kPatchMatrixOne)},
+             random.below(12) == 0 ? 0 : 1,
+             0});
     }
     return scene;
 }

@@ -15,8 +15,7 @@ void Workbench::close_subject() {
 }
 
 void CaseRun::digest(std::span<const std::byte> bytes) {
-    for (const std::byte byte : bytes)
-        digest_value = (digest_value ^ uint64_t(byte)) * 0x100000001b3;  // FNV-1a
+    digest_value = fnv1a(digest_value, bytes.data(), bytes.size());
 }
 
 std::vector<Case> all_cases() {

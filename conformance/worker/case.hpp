@@ -14,6 +14,7 @@
 #include "conformance/worker/random.hpp"
 #include "conformance/worker/record.hpp"
 #include "conformance/worker/tolerances.hpp"
+#include "sdk/base/util/fnv1a.hpp"
 
 namespace defrec::conformance {
 
@@ -90,7 +91,7 @@ class CaseRun {
     std::vector<Metric> metrics;
     std::vector<Picture> pictures;
     std::string failure;
-    uint64_t digest_value = 0xcbf29ce484222325;
+    uint64_t digest_value = kFnvBasis;
 
   private:
     std::string id_;

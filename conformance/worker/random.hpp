@@ -5,15 +5,15 @@
 #include <cstdint>
 #include <string_view>
 
+#include "sdk/base/util/fnv1a.hpp"
+
 namespace defrec::conformance {
 
 class Random {
   public:
     explicit Random(uint64_t seed) : state_(seed) {}
-    // Another sequence for each text; FNV-1a.
-    explicit Random(std::string_view text) : state_(0xcbf29ce484222325) {
-        for (const char letter : text) state_ = (state_ ^ uint8_t(letter)) * 0x100000001b3;
-    }
+    // Another sequence for each text.
+    explicit Random(std::string_view text) : state_(fnv1a(kFnvBasis, text.data(), text.size())) {}
 
     uint64_t next() {
         uint64_t z = state_ += 0x9e3779b97f4a7c15;

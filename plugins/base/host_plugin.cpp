@@ -58,7 +58,6 @@ class HostQueue {
 
 class HostStage {
   public:
-    static constexpr size_t kMaxBuffers = 24;  // of inputs, and of outputs
     using Buffers = std::span<const HostBuffer* const>;
 
     explicit HostStage(std::unique_ptr<Stage> stage) : stage_(std::move(stage)) {}
@@ -79,7 +78,7 @@ class HostStage {
         operator std::span<const View>() const { return {views_.data(), count_}; }
 
       private:
-        std::array<View, kMaxBuffers> views_;
+        std::array<View, kMaxStageBuffers> views_;
         size_t count_;
     };
     std::unique_ptr<Stage> stage_;

@@ -81,7 +81,7 @@ consteval auto makers_of() {
 // - Queue: Queue(Device&), write, read, signal, wait, as those of backends/vulkan/queue.hpp
 // - Stage: prepare(Queue&, in), enqueue(Queue&, in, out); spans of const Buffer*, nullptr: not
 //   given
-// - kMaxBuffers, name(), version(), device_count(), offers(stage)
+// - name(), version(), device_count(), offers(stage)
 // - describe(index, defrec_device_info&): sets what is the device's own; stages: those offered, of
 //   which it may take some away
 // - open(index): a unique_ptr<Device>
@@ -238,7 +238,7 @@ class PluginOf {
     // ---- stages -------------------------------------------------------------
 
     using Buffers = std::span<const typename Backend::Buffer* const>;
-    using BufferArray = std::array<const typename Backend::Buffer*, Backend::Stage::kMaxBuffers>;
+    using BufferArray = std::array<const typename Backend::Buffer*, kMaxStageBuffers>;
 
     static Buffers collect(defrec_pbuffer* const* buffers, size_t count, BufferArray& out) {
         if (count > out.size()) reject("too many buffers");

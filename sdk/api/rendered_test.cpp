@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "sdk/base/util/median.hpp"
 #include "sdk/testing/test_film.hpp"
 #include "sdk/testing/test_session.hpp"
 
@@ -112,9 +113,7 @@ double largest_error(const TrackedFrame& frame, bool observed_only) {
 double median_error(const TrackedFrame& frame) {
     std::vector<double> errors;
     for (const TrackedPoint& point : frame.points) errors.push_back(point.error);
-    const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-    std::nth_element(errors.begin(), middle, errors.end());
-    return *middle;
+    return defrec::median(std::move(errors));
 }
 
 bool is_observed(const TrackedPoint& point) { return point.status == DEFREC_POINT_OBSERVED; }

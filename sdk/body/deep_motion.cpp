@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "backends/shared/rigid_fit.hpp"
+
 namespace defrec {
 namespace {
 
@@ -52,9 +54,7 @@ Eigen::Isometry3d fit_rigid(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd
                                                 Eigen::ComputeFullU | Eigen::ComputeFullV);
     Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
     if (svd.singularValues()[1] > kLeastSpread * svd.singularValues()[0]) {
-        const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-        motion.linear() =
-            svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+        motion.linear() = rotation_from_svd(svd);
     } else if (svd.singularValues()[0] > 0) {
         const Eigen::Vector3d along = svd.matrixV().col(0), now = svd.matrixU().col(0);
         motion.linear() = Eigen::Quaterniond::FromTwoVectors(along, now).toRotationMatrix();

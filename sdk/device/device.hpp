@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "backends/stages/list.hpp"
 #include "include/defrec_plugin.h"
 #include "sdk/base/util/error.hpp"
 #include "sdk/device/device_watch.hpp"
@@ -216,8 +217,6 @@ using BufferSpan = std::span<const DeviceBuffer* const>;
 
 class DeviceStage {
   public:
-    enum { kMaxBuffers = 24 };
-
     // params: the stage's defrec_*_params, checked and with every default filled in
     // (stage_params.hpp). Throws Error(DEFREC_ERROR_UNSUPPORTED) with the plugin's limit where the
     // device cannot.
@@ -235,7 +234,7 @@ class DeviceStage {
     }
 
   private:
-    using Pointers = std::array<defrec_pbuffer*, kMaxBuffers>;
+    using Pointers = std::array<defrec_pbuffer*, kMaxStageBuffers>;
     static size_t collect(BufferSpan buffers, Pointers& out);
 
     std::shared_ptr<const Device> device_;

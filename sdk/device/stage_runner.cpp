@@ -13,9 +13,9 @@ namespace {
 // Takes both kinds of the C API's buffers. needed(i): bytes that buffer i must have.
 template <class Buffer, class Needed>
 void check_buffers(const char* what, const Buffer* buffers, size_t count, Needed needed) {
-    if (count > DeviceStage::kMaxBuffers)
-        fail(DEFREC_ERROR_ARGUMENT, what, ": ", count, " buffers given, at most ",
-             int{DeviceStage::kMaxBuffers}, " expected");
+    if (count > kMaxStageBuffers)
+        fail(DEFREC_ERROR_ARGUMENT, what, ": ", count, " buffers given, at most ", kMaxStageBuffers,
+             " expected");
     if (buffers == nullptr && count != 0)
         fail(DEFREC_ERROR_ARGUMENT, what, " is NULL with a count of ", count);
     for (size_t i = 0; i < count; ++i) {

@@ -8,6 +8,7 @@
 
 #include "sdk/fuzz/memory_file.hpp"
 #include "sdk/fuzz/session.hpp"
+#include "sdk/template/file_checksum.hpp"
 
 using namespace defrec::fuzz;
 
@@ -36,12 +37,6 @@ std::vector<uint8_t> seed() {
     defrec_template_release(surface);
     defrec_job_release(job);
     return bytes;
-}
-
-uint64_t checksum(const uint8_t* bytes, size_t count) {
-    uint64_t hash = 1469598103934665603u;  // FNV-1a
-    for (size_t i = 0; i < count; ++i) hash = (hash ^ bytes[i]) * 1099511628211u;
-    return hash;
 }
 
 void follow(Session& session, defrec_template surface) {
@@ -74,7 +69,7 @@ extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max
     }
     const size_t body =
         LLVMFuzzerMutate(data, size - sizeof(uint64_t), max_size - sizeof(uint64_t));
-    const uint64_t sum = checksum(data, body);
+    const uint64_t sum = defrec::file_checksum(data, body);
     std::memcpy(data + body, &sum, sizeof sum);
     return body + sizeof sum;
 }

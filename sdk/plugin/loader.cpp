@@ -13,17 +13,13 @@
 #include "sdk/contract/enumerations.hpp"
 #include "sdk/plugin/search.hpp"
 #include "sdk/plugin/shared_object.hpp"
+#include "sdk/plugin/table_functions.hpp"
 
 namespace defrec {
 namespace {
 
 constexpr uint64_t kLibraryCap = uint64_t{1} << 30;
 constexpr char kEntryName[] = "defrec_plugin_entry_v1";
-
-constexpr bool may_lack_prepare(uint32_t stage) {
-    return stage == DEFREC_STAGE_RECTIFY || stage == DEFREC_STAGE_STEREO ||
-           stage == DEFREC_STAGE_ORB;
-}
 
 // What the plugin's function returns; Error with the name of the function where it throws.
 template <class Function, class... Args>
@@ -153,30 +149,8 @@ void LoadedPlugin::check_table(const std::string& path, const PluginManifest& ma
     if (table.name == nullptr || manifest.name != table.name)
         fail(DEFREC_ERROR_PLUGIN, path, ": the library calls itself \"", text_of(table.name),
              "\", the manifest \"", manifest.name, "\"");
-    const struct {
-        const char* name;
-        bool given;
-    } entries[] = {
-        {"device_count", table.device_count != nullptr},
-        {"device_info", table.device_info != nullptr},
-        {"device_open", table.device_open != nullptr},
-        {"device_close", table.device_close != nullptr},
-        {"buffer_create", table.buffer_create != nullptr},
-        {"buffer_destroy", table.buffer_destroy != nullptr},
-        {"queue_create", table.queue_create != nullptr},
-        {"queue_destroy", table.queue_destroy != nullptr},
-        {"write", table.write != nullptr},
-        {"read", table.read != nullptr},
-        {"signal", table.signal != nullptr},
-        {"wait", table.wait != nullptr},
-        {"stage", table.stage != nullptr},
-        {"shutdown", table.shutdown != nullptr},
-    };
-    for (const auto& entry : entries)
-        if (!entry.given)
-            fail(DEFREC_ERROR_PLUGIN, path, ": the plugin's table has NULL for ", entry.name);
-    if (DEFREC_HAS(&table, host_alloc) && !DEFREC_HAS(&table, host_free))
-        fail(DEFREC_ERROR_PLUGIN, path, ": the plugin's table has host_alloc without host_free");
+    if (const char* missing = missing_function(table); missing != nullptr)
+        fail(DEFREC_ERROR_PLUGIN, path, ": the plugin's table has NULL for ", missing);
 }
 
 void LoadedPlugin::list_devices(const std::string& path) {
@@ -236,10 +210,9 @@ void LoadedPlugin::read_stage(const std::string& path, uint32_t stage) {
     if (table->stage_version != 1)
         fail(DEFREC_ERROR_VERSION, path, ": the stage ", name, " follows version ",
              table->stage_version, " of its definition, this library version 1");
-    if (table->supports == nullptr || table->create == nullptr || table->destroy == nullptr ||
-        table->enqueue == nullptr || (table->prepare == nullptr && !may_lack_prepare(stage)))
-        fail(DEFREC_ERROR_PLUGIN, path, ": the table of the stage ", name,
-             " has NULL for a function");
+    if (const char* missing = missing_function(*table); missing != nullptr)
+        fail(DEFREC_ERROR_PLUGIN, path, ": the table of the stage ", name, " has NULL for ",
+             missing);
     stages_[stage] = table;
 }
 

@@ -22,6 +22,7 @@
 #include "sdk/contract/descs.hpp"
 #include "sdk/device/context.hpp"
 #include "sdk/template/check_patches.hpp"
+#include "sdk/template/file_checksum.hpp"
 #include "sdk/template/page.hpp"
 #include "sdk/template/template.hpp"
 
@@ -34,13 +35,6 @@ constexpr char kMagic[8] = {'d', 'e', 'f', 'r', 'e', 'c', 'T', '\n'};
 constexpr uint32_t kFirstViewVersion = 1, kGrownVersion = 2, kPiecesVersion = 3, kCutsVersion = 4,
                    kBodyVersion = 5;
 constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
-
-uint64_t checksum(const char* bytes, size_t count) {
-    uint64_t hash = 1469598103934665603u;  // FNV-1a
-    for (size_t i = 0; i < count; ++i)
-        hash = (hash ^ static_cast<uint8_t>(bytes[i])) * 1099511628211u;
-    return hash;
-}
 
 class Writer {
   public:
@@ -448,7 +442,7 @@ void Template::save(const char* path) const {
     if (has_cuts) write_cuts(data_.node_grid.cuts, writer);
     if (body != nullptr) write_body(*body, writer);
     const std::string& bytes = writer.bytes();
-    const uint64_t sum = checksum(bytes.data(), bytes.size());
+    const uint64_t sum = file_checksum(bytes.data(), bytes.size());
 
     const std::filesystem::path target = std::filesystem::u8path(path);
     std::error_code ignored;
@@ -515,7 +509,7 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     uint64_t sum = 0;
     reader.value(sum);
     if (reader.position() != bytes.size()) reader.broken("something follows its end");
-    if (sum != checksum(bytes.data(), end)) reader.broken("its checksum does not fit");
+    if (sum != file_checksum(bytes.data(), end)) reader.broken("its checksum does not fit");
     if (const char* fault = fault_of(data)) reader.broken(fault);
     if (const char* fault = fault_of_parts(data, grown)) reader.broken(fault);
     restore_grid_pieces(data);

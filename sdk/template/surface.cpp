@@ -6,8 +6,10 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
+#include "sdk/base/util/median.hpp"
 #include "sdk/template/grid_distance.hpp"
 
 namespace defrec {
@@ -74,9 +76,7 @@ double steepest_disparity(const CaptureInput& input, const std::vector<Sample>& 
     for (const Sample& sample : samples)
         if (sample.weight > 0) slopes.push_back(sample.slope / sample.disparity);
     if (slopes.empty()) return kSteepest / input.camera.fx;
-    const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
-    std::nth_element(slopes.begin(), middle, slopes.end());
-    return std::max(kSteepest / input.camera.fx, 1.6 * *middle);
+    return std::max(kSteepest / input.camera.fx, 1.6 * median(std::move(slopes)));
 }
 
 // Sets of neighbouring samples without a step between them.
@@ -219,12 +219,6 @@ struct Lead {
     bool is_near = false;
 };
 
-double median(std::vector<double>& values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 // The lead of each set.
 std::vector<Lead> leads_over(const Piece& piece, const std::vector<Sample>& samples,
                              const Surfaces& surfaces, int columns, int rows) {
@@ -242,7 +236,7 @@ std::vector<Lead> leads_over(const Piece& piece, const std::vector<Sample>& samp
     std::vector<Lead> leads;
     for (size_t set = 0; set < all.size(); ++set) {
         const bool is_near = near[set].size() >= kFewestNear;
-        leads.push_back({median(is_near ? near[set] : all[set]), is_near});
+        leads.push_back({median(std::move(is_near ? near[set] : all[set])), is_near});
     }
     return leads;
 }

@@ -21,8 +21,6 @@ class RecordedStage {
     void prepare(Queue& queue, Buffers in);
     void enqueue(Queue& queue, Buffers in, Buffers out);
 
-    static constexpr size_t kMaxBuffers = 24;  // of inputs, and of outputs
-
   private:
     Gpu& gpu_;
     std::unique_ptr<Stage> stage_;

@@ -1,16 +1,6 @@
 // The formulas of backends/definition/align_math.hpp that the search and the refinement need. Exact
 // but for `information`: every operation on floats is precise, and there is no division and no
-// square root.
-
-const int kUnscored = -0x7fffffff - 1;
-const float kOneScore = 65536.0;
-const float kTooHighScore = 65602.0;  // ZNCC 1.001: what is left to explain is mostly rounding
-const int kMaxMatrix = 4 * 65536;
-const int kDistancePenalty = 32;
-const int kEvenSearch = 4;  // px; beyond, displacements with both coordinates odd are tried as well
-const int kShiftSteps = 4;  // at most
-const int kShortStep = 4;   // 1/256 px; the last one
-const float kFullPrecision = 0.1;
+// square root. Needs backends/stages/align.hpp.
 
 int to_level(int position, int level) {
     return ((position + 128 + ((1 << level) >> 1)) >> level) - 128;
@@ -99,7 +89,7 @@ ShiftSystem make_shift_system(TemplateSums s, LightFit light) {
     o.raw_xx = rest(light, s.gxx, o.gx, o.gx) - (o.gx_t * o.gx_t) * o.inverse_tt;
     o.raw_yy = rest(light, s.gyy, o.gy, o.gy) - (o.gy_t * o.gy_t) * o.inverse_tt;
     o.xy = rest(light, s.gxy, o.gx, o.gy) - (o.gx_t * o.gy_t) * o.inverse_tt;
-    precise const float damping = (o.raw_xx + o.raw_yy) * (1.0 / 1024.0);
+    precise const float damping = (o.raw_xx + o.raw_yy) * kShiftDamping;
     o.xx = o.raw_xx + damping;
     o.yy = o.raw_yy + damping;
     precise const float determinant = o.xx * o.yy - o.xy * o.xy;
@@ -126,28 +116,28 @@ ShiftStep shift_step(ShiftSystem system, LiveSums s) {
     precise const float inverse_gain = system.tt * reciprocal(it);
     precise const float x = rest(system.light, s.igx, i, system.gx) - gain * system.gx_t;
     precise const float y = rest(system.light, s.igy, i, system.gy) - gain * system.gy_t;
-    precise const float scale = (system.inverse_determinant * inverse_gain) * 256.0;
+    precise const float scale = (system.inverse_determinant * inverse_gain) * float(kPatchOne);
     precise const float step_x = (system.yy * x - system.xy * y) * scale;
     precise const float step_y = (system.xx * y - system.xy * x) * scale;
     precise const float z =
-        ((it * reciprocal_sqrt(system.tt)) * reciprocal_sqrt(ii)) * kOneScore + 0.5;
-    if (!(z < kTooHighScore)) return kNoStep;
-    if (!(abs(step_x) < 512.0 && abs(step_y) < 512.0)) return kNoStep;
+        ((it * reciprocal_sqrt(system.tt)) * reciprocal_sqrt(ii)) * float(kOneScore) + 0.5;
+    if (!(z < float(kTooHighScore))) return kNoStep;
+    if (!(abs(step_x) < float(kTooLongStep) && abs(step_y) < float(kTooLongStep))) return kNoStep;
     precise const float unexplained = ii - gain * it;
     precise const float to_x = 0.5 - step_x, to_y = 0.5 - step_y;
-    return ShiftStep(ivec2(floor(to_x), floor(to_y)), min(int(floor(z)), int(kOneScore)),
-                     unexplained, true);
+    return ShiftStep(ivec2(floor(to_x), floor(to_y)), min(int(floor(z)), kOneScore), unexplained,
+                     true);
 }
 
 // The first step, and the system for those that follow: with a gradient of the light where that
-// explains a third of what is left without.
+// explains enough of what is left without.
 ShiftStep first_shift_step(TemplateSums sums, float inverse_n, LiveSums live,
                            out ShiftSystem system) {
     system = make_shift_system(sums, make_light_fit(sums, inverse_n, false));
     const ShiftStep first = shift_step(system, live);
     const ShiftSystem other = make_shift_system(sums, make_light_fit(sums, inverse_n, true));
     const ShiftStep other_first = shift_step(other, live);
-    precise const float limit = 1.5 * other_first.rest;
+    precise const float limit = kMinSlopeGain * other_first.rest;
     if (!other_first.valid || (first.valid && first.rest <= limit)) return first;
     system = other;
     return other_first;
@@ -164,8 +154,8 @@ ivec4 cubic_weights(int t) {
 
 // uu, uv, vv.
 float[3] information(ShiftSystem system, int pixels, int score, int level) {
-    const float z = float(score) / kOneScore;
-    const float noise = max(1.0 - z * z, 0.01);
+    const float z = float(score) / float(kOneScore);
+    const float noise = max(1.0 - z * z, kMinNoise);
     const float scale = kFullPrecision * kFullPrecision * float(pixels) * z * z /
                         (noise * system.tt * float(1 << (2 * level)));
     const float uu = scale * system.raw_xx, uv = scale * system.xy, vv = scale * system.raw_yy;

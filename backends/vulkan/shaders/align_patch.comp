@@ -6,8 +6,8 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_GOOGLE_include_directive : require
 #include "records.glsl"
-#include "align_math.glsl"
 #include "backends/stages/align.hpp"
+#include "align_math.glsl"
 #include "align_push.h"
 
 const int kLanes =
@@ -106,7 +106,8 @@ void sample_view(AlignCentre centre, int matrix[4], ivec2 fraction) {
     int sum = 0, squares = 0, outside = 0;
     [[unroll]] for (int k = 0; k < kSampledPerLane; ++k) {
         const int i = min(lane + k * kLanes, kSampled * kSampled - 1);
-        const ivec2 o = ivec2(i % kSampled, i / kSampled) - (kRadius + 1), d = 256 * o - fraction;
+        const ivec2 o = ivec2(i % kSampled, i / kSampled) - (kRadius + 1),
+                    d = kPatchOne * o - fraction;
         const ivec2 at =
             256 * ivec2(centre.x, centre.y) +
             ((ivec2(matrix[0] * d.x + matrix[1] * d.y, matrix[2] * d.x + matrix[3] * d.y) + 128) >>
@@ -219,7 +220,8 @@ int score_of(int n, int t, int tt, int i, int ii, int ti) {
     const float patch_root = reciprocal_sqrt(patch_variance),
                 live_root = reciprocal_sqrt(float(live_variance));
     precise const float z =
-        (((covariance(t, i, ti, count.x) * patch_root) * live_root) * count.y) * kOneScore + 0.5;
+        (((covariance(t, i, ti, count.x) * patch_root) * live_root) * count.y) * float(kOneScore) +
+        0.5;
     return int(floor(z));
 }
 
@@ -437,7 +439,7 @@ PatchObservation observe(int index) {
     if (!followed(prediction) || centre.valid == 0) return kNotFound;
     const ivec2 position =
         ivec2(to_level(prediction.u, push.level), to_level(prediction.v, push.level));
-    const ivec2 pixel = (position + 128) >> 8, fraction = position - 256 * pixel;
+    const ivec2 pixel = (position + 128) >> 8, fraction = position - kPatchOne * pixel;
     if (lane == 0) some_hidden = 0;
     barrier();
     load_window(pixel - kRadius - kSearch - ivec2(4, 1));
@@ -483,14 +485,16 @@ PatchObservation observe(int index) {
         if (!step.valid) return kNotFound;
         score = step.score;
         shift += step.by;
-        if (any(lessThan(shift, ivec2(-256))) || any(greaterThan(shift, ivec2(255))))
+        if (any(lessThan(shift, ivec2(-kPatchOne))) ||
+            any(greaterThanEqual(shift, ivec2(kPatchOne))))
             return kNotFound;
         if (all(lessThanEqual(abs(step.by), ivec2(kShortStep)))) break;
     }
-    if (score >> 4 < push.min_score) return kNotFound;
-    const ivec2 found = 256 * best + fraction + shift;
+    if (score >> kScoreShift < push.min_score) return kNotFound;
+    const ivec2 found = kPatchOne * best + fraction + shift;
     return PatchObservation(from_level(found.x, push.level), from_level(found.y, push.level),
-                            score >> 4, 1, information(system, kPixels, score, push.level), 0);
+                            score >> kScoreShift, 1,
+                            information(system, kPixels, score, push.level), 0);
 }
 
 void main() {

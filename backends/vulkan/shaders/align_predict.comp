@@ -1,5 +1,5 @@
 // Stage align, section 1: where each patch is expected, one invocation per patch; predict of
-// backends/shared/align_math.hpp.
+// backends/definition/align_math.hpp.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "records.glsl"
@@ -26,7 +26,7 @@ PatchPrediction predict(int i) {
     const DualQuaternion motion = blend(moved_by, patches[i].weight);
     const vec3 rest = load3(patches[i].position), moved = apply(motion, rest),
                p = moved - vec3(push.live_x, 0, 0);
-    if (!finite(vec4(p, 0)) || !(p.z > 1.0)) return none;
+    if (!finite(vec4(p, 0)) || !(p.z > kMinPatchDepthMm)) return none;
     const float fx = push.camera.fx / p.z, fy = push.camera.fy / p.z, x = p.x / p.z, y = p.y / p.z;
     const float u = push.camera.fx * x + push.camera.cx, v = push.camera.fy * y + push.camera.cy;
     if (!(u >= push.margin && v >= push.margin && u <= push.max_x - push.margin &&
@@ -43,15 +43,18 @@ PatchPrediction predict(int i) {
     const float j00 = fx * (a.x - x * a.z), j01 = fx * (b.x - x * b.z);
     const float j10 = fy * (a.y - y * a.z), j11 = fy * (b.y - y * b.z);
     if (!finite(vec4(j00, j01, j10, j11))) return none;
-    // Singular values within 0.4 .. 2.5, and not mirrored.
+    // Not mirrored, and not stretched too much.
     const float det = j00 * j11 - j01 * j10;
     const float half_sum = 0.5 * (j00 * j00 + j01 * j01 + j10 * j10 + j11 * j11);
-    if (half_sum > 6.25) return none;  // nor is the difference below infinite
+    if (half_sum > kMaxStretch2) return none;  // nor is the difference below infinite
     const float largest2 = half_sum + sqrt(max(half_sum * half_sum - det * det, 0.0));
-    if (!(det > 0.0 && largest2 <= 6.25 && det * det >= 0.16 * largest2)) return none;
+    if (!(det > 0.0 && largest2 <= kMaxStretch2 && det * det >= kMinStretch2 * largest2))
+        return none;
 
-    const ivec4 inverse = ivec4(floor(65536.0 / det * vec4(j11, -j01, -j10, j00) + 0.5));
-    return PatchPrediction(int(floor(u * 256.0 + 0.5)), int(floor(v * 256.0 + 0.5)),
+    const ivec4 inverse =
+        ivec4(floor(float(kPatchMatrixOne) / det * vec4(j11, -j01, -j10, j00) + 0.5));
+    return PatchPrediction(int(floor(u * float(kPatchOne) + 0.5)),
+                           int(floor(v * float(kPatchOne) + 0.5)),
                            int[4](inverse.x, inverse.y, inverse.z, inverse.w), 1, 0);
 }
 

@@ -3,10 +3,6 @@
 // LIVE_DISPARITY(i) before: the disparity at index i, an int.
 #include "backends/stages/surface.hpp"
 
-const float kMinDepthMm = 1e-3;
-const int kLargestDepthStep = 32;  // 1/16 px
-const float kDisparityOne = 16.0;
-
 // True, and the pixel, if p lies in front of the camera and inside the image, borders included.
 bool project_inside(FloatCamera camera, DisparityGrid image, vec3 p, out vec2 pixel) {
     pixel = vec2(0);
@@ -35,5 +31,6 @@ float live_depth(FloatCamera camera, DisparityGrid image, vec2 pixel) {
         const bool to_right = beyond.x >= 0.5, to_below = beyond.y >= 0.5;
         disparity = float(to_below ? (to_right ? d11 : d10) : (to_right ? d01 : d00));
     }
-    return disparity > 0.0 ? kDisparityOne * camera.fx * camera.baseline_mm / disparity : 0.0;
+    return disparity > 0.0 ? float(kDisparityOne) * camera.fx * camera.baseline_mm / disparity
+                           : 0.0;
 }

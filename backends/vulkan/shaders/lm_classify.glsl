@@ -7,9 +7,6 @@ layout(std430, set = 0, binding = 2) readonly buffer Moves { LmMove moves[]; };
 
 #include "lm_decide.glsl"
 
-const float kMinStepMm = 0.01;
-const float kMinDecrease = 1e-4;
-
 shared LmTerm term_shares[kTerms][kClassifies];
 shared LmMove move_shares[kClassifies];
 shared LmState now;

@@ -1,6 +1,4 @@
 // What follows from a step for the next one, and for a step that is trusted. Needs lm.glsl.
-const float kMinLambda = 1e-7, kMaxLambda = 1e7;
-const float kLambdaDown = 1.0 / 7.5, kLambdaUp = 10.0;
 
 LmMove farther(LmMove a, LmMove b) { return LmMove(max(a.largest, b.largest), a.bad | b.bad); }
 

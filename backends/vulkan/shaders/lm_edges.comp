@@ -21,15 +21,13 @@ layout(std430, set = 0, binding = 6) readonly buffer States { LmState states[2];
 #include "lm_group_sum.glsl"
 #include "lm_weights.glsl"
 
-const float kMinLength = 1e-3;
-
 // Keeps what the blocks need, and returns the cost if S were 1.
 float evaluate(uint i, RestEdge edge) {
     const vec4 qa = trial[kNodeVectors * edge.a];
     vec4 qb = trial[kNodeVectors * edge.b];
     if (dot(qa, qb) < 0.0) qb = -qb;
     const vec3 along = trial[kNodeVectors * edge.b + 2].xyz - trial[kNodeVectors * edge.a + 2].xyz;
-    const float size = sqrt(dot(along, along)), divisor = max(size, kMinLength),
+    const float size = sqrt(dot(along, along)), divisor = max(size, kMinLengthMm),
                 stretch = size - edge.rest.w;
     const vec3 now = along / divisor, turned_a = rotate(qa, edge.rest.xyz),
                turned_b = rotate(qb, -edge.rest.xyz);

@@ -9,8 +9,6 @@ layout(std430, set = 0, binding = 2) buffer Products {
 layout(std430, set = 0, binding = 3) buffer Vectors { vec4 vectors[]; };
 #include "lm_vectors.glsl"
 
-const float kTolerance = 1e-3;  // of the preconditioned residual's norm
-
 uint product_groups() { return (push.nodes * kSplit + kBlockGroup - 1) / kBlockGroup; }
 
 shared vec2 product_shares[kBlockGroup];
@@ -48,7 +46,8 @@ LmGradients advance(Left left, uint me, out float beta) {
     const float rho = sum.x;
     beta = first ? 0.0 : rho / left.before.rho;
     const float curvature = first ? sum.y : sum.y - beta * rho / left.before.alpha;  // p A p
-    const float enough = first ? kTolerance * kTolerance * rho : left.before.enough;
+    const float enough =
+        first ? kConjugateTolerance * kConjugateTolerance * rho : left.before.enough;
     const bool over = !(rho > enough) || !(curvature > 0.0);
     return LmGradients(rho, over ? 0.0 : rho / curvature, enough, over ? 1 : 0);
 }

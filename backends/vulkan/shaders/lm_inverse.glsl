@@ -1,10 +1,10 @@
 // The inverse of a symmetric positive 6x6 matrix by Cholesky. Pivots that vanish in single
-// precision are raised. Without loops the matrices are kept in registers.
+// precision are raised. Without loops the matrices are kept in registers. Needs lm.glsl.
 void invert(float m[6][6], out float inverse[6][6]) {
     float factor[6][6], own[6][6];  // m = factor factor^T; own = factor^-1
     [[unroll]] for (int c = 0; c < 6; ++c) [[unroll]] for (int r = c; r < 6; ++r) {
         float value = m[r][c];
-        const float minimum = value * 1e-6;
+        const float minimum = value * kMinPivot;
         [[unroll]] for (int k = 0; k < c; ++k) value -= factor[r][k] * factor[c][k];
         if (r == c) {
             factor[c][c] = sqrt(max(value, minimum));

@@ -17,8 +17,7 @@ layout(std430, set = 0, binding = 5) readonly buffer Rest { vec4 rest[]; };
 layout(std430, set = 0, binding = 6) writeonly buffer Trial { vec4 trial[]; };
 #include "lm_start.glsl"
 
-const float kMinSpread = 0.01;  // mm^2
-shared mat3 rotation;           // rows
+shared mat3 rotation;  // rows
 shared vec3 shift;
 shared vec4 turn;  // of the start, as shift is then
 
@@ -108,7 +107,7 @@ void fit(uint me, float inverse_c2) {
     moments = sum_over_group(moments, me);
     if (me == 0) {
         const mat3 m = any ? moments * (1.0 / total) : mat3(0.0);
-        rotation = second_singular_value(m) > kMinSpread ? nearest_rotation(m) : mat3(1.0);
+        rotation = second_singular_value(m) > kMinSpreadMm2 ? nearest_rotation(m) : mat3(1.0);
         shift = to - turned(rotation, from);
     }
     barrier();
@@ -146,7 +145,8 @@ void main() {
         spread = sum_over_group(spread, me);
         if (round > 0 && abs(spread[0].y - before) <= kPresolveMinChange * before) break;
         before = spread[0].y;
-        fit(me, 1.0 / max(push.match_tukey * push.match_tukey, 9.0 * spread[0].y / spread[0].x));
+        fit(me, 1.0 / max(push.match_tukey * push.match_tukey,
+                          kPresolveMinWidth2 * spread[0].y / spread[0].x));
     }
     const vec2 cost = costs(me);
     if (me == 0) {

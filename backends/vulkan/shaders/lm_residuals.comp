@@ -21,9 +21,6 @@ layout(std430, set = 0, binding = 7) writeonly buffer Terms { LmTerm terms[]; };
 layout(std430, set = 0, binding = 8) readonly buffer States { LmState states[2]; };
 #include "lm_group_sum.glsl"
 
-const float kMinFacing = 0.25;
-const float kMatchDepthRoot = 0.5;
-
 // A residual's rows as the normal equations want them: G and b of lm.glsl, not yet weighted.
 struct Rows {
     mat3 squares;
@@ -130,7 +127,7 @@ LmTerm evaluate_match(uint item, uint i) {
     const vec3 position = apply(motion_of(item), items[kItemVectors * item].xyz);
     return evaluate_sighting(
         item, position,
-        Sighting(live.x / live.z, live.y / live.z, 1.0, 0.0, 1.0, live.z, kMatchDepthRoot),
+        Sighting(live.x / live.z, live.y / live.z, 1.0, 0.0, 1.0, live.z, sqrt(kMatchDepthWeight)),
         push.match_weight * (chosen ? match.weight : 1.0), chosen ? 0.0 : push.match_slope,
         1.0 / (push.match_tukey * push.match_tukey), 1.0);
 }
@@ -161,9 +158,9 @@ LmTerm evaluate_patch(uint item, uint i) {
     const PatchObservation observation = observations[i];
     const float uu = sqrt(abc.x), uv = uu > 0.0 ? abc.y / uu : 0.0,
                 vv = sqrt(max(abc.z - uv * uv, 0.0));
-    const vec2 ray =
-        (vec2(observation.u, observation.v) / 256.0 - vec2(push.camera.cx, push.camera.cy)) /
-        vec2(push.camera.fx, push.camera.fy);
+    const vec2 ray = (vec2(observation.u, observation.v) / float(kPatchOne) -
+                      vec2(push.camera.cx, push.camera.cy)) /
+                     vec2(push.camera.fx, push.camera.fy);
     const vec3 position = apply(motion_of(item), items[kItemVectors * item].xyz);
     const float px = push.camera.fx / max(position.z, kMinDepthMm),
                 inverse_c = px / push.patch_tukey;

@@ -31,7 +31,6 @@ layout(std430, set = 0, binding = 15) readonly buffer Data { float data[]; };
 #include "lm_weights.glsl"
 #include "lm_vectors.glsl"
 
-const float kMinDiagonal = 1e-6;
 const uint kColumns = kBlockVectors + 2;  // of a block, and its control point's gradient
 
 // A block's quarters, the first and the third transposed, and half the gradient.

@@ -26,9 +26,6 @@ layout(push_constant) uniform Push {
     MatchConstants push;
 };
 
-const int kNoDistance = 257;  // farther than any
-const uint kSamePlace = 64;   // 1/16 px
-
 const uint kAhead =
     16;  // keys that are loaded at a time: on a GPU their latency is what takes time
 
@@ -77,11 +74,12 @@ void main() {
     const bool same = best.y != kNoKey && at_one_place(a, best.y & 0xffffu);
     const int second = distance_of(same ? best.z : best.y);
     const bool accepted = best.x != kNoKey && distance <= int(push.max_distance) &&
-                          256 * distance <= int(push.ratio) * second && nearest_landmark(a) == i;
-    Match match = Match(accepted ? int(a) : -1, min(distance, 256), min(second, 256), 0.0, 0.0,
-                        float[](0.0, 0.0, 0.0), 0.0, 0);
+                          kRatioOne * distance <= int(push.ratio) * second &&
+                          nearest_landmark(a) == i;
+    Match match = Match(accepted ? int(a) : -1, min(distance, kMaxDistance),
+                        min(second, kMaxDistance), 0.0, 0.0, float[](0.0, 0.0, 0.0), 0.0, 0);
     if (accepted) {
-        const vec2 place = vec2(features[a].x, features[a].y) * (1.0 / 16.0);
+        const vec2 place = vec2(features[a].x, features[a].y) * (1.0 / float(kFeatureOne));
         const vec2 pixel = clamp(place, vec2(0), vec2(push.image.width - 1, push.image.height - 1));
         match.u = pixel.x;
         match.v = pixel.y;

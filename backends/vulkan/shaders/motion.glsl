@@ -1,6 +1,7 @@
 // Rigid motions as unit dual quaternions, and their blending: backends/shared/motion.hpp and
 // usable_motion of backends/stages/surface.hpp in single precision. Needs records.glsl. A
 // quaternion w + xi + yj + zk is the vec4 (x, y, z, w).
+#include "backends/stages/surface.hpp"
 
 struct DualQuaternion {  // x -> R x + t; real is the rotation, dual is t * real / 2
     vec4 real, dual;
@@ -73,7 +74,7 @@ DualQuaternion blend(DualQuaternion m[4], float weight[4]) {
         dual += w * m[k].dual;
     }
     const float length2 = dot(real, real);
-    if (!finite(vec4(length2)) || !(length2 > 1e-12)) return m[0];
+    if (!finite(vec4(length2)) || !(length2 > kMinBlendLength * kMinBlendLength)) return m[0];
     const float scale = inversesqrt(length2);
     return DualQuaternion(scale * real, scale * dual);
 }

@@ -1,9 +1,5 @@
-// FAST's circle and its score (docs/stages/orb.md, section 3). Who includes it defines PIXELS: int,
-// or ivec4 for four pixels at once.
-const ivec2 kCircle[16] =
-    ivec2[](ivec2(0, -3), ivec2(1, -3), ivec2(2, -2), ivec2(3, -1), ivec2(3, 0), ivec2(3, 1),
-            ivec2(2, 2), ivec2(1, 3), ivec2(0, 3), ivec2(-1, 3), ivec2(-2, 2), ivec2(-3, 1),
-            ivec2(-3, 0), ivec2(-3, -1), ivec2(-2, -2), ivec2(-1, -3));
+// FAST's score (docs/stages/orb.md, section 3). Needs orb.glsl. Who includes it defines PIXELS:
+// int, or ivec4 for four pixels at once.
 
 // Without threshold. The runs of 9 that start at 2k and at 2k + 1 share 8.
 PIXELS corner_score(PIXELS centre, PIXELS circle[16]) {

@@ -19,12 +19,7 @@ layout(std430, set = 0, binding = 5) readonly buffer Patterns {
 };  // for each bin and test: x, y, x, y in 8 bits
 layout(std430, set = 0, binding = 6) writeonly buffer Features { Feature features[]; };
 
-const int kRadius = 15, kBins = 32, kTests = 256;
-const int kHalfWidth[kRadius + 1] =
-    int[](15, 15, 15, 15, 14, 14, 14, 13, 13, 12, 11, 10, 9, 8, 6, 3);
-const ivec2 kBinBorder[8] =
-    ivec2[](ivec2(1019, 100), ivec2(980, 297), ivec2(903, 483), ivec2(792, 650), ivec2(650, 792),
-            ivec2(483, 903), ivec2(297, 980), ivec2(100, 1019));
+const ivec2 kBinBorder[8] = DEFREC_ORB_BIN_BORDERS;
 const ivec2 kScored[5] = ivec2[](ivec2(0, 0), ivec2(-1, 0), ivec2(1, 0), ivec2(0, -1), ivec2(0, 1));
 
 shared ivec2 moments[32];
@@ -39,7 +34,7 @@ int score_at(int at, int stride) {
 }
 
 ivec2 moments_of_row(int at, int stride, int dy) {
-    const int half_width = kHalfWidth[abs(dy)];
+    const int half_width = kDiscHalfWidth[abs(dy)];
     ivec2 sum = ivec2(0);
     for (int dx = -half_width; dx <= half_width; ++dx)
         sum += ivec2(dx, 1) * int(pyramid[at + dy * stride + dx]);
@@ -99,7 +94,8 @@ void main() {
     const int stride = level.stride, at = int(level.first) + place.y * stride + place.x;
 
     if (me < 5) scores[me] = score_at(at + kScored[me].y * stride + kScored[me].x, stride);
-    moments[me] = me <= 2 * kRadius ? moments_of_row(at, stride, int(me) - kRadius) : ivec2(0);
+    moments[me] =
+        me <= 2 * kPatchRadius ? moments_of_row(at, stride, int(me) - kPatchRadius) : ivec2(0);
     barrier();
     for (uint half_size = 16; half_size > 0; half_size >>= 1) {
         if (me < half_size) moments[me] += moments[me + half_size];

@@ -13,7 +13,7 @@ layout(std430, set = 0, binding = 3) writeonly buffer Scores { uint scores[]; };
 layout(constant_id = 0) const uint kHasMask = 0;
 layout(constant_id = 1) const bool kLook = false;  // whether there may be a corner before scoring
 
-const int kRadius = 3, kRows = 2 * kRadius + 1;
+const int kRows = 2 * kCircleRadius + 1;
 
 uvec3 pixels_at(int at) { return uvec3(pyramid[at - 1], pyramid[at], pyramid[at + 1]); }
 uvec3 usable_at(int at) { return uvec3(masks[at - 1], masks[at], masks[at + 1]); }
@@ -22,17 +22,17 @@ uvec3 usable_at(int at) { return uvec3(masks[at - 1], masks[at], masks[at + 1]);
 ivec4 score(uvec3 rows[kRows]) {
     ivec4 circle[16];
     [[unroll]] for (int i = 0; i < 16; ++i) circle[i] =
-        bytes_from(rows[kRadius + kCircle[i].y], 4 + kCircle[i].x);
-    return corner_score(bytes_from(rows[kRadius], 4), circle);
+        bytes_from(rows[kCircleRadius + kCircle[i].y], 4 + kCircle[i].x);
+    return corner_score(bytes_from(rows[kCircleRadius], 4), circle);
 }
 // Whether one of the pixels may be a corner: nine of a circle that follow one another are two or
 // more of any four at equal distances.
 bool may_be_corner(uvec3 rows[kRows]) {
-    const ivec4 centre = bytes_from(rows[kRadius], 4);
+    const ivec4 centre = bytes_from(rows[kCircleRadius], 4);
     ivec4 brighter = ivec4(0), darker = ivec4(0);
     [[unroll]] for (int i = 0; i < 16; i += 4) {
         const ivec4 difference =
-            bytes_from(rows[kRadius + kCircle[i].y], 4 + kCircle[i].x) - centre;
+            bytes_from(rows[kCircleRadius + kCircle[i].y], 4 + kCircle[i].x) - centre;
         brighter += ivec4(greaterThan(difference, ivec4(push.threshold)));
         darker += ivec4(lessThan(difference, ivec4(-push.threshold)));
     }
@@ -62,12 +62,13 @@ void main() {
     uvec3 pixel_rows[kRows], usable_rows[kRows];  // from 3 above to 3 below the row in turn; the
                                                   // last is read in the loop
     [[unroll]] for (int i = 0; i < kRows - 1; ++i) {
-        const int at = word_at(level, x_word, clamp(first - kRadius + i, 0, level.height - 1));
+        const int at =
+            word_at(level, x_word, clamp(first - kCircleRadius + i, 0, level.height - 1));
         pixel_rows[i] = pixels_at(at);
         if (kHasMask != 0) usable_rows[i] = usable_at(at);
     }
     for (int y = first; y < end; ++y) {
-        const int below = word_at(level, x_word, min(y + kRadius, level.height - 1));
+        const int below = word_at(level, x_word, min(y + kCircleRadius, level.height - 1));
         pixel_rows[kRows - 1] = pixels_at(below);
         if (kHasMask != 0) usable_rows[kRows - 1] = usable_at(below);
         ivec4 found = ivec4(0);

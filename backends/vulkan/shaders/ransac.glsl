@@ -5,8 +5,6 @@
 #include "ransac_structs.h"
 layout(push_constant) uniform Push { RansacConstants push; };
 
-const float kKeptWeight = 0.8;
-const float kMinThreshold = 1.0;  // mm
 const uint kNone = 0xffffffffu;
 
 float weight_at(float distance, float threshold) {

@@ -24,7 +24,8 @@ uint best_reference(uint me, uint size) {
 
 // The support that a reference needs to be accepted.
 uint needed_support(uint best) {
-    return max(push.min_support + frame.pairs / 32, hypotheses[best].support / 4);
+    return max(push.min_support + frame.pairs / kChanceDivisor,
+               hypotheses[best].support / kBestDivisor);
 }
 
 mat3 rotation_of(uint k) {

@@ -22,7 +22,7 @@ shared uint pairs;
 shared vec4 sums[kSize], parts[kSize / 16], last_parts[8];
 
 bool usable(float position[3]) {
-    return all(lessThan(abs(vec3(position[0], position[1], position[2])), vec3(1e6)));
+    return all(lessThan(abs(vec3(position[0], position[1], position[2])), vec3(kMaxCoordinateMm)));
 }
 // Everything is loaded before anything is decided.
 bool takes_part(uint i) {
@@ -108,7 +108,8 @@ void main() {
     }
     const float mean = sum_over_group(vec4(squares, 0, 0, 0), me).x / float(max(pairs, 1));
     if (me != 0) return;
-    const float threshold =
-        push.threshold_mm > 0.0 ? push.threshold_mm : max(kMinThreshold, 0.1 * sqrt(mean));
+    const float threshold = push.threshold_mm > 0.0
+                                ? push.threshold_mm
+                                : max(kMinThreshold, kThresholdShare * sqrt(mean));
     frame = RansacFrame(pairs, min(push.references, pairs), threshold, 0);
 }

@@ -10,8 +10,6 @@
 layout(std430, set = 0, binding = 4) readonly buffer Weighted { Match weighted[]; };
 layout(std430, set = 0, binding = 5) writeonly buffer Summary { RansacSummary summary; };
 
-const int kRefinements = 4;
-
 shared mat3 rotation;
 shared vec3 translation;
 

@@ -38,7 +38,7 @@ int gray_of(uvec4 bytes, int pixel) {
     const int first = byte_of(bytes, at), green = byte_of(bytes, at + 1),
               third = byte_of(bytes, at + 2);
     const int red = kFormat == 3 ? first : third, blue = kFormat == 3 ? third : first;
-    return (77 * red + 150 * green + 29 * blue + 128) >> 8;
+    return (kRedWeight * red + kGreenWeight * green + kBlueWeight * blue + 128) >> 8;
 }
 
 bool ignored(int x, int y) { return int(ignore[y * push.source_width + x]) != 0; }

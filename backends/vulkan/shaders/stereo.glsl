@@ -39,10 +39,10 @@ int floor_divide(int a, int b) {
     return a - q * b < 0 ? q - 1 : q;
 }
 
-// 256 variance >= (push.texture n)^2
+// kTextureOne2 variance >= (push.texture n)^2
 bool has_texture(int variance, int n) {
     const int64_t minimum = int64_t(push.texture) * int64_t(n);
-    return int64_t(256) * int64_t(variance) >= minimum * minimum;
+    return int64_t(kTextureOne2) * int64_t(variance) >= minimum * minimum;
 }
 
 // The candidate of a winner that has no rival: 1 + the index of its disparity; else 0.

@@ -71,7 +71,9 @@ ivec4 field_row(int row, ivec2 near, ivec2 far) {
     return ivec4(cells[row][near.x], cells[row][near.y], cells[row][far.x], cells[row][far.y]);
 }
 
-int weight_of(int m) { return m < 2 ? 7 : m == 2 ? 5 : 3; }
+int weight_of(int m) {
+    return m < 2 ? kSampleWeight[1] : m == 2 ? kSampleWeight[2] : kSampleWeight[3];
+}
 
 void give_hypothesis(int me) {
     for (int i = me; i < kTileWidth * kTileHeight; i += kInvocations) {

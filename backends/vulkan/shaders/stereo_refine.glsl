@@ -57,7 +57,7 @@ Sample refine(int guess, ivec3 z) {
     if (bend <= 0) return result;
     const int top = floor_divide(16 * (z.x - z.z) + bend, 2 * bend);
     result.peak = abs(top) <= 16;
-    result.disparity = clamp(guess + clamp(top, -16, 16), 0, 32000);
+    result.disparity = clamp(guess + clamp(top, -16, 16), 0, kMaxDisparity);
     return result;
 }
 

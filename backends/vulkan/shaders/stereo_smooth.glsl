@@ -9,7 +9,10 @@ int near_sum(int difference, int range, inout int n) {
 
 // n neighbours, itself included, sum the differences to them.
 int moved(int centre, int sum, int n) {
-    const int reciprocal = n <= 2 ? 16384 : n == 3 ? 10923 : n == 4 ? 8192 : 6554;
+    const int reciprocal = n <= 2   ? kReciprocal[2]
+                           : n == 3 ? kReciprocal[3]
+                           : n == 4 ? kReciprocal[4]
+                                    : kReciprocal[5];
     return centre + ((sum * reciprocal + (1 << 14)) >> 15);
 }
 

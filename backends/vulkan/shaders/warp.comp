@@ -20,9 +20,6 @@ layout(push_constant) uniform Push {
     DisparityGrid image;
 };
 
-const uint kObserved = 0, kNoDepth = 1, kOccluded = 2, kOutside = 3,
-           kInconsistent = 4;  // DEFREC_OBSERVED ...
-
 uint observe(vec3 position, vec3 normal, out float residual) {
     residual = 0.0;
     vec2 pixel;

@@ -2,6 +2,7 @@
 #include <cstring>
 
 #include "conformance/cases/abi/abi.hpp"
+#include "sdk/plugin/table_functions.hpp"
 
 namespace defrec::conformance {
 namespace {
@@ -60,25 +61,8 @@ void newer_host(CaseRun& run) {
 
 void table_complete(CaseRun& run) {
     const Instance instance(run.subject_plugin());
-    const defrec_plugin& table = instance.table();
-    const std::pair<const char*, bool> entries[] = {
-        {"device_count", table.device_count != nullptr},
-        {"device_info", table.device_info != nullptr},
-        {"device_open", table.device_open != nullptr},
-        {"device_close", table.device_close != nullptr},
-        {"buffer_create", table.buffer_create != nullptr},
-        {"buffer_destroy", table.buffer_destroy != nullptr},
-        {"queue_create", table.queue_create != nullptr},
-        {"queue_destroy", table.queue_destroy != nullptr},
-        {"write", table.write != nullptr},
-        {"read", table.read != nullptr},
-        {"signal", table.signal != nullptr},
-        {"wait", table.wait != nullptr},
-        {"stage", table.stage != nullptr},
-        {"shutdown", table.shutdown != nullptr},
-    };
-    for (const auto& [name, given] : entries)
-        require(given, "the plugin's table has NULL for ", name);
+    const char* missing = missing_function(instance.table());
+    require(missing == nullptr, "the plugin's table has NULL for ", missing);
 }
 
 void names(CaseRun& run) {

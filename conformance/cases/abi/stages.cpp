@@ -2,15 +2,15 @@
 #include <algorithm>
 #include <optional>
 
+#include "backends/stages/list.hpp"
 #include "conformance/cases/abi/abi.hpp"
 #include "conformance/scenes/jobs.hpp"
 #include "conformance/scenes/sample_job.hpp"
+#include "sdk/plugin/table_functions.hpp"
 
 namespace defrec::conformance {
 namespace {
 
-constexpr uint32_t kFirstPrepared =
-    DEFREC_STAGE_MATCH;                                 // from here on stages have inputs that stay
 constexpr uint32_t kLastLimited = DEFREC_STAGE_RANSAC;  // up to here definitions state limits
 
 void table(CaseRun& run, uint32_t stage) {
@@ -20,11 +20,8 @@ void table(CaseRun& run, uint32_t stage) {
     require(table.stage == stage, "the table says that it is of stage ", table.stage);
     require(table.stage_version == 1, "the table is of version ", table.stage_version,
             " of the stage's definition, 1 expected");
-    require(table.supports != nullptr && table.create != nullptr && table.destroy != nullptr &&
-                table.enqueue != nullptr,
-            "the table has NULL for a function");
-    require(table.prepare != nullptr || stage < kFirstPrepared,
-            "prepare is NULL, though the stage has inputs that stay");
+    const char* missing = missing_function(table);
+    require(missing == nullptr, "the table has NULL for ", missing);
     require(run.subject().table().stage(run.subject().table().self, stage) == &table,
             "stage() gave another table the second time");
 }
@@ -265,7 +262,7 @@ void add_abi_stage_cases(std::vector<Case>& cases) {
                        small_buffers);
     add_abi_stage_case(cases, "wrong_prepare",
                        "Too few and too many buffers to prepare are refused.", wrong_prepare,
-                       kFirstPrepared);
+                       kFirstPreparedStage);
 }
 
 }  // namespace defrec::conformance

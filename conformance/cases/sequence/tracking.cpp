@@ -8,6 +8,7 @@
 #include <span>
 
 #include "conformance/worker/failure.hpp"
+#include "sdk/base/util/fnv1a.hpp"
 
 namespace defrec::conformance {
 namespace {
@@ -16,14 +17,11 @@ constexpr int64_t kFrameNs = 40'000'000;
 
 template <class T>
 uint64_t digest(uint64_t hash, const T* items, uint64_t count) {
-    const auto* bytes = reinterpret_cast<const unsigned char*>(items);
-    for (uint64_t i = 0; i < count * sizeof(T); ++i)
-        hash = (hash ^ bytes[i]) * 0x100000001b3;  // FNV-1a
-    return hash;
+    return fnv1a(hash, items, count * sizeof(T));
 }
 
 uint64_t digest_of(const defrec_template_info& info) {
-    uint64_t hash = digest(0xcbf29ce484222325, info.vertices, info.vertex_count);
+    uint64_t hash = digest(kFnvBasis, info.vertices, info.vertex_count);
     hash = digest(hash, info.triangles, 3 * info.triangle_count);
     hash = digest(hash, info.nodes, 3 * info.node_count);
     hash = digest(hash, info.edges, info.edge_count);

@@ -155,7 +155,7 @@ void add_inputs(std::vector<StageCase>& cases) {
                 one.u = int32_t(random.below(s.params.width * 300)) - 3000;
                 one.v = int32_t(random.below(s.params.height * 300)) - 3000;
                 for (int32_t& entry : one.view_from_live)
-                    entry = int32_t(random.below(11 * 65536)) - 5 * 65536;
+                    entry = int32_t(random.below(11 * kPatchMatrixOne)) - 5 * kPatchMatrixOne;
                 if (random.below(10) == 0) one.u = random.below(2) == 0 ? INT32_MIN : INT32_MAX;
                 if (random.below(10) == 0)
                     one.view_from_live[random.below(4)] =

@@ -106,7 +106,8 @@ void keep_preselected(Scene& s, int count) {
 // By patches to where the image shows no surface, which costs more than they gain.
 void lead_off_the_surface(Scene& s) {
     s.given = lm_patches | lm_depth;
-    for (defrec_patch_observation& observation : s.surface.observations) observation.u += 256 * 60;
+    for (defrec_patch_observation& observation : s.surface.observations)
+        observation.u += kPatchOne * 60;
     s.params.patch_tukey_px = 1000;
     s.params.icp_weight = 300;
 }

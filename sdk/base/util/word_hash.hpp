@@ -1,7 +1,9 @@
-// FNV-1a over words of eight bytes: to compare pictures, not against anybody who forges them.
+// FNV-1a over words of eight bytes: to compare pictures.
 #pragma once
 #include <cstdint>
 #include <cstring>
+
+#include "sdk/base/util/fnv1a.hpp"
 
 namespace defrec {
 
@@ -13,11 +15,11 @@ class WordHash {
         std::memcpy(&word, bytes, sizeof word);
         add(word);
     }
-    void add(uint64_t word) { value_ = (value_ ^ word) * 1099511628211u; }
+    void add(uint64_t word) { value_ = fnv1a(value_, word); }
     uint64_t value() const { return value_; }
 
   private:
-    uint64_t value_ = 1469598103934665603u;
+    uint64_t value_ = kFnvBasis;
 };
 
 }  // namespace defrec

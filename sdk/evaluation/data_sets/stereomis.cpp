@@ -4,6 +4,7 @@
 #include <map>
 
 #include "sdk/base/os/atomic_file.hpp"
+#include "sdk/base/util/median.hpp"
 #include "sdk/evaluation/data_sets/point_tracks.hpp"
 #include "sdk/evaluation/data_sets/trajectory_metrics.hpp"
 #include "sdk/io/csv.hpp"
@@ -189,12 +190,6 @@ std::vector<cv::Point2d> grid(const StereoCalibration& rig) {
             points.emplace_back(across * (rig.width - 1), down * (rig.height - 1));
         }
     return points;
-}
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
 }
 
 // The rigid motion that most points follow: reweighted by the scale of their distances from it

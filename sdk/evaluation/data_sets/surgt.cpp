@@ -7,6 +7,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "sdk/base/os/atomic_file.hpp"
+#include "sdk/base/util/median.hpp"
 #include "sdk/evaluation/data_sets/point_tracks.hpp"
 #include "sdk/evaluation/data_sets/surgt_metrics.hpp"
 #include "sdk/io/exit_code.hpp"
@@ -270,12 +271,6 @@ class Rectification {
     cv::Matx34d projection_[2];
     cv::Matx44d q_;
 };
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 // Where a box goes with points that lie in it: by the median of their shifts.
 Box moved_box(const Box& box, const std::vector<cv::Point2d>& before,

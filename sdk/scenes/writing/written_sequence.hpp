@@ -15,8 +15,10 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "sdk/base/util/median.hpp"
 #include "sdk/scenes/writing/render_command.hpp"
 
 namespace defrec::cli {
@@ -159,9 +161,7 @@ struct Written {
 
 inline double median(std::vector<double> values) {
     REQUIRE(!values.empty());
-    std::nth_element(values.begin(),
-                     values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-    return values[values.size() / 2];
+    return defrec::median(std::move(values));
 }
 
 /// Where, within `reach` px of `expected`, a patch of `from` round `centre` is found in `to`:

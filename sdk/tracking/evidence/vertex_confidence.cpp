@@ -10,6 +10,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "backends/shared/rigid_fit.hpp"
 #include "sdk/base/util/array_part.hpp"
 #include "sdk/template/cut.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
@@ -452,9 +453,7 @@ void fit_rigid_motion(const SurfaceModel& model, std::span<const RigidSums> runs
     const Eigen::Vector3d to = sums.positions.head<3>() / count;
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sums.products.topRows<3>(),
                                                 Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-    const Eigen::Matrix3d rotation =
-        svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+    const Eigen::Matrix3d rotation = rotation_from_svd(svd);
     const Eigen::Vector3d translation = to - rotation * model.centre;
     for (int row = 0; row < 3; ++row) {
         for (int column = 0; column < 3; ++column) motion[4 * row + column] = rotation(row, column);
