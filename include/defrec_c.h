@@ -45,7 +45,7 @@
 
 #define DEFREC_API_MAJOR 1 /**< this header's; a library of another major version has another file
                                 name */
-#define DEFREC_API_MINOR 1 /**< this header's */
+#define DEFREC_API_MINOR 0 /**< this header's */
 
 /** @def DEFREC_CALL
  *  The calling convention of every function. */
@@ -102,9 +102,9 @@ typedef struct defrec_job_      *defrec_job;      /**< a submitted frame, then i
 typedef struct defrec_stage_    *defrec_stage;    /**< one stage on its own:
                                                        defrec_stage_create() */
 typedef struct defrec_memory_   *defrec_memory;   /**< the caller's memory, known to a tracker:
-                                                       defrec_memory_import(). @since 1.1 */
+                                                       defrec_memory_import() */
 typedef struct defrec_targets_  *defrec_targets;  /**< points of a plan, prepared for a template:
-                                                       defrec_targets_create(). @since 1.1 */
+                                                       defrec_targets_create() */
 
 /** Makes *p all default: zero, with struct_size set. */
 #define DEFREC_INIT(p) \
@@ -185,7 +185,7 @@ typedef struct defrec_context_desc {
     void                  *parallel_for_user; /**< handed to parallel_for */
     /** How long a plugin may take to start, to return from a call or to do a frame's work; then its
      *  device is quarantined: see DEFREC_FEATURE_QUARANTINED. @default 60000 @range 10..3600000
-     *  @unit ms @since 1.1 */
+     *  @unit ms */
     uint32_t plugin_deadline_ms;
 } defrec_context_desc;
 
@@ -243,7 +243,7 @@ enum {
                                                slower than the CPU backend */
     DEFREC_FEATURE_QUARANTINED = 1u << 2  /**< did not answer within plugin_deadline_ms: it is not
                                                opened again in this context, and what it holds is
-                                               left behind @since 1.1 */
+                                               left behind */
 };
 
 /** A device that a loaded plugin offers. The strings live as long as the context. */
@@ -274,7 +274,7 @@ DEFREC_API defrec_status DEFREC_CALL defrec_device_get(
 /** @defgroup rig Images and rigs
  *  @{ */
 
-/** Kinds of memory that a defrec_memory may name. @since 1.1 */
+/** Kinds of memory that a defrec_memory may name. */
 enum {
     DEFREC_MEMORY_HOST = 1, /**< the processor's memory, for devices that compute in it */
     DEFREC_MEMORY_CUDA = 2  /**< memory of a CUDA device (cudaMalloc), of the process's primary
@@ -306,7 +306,7 @@ typedef struct defrec_image {
     const void   *pixels;        /**< host memory, stride * (height - 1) + width * bytes per pixel
                                       bytes; or NULL and memory */
     defrec_memory memory;        /**< the pixels lie here, from its first byte: see
-                                      defrec_memory_import(). @since 1.1 */
+                                      defrec_memory_import(). */
 } defrec_image;
 
 /** One camera's pinhole and distortion, as OpenCV has them. Frozen. */
@@ -644,7 +644,7 @@ typedef struct defrec_align_params {
                                       @unit 1/16 gray level */
     defrec_camera camera;        /**< rectified */
     uint32_t      right_view;    /**< 1: live image, mask, predictions and observations are the
-                                      right view's @range 0..1 @since 1.1 */
+                                      right view's @range 0..1 */
 } defrec_align_params;
 
 /** Parameters of stage ransac. */
@@ -771,7 +771,7 @@ DEFREC_API defrec_status DEFREC_CALL defrec_stage_run(
 /** @defgroup tracking Tracking
  *  @{ */
 
-/** What a tracker does with the calibration that it measures. @since 1.1 */
+/** What a tracker does with the calibration that it measures. */
 enum {
     DEFREC_SELF_CALIBRATION_REPORT  = 0, /**< measured; given in results and reasons, and expected
                                               errors grow by what it causes */
@@ -780,14 +780,14 @@ enum {
     DEFREC_SELF_CALIBRATION_OFF     = 2  /**< not measured */
 };
 
-/** Whether a tracker computes the elastic body beneath its template. @since 1.1 */
+/** Whether a tracker computes the elastic body beneath its template. */
 enum {
     DEFREC_BODY_ON  = 0, /**< on a thread of its own, from when there is a template */
     DEFREC_BODY_OFF = 1  /**< never: points beneath the surface move with the rigid motion of the
                               tissue that is seen */
 };
 
-/** Flags of defrec_tracker_desc. @since 1.1 */
+/** Flags of defrec_tracker_desc. */
 enum {
     DEFREC_TRACKER_FALLBACK = 1u << 0 /**< where the device is quarantined or cannot be opened, take
                                            the next one with every stage; results name it */
@@ -828,17 +828,17 @@ typedef struct defrec_tracker_desc {
                                         of queueing where a device computes by itself */
     uint32_t    memory_stride;     /**< distance from row to row of left and right images in a
                                         defrec_memory @default "width * bytes per pixel, which is
-                                        also the min" @range ..1048576 @unit bytes @since 1.1 */
+                                        also the min" @range ..1048576 @unit bytes */
     uint32_t    self_calibration;  /**< DEFREC_SELF_CALIBRATION_*: what is done about a calibration
                                         that has drifted
                                         @default DEFREC_SELF_CALIBRATION_REPORT
-                                        @range DEFREC_SELF_CALIBRATION_* @since 1.1 */
+                                        @range DEFREC_SELF_CALIBRATION_* */
     uint32_t    grow;              /**< 1: tissue that comes into view joins the template
-                                        @range 0..1 @since 1.1 */
+                                        @range 0..1 */
     uint32_t    max_vertices;      /**< vertices of a template that grows; what would exceed it does
-                                        not join @default 65536 @range 1..1000000 @since 1.1 */
+                                        not join @default 65536 @range 1..1000000 */
     uint32_t    body;              /**< DEFREC_BODY_*: what carries points beneath the surface
-                                        @default DEFREC_BODY_ON @range DEFREC_BODY_* @since 1.1 */
+                                        @default DEFREC_BODY_ON @range DEFREC_BODY_* */
 } defrec_tracker_desc;
 
 /** Opens the device and allocates everything that a frame needs; afterwards no frame allocates, but
@@ -855,7 +855,7 @@ DEFREC_API defrec_status DEFREC_CALL defrec_tracker_create(
  *  @threads any @since 1.0 */
 DEFREC_API void DEFREC_CALL defrec_tracker_destroy(defrec_tracker tracker);
 
-/** Memory of the caller. @since 1.1 */
+/** Memory of the caller. */
 typedef struct defrec_memory_desc {
     uint32_t struct_size; /**< see DEFREC_INIT */
     uint32_t kind;        /**< DEFREC_MEMORY_* */
@@ -868,19 +868,19 @@ typedef struct defrec_memory_desc {
  *  readable, and writable for samples; that is not checked. Import once what frames use in turn.
  *  @errors DEFREC_ERROR_ARGUMENT: no such kind, no multiple of 16, or not memory of that kind.
  *  DEFREC_ERROR_UNSUPPORTED: the device cannot reach it. DEFREC_ERROR_DEVICE_LOST.
- *  @threads any @since 1.1 */
+ *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_memory_import(
     defrec_tracker tracker, const defrec_memory_desc *desc, defrec_memory *out);
 /** Frames that were submitted with it are computed all the same.
- *  @threads any @since 1.1 */
+ *  @threads any @since 1.0 */
 DEFREC_API void DEFREC_CALL defrec_memory_release(defrec_memory memory);
 
 /** Flags of defrec_frame. */
 enum {
     DEFREC_FRAME_CAPTURE_TEMPLATE = 1u << 0, /**< make this frame the template (the first usable
                                                  frame is, unless one was set) */
-    DEFREC_FRAME_HELD_MOTION      = 1u << 1, /**< held_motion is given @since 1.1 */
-    DEFREC_FRAME_CAMERA_POSE      = 1u << 2  /**< camera_pose is given @since 1.1 */
+    DEFREC_FRAME_HELD_MOTION      = 1u << 1, /**< held_motion is given */
+    DEFREC_FRAME_CAMERA_POSE      = 1u << 2  /**< camera_pose is given */
 };
 
 /** A pair of images. */
@@ -894,20 +894,20 @@ typedef struct defrec_frame {
     defrec_memory       samples;      /**< NULL, or where the device leaves a defrec_surface_sample
                                            per template vertex, those behind the result's vertices
                                            and normals; too small is how the job fails, so with grow
-                                           it is made for max_vertices. @since 1.1 */
+                                           it is made for max_vertices. */
     uint64_t            deadline_ns;  /**< when the job is to be done, from the call of
                                            defrec_tracker_submit; 0: no deadline. What is not
                                            expected to fit is left out: DEFREC_REASON_COARSE,
                                            DEFREC_REASON_UNCHECKED, in this order. A job that is
                                            late all the same says so: DEFREC_REASON_OVERDUE
-                                           @unit ns @since 1.1 */
+                                           @unit ns */
     /** With DEFREC_FRAME_HELD_MOTION: rectified camera from template frame, 3x4 row-major, a
      *  rotation and mm, of what holds the body (a bone, the base of the tissue). It carries the
-     *  depth beneath the surface, instead of what is estimated from the surface. @since 1.1 */
+     *  depth beneath the surface, instead of what is estimated from the surface. */
     double held_motion[12];
     /** With DEFREC_FRAME_CAMERA_POSE: fixed frame (a navigation system's) from rectified camera,
      *  3x4 row-major, a rotation and mm, at the frame's time. Given with every frame from the
-     *  template's on, it tells the motion of the tissue from that of the camera. @since 1.1 */
+     *  template's on, it tells the motion of the tissue from that of the camera. */
     double camera_pose[12];
 } defrec_frame;
 
@@ -1012,57 +1012,52 @@ enum {
                                                   @effect expected errors grow; depth is not used
                                                   where the lag spoils it
                                                   @remedy synchronise the grabber; pair the views
-                                                  by their times @since 1.1 */
+                                                  by their times */
     DEFREC_REASON_CALIBRATION    = 1u << 15, /**< left and right rows do not agree
                                                   (vertical_offset_px, roll_deg, focal_ratio), or
                                                   the right view slipped sideways: the
                                                   calibration is not that of the cameras
                                                   @effect degraded, expected errors grow
                                                   @remedy calibrate anew; until then
-                                                  self_calibration can correct it @since 1.1 */
+                                                  self_calibration can correct it */
     DEFREC_REASON_TEMPLATE_GREW  = 1u << 16, /**< from this frame on the template has more
                                                   vertices: tissue joined
                                                   @remedy take the triangles again:
-                                                  defrec_job_get_template() @since 1.1 */
+                                                  defrec_job_get_template() */
     DEFREC_REASON_TEMPLATE_FULL  = 1u << 17, /**< the template has reached its limit and grows no
                                                   more
                                                   @remedy set max_vertices higher, or capture a
-                                                  new template @since 1.1 */
+                                                  new template */
     DEFREC_REASON_COARSE         = 1u << 18, /**< for want of time the surface was not refined in
                                                   the images' full size, or not searched widely
                                                   @effect degraded
                                                   @remedy a faster device, smaller images, a
-                                                  later deadline @since 1.1 */
+                                                  later deadline */
     DEFREC_REASON_UNCHECKED      = 1u << 19, /**< for want of time the surface was not compared
                                                   with the image: no vertex counts as observed
                                                   @effect degraded, all vertices are unknown
-                                                  @remedy as for DEFREC_REASON_COARSE @since 1.1 */
+                                                  @remedy as for DEFREC_REASON_COARSE */
     DEFREC_REASON_OVERDUE        = 1u << 20, /**< done after its deadline
-                                                  @remedy as for DEFREC_REASON_COARSE @since 1.1 */
+                                                  @remedy as for DEFREC_REASON_COARSE */
     DEFREC_REASON_CUT            = 1u << 21, /**< from this frame on the template is parted along
                                                   a line where tissue came apart: see cut_points
                                                   of defrec_template_info
                                                   @effect vertices beside the line without any
                                                   evidence are unknown
                                                   @remedy take the triangles again:
-                                                  defrec_job_get_template() @since 1.1 */
+                                                  defrec_job_get_template() */
     DEFREC_REASON_PIECE_LOST     = 1u << 22, /**< a piece of the surface is not found where it is
                                                   expected in the image, others are: see pieces
                                                   of defrec_result
                                                   @effect vertices of the piece are unknown
                                                   @remedy show which part is lost; go on with the
-                                                  others @since 1.1 */
-    DEFREC_REASON_INTERLACED     = 1u << 23, /**< an image's rows alternate between two times, as
+                                                  others */
+    DEFREC_REASON_INTERLACED     = 1u << 23  /**< an image's rows alternate between two times, as
                                                   those of video that was not deinterlaced
                                                   @effect degraded, no vertex counts as observed;
                                                   no template, or lost where nothing is tracked
                                                   @remedy a progressive mode of the camera or the
-                                                  capture card, or a filter that deinterlaces
-                                                  @since 1.1 */
-    DEFREC_REASON_ONE_EYE        = 1u << 9,  /**< deprecated: the earlier name of
-                                                  DEFREC_REASON_ONE_VIEW */
-    DEFREC_REASON_EYES_SWAPPED   = 1u << 12  /**< deprecated: the earlier name of
-                                                  DEFREC_REASON_VIEWS_SWAPPED */
+                                                  capture card, or a filter that deinterlaces */
 };
 /** Status of a vertex or point. */
 enum {
@@ -1073,7 +1068,7 @@ enum {
     DEFREC_POINT_UNKNOWN      = 2  /**< not to be trusted: the frame is lost, or nothing near it was
                                         seen */
 };
-/** What was observed of a vertex, a mask. @since 1.1 */
+/** What was observed of a vertex, a mask. */
 enum {
     DEFREC_EVIDENCE_DEPTH   = 1, /**< live depth was measured there and agrees */
     DEFREC_EVIDENCE_LATERAL = 2  /**< the live image shows there what the template shows: the vertex
@@ -1088,7 +1083,7 @@ typedef struct defrec_stage_time {
 } defrec_stage_time;
 
 /** A piece of the surface in one frame: tissue that nothing joins to the other pieces, which is
- *  found, lost and relocalised by itself, 24 bytes. @since 1.1 */
+ *  found, lost and relocalised by itself, 24 bytes. */
 typedef struct defrec_piece {
     uint32_t state;           /**< DEFREC_INITIALISING ..., as a frame's, but never that */
     uint32_t age;             /**< frames since it was last found */
@@ -1098,7 +1093,7 @@ typedef struct defrec_piece {
     uint32_t reserved;        /**< 0 */
 } defrec_piece;
 
-/** What carries points beneath the surface of a frame. @since 1.1 */
+/** What carries points beneath the surface of a frame. */
 enum {
     DEFREC_BODY_STATE_NONE    = 0, /**< no template, or no body can be made of it, or
                                         DEFREC_BODY_OFF */
@@ -1165,33 +1160,33 @@ typedef struct defrec_result {
     uint32_t          reserved;          /**< 0 */
     const float      *vertex_covariance; /**< xx, xy, xz, yy, yz, zz per template vertex:
                                               covariance of the position's error, rectified camera,
-                                              mm^2 @count vertex_count @components 6 @since 1.1 */
+                                              mm^2 @count vertex_count @components 6 */
     const uint8_t    *vertex_evidence;   /**< DEFREC_EVIDENCE_* per template vertex: what was
-                                              observed of it @count vertex_count @since 1.1 */
+                                              observed of it @count vertex_count */
     /** By how many frames the right view is late in this frame, negative: early; 0 where that
-     *  cannot be measured. @since 1.1 */
+     *  cannot be measured. */
     float view_lag_frames;
     /** Vertical offset of the right view against the left at the image centre, down is positive;
-     *  mean of the last seconds, 0 where not measured. @since 1.1 */
+     *  mean of the last seconds, 0 where not measured. */
     float vertical_offset_px;
     /** Roll of the right view against the left about the image centre, clockwise is positive; mean
-     *  of the last seconds, 0 where not measured. @since 1.1 */
+     *  of the last seconds, 0 where not measured. */
     float roll_deg;
-    /** Right focal length to left; mean of the last seconds, 1 where not measured. @since 1.1 */
+    /** Right focal length to left; mean of the last seconds, 1 where not measured. */
     float    focal_ratio;
     uint32_t rig_matches;    /**< matches between left and right view, behind the last three; 0
-                                  where not measured @since 1.1 */
+                                  where not measured */
     uint32_t template_epoch; /**< counts the tracker's templates, and how often tissue joined them;
-                                  0 without a template @since 1.1 */
-    /** Id of the device that computed the frame. @since 1.1 */
+                                  0 without a template */
+    /** Id of the device that computed the frame. */
     const char         *device_id;
     const defrec_piece *pieces;      /**< pieces of the surface, see vertex_pieces of
                                           defrec_template_info
-                                          @count piece_count @since 1.1 */
-    uint64_t            piece_count; /**< pieces; 1 for most templates @since 1.1 */
+                                          @count piece_count */
+    uint64_t            piece_count; /**< pieces; 1 for most templates */
     uint32_t            body;        /**< DEFREC_BODY_STATE_*: what carries points beneath the
-                                          surface, now @since 1.1 */
-    uint32_t            reserved2;   /**< 0 @since 1.1 */
+                                          surface, now */
+    uint32_t            reserved2;   /**< 0 */
 } defrec_result;
 /** The result of a job that is done: after defrec_job_wait() gave DEFREC_OK.
  *  @errors DEFREC_ERROR_STATE: not done yet. A failed job gives the error that it failed with.
@@ -1202,11 +1197,11 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_result(defrec_job job, defrec_re
  *  may have grown since.
  *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. A failed job gives the error
  *  that it failed with.
- *  @threads any @since 1.1 */
+ *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_get_template(
     defrec_job job, defrec_template *out);
 
-/** What was found under a pixel. @since 1.1 */
+/** What was found under a pixel. */
 enum {
     DEFREC_FOUND_NONE    = 0, /**< nothing that can be followed */
     DEFREC_FOUND_SURFACE = 1, /**< the surface */
@@ -1221,7 +1216,7 @@ enum {
  *  the surface from then on, lift it again where defrec_job_warp_points() has it in a later frame.
  *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. A failed job gives the error
  *  that it failed with.
- *  @threads any @since 1.1 */
+ *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_lift_points(
     defrec_job job, const double *uv, size_t count, double *xyz, uint8_t *found);
 
@@ -1245,7 +1240,7 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_warp_points(
  *  not finite. evidence: DEFREC_EVIDENCE_* of the vertex whose status the point has; may be NULL.
  *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. A failed job gives the error
  *  that it failed with.
- *  @threads any @since 1.1 */
+ *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_point_covariances(
     defrec_job job, const double *template_xyz, size_t count, double *covariance,
     uint8_t *evidence);
@@ -1258,7 +1253,7 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_point_covariances(
  *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. DEFREC_ERROR_ARGUMENT:
  *  another count, or the frame's template is neither that of the targets nor one that it became by
  *  growing or by a cut. A failed job gives the error that it failed with.
- *  @threads any @since 1.1 */
+ *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_move_targets(
     defrec_job job, defrec_targets targets, size_t count, double *xyz, double *covariance,
     uint8_t *status, double *expected_error_mm);
@@ -1283,7 +1278,7 @@ DEFREC_API defrec_status DEFREC_CALL defrec_tracker_set_template(
  *  @threads any @since 1.0 */
 DEFREC_API void DEFREC_CALL defrec_template_release(defrec_template surface);
 
-/** A point of a line along which tissue came apart, 16 bytes. @since 1.1 */
+/** A point of a line along which tissue came apart, 16 bytes. */
 typedef struct defrec_cut_point {
     float    position[3]; /**< on the surface at rest, template frame, mm */
     uint32_t cut;         /**< which line, from 0; a line's points follow one another, those of
@@ -1314,12 +1309,12 @@ typedef struct defrec_template_info {
     const uint8_t              *image;           /**< width * height gray values of the rectified
                                                      left image */
     const defrec_cut_point     *cut_points;      /**< points of the lines along which tissue came
-                                                      apart @since 1.1 */
-    uint64_t                    cut_point_count; /**< cut points @since 1.1 */
+                                                      apart */
+    uint64_t                    cut_point_count; /**< cut points */
     const uint8_t              *vertex_pieces;   /**< piece of the surface per vertex, from 0: no
-                                                     triangle and no edge leads from one to another
-                                                     @since 1.1 */
-    uint64_t                    piece_count;     /**< pieces, at most 8 @since 1.1 */
+                                                     triangle and no edge leads from one to
+                                                     another */
+    uint64_t                    piece_count;     /**< pieces, at most 8 */
 } defrec_template_info;
 /** Describes the template surface.
  *  @errors none but those of every function.
@@ -1339,11 +1334,11 @@ DEFREC_API defrec_status DEFREC_CALL defrec_template_lift(
  *  belongs to, on the surface or off it: pieces (0 .. piece_count - 1 of defrec_template_info) says
  *  with which vertices defrec_job_warp_points() moves it. 255 for a point that is not finite.
  *  @errors none but those of every function.
- *  @threads any @since 1.1 */
+ *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_template_point_pieces(
     defrec_template surface, const double *template_xyz, size_t count, uint8_t *pieces);
 
-/** A triangle mesh in the template frame. Frozen. @since 1.1 */
+/** A triangle mesh in the template frame. Frozen. */
 typedef struct defrec_mesh {
     const float    *vertices;       /**< xyz each, mm */
     uint64_t        vertex_count;   /**< number of vertices @range 0..1000000 */
@@ -1352,13 +1347,13 @@ typedef struct defrec_mesh {
     uint64_t        triangle_count; /**< number of triangles @range 0..1000000 */
 } defrec_mesh;
 
-/** Flags of defrec_body_region. @since 1.1 */
+/** Flags of defrec_body_region. */
 enum {
     DEFREC_REGION_HELD = 1u << 0 /**< what lies in it is held: it moves with held_motion of
                                       defrec_frame, or with the deep tissue where that is not
                                       given */
 };
-/** A part of a body that is stiffer or softer than the rest, or held. Frozen. @since 1.1 */
+/** A part of a body that is stiffer or softer than the rest, or held. Frozen. */
 typedef struct defrec_body_region {
     defrec_mesh mesh;      /**< closed; what lies in it */
     float       stiffness; /**< Young's modulus relative to the rest of the body @default 1
@@ -1366,7 +1361,7 @@ typedef struct defrec_body_region {
     uint32_t    flags;     /**< DEFREC_REGION_* @range 0..DEFREC_REGION_HELD */
 } defrec_body_region;
 
-/** The elastic body that a template surface belongs to. @since 1.1 */
+/** The elastic body that a template surface belongs to. */
 typedef struct defrec_body_desc {
     uint32_t                  struct_size;   /**< see DEFREC_INIT */
     uint32_t                  flags;         /**< 0 */
@@ -1388,14 +1383,14 @@ typedef struct defrec_body_desc {
  *  @errors DEFREC_ERROR_ARGUMENT: a field is out of range, or a mesh is not closed, is inside out,
  *  intersects itself, has a size that is not one in mm, or does not meet the surface; the error
  *  message says where.
- *  @threads any @since 1.1 */
+ *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_template_set_body(
     defrec_template surface, const defrec_body_desc *desc);
 /** Waits at most timeout_ns for the body beneath the template surface to be ready; starts computing
  *  it where nobody has. What then is asked of a frame's points depends on the frames alone and not
  *  on time. DEFREC_OK: it is. DEFREC_TIMEOUT: not yet.
  *  @errors DEFREC_ERROR_UNSUPPORTED: no body can be made of it. DEFREC_ERROR_OUT_OF_MEMORY.
- *  @threads any @since 1.1 */
+ *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_template_wait_body(
     defrec_template surface, uint64_t timeout_ns);
 
@@ -1403,14 +1398,14 @@ DEFREC_API defrec_status DEFREC_CALL defrec_template_wait_body(
  *  defrec_job_move_targets(). They follow the template surface and what it becomes by growing or by
  *  a cut. Points that are not finite are unknown in every frame.
  *  @errors DEFREC_ERROR_ARGUMENT: count is above 1,000,000.
- *  @threads any @since 1.1 */
+ *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_targets_create(
     defrec_template surface, const double *template_xyz, size_t count, defrec_targets *out);
 /** The number of targets. 0 for a bad handle.
- *  @threads any @since 1.1 */
+ *  @threads any @since 1.0 */
 DEFREC_API size_t DEFREC_CALL defrec_targets_count(defrec_targets targets);
 /** Ends the use of the targets.
- *  @threads any @since 1.1 */
+ *  @threads any @since 1.0 */
 DEFREC_API void DEFREC_CALL defrec_targets_destroy(defrec_targets targets);
 
 /** Writes the template surface to the file path. Nobody meets half a file: an older one is replaced

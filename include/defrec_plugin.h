@@ -23,7 +23,7 @@ extern "C" {
  *  @{ */
 
 #define DEFREC_PLUGIN_ABI_MAJOR 1 /**< the entry's number */
-#define DEFREC_PLUGIN_ABI_MINOR 1 /**< this header's */
+#define DEFREC_PLUGIN_ABI_MINOR 0 /**< this header's */
 
 /** 1 if a table of the other side's size has the member and it is not NULL. */
 #define DEFREC_HAS(table, member)                                     \
@@ -128,24 +128,21 @@ typedef struct defrec_plugin {
     const defrec_stage_table *(DEFREC_CALL *stage)(void *self, uint32_t stage);
     void(DEFREC_CALL *shutdown)(void *self); /**< last call; joins every thread */
 
-    /* Since minor 1, each pair or function may be NULL. */
-
     /** Memory of the host that the device's copies reach without a detour (page-locked, say),
      *  64-byte aligned, zero. As src of write_in_place and dst of read nothing is copied in
-     *  between: such a dst may be written as soon as the device gets there. May be NULL. @since
-     *  minor 1 */
+     *  between: such a dst may be written as soon as the device gets there. May be NULL. */
     defrec_status(DEFREC_CALL *host_alloc)(defrec_pdevice *device, uint64_t size, void **out);
-    /** No work of a queue uses it any more. @since minor 1 */
+    /** No work of a queue uses it any more. NULL where host_alloc is. */
     void(DEFREC_CALL *host_free)(defrec_pdevice *device, void *memory);
     /** As write, but src must stay as it is until a later signal has been waited for. May be NULL.
-     *  @threads one per queue @since minor 1 */
+     *  @threads one per queue */
     defrec_status(DEFREC_CALL *write_in_place)(
         defrec_pqueue *queue, defrec_pbuffer *buffer, uint64_t offset, const void *src,
         uint64_t size);
     /** The caller's memory as a buffer, without a copy; contents stay. kind: DEFREC_MEMORY_*. The
      *  memory begins at a multiple of 16 and must outlive the buffer. DEFREC_ERROR_UNSUPPORTED for
      *  a kind that the device cannot reach, DEFREC_ERROR_ARGUMENT for memory that is not of that
-     *  kind. May be NULL. @since minor 1 */
+     *  kind. May be NULL. */
     defrec_status(DEFREC_CALL *buffer_import)(
         defrec_pdevice *device, uint32_t kind, void *memory, uint64_t size, defrec_pbuffer **out);
 } defrec_plugin;

@@ -222,7 +222,23 @@ std::string report_text(const RunRecord& run, const std::string& junit, const st
     report["digests"] = {{"content", content_digest(report)},
                          {kJunitFile, digest(junit)},
                          {kPageFile, digest(page)}};
-    return report.dump(1) + "\n";
+    return file_text(report);
+}
+
+std::string file_text(const json& report) {
+    std::string text = "{";
+    for (const auto& [name, value] : report.items()) {
+        text += (text.size() > 1 ? ",\n " : "\n ") + json(name).dump() + ": ";
+        if (!value.is_array()) {
+            text += value.dump();
+            continue;
+        }
+        text += "[";
+        for (const json& element : value)
+            text += (text.back() == '[' ? "\n  " : ",\n  ") + element.dump();
+        text += "\n ]";
+    }
+    return text + "\n}\n";
 }
 
 RunRecord record_of(const json& report) {

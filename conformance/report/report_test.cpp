@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 #include <png.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 
@@ -57,6 +58,17 @@ TEST_CASE("every figure survives") {
           "3 of 64897 disparities differ by up to 16/16 px; \xEF\xBF\xBD the first at <211, 17>.");
     CHECK(report["counts"]["all"] == nlohmann::json{{"passed", 1}, {"failed", 2}, {"skipped", 1}});
     CHECK(report["counts"]["tiers"]["abi"]["passed"] == 1);
+}
+
+TEST_CASE("each case stands in one line of the file, and each other member too") {
+    const RunRecord run = with_valid_text(sample_failed_run());
+    const std::string text = report_text(run, "", "");
+    const auto report = nlohmann::json::parse(text);
+    CHECK(std::count(text.begin(), text.end(), '\n') ==
+          static_cast<std::ptrdiff_t>(run.cases.size() + report.size() + 3));
+    for (const auto& one : report["cases"]) CHECK(contains(text, "\n  " + one.dump()));
+    CHECK(contains(text, "\n \"counts\": " + report["counts"].dump() + ",\n"));
+    CHECK(nlohmann::json::parse(file_text(report)) == report);
 }
 
 TEST_CASE("a report with a member too many, too few or of another type is none") {

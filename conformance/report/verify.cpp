@@ -169,7 +169,7 @@ std::vector<std::string> verify_report(const std::filesystem::path& path, const 
             found.push_back("the content is not what its digest was taken of");
         // Members given twice, which readers take differently, or anything else that the writer
         // does not write.
-        if (report.dump(1) + "\n" != text)
+        if (file_text(report) != text)
             found.push_back("the file is not in the form in which the suite writes it");
         if (folder)
             for (const char* name : {kJunitFile, kPageFile}) {

@@ -45,7 +45,7 @@ class Submitted {
     }
     void write_mended(json report) const {
         report["digests"]["content"] = content_digest(report);
-        write(report.dump(1) + "\n");
+        write(file_text(report));
     }
     std::vector<std::string> violations() const { return verify_report(folder_, sample_suite()); }
 
@@ -82,7 +82,7 @@ TEST_CASE("an edit without new digests is seen") {
     const Submitted submitted(sample_run());
     json report = submitted.read();
     report["cases"][1]["metrics"][0]["maximum"] = 0.1;
-    submitted.write(report.dump(1) + "\n");
+    submitted.write(file_text(report));
     check_one(submitted.violations(), "digest");
 }
 
@@ -173,7 +173,7 @@ TEST_CASE("what is no report at all") {
 
 TEST_CASE("a member given twice, which readers take differently") {
     const Submitted submitted(sample_run());
-    const std::string text = submitted.read().dump(1) + "\n";
+    const std::string text = file_text(submitted.read());
     submitted.write("{\n \"format\": 7," + text.substr(1));
     check_one(submitted.violations(), "not in the form");
 }

@@ -88,7 +88,7 @@ consteval auto makers_of() {
 // - make_buffer(Device&, size): of zeros
 // - make_stage(Device&, stage, params)
 // - check_support(Device&, stage, params): throws what make_stage would
-// and of minor 1 of the ABI what it can:
+// and of these what it can:
 // - allocate_host(Device&, size), release_host(Device&, memory) noexcept
 // - import_buffer(Device&, kind, memory, size)
 // - Queue::write_in_place, as write

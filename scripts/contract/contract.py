@@ -182,7 +182,7 @@ class Contract:
 
     def check_reasons(self):
         for value in self.values("DEFREC_REASON_"):
-            if "remedy" not in value and not value["summary"].startswith("deprecated: "):
+            if "remedy" not in value:
                 raise header.HeaderError(f"{value['name']}: @remedy is missing")
 
     def check_counts(self):

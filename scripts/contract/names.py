@@ -80,14 +80,6 @@ def word_of(name, prefix, between):
     return name.removeprefix(prefix).lower().replace("_", between)
 
 
-def without_aliases(values):
-    """Enumerators without those that are another name of one before them."""
-    first = {}
-    for value in values:
-        first.setdefault(value["value"], value)
-    return list(first.values())
-
-
 def plural(word):
     if word.endswith("ex"):
         return word.removesuffix("ex") + "ices"

@@ -31,8 +31,7 @@ typedef struct defrec_small_params {
 # A frame's result, with an enumeration that is counted and a reason.
 RESULT = """
 enum { DEFREC_STAGE_FIRST = 0, /**< one */ DEFREC_STAGE_SECOND = 1, /**< two */ DEFREC_STAGE_COUNT_V1 = 2 /**< all */ };
-enum { DEFREC_REASON_FEW_MATCHES = 1u << 0, /**< few @effect degraded @remedy look @since 1.1 */
-       DEFREC_REASON_FEW = 1u << 0 /**< deprecated: as the last */ };
+enum { DEFREC_REASON_FEW_MATCHES = 1u << 0 /**< few @effect degraded @remedy look @since 1.1 */ };
 typedef struct defrec_result {
     uint32_t     struct_size;  /**< see DEFREC_INIT */
     uint32_t     reasons;      /**< DEFREC_REASON_*: why */
@@ -151,7 +150,7 @@ class Tree(unittest.TestCase):
         return (self.root / path).read_text()
 
     def test_a_new_reason_is_named_everywhere(self):
-        self.edit("include/defrec_c.h", "    DEFREC_REASON_ONE_EYE ", "    DEFREC_REASON_RED_LIGHT = 1u << 24, /**< no green\n @remedy another lamp */\n    DEFREC_REASON_ONE_EYE ")
+        self.edit("include/defrec_c.h", "    DEFREC_REASON_INTERLACED ", "    DEFREC_REASON_RED_LIGHT = 1u << 24, /**< no green\n @remedy another lamp */\n    DEFREC_REASON_INTERLACED ")
         self.assertEqual(self.run_generator()[0], 0)
         for path, line in (
             ("sdk/contract/enumerations.hpp", '    {DEFREC_REASON_RED_LIGHT, "red-light"},'),

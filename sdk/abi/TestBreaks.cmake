@@ -47,6 +47,10 @@ function(check_interface name pattern folder)
   expect("${name}" "${pattern}" "${CMAKE_COMMAND}" "-DABIDIFF=${ABIDIFF}" "-DLIBRARY=${folder}/libinterface.so" "-DEXPECTED=${ABI_FOLDER}/interface.abi"
     -P "${ABI_FOLDER}/CompareInterface.cmake")
 endfunction()
+# check_released(NAME PATTERN RELEASED): what sdk/abi/layout_<release> does, with the layout RELEASED.
+function(check_released name pattern released)
+  expect("${name}" "${pattern}" "${CMAKE_COMMAND}" "-DRELEASED=${released}" "-DPRESENT=${ABI_FOLDER}/layout.txt" -P "${ABI_FOLDER}/CompareReleased.cmake")
+endfunction()
 # check_exports(NAME PATTERN HIDDEN ADDED): the library without the function HIDDEN, with the function ADDED
 function(check_exports name pattern hidden added)
   file(WRITE "${WORK}/exports.map" "DEFREC_1 { global: defrec_*; local: ${hidden} *; };\n")
@@ -63,6 +67,14 @@ copy_headers("${WORK}/whole")
 check_layout("layout, unbroken" "" "${WORK}/whole")
 check_interface("abidiff, unbroken" "" "${WORK}/whole")
 check_exports("exports, unbroken" "" "" "")
+
+file(STRINGS "${ABI_FOLDER}/layout.txt" lines)
+list(REMOVE_AT lines 7 -1)
+list(JOIN lines "\n" released)
+file(WRITE "${WORK}/released.txt" "${released}\n")
+check_released("a release with less in it" "" "${WORK}/released.txt")
+file(APPEND "${WORK}/released.txt" "DEFREC_ERROR_BUSY = -19\n")
+check_released("a release, an enumerator renumbered since" "DEFREC_ERROR_BUSY = -19" "${WORK}/released.txt")
 
 copy_headers("${WORK}/field" "typedef struct defrec_image {" "typedef struct defrec_image { uint64_t inserted;")
 check_layout("layout, a field inserted" "defrec_image.struct_size: 4 at 8" "${WORK}/field")

@@ -180,7 +180,7 @@ TEST_CASE("row 18: parameters are checked before a device sees them") {
     CHECK(stage == nullptr);
 }
 
-TEST_CASE("row 17: parameters of a header of minor 0 end before those that came later") {
+TEST_CASE("row 17: parameters that a shorter struct lacks have their defaults") {
     const TestContext context({reference()});
     defrec_align_params params;
     DEFREC_INIT(&params);

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cctype>
 #include <fstream>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -86,7 +85,7 @@ TEST_CASE("names of several reasons") {
 TEST_CASE("every reason of the C API has its name") {
     std::ifstream layout(DEFREC_SOURCE_DIR "/sdk/abi/layout.txt");
     const std::string prefix = "DEFREC_REASON_";
-    std::map<std::uint32_t, std::vector<std::string>> names;  // a value may have earlier names
+    int count = 0;
     for (std::string word, equals, value; layout >> word;) {
         if (word.rfind(prefix, 0) != 0) continue;
         layout >> equals >> value;
@@ -94,9 +93,8 @@ TEST_CASE("every reason of the C API has its name") {
         std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
             return c == '_' ? '-' : static_cast<char>(std::tolower(c));
         });
-        names[static_cast<std::uint32_t>(std::stoul(value))].push_back(name);
+        CHECK(reason_names(static_cast<std::uint32_t>(std::stoul(value)), "|") == name);
+        ++count;
     }
-    CHECK(names.size() > 10);
-    for (const auto& [reason, known] : names)
-        CHECK(std::count(known.begin(), known.end(), reason_names(reason, "|")) == 1);
+    CHECK(count > 10);
 }

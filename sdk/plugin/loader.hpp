@@ -18,7 +18,8 @@
 namespace defrec {
 
 // A plugin's table in minor version 0; what comes behind is asked for with DEFREC_HAS.
-constexpr uint32_t kMinTableSize = offsetof(defrec_plugin, host_alloc);
+constexpr uint32_t kMinTableSize =
+    offsetof(defrec_plugin, buffer_import) + sizeof defrec_plugin::buffer_import;
 constexpr size_t kMaxDevices = 64;  // of one plugin
 
 // A plugin's instance for one context: its table, the host that it was given and its devices. Shut

@@ -71,18 +71,17 @@ TEST_CASE("row 35: a library without the entry") {
 }
 
 TEST_CASE("row 36: plugins of an older and of a newer ABI") {
-    check_refused(stub_folder("older_abi"), DEFREC_ERROR_VERSION, {"ABI 0.9", "speaks 1.1"});
-    check_refused(stub_folder("newer_abi"), DEFREC_ERROR_VERSION, {"ABI 2.0", "speaks 1.1"});
-    check_refused(stub_folder("other_minor"), DEFREC_ERROR_VERSION, {"minor 2", "the library 1"});
+    check_refused(stub_folder("older_abi"), DEFREC_ERROR_VERSION, {"ABI 0.9", "speaks 1.0"});
+    check_refused(stub_folder("newer_abi"), DEFREC_ERROR_VERSION, {"ABI 2.0", "speaks 1.0"});
+    check_refused(stub_folder("other_minor"), DEFREC_ERROR_VERSION, {"minor 2", "the library 0"});
     check_refused(stub_folder("other_stage_version"), DEFREC_ERROR_VERSION,
                   {"stage ransac", "version 2"});
-    check_refused(stub_folder("short_table"), DEFREC_ERROR_VERSION, {"16 bytes"});
+    check_refused(stub_folder("short_table"), DEFREC_ERROR_VERSION,
+                  {defrec::concat(sizeof(defrec_plugin) - sizeof(void*), " bytes")});
 }
 
-TEST_CASE(
-    "a plugin of an older minor version is loaded, whose table is shorter; so is one that offers "
-    "all") {
-    for (const char* name : {"older_minor", "host_memory"}) {
+TEST_CASE("row 36: a plugin of a later minor version is loaded, whose table is longer") {
+    for (const char* name : {"good", "later_minor"}) {
         CAPTURE(name);
         const TestContext context({stub_folder(name).string()});
         REQUIRE(defrec_plugin_count(context.get()) == 1);

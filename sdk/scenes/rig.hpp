@@ -29,7 +29,7 @@ struct StereoRig {
 };
 
 /// Focal length about 1,000 px at width 960, baseline 4.6 mm, depth 80 mm; images of 5:4 and
-/// narrower get the older optics: 391 px at width 360, 5.5 mm, 90 mm. A raw rig has distortion, a
+/// narrower have 391 px at width 360, 5.5 mm, 90 mm. A raw rig has distortion, a
 /// small rotation and vertical offsets.
 StereoRig make_rig(int width, int height, bool rectified);
 

@@ -1,8 +1,6 @@
-// A template as a file: a header with a version, the arrays one after the other, a checksum. Little
-// endian. Layout 1 is that of a template that has not grown; layout 2 has the parts that joined at
-// its end; layout 3, of a surface of several pieces, the pieces of its control points before them;
-// layout 4 cuts at its end; layout 5, where the application said what body it belongs to, has that
-// behind all of these.
+// A template as a file: a header with the layout's number, the arrays of the first view one after
+// the other, the pieces of its control points, the parts that joined, cuts, the body if the
+// application described one, a checksum. Little endian.
 #include <algorithm>
 #include <bit>
 #include <cerrno>
@@ -32,8 +30,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the file's layout is the memory's");
 
 constexpr char kMagic[8] = {'d', 'e', 'f', 'r', 'e', 'c', 'T', '\n'};
-constexpr uint32_t kFirstViewVersion = 1, kGrownVersion = 2, kPiecesVersion = 3, kCutsVersion = 4,
-                   kBodyVersion = 5;
+constexpr uint32_t kLayout = 1;  // grows with every change of the file
 constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
 
 class Writer {
@@ -77,6 +74,12 @@ class Reader {
         if (count == 0) return;  // no data(), which memcpy would mind
         std::memcpy(values.data(), bytes_.data() + at_, count * sizeof(T));
         at_ += count * sizeof(T);
+    }
+    bool flag() {
+        uint8_t flag = 0;
+        value(flag);
+        if (flag > 1) broken("a flag is out of range");
+        return flag != 0;
     }
     [[noreturn]] void broken(const char* why) const {
         fail(DEFREC_ERROR_IO, path_, " is not a usable template: ", why);
@@ -134,8 +137,8 @@ void visit_part_scalars(Part& part, Visit&& visit) {
     visit(part.before);
 }
 
-// What layout 2 has more. Checks of the first view are made anew, so those of parts are counted
-// from there.
+// Checks of the first view are made anew when a file is read, so those of parts are counted from
+// there.
 void write_parts(const TemplateData& data, Writer& writer) {
     writer.value(data.page_end);
     writer.value(static_cast<uint64_t>(data.parts.size()));
@@ -180,12 +183,11 @@ void write_cuts(const std::vector<CutLine>& cuts, Writer& writer) {
     }
 }
 
-// least: so many there must be.
-void read_cuts(Reader& reader, uint64_t least, std::vector<CutLine>& cuts) {
+void read_cuts(Reader& reader, std::vector<CutLine>& cuts) {
     constexpr uint64_t kMaxCuts = 1 << 20;
     uint64_t count = 0;
     reader.value(count);
-    if (count < least || count > kMaxCuts) reader.broken("its number of cuts is out of range");
+    if (count > kMaxCuts) reader.broken("its number of cuts is out of range");
     for (uint64_t i = 0; i < count; ++i) {
         CutLine& cut = cuts.emplace_back();
         reader.value(cut.piece);
@@ -236,18 +238,12 @@ std::shared_ptr<const BodyDescription> read_body(Reader& reader) {
     const auto is_within = [&](double value, double low, double high) {
         if (!(value >= low && value <= high)) reader.broken("a number of its body is out of range");
     };
-    const auto read_flag = [&] {
-        uint8_t flag = 0;
-        reader.value(flag);
-        is_within(flag, 0, 1);
-        return flag != 0;
-    };
     auto body = std::make_shared<BodyDescription>();
     reader.value(body->poisson_ratio);
     reader.value(body->cut_depth_mm);
     is_within(body->poisson_ratio, 0.0099, 0.4951);
     is_within(body->cut_depth_mm, 0.09, 1000);
-    if (read_flag()) body->mesh.emplace(read_mesh(reader));
+    if (reader.flag()) body->mesh.emplace(read_mesh(reader));
     uint64_t regions = 0;
     reader.value(regions);
     is_within(static_cast<double>(regions), 0, kBodyMaxRegionCount);
@@ -255,7 +251,7 @@ std::shared_ptr<const BodyDescription> read_body(Reader& reader) {
         double stiffness = 0;
         reader.value(stiffness);
         is_within(stiffness, 0.009, 1000);
-        const bool is_held = read_flag();
+        const bool is_held = reader.flag();
         body->regions.push_back({read_mesh(reader), stiffness, is_held});
     }
     return body;
@@ -389,9 +385,7 @@ const char* fault_of_parts(const TemplateData& data, const GrownChecks& grown) {
     if (data.page_end.x > data.width || data.page_end.y > data.height ||
         data.page_end.shelf > data.height)
         return "the end of its last page is out of range";
-    if (grown.of_vertex.size() != data.vertices.size() &&
-        !(data.parts.empty() && grown.of_vertex.empty()))
-        return "its checks are inconsistent";
+    if (grown.of_vertex.size() != data.vertices.size()) return "its checks are inconsistent";
     for (const int32_t check : grown.of_vertex)
         if (check < -1 || check >= static_cast<int64_t>(grown.checks.size()))
             return "a check's index is out of range";
@@ -427,19 +421,14 @@ void append_checks(TemplateData& data, const GrownChecks& grown) {
 void Template::save(const char* path) const {
     Writer writer;
     for (const char c : kMagic) writer.value(c);
-    const std::shared_ptr<const BodyDescription> body = body_->description();
-    const bool has_cuts = !data_.node_grid.cuts.empty() || body != nullptr;
-    const bool has_pieces = !data_.node_piece.empty();
-    writer.value(body != nullptr       ? kBodyVersion
-                 : has_cuts            ? kCutsVersion
-                 : has_pieces          ? kPiecesVersion
-                 : data_.parts.empty() ? kFirstViewVersion
-                                       : kGrownVersion);
+    writer.value(kLayout);
     visit_scalars(data_, [&](const auto& value) { writer.value(value); });
     visit_arrays(data_, [&](const auto& values) { writer.array(values); });
-    if (has_cuts || has_pieces) writer.array(data_.node_piece);
-    if (has_cuts || has_pieces || !data_.parts.empty()) write_parts(data_, writer);
-    if (has_cuts) write_cuts(data_.node_grid.cuts, writer);
+    writer.array(data_.node_piece);
+    write_parts(data_, writer);
+    write_cuts(data_.node_grid.cuts, writer);
+    const std::shared_ptr<const BodyDescription> body = body_->description();
+    writer.value(static_cast<uint8_t>(body != nullptr));
     if (body != nullptr) write_body(*body, writer);
     const std::string& bytes = writer.bytes();
     const uint64_t sum = file_checksum(bytes.data(), bytes.size());
@@ -488,23 +477,19 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
 
     Reader reader(name, bytes);
     reader.value(magic);
-    uint32_t version = 0;
-    reader.value(version);
-    if (version < kFirstViewVersion || version > kBodyVersion)
-        fail(DEFREC_ERROR_VERSION, name, " has layout ", version, ", this library reads ",
-             kFirstViewVersion, " to ", kBodyVersion);
+    uint32_t layout = 0;
+    reader.value(layout);
+    if (layout != kLayout)
+        fail(DEFREC_ERROR_VERSION, name, " has layout ", layout, ", this library reads ", kLayout);
     TemplateData data;
     visit_scalars(data, [&](auto& value) { reader.value(value); });
     visit_arrays(data, [&](auto& values) { reader.array(values); });
     GrownChecks grown;
-    if (version >= kPiecesVersion) reader.array(data.node_piece);
-    if (version != kFirstViewVersion) read_parts(reader, data, grown);
-    if (version >= kCutsVersion)
-        read_cuts(reader, version == kCutsVersion ? 1 : 0, data.node_grid.cuts);
+    reader.array(data.node_piece);
+    read_parts(reader, data, grown);
+    read_cuts(reader, data.node_grid.cuts);
     std::shared_ptr<const BodyDescription> body;
-    if (version == kBodyVersion) body = read_body(reader);
-    if (version == kGrownVersion && data.parts.empty())
-        reader.broken("its number of parts is out of range");
+    if (reader.flag()) body = read_body(reader);
     const size_t end = reader.position();
     uint64_t sum = 0;
     reader.value(sum);

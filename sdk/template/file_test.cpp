@@ -41,6 +41,7 @@ TemplateData square() {
     }
     data.vertex_support.assign(4, 0);
     data.nodes = {10, 10, 50};
+    data.check_of_vertex.assign(4, -1);
     data.image.assign(64 * 48, 128);
     return data;
 }
@@ -53,7 +54,6 @@ TemplateData two_pieces() {
     data.node_grid.node = {0, 0, -1, -1, -1, -1, 1, 1};
     data.grid.piece = {0, 0, 1, 1};
     for (size_t i = 2; i < 4; ++i) std::fill_n(data.vertices[i].node, DEFREC_SKIN_NODES, 1);
-    data.check_of_vertex.assign(4, -1);
     return data;
 }
 
@@ -167,15 +167,13 @@ TemplateData grown_square() {
 
 TEST_CASE("a template that has grown, has pieces or was cut is read as it was written") {
     const auto cut = [](TemplateData data) {
-        data.check_of_vertex.resize(data.vertices.size(), -1);
         data.node_grid.cuts = {{0, {{5, 6}, {7, 8.5f}}}, {0, {{-3, 6}, {7, 8}, {9, 9}}}};
         return data;
     };
-    const std::pair<int, TemplateData> templates[] = {
-        {1, square()},      {2, grown_square()},      {3, two_pieces()},
-        {4, cut(square())}, {4, cut(grown_square())}, {4, cut(two_pieces())}};
-    for (const auto& [layout, data] : templates) {
-        CAPTURE(layout);
+    const TemplateData templates[] = {square(),      grown_square(),      two_pieces(),
+                                      cut(square()), cut(grown_square()), cut(two_pieces())};
+    for (const TemplateData& data : templates) {
+        CAPTURE(&data - templates);
         const defrec::test::TemporaryFolder folder;
         const std::string path = folder.path() / "template", again = folder.path() / "again";
         defrec::Template(data).save(path.c_str());
@@ -184,9 +182,25 @@ TEST_CASE("a template that has grown, has pieces or was cut is read as it was wr
         REQUIRE(defrec_template_load(context.get(), path.c_str(), &loaded) == DEFREC_OK);
         REQUIRE(defrec_template_save(loaded, again.c_str()) == DEFREC_OK);
         defrec_template_release(loaded);
-        const auto bytes = defrec::test::read_file(path);
-        CHECK(bytes == defrec::test::read_file(again));
-        CHECK(bytes[8] == layout);
+        CHECK(defrec::test::read_file(path) == defrec::test::read_file(again));
+    }
+}
+
+TEST_CASE("a file of another layout is refused by its number") {
+    const defrec::test::TemporaryFolder folder;
+    const std::string path = folder.path() / "template";
+    defrec::Template(square()).save(path.c_str());
+    auto bytes = defrec::test::read_file(path);
+    const defrec::test::TestContext context;
+    for (const unsigned char layout : {0, 2, 255}) {
+        bytes[8] = layout;
+        defrec::test::write_file(path, bytes);
+        CAPTURE(layout);
+        defrec_template loaded = nullptr;
+        CHECK(defrec_template_load(context.get(), path.c_str(), &loaded) == DEFREC_ERROR_VERSION);
+        CHECK(loaded == nullptr);
+        CHECK(defrec::test::contains(defrec_last_error(), "has layout " + std::to_string(layout) +
+                                                              ", this library reads 1"));
     }
 }
 

@@ -51,7 +51,7 @@ inline std::string manifest_text(const std::string& library,
                                  const std::vector<unsigned char>& bytes, std::string hash = "") {
     if (hash.empty()) hash = sha256_hex(bytes);
     return R"({"name": "good", "version": "1", "library": ")" + library +
-           R"(", "abi_major": 1, "abi_minor": 1, "sha256": ")" + hash + "\"}";
+           R"(", "abi_major": 1, "abi_minor": 0, "sha256": ")" + hash + "\"}";
 }
 
 // Where CMake put the plugin <name> of sdk/plugin/test_plugins.

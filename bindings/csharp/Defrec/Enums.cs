@@ -271,11 +271,7 @@ namespace Defrec
         /// </summary>
         PieceLost = 1u << 22,
         /// <summary>An image's rows alternate between two times, as those of video that was not deinterlaced.</summary>
-        Interlaced = 1u << 23,
-        /// <summary>Deprecated: the earlier name of Reasons.OneView.</summary>
-        OneEye = 1u << 9,
-        /// <summary>Deprecated: the earlier name of Reasons.ViewsSwapped.</summary>
-        EyesSwapped = 1u << 12
+        Interlaced = 1u << 23
     }
 
     /// <summary>Status of a vertex or point.</summary>
@@ -370,7 +366,7 @@ namespace Defrec
         /// <summary>The major version of the C API that this assembly is made for.</summary>
         public const int ApiMajor = 1;
         /// <summary>The minor version of the C API that this assembly is made for; a library must have it or a later one.</summary>
-        public const int ApiMinor = 1;
+        public const int ApiMinor = 0;
         /// <summary>How many there are.</summary>
         public const int StageCountV1 = 8;
         /// <summary>Least width.</summary>

@@ -10,7 +10,7 @@ from . import structs
 from ._struct import StatusResult, Struct
 
 API_MAJOR = 1
-API_MINOR = 1
+API_MINOR = 0
 """The version of defrec_c.h that this package is made from."""
 
 

@@ -275,10 +275,6 @@ class Reason(IntFlag):
     """A piece of the surface is not found where it is expected in the image, others are: see pieces of Result."""
     INTERLACED = 8388608
     """An image's rows alternate between two times, as those of video that was not deinterlaced."""
-    ONE_EYE = 512
-    """Deprecated: the earlier name of Reason.ONE_VIEW."""
-    EYES_SWAPPED = 4096
-    """Deprecated: the earlier name of Reason.VIEWS_SWAPPED."""
 
 
 class PointStatus(OpenEnum):

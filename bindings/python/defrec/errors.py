@@ -12,11 +12,6 @@ class Error(Exception):
         self.status = status
         self.message = message
 
-    @property
-    def sentence(self) -> str:
-        """Deprecated: message."""
-        return self.message
-
     def __str__(self) -> str:
         return f"{self.message} (DEFREC_{self.status.name})"
 

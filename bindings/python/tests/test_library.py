@@ -197,10 +197,10 @@ class Tracking(LibraryTest):
             self.assertEqual(len(template.data().cut_points), 0)
             with open(path, "rb") as file:
                 whole = file.read()[:-8]
-            # Layout 4 of a template of one piece that has not grown, with one cut.
+            # The file ends in the number of cuts and in a flag, 0 without a body; here one cut is put there.
             line = [(plane.WIDTH / 2, plane.HEIGHT / 2 + v) for v in (-20, 0, 20)]
-            cuts = struct.pack("<Q4x8xQQQQBQ6f", 0, 0, 0, 0, 1, 0, 3, *(x for pixel in line for x in pixel))
-            parted = whole[:8] + struct.pack("<I", 4) + whole[12:] + cuts
+            cuts = struct.pack("<QBQ6fB", 1, 0, 3, *(x for pixel in line for x in pixel), 0)
+            parted = whole[:-9] + cuts
             checksum = 1469598103934665603
             for byte in parted:
                 checksum = ((checksum ^ byte) * 1099511628211) % 2**64

@@ -24,7 +24,7 @@ void null_out(CaseRun& run) {
             " to an output that is NULL, a refusal expected");
 }
 
-// A host of version 1.0 has all members; one that says it is smaller is none.
+// A host has all members of minor 0; one that says it is smaller is none.
 void short_host(CaseRun& run) {
     for (const size_t size :
          {size_t{0}, size_t{8}, offsetof(defrec_host, alloc), offsetof(defrec_host, concurrency)}) {

@@ -1,5 +1,5 @@
 // Memory of the host that the device copies to and from directly, and memory of the caller's as
-// buffers: since minor 1 of the ABI, and a plugin need not have them. One that lacks them passes.
+// buffers. A plugin need not have them; one that lacks them passes.
 #include <algorithm>
 #include <utility>
 
@@ -156,22 +156,18 @@ void buffer_import(CaseRun& run) {
 }  // namespace
 
 void add_abi_memory_cases(std::vector<Case>& cases) {
-    const auto add = [&](const char* name, const char* title, void (*body)(CaseRun&)) {
-        add_abi_case(cases, name, title, body);
-        cases.back().since = 3;
-    };
-    add("host_memory",
-        "Memory that a plugin lends is zero and aligned, and is written from and read into like "
-        "any other.",
-        host_memory);
-    add("write_in_place",
-        "Writes in place bring what their source has, in the queue's order, and are refused beyond "
-        "the buffer.",
-        write_in_place);
-    add("buffer_import",
-        "Imported memory is worked in where it lies; what cannot be imported is refused with the "
-        "status that says why.",
-        buffer_import);
+    add_abi_case(cases, "host_memory",
+                 "Memory that a plugin lends is zero and aligned, and is written from and read "
+                 "into like any other.",
+                 host_memory);
+    add_abi_case(cases, "write_in_place",
+                 "Writes in place bring what their source has, in the queue's order, and are "
+                 "refused beyond the buffer.",
+                 write_in_place);
+    add_abi_case(cases, "buffer_import",
+                 "Imported memory is worked in where it lies; what cannot be imported is refused "
+                 "with the status that says why.",
+                 buffer_import);
 }
 
 }  // namespace defrec::conformance

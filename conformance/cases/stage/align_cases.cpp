@@ -175,13 +175,10 @@ void add_inputs(std::vector<StageCase>& cases) {
         "Patches that several control points move, each in its own way, some with the opposite "
         "sign.",
         base(), {}, align_motions, move_each_on_its_own);
-    cases.back().since = 2;
     add(cases, "slopes", "Patches that are strained, since their weights change across them.",
         base(), {}, align_motions, strain);
-    cases.back().since = 5;
     add(cases, "light", "Light that changes across patches.", base(), {},
         align_motions | align_mask, light);
-    cases.back().since = 6;
     defrec_align_params right = base();
     right.right_view = 1;
     add(cases, "right_view", "Patches predicted into the right view, and found there.", right, {},
@@ -191,7 +188,6 @@ void add_inputs(std::vector<StageCase>& cases) {
                                    DualQuaternion<double>::load(s.motions[0]))
                                .store();
         });
-    cases.back().since = 4;
     add(cases, "behind", "Patches behind the camera, and turned away.", base(), {}, align_motions,
         [](AlignScene& s) {
             s.motions[0] =

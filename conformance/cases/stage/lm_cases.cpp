@@ -78,7 +78,6 @@ void add_terms(std::vector<StageCase>& cases) {
     add(cases, "hidden", "A third of the image shows nothing.",
         [](Scene& s) { s.surface.hide([](double u, double) { return u > 90; }); });
     add(cases, "pieces", "Two pieces of a surface, which nothing connects.", part_in_two);
-    cases.back().since = 8;
     add(cases, "no_valid_depth", "A disparity image without any disparity.", [](Scene& s) {
         s.surface.disparity.assign(s.surface.disparity.size(), int16_t(DEFREC_DISPARITY_NONE));
     });
@@ -129,26 +128,22 @@ void add_solvers(std::vector<StageCase>& cases) {
         [](Scene& s) { keep_preselected(s, 19); });
     add(cases, "presolve_enough", "Just enough matches for a rigid start.",
         [](Scene& s) { keep_preselected(s, 20); });
-    cases.back().since = 6;
     add(cases, "one_iteration", "A single step.", [](Scene& s) { s.params.iterations = 1; });
     add(cases, "trusted_step", "Two steps, of which the last one is trusted.", [](Scene& s) {
         s.params.iterations = 2;
         s.params.trust_last_step = 1;
     });
-    cases.back().since = 10;
     add(cases, "trusted_rise", "A trusted step that raises the cost.", [](Scene& s) {
         lead_off_the_surface(s);
         s.params.iterations = 1;
         s.params.trust_last_step = 1;
     });
-    cases.back().since = 10;
     add(cases, "refused_before_trusted", "No step is trusted after one that was refused.",
         [](Scene& s) {
             lead_off_the_surface(s);
             s.params.iterations = 2;
             s.params.trust_last_step = 1;
         });
-    cases.back().since = 10;
     add(cases, "few_cg_iterations", "Three steps of conjugate gradients in each.",
         [](Scene& s) { s.params.cg_iterations = 3; });
     add(cases, "started_near", "A start near the solution, as from the frame before.",

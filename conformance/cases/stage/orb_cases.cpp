@@ -162,7 +162,6 @@ void add_parameters(std::vector<StageCase>& cases) {
 }
 
 void add_halvings(std::vector<StageCase>& cases) {
-    const size_t before = cases.size();
     Params params = base(323, 243);
     params.stride = 325;
     params.halvings = 1;
@@ -182,7 +181,6 @@ void add_halvings(std::vector<StageCase>& cases) {
     params.halvings = 3;
     add(cases, "halved_smallest", "The smallest image halved: no cell at all, levels of no pixel.",
         params, texture(params), none(), {.mask = true});
-    for (StageCase& added : std::span(cases).subspan(before)) added.since = 10;
 }
 
 }  // namespace

@@ -42,20 +42,22 @@ std::string column(std::optional<double> ms) { return column(ms ? format_fixed(*
 
 }  // namespace
 
-double difference_noise(std::optional<double> recorded, std::optional<double> present) {
-    const double a = recorded.value_or(present.value_or(0)), b = present.value_or(a);
-    return 2 * std::sqrt(a * a + b * b);
+double difference_noise(double recorded, double present) {
+    return 2 * std::sqrt(recorded * recorded + present * present);
 }
 
 Json read_recorded_run(const std::filesystem::path& path) {
     const std::string text = read_text_file(path, kMaxFileBytes, ExitCode::kInput);
     Json run = Json::parse(text, nullptr, false);
-    const auto is_run = [](const Json& json) {
+    const auto is_time = [](const Json& time) {
+        return time.is_object() && number(time, "median_ms") && number(time, "noise_ms");
+    };
+    const auto is_run = [&](const Json& json) {
         if (!json.is_object() || !json.contains("stages") || !json["stages"].is_object())
             return false;
-        return std::all_of(json["stages"].begin(), json["stages"].end(), [](const Json& time) {
-            return time.is_object() && number(time, "median_ms");
-        });
+        const auto times = times_of(json);
+        return std::all_of(times.begin(), times.end(),
+                           [&](const NamedTime& named) { return is_time(named.time); });
     };
     if (!is_run(run))
         throw CliError(ExitCode::kInput,
@@ -82,8 +84,7 @@ std::vector<ComparedTime> compare_runs(const Json& recorded, const Json& present
         ComparedTime compared{now.name, std::nullopt, number(now.time, "median_ms")};
         if (at != before.end()) {
             compared.recorded = number(at->time, "median_ms");
-            compared.noise =
-                difference_noise(number(at->time, "noise_ms"), number(now.time, "noise_ms"));
+            compared.noise = difference_noise(at->time["noise_ms"], now.time["noise_ms"]);
             const double slower = compared.present.value_or(0) - compared.recorded.value_or(0);
             compared.is_beyond = slower > limit * compared.recorded.value_or(0) + compared.noise;
         }

@@ -18,9 +18,8 @@ struct ComparedTime {
 };
 
 // Medians may differ by this much without a cause, in one of twenty runs: twice the noises of both
-// runs' medians (`noise_ms`), added in quadrature. A run without noise counts as noisy as the
-// other.
-double difference_noise(std::optional<double> recorded, std::optional<double> present);
+// runs' medians (`noise_ms`), added in quadrature.
+double difference_noise(double recorded, double present);
 
 // What bench wrote with --json. Throws CliError(kInput) where the file is none.
 nlohmann::ordered_json read_recorded_run(const std::filesystem::path& path);

@@ -225,7 +225,7 @@ static defrec_status wait_queue(defrec_pqueue* queue, uint64_t value, uint64_t t
 #endif
 }
 
-/* ---- since minor 1 ---- */
+/* ---- memory, where the stub has functions for it ---- */
 
 static defrec_status host_alloc(defrec_pdevice* device, uint64_t size, void** out) {
     unsigned char *whole = calloc(1, (size_t)size + 128), *memory;
@@ -347,15 +347,11 @@ static void shut_down(void* self) { (void)self; }
 
 static const defrec_plugin plugin_table = {
 #ifdef STUB_SHORT_TABLE
-    16,
-    DEFREC_PLUGIN_ABI_MINOR,
-#elif defined(STUB_OLDER_MINOR)
-    offsetof(defrec_plugin, host_alloc),
-    0,
+    offsetof(defrec_plugin, buffer_import),
 #else
     sizeof(defrec_plugin),
-    DEFREC_PLUGIN_ABI_MINOR,
 #endif
+    DEFREC_PLUGIN_ABI_MINOR,
     STUB_NAME,
     "1.2.3",
     "tests",
@@ -378,8 +374,7 @@ static const defrec_plugin plugin_table = {
     wait_queue,
     stage,
     shut_down,
-#if defined(STUB_HOST_MEMORY) || defined(STUB_LATE) || \
-    defined(STUB_OLDER_MINOR) /* the latter's table ends before them */
+#if defined(STUB_HOST_MEMORY) || defined(STUB_LATE)
     host_alloc,
     host_free,
     write_in_place,
@@ -422,6 +417,15 @@ DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL ENTRY(const defrec_host* host,
 #ifdef STUB_NO_TABLE
     (void)plugin_table;
     (void)out;
+#elif defined(STUB_LATER_MINOR)
+    static struct {
+        defrec_plugin table;
+        void (*appended[2])(void);
+    } longer;
+    longer.table = plugin_table;
+    longer.table.struct_size = sizeof longer;
+    longer.table.abi_minor = DEFREC_PLUGIN_ABI_MINOR + 1;
+    *out = &longer.table;
 #else
     *out = &plugin_table;
 #endif
