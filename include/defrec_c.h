@@ -9,8 +9,8 @@
  *  - **Structs.** A struct whose first field is struct_size may grow: `DEFREC_INIT(&s)` sets the
  *    size and zeroes the rest, and zero always means "default". A struct shorter than the library's
  *    reads as if its missing fields were zero; a longer one is accepted if its unknown tail is
- *    zero. Of an output, as many bytes are written as both sides know. Structs without struct_size
- *    are frozen.
+ *    zero. An output is written as far as both sides know it. Structs without struct_size are
+ *    frozen.
  *  - **Errors.** Functions return a defrec_status: 0 or more is success, negative is failure. On
  *    failure no output is written and nothing needs cleaning up; defrec_last_error() says what went
  *    wrong. "errors" names what a function gives beside these, which any may give:
@@ -43,9 +43,9 @@
 /** @defgroup library Library, statuses and handles
  *  @{ */
 
-#define DEFREC_API_MAJOR 1 /**< of this header; a library of another major version has another file
+#define DEFREC_API_MAJOR 1 /**< this header's; a library of another major version has another file
                                 name */
-#define DEFREC_API_MINOR 1 /**< of this header */
+#define DEFREC_API_MINOR 1 /**< this header's */
 
 /** @def DEFREC_CALL
  *  The calling convention of every function. */
@@ -76,7 +76,7 @@ enum {
     DEFREC_ERROR_ARGUMENT      = -1,  /**< a caller's mistake */
     DEFREC_ERROR_VERSION       = -2,  /**< sizes or versions do not fit together */
     DEFREC_ERROR_UNSUPPORTED   = -3,  /**< valid, but this device or build cannot */
-    DEFREC_ERROR_OUT_OF_MEMORY = -4,  /**< of the process or of the device */
+    DEFREC_ERROR_OUT_OF_MEMORY = -4,  /**< memory of the process or of the device is used up */
     DEFREC_ERROR_DEVICE_LOST   = -5,  /**< gone, or did not answer in time: destroy the tracker and
                                            open another device */
     DEFREC_ERROR_PLUGIN        = -6,  /**< a plugin broke its contract, or was refused */
@@ -167,13 +167,13 @@ typedef struct defrec_context_desc {
     uint32_t               flags;             /**< DEFREC_CONTEXT_* */
     const char *const     *plugin_paths;      /**< absolute folders or manifest files, searched
                                                    first */
-    size_t                 plugin_path_count; /**< of plugin_paths @range 0..1000 */
+    size_t                 plugin_path_count; /**< number of plugin_paths @range 0..1000 */
     defrec_log_fn          log;               /**< NULL: no log */
     void                  *log_user;          /**< handed to log */
     int32_t                log_level;         /**< the lowest level reported, DEFREC_LOG_*
                                                    @default DEFREC_LOG_INFO @range DEFREC_LOG_* */
-    uint32_t               threads;           /**< of the library's own pool, the caller's included
-                                                   @default "one per core" @range 1..256 */
+    uint32_t               threads;           /**< threads of the library's own pool, the caller's
+                                                   included @default "one per core" @range 1..256 */
     defrec_alloc_fn        alloc;             /**< both or neither of alloc and free: maps, all
                                                    memory of CPU backends, and where a device has no
                                                    page-locked memory of its own, pixels and what is
@@ -205,7 +205,7 @@ typedef struct defrec_plugin_info {
     uint32_t    struct_size; /**< see DEFREC_INIT */
     int32_t     verdict;     /**< defrec_status: DEFREC_OK when loaded, else why it was refused */
     const char *name;        /**< from the manifest; the file's name where that cannot be read */
-    const char *path;        /**< of the manifest, or of the folder that was refused */
+    const char *path;        /**< path of the manifest, or of the folder that was refused */
     const char *version;     /**< the plugin's own, from the manifest */
     const char *reason;      /**< why it was refused, or devices of it left out; else "" */
 } defrec_plugin_info;
@@ -321,8 +321,8 @@ typedef struct defrec_intrinsics {
 typedef struct defrec_rig_desc {
     uint32_t          struct_size;    /**< see DEFREC_INIT */
     uint32_t          flags;          /**< 0 */
-    uint32_t          width, height;  /**< of the raw images, px */
-    defrec_intrinsics left, right;    /**< of the raw cameras */
+    uint32_t          width, height;  /**< width and height of the raw images, px */
+    defrec_intrinsics left, right;    /**< intrinsics of the raw cameras */
     double            rotation[9];    /**< x_right = rotation * x_left + translation; row-major */
     double            translation[3]; /**< mm; x < 0 for a right camera on the right */
 } defrec_rig_desc;
@@ -354,8 +354,8 @@ DEFREC_API void DEFREC_CALL defrec_rig_destroy(defrec_rig rig);
 typedef struct defrec_rig_info {
     uint32_t      struct_size;   /**< see DEFREC_INIT */
     uint32_t      identity;      /**< 1: frames are rectified already and not resampled */
-    uint32_t      width, height; /**< of the rectified images, px */
-    defrec_camera camera;        /**< of the rectified images */
+    uint32_t      width, height; /**< width and height of the rectified images, px */
+    defrec_camera camera;        /**< pinhole of the rectified images */
     double        rotation[9];   /**< x_rectified = rotation * x_left_raw; row-major */
 } defrec_rig_info;
 /** Describes the rectified camera.
@@ -395,7 +395,7 @@ enum { DEFREC_SKIN_NODES = 4 /**< control points that move one surface point */ 
 /** A corner with its descriptor, 48 bytes. */
 typedef struct defrec_feature {
     int32_t  x, y;          /**< in the image, 1/16 px */
-    uint16_t level;         /**< of the pyramid */
+    uint16_t level;         /**< level of the pyramid */
     uint16_t angle;         /**< orientation bin */
     uint32_t score;         /**< corner score, larger is stronger */
     uint32_t descriptor[8]; /**< bit i is bit i % 32 of word i / 32 */
@@ -505,16 +505,16 @@ typedef struct defrec_ransac_summary {
     int32_t references;     /**< accepted references */
     int32_t inliers;        /**< matches with weight > 0.5 after merging */
     int32_t best_support;   /**< matches within H of the best reference's rigid motion */
-    float   rotation[9];    /**< of the best reference: x_live = rotation * x_template +
-                                 translation; row-major */
+    float   rotation[9];    /**< rotation of the best reference's motion: x_live = rotation *
+                                 x_template + translation; row-major */
     float   translation[3]; /**< mm */
 } defrec_ransac_summary;
 
 /** How stage lm ended, 64 bytes. */
 typedef struct defrec_lm_summary {
     float    initial_cost, final_cost;     /**< mm^2, all terms, weighted */
-    float    icp_cost, match_cost;         /**< of the final state, weighted */
-    float    patch_cost, arap_cost;        /**< of the final state, weighted */
+    float    icp_cost, match_cost;         /**< costs of the final state, weighted */
+    float    patch_cost, arap_cost;        /**< costs of the final state, weighted */
     int32_t  iterations;                   /**< taken */
     int32_t  icp_points, matches, patches; /**< residuals with weight > 0 in the final state */
     float    icp_rms, match_rms;           /**< weighted root mean squares, mm */
@@ -530,18 +530,18 @@ typedef struct defrec_lm_summary {
 typedef struct defrec_rectify_params {
     uint32_t struct_size;      /**< see DEFREC_INIT */
     uint32_t format;           /**< DEFREC_FORMAT_* of the source @range DEFREC_FORMAT_* */
-    uint32_t source_width;     /**< of the source @range 1..DEFREC_MAX_SIDE @unit px */
-    uint32_t source_height;    /**< of the source @range 1..DEFREC_MAX_SIDE @unit px */
-    uint32_t source_stride;    /**< of the source, from row to row
+    uint32_t source_width;     /**< width of the source @range 1..DEFREC_MAX_SIDE @unit px */
+    uint32_t source_height;    /**< height of the source @range 1..DEFREC_MAX_SIDE @unit px */
+    uint32_t source_stride;    /**< distance from row to row of the source
                                     @default source_width * bytes_per_pixel(format)
                                     @range source_width * bytes_per_pixel(format)..1048576
                                     @unit bytes */
-    uint32_t width;            /**< of the result @default source_width @range 1..DEFREC_MAX_SIDE
-                                    @unit px */
-    uint32_t height;           /**< of the result @default source_height @range 1..DEFREC_MAX_SIDE
-                                    @unit px */
-    uint32_t stride;           /**< of the result @default width @range width..1048576
-                                    @unit bytes */
+    uint32_t width;            /**< width of the result @default source_width
+                                    @range 1..DEFREC_MAX_SIDE @unit px */
+    uint32_t height;           /**< height of the result @default source_height
+                                    @range 1..DEFREC_MAX_SIDE @unit px */
+    uint32_t stride;           /**< distance from row to row of the result @default width
+                                    @range width..1048576 @unit bytes */
     uint32_t saturation;       /**< gray values from here on count as highlights and are masked;
                                     256: none @default 235 @range 1.. @unit gray levels */
     uint32_t highlight_radius; /**< (Chebyshev) that the mask grows round highlights @default 4
@@ -551,16 +551,17 @@ typedef struct defrec_rectify_params {
 /** Parameters of stage stereo. */
 typedef struct defrec_stereo_params {
     uint32_t struct_size;   /**< see DEFREC_INIT */
-    uint32_t width, height; /**< of gray images and masks @range 2..DEFREC_MAX_SIDE @unit px */
-    uint32_t stride;        /**< of gray images and masks @default width @range width..1048576
-                                 @unit bytes */
+    uint32_t width, height; /**< width and height of gray images and masks @range 2..DEFREC_MAX_SIDE
+                                 @unit px */
+    uint32_t stride;        /**< distance from row to row of gray images and masks @default width
+                                 @range width..1048576 @unit bytes */
     int32_t  min_disparity; /**< smallest disparity searched @range 0..1024 @unit px */
     uint32_t disparities;   /**< number of disparities searched @default 128 @range 1..510
                                  @unit px */
-    uint32_t radius;        /**< of the correlation window of the search @default 4 @range 2..6
+    uint32_t radius;        /**< radius of the search's correlation window @default 4 @range 2..6
                                  @unit px of half resolution */
-    uint32_t refine_radius; /**< of the correlation window at full resolution @default 4 @range 2..6
-                                 @unit px */
+    uint32_t refine_radius; /**< radius of the correlation window at full resolution @default 4
+                                 @range 2..6 @unit px */
     uint32_t min_score;     /**< ZNCC of the search below this is no evidence @default 1600 (0.39)
                                  @range 1..4096 @unit 1/4096 */
     uint32_t refine_score;  /**< ZNCC at full resolution that a pixel needs which the search left
@@ -573,34 +574,35 @@ typedef struct defrec_stereo_params {
                                  @default 1 @range 1.. @unit px of half resolution */
     uint32_t edge;          /**< a range of disparities in a neighbourhood above this is a depth
                                  edge @default 24 @range 1..4096 @unit 1/16 px of half resolution */
-    uint32_t support;       /**< of 25 neighbours, at every second pixel, how many must agree with a
+    uint32_t support;       /**< how many of 25 neighbours, at every second pixel, must agree with a
                                  disparity, itself included @default 10 @range 1..25 */
     uint32_t fill_radius;   /**< holes up to about this radius, rounded up to an even number, are
                                  filled from their rim @default 6 @range 1..8 @unit px */
-    uint32_t smooth_radius; /**< of the smoothing window, rounded up to an even number @default 3
-                                 @range 1..3 @unit px */
+    uint32_t smooth_radius; /**< radius of the smoothing window, rounded up to an even number
+                                 @default 3 @range 1..3 @unit px */
     uint32_t smooth_range;  /**< neighbours that differ by more are another surface @default 24
                                  @range 1..256 @unit 1/16 px */
-    uint32_t smooth_passes; /**< of the smoothing @default 4 @range 1..8 */
+    uint32_t smooth_passes; /**< passes of the smoothing @default 4 @range 1..8 */
 } defrec_stereo_params;
 
 /** Parameters of stage orb. */
 typedef struct defrec_orb_params {
     uint32_t struct_size; /**< see DEFREC_INIT */
-    uint32_t width;       /**< of gray image and mask @range DEFREC_MIN_WIDTH..DEFREC_MAX_SIDE
+    uint32_t width;       /**< width of gray image and mask @range DEFREC_MIN_WIDTH..DEFREC_MAX_SIDE
                                @unit px */
-    uint32_t height;      /**< of gray image and mask @range DEFREC_MIN_HEIGHT..DEFREC_MAX_SIDE
-                               @unit px */
-    uint32_t stride;      /**< of gray image and mask @default width @range width..1048576
-                               @unit bytes */
-    uint32_t levels;      /**< of the pyramid, each 4/5 of the one below @default 4 @range 1..8 */
+    uint32_t height;      /**< height of gray image and mask
+                               @range DEFREC_MIN_HEIGHT..DEFREC_MAX_SIDE @unit px */
+    uint32_t stride;      /**< distance from row to row of gray image and mask @default width
+                               @range width..1048576 @unit bytes */
+    uint32_t levels;      /**< levels of the pyramid, each 4/5 of the one below @default 4
+                               @range 1..8 */
     uint32_t cell;        /**< max one corner for each cell of this side @default 8 @range 4..16
                                @unit px of its level */
-    uint32_t threshold;   /**< of FAST @default 3 @range 1..254 @unit gray levels */
+    uint32_t threshold;   /**< FAST's threshold @default 3 @range 1..254 @unit gray levels */
     uint32_t capacity;    /**< max number of features @default 2048 @range 1..65535 */
     uint32_t spacing;     /**< min distance between features of one level; grows until the features
                                fit the capacity @default 4 @range 1..63 @unit px of the level */
-    uint32_t halvings;    /**< of the image before the pyramid @range 0..3 */
+    uint32_t halvings;    /**< how often the image is halved before the pyramid @range 0..3 */
 } defrec_orb_params;
 
 /** Parameters of stage match. */
@@ -612,9 +614,10 @@ typedef struct defrec_match_params {
                                       @unit bits */
     uint32_t      ratio;         /**< max of best / second best; 256: no ratio test
                                       @default 218 (0.85) @range 1..256 @unit 1/256 */
-    uint32_t      width, height; /**< of the disparity image @range 2..DEFREC_MAX_SIDE @unit px */
-    uint32_t      stride;        /**< of the disparity image @default width @range width..1048576
-                                      @unit elements */
+    uint32_t      width, height; /**< width and height of the disparity image
+                                      @range 2..DEFREC_MAX_SIDE @unit px */
+    uint32_t      stride;        /**< distance from row to row of the disparity image @default width
+                                      @range width..1048576 @unit elements */
     defrec_camera camera;        /**< rectified */
 } defrec_match_params;
 
@@ -624,12 +627,12 @@ typedef struct defrec_align_params {
     uint32_t      patches;       /**< max number of patches @range 0..4194304 */
     uint32_t      nodes;         /**< exact count of control points @range 0..4194304 */
     uint32_t      views;         /**< images patches are taken from @default 1 @range 1..64 */
-    uint32_t      width;         /**< of the live image, the mask and each view
+    uint32_t      width;         /**< width of the live image, the mask and each view
                                       @range DEFREC_MIN_WIDTH..DEFREC_MAX_SIDE @unit px */
-    uint32_t      height;        /**< of the live image, the mask and each view
+    uint32_t      height;        /**< height of the live image, the mask and each view
                                       @range DEFREC_MIN_HEIGHT..DEFREC_MAX_SIDE @unit px */
-    uint32_t      stride;        /**< of the live image, the mask and each view @default width
-                                      @range width..1048576 @unit bytes */
+    uint32_t      stride;        /**< distance from row to row of the live image, the mask and each
+                                      view @default width @range width..1048576 @unit bytes */
     uint32_t      level;         /**< search on images halved this many times @range 0..3 */
     uint32_t      patch_radius;  /**< half the side of a patch @default 5 @range 1..7
                                       @unit px of that level */
@@ -649,12 +652,13 @@ typedef struct defrec_ransac_params {
     uint32_t struct_size;  /**< see DEFREC_INIT */
     uint32_t landmarks;    /**< max number of landmarks @range 0..4194304 */
     uint32_t references;   /**< matches that are tried as reference @default 30 @range 1..1024 */
-    uint32_t iterations;   /**< of reweighting, for each reference @default 10 @range 1..100 */
+    uint32_t iterations;   /**< iterations of reweighting, for each reference @default 10
+                                @range 1..100 */
     float    threshold_mm; /**< the paper's H @default "a tenth of the RMS radius of each frame's
                                 live points, at least 1 mm" @range 0.. @unit mm */
     uint32_t min_support;  /**< matches within H that a reference needs, itself included; 1/32 of
                                 all matches is added @default 6 @range 1.. */
-    uint64_t seed;         /**< of the choice of references */
+    uint64_t seed;         /**< seed of the choice of references */
 } defrec_ransac_params;
 
 /** How stage lm solves for a step. */
@@ -670,34 +674,35 @@ typedef struct defrec_lm_params {
                                              @range DEFREC_SOLVER_* */
     uint32_t      nodes, edges, points; /**< exact count, as given to prepare @range 0..4194304 */
     uint32_t      landmarks, patches;   /**< exact count, as given to prepare @range 0..4194304 */
-    uint32_t      width, height;        /**< of the disparity image @range 2..DEFREC_MAX_SIDE
-                                             @unit px */
-    uint32_t      stride;               /**< of the disparity image @default width
-                                             @range width..1048576 @unit elements */
+    uint32_t      width, height;        /**< width and height of the disparity image
+                                             @range 2..DEFREC_MAX_SIDE @unit px */
+    uint32_t      stride;               /**< distance from row to row of the disparity image
+                                             @default width @range width..1048576 @unit elements */
     defrec_camera camera;               /**< rectified */
-    uint32_t      iterations;           /**< of Levenberg-Marquardt @default 10 @range 1..4194304 */
+    uint32_t      iterations;           /**< iterations of Levenberg-Marquardt @default 10
+                                             @range 1..4194304 */
     uint32_t      cg_iterations;        /**< max conjugate gradient steps in one iteration
                                              @default 20 @range 1..4194304 */
     uint32_t      presolve;             /**< 1: first move everything rigidly onto the weighted
                                              matches */
     float         node_spacing_mm;      /**< typical; lengths in the ARAP term are divided by it
                                              @default 5 @range 0.. @unit mm */
-    float         icp_weight;           /**< of the ICP term @default 1 @range 0.. */
-    float         match_weight;         /**< of the match term @default 10 @range 0.. */
-    float         patch_weight;         /**< of the patch term @default 10 @range 0.. */
-    float         arap_weight;          /**< of the ARAP term @default 1 @range 0.. */
-    float         length_weight;        /**< of lengths within the ARAP term @default 1
+    float         icp_weight;           /**< weight of the ICP term @default 1 @range 0.. */
+    float         match_weight;         /**< weight of the match term @default 10 @range 0.. */
+    float         patch_weight;         /**< weight of the patch term @default 10 @range 0.. */
+    float         arap_weight;          /**< weight of the ARAP term @default 1 @range 0.. */
+    float         length_weight;        /**< weight of lengths within the ARAP term @default 1
                                              @range 0.. */
-    float         angle_weight;         /**< of angles within the ARAP term @default 20
+    float         angle_weight;         /**< weight of angles within the ARAP term @default 20
                                              @range 0.. */
-    float         rotation_weight;      /**< of rotations within the ARAP term @default 100
+    float         rotation_weight;      /**< weight of rotations within the ARAP term @default 100
                                              @range 0.. */
-    float         icp_tukey_mm;         /**< of the ICP term's kernel @default 3 @range 0..
-                                             @unit mm */
-    float         match_tukey_mm;       /**< of the match term's kernel @default 5 @range 0..
-                                             @unit mm */
-    float         patch_tukey_px;       /**< of the patch term's kernel @default 4 @range 0..
-                                             @unit px */
+    float         icp_tukey_mm;         /**< width of the ICP term's Tukey kernel @default 3
+                                             @range 0.. @unit mm */
+    float         match_tukey_mm;       /**< width of the match term's Tukey kernel @default 5
+                                             @range 0.. @unit mm */
+    float         patch_tukey_px;       /**< width of the patch term's Tukey kernel @default 4
+                                             @range 0.. @unit px */
     float         association_mm;       /**< live surface farther than this along the ray is another
                                              surface @default 10 @range 0.. @unit mm */
     float         damping;              /**< first lambda @default 1e-3 @range 0.. */
@@ -712,9 +717,10 @@ typedef struct defrec_lm_params {
 typedef struct defrec_warp_params {
     uint32_t      struct_size;   /**< see DEFREC_INIT */
     uint32_t      nodes, points; /**< exact count, as given to prepare @range 0..4194304 */
-    uint32_t      width, height; /**< of the disparity image @range 2..DEFREC_MAX_SIDE @unit px */
-    uint32_t      stride;        /**< of the disparity image @default width @range width..1048576
-                                      @unit elements */
+    uint32_t      width, height; /**< width and height of the disparity image
+                                      @range 2..DEFREC_MAX_SIDE @unit px */
+    uint32_t      stride;        /**< distance from row to row of the disparity image @default width
+                                      @range width..1048576 @unit elements */
     uint32_t      reserved;      /**< 0 */
     defrec_camera camera;        /**< rectified */
     float         tolerance_mm;  /**< live depth within this of the point's is an observation
@@ -790,9 +796,9 @@ enum {
 typedef struct defrec_tracker_desc {
     uint32_t    struct_size;       /**< see DEFREC_INIT */
     uint32_t    flags;             /**< DEFREC_TRACKER_* @range 0..DEFREC_TRACKER_FALLBACK */
-    const char *device_id;         /**< of the device; NULL: the first device with every stage */
-    uint64_t    seed;              /**< of random choices: the same seed gives the same results on a
-                                        repeatable device */
+    const char *device_id;         /**< id of the device; NULL: the first device with every stage */
+    uint64_t    seed;              /**< seed of random choices: the same seed gives the same results
+                                        on a repeatable device */
     uint32_t    format;            /**< DEFREC_FORMAT_* of the frames @default DEFREC_FORMAT_BGR8
                                         @range DEFREC_FORMAT_* */
     uint32_t    frames_in_flight;  /**< submitted and not yet released @default 2 @range 1..16 */
@@ -808,29 +814,29 @@ typedef struct defrec_tracker_desc {
                                         @default "width / 120, at least 4" @range 1..DEFREC_MAX_SIDE
                                         @unit px */
     uint32_t    max_features;      /**< found in a frame @default 768 @range 1..65535 */
-    uint32_t    max_patches;       /**< of a template @default 1024 @range 1..65536 */
-    float       arap_weight;       /**< of the smoothness term at the default spacing of control
-                                        points: the tissue's stiffness, which is kept at others
-                                        @default 0.55 @range 0..1e9 */
+    uint32_t    max_patches;       /**< patches of a template @default 1024 @range 1..65536 */
+    float       arap_weight;       /**< weight of the smoothness term at the default spacing of
+                                        control points: the tissue's stiffness, which is kept at
+                                        others @default 0.55 @range 0..1e9 */
     uint32_t    keep_disparity;    /**< 1: results carry the disparity image; with grow they do */
-    uint32_t    coarse_iterations; /**< of Levenberg-Marquardt on patches that were searched in
-                                        half-size images @default 1 @range 1..1000 */
-    uint32_t    fine_iterations;   /**< of Levenberg-Marquardt on patches that were searched in the
-                                        images @default 2 @range 1..1000 */
+    uint32_t    coarse_iterations; /**< iterations of Levenberg-Marquardt on patches that were
+                                        searched in half-size images @default 1 @range 1..1000 */
+    uint32_t    fine_iterations;   /**< iterations of Levenberg-Marquardt on patches that were
+                                        searched in the images @default 2 @range 1..1000 */
     uint32_t    timed;             /**< 1: the host waits after each stage, so that the times of
                                         results are the device's; slower. Otherwise they are those
                                         of queueing where a device computes by itself */
-    uint32_t    memory_stride;     /**< of left and right images in a defrec_memory
-                                        @default "width * bytes per pixel, which is also the
-                                        min" @range ..1048576 @unit bytes @since 1.1 */
+    uint32_t    memory_stride;     /**< distance from row to row of left and right images in a
+                                        defrec_memory @default "width * bytes per pixel, which is
+                                        also the min" @range ..1048576 @unit bytes @since 1.1 */
     uint32_t    self_calibration;  /**< DEFREC_SELF_CALIBRATION_*: what is done about a calibration
                                         that has drifted
                                         @default DEFREC_SELF_CALIBRATION_REPORT
                                         @range DEFREC_SELF_CALIBRATION_* @since 1.1 */
     uint32_t    grow;              /**< 1: tissue that comes into view joins the template
                                         @range 0..1 @since 1.1 */
-    uint32_t    max_vertices;      /**< of a template that grows; what would exceed it does not join
-                                        @default 65536 @range 1..1000000 @since 1.1 */
+    uint32_t    max_vertices;      /**< vertices of a template that grows; what would exceed it does
+                                        not join @default 65536 @range 1..1000000 @since 1.1 */
     uint32_t    body;              /**< DEFREC_BODY_*: what carries points beneath the surface
                                         @default DEFREC_BODY_ON @range DEFREC_BODY_* @since 1.1 */
 } defrec_tracker_desc;
@@ -853,7 +859,7 @@ DEFREC_API void DEFREC_CALL defrec_tracker_destroy(defrec_tracker tracker);
 typedef struct defrec_memory_desc {
     uint32_t struct_size; /**< see DEFREC_INIT */
     uint32_t kind;        /**< DEFREC_MEMORY_* */
-    void    *address;     /**< of that kind, a multiple of 16 */
+    void    *address;     /**< address of memory of that kind, a multiple of 16 */
     uint64_t size;        /**< bytes */
 } defrec_memory_desc;
 
@@ -941,53 +947,118 @@ enum {
 };
 /** Reasons for a state, a mask; also with a frame that is tracked. */
 enum {
-    DEFREC_REASON_DARK           = 1u << 0,  /**< left or right image black */
-    DEFREC_REASON_SATURATED      = 1u << 1,  /**< left or right image mostly white */
-    DEFREC_REASON_NO_TEXTURE     = 1u << 2,  /**< both images without contrast */
-    DEFREC_REASON_FEW_MATCHES    = 1u << 3,  /**< few features agree with the template's landmarks;
-                                                  no harm while patches are found */
-    DEFREC_REASON_OCCLUDED       = 1u << 4,  /**< something lies in front of a good part of the
-                                                  surface */
-    DEFREC_REASON_LARGE_RESIDUAL = 1u << 5,  /**< measured depth and the surface lie far apart */
-    DEFREC_REASON_FAST_MOTION    = 1u << 6,  /**< half of the surface moved more than 5 mm since the
-                                                  frame before */
-    DEFREC_REASON_OUT_OF_VIEW    = 1u << 7,  /**< most of the surface lies outside the image */
-    DEFREC_REASON_NO_DEPTH       = 1u << 8,  /**< no disparity on most of the surface, or too little
-                                                  for a template */
-    DEFREC_REASON_ONE_VIEW       = 1u << 9,  /**< one image is black and the other is not */
+    DEFREC_REASON_DARK           = 1u << 0,  /**< left or right image is black
+                                                  @effect lost
+                                                  @remedy check light, shutter and cable */
+    DEFREC_REASON_SATURATED      = 1u << 1,  /**< left or right image is mostly white
+                                                  @effect lost
+                                                  @remedy check exposure and distance */
+    DEFREC_REASON_NO_TEXTURE     = 1u << 2,  /**< both images have hardly any contrast
+                                                  @remedy look whether the lens is covered or no
+                                                  tissue is in view */
+    DEFREC_REASON_FEW_MATCHES    = 1u << 3,  /**< few features agree with the template's
+                                                  landmarks; no harm while patches are found
+                                                  @remedy nothing while tracked; after a long
+                                                  time a new template */
+    DEFREC_REASON_OCCLUDED       = 1u << 4,  /**< something lies in front of a quarter of the
+                                                  surface
+                                                  @effect degraded
+                                                  @remedy move the instrument; give ignore of
+                                                  defrec_frame where it is known */
+    DEFREC_REASON_LARGE_RESIDUAL = 1u << 5,  /**< measured depth and the surface lie more than
+                                                  1 mm apart on average
+                                                  @effect degraded
+                                                  @remedy tissue was cut or is covered: a new
+                                                  template if it lasts */
+    DEFREC_REASON_FAST_MOTION    = 1u << 6,  /**< half of the surface moved more than 5 mm since
+                                                  the frame before
+                                                  @remedy nothing; if frames are dropped, drop
+                                                  fewer */
+    DEFREC_REASON_OUT_OF_VIEW    = 1u << 7,  /**< half of the surface lies outside the image
+                                                  @effect degraded
+                                                  @remedy move the camera back */
+    DEFREC_REASON_NO_DEPTH       = 1u << 8,  /**< no disparity on half of the surface, or too
+                                                  little for a template
+                                                  @effect degraded, or no template
+                                                  @remedy check focus and distance to the tissue:
+                                                  min_depth_mm of defrec_tracker_desc */
+    DEFREC_REASON_ONE_VIEW       = 1u << 9,  /**< one image is black and the other is not
+                                                  @effect lost
+                                                  @remedy check cable and video input of that
+                                                  view */
     DEFREC_REASON_FROZEN         = 1u << 10, /**< the same pixels as the frame before, in all of
                                                   the picture, or in a part of it while the rest
-                                                  moves */
-    DEFREC_REASON_GAP            = 1u << 11, /**< time since the last frame is more than twice the
-                                                  usual */
-    DEFREC_REASON_VIEWS_SWAPPED  = 1u << 12, /**< left and right seem to be exchanged */
-    DEFREC_REASON_LOW_CONTRAST   = 1u << 13, /**< smoke, blur, a wet lens: few patches are found */
-    DEFREC_REASON_VIEW_LATE      = 1u << 14, /**< left and right view were taken at different times
-                                                  @since 1.1 */
-    DEFREC_REASON_CALIBRATION    = 1u << 15, /**< left and right rows do not agree, or the right
-                                                  view slipped sideways: the calibration is not
-                                                  that of the cameras @since 1.1 */
-    DEFREC_REASON_TEMPLATE_GREW  = 1u << 16, /**< from this frame on the template has more vertices:
-                                                  tissue joined @since 1.1 */
-    DEFREC_REASON_TEMPLATE_FULL  = 1u << 17, /**< the template grows no more: see max_vertices
-                                                  @since 1.1 */
+                                                  moves
+                                                  @effect a part: degraded, nothing is observed
+                                                  there
+                                                  @remedy check the video source */
+    DEFREC_REASON_GAP            = 1u << 11, /**< time since the last frame is more than twice
+                                                  the usual
+                                                  @remedy look for frames that are missing
+                                                  upstream */
+    DEFREC_REASON_VIEWS_SWAPPED  = 1u << 12, /**< left and right seem to be exchanged: there is
+                                                  no depth for a template, or the surface is lost
+                                                  without depth, and exchanged images would give
+                                                  it
+                                                  @effect no template, or lost
+                                                  @remedy exchange left and right */
+    DEFREC_REASON_LOW_CONTRAST   = 1u << 13, /**< few of the patches that are expected are found:
+                                                  smoke, blur, a wet lens
+                                                  @effect degraded
+                                                  @remedy clean the lens, wait for the smoke to
+                                                  clear */
+    DEFREC_REASON_VIEW_LATE      = 1u << 14, /**< left and right view were taken at different
+                                                  times: view_lag_frames
+                                                  @effect expected errors grow; depth is not used
+                                                  where the lag spoils it
+                                                  @remedy synchronise the grabber; pair the views
+                                                  by their times @since 1.1 */
+    DEFREC_REASON_CALIBRATION    = 1u << 15, /**< left and right rows do not agree
+                                                  (vertical_offset_px, roll_deg, focal_ratio), or
+                                                  the right view slipped sideways: the
+                                                  calibration is not that of the cameras
+                                                  @effect degraded, expected errors grow
+                                                  @remedy calibrate anew; until then
+                                                  self_calibration can correct it @since 1.1 */
+    DEFREC_REASON_TEMPLATE_GREW  = 1u << 16, /**< from this frame on the template has more
+                                                  vertices: tissue joined
+                                                  @remedy take the triangles again:
+                                                  defrec_job_get_template() @since 1.1 */
+    DEFREC_REASON_TEMPLATE_FULL  = 1u << 17, /**< the template has reached its limit and grows no
+                                                  more
+                                                  @remedy set max_vertices higher, or capture a
+                                                  new template @since 1.1 */
     DEFREC_REASON_COARSE         = 1u << 18, /**< for want of time the surface was not refined in
                                                   the images' full size, or not searched widely
-                                                  @since 1.1 */
-    DEFREC_REASON_UNCHECKED      = 1u << 19, /**< for want of time the surface was not compared with
-                                                  the image: no vertex counts as observed @since
-                                                  1.1 */
-    DEFREC_REASON_OVERDUE        = 1u << 20, /**< done after its deadline @since 1.1 */
-    DEFREC_REASON_CUT            = 1u << 21, /**< from this frame on the template is parted along a
-                                                  line where tissue came apart: see cut_points of
-                                                  defrec_template_info @since 1.1 */
+                                                  @effect degraded
+                                                  @remedy a faster device, smaller images, a
+                                                  later deadline @since 1.1 */
+    DEFREC_REASON_UNCHECKED      = 1u << 19, /**< for want of time the surface was not compared
+                                                  with the image: no vertex counts as observed
+                                                  @effect degraded, all vertices are unknown
+                                                  @remedy as for DEFREC_REASON_COARSE @since 1.1 */
+    DEFREC_REASON_OVERDUE        = 1u << 20, /**< done after its deadline
+                                                  @remedy as for DEFREC_REASON_COARSE @since 1.1 */
+    DEFREC_REASON_CUT            = 1u << 21, /**< from this frame on the template is parted along
+                                                  a line where tissue came apart: see cut_points
+                                                  of defrec_template_info
+                                                  @effect vertices beside the line without any
+                                                  evidence are unknown
+                                                  @remedy take the triangles again:
+                                                  defrec_job_get_template() @since 1.1 */
     DEFREC_REASON_PIECE_LOST     = 1u << 22, /**< a piece of the surface is not found where it is
-                                                  expected in the image, others are: see pieces of
-                                                  defrec_result @since 1.1 */
+                                                  expected in the image, others are: see pieces
+                                                  of defrec_result
+                                                  @effect vertices of the piece are unknown
+                                                  @remedy show which part is lost; go on with the
+                                                  others @since 1.1 */
     DEFREC_REASON_INTERLACED     = 1u << 23, /**< an image's rows alternate between two times, as
-                                                  those of video that was not deinterlaced: no
-                                                  vertex counts as observed, and no template is
-                                                  made @since 1.1 */
+                                                  those of video that was not deinterlaced
+                                                  @effect degraded, no vertex counts as observed;
+                                                  no template, or lost where nothing is tracked
+                                                  @remedy a progressive mode of the camera or the
+                                                  capture card, or a filter that deinterlaces
+                                                  @since 1.1 */
     DEFREC_REASON_ONE_EYE        = 1u << 9,  /**< deprecated: the earlier name of
                                                   DEFREC_REASON_ONE_VIEW */
     DEFREC_REASON_EYES_SWAPPED   = 1u << 12  /**< deprecated: the earlier name of
@@ -1012,7 +1083,7 @@ enum {
 enum { DEFREC_MAX_TIMED_STAGES = 16 /**< entries of defrec_result's times */ };
 /** How long one step of a frame took. Frozen. */
 typedef struct defrec_stage_time {
-    const char *name;         /**< static storage */
+    const char *name;         /**< of the step; static storage */
     double      milliseconds; /**< see timed of defrec_tracker_desc */
 } defrec_stage_time;
 
@@ -1021,8 +1092,8 @@ typedef struct defrec_stage_time {
 typedef struct defrec_piece {
     uint32_t state;           /**< DEFREC_INITIALISING ..., as a frame's, but never that */
     uint32_t age;             /**< frames since it was last found */
-    uint32_t vertices_inside; /**< of its vertices, in the image where it is expected */
-    uint32_t patches;         /**< of its patches, found by guided search */
+    uint32_t vertices_inside; /**< its vertices in the image where it is expected */
+    uint32_t patches;         /**< its patches found by guided search */
     float    observed_share;  /**< 0..1 of vertices_inside */
     uint32_t reserved;        /**< 0 */
 } defrec_piece;
@@ -1041,84 +1112,93 @@ enum {
  *  counts 0. */
 typedef struct defrec_result {
     uint32_t struct_size;    /**< see DEFREC_INIT */
-    uint32_t state;          /**< DEFREC_INITIALISING ... */
-    uint32_t reasons;        /**< DEFREC_REASON_* */
+    uint32_t state;          /**< DEFREC_INITIALISING ...: what became of the frame */
+    uint32_t reasons;        /**< DEFREC_REASON_*: why it is not better */
     uint32_t epoch;          /**< counts templates and relocalisations; 0 without a template */
-    int64_t  timestamp_ns;   /**< the frame's */
+    int64_t  timestamp_ns;   /**< of the frame, as submitted */
     uint64_t frame;          /**< counts submitted frames from 0 */
     uint32_t age;            /**< frames since the geometry was last supported by evidence */
-    uint32_t features;       /**< found in the left image */
-    uint32_t matches;        /**< of them matched to landmarks, with depth */
-    uint32_t inliers;        /**< of them preselected */
-    uint32_t patches;        /**< found by guided search */
+    uint32_t features;       /**< features found in the left image */
+    uint32_t matches;        /**< features matched to landmarks, with depth */
+    uint32_t inliers;        /**< matches that preselection kept */
+    uint32_t patches;        /**< patches found by guided search */
     float    observed_share; /**< 0..1 of the vertices inside the image */
     /** Mean |depth residual| of the vertices whose depth agrees. */
     float mean_residual_mm;
     /** RMS distance between found and deformed patches */
     float patch_residual_px;
-    /** Rectified camera from template frame, 3x4 row-major: best rigid fit of all vertices. */
+    /** Rectified camera from template frame, row-major: best rigid fit of all vertices.
+     *  @components 3x4 */
     double               rigid_motion[12];
     const defrec_motion *motions;        /**< per control point, rectified camera from template
-                                              frame */
-    const float         *node_positions; /**< xyz per control point, now, mm */
+                                              frame @count node_count */
+    const float         *node_positions; /**< xyz per control point, now, rectified camera, mm
+                                              @count node_count @components 3 */
     uint64_t             node_count;     /**< control points */
-    const float         *vertices;       /**< xyz per template vertex, rectified camera, mm */
+    const float         *vertices;       /**< xyz per template vertex, rectified camera, mm
+                                              @count vertex_count @components 3 */
     const float         *normals;        /**< xyz per template vertex, unit length, towards the
-                                              camera */
-    const uint8_t       *vertex_status;  /**< DEFREC_POINT_* per template vertex */
+                                              camera @count vertex_count @components 3 */
+    const uint8_t       *vertex_status;  /**< DEFREC_POINT_* per template vertex: how far to trust
+                                              it @count vertex_count */
     /** Root mean square of the 3D error to be expected, per template vertex: the root of the trace
-     *  of vertex_covariance. Of all vertices of a status over a sequence, 55 to 85 % have an error
+     *  of vertex_covariance. Over a sequence, 55 to 85 % of all vertices of a status have an error
      *  within it, at least 93 % within twice and at least 98.5 % within three times it, unless
-     *  reasons say otherwise. */
+     *  reasons say otherwise. @count vertex_count */
     const float                    *expected_error_mm;
     uint64_t                        vertex_count;       /**< template vertices */
-    const defrec_landmark          *landmarks;          /**< of the template */
+    const defrec_landmark          *landmarks;          /**< landmarks of the template */
     const defrec_match             *landmark_matches;   /**< one per landmark; weight 0: outlier */
     uint64_t                        landmark_count;     /**< landmarks and their matches */
-    const defrec_patch_observation *patch_observations; /**< one per template patch */
+    const defrec_patch_observation *patch_observations; /**< one per template patch
+                                                             @count patch_count */
     uint64_t                        patch_count;        /**< template patches */
-    const int16_t                  *disparity;          /**< width * height of the rectified image,
-                                                             1/16 px, or NULL: see keep_disparity */
-    /** In order of execution. */
+    const int16_t                  *disparity;          /**< one per pixel of the rectified image,
+                                                             row by row, 1/16 px; NULL without
+                                                             keep_disparity and grow
+                                                             @count pixels */
+    /** In order of execution. @count time_count */
     defrec_stage_time times[DEFREC_MAX_TIMED_STAGES];
-    uint32_t          time_count;        /**< of times */
+    uint32_t          time_count;        /**< number of times */
     uint32_t          reserved;          /**< 0 */
     const float      *vertex_covariance; /**< xx, xy, xz, yy, yz, zz per template vertex:
                                               covariance of the position's error, rectified camera,
-                                              mm^2 @since 1.1 */
-    const uint8_t    *vertex_evidence;   /**< DEFREC_EVIDENCE_* per template vertex @since 1.1 */
+                                              mm^2 @count vertex_count @components 6 @since 1.1 */
+    const uint8_t    *vertex_evidence;   /**< DEFREC_EVIDENCE_* per template vertex: what was
+                                              observed of it @count vertex_count @since 1.1 */
     /** By how many frames the right view is late in this frame, negative: early; 0 where that
      *  cannot be measured. @since 1.1 */
     float view_lag_frames;
-    /** Of the right view against the left at the image centre, down is positive; mean of the last
-     *  seconds, 0 where not measured. @since 1.1 */
+    /** Vertical offset of the right view against the left at the image centre, down is positive;
+     *  mean of the last seconds, 0 where not measured. @since 1.1 */
     float vertical_offset_px;
-    /** Of the right view against the left about the image centre, clockwise is positive; mean of
-     *  the last seconds, 0 where not measured. @since 1.1 */
+    /** Roll of the right view against the left about the image centre, clockwise is positive; mean
+     *  of the last seconds, 0 where not measured. @since 1.1 */
     float roll_deg;
     /** Right focal length to left; mean of the last seconds, 1 where not measured. @since 1.1 */
     float    focal_ratio;
-    uint32_t rig_matches;    /**< between left and right view, behind the last three; 0 where not
-                                  measured @since 1.1 */
+    uint32_t rig_matches;    /**< matches between left and right view, behind the last three; 0
+                                  where not measured @since 1.1 */
     uint32_t template_epoch; /**< counts the tracker's templates, and how often tissue joined them;
                                   0 without a template @since 1.1 */
-    /** Of the device that computed the frame. @since 1.1 */
+    /** Id of the device that computed the frame. @since 1.1 */
     const char         *device_id;
-    const defrec_piece *pieces;      /**< of the surface, see vertex_pieces of defrec_template_info
-                                          @since 1.1 */
+    const defrec_piece *pieces;      /**< pieces of the surface, see vertex_pieces of
+                                          defrec_template_info @since 1.1 */
     uint64_t            piece_count; /**< pieces; 1 for most templates @since 1.1 */
-    uint32_t            body;        /**< DEFREC_BODY_STATE_*, now @since 1.1 */
+    uint32_t            body;        /**< DEFREC_BODY_STATE_*: what carries points beneath the
+                                          surface, now @since 1.1 */
     uint32_t            reserved2;   /**< 0 @since 1.1 */
 } defrec_result;
 /** The result of a job that is done: after defrec_job_wait() gave DEFREC_OK.
- *  @errors DEFREC_ERROR_STATE: not done yet. Of a job that failed: as it failed.
+ *  @errors DEFREC_ERROR_STATE: not done yet. A failed job gives the error that it failed with.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_result(defrec_job job, defrec_result *out);
 
 /** The template of the job's frame, with as many vertices as its result: the tracker's present one
  *  may have grown since.
- *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it
- *  failed.
+ *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. A failed job gives the error
+ *  that it failed with.
  *  @threads any @since 1.1 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_get_template(
     defrec_job job, defrec_template *out);
@@ -1136,8 +1216,8 @@ enum {
  *  needs a tracker with grow, depth at the pixel and the surface at most 40 mm away; such a point
  *  moves with the tissue next to it, extrapolated, until the surface reaches it. To have it lie on
  *  the surface from then on, lift it again where defrec_job_warp_points() has it in a later frame.
- *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it
- *  failed.
+ *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. A failed job gives the error
+ *  that it failed with.
  *  @threads any @since 1.1 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_lift_points(
     defrec_job job, const double *uv, size_t count, double *xyz, uint8_t *found);
@@ -1149,8 +1229,8 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_lift_points(
  *  and expected_error_mm (as in defrec_result) say how far to trust it; both may be NULL. A point
  *  that is not finite comes out as NaN and DEFREC_POINT_UNKNOWN. template_xyz and xyz may be the
  *  same memory.
- *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it
- *  failed.
+ *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. A failed job gives the error
+ *  that it failed with.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_warp_points(
     defrec_job job, const double *template_xyz, size_t count, double *xyz, uint8_t *status,
@@ -1160,8 +1240,8 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_warp_points(
  *  template_xyz, mm, on the surface or off it. covariance: of each the error's xx, xy, xz, yy, yz,
  *  zz, rectified camera, mm^2; the root of the trace is the expected error; NaN for a point that is
  *  not finite. evidence: DEFREC_EVIDENCE_* of the vertex whose status the point has; may be NULL.
- *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it
- *  failed.
+ *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. A failed job gives the error
+ *  that it failed with.
  *  @threads any @since 1.1 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_point_covariances(
     defrec_job job, const double *template_xyz, size_t count, double *covariance,
@@ -1174,7 +1254,7 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_point_covariances(
  *  motion.
  *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. DEFREC_ERROR_ARGUMENT:
  *  another count, or the frame's template is neither that of the targets nor one that it became by
- *  growing or by a cut. Of a job that failed: as it failed.
+ *  growing or by a cut. A failed job gives the error that it failed with.
  *  @threads any @since 1.1 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_move_targets(
     defrec_job job, defrec_targets targets, size_t count, double *xyz, double *covariance,
@@ -1210,10 +1290,11 @@ typedef struct defrec_cut_point {
 /** What a template consists of. The pointers live as long as the handle. */
 typedef struct defrec_template_info {
     uint32_t                    struct_size;     /**< see DEFREC_INIT */
-    uint32_t                    width, height;   /**< of the rectified image it was taken from */
+    uint32_t                    width, height;   /**< width and height of the rectified image it was
+                                                      taken from, px */
     uint32_t                    reserved;        /**< 0 */
     defrec_camera               camera;          /**< rectified; the template frame is its */
-    const defrec_surface_point *vertices;        /**< of the surface */
+    const defrec_surface_point *vertices;        /**< vertices of the surface */
     uint64_t                    vertex_count;    /**< vertices */
     const uint32_t             *triangles;       /**< three vertex indices each, counter-clockwise
                                                      seen from the camera; three times the same
@@ -1229,8 +1310,8 @@ typedef struct defrec_template_info {
     uint64_t                    patch_count;     /**< patches */
     const uint8_t              *image;           /**< width * height gray values of the rectified
                                                      left image */
-    const defrec_cut_point     *cut_points;      /**< of the lines along which tissue came apart
-                                                     @since 1.1 */
+    const defrec_cut_point     *cut_points;      /**< points of the lines along which tissue came
+                                                      apart @since 1.1 */
     uint64_t                    cut_point_count; /**< cut points @since 1.1 */
     const uint8_t              *vertex_pieces;   /**< piece of the surface per vertex, from 0: no
                                                      triangle and no edge leads from one to another
@@ -1262,10 +1343,10 @@ DEFREC_API defrec_status DEFREC_CALL defrec_template_point_pieces(
 /** A triangle mesh in the template frame. Frozen. @since 1.1 */
 typedef struct defrec_mesh {
     const float    *vertices;       /**< xyz each, mm */
-    uint64_t        vertex_count;   /**< of vertices @range 0..1000000 */
+    uint64_t        vertex_count;   /**< number of vertices @range 0..1000000 */
     const uint32_t *triangles;      /**< three vertex indices each, counter-clockwise seen from
                                          outside */
-    uint64_t        triangle_count; /**< of triangles @range 0..1000000 */
+    uint64_t        triangle_count; /**< number of triangles @range 0..1000000 */
 } defrec_mesh;
 
 /** Flags of defrec_body_region. @since 1.1 */
@@ -1286,12 +1367,13 @@ typedef struct defrec_body_region {
 typedef struct defrec_body_desc {
     uint32_t                  struct_size;   /**< see DEFREC_INIT */
     uint32_t                  flags;         /**< 0 */
-    defrec_mesh               mesh;          /**< closed; of the whole body. Without vertices: the
+    defrec_mesh               mesh;          /**< closed; the whole body's. Without vertices: the
                                                   tissue beneath the surface, whose extent is not
                                                   known */
     const defrec_body_region *regions;       /**< where regions overlap the last one counts */
-    uint64_t                  region_count;  /**< of regions @range 0..64 */
-    float                     poisson_ratio; /**< of the tissue @default 0.43 @range 0.01..0.495 */
+    uint64_t                  region_count;  /**< number of regions @range 0..64 */
+    float                     poisson_ratio; /**< Poisson's ratio of the tissue @default 0.43
+                                                  @range 0.01..0.495 */
     float                     cut_depth_mm;  /**< how deep a cut parts the body @default 10
                                                   @range 0.1..1000 @unit mm */
 } defrec_body_desc;

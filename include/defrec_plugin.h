@@ -23,7 +23,7 @@ extern "C" {
  *  @{ */
 
 #define DEFREC_PLUGIN_ABI_MAJOR 1 /**< the entry's number */
-#define DEFREC_PLUGIN_ABI_MINOR 1 /**< of this header */
+#define DEFREC_PLUGIN_ABI_MINOR 1 /**< this header's */
 
 /** 1 if a table of the other side's size has the member and it is not NULL. */
 #define DEFREC_HAS(table, member)                                     \
@@ -34,8 +34,8 @@ extern "C" {
 
 /** What the host offers. Lives until shutdown has returned. */
 typedef struct defrec_host {
-    uint32_t struct_size; /**< of the host's table, bytes */
-    uint32_t abi_minor;   /**< of the header that the host was made with */
+    uint32_t struct_size; /**< size of the host's table, bytes */
+    uint32_t abi_minor;   /**< the host's DEFREC_PLUGIN_ABI_MINOR */
     void    *self;        /**< goes first into each of its functions */
     /** Level: DEFREC_LOG_*. */
     void(DEFREC_CALL *log)(void *self, int32_t level, const char *text);
@@ -59,7 +59,7 @@ typedef struct defrec_pstage_  defrec_pstage;  /**< a stage made for one size an
 
 /** One stage of a plugin. */
 typedef struct defrec_stage_table {
-    uint32_t struct_size;   /**< of the plugin's table, bytes */
+    uint32_t struct_size;   /**< size of the plugin's table, bytes */
     uint32_t stage;         /**< DEFREC_STAGE_* */
     uint32_t stage_version; /**< version of the stage's definition in docs/stages.md */
     uint32_t reserved;      /**< 0 */
@@ -85,9 +85,9 @@ typedef struct defrec_stage_table {
 
 /** What the plugin offers. */
 typedef struct defrec_plugin {
-    uint32_t    struct_size;                       /**< of the plugin's table, bytes */
-    uint32_t    abi_minor;                         /**< of the header that the plugin was made with;
-                                                        the manifest says the same */
+    uint32_t    struct_size;                       /**< size of the plugin's table, bytes */
+    uint32_t    abi_minor;                         /**< the plugin's DEFREC_PLUGIN_ABI_MINOR; the
+                                                        manifest says the same */
     const char *name;                              /**< the manifest's */
     const char *version;                           /**< the plugin's own */
     const char *vendor;                            /**< for people */

@@ -81,8 +81,9 @@ def filter_header(text):
         )
 
     text = re.sub(r"/\*\*.*?\*/", link, text, flags=re.S)
-    # The tags of defaults, ranges and units read as words.
-    text = re.sub(r"(\s)@(default|range|unit) ", r"\1| \2: ", text)
+    # The tags that only this header has read as words.
+    text = re.sub(r"(\s)@(default|range|unit|count|components|effect) ", r"\1| \2: ", text)
+    text = re.sub(r"(\s)@remedy ", r"\1| what to do: ", text)
     text = re.sub(r"\| range: (.*?)\.\.(.*?)(?= \||\s*\*/|\n)", range_words, text)
     return text.replace(
         "/**< ", "/**< @brief "

@@ -98,6 +98,7 @@ static const struct {
     uint32_t reason;
     const char* name;
 } reason_names[] = {
+    /* By scripts/contract/generate.py: every reason. */
     {DEFREC_REASON_DARK, "dark"},
     {DEFREC_REASON_SATURATED, "saturated"},
     {DEFREC_REASON_NO_TEXTURE, "no texture"},
@@ -114,6 +115,13 @@ static const struct {
     {DEFREC_REASON_LOW_CONTRAST, "low contrast"},
     {DEFREC_REASON_VIEW_LATE, "view late"},
     {DEFREC_REASON_CALIBRATION, "calibration"},
+    {DEFREC_REASON_TEMPLATE_GREW, "template grew"},
+    {DEFREC_REASON_TEMPLATE_FULL, "template full"},
+    {DEFREC_REASON_COARSE, "coarse"},
+    {DEFREC_REASON_UNCHECKED, "unchecked"},
+    {DEFREC_REASON_OVERDUE, "overdue"},
+    {DEFREC_REASON_CUT, "cut"},
+    {DEFREC_REASON_PIECE_LOST, "piece lost"},
     {DEFREC_REASON_INTERLACED, "interlaced"},
 };
 

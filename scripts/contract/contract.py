@@ -1,9 +1,12 @@
 """The description as the writers read it: what a default, a range and a comment of defrec_c.h mean."""
+import math
 import re
 
 import header
 
 NUMBER = re.compile(r"-?\d+(\.\d+)?(e-?\d+)?")
+RESULT = "defrec_result"
+PIXELS = "pixels"  # what @count says of an array as large as the rectified image
 
 
 class Range:
@@ -38,12 +41,31 @@ class Field:
         self.size, self.offset = described.get("size"), described.get("offset")
         self.summary, self.unit, self.since = described.get("summary", ""), described.get("unit"), described.get("since")
         self.default, self.remark = described.get("default"), described.get("default_remark")
+        self.counted_by = described.get("counted_by")
         where = f"{owner}.{self.name}"
         self.range = Range(described["range"], where) if "range" in described else None
+        # Of an element of an array in a result: () for a number or a record, (3,), (3, 4).
+        components = described.get("components", "")
+        if components and not re.fullmatch(r"\d+(x\d+)?", components):
+            raise header.HeaderError(f"{where}: @components {components} is not understood")
+        self.shape = tuple(map(int, components.split("x"))) if components else ()
 
     @property
     def is_address(self):
         return "*" in self.type or self.type.endswith("_fn")
+
+    @property
+    def is_text(self):
+        return self.type == "const char *"
+
+    @property
+    def leads_to_array(self):
+        return self.is_address and not self.is_text
+
+    @property
+    def element(self):
+        """The type in an array, or that a pointer leads to."""
+        return re.sub(r"^const | \*$", "", self.type)
 
     @property
     def is_float(self):
@@ -96,6 +118,16 @@ class Struct:
         return self.name.endswith("_params")
 
     @property
+    def counts(self):
+        """Names of the fields that count what pointers lead to."""
+        return {field.counted_by for field in self.fields if field.is_address} - {None, PIXELS}
+
+    @property
+    def own_counts(self):
+        """Names of the fields that count what lies in an array of the struct itself."""
+        return {field.counted_by for field in self.fields if not field.is_address} - {None}
+
+    @property
     def is_checked(self):
         """What a caller fills in and fill_defaults and range_error read."""
         return any(field.default or field.range for field in self.fields) and self.has_struct_size
@@ -121,6 +153,9 @@ class Contract:
         for struct in self.structs:
             for field in struct.fields:
                 self.check(struct, field)
+                self.check_array(struct, field)
+        self.check_reasons()
+        self.check_counts()
 
     def check(self, struct, field):
         """That expressions name what there is."""
@@ -133,6 +168,46 @@ class Contract:
                     raise header.HeaderError(f"{struct.name}.{field.name}: {expression}: there is no {word}")
         if field.range and field.range.enumerators:
             self.enumerators(field.range.enumerators)
+
+    def check_array(self, struct, field):
+        """That an array of a result says how long it is, and of which numbers its elements consist."""
+        where = f"{struct.name}.{field.name}"
+        known = {other.name for other in struct.fields} | {PIXELS}
+        if field.counted_by and field.counted_by not in known:
+            raise header.HeaderError(f"{where}: @count {field.counted_by}: there is no {field.counted_by}")
+        if struct.name == RESULT and field.is_address and not (field.is_text or field.counted_by):
+            raise header.HeaderError(f"{where}: @count is missing")
+        if struct.name == RESULT and field.count and not (field.counted_by or math.prod(field.shape) == field.count):
+            raise header.HeaderError(f"{where}: @components that are {field.count}, or @count expected")
+
+    def check_reasons(self):
+        for value in self.values("DEFREC_REASON_"):
+            if "remedy" not in value and not value["summary"].startswith("deprecated: "):
+                raise header.HeaderError(f"{value['name']}: @remedy is missing")
+
+    def check_counts(self):
+        """That what is said to be the number of enumerators is."""
+        for enum in self.enums:
+            for value in enum["values"]:
+                if re.search(r"_COUNT(_V\d+)?$", value["name"]) and value["value"] != len(enum["values"]) - 1:
+                    raise header.HeaderError(f"{value['name']} is {value['value']}: there are {len(enum['values']) - 1}")
+
+    def values(self, prefix):
+        """The enumerators whose names begin with it."""
+        return [value for enum in self.enums for value in enum["values"] if value["name"].startswith(prefix)]
+
+    def holds_texts(self, field):
+        """Whether an array is one of records with texts."""
+        struct = self.struct_of.get(field.element)
+        return struct is not None and any(each.is_text for each in struct.fields)
+
+    @property
+    def result(self):
+        return self.struct_of[RESULT]
+
+    def enumeration(self, name):
+        """The enumerators of the enumeration that has this one."""
+        return next(enum["values"] for enum in self.enums if any(value["name"] == name for value in enum["values"]))
 
     def enumerators(self, pattern):
         """The enumeration whose names all begin as DEFREC_FORMAT_* says."""

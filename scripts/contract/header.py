@@ -1,7 +1,7 @@
 """Reads the two public headers into one description: every handle, enumeration, struct, callback and function, with comments.
 
 The headers are the source of everything that generate.py writes. What this parser does not understand is an error with
-its line, so that nothing is passed over. A field's comment may end in tags:
+its line, so that nothing is passed over. The comment of a field or an enumerator may end in tags. Of a field:
 
     @default 128          of a parameter or option that is 0. A number, an enumerator, or an expression of other fields
                           (width, source_width * bytes_per_pixel(format)); a remark may follow in brackets: 1600 (0.39).
@@ -10,6 +10,15 @@ its line, so that nothing is passed over. A field's comment may end in tags:
                           end itself out; ends are expressions as above. DEFREC_FORMAT_*: one of these enumerators.
                           Floating point without @range is finite.
     @unit px              of the number
+    @count vertex_count   of an array in a result: the field with its number of elements; `pixels`: one per pixel of the
+                          rectified image, and NULL where there is no such image
+    @components 3         of an element of such an array, 1 if left out; 3x4: of a matrix, row-major
+    @since 1.1            of the API
+
+Of a reason for a frame's state:
+
+    @effect degraded      on the frame, if it has one
+    @remedy clean the lens
     @since 1.1            of the API
 """
 import re
@@ -28,7 +37,8 @@ TOKEN = re.compile(
     re.M | re.S | re.X,
 )
 TAG = re.compile(r"@(\w+)\s+(.*?)(?=\s+@\w+\s|\s*$)", re.S)
-FIELD_TAGS = {"default", "default_remark", "range", "unit", "since"}
+FIELD_TAGS = {"default", "default_remark", "range", "unit", "count", "components", "since"}
+VALUE_TAGS = {"effect", "remedy", "since"}
 
 
 class HeaderError(Exception):
@@ -155,6 +165,8 @@ class Parser:
             text, value_tags = split_tags(self.behind())
             if not text:
                 self.fail(f"{name} has no comment")
+            if unknown := set(value_tags) - VALUE_TAGS:
+                self.fail(f"{name}: @{unknown.pop()} of an enumerator is unknown")
             values.append({"name": name, "value": self.number(join(pieces)), "summary": text, **value_tags})
         self.take("}")
         self.take(";")
@@ -198,6 +210,8 @@ class Parser:
             text, field_tags = split_tags(comment)
             if unknown := set(field_tags) - FIELD_TAGS - {"threads"}:
                 self.fail(f"{tag}: @{unknown.pop()} of a field is unknown")
+            if "count" in field_tags:  # an array's own count is that of its declaration
+                field_tags["counted_by"] = field_tags.pop("count")
             for field in declarators(declared):
                 if not text:
                     raise HeaderError(f"{self.name}:{line}: {tag}.{field['name']} has no comment")

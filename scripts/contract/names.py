@@ -45,6 +45,17 @@ ENUMERATIONS = [
 ]
 CONSTANTS = {"DEFREC_STAGE_COUNT_V1"}  # among the enumerators of an enumeration
 
+# What a comment calls by its name in C, in Python and in C#.
+CLASSES = {
+    "defrec_context_desc": ("Context", "ContextOptions"),
+    "defrec_memory": ("Memory", "DeviceMemory"),
+    "defrec_tracker_desc": ("Tracker", "TrackerOptions"),
+    "defrec_frame": ("Tracker.submit", "Frame"),
+    "defrec_result": ("Result", "FrameResult"),
+    "defrec_template_info": ("TemplateData", "Template"),
+    "defrec_body_region": ("BodyRegion", "BodyRegion"),
+}
+
 
 def enumeration_of(values):
     """The enumeration of these enumerators; None: constants."""
@@ -57,6 +68,30 @@ def enumeration_of_field(field):
         return ENUMERATIONS[0]
     match = re.match(r"(DEFREC_\w+_)\*|(DEFREC_\w+) \.\.\.", field.summary)
     return next((each for each in ENUMERATIONS if match and each.prefix in match.groups()), None)
+
+
+def class_names(text, language):
+    """Words with the classes of a language: 0 is Python, 1 is C#."""
+    return re.sub(r"\bdefrec_\w+\b(?!\()", lambda word: CLASSES.get(word[0], (word[0],) * 2)[language], text)
+
+
+def word_of(name, prefix, between):
+    """What people read instead of an enumerator: few-matches."""
+    return name.removeprefix(prefix).lower().replace("_", between)
+
+
+def without_aliases(values):
+    """Enumerators without those that are another name of one before them."""
+    first = {}
+    for value in values:
+        first.setdefault(value["value"], value)
+    return list(first.values())
+
+
+def plural(word):
+    if word.endswith("ex"):
+        return word.removesuffix("ex") + "ices"
+    return word + ("es" if word.endswith(("ch", "s", "x")) else "s")
 
 
 def tracker_flags(contract):

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""What the parser reads and refuses, and that stale copies and breaks of the ABI are found."""
+"""What the parser reads and refuses, what an addition to the headers makes, and that stale copies and breaks of the ABI
+are found."""
+import ast
 import pathlib
 import shutil
 import subprocess
@@ -10,7 +12,7 @@ import unittest
 import generate
 import header
 from contract import Contract
-from writers import cpp, stub
+from writers import cpp, docs, stub
 
 SMALL = """
 enum { DEFREC_FORMAT_GRAY8 = 1, /**< 1 byte */
@@ -23,6 +25,23 @@ typedef struct defrec_small_params {
     float    weight;        /**< of a term @default 1e-3 (small) @range >0..9 */
     double   place[3];      /**< where it is */
 } defrec_small_params;
+"""
+
+
+# Of a frame's result, with an enumeration that is counted and a reason.
+RESULT = """
+enum { DEFREC_STAGE_FIRST = 0, /**< one */ DEFREC_STAGE_SECOND = 1, /**< two */ DEFREC_STAGE_COUNT_V1 = 2 /**< all */ };
+enum { DEFREC_REASON_FEW_MATCHES = 1u << 0, /**< few @effect degraded @remedy look @since 1.1 */
+       DEFREC_REASON_FEW = 1u << 0 /**< deprecated: as the last */ };
+typedef struct defrec_result {
+    uint32_t     struct_size;  /**< see DEFREC_INIT */
+    uint32_t     reasons;      /**< DEFREC_REASON_*: why */
+    double       motion[12];   /**< of all @components 3x4 */
+    const float *vertices;     /**< xyz each @count vertex_count @components 3 */
+    uint64_t     vertex_count; /**< vertices */
+    const char  *name;         /**< of the device */
+    const int16_t *depths;     /**< of the image, or NULL @count pixels */
+} defrec_result;
 """
 
 
@@ -41,6 +60,28 @@ class Reading(unittest.TestCase):
 
     def test_enumerators(self):
         self.assertEqual(read(SMALL).constants, {"DEFREC_FORMAT_GRAY8": 1, "DEFREC_FORMAT_BGR8": 2})
+
+    def test_arrays_of_a_result(self):
+        contract = read(RESULT)
+        fields = {field.name: field for field in contract.result.fields}
+        self.assertEqual((fields["vertices"].counted_by, fields["vertices"].shape), ("vertex_count", (3,)))
+        self.assertEqual((fields["motion"].count, fields["motion"].shape), (12, (3, 4)))
+        self.assertEqual(contract.result.counts, {"vertex_count"})
+        self.assertEqual(cpp.reason_names(contract, "-"), [("DEFREC_REASON_FEW_MATCHES", "few-matches")])
+        self.assertIn("| `DEFREC_REASON_FEW_MATCHES` | few | degraded | look |", docs.reasons(contract))
+
+    def test_arrays_and_counts_that_do_not_fit_are_refused(self):
+        for old, new, refusal in (
+            ("@count vertex_count @comp", "@comp", "defrec_result.vertices: @count is missing"),
+            ("@count vertex_count", "@count vertices_count", "there is no vertices_count"),
+            ("@components 3x4", "@components 3x3", "defrec_result.motion: @components that are 12"),
+            ("@components 3 ", "@components three ", "@components three is not understood"),
+            (" @remedy look", "", "DEFREC_REASON_FEW_MATCHES: @remedy is missing"),
+            ("@remedy look", "@remedies look", "@remedies of an enumerator is unknown"),
+            ("COUNT_V1 = 2", "COUNT_V1 = 3", "DEFREC_STAGE_COUNT_V1 is 3: there are 2"),
+        ):
+            with self.subTest(new), self.assertRaisesRegex(header.HeaderError, refusal):
+                read(RESULT.replace(old, new, 1))
 
     def test_what_is_not_understood_is_refused_with_its_line(self):
         for old, new, refusal in (
@@ -105,6 +146,67 @@ class Tree(unittest.TestCase):
         self.assertEqual(code, 1)
         for path in ("contract.json", "stage_params.hpp", "StageParameters.cs", "structs.py"):
             self.assertIn(path, printed)
+
+    def generated(self, path):
+        return (self.root / path).read_text()
+
+    def test_a_new_reason_is_named_everywhere(self):
+        self.edit("include/defrec_c.h", "    DEFREC_REASON_ONE_EYE ", "    DEFREC_REASON_RED_LIGHT = 1u << 24, /**< no green\n @remedy another lamp */\n    DEFREC_REASON_ONE_EYE ")
+        self.assertEqual(self.run_generator()[0], 0)
+        for path, line in (
+            ("sdk/contract/enumerations.hpp", '    {DEFREC_REASON_RED_LIGHT, "red-light"},'),
+            ("samples/c/live_loop.c", '    {DEFREC_REASON_RED_LIGHT, "red light"},'),
+            ("bindings/csharp/Defrec/Enums.cs", "        RedLight = 1u << 24,"),
+            ("bindings/python/defrec/enums.py", "    RED_LIGHT = 16777216"),
+        ):
+            self.assertIn(line, self.generated(path).splitlines(), path)
+        guides = "".join(path.read_text() for path in (self.root / "docs").rglob("*.md"))
+        self.assertIn("\n| `DEFREC_REASON_RED_LIGHT` | no green | | another lamp |\n", guides)
+
+    def test_a_new_array_of_a_result_is_copied_by_the_bindings(self):
+        self.edit("include/defrec_c.h", "} defrec_result;", """    const float *speeds; /**< xyz per template vertex, mm/s @count vertex_count @components 3 */
+    const uint8_t *patch_status; /**< DEFREC_POINT_* per patch @count patch_count */
+    float mean_speed; /**< of all @unit mm/s */
+} defrec_result;""")  # fmt: skip
+        self.assertEqual(self.run_generator()[0], 0)
+        for path, lines in (
+            ("bindings/python/defrec/result.py", (
+                "    speeds: FloatArray", "    patch_status: ByteArray", "    mean_speed: float",
+                '        speeds=copied(r.speeds, "f", (r.vertex_count, 3)),',
+                '        patch_status=copied(r.patch_status, "B", (r.patch_count,)),', "        mean_speed=r.mean_speed,",
+            )),
+            ("bindings/csharp/Defrec/FrameResult.cs", (
+                "        public float[] Speeds { get; private set; } = new float[0];",
+                "        public PointStatus[] PatchStatus { get; private set; } = new PointStatus[0];",
+                "            float[] speeds = NativeArray.Sized(Speeds, Check.ArrayLength(result.vertex_count, 3));",
+                "        public float MeanSpeed { get; }", "            MeanSpeed = result.mean_speed;",
+            )),
+            ("bindings/csharp/Defrec/JobArrays.cs", (
+                "        public int CopySpeeds(float[] destination)", "        public int CopyPatchStatus(Span<PointStatus> destination)",
+                "                return Copy(result.speeds, 3 * result.vertex_count, sizeof(float), to, capacity);",
+            )),
+        ):  # fmt: skip
+            for line in lines:
+                self.assertIn(line, self.generated(path).splitlines(), path)
+
+    def test_what_the_python_package_imports_and_what_the_headers_name_is_public(self):
+        package = "bindings/python/defrec/__init__.py"
+        self.edit(package, "from .memory import Memory\n", "from .memory import Memory, share as lend, _hidden\n")
+        self.edit("include/defrec_c.h", "enum { DEFREC_DISPARITY_ONE =", "enum { DEFREC_DISPARITY_TWO = 32 /**< twice as much */ };\n/** Unit. */\nenum { DEFREC_DISPARITY_ONE =")
+        self.assertEqual(self.run_generator("--verify")[0], 1)
+        self.assertEqual(self.run_generator()[0], 0)
+        public = ast.literal_eval(self.generated(package).partition("__all__ = ")[2].partition("]")[0] + "]")
+        self.assertEqual(public[:2], ["DISPARITY_NONE", "DISPARITY_ONE"])
+        self.assertLess({"DISPARITY_TWO", "lend", "Memory", "CutPoint", "track"}, set(public))
+        self.assertFalse({"share", "_hidden", "Intrinsics", "ResultStruct"} & set(public))
+
+    def test_a_guide_without_its_table_is_named(self):
+        path = next(path for path in (self.root / "docs").rglob("*.md") if "<!-- DEFREC_REASON_*, by" in path.read_text())
+        self.edit(path.relative_to(self.root), "<!-- DEFREC_REASON_*, by", "<!-- reasons, by")
+        self.assertEqual(
+            self.run_generator("--verify"),
+            (1, "docs: one guide with the line <!-- DEFREC_REASON_*, by scripts/contract/generate.py --> expected, there are 0\n"),
+        )
 
     def test_what_breaks_the_abi_is_refused(self):
         for old, new, refusal in (

@@ -26,6 +26,7 @@ ALLOWED = {
     ("evidence/lateral_evidence.cpp", "sums[kOf + 1] > 1e-3f"): "no division by a weight that is rounding",
     ("evidence/vertex_confidence.cpp", "kFew = 64"): "vertices of a vector loop",
     ("evidence/vertex_confidence.cpp", "kFew = 32"): "vertices that are summed in single precision",
+    ("frame_attempt.cpp", "kFastMm = 5"): "a decision that is still to move",
     ("frame/frame_input.cpp", "kBand = "): "how threads share a copy",
     ("frame/frame_input.cpp", "kShare = "): "how threads share a copy",
     ("frame/gray_copy.cpp", "kGroup = 4"): "layout of a vector's bytes",
@@ -49,9 +50,8 @@ ALLOWED = {
     ("stages/check_output.cpp", "kMaxScore = 4096"): "ranges of a plugin's records",
     ("stages/check_output.cpp", "kFar = DEFREC_MAX_SIDE * 256"): "range of a plugin's records",
     ("stages/check_output.cpp", "kMaxLevels = 8"): "range of a plugin's records",
-    ("surface_follower.cpp", "kMinShare = 0.05"): "not moved yet",
-    ("surface_follower.cpp", "kErrorOfOneView = 1.5"): "not moved yet",
-    ("surface_follower_results.cpp", "kFastMm = 5"): "not moved yet",
+    ("surface_registration.cpp", "kErrorOfOneView = 1.5"): "a decision that is still to move",
+    ("surface_registration.cpp", "kMinShare = 0.05"): "a decision that is still to move",
     ("tracker.cpp", "> 1e-6 * camera."): "rounding of a calibration in a file",
 }
 

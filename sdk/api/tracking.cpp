@@ -223,7 +223,7 @@ defrec_status defrec_job_result(defrec_job job, defrec_result* out) {
         checked_struct_size("out", out);
         defrec_result result{};
         result.struct_size = sizeof result;
-        use->result(result);
+        use->describe(result);
         write_struct(out, result);
     });
 }

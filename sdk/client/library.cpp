@@ -56,37 +56,6 @@ const std::string& origin_of(const StereoCalibration& calibration, std::string_v
                : camera.matrix_origin;
 }
 
-struct ReasonName {
-    std::uint32_t reason;
-    const char* name;
-};
-constexpr ReasonName kReasonNames[] = {
-    {DEFREC_REASON_DARK, "dark"},
-    {DEFREC_REASON_SATURATED, "saturated"},
-    {DEFREC_REASON_NO_TEXTURE, "no-texture"},
-    {DEFREC_REASON_FEW_MATCHES, "few-matches"},
-    {DEFREC_REASON_OCCLUDED, "occluded"},
-    {DEFREC_REASON_LARGE_RESIDUAL, "large-residual"},
-    {DEFREC_REASON_FAST_MOTION, "fast-motion"},
-    {DEFREC_REASON_OUT_OF_VIEW, "out-of-view"},
-    {DEFREC_REASON_NO_DEPTH, "no-depth"},
-    {DEFREC_REASON_ONE_VIEW, "one-view"},
-    {DEFREC_REASON_FROZEN, "frozen"},
-    {DEFREC_REASON_GAP, "gap"},
-    {DEFREC_REASON_VIEWS_SWAPPED, "views-swapped"},
-    {DEFREC_REASON_LOW_CONTRAST, "low-contrast"},
-    {DEFREC_REASON_VIEW_LATE, "view-late"},
-    {DEFREC_REASON_CALIBRATION, "calibration"},
-    {DEFREC_REASON_TEMPLATE_GREW, "template-grew"},
-    {DEFREC_REASON_TEMPLATE_FULL, "template-full"},
-    {DEFREC_REASON_COARSE, "coarse"},
-    {DEFREC_REASON_UNCHECKED, "unchecked"},
-    {DEFREC_REASON_OVERDUE, "overdue"},
-    {DEFREC_REASON_CUT, "cut"},
-    {DEFREC_REASON_PIECE_LOST, "piece-lost"},
-    {DEFREC_REASON_INTERLACED, "interlaced"},
-};
-
 }  // namespace
 
 void require(defrec_status status, ExitCode otherwise, const std::string& doing) {
@@ -222,24 +191,15 @@ Job submit(const Tracker& tracker, const StereoFrame& frame, std::uint64_t deadl
 }
 
 const char* state_name(std::uint32_t state) {
-    switch (state) {
-        case DEFREC_INITIALISING:
-            return "initialising";
-        case DEFREC_TRACKING:
-            return "tracking";
-        case DEFREC_DEGRADED:
-            return "degraded";
-        case DEFREC_RELOCALISED:
-            return "relocalised";
-        default:
-            return "lost";
-    }
+    for (const EnumeratorName& known : kStateNames)
+        if (known.value == state) return known.name;
+    return "lost";
 }
 
 std::string reason_names(std::uint32_t reasons, const char* separator) {
     std::string text;
-    for (const ReasonName& known : kReasonNames) {
-        if ((reasons & known.reason) == 0) continue;
+    for (const EnumeratorName& known : kReasonNames) {
+        if ((reasons & known.value) == 0) continue;
         if (!text.empty()) text += separator;
         text += known.name;
     }

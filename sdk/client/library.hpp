@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "include/defrec_c.h"
+#include "sdk/contract/enumerations.hpp"
 #include "sdk/input/frame_source.hpp"
 #include "sdk/io/calibration.hpp"
 #include "sdk/io/exit_code.hpp"
@@ -54,7 +55,7 @@ Context open_context(const ContextOptions& options);
 struct Device {
     std::string id, name, driver;
     unsigned kind = 0, stages = 0;
-    bool has_every_stage() const { return stages == (1U << DEFREC_STAGE_COUNT_V1) - 1; }
+    bool has_every_stage() const { return stages == kEveryStage; }
 };
 std::vector<Device> list_devices(const Context& context);
 

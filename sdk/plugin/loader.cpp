@@ -10,6 +10,7 @@
 #include "sdk/base/os/run_within.hpp"
 #include "sdk/base/util/error.hpp"
 #include "sdk/base/util/sha256.hpp"
+#include "sdk/contract/enumerations.hpp"
 #include "sdk/plugin/search.hpp"
 #include "sdk/plugin/shared_object.hpp"
 
@@ -213,7 +214,7 @@ std::optional<LoadedPlugin::DeviceEntry> LoadedPlugin::describe_device(const std
     entry.name = text_of(info.name);
     entry.driver = text_of(info.driver);
     entry.kind = info.kind;
-    entry.stages = info.stages & ((1u << DEFREC_STAGE_COUNT_V1) - 1);
+    entry.stages = info.stages & kEveryStage;
     entry.features = info.features;
     entry.conformance = info.conformance;
     entry.memory_bytes = info.memory_bytes;

@@ -19,11 +19,11 @@
 #include "sdk/io/output_folder.hpp"
 #include "sdk/io/terminal.hpp"
 #include "sdk/live_link/live_link.hpp"
-#include "sdk/live_view/live_view.hpp"
-#include "sdk/report/report.hpp"
 #include "sdk/session/point_follower.hpp"
 #include "sdk/session/real_time.hpp"
 #include "sdk/session/result_record.hpp"
+#include "sdk/session/session_notes.hpp"
+#include "sdk/session/session_pictures.hpp"
 #include "sdk/session/target_follower.hpp"
 #include "sdk/session/trace_file.hpp"
 #include "sdk/session/track_summary.hpp"
@@ -38,19 +38,6 @@ constexpr std::size_t kFramesInFlight = 2;
 cv::Mat left_image(const StereoFrame& frame) {
     return {frame.left.height, frame.left.width, CV_8UC(frame.left.channels),
             const_cast<std::uint8_t*>(frame.left.pixels), frame.left.stride};
-}
-
-// The writers of overlay and report fail with plain exceptions that stand for files that cannot be
-// written.
-template <typename Function>
-void as_output(const Function& function) {
-    try {
-        function();
-    } catch (const CliError&) {
-        throw;
-    } catch (const std::runtime_error& error) {
-        throw CliError(ExitCode::kOutput, error.what());
-    }
 }
 
 void check_frame_size(const FrameSource& source) {
@@ -83,49 +70,135 @@ defrec_tracker_desc tracker_desc(const TrackOptions& options, const FrameSource&
     return desc;
 }
 
-std::unique_ptr<LiveLink> open_link(const TrackOptions& options) {
-    if (options.link.kind == LinkOptions::Kind::kNone) return nullptr;
-    auto link = std::make_unique<LiveLink>(options.link);
-    if (options.link.kind == LinkOptions::Kind::kListen && !options.quiet) {
-        print_notice("live link: listening at " + to_string(link->endpoint()) + ".");
-    }
-    return link;
+const std::string& source_name(const TrackOptions& options) {
+    return options.source.stereo.empty() ? options.source.left : options.source.stereo;
 }
+
+void expect_source(const TrackOptions& options) {
+    const bool is_one = !options.source.stereo.empty();
+    const bool is_two = !options.source.left.empty() && !options.source.right.empty();
+    if (is_one == is_two) {
+        throw CliError(ExitCode::kUsage,
+                       "give the frames as --left P --right P, or as --stereo P --layout L.");
+    }
+}
+
+// What is to be followed. Read before anything is written.
+struct Followed {
+    Followed(const TrackOptions& options, const FrameSource& source)
+        : points(options.points.empty()
+                     ? grid_points(source.width(), source.height())
+                     : read_points(options.points, source.width(), source.height())) {
+        if (options.targets.empty()) return;
+        const fs::path out = options.out;
+        keep_input(options.targets,
+                   {out / kTargetsFile, out / "points.csv", out / "frames.csv",
+                    out / "summary.json", out / "template.ply", out / "overlay.mp4",
+                    out / "report.html", options.trace, options.save_template});
+        targets = read_targets(options.targets);
+    }
+
+    std::vector<FollowedPoint> points;
+    std::vector<Target> targets;
+};
+
+Template template_of(const Job& job) {
+    defrec_template handle = nullptr;
+    require(defrec_job_get_template(job.get(), &handle), ExitCode::kInternal,
+            "reading the template");
+    return Template(handle);
+}
+
+defrec_template_info info_of(const Template& surface) {
+    auto info = initialised<defrec_template_info>();
+    require(defrec_template_get(surface.get(), &info), ExitCode::kInternal, "reading the template");
+    return info;
+}
+
+// So that what is written depends on the frames alone, and not on when the body is ready.
+void await_body(const Template& surface) {
+    const defrec_status status = defrec_template_wait_body(surface.get(), UINT64_MAX);
+    if (status != DEFREC_ERROR_UNSUPPORTED)
+        require(status, ExitCode::kInternal, "computing the body beneath the surface");
+}
+
+// The live link, where one was asked for.
+class LinkOutput {
+  public:
+    LinkOutput(const TrackOptions& options, ProgressBar& progress)
+        : is_quiet_(options.quiet), progress_(progress) {
+        if (options.link.kind == LinkOptions::Kind::kNone) return;
+        link_ = std::make_unique<LiveLink>(options.link);
+        if (options.link.kind == LinkOptions::Kind::kListen && !is_quiet_)
+            print_notice("live link: listening at " + to_string(link_->endpoint()) + ".");
+    }
+    bool is_open() const { return link_ != nullptr; }
+    void publish(LinkFrame frame) {
+        link_->publish(std::move(frame));
+        show_notices();
+    }
+    void finish(SessionNotes& notes) {
+        if (!link_) return;
+        facts_ = {link_->endpoint(), link_->finish()};
+        show_notices();
+        if (facts_->counts.receivers == 0)
+            notes.add("The live link at " + to_string(link_->endpoint()) + " reached nobody.");
+    }
+    // When the link has ended.
+    const std::optional<LinkFacts>& facts() const { return facts_; }
+
+  private:
+    void show_notices() {
+        const std::vector<std::string> notices = link_->take_notices();
+        if (is_quiet_ || notices.empty()) return;
+        progress_.clear();
+        for (const std::string& notice : notices) print_notice(notice);
+    }
+
+    const bool is_quiet_;
+    ProgressBar& progress_;
+    std::unique_ptr<LiveLink> link_;
+    std::optional<LinkFacts> facts_;
+};
+
+// The library, set up for the source's frames.
+struct Setup {
+    Setup(const TrackOptions& options, const StereoCalibration& calibration)
+        : context(open_context({options.threads, options.quiet, {}})),
+          device(choose_device(context, options.backend, options.device)),
+          rig(make_rig(context, calibration)),
+          projection(rig) {}
+
+    Context context;
+    Device device;
+    Rig rig;
+    RawProjection projection;
+};
 
 class TrackSession {
   public:
     explicit TrackSession(const TrackOptions& options)
         : options_(options),
-          source_((source_is_given(options), options.source)),
+          source_((expect_source(options), options.source)),
           calibration_((check_frame_size(source_), calibration_for(options, source_))),
           desc_(tracker_desc(options, source_)),
-          link_(open_link(options)),
-          context_(open_context({options.threads, options.quiet, {}})),
-          device_(choose_device(context_, options.backend, options.device)),
-          rig_(make_rig(context_, calibration_)),
-          projection_(rig_),
-          followed_(points_to_follow()),
-          given_targets_(targets_to_follow()),
+          progress_(options.quiet),
+          link_(options, progress_),
+          setup_(options, calibration_),
+          followed_(options, source_),
           folder_((create_output_folder(options.out), options.out)),
           folder_lock_(folder_),
-          points_(folder_ / "points.csv", followed_, rig_, projection_),
-          progress_(options.quiet) {
-        if (!given_targets_.empty())
-            targets_.emplace(folder_ / kTargetsFile, std::move(given_targets_), projection_);
-        desc_.device_id = device_.id.c_str();
-        // Nobody asks for what lies beneath the surface.
-        if (!targets_) desc_.body = DEFREC_BODY_OFF;
-        defrec_tracker tracker = nullptr;
-        require(defrec_tracker_create(context_.get(), rig_.get(), &desc_, &tracker),
-                options_.config.empty() ? ExitCode::kInternal : ExitCode::kUsage,
-                "creating the tracker");
-        tracker_.reset(tracker);
-        if (!options_.from_template.empty()) set_template();
+          points_(folder_ / "points.csv", std::move(followed_.points), setup_.rig,
+                  setup_.projection) {
+        if (!followed_.targets.empty())
+            targets_.emplace(folder_ / kTargetsFile, std::move(followed_.targets),
+                             setup_.projection);
+        create_tracker();
         if (options_.meshes) create_output_folder(folder_ / "deformed");
         as_output([&] {
-            if (!options_.trace.empty()) trace_.emplace(options_.trace, device_.id);
-            open_report();
+            if (!options_.trace.empty()) trace_.emplace(options_.trace, setup_.device.id);
         });
+        pictures_ = open_pictures();
         if (options_.view_port) open_view(*options_.view_port);
         source_.set_notice_handler([this](const std::string& notice) {
             if (options_.quiet) return;
@@ -143,97 +216,79 @@ class TrackSession {
             failure = std::current_exception();
         }
         pending_.clear();
-        view_.reset();
+        pictures_->close_view();
         progress_.clear();
         const double seconds =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        finish_link();
-        finish(seconds, failure);
+        link_.finish(notes_);
+        const nlohmann::ordered_json summary = finish(seconds, failure);
         if (failure) std::rethrow_exception(failure);
-        return report_end();
+        return report_end(summary);
     }
 
   private:
-    void set_template() {
+    struct Pending {
+        StereoFrame frame;
+        Job job;
+        TraceFile::Clock::time_point submitted{};
+    };
+    // The tracker's present one.
+    struct SeenTemplate {
+        std::uint32_t epoch = 0;
+        std::optional<std::int64_t> frame;  // that gave the first one
+        // Shared with frames that wait to be sent.
+        std::shared_ptr<const std::vector<std::uint32_t>> triangles;
+        bool has_points = false;  // their frame has come; where the template was given
+    };
+
+    void create_tracker() {
+        desc_.device_id = setup_.device.id.c_str();
+        // Nobody asks for what lies beneath the surface.
+        if (!targets_) desc_.body = DEFREC_BODY_OFF;
+        defrec_tracker tracker = nullptr;
+        require(defrec_tracker_create(setup_.context.get(), setup_.rig.get(), &desc_, &tracker),
+                options_.config.empty() ? ExitCode::kInternal : ExitCode::kUsage,
+                "creating the tracker");
+        tracker_.reset(tracker);
+        if (options_.from_template.empty()) return;
         defrec_template handle = nullptr;
-        require(defrec_template_load(context_.get(), options_.from_template.c_str(), &handle),
+        require(defrec_template_load(setup_.context.get(), options_.from_template.c_str(), &handle),
                 ExitCode::kInput, "reading the template");
         const Template surface(handle);
         require(defrec_tracker_set_template(tracker_.get(), surface.get()), ExitCode::kInput,
                 "following the template of " + options_.from_template);
     }
 
-    struct Pending {
-        StereoFrame frame;
-        Job job;
-        TraceFile::Clock::time_point submitted{};
-    };
-
-    static void source_is_given(const TrackOptions& options) {
-        const bool is_one = !options.source.stereo.empty();
-        const bool is_two = !options.source.left.empty() && !options.source.right.empty();
-        if (is_one == is_two) {
-            throw CliError(ExitCode::kUsage,
-                           "give the frames as --left P --right P, or as --stereo P --layout L.");
-        }
-    }
-
-    std::vector<FollowedPoint> points_to_follow() const {
-        return options_.points.empty()
-                   ? grid_points(source_.width(), source_.height())
-                   : read_points(options_.points, source_.width(), source_.height());
-    }
-
-    std::vector<Target> targets_to_follow() const {
-        if (options_.targets.empty()) return {};
-        const fs::path out = options_.out;
-        keep_input(options_.targets,
-                   {out / kTargetsFile, out / "points.csv", out / "frames.csv",
-                    out / "summary.json", out / "template.ply", out / "overlay.mp4",
-                    out / "report.html", options_.trace, options_.save_template});
-        return read_targets(options_.targets);
-    }
-
-    const std::string& source_name() const {
-        return options_.source.stereo.empty() ? options_.source.left : options_.source.stereo;
-    }
-
     Projector projector() {
         return [this](const float* xyz, std::size_t count, float* uv) {
-            projection_.project(xyz, count, uv);
+            setup_.projection.project(xyz, count, uv);
         };
     }
 
-    void open_view(std::uint16_t port) {
-        // On the view's threads, so with memory of its own.
-        auto projection = std::make_shared<RawProjection>(rig_);
-        view_ = std::make_unique<LiveView>(
-            port, ViewFacts{source_name(), device_.name, defrec_version_string()},
-            [projection](const float* xyz, std::size_t count, float* uv) {
-                projection->project(xyz, count, uv);
-            });
-        print_notice("live view: open " + view_->url());
-    }
-
-    void open_report() {
+    std::unique_ptr<SessionPictures> open_pictures() {
         ReportMeta meta;
-        meta.sequence = source_name();
-        meta.backend = device_.id;
-        meta.device = device_.name;
+        meta.sequence = source_name(options_);
+        meta.backend = setup_.device.id;
+        meta.device = setup_.device.name;
         meta.version = defrec_version_string();
         meta.facts = {{"Calibration", options_.calibration},
                       {"Frame size",
                        std::to_string(source_.width()) + " x " + std::to_string(source_.height())},
                       {"Points", options_.points.empty() ? "a grid" : options_.points}};
         if (targets_) meta.facts.emplace_back("Targets", options_.targets);
-        if (options_.overlay) {
-            overlay_ =
-                std::make_unique<OverlayWriter>(folder_ / "overlay.mp4", source_.width(),
-                                                source_.height(), source_.fps(), projector());
-            meta.overlay_file = overlay_->path().filename().string();
-        }
-        if (!options_.report) return;
-        report_ = std::make_unique<ReportWriter>(folder_ / "report.html", meta, projector());
+        return std::make_unique<SessionPictures>(
+            PictureOptions{folder_, source_.width(), source_.height(), source_.fps(), projector(),
+                           options_.overlay, options_.report},
+            std::move(meta));
+    }
+
+    void open_view(std::uint16_t port) {
+        auto projection = std::make_shared<RawProjection>(setup_.rig);
+        pictures_->open_view(port,
+                             {source_name(options_), setup_.device.name, defrec_version_string()},
+                             [projection](const float* xyz, std::size_t count, float* uv) {
+                                 projection->project(xyz, count, uv);
+                             });
     }
 
     void track_all() {
@@ -247,17 +302,7 @@ class TrackSession {
         while (has_more || !pending_.empty()) {
             has_more = has_more && !interrupt_requested();
             if (has_more && pending_.size() < max_pending) {
-                Pending next;
-                const auto begin = TraceFile::Clock::now();
-                has_more = source_.next(next.frame);
-                if (!has_more) continue;
-                trace_host("read", next.frame, begin, TraceFile::Clock::now());
-                if (has_pace) real_time.wait_for(next.frame.timestamp_ms);
-                const auto begin_submit = TraceFile::Clock::now();
-                next.job = submit(tracker_, next.frame, options_.deadline_ns);
-                next.submitted = TraceFile::Clock::now();
-                trace_host("submit", next.frame, begin_submit, next.submitted);
-                pending_.push_back(std::move(next));
+                has_more = submit_next(has_pace ? &real_time : nullptr);
                 continue;
             }
             if (pending_.empty()) break;
@@ -266,117 +311,87 @@ class TrackSession {
         }
     }
 
+    // false: there is no further frame. pace: null where frames are taken as they come.
+    bool submit_next(RealTime* pace) {
+        Pending next;
+        const auto begin = TraceFile::Clock::now();
+        if (!source_.next(next.frame)) return false;
+        trace_host("read", next.frame, begin, TraceFile::Clock::now());
+        if (pace != nullptr) pace->wait_for(next.frame.timestamp_ms);
+        const auto begin_submit = TraceFile::Clock::now();
+        next.job = submit(tracker_, next.frame, options_.deadline_ns);
+        next.submitted = TraceFile::Clock::now();
+        trace_host("submit", next.frame, begin_submit, next.submitted);
+        pending_.push_back(std::move(next));
+        return true;
+    }
+
     void trace_host(const char* name, const StereoFrame& frame, TraceFile::Clock::time_point begin,
                     TraceFile::Clock::time_point end) {
         if (trace_) as_output([&] { trace_->add_host(name, frame.index, begin, end); });
     }
 
     void take_result(const Pending& pending) {
+        const StereoFrame& frame = pending.frame;
         const auto begin = TraceFile::Clock::now();
         require(defrec_job_wait(pending.job.get(), UINT64_MAX), ExitCode::kInternal,
-                "frame " + std::to_string(pending.frame.index));
+                "frame " + std::to_string(frame.index));
         const auto done = TraceFile::Clock::now();
-        trace_host("wait", pending.frame, begin, done);
+        trace_host("wait", frame, begin, done);
         auto result = initialised<defrec_result>();
         require(defrec_job_result(pending.job.get(), &result), ExitCode::kInternal,
                 "reading the result");
         if (trace_)
-            as_output(
-                [&] { trace_->add_device(pending.frame.index, result, pending.submitted, done); });
-        const cv::Mat left = left_image(pending.frame);
-        if (result.template_epoch != template_epoch_) {
-            template_epoch_ = result.template_epoch;
-            const Template surface = template_of(pending.job);
-            if (desc_.body == DEFREC_BODY_ON && !source_.is_live()) await_body(surface);
-            const defrec_template_info info = info_of(surface);
-            const TemplateRecord record = template_record(info, projection_);
-            triangles_ = std::make_shared<const std::vector<std::uint32_t>>(record.triangles);
-            if (!has_template_)
-                take_template(pending.frame, left, surface, info, record);
-            else
-                as_output([&] { take_changed_template(record); });
+            as_output([&] { trace_->add_device(frame.index, result, pending.submitted, done); });
+        if (result.template_epoch != template_.epoch) take_template(pending, result.template_epoch);
+        if (!options_.from_template.empty() && !template_.has_points && has_geometry(result)) {
+            points_.begin_at(frame.index);
+            template_.has_points = true;
         }
-
-        if (!options_.from_template.empty() && !has_points_ && has_geometry(result)) {
-            points_.begin_at(pending.frame.index);
-            has_points_ = true;
-        }
-        if (view_) obey_view(pending.frame);
-        const std::vector<PointRow> points =
-            points_.add_frame(pending.frame.index, pending.frame.timestamp_ms,
-                              has_geometry(result) ? pending.job.get() : nullptr);
-        std::vector<TargetRow> targets;
-        if (targets_) {
-            targets = targets_->add_frame(pending.frame.index, pending.frame.timestamp_ms,
-                                          has_geometry(result) ? pending.job.get() : nullptr);
-        }
-        if (link_) {
-            link_->publish(link_frame(pending.frame, result, triangles_, points, targets));
-            show_link_notices();
-        }
-        rows_.push_back(frame_row(pending.frame, result));
-        reasons_ |= result.reasons;
-        if (options_.meshes && has_geometry(result)) write_mesh(pending.frame.index, result);
-        fill_record(rows_.back(), result, points, targets, projection_, record_);
-        const auto drawing = TraceFile::Clock::now();
-        as_output([&] {
-            if (overlay_) overlay_->add(left, record_);
-            if (report_) report_->add(left, record_);
-            if (recording_) recording_->add(left, record_);
-        });
-        if (view_) view_->add(left, record_, view_points(points));
-        const auto end = TraceFile::Clock::now();
-        trace_host("overlay and report", pending.frame, drawing, end);
-        trace_host("result", pending.frame, begin, end);
+        write_result(pending, result);
+        trace_host("result", frame, begin, TraceFile::Clock::now());
         progress_.update(static_cast<std::int64_t>(rows_.size()), source_.expected(),
                          rows_.back().state);
     }
 
-    // What browsers asked for takes effect with this frame.
-    void obey_view(const StereoFrame& frame) {
-        for (const ViewCommand& command : view_->take_commands()) {
-            if (command.kind == ViewCommand::Kind::kFollowPoint)
-                points_.follow(command.u, command.v, frame.index);
-            else if (command.is_on != (recording_ != nullptr))
-                as_output([&] { command.is_on ? start_recording() : finish_recording(); });
-        }
+    void write_result(const Pending& pending, const defrec_result& result) {
+        const StereoFrame& frame = pending.frame;
+        pictures_->obey_view([&](double u, double v) { points_.follow(u, v, frame.index); });
+        defrec_job job = has_geometry(result) ? pending.job.get() : nullptr;
+        const std::vector<PointRow> points =
+            points_.add_frame(frame.index, frame.timestamp_ms, job);
+        std::vector<TargetRow> targets;
+        if (targets_) targets = targets_->add_frame(frame.index, frame.timestamp_ms, job);
+        if (link_.is_open())
+            link_.publish(link_frame(frame, result, template_.triangles, points, targets));
+        rows_.push_back(frame_row(frame, result));
+        notes_.add_reasons(result.reasons);
+        if (options_.meshes && has_geometry(result)) write_mesh(frame.index, result);
+        fill_record(rows_.back(), result, points, targets, setup_.projection, record_);
+        const auto drawing = TraceFile::Clock::now();
+        const cv::Mat left = left_image(frame);
+        pictures_->add(left, record_);
+        if (pictures_->has_view()) pictures_->add_to_view(left, record_, view_points(points));
+        trace_host("overlay and report", frame, drawing, TraceFile::Clock::now());
     }
 
-    void start_recording() {
-        std::array<char, 32> name{};
-        std::snprintf(name.data(), name.size(), "recording_%03d.mp4", ++recordings_);
-        recording_ = std::make_unique<OverlayWriter>(folder_ / name.data(), source_.width(),
-                                                     source_.height(), source_.fps(), projector());
-        if (has_template_) recording_->set_template(template_record_);
-        view_->set_recording(recording_->path().filename().string());
-    }
-
-    void finish_recording() {
-        if (!recording_) return;
-        recording_->finish();
-        recording_.reset();
-        if (view_) view_->set_recording("");
-    }
-
-    static Template template_of(const Job& job) {
-        defrec_template handle = nullptr;
-        require(defrec_job_get_template(job.get(), &handle), ExitCode::kInternal,
-                "reading the template");
-        return Template(handle);
-    }
-
-    static defrec_template_info info_of(const Template& surface) {
-        auto info = initialised<defrec_template_info>();
-        require(defrec_template_get(surface.get(), &info), ExitCode::kInternal,
-                "reading the template");
-        return info;
-    }
-
-    // So that what is written depends on the frames alone, and not on when the body is ready.
-    static void await_body(const Template& surface) {
-        const defrec_status status = defrec_template_wait_body(surface.get(), UINT64_MAX);
-        if (status != DEFREC_ERROR_UNSUPPORTED)
-            require(status, ExitCode::kInternal, "computing the body beneath the surface");
+    void take_template(const Pending& pending, std::uint32_t epoch) {
+        const Template surface = template_of(pending.job);
+        if (desc_.body == DEFREC_BODY_ON && !source_.is_live()) await_body(surface);
+        const defrec_template_info info = info_of(surface);
+        const TemplateRecord record = template_record(info, setup_.projection);
+        template_.epoch = epoch;
+        template_.triangles = std::make_shared<const std::vector<std::uint32_t>>(record.triangles);
+        if (template_.frame) return pictures_->change_template(record);
+        const std::int64_t frame = pending.frame.index;
+        template_.frame = frame;
+        write_template(info, record);
+        const bool is_captured = options_.from_template.empty();
+        if (is_captured) points_.lift(surface, frame, desc_.grow != 0);
+        if (targets_) targets_->prepare(surface);
+        pictures_->set_template(record, left_image(pending.frame));
+        if (is_captured && frame != options_.source.range.first)
+            notes_.add_late_template(frame, targets_.has_value());
     }
 
     void write_template(const defrec_template_info& info, const TemplateRecord& record) const {
@@ -389,120 +404,35 @@ class TrackSession {
                    record.triangles.data(), info.triangle_count});
     }
 
-    // The parts that show it in pictures.
-    void show_template(const TemplateRecord& record) {
-        if (overlay_) overlay_->set_template(record);
-        if (recording_) recording_->set_template(record);
-        if (!view_) return;
-        view_->set_template(record);
-        template_record_ = record;
-    }
-
-    void take_changed_template(const TemplateRecord& record) {
-        show_template(record);
-        if (report_) report_->change_template(record);
-    }
-
-    void take_template(const StereoFrame& frame, const cv::Mat& left, const Template& surface,
-                       const defrec_template_info& info, const TemplateRecord& record) {
-        write_template(info, record);
-        if (options_.from_template.empty()) points_.lift(surface, frame.index, desc_.grow != 0);
-        if (targets_) targets_->prepare(surface);
-        as_output([&] {
-            show_template(record);
-            if (report_) report_->set_template(record, left);
-        });
-        template_frame_ = frame.index;
-        has_template_ = true;
-        if (options_.from_template.empty() && frame.index != options_.source.range.first) {
-            notes_.push_back("The first frame could not give a template; it was taken from frame " +
-                             std::to_string(frame.index) +
-                             ", and the points to follow were looked up there.");
-            if (targets_) {
-                notes_.push_back(
-                    "The targets were taken to be given in the left rectified camera "
-                    "of frame " +
-                    std::to_string(frame.index) + ", the template's.");
-            }
-        }
-    }
-
-    // Of the whole run.
-    void note_points() {
-        if (const std::size_t count = points_.points_without_surface(); count > 0) {
-            notes_.push_back(std::to_string(count) + " of " + std::to_string(points_.count()) +
-                             " points to follow lie where the template has no surface; they are "
-                             "lost in every frame.");
-        }
-    }
-
     // The template as it was at the end, with what joined it.
     void finish_template() {
-        if (!has_template_) return;
+        if (!template_.frame) return;
         defrec_template handle = nullptr;
         require(defrec_tracker_get_template(tracker_.get(), &handle), ExitCode::kInternal,
                 "reading the template");
         const Template surface(handle);
         const defrec_template_info info = info_of(surface);
-        if (options_.grow) write_template(info, template_record(info, projection_));
+        if (options_.grow) write_template(info, template_record(info, setup_.projection));
         if (options_.save_template.empty()) return;
         require(defrec_template_save(surface.get(), options_.save_template.c_str()),
                 ExitCode::kOutput, "saving the template");
     }
 
-    void show_link_notices() {
-        const std::vector<std::string> notices = link_->take_notices();
-        if (options_.quiet || notices.empty()) return;
-        progress_.clear();
-        for (const std::string& notice : notices) print_notice(notice);
-    }
-
-    void finish_link() {
-        if (!link_) return;
-        link_facts_ = {link_->endpoint(), link_->finish()};
-        show_link_notices();
-        if (link_facts_->counts.receivers == 0) {
-            notes_.push_back("The live link at " + to_string(link_->endpoint()) +
-                             " reached nobody.");
-        }
-    }
-
     void write_mesh(std::int64_t frame, const defrec_result& result) {
         std::array<char, 32> name{};
         std::snprintf(name.data(), name.size(), "%06lld.ply", static_cast<long long>(frame));
+        const std::vector<std::uint32_t>& triangles = *template_.triangles;
         write_ply(folder_ / "deformed" / name.data(),
                   {result.vertices, result.normals, result.vertex_status, result.expected_error_mm,
-                   result.vertex_count, triangles_->data(), triangles_->size() / 3});
+                   result.vertex_count, triangles.data(), triangles.size() / 3});
     }
 
     // Writes what there is, also after a failure; the first file that cannot be written is
-    // reported.
-    void finish(double seconds, std::exception_ptr& failure) {
-        if (!source_.fault().empty()) notes_.push_back(source_.fault());
-        note_points();
-        if (!has_template_)
-            notes_.emplace_back("No frame could give a template; nothing was tracked.");
-        if ((reasons_ & DEFREC_REASON_VIEWS_SWAPPED) != 0) {
-            notes_.emplace_back("The two images look swapped; exchange --left and --right.");
-        }
-        if ((reasons_ & DEFREC_REASON_VIEW_LATE) != 0) {
-            notes_.emplace_back(
-                "In some frames left and right view were taken at different times; see "
-                "view_lag_frames in frames.csv.");
-        }
-        if ((reasons_ & DEFREC_REASON_INTERLACED) != 0) {
-            notes_.emplace_back(
-                "In some frames the rows of an image are of two times, as those of interlaced "
-                "video; choose a progressive mode of the camera, or deinterlace.");
-        }
-        if ((reasons_ & DEFREC_REASON_CALIBRATION) != 0) {
-            notes_.emplace_back(
-                "The calibration has drifted; calibrate anew, or set self_calibration: correct in "
-                "--config. See rig_estimate in summary.json.");
-        }
-        if (interrupt_requested())
-            notes_.emplace_back("Interrupted; the outputs hold the frames tracked until then.");
-        const auto attempt = [&](const auto& function) {
+    // reported. Returns the summary.
+    nlohmann::ordered_json finish(double seconds, std::exception_ptr& failure) {
+        notes_.add(source_.fault());
+        notes_.conclude(points_, template_.frame.has_value());
+        const auto attempt = [&](const std::function<void()>& function) {
             try {
                 as_output(function);
             } catch (const CliError&) {
@@ -518,35 +448,27 @@ class TrackSession {
             if (trace_) trace_->commit();
         });
         attempt([&] { write_frames(folder_ / "frames.csv", rows_); });
-        attempt([&] { finish_recording(); });
-        attempt([&] {
-            if (!overlay_) return;
-            overlay_->finish();
-            if (!overlay_->note().empty()) notes_.push_back(overlay_->note());
-            if (report_) report_->meta().overlay_file = overlay_->path().filename().string();
-        });
-        attempt([&] {
-            if (!report_) return;
-            report_->meta().notes.insert(report_->meta().notes.end(), notes_.begin(), notes_.end());
-            report_->finish();
-        });
-        summary_ = summarise_track({options_, device_, calibration_, rig_info(rig_), rows_, points_,
-                                    targets_ ? &*targets_ : nullptr, notes_,
-                                    has_template_ ? std::optional(template_frame_) : std::nullopt,
-                                    link_facts_, source_.camera_counts(), seconds});
-        attempt([&] { write_atomically(folder_ / "summary.json", json_text(summary_, 2) + "\n"); });
+        attempt([&] { pictures_->finish_recording(); });
+        attempt([&] { notes_.add(pictures_->finish_overlay()); });
+        attempt([&] { pictures_->finish_report(notes_.all()); });
+        const nlohmann::ordered_json summary =
+            summarise_track({options_, setup_.device, calibration_, rig_info(setup_.rig), rows_,
+                             points_, targets_ ? &*targets_ : nullptr, notes_.all(),
+                             template_.frame, link_.facts(), source_.camera_counts(), seconds});
+        attempt([&] { write_atomically(folder_ / "summary.json", json_text(summary, 2) + "\n"); });
+        return summary;
     }
 
-    int report_end() const {
+    int report_end(const nlohmann::ordered_json& summary) const {
         if (!options_.quiet) {
-            for (const std::string& note : notes_) print_notice(note);
+            for (const std::string& note : notes_.all()) print_notice(note);
         } else if (!source_.fault().empty()) {
             print_notice(source_.fault());
         }
         if (options_.json) {
-            print(json_text(summary_, 2) + "\n");
+            print(json_text(summary, 2) + "\n");
         } else if (!options_.quiet) {
-            print(summary_text(summary_, folder_));
+            print(summary_text(summary, folder_));
         }
         if (interrupt_requested()) return static_cast<int>(ExitCode::kInterrupted);
         return static_cast<int>(source_.fault().empty() ? ExitCode::kOk : ExitCode::kInput);
@@ -556,39 +478,22 @@ class TrackSession {
     FrameSource source_;
     StereoCalibration calibration_;
     defrec_tracker_desc desc_;
-    std::unique_ptr<LiveLink> link_;  // null where none was asked for
-    Context context_;
-    Device device_;
-    Rig rig_;
-    RawProjection projection_;
-    std::vector<FollowedPoint> followed_;
-    std::vector<Target> given_targets_;
+    ProgressBar progress_;
+    LinkOutput link_;
+    Setup setup_;
+    Followed followed_;  // until the followers have it
     fs::path folder_;
     OutputFolderLock folder_lock_;
     PointFollower points_;
     std::optional<TargetFollower> targets_;  // empty where none were given
-    ProgressBar progress_;
     Tracker tracker_;
     std::optional<TraceFile> trace_;
-    std::unique_ptr<OverlayWriter> overlay_;    // null where none was asked for
-    std::unique_ptr<ReportWriter> report_;      // null where none was asked for
-    std::unique_ptr<OverlayWriter> recording_;  // null while none is made
-    int recordings_ = 0;
-    TemplateRecord template_record_;  // the present one, for recordings; only with a view
-    std::unique_ptr<LiveView> view_;  // null where none was asked for
+    std::unique_ptr<SessionPictures> pictures_;
     std::deque<Pending> pending_;
-    std::shared_ptr<const std::vector<std::uint32_t>>
-        triangles_;  // shared with frames that wait to be sent
+    SeenTemplate template_;
     std::vector<FrameRow> rows_;
     FrameRecord record_;
-    std::vector<std::string> notes_;
-    std::optional<LinkFacts> link_facts_;  // when the link has ended
-    nlohmann::ordered_json summary_;
-    std::int64_t template_frame_ = 0;
-    std::uint32_t template_epoch_ = 0;
-    bool has_template_ = false;
-    bool has_points_ = false;    // their frame has come; of a template that was given
-    std::uint32_t reasons_ = 0;  // of all frames
+    SessionNotes notes_;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/contract/enumerations.hpp"
 #include "sdk/io/process_memory.hpp"
 #include "sdk/io/statistics.hpp"
 #include "sdk/io/text.hpp"
@@ -45,9 +46,9 @@ Json camera_json(const TrackFacts& facts) {
 
 Json states_json(const std::vector<FrameRow>& rows) {
     Json json = Json::object();
-    for (const char* state : {"initialising", "tracking", "degraded", "lost", "relocalised"}) {
-        json[state] = std::count_if(rows.begin(), rows.end(),
-                                    [&](const FrameRow& row) { return row.state == state; });
+    for (const EnumeratorName& state : kStateNames) {
+        json[state.name] = std::count_if(
+            rows.begin(), rows.end(), [&](const FrameRow& row) { return row.state == state.name; });
     }
     return json;
 }

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,11 +30,11 @@ struct TrackFacts {
     const std::vector<FrameRow>& rows;
     const PointFollower& points;
     const TargetFollower* targets;  // null without any
-    const std::vector<std::string>& notes;
+    std::span<const std::string> notes;
     std::optional<std::int64_t> template_frame;
-    std::optional<LinkFacts> link;        // empty without a live link
-    std::optional<CameraCounts> cameras;  // empty for recorded images
-    double seconds;                       // reading, tracking and drawing together
+    const std::optional<LinkFacts>& link;  // empty without a live link
+    std::optional<CameraCounts> cameras;   // empty for recorded images
+    double seconds;                        // reading, tracking and drawing together
 };
 
 nlohmann::ordered_json summarise_track(const TrackFacts& facts);

@@ -32,6 +32,15 @@ void TrackerJob::make_room(const FrameInput& coming) {
         ignore = HostMemory(device_, pixels_);
 }
 
+void TrackerJob::make_room(const TemplateData& data) {
+    memory.fit(data);
+    const size_t vertices = data.vertices.size();
+    const uint64_t needed = vertices * sizeof(defrec_surface_sample);
+    if (input.samples != nullptr && input.samples->size() < needed)
+        fail(DEFREC_ERROR_ARGUMENT, "samples: the memory has ", input.samples->size(), " bytes, ",
+             needed, " are needed for ", vertices, " vertices");
+}
+
 void JobMonitor::give_up(const char* call) {
     const Error error = device.give_up(call);
     const std::lock_guard lock(mutex);
@@ -104,7 +113,7 @@ void TrackerJob::release() {
         changed_, lock, DeviceWatch::Clock::time_point::max(), [this] { return has_ended(); });
     if (outcome == DeviceWatch::Outcome::kStuck) give_up(lock);
     if (phase != JobPhase::kDone) return;  // a thread that is left behind may come back to it
-    surface.reset();
+    result.surface.reset();
     carrier_.reset();
     phase = JobPhase::kFree;
 }
@@ -118,71 +127,39 @@ void TrackerJob::expect_done() const {
     if (status < 0) fail(status, error_text_);
 }
 
-void TrackerJob::result(defrec_result& out) const {
+void TrackerJob::describe(defrec_result& out) const {
     expect_done();
-    out.state = state;
-    out.reasons = reasons;
-    out.epoch = epoch;
-    out.template_epoch = template_epoch;
+    const FrameOutput& output = memory.output;
+    result.describe(out);
     out.timestamp_ns = input.timestamp_ns;
     out.frame = frame;
-    out.age = age;
     out.features = output.summary->features;
     std::copy(output.times.begin(), output.times.end(), out.times);
     out.time_count = output.time_count;
     out.disparity = output.disparity.empty() ? nullptr : output.disparity.data();
-    std::copy(std::begin(rigid_motion), std::end(rigid_motion), out.rigid_motion);
-    out.view_lag_frames = rig_estimate.lag_frames;
-    out.vertical_offset_px = rig_estimate.vertical_offset_px;
-    out.roll_deg = rig_estimate.roll_deg;
-    out.focal_ratio = rig_estimate.focal_ratio;
-    out.rig_matches = rig_estimate.matches;
     out.device_id = monitor->device.description().id.c_str();
-    if (surface == nullptr) return;
-    const TemplateData& data = surface->data();
-    out.matches = evidence.matches;
-    out.inliers = evidence.inliers;
-    out.patches = evidence.patches_confirmed;
-    out.observed_share = observed_share;
-    out.mean_residual_mm = static_cast<float>(evidence.mean_residual_mm);
-    out.patch_residual_px = static_cast<float>(evidence.patch_rms_px);
-    out.motions = motions.data();
-    out.node_positions = node_positions.data();
-    out.node_count = motions.size();
-    out.vertices = vertices.data();
-    out.normals = normals.data();
-    out.vertex_status = confidence.status.data();
-    out.expected_error_mm = confidence.expected_error.data();
-    out.vertex_covariance = confidence.covariance.data();
-    out.vertex_evidence = confidence.evidence.data();
-    out.vertex_count = data.vertices.size();
-    out.landmarks = data.landmarks.data();
+    if (result.surface == nullptr) return;
     out.landmark_matches = output.matches.data();
-    out.landmark_count = data.landmarks.size();
     out.patch_observations = output.observations.data();
-    out.patch_count = data.patches.size();
-    out.body = surface->body().state();
-    out.pieces = pieces.data();
-    out.piece_count = pieces.size();
 }
 
 void TrackerJob::expect_surface() const {
     expect_done();
-    if (surface == nullptr) fail(DEFREC_ERROR_STATE, "there is no template yet");
+    if (result.surface == nullptr) fail(DEFREC_ERROR_STATE, "there is no template yet");
 }
 
 std::shared_ptr<const Template> TrackerJob::get_template() const {
     expect_surface();
-    return surface;
+    return result.surface;
 }
 
 void TrackerJob::lift_points(const double* uv, size_t count, double* xyz, uint8_t* found) const {
     expect_surface();
-    if (state != DEFREC_LOST) {
-        lift_pixels(
-            *surface,
-            {vertices, motions, grows_ ? output.disparity : std::span<const int16_t>(), pieces},
-            {uv, 2 * count}, {xyz, 3 * count}, {found, count});
+    if (result.state != DEFREC_LOST) {
+        lift_pixels(*result.surface,
+                    {result.vertices, result.motions,
+                     grows_ ? memory.output.disparity : std::span<const int16_t>(), result.pieces},
+                    {uv, 2 * count}, {xyz, 3 * count}, {found, count});
         return;
     }
     std::fill_n(xyz, 3 * count, 0.0);
@@ -190,20 +167,26 @@ void TrackerJob::lift_points(const double* uv, size_t count, double* xyz, uint8_
 }
 
 CarryingSurface TrackerJob::carrying_surface() const {
-    return {*surface, motions, vertices, confidence, state == DEFREC_LOST, grows_, known};
+    return {*result.surface,
+            result.motions,
+            result.vertices,
+            result.confidence,
+            result.state == DEFREC_LOST,
+            grows_,
+            result.known};
 }
 
 void TrackerJob::carry(const double* template_xyz, size_t count, const Carried& carried) const {
     // Few points need no memory; of many, as many are prepared at a time as threads can share.
     constexpr size_t kFew = 32, kBlock = 8192;
-    const std::shared_ptr<const Body> body = surface->body().body();
+    const std::shared_ptr<const Body> body = result.surface->body().body();
     std::array<PreparedPoint, kFew> few;
     std::vector<PreparedPoint> many(count > kFew ? std::min(count, kBlock) : 0);
     const std::span<PreparedPoint> points = count > kFew ? std::span(many) : std::span(few);
     for (size_t begin = 0; begin < count; begin += points.size()) {
         const size_t used = std::min(points.size(), count - begin);
-        prepare_points(*surface, body.get(), template_xyz + 3 * begin, services()->own_threads(),
-                       points.first(used));
+        prepare_points(*result.surface, body.get(), template_xyz + 3 * begin,
+                       services()->own_threads(), points.first(used));
         const auto of_block = [&](size_t i, const CarriedPoint& point) {
             carried(begin + i, point);
         };
@@ -253,9 +236,9 @@ void TrackerJob::point_covariances(const double* template_xyz, size_t count, dou
 void TrackerJob::move_targets(const PreparedTargets& targets, double* xyz, double* covariance,
                               uint8_t* point_status, double* expected_error_mm) const {
     expect_surface();
-    if (!surface->descends_from(targets.surface()))
+    if (!result.surface->descends_from(targets.surface()))
         fail(DEFREC_ERROR_ARGUMENT, "the targets were made for another template");
-    const auto prepared = targets.prepared(surface, services()->own_threads());
+    const auto prepared = targets.prepared(result.surface, services()->own_threads());
     const MovedPointArrays arrays{xyz, covariance, point_status, expected_error_mm};
     carrier_.carry(carrying_surface(), prepared->points, prepared->body, services()->own_threads(),
                    std::cref(arrays));

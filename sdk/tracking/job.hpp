@@ -9,11 +9,8 @@
 #include <string>
 
 #include "sdk/device/context.hpp"
-#include "sdk/tracking/evidence/vertex_confidence.hpp"
 #include "sdk/tracking/frame/frame_output.hpp"
-#include "sdk/tracking/frame/rig_estimate.hpp"
-#include "sdk/tracking/monitors/frame_state.hpp"
-#include "sdk/tracking/points/point_carrier.hpp"
+#include "sdk/tracking/frame_result.hpp"
 #include "sdk/tracking/tracker.hpp"
 
 namespace defrec {
@@ -44,7 +41,7 @@ class TrackerJob final : public Job {
 
     defrec_status wait(uint64_t timeout_ns) override;
     std::string error_text() const override;
-    void result(defrec_result& out) const override;
+    void describe(defrec_result& out) const override;
     std::shared_ptr<const Template> get_template() const override;
     void lift_points(const double* uv, size_t count, double* xyz, uint8_t* found) const override;
     void warp_points(const double* template_xyz, size_t count, double* xyz, uint8_t* status,
@@ -61,34 +58,23 @@ class TrackerJob final : public Job {
     std::atomic<JobPhase> phase = JobPhase::kFree;  // written under the monitor's mutex
     defrec_status status = DEFREC_OK;  // under the monitor's mutex; of one that is done
 
-    bool is_interlaced() const { return (reasons & DEFREC_REASON_INTERLACED) != 0; }
-
     // For the copies of this frame, where there is none yet.
     void make_room(const FrameInput& coming);
+    // For what the stages give with this template: a job that was last used with another one has
+    // arrays of another size. Throws Error(DEFREC_ERROR_ARGUMENT) where the frame's own memory for
+    // samples is too small.
+    void make_room(const TemplateData& data);
 
     HostMemory views[2], ignore;  // gray copies of host pixels, tight rows; of a view in memory,
                                   // its rectified pixels
     // Views' where the device is the processor, else empty.
     DeviceBuffer views_in_device[2];
-    FrameInput input;     // its host pixels are these copies
-    DeepKnowledge known;  // of what lies beneath the surface
+    FrameInput input;  // its host pixels are these copies
     uint64_t frame = 0;
     std::shared_ptr<const Template> template_to_set;
 
-    // Results.
-    std::shared_ptr<const Template> surface;
-    FrameMemory memory;
-    FrameOutput& output = memory.output;
-    LateralEvidence lateral;
-    VertexConfidence confidence;
-    std::vector<defrec_motion> motions;  // of the control points
-    std::vector<float> vertices, normals, node_positions;
-    std::vector<defrec_piece> pieces;
-    double rigid_motion[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-    Evidence evidence;
-    float observed_share = 0;  // of the vertices inside the image
-    RigEstimate rig_estimate;
-    uint32_t state = DEFREC_INITIALISING, reasons = 0, epoch = 0, template_epoch = 0, age = 0;
+    FrameMemory memory;  // of what the stages give
+    FrameResult result;  // of a frame that is done
 
     // The device is done, the host will be at once: who waits may wake up in the meantime.
     void announce_end();

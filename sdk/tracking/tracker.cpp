@@ -10,13 +10,12 @@
 
 #include "sdk/base/os/platform.hpp"
 #include "sdk/base/os/run_within.hpp"
+#include "sdk/contract/enumerations.hpp"
 #include "sdk/device/context.hpp"
-#include "sdk/tracking/surface_follower.hpp"
+#include "sdk/tracking/surface_registration.hpp"
 
 namespace defrec {
 namespace {
-
-constexpr uint32_t kAllStages = (1u << DEFREC_STAGE_COUNT_V1) - 1;
 
 std::string describe(const defrec_camera& camera) {
     return concat("fx ", camera.fx, ", fy ", camera.fy, ", cx ", camera.cx, ", cy ", camera.cy,
@@ -49,14 +48,14 @@ class Tracker::Impl {
           settings_(settings),
           device_(monitor->device.open(std::move(watch))),
           frames_(device_, monitor, *rig_, settings_),
-          follower_(rig_, device_, settings_, frames_) {}
+          registration_(rig_, device_, settings_, frames_) {}
 
     void work() {
         while (TrackerJob* job = frames_.take())
             if (frames_.is_stopped())
-                follower_.cancel(*job);
+                registration_.cancel(*job);
             else
-                follower_.compute(*job);
+                registration_.compute(*job);
     }
 
     // Any thread.
@@ -64,7 +63,7 @@ class Tracker::Impl {
     std::shared_ptr<Job> submit(FrameInput input) { return frames_.submit(std::move(input)); }
     std::shared_ptr<const Template> current_template() const {
         std::shared_ptr<const Template> surface = frames_.template_to_set();
-        if (surface == nullptr) surface = follower_.current_template();
+        if (surface == nullptr) surface = registration_.current_template();
         if (surface == nullptr)
             fail(DEFREC_ERROR_STATE,
                  "the tracker has no template yet; submit a frame and wait for it, or set one");
@@ -83,7 +82,8 @@ class Tracker::Impl {
     TrackerSettings settings_;
     std::shared_ptr<Device> device_;
     FrameQueue frames_;
-    SurfaceFollower follower_;  // goes before the frames, whose memory its device may still use
+    SurfaceRegistration
+        registration_;  // goes before the frames, whose memory its device may still use
 };
 
 // The thread of an Impl, which is left behind where the plugin does not let it go.
@@ -189,7 +189,7 @@ class Tracker::Worker {
 Tracker::Tracker(const Context& context, const std::shared_ptr<const Rig>& rig,
                  const defrec_tracker_desc& desc) {
     const TrackerSettings settings = complete_settings(desc, *rig);
-    DeviceSelection selection = context.choose_device(desc.device_id, kAllStages);
+    DeviceSelection selection = context.choose_device(desc.device_id, kEveryStage);
     if ((desc.flags & DEFREC_TRACKER_FALLBACK) == 0)
         selection.devices.erase(
             selection.devices.begin() + static_cast<std::ptrdiff_t>(selection.equal),

@@ -26,7 +26,7 @@ class Job {
     // Why the frame failed; empty unless wait() gave a negative status.
     virtual std::string error_text() const = 0;
     // Throws Error(DEFREC_ERROR_STATE) unless the frame is done.
-    virtual void result(defrec_result& out) const = 0;
+    virtual void describe(defrec_result& out) const = 0;
     virtual std::shared_ptr<const Template> get_template() const = 0;
     virtual void lift_points(const double* uv, size_t count, double* xyz, uint8_t* found) const = 0;
     virtual void warp_points(const double* template_xyz, size_t count, double* xyz, uint8_t* status,

@@ -16,7 +16,7 @@ namespace Defrec
         ErrorVersion = -2,
         /// <summary>Valid, but this device or build cannot.</summary>
         ErrorUnsupported = -3,
-        /// <summary>Of the process or of the device.</summary>
+        /// <summary>Memory of the process or of the device is used up.</summary>
         ErrorOutOfMemory = -4,
         /// <summary>Gone, or did not answer in time: destroy the tracker and open another device.</summary>
         ErrorDeviceLost = -5,
@@ -47,13 +47,13 @@ namespace Defrec
         Error = 4
     }
 
-    /// <summary>Flags of defrec_context_desc.</summary>
+    /// <summary>Flags of ContextOptions.</summary>
     [Flags]
     public enum ContextFlags : uint
     {
         /// <summary>None.</summary>
         None = 0,
-        /// <summary>Look nowhere but in plugin_paths.</summary>
+        /// <summary>Look nowhere but in PluginPaths.</summary>
         OnlyGivenPlugins = 1u << 0,
         /// <summary>Honour Constants.PluginPath (never when privileged).</summary>
         UseEnvironment = 1u << 1
@@ -102,12 +102,12 @@ namespace Defrec
         /// <summary>A graphics driver that computes on the processor, slower than the CPU backend.</summary>
         Software = 1u << 1,
         /// <summary>
-        /// Did not answer within plugin_deadline_ms: it is not opened again in this context, and what it holds is left behind.
+        /// Did not answer within PluginDeadlineMs: it is not opened again in this context, and what it holds is left behind.
         /// </summary>
         Quarantined = 1u << 2
     }
 
-    /// <summary>Kinds of memory that a defrec_memory may name.</summary>
+    /// <summary>Kinds of memory that a DeviceMemory may name.</summary>
     public enum MemoryKind : uint
     {
         /// <summary>The processor's memory, for devices that compute in it.</summary>
@@ -177,7 +177,7 @@ namespace Defrec
         Off = 1
     }
 
-    /// <summary>Flags of defrec_frame.</summary>
+    /// <summary>Flags of Frame.</summary>
     [Flags]
     public enum FrameFlags : uint
     {
@@ -185,9 +185,9 @@ namespace Defrec
         None = 0,
         /// <summary>Make this frame the template (the first usable frame is, unless one was set).</summary>
         CaptureTemplate = 1u << 0,
-        /// <summary>Held_motion is given.</summary>
+        /// <summary>HeldMotion is given.</summary>
         HeldMotion = 1u << 1,
-        /// <summary>Camera_pose is given.</summary>
+        /// <summary>CameraPose is given.</summary>
         CameraPose = 1u << 2
     }
 
@@ -212,23 +212,23 @@ namespace Defrec
     {
         /// <summary>None.</summary>
         None = 0,
-        /// <summary>Left or right image black.</summary>
+        /// <summary>Left or right image is black.</summary>
         Dark = 1u << 0,
-        /// <summary>Left or right image mostly white.</summary>
+        /// <summary>Left or right image is mostly white.</summary>
         Saturated = 1u << 1,
-        /// <summary>Both images without contrast.</summary>
+        /// <summary>Both images have hardly any contrast.</summary>
         NoTexture = 1u << 2,
         /// <summary>Few features agree with the template's landmarks; no harm while patches are found.</summary>
         FewMatches = 1u << 3,
-        /// <summary>Something lies in front of a good part of the surface.</summary>
+        /// <summary>Something lies in front of a quarter of the surface.</summary>
         Occluded = 1u << 4,
-        /// <summary>Measured depth and the surface lie far apart.</summary>
+        /// <summary>Measured depth and the surface lie more than 1 mm apart on average.</summary>
         LargeResidual = 1u << 5,
         /// <summary>Half of the surface moved more than 5 mm since the frame before.</summary>
         FastMotion = 1u << 6,
-        /// <summary>Most of the surface lies outside the image.</summary>
+        /// <summary>Half of the surface lies outside the image.</summary>
         OutOfView = 1u << 7,
-        /// <summary>No disparity on most of the surface, or too little for a template.</summary>
+        /// <summary>No disparity on half of the surface, or too little for a template.</summary>
         NoDepth = 1u << 8,
         /// <summary>One image is black and the other is not.</summary>
         OneView = 1u << 9,
@@ -238,19 +238,23 @@ namespace Defrec
         Frozen = 1u << 10,
         /// <summary>Time since the last frame is more than twice the usual.</summary>
         Gap = 1u << 11,
-        /// <summary>Left and right seem to be exchanged.</summary>
+        /// <summary>
+        /// Left and right seem to be exchanged: there is no depth for a template, or the surface is lost without depth, and
+        /// exchanged images would give it.
+        /// </summary>
         ViewsSwapped = 1u << 12,
-        /// <summary>Smoke, blur, a wet lens: few patches are found.</summary>
+        /// <summary>Few of the patches that are expected are found: smoke, blur, a wet lens.</summary>
         LowContrast = 1u << 13,
-        /// <summary>Left and right view were taken at different times.</summary>
+        /// <summary>Left and right view were taken at different times: ViewLagFrames.</summary>
         ViewLate = 1u << 14,
         /// <summary>
-        /// Left and right rows do not agree, or the right view slipped sideways: the calibration is not that of the cameras.
+        /// Left and right rows do not agree (VerticalOffsetPx, RollDeg, FocalRatio), or the right view slipped sideways: the
+        /// calibration is not that of the cameras.
         /// </summary>
         Calibration = 1u << 15,
         /// <summary>From this frame on the template has more vertices: tissue joined.</summary>
         TemplateGrew = 1u << 16,
-        /// <summary>The template grows no more: see max_vertices.</summary>
+        /// <summary>The template has reached its limit and grows no more.</summary>
         TemplateFull = 1u << 17,
         /// <summary>For want of time the surface was not refined in the images' full size, or not searched widely.</summary>
         Coarse = 1u << 18,
@@ -259,18 +263,14 @@ namespace Defrec
         /// <summary>Done after its deadline.</summary>
         Overdue = 1u << 20,
         /// <summary>
-        /// From this frame on the template is parted along a line where tissue came apart: see cut_points of
-        /// defrec_template_info.
+        /// From this frame on the template is parted along a line where tissue came apart: see CutPoints of Template.
         /// </summary>
         Cut = 1u << 21,
         /// <summary>
-        /// A piece of the surface is not found where it is expected in the image, others are: see pieces of defrec_result.
+        /// A piece of the surface is not found where it is expected in the image, others are: see pieces of FrameResult.
         /// </summary>
         PieceLost = 1u << 22,
-        /// <summary>
-        /// An image's rows alternate between two times, as those of video that was not deinterlaced: no vertex counts as
-        /// observed, and no template is made.
-        /// </summary>
+        /// <summary>An image's rows alternate between two times, as those of video that was not deinterlaced.</summary>
         Interlaced = 1u << 23,
         /// <summary>Deprecated: the earlier name of Reasons.OneView.</summary>
         OneEye = 1u << 9,
@@ -326,14 +326,14 @@ namespace Defrec
         Beside = 2
     }
 
-    /// <summary>Flags of defrec_body_region.</summary>
+    /// <summary>Flags of BodyRegion.</summary>
     [Flags]
     public enum RegionFlags : uint
     {
         /// <summary>None.</summary>
         None = 0,
         /// <summary>
-        /// What lies in it is held: it moves with held_motion of defrec_frame, or with the deep tissue where that is not given.
+        /// What lies in it is held: it moves with HeldMotion of Frame, or with the deep tissue where that is not given.
         /// </summary>
         Held = 1u << 0
     }
@@ -391,7 +391,7 @@ namespace Defrec
         /// Where the device is quarantined or cannot be opened, take the next one with every stage; results name it.
         /// </summary>
         public const int TrackerFallback = 1;
-        /// <summary>Entries of defrec_result's times.</summary>
+        /// <summary>Entries of FrameResult's times.</summary>
         public const int MaxTimedStages = 16;
     }
 }

@@ -222,6 +222,13 @@ namespace Defrec
             }
         }
 
+        private static int Copy(void* from, ulong count, int size, void* to, int capacity)
+        {
+            Check.Length(capacity, Check.ArrayLength(count, 1), "destination");
+            NativeArray.Copy(from, to, (int)count, size);
+            return (int)count;
+        }
+
         // What it points to lives until the job is released, that is at least as long as use.
         private static defrec_result Read(HandleUse use)
         {

@@ -28,7 +28,7 @@ namespace Defrec
         public int X;
         /// <summary>In the image, 1/16 px.</summary>
         public int Y;
-        /// <summary>Of the pyramid.</summary>
+        /// <summary>Level of the pyramid.</summary>
         public ushort Level;
         /// <summary>Orientation bin.</summary>
         public ushort Angle;
@@ -201,7 +201,7 @@ namespace Defrec
         public int Inliers;
         /// <summary>Matches within H of the best reference's rigid motion.</summary>
         public int BestSupport;
-        /// <summary>Of the best reference: x_live = rotation * x_template + translation; row-major.</summary>
+        /// <summary>Rotation of the best reference's motion: x_live = rotation * x_template + translation; row-major.</summary>
         public Float3x3 Rotation;
         /// <summary>mm.</summary>
         public Float3 Translation;
@@ -215,13 +215,13 @@ namespace Defrec
         public float InitialCost;
         /// <summary>mm^2, all terms, weighted.</summary>
         public float FinalCost;
-        /// <summary>Of the final state, weighted.</summary>
+        /// <summary>Costs of the final state, weighted.</summary>
         public float IcpCost;
-        /// <summary>Of the final state, weighted.</summary>
+        /// <summary>Costs of the final state, weighted.</summary>
         public float MatchCost;
-        /// <summary>Of the final state, weighted.</summary>
+        /// <summary>Costs of the final state, weighted.</summary>
         public float PatchCost;
-        /// <summary>Of the final state, weighted.</summary>
+        /// <summary>Costs of the final state, weighted.</summary>
         public float ArapCost;
         /// <summary>Taken.</summary>
         public int Iterations;
@@ -255,11 +255,11 @@ namespace Defrec
         public FrameState State;
         /// <summary>Frames since it was last found.</summary>
         public uint Age;
-        /// <summary>Of its vertices, in the image where it is expected.</summary>
+        /// <summary>Its vertices in the image where it is expected.</summary>
         public uint VerticesInside;
-        /// <summary>Of its patches, found by guided search.</summary>
+        /// <summary>Its patches found by guided search.</summary>
         public uint Patches;
-        /// <summary>0..1 of vertices_inside.</summary>
+        /// <summary>0..1 of VerticesInside.</summary>
         public float ObservedShare;
         internal uint Reserved;
     }

@@ -19,13 +19,13 @@ namespace Defrec
         /// <summary>Of the source, px; 1 to Constants.MaxSide.</summary>
         public uint SourceHeight;
         /// <summary>
-        /// Of the source, from row to row, bytes; source_width * bytes_per_pixel(format) to 1048576; default source_width *
+        /// Of the source, from row to row, bytes; SourceWidth * bytes_per_pixel(format) to 1048576; default SourceWidth *
         /// bytes_per_pixel(format).
         /// </summary>
         public uint SourceStride;
-        /// <summary>Of the result, px; 1 to Constants.MaxSide; default source_width.</summary>
+        /// <summary>Of the result, px; 1 to Constants.MaxSide; default SourceWidth.</summary>
         public uint Width;
-        /// <summary>Of the result, px; 1 to Constants.MaxSide; default source_height.</summary>
+        /// <summary>Of the result, px; 1 to Constants.MaxSide; default SourceHeight.</summary>
         public uint Height;
         /// <summary>Of the result, bytes; width to 1048576; default width.</summary>
         public uint Stride;

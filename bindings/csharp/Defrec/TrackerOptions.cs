@@ -47,8 +47,8 @@ namespace Defrec
         /// </summary>
         public bool Timed { get; set; }
         /// <summary>
-        /// Of left and right images in a defrec_memory, bytes; at most 1048576; default width * bytes per pixel, which is also
-        /// the min.
+        /// Of left and right images in a DeviceMemory, bytes; at most 1048576; default width * bytes per pixel, which is also the
+        /// min.
         /// </summary>
         public uint MemoryStride { get; set; }
         /// <summary>SelfCalibration: what is done about a calibration that has drifted; default SelfCalibration.Report.</summary>

@@ -152,6 +152,42 @@ namespace Defrec.Tests
         }
 
         [Test]
+        public unsafe void ArraysOfAResultKeepTheirNames()
+        {
+            // Elements of every array have bytes of its own, and counts differ.
+            var given = new defrec_result();
+            Func<FieldInfo, int> placeOf = field => (int)Marshal.OffsetOf(typeof(defrec_result), field.Name);
+            FieldInfo[] pointers = FieldsOf(typeof(defrec_result)).Where(field => field.FieldType.IsPointer && field.Name != "device_id").ToArray();
+            IEnumerable<FieldInfo> counts = FieldsOf(typeof(defrec_result)).Where(field => field.Name.EndsWith("_count") && field.FieldType == typeof(ulong));
+            ulong count = 2;
+            foreach (FieldInfo field in counts) *(ulong*)((byte*)&given + placeOf(field)) = count++;
+            const int size = 1 << 12;
+            byte* memory = stackalloc byte[pointers.Length * size];
+            for (int i = 0; i < pointers.Length * size; ++i) memory[i] = (byte)(i / size + 1);
+            for (int i = 0; i < pointers.Length; ++i)
+                *(byte**)((byte*)&given + placeOf(pointers[i])) = memory + i * size;
+            var result = new FrameResult();
+            result.Fill(ref given, 42);
+            Assert.That(pointers.Length, Is.GreaterThan(10));
+            for (int i = 0; i < pointers.Length; ++i)
+            {
+                var array = (Array)typeof(FrameResult).GetProperty(Pascal(pointers[i].Name)).GetValue(result, null);
+                Assert.That(array.Length, Is.GreaterThan(1), pointers[i].Name);
+                GCHandle pinned = GCHandle.Alloc(array, GCHandleType.Pinned);
+                Type element = array.GetType().GetElementType();
+                var bytes = new byte[array.Length * SizeOf(element)];
+                Marshal.Copy(pinned.AddrOfPinnedObject(), bytes, 0, bytes.Length);
+                pinned.Free();
+                Assert.That(bytes, Has.All.EqualTo(i + 1), pointers[i].Name);
+                Assert.That(typeof(Job).GetMethod("Copy" + Pascal(pointers[i].Name), new[] { array.GetType() }), Is.Not.Null, pointers[i].Name);
+            }
+            Assert.That(result.Vertices.Length, Is.EqualTo(3 * result.Summary.VertexCount));
+            Assert.That(result.VertexCovariance.Length, Is.EqualTo(6 * result.Summary.VertexCount));
+            Assert.That(result.LandmarkMatches.Length, Is.EqualTo(result.Summary.LandmarkCount));
+            Assert.That(result.Disparity.Length, Is.EqualTo(42));
+        }
+
+        [Test]
         public void EveryExportedFunctionIsDeclaredOnceAndNoOther()
         {
             MethodInfo[] declared = Binding.GetTypes().SelectMany(type => type.GetMethods(BindingFlags.Static | BindingFlags.Instance |

@@ -186,7 +186,7 @@ namespace Defrec.Tests
                 Assert.That(job.CopyVertexStatus(status), Is.EqualTo(status.Length));
                 Assert.That(status, Is.EqualTo(result.VertexStatus));
                 var errors = new float[template.VertexCount];
-                Assert.That(job.CopyExpectedErrors(errors), Is.EqualTo(errors.Length));
+                Assert.That(job.CopyExpectedErrorMm(errors), Is.EqualTo(errors.Length));
                 Assert.That(errors, Is.EqualTo(result.ExpectedErrorMm));
                 var covariance = new float[6 * template.VertexCount];
                 Assert.That(job.CopyVertexCovariance(covariance), Is.EqualTo(covariance.Length));

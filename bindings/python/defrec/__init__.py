@@ -19,6 +19,18 @@ library raises Error; what cannot be passed to it raises TypeError or ValueError
 from .body import BodyRegion, Mesh
 from .calibration import Calibration
 from .context import Context, DeviceInfo, PluginInfo, library_release, library_version, status_name
+from .errors import BusyError, Error
+from .memory import Memory
+from .points import LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
+from .result import Result, StageTime
+from .rig import Rig
+from .stage import Stage
+from .stages import AlignStage, LmStage, MatchStage, OrbStage, RansacStage, RectifyStage, StereoStage, WarpStage
+from .template import Lifted, Targets, Template, TemplateData
+from .tracker import Job, Tracker
+from .tracking import FollowedPoints, RigEstimate, TrackedFrame, Tracking, track
+
+# By scripts/contract/generate.py: the names of the C API, and everything public.
 from .enums import (
     DISPARITY_NONE,
     DISPARITY_ONE,
@@ -51,15 +63,10 @@ from .enums import (
     State,
     Status,
 )
-from .errors import BusyError, Error
-from .memory import Memory
-from .result import LiftedPoints, MovedTargets, PointCovariances, Result, StageTime, WarpedPoints
-from .rig import Rig
-from .stage import Stage
-from .stages import AlignStage, LmStage, MatchStage, OrbStage, RansacStage, RectifyStage, StereoStage, WarpStage
 from .structs import (
     AlignParams,
     Camera,
+    CutPoint,
     Edge,
     Feature,
     Landmark,
@@ -71,8 +78,9 @@ from .structs import (
     OrbParams,
     Patch,
     PatchObservation,
-    Piece,
     PatchPrediction,
+    PatchSlope,
+    Piece,
     RansacParams,
     RansacSummary,
     RectifyParams,
@@ -81,11 +89,7 @@ from .structs import (
     SurfaceSample,
     WarpParams,
 )
-from .template import Lifted, Targets, Template, TemplateData
-from .tracker import Job, Tracker
-from .tracking import FollowedPoints, RigEstimate, TrackedFrame, Tracking, track
 
-# Written out, because type checkers do not compute it.
 __all__ = [
     "DISPARITY_NONE",
     "DISPARITY_ONE",
@@ -107,6 +111,7 @@ __all__ = [
     "Camera",
     "Context",
     "ContextFlag",
+    "CutPoint",
     "DeviceFeature",
     "DeviceInfo",
     "DeviceKind",
@@ -140,6 +145,7 @@ __all__ = [
     "Patch",
     "PatchObservation",
     "PatchPrediction",
+    "PatchSlope",
     "Piece",
     "PluginInfo",
     "PointCovariances",
@@ -179,3 +185,4 @@ __all__ = [
     "status_name",
     "track",
 ]
+# End of what is generated.

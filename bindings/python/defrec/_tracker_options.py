@@ -26,8 +26,8 @@ OPTIONS = """seed: of random choices: the same seed gives the same results on a 
     fine_iterations: of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 2.
     timed: the host waits after each stage, so that the times of results are the device's; slower. Otherwise they are
         those of queueing where a device computes by itself.
-    memory_stride: of left and right images in a defrec_memory, bytes; at most 1048576; default width * bytes per pixel,
-        which is also the min.
+    memory_stride: of left and right images in a Memory, bytes; at most 1048576; default width * bytes per pixel, which
+        is also the min.
     self_calibration: SelfCalibration: what is done about a calibration that has drifted; default
         SelfCalibration.REPORT.
     grow: tissue that comes into view joins the template; 0 to 1.

@@ -29,7 +29,7 @@ SKIN_NODES = 4
 TRACKER_FALLBACK = 1
 """Where the device is quarantined or cannot be opened, take the next one with every stage; results name it."""
 MAX_TIMED_STAGES = 16
-"""Entries of defrec_result's times."""
+"""Entries of Result's times."""
 
 
 class Status(OpenEnum):
@@ -46,7 +46,7 @@ class Status(OpenEnum):
     ERROR_UNSUPPORTED = -3
     """Valid, but this device or build cannot."""
     ERROR_OUT_OF_MEMORY = -4
-    """Of the process or of the device."""
+    """Memory of the process or of the device is used up."""
     ERROR_DEVICE_LOST = -5
     """Gone, or did not answer in time: destroy the tracker and open another device."""
     ERROR_PLUGIN = -6
@@ -77,7 +77,7 @@ class LogLevel(OpenEnum):
 
 
 class ContextFlag(IntFlag):
-    """Flags of defrec_context_desc."""
+    """Flags of Context."""
 
     ONLY_GIVEN_PLUGINS = 1
     """Look nowhere but in plugin_paths."""
@@ -130,7 +130,7 @@ class DeviceFeature(IntFlag):
 
 
 class MemoryKind(OpenEnum):
-    """Kinds of memory that a defrec_memory may name."""
+    """Kinds of memory that a Memory may name."""
 
     HOST = 1
     """The processor's memory, for devices that compute in it."""
@@ -196,7 +196,7 @@ class BodyMode(OpenEnum):
 
 
 class FrameFlag(IntFlag):
-    """Flags of defrec_frame."""
+    """Flags of Tracker.submit."""
 
     CAPTURE_TEMPLATE = 1
     """Make this frame the template (the first usable frame is, unless one was set)."""
@@ -225,23 +225,23 @@ class Reason(IntFlag):
     """Reasons for a state, a mask; also with a frame that is tracked."""
 
     DARK = 1
-    """Left or right image black."""
+    """Left or right image is black."""
     SATURATED = 2
-    """Left or right image mostly white."""
+    """Left or right image is mostly white."""
     NO_TEXTURE = 4
-    """Both images without contrast."""
+    """Both images have hardly any contrast."""
     FEW_MATCHES = 8
     """Few features agree with the template's landmarks; no harm while patches are found."""
     OCCLUDED = 16
-    """Something lies in front of a good part of the surface."""
+    """Something lies in front of a quarter of the surface."""
     LARGE_RESIDUAL = 32
-    """Measured depth and the surface lie far apart."""
+    """Measured depth and the surface lie more than 1 mm apart on average."""
     FAST_MOTION = 64
     """Half of the surface moved more than 5 mm since the frame before."""
     OUT_OF_VIEW = 128
-    """Most of the surface lies outside the image."""
+    """Half of the surface lies outside the image."""
     NO_DEPTH = 256
-    """No disparity on most of the surface, or too little for a template."""
+    """No disparity on half of the surface, or too little for a template."""
     ONE_VIEW = 512
     """One image is black and the other is not."""
     FROZEN = 1024
@@ -249,18 +249,19 @@ class Reason(IntFlag):
     GAP = 2048
     """Time since the last frame is more than twice the usual."""
     VIEWS_SWAPPED = 4096
-    """Left and right seem to be exchanged."""
+    """Left and right seem to be exchanged: there is no depth for a template, or the surface is lost without depth,
+    and exchanged images would give it."""
     LOW_CONTRAST = 8192
-    """Smoke, blur, a wet lens: few patches are found."""
+    """Few of the patches that are expected are found: smoke, blur, a wet lens."""
     VIEW_LATE = 16384
-    """Left and right view were taken at different times."""
+    """Left and right view were taken at different times: view_lag_frames."""
     CALIBRATION = 32768
-    """Left and right rows do not agree, or the right view slipped sideways: the calibration is not that of the
-    cameras."""
+    """Left and right rows do not agree (vertical_offset_px, roll_deg, focal_ratio), or the right view slipped
+    sideways: the calibration is not that of the cameras."""
     TEMPLATE_GREW = 65536
     """From this frame on the template has more vertices: tissue joined."""
     TEMPLATE_FULL = 131072
-    """The template grows no more: see max_vertices."""
+    """The template has reached its limit and grows no more."""
     COARSE = 262144
     """For want of time the surface was not refined in the images' full size, or not searched widely."""
     UNCHECKED = 524288
@@ -269,13 +270,11 @@ class Reason(IntFlag):
     """Done after its deadline."""
     CUT = 2097152
     """From this frame on the template is parted along a line where tissue came apart: see cut_points of
-    defrec_template_info."""
+    TemplateData."""
     PIECE_LOST = 4194304
-    """A piece of the surface is not found where it is expected in the image, others are: see pieces of
-    defrec_result."""
+    """A piece of the surface is not found where it is expected in the image, others are: see pieces of Result."""
     INTERLACED = 8388608
-    """An image's rows alternate between two times, as those of video that was not deinterlaced: no vertex counts as
-    observed, and no template is made."""
+    """An image's rows alternate between two times, as those of video that was not deinterlaced."""
     ONE_EYE = 512
     """Deprecated: the earlier name of Reason.ONE_VIEW."""
     EYES_SWAPPED = 4096
@@ -326,8 +325,8 @@ class Found(OpenEnum):
 
 
 class RegionFlag(IntFlag):
-    """Flags of defrec_body_region."""
+    """Flags of BodyRegion."""
 
     HELD = 1
-    """What lies in it is held: it moves with held_motion of defrec_frame, or with the deep tissue where that is not
-    given."""
+    """What lies in it is held: it moves with held_motion of Tracker.submit, or with the deep tissue where that is
+    not given."""

@@ -114,7 +114,7 @@ class DeviceInfoStruct(Struct):
 
 @c_struct("defrec_image")
 class Image(Struct):
-    """An image: pixels of the host or a defrec_memory, one of the two."""
+    """An image: pixels of the host or a Memory, one of the two."""
 
     struct_size: U32
     format: U32
@@ -756,8 +756,8 @@ class TrackerDesc(Struct):
     """1: the host waits after each stage, so that the times of results are the device's; slower. Otherwise they are
     those of queueing where a device computes by itself."""
     memory_stride: U32
-    """Of left and right images in a defrec_memory, bytes; at most 1048576; default width * bytes per pixel, which
-    is also the min."""
+    """Of left and right images in a Memory, bytes; at most 1048576; default width * bytes per pixel, which is also
+    the min."""
     self_calibration: U32
     """SelfCalibration: what is done about a calibration that has drifted; default SelfCalibration.REPORT."""
     grow: U32
@@ -818,9 +818,9 @@ class StageTimeStruct(Struct):
     """How long one step of a frame took. Frozen."""
 
     name: Text
-    """Static storage."""
+    """Of the step; static storage."""
     milliseconds: F64
-    """See timed of defrec_tracker_desc."""
+    """See timed of Tracker."""
 
 
 @c_struct("defrec_piece")
@@ -850,25 +850,25 @@ class ResultStruct(Struct):
 
     struct_size: U32
     state: U32
-    """State.INITIALISING."""
+    """State: what became of the frame."""
     reasons: U32
-    """Reason."""
+    """Reason: why it is not better."""
     epoch: U32
     """Counts templates and relocalisations; 0 without a template."""
     timestamp_ns: I64
-    """The frame's."""
+    """Of the frame, as submitted."""
     frame: U64
     """Counts submitted frames from 0."""
     age: U32
     """Frames since the geometry was last supported by evidence."""
     features: U32
-    """Found in the left image."""
+    """Features found in the left image."""
     matches: U32
     """Of them matched to landmarks, with depth."""
     inliers: U32
     """Of them preselected."""
     patches: U32
-    """Found by guided search."""
+    """Patches found by guided search."""
     observed_share: F32
     """0..1 of the vertices inside the image."""
     mean_residual_mm: F32
@@ -876,11 +876,11 @@ class ResultStruct(Struct):
     patch_residual_px: F32
     """RMS distance between found and deformed patches."""
     rigid_motion: F64x12
-    """Rectified camera from template frame, 3x4 row-major: best rigid fit of all vertices."""
+    """Rectified camera from template frame, row-major: best rigid fit of all vertices."""
     motions: Address
     """Per control point, rectified camera from template frame."""
     node_positions: Address
-    """xyz per control point, now, mm."""
+    """xyz per control point, now, rectified camera, mm."""
     node_count: U64
     """Control points."""
     vertices: Address
@@ -888,7 +888,7 @@ class ResultStruct(Struct):
     normals: Address
     """xyz per template vertex, unit length, towards the camera."""
     vertex_status: Address
-    """PointStatus per template vertex."""
+    """PointStatus per template vertex: how far to trust it."""
     expected_error_mm: Address
     """Root mean square of the 3D error to be expected, per template vertex: the root of the trace of
     vertex_covariance. Of all vertices of a status over a sequence, 55 to 85 % have an error within it, at least 93
@@ -896,7 +896,7 @@ class ResultStruct(Struct):
     vertex_count: U64
     """Template vertices."""
     landmarks: Address
-    """Of the template."""
+    """Landmarks of the template."""
     landmark_matches: Address
     """One per landmark; weight 0: outlier."""
     landmark_count: U64
@@ -906,7 +906,7 @@ class ResultStruct(Struct):
     patch_count: U64
     """Template patches."""
     disparity: Address
-    """Width * height of the rectified image, 1/16 px, or None: see keep_disparity."""
+    """One per pixel of the rectified image, row by row, 1/16 px; None without keep_disparity and grow."""
     times: StageTimeStructx16
     """In order of execution."""
     time_count: U32
@@ -915,7 +915,7 @@ class ResultStruct(Struct):
     vertex_covariance: Address
     """xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error, rectified camera, mm^2."""
     vertex_evidence: Address
-    """Evidence per template vertex."""
+    """Evidence per template vertex: what was observed of it."""
     view_lag_frames: F32
     """By how many frames the right view is late in this frame, negative: early; 0 where that cannot be measured."""
     vertical_offset_px: F32
@@ -927,17 +927,17 @@ class ResultStruct(Struct):
     focal_ratio: F32
     """Right focal length to left; mean of the last seconds, 1 where not measured."""
     rig_matches: U32
-    """Between left and right view, behind the last three; 0 where not measured."""
+    """Matches between left and right view, behind the last three; 0 where not measured."""
     template_epoch: U32
     """Counts the tracker's templates, and how often tissue joined them; 0 without a template."""
     device_id: Text
     """Of the device that computed the frame."""
     pieces: Address
-    """Of the surface, see vertex_pieces of defrec_template_info."""
+    """Pieces of the surface: which of them were found; see vertex_pieces of TemplateData."""
     piece_count: U64
     """Pieces; 1 for most templates."""
     body: U32
-    """BodyState, now."""
+    """BodyState: what carries points beneath the surface, now."""
     reserved2: U32
 
 

@@ -14,7 +14,8 @@ from ._tracker_options import OPTIONS, TrackerOptions
 from .context import Context
 from .enums import Format, FrameFlag, MemoryKind, Status
 from .memory import Memory, memory_desc
-from .result import LiftedPoints, MovedTargets, PointCovariances, Result, WarpedPoints, copy_result
+from .points import LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
+from .result import Result, copy_result
 from .rig import Rig
 from .template import Targets, Template
 

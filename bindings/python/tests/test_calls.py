@@ -280,19 +280,20 @@ class Calls(stub.StubTest):
         )
 
     def test_every_field_of_a_result_keeps_its_name(self):
-        lengths = dict(
-            rigid_motion=3, motions=2, node_positions=2, vertices=3, normals=3, vertex_status=3, expected_error_mm=3,
-            landmarks=4, landmark_matches=4, patch_observations=5, disparity=6, times=2, vertex_covariance=3,
-            vertex_evidence=3, pieces=7,
-        )  # fmt: skip
-        given = structs.ResultStruct(node_count=2, vertex_count=3, landmark_count=4, patch_count=5, time_count=2, piece_count=7)
+        counted_by = {
+            field["name"]: field["counted_by"] for field in STRUCTS["defrec_result"]["fields"] if "counted_by" in field
+        }
+        counts = {count: number for number, count in enumerate(dict.fromkeys(counted_by.values()), 2)}
+        lengths = {"rigid_motion": 3, **{name: counts[count] for name, count in counted_by.items()}}
+        given = structs.ResultStruct(**{name: number for name, number in counts.items() if name != "pixels"})
         numbers, memory = {}, []
         for number, field in enumerate(dataclasses.fields(Result), 1):
             numbers[field.name] = number
             if field.name == "rigid_motion":
                 given.rigid_motion[:] = [number] * 12
             elif field.name == "times":
-                given.times[0].milliseconds = given.times[1].milliseconds = number
+                for time in given.times:
+                    time.milliseconds = number
             elif field.name == "device_id":
                 numbers[field.name] = "device"
                 given.device_id = b"device"
@@ -301,7 +302,7 @@ class Calls(stub.StubTest):
                 setattr(given, field.name, ctypes.addressof(memory[-1]))
             else:
                 setattr(given, field.name, number)
-        result = copy_result(given, (7, 6))
+        result = copy_result(given, (7, counts["pixels"]))
         for name, number in numbers.items():
             value = getattr(result, name)
             if name not in lengths:
@@ -309,7 +310,7 @@ class Calls(stub.StubTest):
                 continue
             self.assertEqual(len(value), lengths[name], name)
             if name == "times":
-                self.assertEqual([time.milliseconds for time in value], [number] * 2)
+                self.assertEqual([time.milliseconds for time in value], [number] * lengths[name])
             elif name == "rigid_motion":
                 self.assertEqual(value.tolist(), [[number] * 4] * 3)
             else:

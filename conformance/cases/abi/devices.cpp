@@ -3,6 +3,7 @@
 #include <set>
 
 #include "conformance/cases/abi/abi.hpp"
+#include "sdk/contract/enumerations.hpp"
 
 namespace defrec::conformance {
 namespace {
@@ -86,14 +87,13 @@ void ids_stable(CaseRun& run) {
 
 void info_makes_sense(CaseRun& run) {
     const Instance instance(run.subject_plugin());
-    constexpr uint32_t kStages = (1u << DEFREC_STAGE_COUNT_V1) - 1;
     for (const defrec_device_info& info : instance.devices()) {
         const std::string id = info.id == nullptr ? "" : info.id;
         require(info.kind != 0, id, ": kind is 0");
         require(info.name != nullptr && info.name[0] != '\0', id, ": there is no name");
         require(info.driver != nullptr, id, ": driver is NULL");
         require(info.memory_bytes > 0, id, ": memory_bytes is 0");
-        require((info.stages & kStages) != 0, id, ": offers no stage");
+        require((info.stages & kEveryStage) != 0, id, ": offers no stage");
         require(
             (info.features & ~uint32_t{DEFREC_FEATURE_REPEATABLE | DEFREC_FEATURE_SOFTWARE}) == 0,
             id, ": claims features that this version does not have");

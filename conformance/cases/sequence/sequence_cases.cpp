@@ -6,11 +6,10 @@
 #include "conformance/cases/sequence/sequence_list.hpp"
 #include "conformance/worker/case.hpp"
 #include "include/defrec_c.h"
+#include "sdk/contract/enumerations.hpp"
 
 namespace defrec::conformance {
 namespace {
-
-constexpr uint32_t kEveryStage = (1u << DEFREC_STAGE_COUNT_V1) - 1;
 
 void measure(CaseRun& run, const std::string& quantity, double maximum, double p99,
              uint64_t samples) {

@@ -7,13 +7,13 @@
 
 #include "conformance/worker/failure.hpp"
 #include "sdk/base/os/aligned_memory.hpp"
+#include "sdk/contract/enumerations.hpp"
 
 namespace defrec::conformance {
 
 const RenderedSequence& stress_sequence() { return rendered_sequence({"heartbeat", 192, 160, 4}); }
 
 TrackingDevice tracking_subject(CaseRun& run) {
-    constexpr uint32_t kEveryStage = (1u << DEFREC_STAGE_COUNT_V1) - 1;
     const defrec_device_info& device = run.subject().info();
     if ((device.stages & kEveryStage) != kEveryStage)
         skip_case("the device does not offer every stage, which tracking needs");

@@ -1,8 +1,10 @@
-"""Tables of parameters in the guides, between marks."""
+"""Tables in the guides, of parameters and of reasons, wherever a guide has their marks."""
 import re
 
+from header import HeaderError
 from writers.cpp import options
 
+START = "<!-- {}, by scripts/contract/generate.py -->"
 END = "<!-- end of table -->"
 
 
@@ -58,13 +60,31 @@ def table(fields, contract=None):
     return "\n".join(re.sub(r"\|(  +)(?=\|)", "| ", line) for line in lines)
 
 
+def as_code(text):
+    """Words with the API's names as code."""
+    return re.sub(r"\bDEFREC_[A-Z0-9_]+|\b[a-z]+(?:_[a-z0-9]+)+(?:\(\))?", lambda name: f"`{name[0]}`", text)
+
+
+def reasons(contract):
+    lines = ["| reason | meaning | effect | what to do |", "|---|---|---|---|"]
+    for value in contract.values("DEFREC_REASON_"):
+        told = (as_code(cell(value.get(tag, ""))) for tag in ("summary", "effect", "remedy"))
+        lines.append(f"| `{value['name']}` | " + " | ".join(told) + " |")
+    return "\n".join(re.sub(r"\|(  +)(?=\|)", "| ", line) for line in lines)
+
+
 def parts(contract, root):
+    tables = {struct.name: table([field for field in struct.fields if not field.is_hidden]) for struct in contract.params}
+    tables["defrec_tracker_desc"] = table(options(contract), contract)
+    tables["DEFREC_REASON_*"] = reasons(contract)
+    guides = {path: path.read_text().splitlines() for path in sorted((root / "docs").rglob("*.md"))}
     made = {}
-    for struct in contract.params:
-        stage = struct.name.removeprefix("defrec_").removesuffix("_params")
-        fields = [field for field in struct.fields if not field.is_hidden]
-        made[f"docs/stages/{stage}.md"] = [(f"<!-- {struct.name}, by scripts/contract/generate.py -->", END, table(fields))]
-    made["docs/program/track.md"] = [("<!-- defrec_tracker_desc, by scripts/contract/generate.py -->", END, table(options(contract), contract))]
+    for name, text in tables.items():
+        mark = START.format(name)
+        places = [path for path, lines in guides.items() if mark in lines]
+        if len(places) != 1:
+            raise HeaderError(f"docs: one guide with the line {mark} expected, there are {len(places)}")
+        made.setdefault(str(places[0].relative_to(root)), []).append((mark, END, text))
     return made
 
 

@@ -67,18 +67,15 @@ FrameMemory::FrameMemory(std::shared_ptr<const Device> device, uint64_t disparit
 }
 
 void FrameMemory::fit(const TemplateData& data) {
+    HostMemory& memory = attempt_.fitted_;
     const uint64_t bytes = carve_fitted({}, data, output);
-    if (bytes > fitted_.size()) fitted_ = HostMemory(device_, bytes);
-    carve_fitted(fitted_.as<std::byte>(), data, output);
+    if (bytes > memory.size()) memory = HostMemory(device_, bytes);
+    carve_fitted(memory.as<std::byte>(), data, output);
 }
 
-void FrameMemory::keep(std::vector<std::byte>& kept) const {
-    const std::span<const std::byte> block = fitted_.as<std::byte>();
-    kept.assign(block.begin(), block.end());
-}
-
-void FrameMemory::restore(const std::vector<std::byte>& kept) {
-    std::copy(kept.begin(), kept.end(), fitted_.as<std::byte>().begin());
+void FrameMemory::exchange(AttemptMemory& other, const TemplateData& data) {
+    std::swap(attempt_, other);
+    fit(data);
 }
 
 }  // namespace defrec

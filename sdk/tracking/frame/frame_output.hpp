@@ -37,6 +37,13 @@ struct FrameOutput {
 size_t rig_patch_step(const TemplateData& data);
 size_t rig_patch_count(const TemplateData& data);
 
+// Of what registering the surface gives. Must outlive the queue that reads into it.
+class AttemptMemory {
+  private:
+    friend class FrameMemory;
+    HostMemory fitted_;
+};
+
 // Must outlive the queue that reads into it.
 class FrameMemory {
   public:
@@ -47,15 +54,15 @@ class FrameMemory {
     // queue may use them.
     void fit(const TemplateData& data);
 
-    // What following the template gave, out of the way of another attempt, and back again.
-    void keep(std::vector<std::byte>& kept) const;
-    void restore(const std::vector<std::byte>& kept);
+    // What an attempt gave goes out of the way of another one, or comes back.
+    void exchange(AttemptMemory& other, const TemplateData& data);
 
     FrameOutput output;
 
   private:
     std::shared_ptr<const Device> device_;
-    HostMemory fixed_, fitted_;
+    HostMemory fixed_;
+    AttemptMemory attempt_;
 };
 
 }  // namespace defrec

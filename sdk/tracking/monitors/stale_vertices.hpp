@@ -19,6 +19,11 @@ class StaleVertices {
               std::span<const defrec_surface_sample> before,
               std::span<const defrec_surface_sample> now);
     void set_all(size_t vertices);
+    // Once for each frame that is registered: how many stand still in a row, up to this one.
+    uint32_t count_frozen(bool is_frozen) {
+        frozen_frames_ = is_frozen ? frozen_frames_ + 1 : 0;
+        return frozen_frames_;
+    }
     void clear();
 
     // As FrameEvidence::stale_views.
@@ -30,6 +35,7 @@ class StaleVertices {
     std::vector<uint8_t> views_;
     std::vector<float> steps_;  // px^2, of those that are seen now
     double share_ = 0;
+    uint32_t frozen_frames_ = 0;
 };
 
 }  // namespace defrec

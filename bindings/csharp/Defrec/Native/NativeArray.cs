@@ -10,5 +10,11 @@ namespace Defrec.Native
         {
             if (count > 0) Buffer.MemoryCopy(from, to, (long)count * size, (long)count * size);
         }
+
+        /// <summary>The array, or a new one where it has another length.</summary>
+        internal static T[] Sized<T>(T[] array, int length)
+        {
+            return array.Length == length ? array : new T[length];
+        }
     }
 }

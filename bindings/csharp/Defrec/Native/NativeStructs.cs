@@ -176,6 +176,7 @@ namespace Defrec.Native
     [StructLayout(LayoutKind.Sequential)]
     internal struct defrec_stage_times
     {
+        internal const int Length = 16;
         internal defrec_stage_time first;
         internal defrec_stage_time t1, t2, t3, t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15;
     }

@@ -31,8 +31,13 @@ namespace Defrec.Native
             return text == null ? "" : Encoding.UTF8.GetString(text, Length(text));
         }
 
-        /// <summary>Whether Read would give this; makes nothing.</summary>
-        internal static bool IsAscii(byte* text, string expected)
+        /// <summary>Likewise; makes nothing where it is ASCII and what was read before.</summary>
+        internal static string Read(byte* text, string before)
+        {
+            return IsAscii(text, before) ? before : Read(text);
+        }
+
+        private static bool IsAscii(byte* text, string expected)
         {
             if (text == null || expected == null) return false;
             for (int i = 0; i < expected.Length; ++i)

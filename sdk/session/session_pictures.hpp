@@ -1,0 +1,68 @@
+// What shows a tracked sequence in pictures: overlay.mp4, report.html, the live view and what is
+// recorded from it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sdk/live_view/live_view.hpp"
+#include "sdk/report/report.hpp"
+
+namespace defrec::cli {
+
+struct PictureOptions {
+    std::filesystem::path folder;
+    int width = 0, height = 0;  // of the left image, px
+    double fps = 0;
+    Projector project;
+    bool has_overlay = true, has_report = true;
+};
+
+// Functions that write throw CliError(ExitCode::kOutput) where a file cannot be written.
+class SessionPictures {
+  public:
+    SessionPictures(PictureOptions options, ReportMeta meta);
+
+    // project: on the view's threads, so with memory of its own.
+    void open_view(std::uint16_t port, ViewFacts facts, Projector project);
+    // What browsers asked for takes effect with this frame; points to follow are handed on.
+    void obey_view(const std::function<void(double u, double v)>& follow_point);
+    bool has_view() const { return view_ != nullptr; }
+    void close_view() { view_.reset(); }
+
+    // left: the image that the template was taken of.
+    void set_template(const TemplateRecord& record, const cv::Mat& left);
+    void change_template(const TemplateRecord& record);
+    void add(const cv::Mat& left, const FrameRecord& record);
+    void add_to_view(const cv::Mat& left, const FrameRecord& record, std::vector<ViewPoint> points);
+
+    void finish_recording();
+    // Returns a note on the overlay, empty for none.
+    std::string finish_overlay();
+    void finish_report(std::span<const std::string> notes);
+
+  private:
+    std::unique_ptr<OverlayWriter> open_overlay(const std::string& name) const;
+    void show_template(const TemplateRecord& record);
+    void start_recording();
+
+    const PictureOptions options_;
+    std::unique_ptr<OverlayWriter> overlay_;    // null where none was asked for
+    std::unique_ptr<ReportWriter> report_;      // null where none was asked for
+    std::unique_ptr<LiveView> view_;            // null where none was asked for
+    std::unique_ptr<OverlayWriter> recording_;  // null while none is made
+    int recordings_ = 0;
+    std::optional<TemplateRecord> template_;  // the present one, for recordings; only with a view
+};
+
+// Overlay and report fail with plain exceptions that stand for files that cannot be written.
+void as_output(const std::function<void()>& function);
+
+}  // namespace defrec::cli

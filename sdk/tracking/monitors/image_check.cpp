@@ -1,0 +1,36 @@
+// See image_check.hpp.
+#include "sdk/tracking/monitors/image_check.hpp"
+
+#include "sdk/base/os/services.hpp"
+#include "sdk/tracking/evidence/vertex_runs.hpp"
+
+namespace defrec {
+
+ImageCheck::ImageCheck(std::shared_ptr<const Rig> rig)
+    : rig_(std::move(rig)),
+      blocks_{StandingBlocks(rig_->width(), rig_->height()),
+              StandingBlocks(rig_->width(), rig_->height())} {}
+
+uint32_t ImageCheck::look_at(uint64_t frame, int64_t timestamp_ns, const std::array<View, 2>& views,
+                             const Services* helpers) {
+    constexpr size_t kParts = StandingBlocks::kParts;
+    std::array<GraySums, kParts> sums[2];
+    // The part's pixels come from memory once.
+    for_each_task(helpers, 2 * kParts, [&](size_t task) {
+        const size_t i = task / kParts, part = task % kParts;
+        const auto& [gray, is_rectified] = views[i];
+        const int32_t* map = is_rectified ? rig_->map(static_cast<int>(i)) : nullptr;
+        sums[i][part] =
+            sum_gray(gray, rig_->width(), rig_->height(), blocks_[i].rows_of(part), map);
+        blocks_[i].add_part(gray, part);
+    });
+    ImageStatistics statistics[2];
+    for (size_t i = 0; i < 2; ++i) {
+        statistics[i] = image_statistics(sums[i]);
+        blocks_[i].end_image();
+        statistics[i].standing = blocks_[i].share();
+    }
+    return stream_.reasons(frame, timestamp_ns, statistics[0], statistics[1]);
+}
+
+}  // namespace defrec

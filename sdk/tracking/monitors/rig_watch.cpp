@@ -1,0 +1,65 @@
+// See rig_watch.hpp.
+#include "sdk/tracking/monitors/rig_watch.hpp"
+
+#include <numbers>
+#include <utility>
+
+namespace defrec {
+
+RigWatch::RigWatch(uint32_t width, uint32_t height, uint32_t self_calibration)
+    : state_{RigMonitor(width, height), {}, {}, {}},
+      is_on_(self_calibration != DEFREC_SELF_CALIBRATION_OFF),
+      corrects_(self_calibration == DEFREC_SELF_CALIBRATION_CORRECT) {}
+
+RigEstimate RigWatch::estimate() const {
+    RigEstimate all = state_.left;
+    all.vertical_offset_px += static_cast<float>(shift_.offset_px);
+    all.roll_deg += static_cast<float>(shift_.roll * 180 / std::numbers::pi);
+    all.focal_ratio += static_cast<float>(shift_.ratio);
+    return all;
+}
+
+uint32_t RigWatch::reasons() const {
+    const bool is_misaligned =
+        state_.monitor.is_out_of_calibration() || state_.disparities.slip_px() != 0;
+    uint32_t reasons = 0;
+    if (state_.monitor.is_late()) reasons |= DEFREC_REASON_VIEW_LATE;
+    if (is_misaligned) reasons |= DEFREC_REASON_CALIBRATION;
+    return reasons;
+}
+
+void RigWatch::commit(RigState& next, Disparities disparities) {
+    state_.monitor = next.monitor;
+    state_.left = next.left;
+    state_.rows.swap(next.rows);
+    if (disparities == Disparities::kCount && !state_.monitor.is_late())
+        std::swap(state_.disparities, next.disparities);
+    else
+        state_.disparities.skip_frame();
+}
+
+void RigWatch::skip_frame() {
+    state_.rows.clear();
+    state_.disparities.skip_frame();
+}
+
+void RigWatch::forget_template() {
+    state_.rows.clear();
+    state_.disparities.reset();
+}
+
+std::optional<Rig::ViewShift> RigWatch::due_correction() const {
+    if (!corrects_ || !state_.monitor.wants_correction()) return std::nullopt;
+    Rig::ViewShift shift = shift_;
+    shift.offset_px += state_.left.vertical_offset_px;
+    shift.roll += state_.left.roll_deg * std::numbers::pi / 180;
+    shift.ratio += state_.left.focal_ratio - 1;
+    return shift;
+}
+
+void RigWatch::correct(const Rig::ViewShift& shift) {
+    shift_ = shift;
+    state_.monitor.reset();
+}
+
+}  // namespace defrec

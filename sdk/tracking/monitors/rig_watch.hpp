@@ -1,0 +1,60 @@
+// What the frames so far tell of the rig, and what is corrected of it.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "sdk/rig/rig.hpp"
+#include "sdk/tracking/monitors/disparity_watch.hpp"
+#include "sdk/tracking/monitors/rig_monitor.hpp"
+
+namespace defrec {
+
+// Reasons that the rig gives.
+constexpr uint32_t kReasonsOfRig = DEFREC_REASON_VIEW_LATE | DEFREC_REASON_CALIBRATION;
+
+// The monitors after a frame.
+struct RigState {
+    RigMonitor monitor;  // of what is left after the correction
+    RigEstimate left;    // its last estimate
+    DisparityWatch disparities;
+    // Of the patches of the rig in the left view; NaN: not found. Empty: there is no such frame.
+    std::vector<float> rows;
+};
+
+class RigWatch {
+  public:
+    // self_calibration: DEFREC_SELF_CALIBRATION_*.
+    RigWatch(uint32_t width, uint32_t height, uint32_t self_calibration);
+
+    bool is_on() const { return is_on_; }
+    const RigState& state() const { return state_; }
+    // What is left of the rig's error, and what is corrected of it.
+    RigEstimate estimate() const;
+    // DEFREC_REASON_* after the last frame.
+    uint32_t reasons() const;
+
+    // Once for each frame, first of all.
+    void begin_frame() { state_.left = state_.monitor.update({}); }
+    // What a frame's disparities say.
+    enum class Disparities { kCount, kSayNothing };
+    // The frame was found. next: begun as state(), after the frame's measurements; left with the
+    // state before. Disparities of a view that is late do not count.
+    void commit(RigState& next, Disparities disparities);
+    // The frame says nothing of disparities, and none of rows for the next.
+    void skip_frame();
+    // From the next frame on the template, or only the vertices, are others.
+    void forget_template();
+    void forget_vertices() { state_.disparities.forget_vertices(); }
+
+    // The correction that is due, in place of the one before; none where the error is small.
+    std::optional<Rig::ViewShift> due_correction() const;
+    void correct(const Rig::ViewShift& shift);
+
+  private:
+    RigState state_;
+    Rig::ViewShift shift_;  // that the right view is corrected by
+    const bool is_on_, corrects_;
+};
+
+}  // namespace defrec

@@ -1,0 +1,463 @@
+// See surface_registration.hpp; what becomes of a frame: surface_registration_results.cpp.
+#include "sdk/tracking/surface_registration.hpp"
+
+#include <algorithm>
+#include <new>
+
+#include "sdk/base/os/services.hpp"
+#include "sdk/template/cut.hpp"
+#include "sdk/tracking/evidence/vertex_runs.hpp"
+
+namespace defrec {
+namespace {
+
+bool is_in_memory(const TrackerJob& job, size_t view) {
+    return job.input.views[view].memory != nullptr;
+}
+
+bool asks_for_template(const TrackerJob& job) {
+    return (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0;
+}
+
+FrameTask task_of(TrackerJob& job) {
+    return {job.input,
+            {job.views[0].as<uint8_t>().data(), job.views[1].as<uint8_t>().data()},
+            job.memory.output};
+}
+
+bool is_frozen(uint32_t reasons) { return (reasons & DEFREC_REASON_FROZEN) != 0; }
+
+}  // namespace
+
+SurfaceRegistration::SurfaceRegistration(const std::shared_ptr<const Rig>& rig,
+                                         const std::shared_ptr<Device>& device,
+                                         const TrackerSettings& settings, FrameQueue& frames)
+    : rig_(rig),
+      frames_(frames),
+      growth_(settings),
+      pipeline_(rig, device, settings),
+      surface_(settings.body == DEFREC_BODY_ON),
+      images_(rig),
+      rig_watch_(rig->width(), rig->height(), settings.self_calibration),
+      attempts_{FrameAttempt(rig_watch_.state()), FrameAttempt(rig_watch_.state())} {}
+
+void SurfaceRegistration::compute(TrackerJob& job) noexcept {
+    Frame frame{job};
+    try {
+        process(frame);
+        const FrameInput::Clock::time_point end = FrameInput::Clock::now();
+        if (const FrameAttempt* last = frame.last_attempt)
+            effort_times_.add(last->plan().effort, end - last->time());
+        if (end > job.input.deadline) job.result.reasons |= DEFREC_REASON_OVERDUE;
+        job.finish(DEFREC_OK, "");
+        // Nobody waits for this. The arrays stay as they are until this thread computes another
+        // frame.
+        if (surface_.is_tracking()) surface_.keep_samples(job.memory.output.samples);
+        if (frame.shows_cuts) watch_for_cuts(job, *frame.committed);
+        if (frame.may_grow) plan_growth(job);
+    } catch (const Error& error) {
+        job.finish(error.status(), error.what());
+    } catch (const std::bad_alloc&) {
+        job.finish(DEFREC_ERROR_OUT_OF_MEMORY, "out of memory");
+    } catch (const std::exception& error) {
+        job.finish(DEFREC_ERROR_INTERNAL, error.what());
+    }
+}
+
+void SurfaceRegistration::cancel(TrackerJob& job) noexcept {
+    if (ahead_ && ahead_->job == &job) ahead_.reset();
+    job.finish(DEFREC_ERROR_STATE, "the tracker was destroyed before this frame was computed");
+}
+
+void SurfaceRegistration::process(Frame& frame) {
+    stale_.clear();
+    rig_watch_.begin_frame();
+    frame.rig_estimate = rig_watch_.estimate();
+    // The device begins while the host looks; frames in which there is nothing to observe are few.
+    begin(frame);
+    look_at_images(frame);
+    const bool shows_nothing = (frame.reasons & kUselessImages) != 0;
+    if (shows_nothing || (frame.is_of_two_times && !surface_.is_tracking()))
+        return conclude_unseen(frame);
+    if (frame.captures) return capture_and_register(frame);
+    if (release_cut()) frame.reasons |= DEFREC_REASON_CUT;
+    if (grow()) frame.reasons |= DEFREC_REASON_TEMPLATE_GREW;
+    FrameAttempt& attempt = register_surface(frame);
+    correct_rig();
+    conclude(frame, attempt);
+}
+
+// The device observes the frame, and registers it unless the host has to see it first.
+void SurfaceRegistration::begin(Frame& frame) {
+    TrackerJob& job = frame.job;
+    if (ahead_ && ahead_->job == &job) {
+        auto result = std::move(ahead_->result);
+        ahead_.reset();
+        if (const auto* failure = std::get_if<std::exception_ptr>(&result))
+            std::rethrow_exception(*failure);
+        frame.images.emplace(std::get<ObservedFrame>(std::move(result)));
+    } else {
+        if (job.template_to_set != nullptr) to_adopt_ = std::exchange(job.template_to_set, nullptr);
+        if (to_adopt_ != nullptr) adopt_set_template(job);
+    }
+    if (can_begin_unseen(job))
+        begin_unseen(frame);
+    else if (!frame.images)
+        frame.images.emplace(pipeline_.observe(task_of(job)));
+}
+
+// Where that fails, this frame does, and those after it: never is another template tracked in its
+// place. But a frame that is captured, if it can be, is a template of its own.
+void SurfaceRegistration::adopt_set_template(const TrackerJob& job) {
+    try {
+        adopt(to_adopt_, false);
+    } catch (const std::exception&) {
+        if (!asks_for_template(job)) throw;
+        return;
+    }
+    frames_.end_template(*std::exchange(to_adopt_, nullptr));
+}
+
+// Queues the images of the next frame, if it was submitted, behind the work on this one, so that
+// the device has something to do while the host concludes this one. A device that computes in this
+// thread is done by now, and its results are not kept waiting. false: such a frame may still come.
+bool SurfaceRegistration::observe_ahead(const FollowedFrame& followed) {
+    if (ahead_ || !pipeline_.can_observe() || pipeline_.done(followed, 0)) return true;
+    const FrameQueue::Next next = frames_.next();
+    if (next.job == nullptr) return !next.may_come;
+    if (next.job->template_to_set != nullptr) return true;  // may change what stereo searches
+    try {
+        ahead_.emplace(Ahead{next.job, pipeline_.observe(task_of(*next.job))});
+    } catch (const std::exception&) {
+        ahead_.emplace(Ahead{next.job, std::current_exception()});
+    }
+    return true;
+}
+
+// Most frames are as expected: a device that works by itself goes on with theirs while the host
+// still looks at the images. Not where more than the images decides how they are registered.
+bool SurfaceRegistration::can_begin_unseen(const TrackerJob& job) const {
+    return surface_.is_tracking() && !asks_for_template(job) && !cut_ && growth_.rests() &&
+           pipeline_.can_follow_unseen();
+}
+
+// Where it fails the frame is observed after all: its images decide whether the failure matters.
+void SurfaceRegistration::begin_unseen(Frame& frame) {
+    TrackerJob& job = frame.job;
+    FrameAttempt& attempt =
+        begin_attempt(frame, attempts_[0], {.uses_depth = !is_depth_spoilt_, .whole_map = false});
+    try {
+        job.make_room(surface_.data());
+        const std::span<const defrec_motion> start = surface_.motions();
+        frame.begun.emplace(
+            frame.images ? pipeline_.follow(std::move(*frame.images), start, attempt.plan())
+                         : pipeline_.observe_and_follow(task_of(job), start, attempt.plan()));
+    } catch (const std::exception&) {
+        frame.begun.emplace(std::current_exception());
+        if (!frame.images) frame.images.emplace(pipeline_.observe(task_of(job)));
+    }
+}
+
+// The frame is as if no attempt had begun.
+void SurfaceRegistration::take_back(Frame& frame) {
+    if (!frame.begun) return;
+    if (auto* followed = std::get_if<FollowedFrame>(&*frame.begun))
+        frame.images.emplace(pipeline_.take_back(std::move(*followed)));
+    frame.begun.reset();
+    frame.last_attempt = nullptr;
+}
+
+void SurfaceRegistration::look_at_images(Frame& frame) {
+    TrackerJob& job = frame.job;
+    if (const auto* followed = frame.begun ? std::get_if<FollowedFrame>(&*frame.begun) : nullptr)
+        pipeline_.await_gray(*followed);
+    else
+        pipeline_.await_gray(*frame.images);
+    const auto view = [&](size_t i) -> ImageCheck::View {
+        return {job.views[i].as<uint8_t>().data(), is_in_memory(job, i)};
+    };
+    frame.reasons = images_.look_at(job.frame, job.input.timestamp_ns, {view(0), view(1)},
+                                    job.services()->own_threads());
+    frame.one_stands = (frame.reasons & DEFREC_REASON_VIEW_LATE) != 0;
+    // What an interlaced frame shows is of two times as well, but its depth is better than none.
+    frame.is_of_two_times = frame.one_stands || (frame.reasons & DEFREC_REASON_INTERLACED) != 0;
+    frame.captures = !frame.is_of_two_times && (!surface_.has_template() || asks_for_template(job));
+}
+
+// A template keeps the depth that it was captured with: where its own frame shows that the rig
+// wants correction, it is captured again.
+void SurfaceRegistration::capture_and_register(Frame& frame) {
+    constexpr int kMostCorrections = 2;
+    const uint32_t reasons = frame.reasons;
+    for (int corrections = 0;; ++corrections) {
+        const bool is_captured = capture(frame);
+        if (!surface_.has_template()) return conclude_without_template(frame);
+        FrameAttempt& attempt = register_surface(frame);
+        if (!correct_rig() || corrections == kMostCorrections) return conclude(frame, attempt);
+        frame.images.reset();
+        frame.images.emplace(pipeline_.observe(task_of(frame.job)));
+        frame.reasons = reasons;
+        if (is_captured) surface_.recapture();
+    }
+}
+
+bool SurfaceRegistration::capture(Frame& frame) {
+    std::optional<TemplateData> data = pipeline_.capture(*frame.images);
+    if (!data) {
+        frame.reasons |= DEFREC_REASON_NO_DEPTH;
+        if (pipeline_.views_look_swapped(*frame.images))
+            frame.reasons |= DEFREC_REASON_VIEWS_SWAPPED;
+        return false;
+    }
+    adopt(std::make_shared<const Template>(std::move(*data), frame.job.services()), true);
+    if (to_adopt_ != nullptr) frames_.end_template(*std::exchange(to_adopt_, nullptr));
+    return true;
+}
+
+// is_observed: it was captured from this very frame.
+void SurfaceRegistration::adopt(std::shared_ptr<const Template> surface, bool is_observed) {
+    TrackedSurface::Next next(std::move(surface));
+    pipeline_.set_template(next.data());
+    surface_.adopt(std::move(next), is_observed);
+    rig_watch_.forget_template();
+    growth_.reset();
+    cut_watch_.reset();
+    cut_.reset();
+}
+
+void SurfaceRegistration::change_template(TemplateData changed,
+                                          std::vector<defrec_motion> motions) {
+    TrackedSurface::Next next(std::move(changed), std::move(motions), surface_);
+    pipeline_.set_template(next.data());
+    surface_.change(std::move(next));
+    rig_watch_.forget_vertices();
+}
+
+// Releases what connects the sides of a cut that the frames before showed; false where there is
+// none. Tissue that was about to join is fitted anew.
+bool SurfaceRegistration::release_cut() {
+    if (!cut_) return false;
+    const std::span<const defrec_motion> motions = surface_.motions();
+    change_template(release_across(surface_.data(), *cut_), {motions.begin(), motions.end()});
+    cut_.reset();
+    cut_watch_.reset();
+    growth_.reset();
+    return true;
+}
+
+// Takes in the tissue that is to join with this frame; false where there is none.
+bool SurfaceRegistration::grow() {
+    std::optional<Growth> growth = growth_.begin_frame();
+    if (!growth) return false;
+    std::vector<defrec_motion> motions(surface_.motions().begin(), surface_.motions().end());
+    extend_motions(growth->data.nodes, growth->anchors, motions);
+    change_template(std::move(growth->data), std::move(motions));
+    growth_.joined(surface_.data(), growth->anchors);
+    return true;
+}
+
+FrameAttempt& SurfaceRegistration::register_surface(Frame& frame) {
+    frame.job.make_room(surface_.data());
+    FrameAttempt* attempt = &attempt_first(frame);
+    // The frame jumped to another part of the map than it was expected in.
+    if (pipeline_.solved_part() &&
+        (!attempt->verdict.found || !pipeline_.solved_all_seen(frame.job.memory.output.motions)))
+        attempt = &attempt_whole_map(frame, attempt->plan());
+    commit_rig(frame, *attempt);
+    is_depth_spoilt_ =
+        !frame.is_of_two_times && surface_.is_tracking() && lag_spoils_depth(frame.job);
+    if (is_depth_spoilt_ && attempt->plan().uses_depth && !frame.captures)
+        attempt = &attempt_without_depth(frame, *attempt);
+    else if (!frame.captures && surface_.is_tracking() && attempt->result.evidence.confirms_few() &&
+             wide_search_.is_due())
+        attempt = &attempt_widely(frame, *attempt);
+    if (!frame.is_of_two_times) find_stale_parts(frame, *attempt);
+    frame.reasons |= attempt->verdict.reasons;
+    if (!attempt->verdict.found && attempt->plan().uses_depth) look_for_swapped_views(frame);
+    return *attempt;
+}
+
+// Its plan gets the effort that the frame's time allows from here on.
+FrameAttempt& SurfaceRegistration::begin_attempt(Frame& frame, FrameAttempt& attempt,
+                                                 Following plan) {
+    const FrameInput::Clock::time_point now = FrameInput::Clock::now();
+    plan.effort = effort_times_.choose(frame.job.input.deadline - now);
+    attempt.begin(surface_, plan, now);
+    frame.last_attempt = &attempt;
+    return attempt;
+}
+
+FrameAttempt& SurfaceRegistration::attempt_first(Frame& frame) {
+    const bool uses_depth =
+        !frame.one_stands && (frame.captures || !surface_.is_tracking() || !is_depth_spoilt_);
+    FrameAttempt& attempt = attempts_[0];
+    if (frame.begun && attempt.plan().uses_depth != uses_depth) take_back(frame);
+    if (!frame.begun) {
+        begin_attempt(frame, attempt,
+                      {.uses_depth = uses_depth, .whole_map = !surface_.is_tracking()});
+        return follow(frame, surface_.motions(), attempt);
+    }
+    if (const auto* failure = std::get_if<std::exception_ptr>(&*frame.begun))
+        std::rethrow_exception(*failure);
+    return finish(frame, std::get<FollowedFrame>(std::move(*frame.begun)), attempt);
+}
+
+FrameAttempt& SurfaceRegistration::attempt_whole_map(Frame& frame, Following plan) {
+    plan.whole_map = true;
+    return follow(frame, surface_.motions(), begin_attempt(frame, attempts_[0], plan));
+}
+
+FrameAttempt& SurfaceRegistration::attempt_without_depth(Frame& frame, const FrameAttempt& before) {
+    Following plan = before.plan();
+    plan.uses_depth = false;
+    const uint32_t of_rig = before.verdict.reasons & kReasonsOfRig;
+    FrameAttempt& attempt =
+        follow(frame, surface_.motions(), begin_attempt(frame, attempts_[0], plan));
+    attempt.verdict.reasons |= of_rig;
+    attempt.verdict.degraded = true;
+    return attempt;
+}
+
+// Tissue that is blurred or has moved far shows few of its patches near where they are expected;
+// coarser images, searched farther round what was found so far, show more. Where an instrument
+// hides them they show fewer, and what was found before is kept.
+FrameAttempt& SurfaceRegistration::attempt_widely(Frame& frame, FrameAttempt& before) {
+    TrackerJob& job = frame.job;
+    const FrameAttempt* const last = frame.last_attempt;
+    Following plan = before.plan();
+    plan.searches_widely = true;
+    FrameAttempt& wide = begin_attempt(frame, attempts_[1], plan);
+    if (wide.plan().effort != Effort::kFull) {
+        frame.last_attempt = last;
+        before.verdict.reasons |= DEFREC_REASON_COARSE;
+        return before;
+    }
+    const std::span<const defrec_motion> start =
+        before.verdict.found ? job.memory.output.motions : surface_.motions();
+    job.memory.exchange(second_memory_, surface_.data());
+    follow(frame, start, wide);
+    const bool is_better = wide.verdict.found && wide.result.evidence.confirmed_share() >
+                                                     before.result.evidence.confirmed_share();
+    wide_search_.end(is_better);
+    if (is_better) {
+        wide.verdict.reasons |=
+            before.verdict.reasons & (DEFREC_REASON_LOW_CONTRAST | kReasonsOfRig);
+        wide.verdict.degraded = true;
+        return wide;
+    }
+    job.memory.exchange(second_memory_, surface_.data());
+    if (job.input.samples != nullptr)
+        pipeline_.leave_samples(job.memory.output.samples, *job.input.samples);
+    return before;
+}
+
+FrameAttempt& SurfaceRegistration::follow(Frame& frame, std::span<const defrec_motion> start,
+                                          FrameAttempt& attempt) {
+    if (FrontImages* images = growth_.images()) pipeline_.read_front(*frame.images, *images);
+    return finish(frame, pipeline_.follow(std::move(*frame.images), start, attempt.plan()),
+                  attempt);
+}
+
+FrameAttempt& SurfaceRegistration::finish(Frame& frame, FollowedFrame followed,
+                                          FrameAttempt& attempt) {
+    TrackerJob& job = frame.job;
+    const FrameOutput& output = job.memory.output;
+    const Services* helpers = job.services()->own_threads();
+    attempt.prepare_measuring(surface_, rig_watch_);
+    wait_.wait({[&](uint64_t timeout_ns) { return pipeline_.done(followed, timeout_ns); },
+                [&] { return observe_ahead(followed); },
+                [&] {
+                    if (helpers != nullptr) helpers->rouse(kMaxVertexThreads - 1);
+                    job.announce_end();
+                }},
+               pipeline_.deadline());
+    frame.images.emplace(pipeline_.finish(std::move(followed)));
+    wait_.end();
+    job.announce_end();
+    attempt.measure(surface_, rig_watch_, pipeline_, output, helpers);
+    if (const FrontImages* images = growth_.images()) pipeline_.check(*images);
+    const Following& plan = attempt.plan();
+    attempt.verdict =
+        classify(surface_.data(), attempt.result.evidence, surface_.is_tracking(), plan.uses_depth);
+    attempt.verdict.reasons |= reasons_of(plan.effort);
+    attempt.verdict.degraded |= plan.effort != Effort::kFull;
+    return attempt;
+}
+
+void SurfaceRegistration::commit_rig(Frame& frame, FrameAttempt& attempt) {
+    Verdict& verdict = attempt.verdict;
+    if (frame.is_of_two_times) {
+        rig_watch_.skip_frame();
+        verdict.degraded = true;
+        return;
+    }
+    if (!verdict.found || !rig_watch_.is_on()) return;
+    // Nothing moves in the picture of the frame before, and it has been measured.
+    if (!is_frozen(frame.reasons)) {
+        const bool shows_disparities = surface_.is_tracking() && attempt.plan().uses_depth &&
+                                       attempt.plan().effort == Effort::kFull;
+        rig_watch_.commit(attempt.rig(), shows_disparities ? RigWatch::Disparities::kCount
+                                                           : RigWatch::Disparities::kSayNothing);
+        frame.rig_estimate = rig_watch_.estimate();
+    }
+    const uint32_t reasons = rig_watch_.reasons();
+    verdict.reasons |= reasons;
+    verdict.degraded |= reasons != 0;
+}
+
+// Whether depth errs more by what moved between the views' times than it does when the left image
+// alone tells where the surface is.
+bool SurfaceRegistration::lag_spoils_depth(const TrackerJob& job) const {
+    constexpr double kErrorOfOneView = 1.5;  // mm
+    if (!rig_watch_.state().monitor.is_late()) return false;
+    const defrec_camera& camera = surface_.data().camera;
+    const double lag = rig_watch_.state().left.lag_frames;
+    const SurfaceSamples before = surface_.samples(), after = job.memory.output.samples;
+    double squares = 0;
+    size_t count = 0;
+    for (size_t i = 0; i < after.size(); ++i) {
+        if (after[i].observation == DEFREC_OUTSIDE) continue;
+        const double depth = lag * depth_per_px(camera, after[i].position[2]);
+        squares += depth * depth * squared_step(camera, before[i], after[i]);
+        ++count;
+    }
+    return squares > kErrorOfOneView * kErrorOfOneView * static_cast<double>(count);
+}
+
+// A part of a picture that stands still while the rest moves on says nothing.
+void SurfaceRegistration::find_stale_parts(const Frame& frame, FrameAttempt& attempt) {
+    constexpr double kMinShare = 0.05;  // of the vertices in the image, to be worth a reason
+    // Two repeated frames come of a change of the frame rate, or of a frame that was lost.
+    constexpr uint32_t kMostRepeated = 2;
+    const SurfaceSamples samples = frame.job.memory.output.samples;
+    if (stale_.count_frozen(is_frozen(frame.reasons)) > kMostRepeated) {
+        stale_.set_all(samples.size());
+        attempt.verdict.degraded = true;
+    }
+    if (!attempt.verdict.found || !surface_.is_tracking() || is_frozen(frame.reasons)) return;
+    stale_.find(*rig_, images_.blocks(), {is_in_memory(frame.job, 0), is_in_memory(frame.job, 1)},
+                surface_.samples(), samples);
+    if (stale_.share() < kMinShare) return;
+    attempt.verdict.reasons |= DEFREC_REASON_FROZEN;
+    attempt.verdict.degraded = true;
+}
+
+// A frame that is lost, without depth, although the exchanged views would have some.
+void SurfaceRegistration::look_for_swapped_views(Frame& frame) {
+    if ((frame.reasons & DEFREC_REASON_NO_DEPTH) == 0 || !swapped_search_.is_due()) return;
+    const bool look_swapped = pipeline_.views_look_swapped(*frame.images);
+    swapped_search_.end(look_swapped);
+    if (look_swapped) frame.reasons |= DEFREC_REASON_VIEWS_SWAPPED;
+}
+
+// Takes what the monitor has found into the right view's map; false where that is too little.
+bool SurfaceRegistration::correct_rig() {
+    const std::optional<Rig::ViewShift> shift = rig_watch_.due_correction();
+    if (!shift) return false;
+    ahead_.reset();  // it was observed without
+    pipeline_.shift_right_view(*shift);
+    rig_watch_.correct(*shift);
+    return true;
+}
+
+}  // namespace defrec

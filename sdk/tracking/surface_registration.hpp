@@ -1,0 +1,131 @@
+// Registers the surface to each frame: whether its images are of use, whether a template is
+// captured, whether the surface was found, and what its results are.
+#pragma once
+#include <array>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <span>
+#include <variant>
+#include <vector>
+
+#include "sdk/tracking/device_wait.hpp"
+#include "sdk/tracking/frame_attempt.hpp"
+#include "sdk/tracking/frame_queue.hpp"
+#include "sdk/tracking/map/map_growth.hpp"
+#include "sdk/tracking/monitors/backoff.hpp"
+#include "sdk/tracking/monitors/cut_watch.hpp"
+#include "sdk/tracking/monitors/image_check.hpp"
+#include "sdk/tracking/monitors/stale_vertices.hpp"
+#include "sdk/tracking/tracked_surface.hpp"
+
+namespace defrec {
+
+// One thread, the one that takes the frames from the queue.
+class SurfaceRegistration {
+  public:
+    // frames: where the frame after the one that is registered is looked for, and which is told
+    // when a template that was set is tracked or replaced; outlives the registration.
+    SurfaceRegistration(const std::shared_ptr<const Rig>& rig,
+                        const std::shared_ptr<Device>& device, const TrackerSettings& settings,
+                        FrameQueue& frames);
+
+    // Computes the frame and ends its job. In the order of the frames.
+    void compute(TrackerJob& job) noexcept;
+    // Ends its job without computing the frame.
+    void cancel(TrackerJob& job) noexcept;
+
+    // The template that is tracked, null before there is one. Any thread.
+    std::shared_ptr<const Template> current_template() const { return surface_.current(); }
+
+  private:
+    // A frame while it is computed.
+    struct Frame {
+        TrackerJob& job;
+        uint32_t reasons = 0;  // DEFREC_REASON_*, so far
+        // On the device, unless an attempt has them.
+        std::optional<ObservedFrame> images{};
+        // What the device is at, or why it is not: an attempt that began before the images were
+        // looked at.
+        std::optional<std::variant<FollowedFrame, std::exception_ptr>> begun{};
+        const FrameAttempt* last_attempt = nullptr;  // by which its effort counts
+        const FrameAttempt* committed = nullptr;
+        RigEstimate rig_estimate{};
+        bool captures = false;  // a template
+        // One view stands still: nothing is known of now that both show.
+        bool one_stands = false;
+        // The views, or the rows of each, are of two times.
+        bool is_of_two_times = false;
+        // For what follows the end of the job.
+        bool shows_cuts = false, may_grow = false;
+    };
+    // A frame that was observed while the one before it was computed, or why it could not be.
+    struct Ahead {
+        const TrackerJob* job;
+        std::variant<ObservedFrame, std::exception_ptr> result;
+    };
+
+    void process(Frame& frame);
+    void begin(Frame& frame);
+    void adopt_set_template(const TrackerJob& job);
+    bool observe_ahead(const FollowedFrame& followed);
+    bool can_begin_unseen(const TrackerJob& job) const;
+    void begin_unseen(Frame& frame);
+    void take_back(Frame& frame);
+    void look_at_images(Frame& frame);
+    void conclude_unseen(Frame& frame);
+    static void conclude_without_template(Frame& frame);
+
+    void capture_and_register(Frame& frame);
+    bool capture(Frame& frame);
+    void adopt(std::shared_ptr<const Template> surface, bool is_observed);
+    void change_template(TemplateData data, std::vector<defrec_motion> motions);
+    bool release_cut();
+    bool grow();
+
+    FrameAttempt& register_surface(Frame& frame);
+    FrameAttempt& begin_attempt(Frame& frame, FrameAttempt& attempt, Following plan);
+    FrameAttempt& attempt_first(Frame& frame);
+    FrameAttempt& attempt_whole_map(Frame& frame, Following plan);
+    FrameAttempt& attempt_without_depth(Frame& frame, const FrameAttempt& before);
+    FrameAttempt& attempt_widely(Frame& frame, FrameAttempt& before);
+    FrameAttempt& follow(Frame& frame, std::span<const defrec_motion> start, FrameAttempt& attempt);
+    FrameAttempt& finish(Frame& frame, FollowedFrame followed, FrameAttempt& attempt);
+    void commit_rig(Frame& frame, FrameAttempt& attempt);
+    bool lag_spoils_depth(const TrackerJob& job) const;
+    void find_stale_parts(const Frame& frame, FrameAttempt& attempt);
+    void look_for_swapped_views(Frame& frame);
+    bool correct_rig();
+
+    void conclude(Frame& frame, FrameAttempt& attempt);
+    void conclude_found(Frame& frame, FrameAttempt& attempt, const PieceEvidences& pieces);
+    void conclude_lost(Frame& frame, FrameAttempt& attempt, const PieceEvidences& pieces);
+    void place_outside(const TrackerJob& job, FrameAttempt& attempt);
+    void describe_surface(const TrackerJob& job, FrameAttempt& attempt);
+    void watch_for_cuts(const TrackerJob& job, const FrameAttempt& attempt) noexcept;
+    void plan_growth(const TrackerJob& job) noexcept;
+
+    const std::shared_ptr<const Rig> rig_;
+    FrameQueue& frames_;
+    MapGrowth growth_;
+    Pipeline pipeline_;
+    TrackedSurface surface_;
+    std::shared_ptr<const Template> to_adopt_;  // one that was set, until that succeeds
+    std::optional<Ahead> ahead_;
+
+    ImageCheck images_;
+    RigWatch rig_watch_;
+    StaleVertices stale_;  // of this frame
+    CutWatch cut_watch_;
+    std::optional<CutLine> cut_;    // that is released with the next frame
+    bool is_depth_spoilt_ = false;  // in the last frame, by the right view's lag
+
+    std::array<FrameAttempt, 2> attempts_;  // a second one beside the best so far
+    AttemptMemory second_memory_;           // of its results, or of those of the first
+    Backoff wide_search_{8}, swapped_search_{32};
+    EffortTimes effort_times_;
+    DeviceWait wait_;
+    std::vector<defrec_surface_sample> placed_;  // of this frame, with what is not in the image
+};
+
+}  // namespace defrec

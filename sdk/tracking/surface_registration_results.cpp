@@ -1,0 +1,185 @@
+// What becomes of a frame in class SurfaceRegistration: its state, its results, and what the next
+// frames start from. How it is registered: surface_registration.cpp.
+#include <algorithm>
+
+#include "sdk/base/os/services.hpp"
+#include "sdk/tracking/surface_registration.hpp"
+
+namespace defrec {
+namespace {
+
+// Nothing was searched in a frame of no use: a place in the queue must not show what an earlier
+// frame had.
+void clear_observations(FrameOutput& output) {
+    defrec_match none{};
+    none.feature = -1;
+    none.distance = none.second = 256;
+    std::fill(output.matches.begin(), output.matches.end(), none);
+    for (const std::span<defrec_patch_observation> observations :
+         {output.observations, output.checks, output.right_observations})
+        std::fill(observations.begin(), observations.end(), defrec_patch_observation{});
+    for (const std::span<defrec_patch_prediction> predictions :
+         {output.predictions, output.check_predictions})
+        std::fill(predictions.begin(), predictions.end(), defrec_patch_prediction{});
+    output.summary->ransac = {};
+}
+
+}  // namespace
+
+// A frame whose images are of no use.
+void SurfaceRegistration::conclude_unseen(Frame& frame) {
+    take_back(frame);
+    pipeline_.forget(std::move(*frame.images));
+    if (!surface_.has_template()) return conclude_without_template(frame);
+    frame.job.make_room(surface_.data());
+    clear_observations(frame.job.memory.output);
+    FrameAttempt& attempt = attempts_[0];
+    attempt.begin(surface_, {}, {});
+    attempt.result.evidence = {};
+    conclude(frame, attempt);
+}
+
+void SurfaceRegistration::conclude_without_template(Frame& frame) {
+    FrameResult& result = frame.job.result;
+    result.surface = nullptr;
+    result.state = DEFREC_INITIALISING;
+    result.epoch = result.template_epoch = result.age = 0;
+    result.rig_estimate = frame.rig_estimate;
+    result.reasons = frame.reasons;
+}
+
+void SurfaceRegistration::conclude(Frame& frame, FrameAttempt& attempt) {
+    const bool uses_depth = attempt.plan().uses_depth;
+    const PieceEvidences pieces =
+        attempt.verdict.found
+            ? weigh_pieces(surface_.data(), surface_.surface()->vertex_pieces(),
+                           frame.job.memory.output, attempt.result.evidence, attempt.patch_px2())
+            : PieceEvidences{};
+    const bool is_found = attempt.verdict.found && surface_.pieces().shows_any(pieces, uses_depth);
+    if (is_found)
+        conclude_found(frame, attempt, pieces);
+    else
+        conclude_lost(frame, attempt, pieces);
+    FrameResult& result = attempt.result;
+    result.epoch = surface_.epoch();
+    result.template_epoch = surface_.template_epoch();
+    result.age = surface_.age();
+    if (growth_.is_full()) frame.reasons |= DEFREC_REASON_TEMPLATE_FULL;
+    result.reasons = frame.reasons;
+    result.rig_estimate = frame.rig_estimate;
+    describe_surface(frame.job, attempt);
+    const std::span<const defrec_motion> motions = frame.job.memory.output.motions;
+    result.motions.assign(motions.begin(), motions.end());
+    if (is_found) place_outside(frame.job, attempt);
+    frame.committed = &attempt;
+    std::swap(frame.job.result, attempt.result);
+}
+
+void SurfaceRegistration::conclude_found(Frame& frame, FrameAttempt& attempt,
+                                         const PieceEvidences& pieces) {
+    const FrameOutput& output = frame.job.memory.output;
+    const bool uses_depth = attempt.plan().uses_depth,
+               is_interlaced = (frame.reasons & DEFREC_REASON_INTERLACED) != 0,
+               sees_depth = uses_depth && !is_interlaced && frame.last_attempt != nullptr &&
+                            frame.last_attempt->plan().effort == Effort::kFull;
+    if (surface_.is_tracking() && attempt.is_fast(output.samples.size()))
+        frame.reasons |= DEFREC_REASON_FAST_MOTION;
+    attempt.result.state =
+        surface_.found(output.motions, attempt.verdict.degraded, pieces, uses_depth);
+    const bool misses_piece = surface_.pieces().misses_one();
+    if (misses_piece) {
+        frame.reasons |= DEFREC_REASON_PIECE_LOST;
+        surface_.search_lost_pieces(output.matches);
+    }
+    frame.shows_cuts = sees_depth && stale_.views().empty();
+    frame.may_grow = frame.shows_cuts && !misses_piece;
+    if (frame.may_grow)
+        growth_.end_found_frame(pipeline_, surface_.surface(), output);
+    else
+        growth_.end_lost_frame();  // it would join in the wrong place
+}
+
+void SurfaceRegistration::conclude_lost(Frame& frame, FrameAttempt& attempt,
+                                        const PieceEvidences& pieces) {
+    FrameOutput& output = frame.job.memory.output;
+    surface_.lost(pieces, attempt.plan().uses_depth);
+    attempt.result.state = DEFREC_LOST;
+    growth_.end_lost_frame();
+    rig_watch_.skip_frame();
+    std::copy(surface_.motions().begin(), surface_.motions().end(), output.motions.begin());
+    std::copy(surface_.samples().begin(), surface_.samples().end(), output.samples.begin());
+    if (frame.job.input.samples != nullptr)
+        pipeline_.leave_samples(output.samples, *frame.job.input.samples);
+    attempt.measure_surface(surface_, output);
+}
+
+// Tissue out of the image changes in the results alone: the next frame starts from what lm gave.
+void SurfaceRegistration::place_outside(const TrackerJob& job, FrameAttempt& attempt) {
+    FrameResult& result = attempt.result;
+    const SurfaceSamples samples = job.memory.output.samples;
+    const bool any_outside = result.evidence.vertices_inside < samples.size();
+    if (!surface_.place_outside(
+            samples, any_outside, result.pieces,
+            {result.motions, result.vertices, result.normals, result.confidence}))
+        return;
+    place_nodes(surface_.data(), result.motions, result.node_positions);
+    placed_.assign(samples.begin(), samples.end());
+    for (size_t i = 0; i < placed_.size(); ++i) {
+        std::copy_n(&result.vertices[3 * i], 3, placed_[i].position);
+        std::copy_n(&result.normals[3 * i], 3, placed_[i].normal);
+    }
+    if (job.input.samples != nullptr) pipeline_.leave_samples(placed_, *job.input.samples);
+    attempt.fit_rigid_motion(surface_.model(), placed_);
+}
+
+void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& attempt) {
+    FrameResult& result = attempt.result;
+    const Template& surface = *surface_.surface();
+    if (result.state == DEFREC_LOST) {
+        forget_confidence(result.age, result.confidence, job.memory.output.samples.size());
+        attempt.fit_rigid_motion(surface_.model());
+        result.known = {job.input.held_motion, std::nullopt};
+    } else {
+        const SurfaceSamples before =
+            result.state == DEFREC_RELOCALISED ? SurfaceSamples() : surface_.samples();
+        estimate_confidence(
+            surface_.model(),
+            {job.memory.output, attempt.lateral(),
+             static_cast<float>(result.evidence.mean_residual_mm), rig_watch_.state().left, before,
+             attempt.plan().uses_depth, result.is_interlaced(),
+             rig_watch_.state().disparities.slip_px(), stale_.views()},
+            job.services()->own_threads(), [&] { attempt.fit_rigid_motion(surface_.model()); },
+            result.confidence);
+        forget_lost_pieces(surface_.pieces().pieces(), surface.vertex_pieces(), result.confidence);
+        result.known = {
+            job.input.held_motion,
+            surface_.camera.add_frame(job.input.camera_pose, result.rigid_motion.data())};
+    }
+    result.pieces.assign(surface_.pieces().pieces().begin(), surface_.pieces().pieces().end());
+    const uint32_t observed =
+        share_observed(surface.vertex_pieces(), result.confidence, result.pieces);
+    result.observed_share = static_cast<float>(observed) /
+                            static_cast<float>(std::max(1u, result.evidence.vertices_inside));
+}
+
+// After the job has ended, which must hear of no failure any more.
+void SurfaceRegistration::watch_for_cuts(const TrackerJob& job,
+                                         const FrameAttempt& attempt) noexcept {
+    if (cut_) return;
+    try {
+        cut_ = cut_watch_.add_frame(surface_.data(), job.memory.output.samples,
+                                    attempt.lateral().is_confirmed);
+    } catch (const std::exception&) {
+        cut_watch_.reset();  // the gap, if there is one, is still there in later frames
+    }
+}
+
+void SurfaceRegistration::plan_growth(const TrackerJob& job) noexcept {
+    try {
+        growth_.plan(surface_.data(), job.memory.output);
+    } catch (const std::exception&) {
+        growth_.end_lost_frame();  // later frames show the same tissue
+    }
+}
+
+}  // namespace defrec

@@ -1,0 +1,103 @@
+// The surface that is tracked: its template, and where it was last found.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sdk/tracking/evidence/vertex_confidence.hpp"
+#include "sdk/tracking/monitors/camera_anchor.hpp"
+#include "sdk/tracking/monitors/piece_states.hpp"
+#include "sdk/tracking/points/outside_motion.hpp"
+
+namespace defrec {
+
+// One thread, the tracker's.
+class TrackedSurface {
+  public:
+    // has_body: of templates, computed once they are tracked.
+    explicit TrackedSurface(bool has_body) : has_body_(has_body) {}
+
+    // The template; null before there is one. Any thread.
+    std::shared_ptr<const Template> current() const;
+
+    // Everything that a template needs, made before it takes the place of another one: nothing
+    // fails from there on.
+    class Next {
+      public:
+        // Another template, at rest.
+        explicit Next(std::shared_ptr<const Template> surface);
+        // That of `before` with more or other parts, where it is; motions: of its control points.
+        Next(TemplateData changed, std::vector<defrec_motion> motions,
+             const TrackedSurface& before);
+        const TemplateData& data() const { return surface_->data(); }
+
+      private:
+        friend class TrackedSurface;
+        std::shared_ptr<const Template> surface_;
+        SurfaceModel model_;
+        std::vector<defrec_motion> motions_;
+        std::vector<defrec_surface_sample> samples_;
+        OutsideMotion outside_;
+    };
+    // Another template. is_observed: it was captured from this very frame.
+    void adopt(Next next, bool is_observed);
+    // The same one, changed.
+    void change(Next next);
+    // The last template that was adopted is about to be captured again from the same frame: it is
+    // the same template, made better.
+    void recapture();
+
+    // The members below need a template.
+    bool has_template() const { return template_ != nullptr; }
+    const std::shared_ptr<const Template>& surface() const { return template_; }
+    const TemplateData& data() const { return template_->data(); }
+    const SurfaceModel& model() const { return *model_; }
+    // Where it was last found.
+    std::span<const defrec_motion> motions() const { return motions_; }
+    SurfaceSamples samples() const { return samples_; }
+    const PieceStates& pieces() const { return pieces_; }
+
+    // It was found in the frame before.
+    bool is_tracking() const { return is_tracking_; }
+    uint32_t epoch() const { return epoch_; }
+    uint32_t template_epoch() const { return template_epoch_; }
+    // Frames since it was found.
+    uint32_t age() const { return age_; }
+
+    // The frame's end: found there, by the motions and the evidence of its pieces; or lost.
+    // Returns the frame's state, DEFREC_*. is_degraded: else it is TRACKING.
+    uint32_t found(std::span<const defrec_motion> motions, bool is_degraded,
+                   const PieceEvidences& pieces, bool uses_depth);
+    void lost(const PieceEvidences& pieces, bool uses_depth);
+    // The same frame's vertices, once nobody reads those before.
+    void keep_samples(SurfaceSamples samples);
+    // The next frame looks for pieces that are lost where their landmarks' matches say.
+    void search_lost_pieces(std::span<const defrec_match> matches);
+
+    CameraAnchor camera;
+    // OutsideMotion::add_frame().
+    bool place_outside(SurfaceSamples samples, bool any_outside,
+                       std::span<const defrec_piece> pieces,
+                       const OutsideMotion::Results& results) {
+        return outside_.add_frame(*template_, samples, any_outside, pieces, results);
+    }
+
+  private:
+    void take(Next next);
+
+    const bool has_body_;
+    mutable std::mutex mutex_;
+    std::shared_ptr<const Template> template_;  // written under the mutex, by the tracker's thread
+    std::optional<SurfaceModel> model_;
+    std::vector<defrec_motion> motions_;
+    std::vector<defrec_surface_sample> samples_;
+    PieceStates pieces_;
+    OutsideMotion outside_;
+    bool is_tracking_ = false;
+    uint32_t epoch_ = 0, template_epoch_ = 0, age_ = 0;
+};
+
+}  // namespace defrec
