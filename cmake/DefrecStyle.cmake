@@ -10,8 +10,10 @@ if(DEFREC_BUILD_TESTS AND NOT CMAKE_CROSSCOMPILING)
   add_test(NAME style/layers_check COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${layers}/test_check.py")
   set(decisions "${CMAKE_SOURCE_DIR}/scripts/decisions")
   add_test(NAME style/decisions COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${decisions}/check.py")
-  add_test(NAME style/decisions_check COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${decisions}/test_decisions.py")
-  set(styles style/markdown style/format style/layers style/layers_check style/decisions style/decisions_check)
+  add_test(NAME style/decisions_check
+    COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${decisions}/test_decisions.py")
+  set(styles style/markdown style/format style/layers style/layers_check style/decisions
+    style/decisions_check)
   # It checks what is compiled, so once is enough: not in builds with sanitizers.
   if(NOT DEFREC_SANITIZE)
     add_test(NAME style/tidy COMMAND "${DEFREC_SYSTEM_PYTHON}"

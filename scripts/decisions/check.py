@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Finds numbers that decide something in sdk/tracking and do not stand in a header of decisions.
+"""Finds numbers that decide something, in sdk/tracking and sdk/body, and stand in no header.
 
 usage: check.py [FOLDER]
 
@@ -20,50 +20,79 @@ import sys
 
 import header
 
-FOLDER = "sdk/tracking"
-# (file below FOLDER, a part of the statement as it stands there, in one line): the reason.
+# (file below sdk, a part of the statement as it stands there, in one line): the reason.
 ALLOWED = {
-    ("evidence/lateral_evidence.cpp", "sums[kOf + 1] > 1e-3f"): "no division by a weight that is rounding",
-    ("evidence/vertex_confidence.cpp", "kFew = 64"): "vertices of a vector loop",
-    ("evidence/vertex_confidence.cpp", "kFew = 32"): "vertices that are summed in single precision",
-    ("frame_attempt.cpp", "kFastMm = 5"): "a decision that is still to move",
-    ("frame/frame_input.cpp", "kBand = "): "how threads share a copy",
-    ("frame/frame_input.cpp", "kShare = "): "how threads share a copy",
-    ("frame/gray_copy.cpp", "kGroup = 4"): "layout of a vector's bytes",
-    ("frame/gray_copy.cpp", "kGreenWithRed = 51"): "split of a weight, without effect on the sum",
-    ("frame/gray_copy.cpp", "static_assert(255 * "): "range of the sum",
-    ("frame_queue.cpp", "kMaxGap = "): "range of time stamps that the C API takes",
-    ("job.cpp", "kFew = 32"): "how threads share points",
-    ("map/piece_search.cpp", "agree.size() >= 3"): "three points fix a rigid motion",
-    ("monitors/frame_state.cpp", "16 * sums.two_apart"): "unit of the number that it is compared with",
-    ("monitors/stale_vertices.cpp", "kMapUnit = 128"): "unit of a map",
-    ("points/lift_pixels.cpp", "kBucketPx = 16"): "buckets of an index",
-    ("points/lift_pixels.cpp", "/ 2 + 1e-3"): "rounding",
-    ("points/lift_pixels.cpp", "share < -1e-9"): "rounding",
-    ("points/lift_pixels.cpp", "position >= -0.5"): "border of an image of pixels",
-    ("points/lift_pixels.cpp", "kRounds = 6"): "rounds until nothing changes",
-    ("points/outside_motion.cpp", "kJitter = 1e-6"): "keeps a matrix invertible",
-    ("points/outside_motion.cpp", "std::max(1e-3, "): "no division by 0",
-    ("points/point_carrier.cpp", "kRun = 128"): "how threads share points",
-    ("points/point_carrier.cpp", "kNothing = 1e-6"): "no division by 0",
-    ("points/point_carrier.cpp", "std::max(trace, 1e-9)"): "no division by 0",
-    ("stages/check_output.cpp", "kMaxScore = 4096"): "ranges of a plugin's records",
-    ("stages/check_output.cpp", "kFar = DEFREC_MAX_SIDE * 256"): "range of a plugin's records",
-    ("stages/check_output.cpp", "kMaxLevels = 8"): "range of a plugin's records",
-    ("surface_registration.cpp", "kErrorOfOneView = 1.5"): "a decision that is still to move",
-    ("surface_registration.cpp", "kMinShare = 0.05"): "a decision that is still to move",
-    ("tracker.cpp", "> 1e-6 * camera."): "rounding of a calibration in a file",
+    ("body/body_description.cpp", "kLeast = 0.01f"): "range of a parameter of the C API",
+    ("body/body_description.hpp", "poisson_ratio = 0.43"): "default of a parameter of the C API",
+    ("body/body_motion.cpp", "kLeastWeight = 1e-3f"): "no division by rounding",
+    ("body/body_motion.cpp", "std::max(handles.evidence.sum(), 1e-3)"): "no division by 0",
+    ("body/body_motion.cpp", "kRun = 64"): "how threads share nodes",
+    ("body/body_piece.cpp", "std::max(kept, 1e-12f)"): "no division by 0",
+    ("body/body_shape.cpp", "kSamples = 3"): "points that measure a share of a cell",
+    ("body/body_shape.cpp", "< 0.5 * cut.width * edge"): "half a width",
+    ("body/closed_mesh.cpp", "kMaxCellsPerTriangle = 10"): "buckets of an index",
+    ("body/closed_mesh.cpp", "kShareLines = 4"): "lines that measure a share of a cell",
+    ("body/closed_mesh.cpp", "margin = 1e-6 * height"): "rounding",
+    ("body/closed_mesh.cpp", "kLeafTriangles = 4"): "leaves of an index",
+    ("body/closed_mesh.cpp", "mesh.triangle_count < 4"): "no closed mesh has fewer",
+    ("body/closed_mesh.cpp", "at.size() > 100"): "length of a message",
+    ("body/closed_mesh.cpp", "i < vertices_.size() / 3"): "coordinates of a place",
+    ("body/closed_mesh.cpp", "kShift = 0.4637"): "between the coordinates that meshes have",
+    ("body/closed_mesh.cpp", "kCentimetre = 10"): "a unit",
+    ("body/deep_motion.cpp", "kRounds = 16"): "rounds until nothing changes",
+    ("body/deep_motion.cpp", "kLeastSpread = 2e-3"): "a row of points has no turn",
+    ("body/deep_motion.cpp", "kStillMm = 1e-4"): "rounds until nothing changes",
+    ("body/deep_motion.cpp", "kHalvings = 14"): "rounds until nothing changes",
+    ("body/deep_motion.cpp", "std::max(weight.sum(), 1e-12)"): "no division by 0",
+    ("body/deep_motion.cpp", "kLeastShare = 1e-3"): "a share that changes nothing is not computed",
+    ("body/deep_motion.cpp", "angle > 1e-12"): "no division by 0",
+    ("body/lattice.cpp", "BodyCells::kCoarseDistance + 0.5"): "from the middle of a cell",
+    ("tracking/evidence/lateral_evidence.cpp", "> 1e-3f"): "no division by rounding",
+    ("tracking/evidence/vertex_confidence.cpp", "kFew = 64"): "vertices of a vector loop",
+    ("tracking/evidence/vertex_confidence.cpp", "kFew = 32"): "vertices of a vector loop",
+    ("tracking/frame_attempt.cpp", "kFastMm = 5"): "still to move",
+    ("tracking/frame/frame_input.cpp", "kBand = "): "how threads share a copy",
+    ("tracking/frame/frame_input.cpp", "kShare = "): "how threads share a copy",
+    ("tracking/frame/gray_copy.cpp", "kGroup = 4"): "layout of a vector's bytes",
+    ("tracking/frame/gray_copy.cpp", "kGreenWithRed = 51"): "split of a weight",
+    ("tracking/frame/gray_copy.cpp", "static_assert(255 * "): "range of the sum",
+    ("tracking/frame_queue.cpp", "kMaxGap = "): "range of time stamps that the C API takes",
+    ("tracking/job.cpp", "kFew = 32"): "how threads share points",
+    ("tracking/map/piece_search.cpp", "agree.size() >= 3"): "three points fix a rigid motion",
+    ("tracking/monitors/frame_state.cpp", "16 * sums.two_apart"): "a unit",
+    ("tracking/monitors/stale_vertices.cpp", "kMapUnit = 128"): "a unit",
+    ("tracking/points/lift_pixels.cpp", "kBucketPx = 16"): "buckets of an index",
+    ("tracking/points/lift_pixels.cpp", "/ 2 + 1e-3"): "rounding",
+    ("tracking/points/lift_pixels.cpp", "share < -1e-9"): "rounding",
+    ("tracking/points/lift_pixels.cpp", "position >= -0.5"): "border of an image of pixels",
+    ("tracking/points/lift_pixels.cpp", "kRounds = 6"): "rounds until nothing changes",
+    ("tracking/points/outside_motion.cpp", "kJitter = 1e-6"): "keeps a matrix invertible",
+    ("tracking/points/outside_motion.cpp", "std::max(1e-3, "): "no division by 0",
+    ("tracking/points/point_carrier.cpp", "kRun = 128"): "how threads share points",
+    ("tracking/points/point_carrier.cpp", "kNothing = 1e-6"): "no division by 0",
+    ("tracking/points/point_carrier.cpp", "std::max(trace, 1e-9)"): "no division by 0",
+    ("tracking/stages/check_output.cpp", "kMaxScore = 4096"): "ranges of a plugin's records",
+    ("tracking/stages/check_output.cpp", "kFar = "): "range of a plugin's records",
+    ("tracking/stages/check_output.cpp", "kMaxLevels = 8"): "range of a plugin's records",
+    ("tracking/surface_registration.cpp", "kErrorOfOneView = "): "still to move",
+    ("tracking/surface_registration.cpp", "kMinShare = 0.05"): "still to move",
+    ("tracking/tracker.cpp", "> 1e-6 * camera."): "rounding of a calibration in a file",
 }
 
-NUMBER = re.compile(r"(?<![\w.])(?:0x[0-9a-f]+|(?:\d[\d']*\.?\d*|\.\d+)(?:e[-+]?\d+)?)[ful]*(?![\w.])", re.IGNORECASE)
+NUMBER = re.compile(
+    r"(?<![\w.])(?:0x[0-9a-f]+|(?:\d[\d']*\.?\d*|\.\d+)(?:e[-+]?\d+)?)[ful]*(?![\w.])",
+    re.IGNORECASE,
+)
 COMPARISON = re.compile(r"(?<=\s)(?:<=|>=|<|>)(?=\s)")
 CONSTEXPR = re.compile(r"\bconstexpr\s(?P<type>[^;(){}=]*?)(?P<rest>\w+(?:\[\])? =[^;]*);")
 INITIALISER = re.compile(r"(\w+)(?:\[\])? =((?:[^,{(]|\{[^{}]*\}|\([^()]*\))*)")
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
-COMMENT_OR_STRING = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|(?<![\w])\'(?:\\.|[^\'\\])\'', re.DOTALL)
-LEFT_ENDS = re.compile(r"[;{}?,=]|&&|\|\||(?<!:):(?!:)|\breturn\b")
+COMMENT_OR_STRING = re.compile(
+    r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|(?<![\w])\'(?:\\.|[^\'\\])\'', re.DOTALL
+)
 HARMLESS = (0, 1, 2)
 REACH = 400  # characters to either side of a comparison: an operand is shorter
+LEFT_ENDS = re.compile(r"[;{}?,=]|&&|\|\||(?<!:):(?!:)|\breturn\b")
 RIGHT_ENDS = re.compile(r"[;{}?,]|&&|\|\||(?<!:):(?!:)")
 
 
@@ -72,7 +101,7 @@ def blank(match):
 
 
 def code_of(text):
-    """The text without comments, strings, includes and numbers in template arguments, as long as it was."""
+    """The text, as long as it was, without comments, strings, includes and template arguments."""
     code = COMMENT_OR_STRING.sub(blank, text)
     code = re.sub(r"^[ \t]*#[^\n]*", blank, code, flags=re.MULTILINE)
     return re.sub(r"(?<=\w)<[\w:]*(?:, *[\w:]+)*>", blank, code)
@@ -161,22 +190,25 @@ def bare_numbers(text):
             if numbers:
                 line = code.count("\n", 0, at) + 1
                 found.setdefault(line, (statement_at(text, at), []))[1].extend(numbers)
-    return {line: (statement, list(dict.fromkeys(numbers))) for line, (statement, numbers) in sorted(found.items())}
+    return {
+        line: (statement, list(dict.fromkeys(numbers)))
+        for line, (statement, numbers) in sorted(found.items())
+    }
 
 
 def check_sources(tree, allowed):
     used = set()
-    for path in header.sources(tree, FOLDER):
-        if path in header.HEADERS:
-            continue
+    for path in header.sources(tree):
         for line, (statement, numbers) in bare_numbers((tree / path).read_text()).items():
-            entries = [entry for entry in allowed if f"{FOLDER}/{entry[0]}" == path and entry[1] in statement]
+            entries = [
+                entry for entry in allowed if f"sdk/{entry[0]}" == path and entry[1] in statement
+            ]
             used.update(entries)
             if not entries:
                 yield f"{path}:{line}: {', '.join(numbers)} in: {statement}"
     for entry in allowed:
         if entry not in used:
-            yield f"check.py allows what is not there: {FOLDER}/{entry[0]}: {entry[1]}"
+            yield f"check.py allows what is not there: sdk/{entry[0]}: {entry[1]}"
 
 
 def check_use(tree):
@@ -184,7 +216,9 @@ def check_use(tree):
         if not (tree / path).exists():
             continue
         for decision in header.read((tree / path).read_text(), path):
-            code = "".join(code_of((tree / user).read_text()) for user in header.users(tree, decision))
+            code = "".join(
+                code_of((tree / user).read_text()) for user in header.users(tree, decision)
+            )
             for number in decision.numbers:
                 if re.search(rf"\b{number.symbol}\b", code) is None:
                     yield f"{path}: {decision.name}::{number.symbol} is used nowhere"

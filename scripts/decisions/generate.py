@@ -27,7 +27,9 @@ REFERENCE = re.compile(r"\[([a-z0-9-]+)\]")
 def link(tree, page, name):
     found = sorted((tree / "docs" / "experiments").glob(f"????-??-??-{name}.md"))
     if len(found) != 1:
-        raise header.HeaderError(f"[{name}]: {len(found)} pages of docs/experiments end so, 1 expected")
+        raise header.HeaderError(
+            f"[{name}]: {len(found)} pages of docs/experiments end so, 1 expected"
+        )
     return f"[{name.replace('-', ' ')}]({os.path.relpath(found[0], page.parent)})"
 
 
@@ -36,11 +38,18 @@ def with_links(tree, page, text):
 
 
 def table(tree, page, decision):
-    rows = [[f"`{each.name}`", each.value, each.unit, each.decides, each.source] for each in decision.numbers]
+    rows = [
+        [f"`{each.name}`", each.value, each.unit, each.decides, each.source]
+        for each in decision.numbers
+    ]
     titles = ["name", "value", "unit", "what it decides", "source"]
     if not any(row[-1] for row in rows):
         rows, titles = [row[:-1] for row in rows], titles[:-1]
-    lines = [titles, ["---"] * len(titles), *([with_links(tree, page, cell) for cell in row] for row in rows)]
+    lines = [
+        titles,
+        ["---"] * len(titles),
+        *([with_links(tree, page, cell) for cell in row] for row in rows),
+    ]
     text = "".join(re.sub(r"\|  (?=\|)", "| ", f"| {' | '.join(line)} |\n") for line in lines)
     return text.replace("| --- ", "|---").replace("--- |", "---|")
 
@@ -66,7 +75,9 @@ def filled(tree, page, decisions, places):
         if name not in decisions:
             raise header.HeaderError(f"{page.name}: there is no decision {name}")
         if name in places:
-            raise header.HeaderError(f"{page.name}: {places[name].name} has the table of {name} already")
+            raise header.HeaderError(
+                f"{page.name}: {places[name].name} has the table of {name} already"
+            )
         if end < 0:
             raise header.HeaderError(f"{page.name}: the table of {name} has no {END}")
         places[name] = page

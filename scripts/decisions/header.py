@@ -1,6 +1,7 @@
 """Reads a header of decision numbers, such as sdk/tracking/frame/decisions.hpp.
 
-A struct is a decision, each `static constexpr` member of it a number. The comment before a number is
+A struct is a decision, each `static constexpr` member of it a number. The comment before a number
+is
 
     unit | what it decides | source
 
@@ -13,7 +14,8 @@ import re
 import textwrap
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-HEADERS = ("sdk/tracking/frame/decisions.hpp",)
+FOLDERS = ("sdk/tracking", "sdk/body")
+HEADERS = ("sdk/tracking/frame/decisions.hpp", "sdk/body/decisions.hpp")
 TAGS = {"Source:": "source", "Judged again by:": "command"}
 STRUCT = re.compile(r"^struct (\w+) \{$")
 NUMBER = re.compile(r"static constexpr (?P<type>[^=;]+?) (?P<name>k[A-Z]\w*) = (?P<value>.*);$")
@@ -63,7 +65,9 @@ def item_text(text):
 
 
 def value_text(kind, text):
-    items = [item_text(item) for item in text.strip().removeprefix("{").removesuffix("}").split(",")]
+    items = [
+        item_text(item) for item in text.strip().removeprefix("{").removesuffix("}").split(",")
+    ]
     if kind == "Ratio":
         return "/".join(items)
     return ("; " if kind.startswith("ByState") else ", ").join(items)
@@ -72,12 +76,16 @@ def value_text(kind, text):
 def make_number(where, statement, comment, decision):
     match = NUMBER.match(statement)
     if match is None:
-        raise HeaderError(f"{where}: no number of the form static constexpr TYPE kName = VALUE: {statement}")
+        raise HeaderError(
+            f"{where}: no number of the form static constexpr TYPE kName = VALUE: {statement}"
+        )
     parts = [part.strip() for part in " ".join(comment_lines(comment)).split(" | ")]
     if len(parts) == 2 and decision.source:
         parts.append("")
     if len(parts) != 3 or not parts[0] or not parts[1] or not (parts[2] or decision.source):
-        raise HeaderError(f"{where}: the comment of {match['name']} is not: unit | what it decides | source")
+        raise HeaderError(
+            f"{where}: the comment of {match['name']} is not: unit | what it decides | source"
+        )
     unit, decides, source = parts
     value = value_text(match["type"].strip(), match["value"])
     return Number(match["name"], value, "" if unit == "1" else unit, decides, source)
@@ -115,25 +123,27 @@ def read(text, path="header"):
 
 
 def read_all(tree=ROOT):
-    return [each for path in HEADERS for each in read((tree / path).read_text(), path)]
+    return [
+        each
+        for path in HEADERS
+        if (tree / path).exists()
+        for each in read((tree / path).read_text(), path)
+    ]
 
 
-def sources(tree, folder):
-    """Paths of the sources below a folder that are no tests, from the tree's root."""
-    for path in sorted((tree / folder).rglob("*")):
+def sources(tree):
+    """Paths of the sources whose numbers stand in a header; tests are none."""
+    for path in (path for folder in FOLDERS for path in sorted((tree / folder).rglob("*"))):
         is_test = path.stem.startswith("test_") or path.stem.endswith("_test")
-        if path.suffix in (".cpp", ".hpp") and not is_test:
-            yield path.relative_to(tree).as_posix()
+        name = path.relative_to(tree).as_posix()
+        if path.suffix in (".cpp", ".hpp") and not is_test and name not in HEADERS:
+            yield name
 
 
 def users(tree, decision):
     """The sources that take a decision: those that name its struct."""
     used = re.compile(rf"\bdecisions::{decision.name}\b")
-    return [
-        path
-        for path in sources(tree, "sdk/tracking")
-        if path not in HEADERS and used.search((tree / path).read_text())
-    ]
+    return [path for path in sources(tree) if used.search((tree / path).read_text())]
 
 
 def wrap(text):

@@ -95,7 +95,8 @@ struct Passes {
     //   [local-deformation]
     static constexpr ByPass<float> kStiffness = {1, 0.2f, 1};
     // 1 | weight of the matches: the paper's while features alone tell where the surface went;
-    //   then they only hold what has no patch | the paper; set by hand
+    //   then they only hold what has no patch | the paper's in the coarse
+    //   pass; set by hand
     static constexpr ByPass<float> kMatchWeight = {10, 1, 0.5f};
     // px | width of Tukey's kernel over patches; wide at first: patches far off are what a local
     //   deformation looks like | set by hand
@@ -148,9 +149,9 @@ struct StageParameters {
 
 // A dual quaternion of a stage is a motion only near the unit length.
 struct StageOutput {
-    // 1 | a smaller squared norm of a motion is an error of the plugin | rounding leaves less
+    // 1 | a smaller squared norm of a motion is an error of the plugin | set by hand
     static constexpr float kMinSquaredNorm = 0.5f;
-    // 1 | likewise a larger one | rounding leaves less
+    // 1 | likewise a larger one | set by hand
     static constexpr float kMaxSquaredNorm = 2;
 };
 
@@ -160,7 +161,8 @@ struct MapPart {
     // of what a full image has | room of a part for connections and points | where tissue joined,
     //   connections are a tenth denser
     static constexpr double kRoom = 1.6;
-    // of the room | a map with more connections is solved in part | choosing a part takes time
+    // of the room | a map with more connections is solved in part | choosing a part may take half
+    //   as long as a frame
     static constexpr Ratio kSuits = {10, 9};
     // spacings of control points | so near the image control points must be solved
     static constexpr double kNeededSpacings = 1.5;
@@ -320,8 +322,8 @@ struct PieceSearch {
     static constexpr double kMinShare = 0.15;
     // mm | between the three matches that fix a motion | set by hand
     static constexpr double kCornersApart = 4;
-    // share | by which the distance of two of them may change, besides half the tolerance | tissue
-    //   stretches
+    // share | by which the distance of two of them may change, besides half the tolerance | set by
+    //   hand
     static constexpr double kStretch = 0.1;
     // triples | that are drawn at most | set by hand
     static constexpr int kAttempts = 2000;
@@ -496,7 +498,7 @@ struct Growth {
 
 // Points beside the surface, by the disparities round a pixel.
 struct BesideSurface {
-    // steps of the grid | disparities within this give the plane of a point | as for a template
+    // steps of the grid | disparities within this give the plane of a point | set by hand
     static constexpr double kBesideReach = 3;
     // px | and at least within this | set by hand
     static constexpr int kMinBesideReach = 3;
@@ -589,8 +591,6 @@ struct BeneathSurface {
     // vertices | of a piece that give its rigid motion where there is no body, at most | set by
     //   hand
     static constexpr size_t kRigidVertices = 400;
-    // mm | residuals below this count alike in it | set by hand
-    static constexpr double kRigidFloor = 0.15;
     // mm | depth over which the surface's own motion fades where there is no body | set by hand
     static constexpr double kRigidFade = 10;
     // share | less seen of what a point depends on: it is unknown | set by hand

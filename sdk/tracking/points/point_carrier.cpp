@@ -8,6 +8,7 @@
 #include <new>
 
 #include "sdk/base/os/services.hpp"
+#include "sdk/body/decisions.hpp"
 #include "sdk/body/deep_motion.hpp"
 #include "sdk/template/surroundings.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
@@ -149,7 +150,7 @@ class RigidBeneath {
                     evidence_of(static_cast<double>(frame.confidence.expected_error[i]));
             }
             if (!(weight.sum() > kNothing)) weight.setOnes();  // the surface stays where it was
-            motions_.push_back(fit_rigid_robust(rest, now, weight, BeneathSurface::kRigidFloor));
+            motions_.push_back(fit_rigid_robust(rest, now, weight, decisions::DeepMotion::kFloor));
         }
     }
     BodyMotion::Moved move(const CarryingSurface& frame, const PreparedPoint& point) const {
