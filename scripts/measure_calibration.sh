@@ -66,7 +66,7 @@ console.log(`| ${cells.join(" | ")} |`);
 SCRIPT
 }
 
-# The constants of sdk/tracking/evidence/vertex_confidence.cpp were fitted to these, to five of the reference
+# ExpectedError of sdk/tracking/frame/decisions.hpp was fitted to these, to five of the reference
 # sequences, and to ../shared/data/rendered_b. The others are kept apart: never use them to fit.
 fitted() { # SCENE
     local folder="out/calibration/$1-fitted"

@@ -8,7 +8,7 @@ namespace defrec {
 #endif
 
 constexpr int kMapOne = 128;  // a map's unit: 1 px
-// Of a colour's parts in its gray value, 1/256: the weights of ITU-R BT.601.
+// Weights of a colour's parts in its gray value, 1/256 (ITU-R BT.601).
 constexpr int kRedWeight = 77, kGreenWeight = 150, kBlueWeight = 29;
 
 #ifdef __cplusplus

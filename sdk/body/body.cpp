@@ -6,6 +6,7 @@
 
 #include "sdk/base/util/error.hpp"
 #include "sdk/body/body_shape.hpp"
+#include "sdk/body/decisions.hpp"
 
 namespace defrec {
 
@@ -59,8 +60,7 @@ BodyPoint Body::find(const Eigen::Vector3d& point, uint8_t piece) const {
         const Handle& handle = handles[static_cast<size_t>(found.handle[k])];
         found.depth_mm -= found.weight[k] * (point - handle.position).dot(handle.normal);
     }
-    constexpr double kReachMm = 200;
-    found.place = part.lattice().find_near(point, kReachMm);
+    found.place = part.lattice().find_near(point, decisions::BodyCells::kReach);
     if (found.place.cell >= 0)
         found.beyond_mm = (part.lattice().position(found.place) - point).norm();
     return found;

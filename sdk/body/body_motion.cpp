@@ -7,18 +7,14 @@
 #include <cmath>
 
 #include "sdk/base/os/services.hpp"
+#include "sdk/body/decisions.hpp"
 #include "sdk/body/deep_motion.hpp"
 
 namespace defrec {
 namespace {
 
-constexpr double kFullEvidence = 0.98;   // from here on data are taken as they are
-constexpr double kFloorMm = 0.15;        // of displacements, as fit_rigid_robust has it
-constexpr double kForceFloorMm = 0.003;  // of what handles' springs give way
-// A surface half of which moves as a rigid body within that does not deform; then its motion says
-// more than forces do.
-constexpr double kDeformedMm = 0.12, kNoiseMm = 0.04;
-constexpr double kMinEvidence = 8;  // handles; fewer say nothing of forces
+using decisions::BodyEvidence;
+using Decision = decisions::DeepMotion;
 
 using Vectors = Eigen::Matrix3Xd;
 
@@ -60,7 +56,7 @@ struct HandlesNow {
   private:
     // Evidence below the least counts as none: a place that is anywhere would pull with it.
     static double known_share(const SurfaceNow& surface, uint32_t vertex) {
-        constexpr double kLeast = 0.02;
+        constexpr double kLeast = BodyEvidence::kMin;
         const double evidence = evidence_of(static_cast<double>(surface.expected_error[vertex]));
         return std::max(0.0, (evidence - kLeast) / (1 - kLeast));
     }
@@ -78,7 +74,7 @@ class DoubtfulData {
   public:
     DoubtfulData(const BodyPiece& piece, const Eigen::VectorXd& evidence) : piece_(piece) {
         for (Eigen::Index i = 0; i < evidence.size(); ++i)
-            if (evidence[i] < kFullEvidence)
+            if (evidence[i] < BodyEvidence::kFull)
                 for (int axis = 0; axis < 3; ++axis) {
                     rows_.push_back(3 * i + axis);
                     doubt_.push_back(static_cast<float>(1 - evidence[i]));
@@ -137,19 +133,19 @@ MotionSlope force_slope(const BodyPiece& piece, const DoubtfulData& doubtful) {
 Eigen::Isometry3d find_deep_motion(const BodyPiece& piece, const HandlesNow& handles,
                                    const DoubtfulData& doubtful, const Eigen::Isometry3d& start,
                                    const std::optional<Eigen::Isometry3d>& expected) {
-    constexpr double kLargeTurn = 0.02;  // rad: the slopes are those of smaller ones
     std::array<HandleResiduals, 2> kinds;
     auto& [forces, displaced] = kinds;
     displaced.slope = motion_slope(handles.rest);
-    displaced.floor = kNoiseMm;
+    displaced.floor = Decision::kNoise;
     forces.slope = force_slope(piece, doubtful);
-    forces.floor = kForceFloorMm;
+    forces.floor = Decision::kForceFloor;
     Eigen::Isometry3d motion = start;
     for (int round = 0; round < 3; ++round) {
         Eigen::VectorXf data = displacements(handles, motion);
         displaced.values = data.cast<double>();
         if (round == 0) {
-            const double size = median_size(displaced.values, handles.evidence) / kDeformedMm;
+            const double size =
+                median_size(displaced.values, handles.evidence) / Decision::kDeformed;
             displaced.share = 1 / (1 + std::pow(size, 6));
         }
         doubtful.replace(data);
@@ -159,7 +155,7 @@ Eigen::Isometry3d find_deep_motion(const BodyPiece& piece, const HandlesNow& han
             sparsest(kinds, handles.evidence,
                      expected ? camera_prior(motion, *expected, centre) : MotionPrior{});
         motion = motion * as_motion(step);
-        if (step.tail<3>().norm() < kLargeTurn) break;
+        if (step.tail<3>().norm() < Decision::kLargeTurn) break;
     }
     return motion;
 }
@@ -219,7 +215,7 @@ NodeNow move_node(const BodyPiece& piece, size_t node, std::span<const HandleMea
 }  // namespace
 
 double evidence_of(double error_mm) {
-    constexpr double kErrorOfHalf = 0.7;  // mm
+    constexpr double kErrorOfHalf = BodyEvidence::kErrorOfHalf;
     const double relative = error_mm * error_mm / (kErrorOfHalf * kErrorOfHalf);
     return 1 / (1 + relative * relative);
 }
@@ -241,9 +237,9 @@ BodyMotion::Piece BodyMotion::move_piece(const BodyPiece& piece, const SurfaceNo
     const DoubtfulData doubtful(piece, handles.evidence);
     const Eigen::Isometry3d mean = fit_rigid(handles.rest, handles.now, handles.evidence),
                             robust = fit_rigid_robust(handles.rest, handles.now, handles.evidence,
-                                                      kFloorMm);
+                                                      Decision::kFloor);
     made.deep = known.held ? *known.held
-                : handles.evidence.sum() < kMinEvidence
+                : handles.evidence.sum() < Decision::kMinEvidence
                     ? mean
                     : find_deep_motion(piece, handles, doubtful, robust, known.expected);
     Eigen::VectorXf data = displacements(handles, made.deep);

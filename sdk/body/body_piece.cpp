@@ -6,14 +6,13 @@
 #include <cmath>
 
 #include "sdk/base/util/error.hpp"
+#include "sdk/body/decisions.hpp"
 #include "sdk/body/elasticity.hpp"
 
 namespace defrec {
 namespace {
 
-// A handle's spring, times Young's modulus and the edge of a finest cell: 3 % of a displacement
-// that varies from handle to handle are lost.
-constexpr double kDataStiffness = 30;
+using decisions::BodyStiffness;
 
 using Sparse = Eigen::SparseMatrix<double>;
 using Terms = std::vector<Lattice::Term>;
@@ -169,7 +168,7 @@ BodyPiece::BodyPiece(std::vector<Handle> handles, Lattice lattice, double poisso
     Assembly sum(nodes);
     add_cells(lattice_, poisson_ratio, sum);
 
-    const double spring = kDataStiffness * lattice_.step();
+    const double spring = BodyStiffness::kData * lattice_.step();
     std::vector<Terms> handle_terms;
     for (const Handle& handle : handles_) {
         handle_terms.push_back(terms_of(lattice_, handle));
@@ -259,9 +258,8 @@ BodyPiece::BodyPiece(std::vector<Handle> handles, Lattice lattice, double poisso
 // Handles that hardly count for a node are left out, and what they would do is given to the one
 // that counts most: in sum the responses stay what they are.
 void BodyPiece::keep_links(const Eigen::MatrixXf& response) {
-    constexpr float kLeastInfluence = 0.1f;  // of what all handles together would have on average
     const size_t nodes = lattice_.free_nodes();
-    const float least = kLeastInfluence / static_cast<float>(handles_.size());
+    const float least = BodyStiffness::kMinInfluence / static_cast<float>(handles_.size());
     std::vector<float> size(handles_.size());
     first_link_.assign(1, 0);
     for (size_t node = 0; node < nodes; ++node) {

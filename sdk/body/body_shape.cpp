@@ -8,26 +8,12 @@
 #include <limits>
 #include <unordered_map>
 
+#include "sdk/body/decisions.hpp"
+
 namespace defrec {
 namespace {
 
-// ---- the tissue beneath a surface, where nothing is known of its extent -------------------------
-constexpr double kDepthShare = 0.65;   // of the surface's extent: what is deeper does not deform
-constexpr double kMinDepthMm = 45;     // plans lie no deeper
-constexpr double kMarginShare = 0.18;  // of the surface's extent, beyond its rim
-// The tissue beyond is a spring of that length, a share of the surface's extent.
-constexpr double kBeyondShare = 0.4;
-// Near the surface the body's rim is free.
-constexpr double kFreeRimSteps = 1.2;
-
-constexpr double kCutStiffness = 0.02;    // of tissue that a cut passes: it carries its points
-constexpr double kHeldStiffness = 100;    // springs of a held node, times the edge of a finest cell
-constexpr double kFreeLengthMm = 300;     // of the springs that a body without a held place has
-constexpr double kLeastStiffness = 1e-7;  // of any node's spring
-constexpr double kLeastShare = 0.05;      // of a cell, that is one
-
-constexpr double kUsualStepMm = 4.5;
-constexpr size_t kMinHandles = 150, kMaxHandles = 230;
+using decisions::BodyCells, decisions::BodyExtent, decisions::BodyHandles, decisions::BodyStiffness;
 
 Eigen::Vector3d position_of(const defrec_cut_point& point) {
     return Eigen::Map<const Eigen::Vector3f>(point.position).cast<double>();
@@ -117,13 +103,12 @@ size_t count_handles(const BodySurface& surface, double step) {
 }  // namespace
 
 std::vector<std::vector<Handle>> make_handles(const BodySurface& surface, double step) {
-    constexpr double kApart = 0.85, kCutSteps = 0.5;
     std::vector<std::vector<Handle>> handles(surface.pieces);
     std::vector<uint8_t> is_cut(surface.vertices.size(), 0);
     if (!surface.cuts.empty())
         for (size_t i = 0; i < is_cut.size(); ++i)
-            is_cut[i] =
-                lies_on_cut(surface.cuts, position_of(surface.vertices[i]), kCutSteps * step);
+            is_cut[i] = lies_on_cut(surface.cuts, position_of(surface.vertices[i]),
+                                    BodyHandles::kCutSteps * step);
     for (size_t piece = 0; piece < surface.pieces; ++piece) {
         // A small piece may lie beside cuts as a whole.
         bool any_whole = false;
@@ -138,7 +123,8 @@ std::vector<std::vector<Handle>> make_handles(const BodySurface& surface, double
         for (size_t i = 0; i < surface.vertices.size(); ++i) {
             const Eigen::Vector3d place = position_of(surface.vertices[i]);
             if (takes_part(i) &&
-                (centres.nearest(place, squared) < 0 || squared >= kApart * kApart * step * step))
+                (centres.nearest(place, squared) < 0 ||
+                 squared >= BodyHandles::kApart * BodyHandles::kApart * step * step))
                 centres.add(place);
         }
         std::vector<Handle>& found = handles[piece];
@@ -162,15 +148,18 @@ std::vector<std::vector<Handle>> make_handles(const BodySurface& surface, double
 }
 
 double handle_step(const BodySurface& surface) {
-    constexpr double kWanted = (kMinHandles + kMaxHandles) / 2.0, kMoreHandles = 1.1;
-    double step = kUsualStepMm;
+    constexpr double kWanted = (BodyHandles::kMin + BodyHandles::kMax) / 2.0;
+    double step = BodyHandles::kUsualStep;
     auto count = static_cast<double>(count_handles(surface, step));
-    for (int round = 0; round < 6 && (count < kMinHandles || count > kMaxHandles); ++round) {
+    for (int round = 0; round < 6 && (count < BodyHandles::kMin || count > BodyHandles::kMax);
+         ++round) {
         const double factor = std::sqrt(std::max(1.0, count) / kWanted),
-                     next = std::clamp(step * std::clamp(factor, 0.4, 2.5), 0.5, 500.0);
+                     next = std::clamp(step * std::clamp(factor, BodyHandles::kMinFactor,
+                                                         BodyHandles::kMaxFactor),
+                                       BodyHandles::kMinStep, BodyHandles::kMaxStep);
         const auto found = static_cast<double>(count_handles(surface, next));
         // Each of few vertices is a handle before there are enough.
-        if (next < step && found < kMoreHandles * count) break;
+        if (next < step && found < BodyHandles::kMoreHandles * count) break;
         step = next;
         count = found;
     }
@@ -199,8 +188,8 @@ BodyShape::BodyShape(const BodySurface& surface, const BodyDescription& descript
         high = high.cwiseMax(handle.position);
     }
     const double extent = (high - low).maxCoeff();
-    depth_mm_ = std::max(kMinDepthMm, kDepthShare * extent);
-    margin_mm_ = std::max(kMarginShare * extent, 2 * step);
+    depth_mm_ = std::max(BodyExtent::kMinDepth, BodyExtent::kDepthShare * extent);
+    margin_mm_ = std::max(BodyExtent::kMarginShare * extent, 2 * step);
     if (description.mesh) {
         low_ = description.mesh->low();
         high_ = description.mesh->high();
@@ -273,22 +262,21 @@ bool BodyShape::is_cut(const Eigen::Vector3d& centre, double edge) const {
 
 double BodyShape::stiffness(const Eigen::Vector3d& centre, double edge) const {
     const double inside = share(centre, edge);
-    if (inside < kLeastShare) return 0;
+    if (inside < BodyCells::kMinShare) return 0;
     double value = 1;
     for (const BodyDescription::Region& region : description_.regions) {
         const double of_region = region.mesh.inside_share(centre, edge);
         value = (1 - of_region) * value + of_region * region.stiffness;
     }
-    return inside * value * (is_cut(centre, edge) ? kCutStiffness : 1);
+    return inside * value * (is_cut(centre, edge) ? BodyStiffness::kCut : 1);
 }
 
 Lattice::Request BodyShape::request(const std::function<bool()>& is_wanted) const {
-    constexpr size_t kMaxCells = 12000;
     Lattice::Request request;
     request.step = step_;
     request.low = low_;
     request.high = high_;
-    request.max_cells = kMaxCells;
+    request.max_cells = BodyCells::kMaxCells;
     request.is_wanted = is_wanted;
     request.stiffness = [this](const Eigen::Vector3d& centre, double edge) {
         return stiffness(centre, edge);
@@ -319,18 +307,19 @@ SupportStiffness BodyShape::support() const {
             double held = 0;
             for (const BodyDescription::Region& region : description_.regions)
                 if (region.is_held) held = std::max(held, region.mesh.inside_share(place, step_));
-            return kLeastStiffness + held * kHeldStiffness * step_;
+            return BodyStiffness::kMin + held * BodyStiffness::kHeld * step_;
         };
     if (description_.mesh)
         return [](const Eigen::Vector3d&, double area) {
-            return kLeastStiffness + area / kFreeLengthMm;
+            return BodyStiffness::kMin + area / BodyStiffness::kFreeLength;
         };
     const std::vector<Handle>& own = handles_[piece_];
-    const double length = kBeyondShare / kDepthShare * depth_mm_;
-    return [&own, length, rim = kFreeRimSteps * step_](const Eigen::Vector3d& place, double area) {
+    const double length = BodyExtent::kBeyondShare / BodyExtent::kDepthShare * depth_mm_;
+    return [&own, length, rim = BodyExtent::kFreeRimSteps * step_](const Eigen::Vector3d& place,
+                                                                   double area) {
         const Handle& handle = own[static_cast<size_t>(nearest_handle(own, place))];
         const double depth = -(place - handle.position).dot(handle.normal);
-        return kLeastStiffness + (depth < rim ? 0 : area / length);
+        return BodyStiffness::kMin + (depth < rim ? 0 : area / length);
     };
 }
 

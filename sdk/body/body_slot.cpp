@@ -14,6 +14,7 @@
 #include "sdk/base/os/services.hpp"
 #include "sdk/base/util/error.hpp"
 #include "sdk/base/util/wait_end.hpp"
+#include "sdk/body/decisions.hpp"
 
 namespace defrec {
 
@@ -97,11 +98,10 @@ struct BodySlot::Task {
     template <class GoesOn>
     void rest(std::chrono::steady_clock::time_point& last, const GoesOn& goes_on) const {
         using Clock = std::chrono::steady_clock;
-        constexpr double kRest = 1.5;  // of the time that was worked
         constexpr std::chrono::milliseconds kSlice{5};
         const Clock::time_point now = Clock::now(),
                                 end = now + std::chrono::duration_cast<Clock::duration>(
-                                                kRest * (now - last));
+                                                decisions::BodyWork::kRest * (now - last));
         while (!is_awaited && goes_on() && Clock::now() < end)
             std::this_thread::sleep_for(std::min<Clock::duration>(kSlice, end - Clock::now()));
         last = Clock::now();

@@ -15,28 +15,15 @@
 #include <utility>
 
 #include "sdk/base/util/error.hpp"
+#include "sdk/body/decisions.hpp"
 
 namespace defrec {
 namespace {
 
-constexpr uint64_t kMaxCount = 1000000;  // of vertices, of triangles
-constexpr double kMinSideMm = 3, kMaxSideMm = 2000;
-// The mean thickness of a flat mesh, relative to its longest side.
-constexpr double kMinThickness = 1e-6;
-// What rounding to float and a transform before it leave, relative to a coordinate.
-constexpr double kTolerance = 1e-6;
-// Overlaps are reported from this thickness on, in tolerances.
-constexpr double kMinOverlap = 20;
-constexpr int kOverlapColumns = 128;  // lines along x and y in the search for overlaps
-// Pairs whose boxes meet: about 10 per triangle in usual meshes. So many take about 10 s.
-constexpr uint64_t kMaxPairs = 200000000;
+using decisions::BodyMesh;
 
 constexpr uint64_t kMaxCellsPerTriangle = 10;  // on average
 constexpr int kShareLines = 4;                 // along x and along y
-
-constexpr double kNearMm = 8, kNearShare = 0.1;  // of the longest side
-constexpr double kMinNearShare = 0.5;            // of the surface
-constexpr size_t kMaxNearPoints = 2000;
 
 // To four digits.
 float rounded(double value) {
@@ -125,7 +112,7 @@ class CrossingSearch {
         search_within(0);
         return found_;
     }
-    bool has_given_up() const { return pairs_ > kMaxPairs; }
+    bool has_given_up() const { return pairs_ > BodyMesh::kMaxPairs; }
 
   private:
     static constexpr size_t kLeafTriangles = 4;
@@ -305,12 +292,12 @@ std::string edge_fault(size_t forth, size_t back) {
 }
 
 void check_counts(const defrec_mesh& mesh, std::string_view name) {
-    if (mesh.vertex_count > kMaxCount)
+    if (mesh.vertex_count > BodyMesh::kMaxCount)
         fail(DEFREC_ERROR_ARGUMENT, name, " has ", mesh.vertex_count, " vertices, expected 0..",
-             kMaxCount);
-    if (mesh.triangle_count > kMaxCount)
+             BodyMesh::kMaxCount);
+    if (mesh.triangle_count > BodyMesh::kMaxCount)
         fail(DEFREC_ERROR_ARGUMENT, name, " has ", mesh.triangle_count, " triangles, expected 0..",
-             kMaxCount);
+             BodyMesh::kMaxCount);
     if (mesh.vertices == nullptr && mesh.vertex_count != 0)
         fail(DEFREC_ERROR_ARGUMENT, name, ".vertices is NULL, expected ", mesh.vertex_count,
              " vertices");
@@ -367,13 +354,13 @@ void ClosedMesh::check_triangles(std::string_view name) {
 
 void ClosedMesh::check_size(std::string_view name) const {
     const double side = longest_side();
-    if (side < kMinSideMm)
+    if (side < BodyMesh::kMinSide)
         fail(DEFREC_ERROR_ARGUMENT, name, " looks like metres: the largest side of its box is ",
-             rounded(side), ", expected ", kMinSideMm, "..", kMaxSideMm, " mm");
-    if (side > kMaxSideMm)
+             rounded(side), ", expected ", BodyMesh::kMinSide, "..", BodyMesh::kMaxSide, " mm");
+    if (side > BodyMesh::kMaxSide)
         fail(DEFREC_ERROR_ARGUMENT, name,
              " is too large, or looks like micrometres: the largest side of its box is ",
-             rounded(side), ", expected ", kMinSideMm, "..", kMaxSideMm, " mm");
+             rounded(side), ", expected ", BodyMesh::kMinSide, "..", BodyMesh::kMaxSide, " mm");
 }
 
 // Two triangles at each edge, one in each direction.
@@ -440,7 +427,7 @@ void ClosedMesh::check_volume(std::string_view name) const {
         volume += a.dot(b.cross(c)) / 6;
         area += (b - a).cross(c - a).norm() / 2;
     }
-    const double least = kMinThickness * longest_side() * area / 2;
+    const double least = BodyMesh::kMinThickness * longest_side() * area / 2;
     if (volume < -least)
         fail(DEFREC_ERROR_ARGUMENT, name,
              " is inside out: its triangles are clockwise seen from outside, its volume is ",
@@ -451,14 +438,14 @@ void ClosedMesh::check_volume(std::string_view name) const {
 }
 
 void ClosedMesh::check_crossings(std::string_view name) const {
-    CrossingSearch search(vertices_, triangles_, kTolerance * max_coordinate());
+    CrossingSearch search(vertices_, triangles_, BodyMesh::kTolerance * max_coordinate());
     const std::optional<CrossingSearch::Found> found = search.find();
     if (found)
         fail(DEFREC_ERROR_ARGUMENT, name, " intersects itself: triangles ", found->first, " and ",
              found->second, " cross at ", text(found->place), ", expected none that do");
     if (search.has_given_up())
         fail(DEFREC_ERROR_ARGUMENT, name,
-             " cannot be searched for triangles that cross: more than ", kMaxPairs,
+             " cannot be searched for triangles that cross: more than ", BodyMesh::kMaxPairs,
              " pairs lie close to each other, expected triangles that are less long and thin");
 }
 
@@ -468,9 +455,10 @@ void ClosedMesh::check_windings(std::string_view name) const {
     std::vector<Crossing> column;
     // Between the coordinates that meshes have.
     constexpr double kShift = 0.4637;
-    for (int row = 0; row < kOverlapColumns; ++row)
-        for (int i = 0; i < kOverlapColumns; ++i) {
-            const double x = (i + kShift) / kOverlapColumns, y = (row + kShift) / kOverlapColumns;
+    for (int row = 0; row < BodyMesh::kOverlapColumns; ++row)
+        for (int i = 0; i < BodyMesh::kOverlapColumns; ++i) {
+            const double x = (i + kShift) / BodyMesh::kOverlapColumns,
+                         y = (row + kShift) / BodyMesh::kOverlapColumns;
             check_column(low_.x() + x * (high_.x() - low_.x()),
                          low_.y() + y * (high_.y() - low_.y()), column, name);
         }
@@ -485,7 +473,7 @@ void ClosedMesh::check_windings(std::string_view name) const {
 void ClosedMesh::check_column(double x, double y, std::vector<Crossing>& column,
                               std::string_view name) const {
     const auto is_wrong = [](int sum) { return sum < 0 || sum > 1; };
-    const double reach = kMinOverlap * kTolerance * max_coordinate();
+    const double reach = BodyMesh::kMinOverlap * BodyMesh::kTolerance * max_coordinate();
     find_column(x, y, column);
     int sum = 0;
     for (size_t i = 0; i + 1 < column.size(); ++i) {
@@ -627,8 +615,8 @@ double ClosedMesh::inside_share(const Eigen::Vector3d& centre, double edge) cons
 
 // Which share of a surface lies in the mesh or near it, were its coordinates that much larger.
 double ClosedMesh::share_near(std::span<const defrec_surface_point> surface, double scale) const {
-    const double reach = std::max(kNearMm / scale, kNearShare * longest_side());
-    const size_t step = (surface.size() + kMaxNearPoints - 1) / kMaxNearPoints;
+    const double reach = std::max(BodyMesh::kNear / scale, BodyMesh::kNearShare * longest_side());
+    const size_t step = (surface.size() + BodyMesh::kMaxNearPoints - 1) / BodyMesh::kMaxNearPoints;
     constexpr int kLines = 2;  // on each side, along x and along y
     std::vector<Crossing> column;
     size_t count = 0, near = 0;
@@ -655,12 +643,12 @@ void ClosedMesh::check_meets(std::span<const defrec_surface_point> surface,
                              std::string_view name) const {
     if (surface.empty()) return;
     const double share = share_near(surface, 1);
-    if (share >= kMinNearShare) return;
+    if (share >= BodyMesh::kMinNearShare) return;
     // Metres and micrometres have a size that check_size refuses.
     constexpr double kCentimetre = 10;
     std::string hint;
-    if (kCentimetre * longest_side() <= kMaxSideMm &&
-        share_near(surface, kCentimetre) >= kMinNearShare)
+    if (kCentimetre * longest_side() <= BodyMesh::kMaxSide &&
+        share_near(surface, kCentimetre) >= BodyMesh::kMinNearShare)
         hint = "; its coordinates look like centimetres: times 10 it would meet the surface";
     Eigen::Vector3d low = Eigen::Map<const Eigen::Vector3f>(surface[0].position).cast<double>();
     Eigen::Vector3d high = low;
@@ -672,9 +660,9 @@ void ClosedMesh::check_meets(std::span<const defrec_surface_point> surface,
     const double distance = (low - high_).cwiseMax(low_ - high).cwiseMax(0).norm();
     fail(DEFREC_ERROR_ARGUMENT, name, " lies beside the view: ", static_cast<int>(100 * share),
          " % of the surface lie in it or within ",
-         rounded(std::max(kNearMm, kNearShare * longest_side())), " mm, expected 50 %; its box ",
-         box_text(low_, high_), " is ", rounded(distance), " mm from the surface's ",
-         box_text(low, high), hint);
+         rounded(std::max(BodyMesh::kNear, BodyMesh::kNearShare * longest_side())),
+         " mm, expected 50 %; its box ", box_text(low_, high_), " is ", rounded(distance),
+         " mm from the surface's ", box_text(low, high), hint);
 }
 
 }  // namespace defrec

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "backends/shared/rigid_fit.hpp"
+#include "sdk/body/decisions.hpp"
 
 namespace defrec {
 namespace {
@@ -77,22 +78,24 @@ Eigen::Isometry3d fit_rigid_robust(const Eigen::Matrix3Xd& from, const Eigen::Ma
 
 MotionPrior camera_prior(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& expected,
                          const Eigen::Vector3d& centre) {
-    // Breathing shifts tissue by some mm and turns it by less than a degree.
-    constexpr double kShiftMm = 5, kTurn = 0.009;
+    using Decision = decisions::DeepMotion;
     const Eigen::Isometry3d step = estimate.inverse() * expected;
     const Eigen::AngleAxisd turn(step.linear());
     MotionPrior prior;
     prior.motion.tail<3>() = turn.angle() * turn.axis();
     prior.motion.head<3>() = step.translation();
     MotionSlope at_centre = motion_slope(centre);
-    prior.information = at_centre.transpose() * at_centre / (kShiftMm * kShiftMm);
-    prior.information.diagonal().tail<3>().array() += 1 / (kTurn * kTurn);
+    prior.information =
+        at_centre.transpose() * at_centre / (Decision::kBreathingShift * Decision::kBreathingShift);
+    prior.information.diagonal().tail<3>().array() +=
+        1 / (Decision::kBreathingTurn * Decision::kBreathingTurn);
     return prior;
 }
 
 SmallMotion sparsest(std::span<const HandleResiduals> kinds, const Eigen::VectorXd& weight,
                      const MotionPrior& prior) {
-    constexpr double kLeastShare = 1e-3, kLargeMm = 100, kLargeTurn = 1;
+    constexpr double kLeastShare = 1e-3, kLargeMm = decisions::DeepMotion::kUnknownShift,
+                     kLargeTurn = decisions::DeepMotion::kUnknownTurn;
     MotionPrior known = prior;
     // A row of handles does not tell all of a motion.
     if (known.information.isZero()) {

@@ -7,14 +7,14 @@
 #include <map>
 
 #include "sdk/base/util/error.hpp"
+#include "sdk/body/decisions.hpp"
 
 namespace defrec {
 namespace {
 
-constexpr int32_t kLargest = 8;
-// A cell is divided unless the surface that is seen is that many of its edges away: what the
-// surface does fades with depth, and its details sooner.
-constexpr double kCoarseDistance = 1.3;
+using decisions::BodyCells;
+
+constexpr int32_t kLargest = BodyCells::kLargest;
 
 }  // namespace
 
@@ -39,9 +39,8 @@ Lattice::Lattice(const Request& request) : step_(request.step), low_(request.low
         count_[static_cast<size_t>(axis)] =
             kLargest * static_cast<int32_t>(std::clamp(std::ceil(cells), 1.0, 1e5));
     }
-    constexpr double kMostCubes = 1e5;  // of the largest size
     if (static_cast<double>(count_[0]) * count_[1] * count_[2] >
-        kMostCubes * kLargest * kLargest * kLargest)
+        BodyCells::kMaxCubes * kLargest * kLargest * kLargest)
         fail(DEFREC_ERROR_UNSUPPORTED, "the body is too large for cells of ", step_, " mm");
     bool is_wanted = true;
     for (int32_t z = 0; z < count_[2]; z += kLargest)
@@ -63,7 +62,7 @@ void Lattice::divide(const Request& request, const Corner& corner, int32_t size)
     const Eigen::Vector3d centre =
         low_ + step_ * Eigen::Vector3d(corner[0] + 0.5 * size, corner[1] + 0.5 * size,
                                        corner[2] + 0.5 * size);
-    if (size == 1 || request.distance(centre) > (kCoarseDistance + 0.5) * edge) {
+    if (size == 1 || request.distance(centre) > (BodyCells::kCoarseDistance + 0.5) * edge) {
         const double stiffness = request.stiffness(centre, edge);
         if (!(stiffness > 0)) return;
         if (cells_.size() >= request.max_cells)

@@ -4,15 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/tracking/frame/decisions.hpp"
+
 namespace defrec {
 namespace {
 
-// Tissue that has slid by a millimetre and more has a median score of 0 to 0.15, tissue in its
-// place one above 0.9.
-constexpr int32_t kMinScore = 4096 / 2;
-// Share of the checks round a vertex. Where tissue has slid, some checks fit elsewhere by chance.
-constexpr float kMinFittingShare = 0.6f;
-constexpr float kFarthestPx = 8;  // a patch farther off says no more than one at this distance
+using decisions::Confidence;
 
 // The two of a control point's sums that are of patches, and of checks.
 enum SumsOf : Eigen::Index { kPatches = 0, kChecks = 2 };
@@ -43,7 +40,7 @@ float mean_of(const Eigen::Array4f& sums) {
 }
 
 bool fits(const defrec_patch_observation& found) {
-    return found.valid != 0 && found.score >= kMinScore;
+    return found.valid != 0 && found.score >= Confidence::kMinZncc;
 }
 
 // From the sums.
@@ -58,7 +55,7 @@ void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t 
     if (data.check_of_vertex[vertex] < 0) return;
     const auto check = static_cast<size_t>(data.check_of_vertex[vertex]);
     const defrec_patch_observation& found = output.checks[check];
-    if (!fits(found) || mean_of<kChecks>(sums) < kMinFittingShare) return;
+    if (!fits(found) || mean_of<kChecks>(sums) < Confidence::kMinFittingShare) return;
     const defrec_patch_prediction& expected = output.check_predictions[check];
     const float du = static_cast<float>(int64_t{found.u} - expected.u) / 256,
                 dv = static_cast<float>(int64_t{found.v} - expected.v) / 256;
@@ -79,13 +76,13 @@ void LateralEvidence::make_room(const TemplateData& data) {
 
 void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
                     LateralEvidence& evidence) {
+    constexpr float kFarthest2 = Confidence::kFarthestPatch * Confidence::kFarthestPatch;
     clear<kPatches>(evidence.sums);
     for (size_t i = 0; i < data.patches.size(); ++i)
         if (!std::isnan(patch_px2[i]))
-            add<kPatches>(
-                data.patches[i],
-                static_cast<float>(std::min<double>(patch_px2[i], kFarthestPx * kFarthestPx)),
-                evidence.sums);
+            add<kPatches>(data.patches[i],
+                          static_cast<float>(std::min<double>(patch_px2[i], kFarthest2)),
+                          evidence.sums);
 }
 
 void spread_checks(const TemplateData& data, const FrameOutput& output, LateralEvidence& evidence) {

@@ -4,13 +4,13 @@
 #include <algorithm>
 
 #include "sdk/template/grid_distance.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {
 
-// Steps from tissue that a part added within which it is joined to the rest; farther where there is
-// nothing so near.
-constexpr int kReach = 3;
+// Tissue that a part added is joined to the rest within this, or farther where nothing is so near.
+constexpr int kReach = decisions::Confidence::kJoinedReach;
 
 }  // namespace
 

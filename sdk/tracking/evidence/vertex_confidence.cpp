@@ -14,36 +14,15 @@
 #include "sdk/base/util/array_part.hpp"
 #include "sdk/template/cut.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {
 
-// The variance of a vertex's error is a sum of what each kind of evidence leaves open, each times a
-// share that was fitted to rendered sequences with exact truth; docs/tracker/states.md says how.
-// Across the ray, both directions together:
-constexpr float kPatchShare = 0.46f;  // of the squared distance of patches, at the vertex's depth
-constexpr float kCheckShare = 0.38f;  // of the squared distance at which the check fits best
-constexpr float kMismatchShare = 0.14f;  // px^2, of 1 - ZNCC there
-constexpr float kFarLateral = 0.047f;    // per mm^2 from the nearest lateral evidence
-// Along the ray:
-constexpr float kDisparityShare = 0.0013f;      // px^2
-constexpr float kDisparityPatchShare = 0.032f;  // of the squared distance of patches, px^2
-constexpr float kResidualShare = 0.028f;        // of the squared depth residual
-constexpr float kNoiseShare = 0.033f;           // of the squared mean depth residual of the frame
-constexpr float kFarObserved = 0.031f;          // per mm^2 from the nearest observed vertex
-constexpr float kSupportShare = 0.014f;         // per mm^2 that the template was extrapolated
-constexpr float kLateShare = 0.5f;              // of the squared motion during the lag, px^2
-constexpr float kRowShare = 0.155f;             // of the squared distance of the rows, px^2
-constexpr float kOneViewShare = 1.7f;           // px^2, without the right view
-constexpr float kInterlacedShare = 0.6f;        // px^2, where rows are of two times
+using decisions::Confidence;
+using Share = decisions::ExpectedError;
 
 constexpr uint8_t kBoth = DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_LATERAL;
-constexpr float kFarthestMm = 40;         // extrapolation reaches no farther
-constexpr float kFarthestGrowthMm = 20;   // nor does the error grow beyond
-constexpr float kGrowthLost = 0.5f;       // mm of error per frame
-constexpr uint32_t kLongestGrowth = 100;  // frames
-constexpr float kErrorUnknown = 3.3f;     // mm, root mean square, with growth to its end
-constexpr float kMaxRigDoubt = 0.25f;  // mm^2 by which the rig spoils depth that is still evidence
 
 // Sets the covariance of an error that is the same in all directions. covariance: xx, xy, xz, yy,
 // yz, zz.
@@ -56,12 +35,13 @@ void set_isotropic(Real expected_error, Real* covariance) {
 
 // age: frames since it was last known.
 float error_unknown(uint32_t age) {
-    return kErrorUnknown + kGrowthLost * static_cast<float>(std::min(age, kLongestGrowth));
+    return Confidence::kErrorUnknown +
+           Confidence::kGrowthLost * static_cast<float>(std::min(age, Confidence::kLongestGrowth));
 }
 
 // Marks the vertices with one of another piece at most so many steps of the grid away.
 void mark_beside_pieces(const TemplateData& data, std::vector<uint8_t>& is_marked) {
-    constexpr int kReach = 3;
+    constexpr int kReach = Confidence::kBesidePiece;
     const SurfaceGrid& grid = data.grid;
     if (grid.piece.empty()) return;
     const auto cell = [&](int x, int y) { return static_cast<size_t>(y * grid.columns + x); };
@@ -130,16 +110,16 @@ class RigDoubt {
                          std::tan(evidence.rig.roll_deg * std::numbers::pi / 180) * data.width / 2,
                      ratio = (evidence.rig.focal_ratio - 1) * data.height / 2,
                      offset = evidence.rig.vertical_offset_px, twist = evidence.rig.twist_px;
-        rows_ = kRowShare *
+        rows_ = Share::kRowShare *
                 static_cast<float>(offset * offset + roll * roll + ratio * ratio + twist * twist);
-        if (evidence.is_interlaced) rows_ += kInterlacedShare;
+        if (evidence.is_interlaced) rows_ += Share::kInterlaced;
         rows_ += static_cast<float>(evidence.slip_px * evidence.slip_px);
     }
     float at(const FrameEvidence& evidence, size_t vertex) const {
         if (lag_ == 0) return rows_;
         const float px2 =
             squared_step(camera_, evidence.last_samples[vertex], evidence.output.samples[vertex]);
-        return rows_ + kLateShare * lag_ * lag_ * px2;
+        return rows_ + Share::kLateShare * lag_ * lag_ * px2;
     }
 
   private:
@@ -183,14 +163,14 @@ class ConfidenceEstimate {
           samples_(evidence.output.samples),
           lateral_(evidence.lateral),
           rig_(*model.data, evidence),
-          noise_(kNoiseShare * evidence.mean_residual_mm * evidence.mean_residual_mm),
+          noise_(Share::kNoiseShare * evidence.mean_residual_mm * evidence.mean_residual_mm),
           confidence_(confidence) {}
 
     // What is seen of a vertex itself.
     void look_at(size_t i) const {
         const float per_px = depth_per_px(camera_, samples_[i].position[2]);
         const float rig_px2 = confidence_.rig_px2[i] =
-            evidence_.uses_depth ? rig_.at(evidence_, i) : kOneViewShare;
+            evidence_.uses_depth ? rig_.at(evidence_, i) : Share::kOneView;
         const unsigned stale =
             evidence_.stale_views.empty() ? 0u : unsigned{evidence_.stale_views[i]};
         const bool is_stale = (stale & (evidence_.uses_depth ? kBothViews : kLeftView)) != 0,
@@ -199,7 +179,8 @@ class ConfidenceEstimate {
                              (!evidence_.uses_depth && samples_[i].observation != DEFREC_OUTSIDE)),
                    is_confirmed = lateral_.is_confirmed[i] != 0 && (stale & kLeftView) == 0,
                    has_depth = evidence_.uses_depth && !evidence_.is_interlaced && agrees &&
-                               rig_px2 * per_px * per_px <= kMaxRigDoubt;
+                               rig_px2 * per_px * per_px <=
+                                   Confidence::kMaxRigDoubt * Confidence::kMaxRigDoubt;
         confidence_.evidence[i] = static_cast<uint8_t>(
             (has_depth ? DEFREC_EVIDENCE_DEPTH : 0) | (is_confirmed ? DEFREC_EVIDENCE_LATERAL : 0));
         if (is_confirmed) set_known(confidence_.to_lateral[model_.grids.cell(i)]);
@@ -243,17 +224,18 @@ class ConfidenceEstimate {
             set_status(first + static_cast<size_t>(k), to_observed[k]);
 
         const Few mm_per_px = z / static_cast<float>(camera_.fx), per_px = depth_per_px(camera_, z);
-        const Few far_lateral = (to_lateral * step).min(kFarthestGrowthMm),
-                  far_observed = to_observed.min(kFarthestGrowthMm);
-        const Few across =
-            mm_per_px * mm_per_px *
-                (kPatchShare * patches + kCheckShare * check + kMismatchShare * mismatch) +
-            kFarLateral * far_lateral * far_lateral;
-        const Few along =
-            per_px * per_px *
-                (kDisparityShare + kDisparityPatchShare * patches + values(confidence_.rig_px2)) +
-            kFarObserved * far_observed * far_observed + kSupportShare * support * support +
-            kResidualShare * residual * residual + noise_;
+        const Few far_lateral = (to_lateral * step).min(Confidence::kFarthestGrowth),
+                  far_observed = to_observed.min(Confidence::kFarthestGrowth);
+        const Few across = mm_per_px * mm_per_px *
+                               (Share::kPatchShare * patches + Share::kCheckShare * check +
+                                Share::kMismatchShare * mismatch) +
+                           Share::kFarLateral * far_lateral * far_lateral;
+        const Few along = per_px * per_px *
+                              (Share::kDisparityShare + Share::kDisparityPatchShare * patches +
+                               values(confidence_.rig_px2)) +
+                          Share::kFarObserved * far_observed * far_observed +
+                          Share::kSupportShare * support * support +
+                          Share::kResidualShare * residual * residual + noise_;
         x /= z;
         y /= z;
         Eigen::Array<float, Eigen::Dynamic, 6, 0, kFew, 6> covariance(count, 6);
@@ -269,7 +251,7 @@ class ConfidenceEstimate {
         // At an edge it lies in a gap, or was counted to the wrong side.
         const bool is_astray = model_.is_at_edge[i] != 0 && confidence_.evidence[i] == 0;
         confidence_.status[i] = confidence_.evidence[i] == kBoth ? DEFREC_POINT_OBSERVED
-                                : to_observed <= kFarthestMm && !is_astray
+                                : to_observed <= Confidence::kFarthest && !is_astray
                                     ? DEFREC_POINT_EXTRAPOLATED
                                     : DEFREC_POINT_UNKNOWN;
     }
@@ -363,7 +345,7 @@ namespace {
 
 SurfaceConfidence nothing_known() {
     SurfaceConfidence at;
-    at.expected_error = 100;
+    at.expected_error = Confidence::kFarthestOffSurface;
     set_isotropic(at.expected_error, at.covariance);
     return at;
 }
@@ -372,8 +354,6 @@ SurfaceConfidence nothing_known() {
 
 SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence& confidence,
                                 const double xyz[3]) {
-    constexpr double kGrowthOffSurface = 0.03;     // mm of error per mm from the surface
-    constexpr double kFarthestOffSurfaceMm = 100;  // nothing is known of what lies farther
     const TemplateData& data = surface.data();
     const int32_t nearest = surface.vertex_at(xyz);
     if (nearest < 0) return nothing_known();
@@ -385,14 +365,14 @@ SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence&
         squared += difference * difference;
     }
     const double distance = std::sqrt(squared);
-    if (!(distance <= kFarthestOffSurfaceMm)) return nothing_known();
+    if (!(distance <= Confidence::kFarthestOffSurface)) return nothing_known();
     const double step_mm = data.grid.spacing * data.vertices[vertex].position[2] / data.camera.fx;
     at.status = confidence.status[vertex];
-    if (distance > kFarthestMm && at.status == DEFREC_POINT_OBSERVED)
+    if (distance > Confidence::kFarthest && at.status == DEFREC_POINT_OBSERVED)
         at.status = DEFREC_POINT_EXTRAPOLATED;
     at.evidence = confidence.evidence[vertex];
     at.expected_error = confidence.expected_error[vertex] +
-                        kGrowthOffSurface * std::max(0.0, distance - 2 * step_mm);
+                        Confidence::kGrowthOffSurface * std::max(0.0, distance - 2 * step_mm);
     const double growth = at.expected_error / confidence.expected_error[vertex];
     for (size_t i = 0; i < 6; ++i)
         at.covariance[i] = growth * growth * confidence.covariance[6 * vertex + i];
@@ -401,21 +381,21 @@ SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence&
 
 SurfaceConfidence confidence_beside(const VertexConfidence& confidence, size_t vertex,
                                     double distance_mm, const Vec3<double>& place) {
-    constexpr double kNearestMm = 1;  // to the camera, where rays have no direction any more
-    if (place.z < kNearestMm) return nothing_known();
+    if (place.z < Confidence::kNearestToCamera) return nothing_known();
     SurfaceConfidence at;
-    const auto away = static_cast<float>(std::min<double>(distance_mm, kFarthestGrowthMm));
+    const auto away =
+        static_cast<float>(std::min<double>(distance_mm, Confidence::kFarthestGrowth));
     using One = Eigen::Array<float, 1, 1>;
     const One x(static_cast<float>(place.x)), y(static_cast<float>(place.y)),
-        z(static_cast<float>(place.z)), across(kFarLateral * away * away),
-        along(kFarObserved * away * away);
+        z(static_cast<float>(place.z)), across(Share::kFarLateral * away * away),
+        along(Share::kFarObserved * away * away);
     Eigen::Array<float, 1, 6> further;
     set_covariance(One(x / z), One(y / z), across, along, further);
     for (size_t i = 0; i < 6; ++i)
         at.covariance[i] =
             confidence.covariance[6 * vertex + i] + further[static_cast<Eigen::Index>(i)];
     at.expected_error = std::sqrt(at.covariance[0] + at.covariance[3] + at.covariance[5]);
-    if (distance_mm <= kFarthestMm && confidence.status[vertex] != DEFREC_POINT_UNKNOWN)
+    if (distance_mm <= Confidence::kFarthest && confidence.status[vertex] != DEFREC_POINT_UNKNOWN)
         at.status = DEFREC_POINT_EXTRAPOLATED;
     return at;
 }

@@ -4,19 +4,19 @@
 #include <algorithm>
 
 #include "include/defrec_c.h"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {
 
-constexpr double kMargin = 1.25;          // of the time left over the mean: frames differ
-constexpr double kNewest = 0.25;          // share of the last frame in the mean
-constexpr double kForgotten = 1 / 128.0;  // of what was not tried, each frame
+using decisions::Deadlines;
 
 }  // namespace
 
 Effort EffortTimes::choose(Time left) const {
     for (size_t i = 0; i + 1 < kEfforts; ++i)
-        if (left > Time::zero() && kMargin * expected_[i] <= left) return static_cast<Effort>(i);
+        if (left > Time::zero() && Deadlines::kMargin * expected_[i] <= left)
+            return static_cast<Effort>(i);
     return static_cast<Effort>(kEfforts - 1);
 }
 
@@ -26,12 +26,12 @@ void EffortTimes::add(Effort effort, Time took) {
     const auto index = static_cast<size_t>(effort);
     const Time before = expected_[index];
     const bool is_mean = before > Time::zero() && !is_forgotten_[index];
-    expected_[index] = is_mean ? before + kNewest * (took - before) : took;
+    expected_[index] = is_mean ? before + Deadlines::kNewest * (took - before) : took;
     is_forgotten_[index] = false;
     for (size_t i = 0; i < kEfforts; ++i) {
         if (is_mean && i != index) expected_[i] *= expected_[index] / before;
         if (i < index) {
-            expected_[i] *= 1 - kForgotten;
+            expected_[i] *= 1 - Deadlines::kForgotten;
             is_forgotten_[i] = true;
         }
     }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "sdk/tracking/frame/decisions.hpp"
+
 namespace defrec {
 namespace {
 
@@ -49,7 +51,7 @@ uint64_t carve_fitted(std::span<std::byte> block, const TemplateData& data, Fram
 }  // namespace
 
 size_t rig_patch_step(const TemplateData& data) {
-    constexpr size_t kEnough = 200;
+    constexpr size_t kEnough = decisions::StageParameters::kRightPatches;
     const size_t first = data.first_counts().patches;
     return (first + kEnough - 1) / kEnough + (first == 0 ? 1 : 0);
 }

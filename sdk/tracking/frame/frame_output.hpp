@@ -32,8 +32,8 @@ struct FrameOutput {
     uint32_t time_count = 0;
 };
 
-// The patches that are searched in the right view as well: every so many, from the first. About 200
-// of the first view's, and as densely of tissue that joined.
+// The patches that are searched in the right view as well: every so many, from the first, and as
+// densely of tissue that joined.
 size_t rig_patch_step(const TemplateData& data);
 size_t rig_patch_count(const TemplateData& data);
 

@@ -12,8 +12,7 @@ namespace defrec {
 
 namespace {
 
-// More take minutes and gigabytes for one template.
-constexpr double kMaxGridVertices = 250000, kMaxGridNodes = 20000;
+using decisions::Grids;
 
 void expect_bounded(const char* name, float spacing, const char* what, double max, const Rig& rig) {
     const double count = std::ceil(static_cast<double>(rig.width()) / spacing) *
@@ -35,10 +34,12 @@ TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& ri
     if (settings.grow != 0) settings.keep_disparity = 1;
     const float width = static_cast<float>(rig.width());
     if (settings.node_spacing_px == 0) settings.node_spacing_px = default_node_spacing(rig.width());
-    if (settings.vertex_spacing_px == 0) settings.vertex_spacing_px = std::max(4.f, width / 120);
-    expect_bounded("vertex_spacing_px", settings.vertex_spacing_px, "vertices", kMaxGridVertices,
+    if (settings.vertex_spacing_px == 0)
+        settings.vertex_spacing_px =
+            std::max(Grids::kMinVertexSpacing, width / Grids::kVerticesAcross);
+    expect_bounded("vertex_spacing_px", settings.vertex_spacing_px, "vertices", Grids::kMaxVertices,
                    rig);
-    expect_bounded("node_spacing_px", settings.node_spacing_px, "control points", kMaxGridNodes,
+    expect_bounded("node_spacing_px", settings.node_spacing_px, "control points", Grids::kMaxNodes,
                    rig);
     const uint32_t row = rig.width() * bytes_per_pixel(settings.format);
     if (settings.memory_stride == 0) settings.memory_stride = row;

@@ -1,6 +1,7 @@
 // A tracker's description with every default filled in.
 #pragma once
 #include "include/defrec_c.h"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 
@@ -11,6 +12,8 @@ using TrackerSettings = defrec_tracker_desc;
 TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& rig);
 
 // Between control points, px; width: of the template's image.
-constexpr float default_node_spacing(uint32_t width) { return static_cast<float>(width) / 32; }
+constexpr float default_node_spacing(uint32_t width) {
+    return static_cast<float>(width) / decisions::Grids::kNodesAcross;
+}
 
 }  // namespace defrec

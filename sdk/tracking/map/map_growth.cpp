@@ -6,18 +6,12 @@
 #include <utility>
 
 #include "sdk/base/os/platform.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {
 
-constexpr uint64_t kBetweenLooks = 3;  // frames: tissue joins that two looks show
-constexpr uint64_t kWorkFrames = 2;    // from the second look until it has joined
-constexpr uint64_t kMaxPause = 60;     // frames
-// Share of the image without surface at which tissue is looked for: while the camera moves, and
-// where it has rested.
-constexpr double kUncoveredMoving = 0.06, kUncoveredResting = 0.015;
-constexpr uint64_t kResting = 9;  // frames since the last look
-constexpr double kCell = 3;  // steps of the template's grid: side of the cells that are counted
+using Decision = decisions::Growth;
 
 }  // namespace
 
@@ -45,7 +39,7 @@ std::optional<Growth> MapGrowth::begin_frame() {
         return growth;
     }
     is_full_ |= growth.outcome == Growth::Outcome::kFull;
-    pause_ = std::clamp<uint64_t>(2 * pause_, 2 * kBetweenLooks, kMaxPause);
+    pause_ = std::clamp<uint64_t>(2 * pause_, 2 * Decision::kBetweenLooks, Decision::kMaxPause);
     not_before_ = frame_ + pause_;
     look_at_ = 0;
     looks_ = has_earlier_ = false;
@@ -69,7 +63,7 @@ void MapGrowth::end_found_frame(const Pipeline& pipeline,
         present_.motions.assign(output.motions.begin(), output.motions.end());
         std::swap(earlier_, present_);  // this frame is the earlier one of the next look
         if (std::exchange(has_earlier_, true)) start(pipeline, surface);
-        not_before_ = frame_ + kBetweenLooks;
+        not_before_ = frame_ + Decision::kBetweenLooks;
         look_at_ = not_before_;
         looks_ = false;
     }
@@ -83,10 +77,10 @@ void MapGrowth::end_lost_frame() {
 void MapGrowth::plan(const TemplateData& data, const FrameOutput& output) {
     if (!is_on_) return;
     const double uncovered = uncovered_share(data, output);
-    const bool has_rested = frame_ >= not_before_ + kResting;
+    const bool has_rested = frame_ >= not_before_ + Decision::kResting;
     const bool wants =
-        !is_full_ && (uncovered > kUncoveredMoving ||
-                      (uncovered > kUncoveredResting && (has_rested || has_earlier_)));
+        !is_full_ && (uncovered > Decision::kUncoveredMoving ||
+                      (uncovered > Decision::kUncoveredResting && (has_rested || has_earlier_)));
     if (!wants) {
         look_at_ = 0;
         has_earlier_ = false;
@@ -96,7 +90,7 @@ void MapGrowth::plan(const TemplateData& data, const FrameOutput& output) {
 }
 
 double MapGrowth::uncovered_share(const TemplateData& data, const FrameOutput& output) {
-    const double side = kCell * data.grid.spacing;
+    const double side = Decision::kCell * data.grid.spacing;
     const auto columns = static_cast<size_t>(std::ceil(data.width / side)),
                rows = static_cast<size_t>(std::ceil(data.height / side));
     covered_.assign(columns * rows, 0);
@@ -122,7 +116,7 @@ void MapGrowth::start(const Pipeline& pipeline, std::shared_ptr<const Template> 
         });
     worker_ = platform::start_thread([task] { (*task)(); });
     work_ = task->get_future();
-    due_at_ = frame_ + kWorkFrames;
+    due_at_ = frame_ + Decision::kWorkFrames;
 }
 
 }  // namespace defrec

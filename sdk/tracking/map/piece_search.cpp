@@ -8,20 +8,20 @@
 
 #include "backends/shared/motion.hpp"
 #include "backends/shared/rigid_fit.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {
 
 using Point = Vec3<double>;
 
+using decisions::PieceSearch;
+
 struct Pair {
     Point rest, live;
 };
 
 double squared(const Point& v) { return dot(v, v); }
-
-// mm: tissue that bends is rigid to that much.
-constexpr double kTolerance = 3;
 
 std::vector<Pair> pairs_of(const TemplateData& data, size_t piece,
                            std::span<const defrec_match> matches) {
@@ -37,7 +37,8 @@ std::vector<Pair> pairs_of(const TemplateData& data, size_t piece,
 std::vector<Pair> agreeing(const std::vector<Pair>& pairs, const DualQuaternion<double>& motion) {
     std::vector<Pair> agree;
     for (const Pair& pair : pairs)
-        if (squared(apply(motion, pair.rest) - pair.live) <= kTolerance * kTolerance)
+        if (squared(apply(motion, pair.rest) - pair.live) <=
+            PieceSearch::kTolerance * PieceSearch::kTolerance)
             agree.push_back(pair);
     return agree;
 }
@@ -50,12 +51,12 @@ DualQuaternion<double> fit(std::span<const Pair> pairs) {
 
 // Three pairs that are far enough apart to fix a motion, and that one may have moved.
 bool may_have_moved(const std::array<Pair, 3>& corners) {
-    constexpr double kApart = 4;  // mm
     for (size_t k = 0; k < 3; ++k) {
         const Pair &a = corners[k], &b = corners[(k + 1) % 3];
         const double before = std::sqrt(squared(b.rest - a.rest)),
                      after = std::sqrt(squared(b.live - a.live));
-        if (before < kApart || std::abs(after - before) > kTolerance / 2 + 0.1 * before)
+        if (before < PieceSearch::kCornersApart ||
+            std::abs(after - before) > PieceSearch::kTolerance / 2 + PieceSearch::kStretch * before)
             return false;
     }
     return true;
@@ -64,7 +65,6 @@ bool may_have_moved(const std::array<Pair, 3>& corners) {
 // The most pairs that agree on the rigid motion of three of them (RANSAC; Fischler and Bolles,
 // Communications of the ACM 24(6), 1981).
 std::vector<Pair> largest_agreement(const std::vector<Pair>& pairs) {
-    constexpr int kAttempts = 2000, kMotions = 200;
     std::vector<Pair> largest;
     uint32_t random = 1;
     const auto next = [&]() -> const Pair& {
@@ -72,7 +72,8 @@ std::vector<Pair> largest_agreement(const std::vector<Pair>& pairs) {
         return pairs[(uint64_t{random} * pairs.size()) >> 32];
     };
     int motions = 0;
-    for (int attempt = 0; attempt < kAttempts && motions < kMotions; ++attempt) {
+    for (int attempt = 0; attempt < PieceSearch::kAttempts && motions < PieceSearch::kMotions;
+         ++attempt) {
         const std::array<Pair, 3> corners{next(), next(), next()};
         if (!may_have_moved(corners)) continue;
         ++motions;
@@ -84,10 +85,11 @@ std::vector<Pair> largest_agreement(const std::vector<Pair>& pairs) {
 
 // By the matches round a place, more than by the others.
 DualQuaternion<double> fit_at(const std::vector<Pair>& pairs, const Point& place) {
-    constexpr double kReach = 8, kElsewhere = 0.02;  // mm; weight
+    constexpr double kReach = PieceSearch::kFitReach;
     RigidFit fit;
     for (const Pair& pair : pairs)
-        fit.add(kElsewhere + std::exp(-squared(pair.rest - place) / (2 * kReach * kReach)),
+        fit.add(PieceSearch::kFitElsewhere +
+                    std::exp(-squared(pair.rest - place) / (2 * kReach * kReach)),
                 pair.rest, pair.live);
     return normalise(fit.solve());
 }
@@ -96,14 +98,12 @@ DualQuaternion<double> fit_at(const std::vector<Pair>& pairs, const Point& place
 
 bool search_piece(const TemplateData& data, size_t piece, std::span<const defrec_match> matches,
                   std::span<defrec_motion> motions) {
-    constexpr size_t kFewest = 12;
-    constexpr double kFewestShare = 0.15;
     const std::vector<Pair> pairs = pairs_of(data, piece, matches);
-    if (pairs.size() < kFewest) return false;
+    if (pairs.size() < PieceSearch::kMinMatches) return false;
     std::vector<Pair> agree = largest_agreement(pairs);
     if (agree.size() >= 3) agree = agreeing(pairs, fit(agree));
-    if (agree.size() <
-        std::max(static_cast<double>(kFewest), kFewestShare * static_cast<double>(pairs.size())))
+    if (agree.size() < std::max(static_cast<double>(PieceSearch::kMinMatches),
+                                PieceSearch::kMinShare * static_cast<double>(pairs.size())))
         return false;
     for (size_t node = 0; node < motions.size(); ++node)
         if (data.piece_of_node(node) == piece)

@@ -9,18 +9,12 @@
 
 #include "sdk/base/util/median.hpp"
 #include "sdk/template/cut.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {
 
-constexpr uint8_t kFrames = 5;        // with a gap at a cell before it counts
-constexpr double kMinSpacings = 3;    // length of a gap, spacings of control points
-constexpr double kMinSlimness = 2.5;  // length of a gap over its width
-constexpr double kReachSpacings = 5;  // across the line, to where the template is seen again
-// What lies between the sides, over what lay there at rest, in units of the same along the line.
-// Tissue that is stretched by 36 % all over shows the template all over.
-constexpr double kMinOpening = 1.12;
-constexpr double kBeyondSpacings = 1;  // a cut reaches beyond the gap that is seen
+using decisions::Cuts;
 
 using Cell = Eigen::Vector2d;  // column and row of the grid
 
@@ -56,11 +50,10 @@ Axis axis_of(const Gap& gap) {
 std::vector<Cell> middle_line(const Gap& gap, const Axis& axis) {
     const auto slices = static_cast<size_t>(std::lround(axis.end - axis.begin)) + 1;
     std::vector<double> sum(slices, 0), count(slices, 0);
-    constexpr int kSmooth = 2;  // slices to either side
     for (const Cell& cell : gap.cells) {
         const auto at =
             static_cast<int>(std::lround(axis.along.dot(cell - axis.centre) - axis.begin));
-        for (int near = at - kSmooth; near <= at + kSmooth; ++near) {
+        for (int near = at - Cuts::kSmooth; near <= at + Cuts::kSmooth; ++near) {
             if (near < 0 || near >= static_cast<int>(slices)) continue;
             sum[static_cast<size_t>(near)] += axis.across.dot(cell - axis.centre);
             ++count[static_cast<size_t>(near)];
@@ -116,8 +109,8 @@ class Watcher {
     std::optional<CutLine> cut_of(const Gap& gap) const {
         const Axis axis = axis_of(gap);
         const double length = axis.end - axis.begin + 1;
-        if (length < kMinSpacings * spacing_ ||
-            length * length < kMinSlimness * static_cast<double>(gap.cells.size()))
+        if (length < Cuts::kMinLength * spacing_ ||
+            length * length < Cuts::kMinSlimness * static_cast<double>(gap.cells.size()))
             return std::nullopt;
         const std::vector<Cell> middle = middle_line(gap, axis);
         if (!comes_apart(middle, axis, gap.piece)) return std::nullopt;
@@ -131,7 +124,7 @@ class Watcher {
 
     // The first vertex with lateral evidence that way; -1: there is none.
     int32_t confirmed_vertex(const Cell& from, const Cell& step, uint8_t piece) const {
-        for (double steps = 1; steps <= kReachSpacings * spacing_; ++steps) {
+        for (double steps = 1; steps <= Cuts::kReach * spacing_; ++steps) {
             const auto x = static_cast<int>(std::lround(from.x() + steps * step.x())),
                        y = static_cast<int>(std::lround(from.y() + steps * step.y()));
             if (x < 0 || y < 0 || x >= data_.grid.columns || y >= data_.grid.rows) return -1;
@@ -170,13 +163,13 @@ class Watcher {
             }
         }
         return 2 * step * across.size() >= middle.size() && !along.empty() &&
-               median(std::move(across)) > kMinOpening * median(std::move(along));
+               median(std::move(across)) > Cuts::kMinOpening * median(std::move(along));
     }
 
     CutLine as_cut(std::vector<Cell> middle, uint8_t piece) const {
         const Cell first = middle.front(), last = middle.back();
         const size_t beside = std::min(middle.size() - 1, static_cast<size_t>(spacing_) + 1);
-        const double beyond = kBeyondSpacings * spacing_;
+        const double beyond = Cuts::kBeyond * spacing_;
         middle.insert(middle.begin(), first + beyond * (first - middle[beside]).normalized());
         middle.push_back(last + beyond * (last - middle[middle.size() - 1 - beside]).normalized());
         CutLine line{piece, {}};
@@ -206,12 +199,12 @@ std::optional<CutLine> CutWatch::add_frame(const TemplateData& data,
     size_t cells = 0;
     for (size_t i = 0; i < frames_.size(); ++i) {
         if (watcher.shows_gap(i))
-            frames_[i] = static_cast<uint8_t>(std::min<int>(frames_[i] + 1, kFrames));
+            frames_[i] = static_cast<uint8_t>(std::min<int>(frames_[i] + 1, Cuts::kFrames));
         else if (frames_[i] > 0)
             --frames_[i];
-        cells += frames_[i] == kFrames ? 1 : 0;
+        cells += frames_[i] == Cuts::kFrames ? 1 : 0;
     }
-    if (static_cast<double>(cells) * grid.spacing < kMinSpacings * data.node_grid.spacing_u)
+    if (static_cast<double>(cells) * grid.spacing < Cuts::kMinLength * data.node_grid.spacing_u)
         return std::nullopt;
     // Beside a line that was released some tissue counts to the wrong side.
     std::vector<uint8_t> open(frames_.size(), 0);
@@ -220,7 +213,7 @@ std::optional<CutLine> CutWatch::add_frame(const TemplateData& data,
                      row = i / columns;
         const ViewPixel at{static_cast<double>(column) * grid.spacing,
                            static_cast<double>(row) * grid.spacing};
-        open[i] = frames_[i] == kFrames &&
+        open[i] = frames_[i] == Cuts::kFrames &&
                   distance_to_cut(data.node_grid.cuts, grid.piece.empty() ? 0 : grid.piece[i], at) >
                       data.node_grid.spacing_u;
     }

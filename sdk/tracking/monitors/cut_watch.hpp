@@ -24,7 +24,7 @@ class CutWatch {
                                      std::span<const uint8_t> is_confirmed);
 
   private:
-    std::vector<uint8_t> frames_;  // per cell of the grid: with a gap there, at most kFrames
+    std::vector<uint8_t> frames_;  // per cell of the grid: with a gap there, at most Cuts::kFrames
 };
 
 }  // namespace defrec

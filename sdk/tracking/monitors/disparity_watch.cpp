@@ -9,25 +9,18 @@
 #include <utility>
 
 #include "backends/shared/motion.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {
 
-// In rendered sequences of fast deformation a frame's change differs by at most 0.023 by scale and
-// 0.021 by length from that of the frame before, and in no frame both by more than 0.015; in 60
-// frames of a beating heart, seen at 80 px of disparity, both by at most 0.028.
-constexpr double kMinJump = 0.04;  // per frame
-constexpr int kOldest = 10;        // frames; tissue changes in more of them
-constexpr int kFramesToFit = 30;
-
-constexpr size_t kMostVertices = 500, kMinVertices = 50;  // that are looked at
-constexpr size_t kPairStep = 6;  // vertices, in their order, from one of a pair to the other
-
+using decisions::BaselineDrift;
 using Change = DisparityWatch::Change;
 using Places = DisparityWatch::Places;
 
 size_t step_of(size_t vertices) {
-    return std::max<size_t>(1, (vertices + kMostVertices - 1) / kMostVertices);
+    return std::max<size_t>(
+        1, (vertices + BaselineDrift::kMaxVertices - 1) / BaselineDrift::kMaxVertices);
 }
 
 std::array<float, 3> place_of(const defrec_surface_sample& sample) {
@@ -43,8 +36,9 @@ std::array<float, 3> place_of(const defrec_surface_point& vertex) {
 template <class Vertices>
 void take_places(const Vertices& vertices, std::vector<Places>& places) {
     places.clear();
-    for (size_t i = 0; i + kPairStep < vertices.size(); i += step_of(vertices.size()))
-        places.push_back({place_of(vertices[i]), place_of(vertices[i + kPairStep])});
+    for (size_t i = 0; i + BaselineDrift::kPairStep < vertices.size();
+         i += step_of(vertices.size()))
+        places.push_back({place_of(vertices[i]), place_of(vertices[i + BaselineDrift::kPairStep])});
 }
 
 bool is_known(const std::array<float, 3>& place) { return !std::isnan(place[2]); }
@@ -80,7 +74,8 @@ Sums sum_change(const TemplateData& data, std::span<const Places> before,
         if (!is_known(before[i][1]) || !is_known(now[i][1])) continue;
         // The last one of a row and the first of the next are no pair.
         const double length = distance(before[i]);
-        if (length > 2 * kPairStep * data.grid.spacing * p[2] / data.camera.fx) continue;
+        if (length > 2 * BaselineDrift::kPairStep * data.grid.spacing * p[2] / data.camera.fx)
+            continue;
         sums.length_before += length;
         sums.length_now += distance(now[i]);
         ++sums.pairs;
@@ -90,8 +85,8 @@ Sums sum_change(const TemplateData& data, std::span<const Places> before,
 
 std::optional<Change> change_of(const Sums& sums) {
     const double spread = sums.squares - std::norm(sums.before) / sums.vertices;
-    if (sums.vertices < kMinVertices || sums.pairs < kMinVertices || !(spread > 0) ||
-        !(sums.length_before > 0 && sums.length_now > 0))
+    if (sums.vertices < BaselineDrift::kMinVertices || sums.pairs < BaselineDrift::kMinVertices ||
+        !(spread > 0) || !(sums.length_before > 0 && sums.length_now > 0))
         return std::nullopt;
     const double scale =
         std::abs(sums.products - std::conj(sums.before) * sums.now / sums.vertices) / spread;
@@ -102,15 +97,15 @@ std::optional<Change> change_of(const Sums& sums) {
 }  // namespace
 
 void DisparityWatch::make_room() {
-    places_.reserve(kMostVertices);
-    places_now_.reserve(kMostVertices);
+    places_.reserve(BaselineDrift::kMaxVertices);
+    places_now_.reserve(BaselineDrift::kMaxVertices);
 }
 
 void DisparityWatch::add_frame(const TemplateData& data,
                                std::span<const defrec_surface_sample> samples) {
     take_places(samples, places_now_);
     ++age_;
-    if (age_ > kOldest) {
+    if (age_ > BaselineDrift::kOldest) {
         places_.clear();
         usual_.reset();
     }
@@ -130,7 +125,7 @@ void DisparityWatch::add_frame(const TemplateData& data,
     const std::optional<Change> since_template = change_of(sum_change(data, places_now_, places_));
     const bool fits = since_template && std::abs(since_template->by_length) < std::abs(slip_) / 2;
     frames_that_fit_ = fits ? frames_that_fit_ + 1 : 0;
-    if (frames_that_fit_ == kFramesToFit) slip_ = 0;
+    if (frames_that_fit_ == BaselineDrift::kFramesToFit) slip_ = 0;
 }
 
 void DisparityWatch::judge(const Change& change) {
@@ -139,9 +134,9 @@ void DisparityWatch::judge(const Change& change) {
         const double by_scale = change.by_scale - frames * usual_->by_scale,
                      by_length = change.by_length - frames * usual_->by_length;
         if (by_scale * by_length > 0 &&
-            std::min(std::abs(by_scale), std::abs(by_length)) > frames * kMinJump) {
+            std::min(std::abs(by_scale), std::abs(by_length)) > frames * BaselineDrift::kMinJump) {
             slip_ += by_scale;  // lengths on slopes change by more
-            if (std::abs(slip_) < kMinJump) slip_ = 0;
+            if (std::abs(slip_) < BaselineDrift::kMinJump) slip_ = 0;
             frames_that_fit_ = 0;
             return;
         }

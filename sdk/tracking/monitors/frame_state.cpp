@@ -11,7 +11,9 @@
 namespace defrec {
 namespace {
 
-constexpr uint32_t kStep = 4;  // px, of the pixels that are looked at
+using decisions::Images;
+
+constexpr uint32_t kStep = Images::kPixelStep;
 
 // The first row from that one on of those that are a step apart, of which this is the first.
 uint32_t align_row(uint32_t from, uint32_t first, uint32_t step) {
@@ -27,7 +29,7 @@ void add_batch(Batch& batch, size_t filled, GraySums& sums, WordHash& hash) {
     for (const uint32_t value : batch) {
         sum += value;
         squares += value * value;
-        saturated += value >= 250;
+        saturated += value >= Images::kSaturatedFrom;
     }
     for (size_t i = 0; i < batch.size(); i += sizeof(uint64_t)) hash.add(&batch[i]);
     sums.sum += sum;
@@ -58,8 +60,7 @@ void add_row(const uint8_t* row, const int32_t* row_map, uint32_t width, GraySum
 
 void add_differences(const uint8_t* gray, uint32_t width, uint32_t height, RowRange rows,
                      GraySums& sums) {
-    // About 64 rows of the image, each a first one of a pair.
-    const uint32_t step = std::max(kStep, height / 64 / kStep * kStep);
+    const uint32_t step = std::max(kStep, height / Images::kRowPairs / kStep * kStep);
     const uint32_t columns = (width + kStep / 2 - 1) / kStep;
     for (uint32_t y = align_row(rows.first, kStep / 2, step); y < rows.last && y + 2 < height;
          y += step) {
@@ -78,8 +79,7 @@ void add_differences(const uint8_t* gray, uint32_t width, uint32_t height, RowRa
 
 // See ImageStatistics::row_ratio; 0 where rows differ by less than a rounding error.
 double row_ratio(const GraySums& sums) {
-    constexpr uint64_t kLeastDifference = 4;  // of rows two apart, 1/16 gray level
-    if (16 * sums.two_apart <= kLeastDifference * sums.differences) return 0;
+    if (16 * sums.two_apart <= Images::kMinRowDifference * sums.differences) return 0;
     return static_cast<double>(sums.beside) / static_cast<double>(sums.two_apart);
 }
 
@@ -190,29 +190,33 @@ Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_fo
         static_cast<double>(evidence.vertices_inside) /
         static_cast<double>(std::max<uint64_t>(1, data.first_counts().vertices));
     const double confirmed = evidence.confirmed_share(), observed = evidence.observed_share();
-    // A wrong surface confirms one patch in fifty by chance, a right one in heavy smoke one in ten.
-    // What was followed up to here needs less evidence than what is said to be found again.
-    const uint32_t min_patches = was_found ? 30 : 60;
-    const double min_share = was_found ? 0.05 : 0.12;
+    using decisions::FrameFound, decisions::Reasons;
+    const uint32_t min_patches = FrameFound::kMinPatches.after(was_found);
+    const double min_share = FrameFound::kMinPatchShare.after(was_found);
     // An image as rich in features as the template's that shows none of them shows other tissue.
-    // Its patches still agree by chance, more of them where texture and depth are alike.
-    const bool is_other_tissue = 2 * size_t{evidence.features} >= data.landmarks.size() &&
-                                 !data.landmarks.empty() && evidence.inliers < 10 &&
-                                 confirmed < 0.12;
+    const bool has_few_matches = evidence.inliers < FrameFound::kFewMatches;
+    const bool is_other_tissue =
+        FrameFound::kOtherTissueFeatures.denominator * evidence.features >=
+            FrameFound::kOtherTissueFeatures.numerator * data.landmarks.size() &&
+        !data.landmarks.empty() && has_few_matches && confirmed < FrameFound::kOtherTissueShare;
     const bool patches_agree = evidence.patches_confirmed >= min_patches && confirmed >= min_share;
-    const bool features_agree =
-        evidence.patches_confirmed >= 20 && confirmed >= min_share && evidence.inliers >= 15;
+    const bool features_agree = evidence.patches_confirmed >= FrameFound::kMinPatchesWithMatches &&
+                                confirmed >= min_share &&
+                                evidence.inliers >= FrameFound::kMinMatches;
     verdict.found = !is_other_tissue && (patches_agree || features_agree) &&
-                    (observed >= 0.1 || !uses_depth) && inside_share >= 0.05;
+                    (observed >= FrameFound::kMinDepthShare || !uses_depth) &&
+                    inside_share >= FrameFound::kMinInsideShare;
 
     if (evidence.confirms_few()) verdict.reasons |= DEFREC_REASON_LOW_CONTRAST;
-    if (evidence.inliers < 10) verdict.reasons |= DEFREC_REASON_FEW_MATCHES;
+    if (has_few_matches) verdict.reasons |= DEFREC_REASON_FEW_MATCHES;
     const double inside = std::max(1u, evidence.vertices_inside);
-    if (evidence.vertices_occluded / inside > 0.25) verdict.reasons |= DEFREC_REASON_OCCLUDED;
-    if (uses_depth && evidence.vertices_without_depth / inside > 0.5)
+    if (evidence.vertices_occluded / inside > Reasons::kOccludedShare)
+        verdict.reasons |= DEFREC_REASON_OCCLUDED;
+    if (uses_depth && evidence.vertices_without_depth / inside > Reasons::kNoDepthShare)
         verdict.reasons |= DEFREC_REASON_NO_DEPTH;
-    if (evidence.mean_residual_mm > 1.0) verdict.reasons |= DEFREC_REASON_LARGE_RESIDUAL;
-    if (inside_share < 0.5) verdict.reasons |= DEFREC_REASON_OUT_OF_VIEW;
+    if (evidence.mean_residual_mm > Reasons::kLargeResidual)
+        verdict.reasons |= DEFREC_REASON_LARGE_RESIDUAL;
+    if (inside_share < Reasons::kOutOfViewShare) verdict.reasons |= DEFREC_REASON_OUT_OF_VIEW;
     verdict.degraded = (verdict.reasons & ~static_cast<uint32_t>(DEFREC_REASON_FEW_MATCHES)) != 0;
     return verdict;
 }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/frame/frame_output.hpp"
 
 namespace defrec {
@@ -13,16 +14,15 @@ namespace defrec {
 struct ImageStatistics {
     double mean = 0;             // gray levels
     double deviation = 0;        // standard deviation, gray levels
-    double saturated_share = 0;  // pixels at 250 or above
+    double saturated_share = 0;  // of the pixels
     uint64_t hash = 0;           // of the pixels looked at
     // Difference of rows beside each other over that of rows two apart, means of the absolute
-    // values: 0.54 to 0.97 in pictures of tissue, 1 in noise, more where every other row is of
-    // another time. 0: not known.
+    // values: large where every other row is of another time. 0: not known.
     double row_ratio = 0;
     double standing = 0;  // of the blocks with texture, those that are as in the frame before
-    bool dark() const { return mean < 6; }
-    bool saturated() const { return saturated_share > 0.6; }
-    bool interlaced() const { return row_ratio > 1.2; }
+    bool dark() const { return mean < decisions::Images::kDark; }
+    bool saturated() const { return saturated_share > decisions::Images::kSaturatedShare; }
+    bool interlaced() const { return row_ratio > decisions::Images::kInterlacedRatio; }
 };
 // Rows of an image from the first up to the one before the last.
 struct RowRange {
@@ -42,9 +42,6 @@ GraySums sum_gray(const uint8_t* gray, uint32_t width, uint32_t height, RowRange
 // parts: that together are the image, in their order. The hash is of these parts.
 ImageStatistics image_statistics(std::span<const GraySums> parts);
 
-// Share of the patches expected: where fewer are found as predicted, few are.
-constexpr double kFewConfirmed = 0.45;
-
 struct Evidence {
     uint32_t vertices_inside = 0;  // in the image
     uint32_t vertices_observed = 0;
@@ -62,7 +59,7 @@ struct Evidence {
     double confirmed_share() const {
         return patches_expected > 0 ? static_cast<double>(patches_confirmed) / patches_expected : 0;
     }
-    bool confirms_few() const { return confirmed_share() < kFewConfirmed; }
+    bool confirms_few() const { return confirmed_share() < decisions::WideSearch::kFewConfirmed; }
 };
 // Sums over a run of vertices.
 struct VertexEvidence {
@@ -74,9 +71,11 @@ VertexEvidence weigh_vertices(std::span<const defrec_surface_sample> samples);
 // surface has it to where it was found; NaN where it was not found or not expected.
 void measure_patches(const TemplateData& data, const FrameOutput& output, size_t first,
                      std::span<double> patch_px2);
-// Whether such a value is confirmed: its patch was found where the deformed surface has it, within
-// 2 px.
-inline bool is_confirmed(double patch_px2) { return patch_px2 <= 4; }
+// Whether such a value is confirmed: its patch was found where the deformed surface has it.
+inline bool is_confirmed(double patch_px2) {
+    constexpr double kDistance = decisions::FrameFound::kConfirmedDistance;
+    return patch_px2 <= kDistance * kDistance;
+}
 // runs: of all vertices, in their order.
 Evidence weigh_evidence(const FrameOutput& output, std::span<const VertexEvidence> runs,
                         std::span<const double> patch_px2);

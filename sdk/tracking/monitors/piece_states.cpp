@@ -42,13 +42,14 @@ void PieceStates::reset(size_t pieces, bool are_found) {
     misses_one_ = false;
 }
 
-// A wrong place confirms one patch in fifty by chance. What was followed up to here needs less
-// evidence than what is said to be found again.
 bool PieceStates::is_found(size_t piece, const PieceEvidence& evidence, bool uses_depth) const {
     const bool was_found = pieces_[piece].state != DEFREC_LOST;
-    return evidence.patches_confirmed >= (was_found ? 5 : 10) &&
-           evidence.patches_confirmed >= (was_found ? 0.05 : 0.12) * evidence.patches_expected &&
-           (evidence.vertices_measured >= 0.1 * evidence.vertices_inside || !uses_depth);
+    using decisions::Pieces;
+    return evidence.patches_confirmed >= Pieces::kMinPatches.after(was_found) &&
+           evidence.patches_confirmed >=
+               Pieces::kMinPatchShare.after(was_found) * evidence.patches_expected &&
+           (evidence.vertices_measured >= Pieces::kMinDepthShare * evidence.vertices_inside ||
+            !uses_depth);
 }
 
 bool PieceStates::shows_any(const PieceEvidences& evidence, bool uses_depth) const {
@@ -65,7 +66,8 @@ void PieceStates::end_frame(uint32_t state, const PieceEvidences& evidence, bool
         uint32_t own = state;
         if (count_ > 1 && state != DEFREC_LOST) {
             const bool confirms_few =
-                evidence[i].patches_confirmed < kFewConfirmed * evidence[i].patches_expected;
+                evidence[i].patches_confirmed <
+                decisions::WideSearch::kFewConfirmed * evidence[i].patches_expected;
             own = !is_found(i, evidence[i], uses_depth) ? DEFREC_LOST
                   : piece.state == DEFREC_LOST          ? DEFREC_RELOCALISED
                   : confirms_few                        ? DEFREC_DEGRADED

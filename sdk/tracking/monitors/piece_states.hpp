@@ -14,7 +14,11 @@ struct PieceEvidence {
     uint32_t patches_expected = 0, patches_confirmed = 0;
 
     // Enough of the piece lies in the image to be found there.
-    bool is_expected() const { return vertices_inside > 0 && 20 * vertices_inside >= vertices; }
+    bool is_expected() const {
+        constexpr decisions::Ratio kShare = decisions::Pieces::kExpectedShare;
+        return vertices_inside > 0 &&
+               kShare.denominator * vertices_inside >= kShare.numerator * vertices;
+    }
 };
 using PieceEvidences = std::array<PieceEvidence, kMaxPieces>;
 // vertex_pieces: per vertex. whole, patch_px2: of the whole surface, and of measure_patches

@@ -4,7 +4,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -12,19 +11,14 @@
 namespace defrec {
 namespace {
 
-constexpr size_t kMinMatches = 30;
-constexpr double kStepSigma = 0.3;   // px, of a match
-constexpr double kLagSigma = 1.5;    // frames, before anything is known
-constexpr double kMinLag = 0.12;     // frames; less is the noise of a right rig
-constexpr double kSignificance = 5;  // standard deviations
-constexpr double kMemory = 0.97;     // of a frame's weight after the next: about a second
-// Matches of one frame err alike where stereo's windows or the image's compression do.
-constexpr double kIndependentShare = 0.2;
+using decisions::RigRows;
 
 // Information on offset (px), roll (px per px) and ratio of focal lengths less 1, before anything
 // is known.
 Eigen::Vector3d prior_information() {
-    return {1 / (20.0 * 20), 1 / (0.05 * 0.05), 1 / (0.05 * 0.05)};
+    return {1 / (RigRows::kPriorOffset * RigRows::kPriorOffset),
+            1 / (RigRows::kPriorRoll * RigRows::kPriorRoll),
+            1 / (RigRows::kPriorRatio * RigRows::kPriorRatio)};
 }
 
 struct Fit {
@@ -44,7 +38,7 @@ struct Prior {
 // Iteratively reweighted least squares from these values on, with Tukey's kernel as wide in each
 // step as widths (px) say. with_lag: else the lag is 0.
 Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const Eigen::Vector4d& start,
-             std::initializer_list<double> widths, bool with_lag) {
+             std::span<const double> widths, bool with_lag) {
     using Pair = Eigen::Array2d;  // of two matches
     constexpr RowMatch kNoMatch{0, 0, 1e9, 0};
     const double lag_sign = with_lag ? -1 : 0;
@@ -68,7 +62,7 @@ Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const Eigen:
                 weighted[i] += of_row * step;
             }
         }
-        constexpr double kInformation = 1 / (kStepSigma * kStepSigma);
+        constexpr double kInformation = 1 / (RigRows::kStepSigma * RigRows::kStepSigma);
         fit.matches = sums[0][0].sum();
         for (int i = 0; i < 4; ++i) {
             for (int j = 0; j <= i; ++j)
@@ -78,9 +72,10 @@ Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const Eigen:
         fit.values =
             (prior.information + fit.information).ldlt().solve(prior.weighted + fit.weighted);
     }
-    const Eigen::Matrix4d covariance = (prior.information + kIndependentShare * fit.information)
-                                           .ldlt()
-                                           .solve(Eigen::Matrix4d::Identity());
+    const Eigen::Matrix4d covariance =
+        (prior.information + RigRows::kIndependentShare * fit.information)
+            .ldlt()
+            .solve(Eigen::Matrix4d::Identity());
     fit.lag_sigma = std::sqrt(covariance(3, 3));
     return fit;
 }
@@ -110,26 +105,27 @@ void match_rows(const TemplateData& data, const FrameOutput& output,
 
 RigEstimate RigMonitor::update(std::span<const RowMatch> matches) {
     is_late_ = false;
-    if (matches.size() < kMinMatches) return estimate(0);
+    if (matches.size() < RigRows::kMinMatches) return estimate(0);
     Prior prior;
     prior.information.topLeftCorner<3, 3>() = information_;
     prior.information.diagonal().head<3>() += prior_information();
-    prior.information(3, 3) = 1 / (kLagSigma * kLagSigma);
+    prior.information(3, 3) = 1 / (RigRows::kLagSigma * RigRows::kLagSigma);
     prior.weighted.head<3>() = weighted_;
     const Eigen::Vector4d mean = prior.information.ldlt().solve(prior.weighted);
-    const Fit with_lag = fit_rows(matches, prior, mean, {24, 12, 6, 3, 1.5, 1.5}, true);
+    const Fit with_lag = fit_rows(matches, prior, mean, RigRows::kTukeyWidths, true);
     const double lag = with_lag.values[3];
-    is_late_ = std::abs(lag) > std::max(kMinLag, kSignificance * with_lag.lag_sigma);
-    information_ *= kMemory;
-    weighted_ *= kMemory;
-    twist_squares_ *= kMemory;
-    twist_weighted_ *= kMemory;
-    matches_ *= kMemory;
+    is_late_ =
+        std::abs(lag) > std::max(RigRows::kMinLag, RigRows::kSignificance * with_lag.lag_sigma);
+    information_ *= RigRows::kMemory;
+    weighted_ *= RigRows::kMemory;
+    twist_squares_ *= RigRows::kMemory;
+    twist_weighted_ *= RigRows::kMemory;
+    matches_ *= RigRows::kMemory;
     if (is_late_) return estimate(lag);
-    const Fit without = fit_rows(matches, prior, with_lag.values, {3, 1.5, 1.5}, false);
+    const Fit without = fit_rows(matches, prior, with_lag.values, RigRows::kNextTukeyWidths, false);
     add_twist(matches, without.values.head<3>());
-    information_ += kIndependentShare * without.information.topLeftCorner<3, 3>();
-    weighted_ += kIndependentShare * without.weighted.head<3>();
+    information_ += RigRows::kIndependentShare * without.information.topLeftCorner<3, 3>();
+    weighted_ += RigRows::kIndependentShare * without.weighted.head<3>();
     matches_ += without.matches;
     return estimate(0);
 }
@@ -137,11 +133,10 @@ RigEstimate RigMonitor::update(std::span<const RowMatch> matches) {
 // What offset, roll and ratio leave, as far as it grows with x y. A kernel as narrow as theirs
 // would leave out the corners, which say most of it.
 void RigMonitor::add_twist(std::span<const RowMatch> matches, const Eigen::Vector3d& fit) {
-    constexpr double kLargest = 6;  // px; more is a wrong match
     for (const RowMatch& match : matches) {
         const double left = match.step - fit[0] - match.x * fit[1] - match.y * fit[2],
                      place = 4 * match.x * match.y / (double(width_) * height_);
-        if (std::abs(left) > kLargest) continue;
+        if (std::abs(left) > RigRows::kMaxDistortionResidual) continue;
         twist_squares_ += place * place;
         twist_weighted_ += place * left;
     }
@@ -149,7 +144,7 @@ void RigMonitor::add_twist(std::span<const RowMatch> matches, const Eigen::Vecto
 
 double RigMonitor::row_error() const {
     const RigEstimate now = estimate(0);
-    if (now.matches < 3 * kMinMatches) return 0;
+    if (now.matches < RigRows::kMinRowMatches) return 0;
     const double roll = std::tan(now.roll_deg * std::numbers::pi / 180),
                  along = now.focal_ratio - 1;
     const double squared = double(now.vertical_offset_px) * now.vertical_offset_px +
@@ -170,7 +165,7 @@ RigEstimate RigMonitor::estimate(double lag) const {
     estimate.roll_deg = static_cast<float>(std::atan(mean[1]) * 180 / std::numbers::pi);
     estimate.focal_ratio = static_cast<float>(1 + mean[2]);
     estimate.matches = static_cast<uint32_t>(matches_);
-    if (matches_ >= 10 * kMinMatches && twist_squares_ > 0)
+    if (matches_ >= RigRows::kMinDistortionMatches && twist_squares_ > 0)
         estimate.twist_px = static_cast<float>(twist_weighted_ / twist_squares_);
     return estimate;
 }

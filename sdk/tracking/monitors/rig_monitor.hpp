@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/frame/frame_output.hpp"
 #include "sdk/tracking/frame/rig_estimate.hpp"
 
@@ -39,14 +40,12 @@ class RigMonitor {
     bool is_late() const { return is_late_; }
     // Whether rows have disagreed by more than stereo bears, over the last frames.
     bool is_out_of_calibration() const {
-        return std::hypot(row_error(), twist_error()) > kMaxRowError;
+        return std::hypot(row_error(), twist_error()) > decisions::RigRows::kMaxRowError;
     }
     // Whether offset, roll and ratio are worth a new map.
-    bool wants_correction() const { return row_error() > kCorrectedRowError; }
+    bool wants_correction() const { return row_error() > decisions::RigRows::kCorrectedRowError; }
 
   private:
-    static constexpr double kMaxRowError = 0.4, kCorrectedRowError = 0.15;  // px
-
     RigEstimate estimate(double lag) const;
     void add_twist(std::span<const RowMatch> matches, const Eigen::Vector3d& fit);
     // Root mean squares over the image, px, by offset, roll and ratio, and by the twist; 0 where

@@ -6,12 +6,10 @@
 #include <optional>
 
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {
-
-// Share of the vertices in the image; fewer do not tell how the rest moved.
-constexpr double kMinSeen = 0.05;
 
 struct Pixel {
     double x, y;
@@ -63,7 +61,9 @@ void StaleVertices::find(const Rig& rig, std::array<StandingBlocks, 2>& blocks,
             }) == 0)
             steps_.push_back(squared_step(rig.camera(), before[i], now[i]));
     }
-    if (static_cast<double>(steps_.size()) <= kMinSeen * static_cast<double>(inside)) return;
+    if (static_cast<double>(steps_.size()) <=
+        decisions::FrozenImages::kMinSeen * static_cast<double>(inside))
+        return;
     const auto middle = steps_.begin() + static_cast<std::ptrdiff_t>(steps_.size() / 2);
     std::nth_element(steps_.begin(), middle, steps_.end());
     for (StandingBlocks& of_view : blocks) of_view.others_moved(std::sqrt(*middle));

@@ -9,11 +9,9 @@
 namespace defrec {
 namespace {
 
-constexpr uint32_t kSide = 32;  // px, of a block
-// Rows of it that are looked at. Statistics of the image were taken of them, so they are in caches.
-constexpr uint32_t kFirstRow = 2, kRowStep = 8;
-constexpr int kMinContrast = 8;         // gray levels; noise alone has less
-constexpr float kMostStandingPx = 0.5;  // of motion elsewhere
+using decisions::FrozenImages;
+
+constexpr uint32_t kSide = FrozenImages::kBlock;
 
 size_t place(double at, uint32_t blocks) {
     return static_cast<size_t>(std::clamp(at / kSide, 0.0, blocks - 1.0));
@@ -42,7 +40,7 @@ void StandingBlocks::add_part(const uint8_t* gray, size_t part) {
         for (uint32_t column = 0; column < columns_; ++column) {
             WordHash hash;
             uint8_t least = 255, most = 0;
-            for (uint32_t y = kFirstRow; y < side_y; y += kRowStep) {
+            for (uint32_t y = FrozenImages::kFirstRow; y < side_y; y += FrozenImages::kRowStep) {
                 const uint8_t* pixels =
                     gray + (size_t{row} * kSide + y) * width_ + size_t{column} * kSide;
                 for (uint32_t x = 0; x < side_x; ++x) {
@@ -53,7 +51,8 @@ void StandingBlocks::add_part(const uint8_t* gray, size_t part) {
                     hash.add(pixels + x);
             }
             Block& block = blocks_[size_t{row} * columns_ + column];
-            const bool had_texture = std::exchange(block.has_texture, most - least >= kMinContrast);
+            const bool had_texture =
+                std::exchange(block.has_texture, most - least >= FrozenImages::kMinContrast);
             block.stands =
                 has_image_ && had_texture && block.has_texture && hash.value() == block.hash;
             if (!block.stands) block.others_px = 0;
@@ -79,7 +78,7 @@ void StandingBlocks::others_moved(double px) {
 
 bool StandingBlocks::is_stale(double x, double y) const {
     const Block& block = blocks_[block_of(x, y)];
-    return block.stands && block.others_px >= kMostStandingPx;
+    return block.stands && block.others_px >= FrozenImages::kStaleMotion;
 }
 
 size_t StandingBlocks::block_of(double x, double y) const {

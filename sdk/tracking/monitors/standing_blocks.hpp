@@ -30,8 +30,7 @@ class StandingBlocks {
 
     // What is seen elsewhere has moved by so much, px, since the frame before.
     void others_moved(double px);
-    // Whether what is seen elsewhere has moved by half a pixel or more since the block of a pixel
-    // stands.
+    // Whether what is seen elsewhere has moved on since the block of a pixel stands.
     bool is_stale(double x, double y) const;
 
   private:

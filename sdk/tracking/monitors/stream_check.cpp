@@ -6,10 +6,7 @@
 namespace defrec {
 namespace {
 
-constexpr double kMinDeviation = 1.5;  // gray levels, of an image with texture
-// Shares of the blocks with texture: a clock may run on in a view that stands, and compression may
-// leave much of a view that moves as it was.
-constexpr double kStanding = 0.95, kMoving = 0.5;
+using decisions::Images, decisions::FrozenImages;
 
 // Timestamps may lie farther apart than their type can say.
 int64_t step_between(int64_t earlier, int64_t later) {
@@ -25,19 +22,23 @@ uint32_t StreamCheck::reasons(uint64_t frame, int64_t timestamp_ns, const ImageS
     if (left.dark() || right.dark()) reasons |= DEFREC_REASON_DARK;
     if (left.dark() != right.dark()) reasons |= DEFREC_REASON_ONE_VIEW;
     if (left.saturated() || right.saturated()) reasons |= DEFREC_REASON_SATURATED;
-    if (std::max(left.deviation, right.deviation) < kMinDeviation)
+    if (std::max(left.deviation, right.deviation) < Images::kMinDeviation)
         reasons |= DEFREC_REASON_NO_TEXTURE;
     if (left.interlaced() || right.interlaced()) reasons |= DEFREC_REASON_INTERLACED;
     if (frame > 0) {
-        const bool left_stands = left.hash == last_hash_[0] || left.standing >= kStanding,
-                   right_stands = right.hash == last_hash_[1] || right.standing >= kStanding;
+        const bool left_stands =
+                       left.hash == last_hash_[0] || left.standing >= FrozenImages::kFrozenShare,
+                   right_stands =
+                       right.hash == last_hash_[1] || right.standing >= FrozenImages::kFrozenShare;
         if (left_stands && right_stands) reasons |= DEFREC_REASON_FROZEN;
-        if (left_stands != right_stands && (left_stands ? right : left).standing < kMoving)
+        if (left_stands != right_stands &&
+            (left_stands ? right : left).standing < FrozenImages::kMovingShare)
             reasons |= DEFREC_REASON_VIEW_LATE;
         const int64_t step = step_between(last_timestamp_, timestamp_ns);
         if (frame > 1 && usual_step_ > 0 && step - usual_step_ > usual_step_)
             reasons |= DEFREC_REASON_GAP;
-        usual_step_ = usual_step_ == 0 ? step : usual_step_ + (step - usual_step_) / 8;
+        usual_step_ =
+            usual_step_ == 0 ? step : usual_step_ + (step - usual_step_) / Images::kStepMemory;
     }
     last_hash_[0] = left.hash;
     last_hash_[1] = right.hash;

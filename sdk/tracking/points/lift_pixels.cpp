@@ -12,6 +12,7 @@
 #include "sdk/template/node_anchor.hpp"
 #include "sdk/template/pixel_buckets.hpp"
 #include "sdk/template/surface.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/points/point_motion.hpp"
 
 namespace defrec {
@@ -84,7 +85,10 @@ class Beside {
         input_.width = data.width;
         input_.height = data.height;
         input_.disparity = frame.disparity.data();
-        radius_ = std::max(3, static_cast<int>(std::lround(kReach * data.grid.spacing)));
+        using decisions::BesideSurface;
+        radius_ = std::max(
+            BesideSurface::kMinBesideReach,
+            static_cast<int>(std::lround(BesideSurface::kBesideReach * data.grid.spacing)));
         nodes_ = node_positions(data.nodes, frame.motions);
     }
 
@@ -105,7 +109,6 @@ class Beside {
     }
 
   private:
-    static constexpr double kReach = 3;  // steps of the surface's grid
     const Template& surface_;
     const LiftFrame& frame_;
     CaptureInput input_;

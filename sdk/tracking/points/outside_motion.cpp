@@ -8,26 +8,14 @@
 
 #include "backends/shared/motion.hpp"
 #include "sdk/body/deep_motion.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {
 
-constexpr double kCellShare = 1.0 / 8;  // of the first view's width
-constexpr double kApart = 0.9;          // of a cell's width, between two of them
-constexpr size_t kMaxCells = 56;
-constexpr std::ptrdiff_t kMinCells = 6;  // that are seen
-constexpr double kLeastFull = 0.3;       // of the fullest cell's vertices
-constexpr size_t kSamples = 50;          // vertices of a cell that are looked at
-constexpr double kSeenShare = 0.05;      // of these, that must be seen
-constexpr double kLengthShare = 0.4;     // of the first view's width
-constexpr double kLeastSpread = 0.35;    // of what is seen, across, in distances between cells
-constexpr double kStartMm = 1;           // displacements before anything is learnt
-constexpr double kStartFrames = 4;       // for which that counts
-constexpr double kForget = 0.985;        // per frame
-constexpr double kNoiseMm = 0.05;
+using Decision = decisions::OutsideMotion;
+
 constexpr double kJitter = 1e-6;
-constexpr double kVarianceShare = 0.7;  // of what kriging says, fitted to rendered scenes
-constexpr uint32_t kEvery = 4;          // frames, where something is hidden and nothing outside
 
 Eigen::Vector3d as_vector(const float* xyz) {
     return Eigen::Map<const Eigen::Vector3f>(xyz).cast<double>();
@@ -49,7 +37,9 @@ Eigen::Map<const Eigen::VectorXd> as_column(const Eigen::Matrix3Xd& values) {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 // Errors of neighbouring vertices are alike: a mean of many is no better than each.
-double noise_mm2(double error_mm2) { return kNoiseMm * kNoiseMm + 2 * error_mm2; }
+double noise_mm2(double error_mm2) {
+    return Decision::kNoise * Decision::kNoise + Decision::kErrorShare * error_mm2;
+}
 
 Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& signal, const Eigen::VectorXd& noise) {
     Eigen::MatrixXd sum = signal;
@@ -93,22 +83,22 @@ int32_t nearest(const std::vector<Eigen::Vector3d>& centres, const Eigen::Vector
 OutsidePiece::OutsidePiece(const Template& surface, size_t piece) {
     const TemplateData& data = surface.data();
     const double width = view_width_mm(surface, piece);
-    length_mm_ = kLengthShare * width;
-    apart_mm_ = kApart * kCellShare * width;
+    length_mm_ = Decision::kLengthShare * width;
+    apart_mm_ = Decision::kApart * Decision::kCellShare * width;
     std::vector<uint32_t> own;
     for (size_t i = 0; i < data.vertices.size(); ++i)
         if (surface.vertex_pieces()[i] == piece) own.push_back(static_cast<uint32_t>(i));
     std::vector<Eigen::Vector3d> centres;
     double squared = 0;
-    for (;; apart_mm_ *= 1.2) {
+    for (;; apart_mm_ *= Decision::kCellGrowth) {
         centres.clear();
         for (const uint32_t vertex : own) {
             const Eigen::Vector3d place = as_vector(data.vertices[vertex].position);
             nearest(centres, place, squared);
             if (squared >= apart_mm_ * apart_mm_) centres.push_back(place);
-            if (centres.size() > kMaxCells) break;
+            if (centres.size() > Decision::kMaxCells) break;
         }
-        if (centres.size() <= kMaxCells) break;
+        if (centres.size() <= Decision::kMaxCells) break;
     }
     cell_of_.assign(data.vertices.size(), -1);
     double fullest = 0;
@@ -123,7 +113,7 @@ OutsidePiece::OutsidePiece(const Template& surface, size_t piece) {
     assign();
     std::vector<Eigen::Vector3d> full;
     for (size_t i = 0; i < centres.size(); ++i)
-        if (count_[i] >= kLeastFull * fullest) full.push_back(centres[i]);
+        if (count_[i] >= Decision::kMinFullness * fullest) full.push_back(centres[i]);
     centres = std::move(full);
     assign();
     const auto count = static_cast<Eigen::Index>(centres.size());
@@ -138,7 +128,7 @@ OutsidePiece::OutsidePiece(const Template& surface, size_t piece) {
     size_t most = 0;
     for (size_t cell = 0; cell < of_cell.size(); ++cell) {
         const std::vector<uint32_t>& all = of_cell[cell];
-        const size_t used = std::min(all.size(), kSamples);
+        const size_t used = std::min(all.size(), Decision::kSamples);
         most = std::max(most, used);
         for (size_t k = 0; k < used; ++k) {
             const uint32_t vertex = all[k * all.size() / used];
@@ -146,7 +136,8 @@ OutsidePiece::OutsidePiece(const Template& surface, size_t piece) {
                                 as_vector(data.vertices[vertex].position).cast<float>()});
         }
     }
-    least_seen_ = static_cast<uint32_t>(std::max(3.0, kSeenShare * static_cast<double>(most)));
+    least_seen_ = static_cast<uint32_t>(
+        std::max(Decision::kMinSeen, Decision::kSeenShare * static_cast<double>(most)));
     own_kernel_ = kernel(rest_, rest_);
     own_kernel_.diagonal().array() += kJitter;
     factor_.compute(own_kernel_);
@@ -163,7 +154,7 @@ void OutsidePiece::learn_from(const OutsidePiece& before) {
     const Eigen::MatrixXd across = before.weights(rest_), spread = on_axes(across);
     const Eigen::MatrixXd left = own_kernel_ - across * before.kernel(before.rest_, rest_);
     products_ = spread * before.products_ * spread.transpose() +
-                before.frames_ * kStartMm * kStartMm * on_axes(left);
+                before.frames_ * Decision::kStart * Decision::kStart * on_axes(left);
     frames_ = before.frames_;
     for (size_t i = 0; i < cells(); ++i) {
         Eigen::Index nearest = 0;
@@ -209,7 +200,7 @@ bool OutsidePiece::read_cells(const Seen& seen) {
         return std::count_if(count_.begin(), count_.end(),
                              [&](uint32_t count) { return count >= least; });
     };
-    const uint32_t least = of_at_least(least_seen_) >= kMinCells ? least_seen_ : 1;
+    const uint32_t least = of_at_least(least_seen_) >= Decision::kMinCells ? least_seen_ : 1;
     const std::ptrdiff_t used = of_at_least(least);
     data_.rest.resize(3, used);
     data_.now.resize(3, used);
@@ -224,12 +215,13 @@ bool OutsidePiece::read_cells(const Seen& seen) {
         data_.error_mm2[next++] = sum_error_mm2_[cell] / count_[i];
         age_[i] = 0;
     }
-    if (used < kMinCells) return false;
+    if (used < Decision::kMinCells) return false;
     // A row of cells does not tell how the surface turns about it.
     const Eigen::Matrix3Xd apart = data_.rest.colwise() - data_.rest.rowwise().mean();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(
         apart * apart.transpose() / static_cast<double>(used), Eigen::EigenvaluesOnly);
-    return spread.eigenvalues()[1] > kLeastSpread * kLeastSpread * apart_mm_ * apart_mm_;
+    return spread.eigenvalues()[1] >
+           Decision::kMinSpread * Decision::kMinSpread * apart_mm_ * apart_mm_;
 }
 
 void OutsidePiece::add_lost_frame() {
@@ -242,15 +234,15 @@ bool OutsidePiece::add_frame(const Seen& seen) {
     if (seen.is_apart) return solve();
     if (data_.rest.cols() == rest_.cols())
         learn_directly();
-    else if (all_frames_ % kEvery == 0)
+    else if (all_frames_ % Decision::kLearnEvery == 0)
         solve();
     return false;
 }
 
 void OutsidePiece::learn(const Eigen::VectorXd& displacements) {
-    products_ *= kForget;
+    products_ *= Decision::kForget;
     products_.noalias() += displacements * displacements.transpose();
-    frames_ = kForget * frames_ + 1;
+    frames_ = Decision::kForget * frames_ + 1;
 }
 
 // Kriging gives what is seen where every cell is.
@@ -266,9 +258,10 @@ void OutsidePiece::learn_directly() {
 // false: the numbers do not do.
 bool OutsidePiece::solve() {
     const Eigen::Index used = data_.rest.cols();
-    const Eigen::MatrixXd covariance = (kStartFrames * kStartMm * kStartMm * on_axes(own_kernel_) +
+    const Eigen::MatrixXd covariance = (Decision::kStartFrames * Decision::kStart *
+                                            Decision::kStart * on_axes(own_kernel_) +
                                         products_) /
-                                       (kStartFrames + frames_),
+                                       (Decision::kStartFrames + frames_),
                           across = weights(data_.rest), spread = on_axes(across),
                           to_cells = covariance * spread.transpose(), signal = spread * to_cells;
     // Means of parts of cells lie off the cells' means.
@@ -276,7 +269,7 @@ bool OutsidePiece::solve() {
         (1 - (across * own_kernel_).cwiseProduct(across).rowwise().sum().array()).max(0.0).matrix();
     Eigen::VectorXd noise(3 * used);
     for (Eigen::Index i = 0; i < used; ++i)
-        noise.segment<3>(3 * i).setConstant(kStartMm * kStartMm * left[i] +
+        noise.segment<3>(3 * i).setConstant(Decision::kStart * Decision::kStart * left[i] +
                                             noise_mm2(data_.error_mm2[i]));
 
     pose_ = fit_rigid(data_.rest, data_.now, Eigen::VectorXd::Ones(used));
@@ -320,8 +313,8 @@ bool OutsidePiece::solve() {
     for (Eigen::Index i = 0; i < rest_.cols(); ++i) {
         const auto rows = lever.middleRows<3>(3 * i);
         variance_[static_cast<size_t>(i)] =
-            kVarianceShare * (doubt.diagonal().segment<3>(3 * i).sum() +
-                              (rows * of_motion * rows.transpose()).trace()) +
+            Decision::kVarianceShare * (doubt.diagonal().segment<3>(3 * i).sum() +
+                                        (rows * of_motion * rows.transpose()).trace()) +
             unseen_mm2(i);
     }
     const Eigen::MatrixXd uncertain = doubt + of_pose * of_motion * of_pose.transpose();
@@ -333,12 +326,10 @@ bool OutsidePiece::solve() {
 
 // Variance of motion that a cell has for itself: since it was seen, and far from what is seen.
 double OutsidePiece::unseen_mm2(Eigen::Index cell) const {
-    constexpr double kMostMm = 0.8, kFarMm = 20;
-    constexpr uint32_t kLong = 15;  // frames
     const double nearest = (data_.rest.colwise() - rest_.col(cell)).colwise().norm().minCoeff(),
-                 far = std::clamp((nearest - apart_mm_ / 2) / kFarMm, 0.0, 1.0),
-                 unseen = std::min(age_[static_cast<size_t>(cell)], kLong);
-    return kMostMm * kMostMm * far * far * unseen / kLong;
+                 far = std::clamp((nearest - apart_mm_ / 2) / Decision::kFar, 0.0, 1.0),
+                 unseen = std::min(age_[static_cast<size_t>(cell)], Decision::kLong);
+    return Decision::kMost * Decision::kMost * far * far * unseen / Decision::kLong;
 }
 
 Eigen::Vector3d OutsidePiece::place(const Eigen::Vector3d& at_rest) const {

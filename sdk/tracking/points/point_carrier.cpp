@@ -8,12 +8,16 @@
 #include <new>
 
 #include "sdk/base/os/services.hpp"
+#include "sdk/body/decisions.hpp"
 #include "sdk/body/deep_motion.hpp"
 #include "sdk/template/surroundings.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {
+
+using decisions::BeneathSurface;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -78,7 +82,6 @@ int32_t nearest_vertex(const Template& surface, const Body* body, const BodyPoin
 }  // namespace
 
 PreparedPoint prepare_point(const Template& surface, const Body* body, const double xyz[3]) {
-    constexpr double kNearSteps = 2.5, kOnSurfaceSteps = 0.5, kOnSurfaceMm = 0.1, kBlendMm = 3;
     PreparedPoint point;
     point.is_finite = std::isfinite(xyz[0]) && std::isfinite(xyz[1]) && std::isfinite(xyz[2]);
     if (!point.is_finite) return point;
@@ -95,8 +98,9 @@ PreparedPoint prepare_point(const Template& surface, const Body* body, const dou
             point.at_rest - load3<double>(data.vertices[static_cast<size_t>(under)].position);
         point.vertex = under;
         point.depth_mm = depth_under(under);
-        if (dot(d, d) <= kNearSteps * kNearSteps * step * step &&
-            std::abs(point.depth_mm) <= kOnSurfaceSteps * step + kOnSurfaceMm)
+        if (dot(d, d) <= BeneathSurface::kNearSteps * BeneathSurface::kNearSteps * step * step &&
+            std::abs(point.depth_mm) <=
+                BeneathSurface::kOnSurfaceSteps * step + BeneathSurface::kOnSurface)
             return point;
     }
     if (body != nullptr) point.in_body = body->find(as_eigen(point.at_rest), surface.piece_at(xyz));
@@ -105,8 +109,9 @@ PreparedPoint prepare_point(const Template& surface, const Body* body, const dou
         point.depth_mm = depth_under(nearest);
     point.vertex = nearest;
     const double beneath =
-        point.depth_mm - (kOnSurfaceSteps * step_mm(data, nearest) + kOnSurfaceMm);
-    point.surface_share = 1 - smooth_step(beneath / kBlendMm);
+        point.depth_mm -
+        (BeneathSurface::kOnSurfaceSteps * step_mm(data, nearest) + BeneathSurface::kOnSurface);
+    point.surface_share = 1 - smooth_step(beneath / BeneathSurface::kBlend);
     return point;
 }
 
@@ -125,13 +130,12 @@ class RigidBeneath {
   public:
     explicit RigidBeneath(const CarryingSurface& frame) {
         const TemplateData& data = frame.surface.data();
-        constexpr size_t kEnough = 400;  // vertices of a piece
-        constexpr double kFloorMm = 0.15, kNothing = 1e-6;
+        constexpr double kNothing = 1e-6;
         for (size_t piece = 0; piece < data.pieces(); ++piece) {
             std::vector<size_t> own;
             for (size_t i = 0; i < data.vertices.size(); ++i)
                 if (frame.surface.vertex_pieces()[i] == piece) own.push_back(i);
-            const size_t step = std::max<size_t>(1, own.size() / kEnough),
+            const size_t step = std::max<size_t>(1, own.size() / BeneathSurface::kRigidVertices),
                          count = own.size() / step;
             Eigen::Matrix3Xd rest(3, count), now(3, count);
             Eigen::VectorXd weight(count);
@@ -146,11 +150,10 @@ class RigidBeneath {
                     evidence_of(static_cast<double>(frame.confidence.expected_error[i]));
             }
             if (!(weight.sum() > kNothing)) weight.setOnes();  // the surface stays where it was
-            motions_.push_back(fit_rigid_robust(rest, now, weight, kFloorMm));
+            motions_.push_back(fit_rigid_robust(rest, now, weight, decisions::DeepMotion::kFloor));
         }
     }
     BodyMotion::Moved move(const CarryingSurface& frame, const PreparedPoint& point) const {
-        constexpr double kFadeMm = 10;
         const auto vertex = static_cast<size_t>(point.vertex);
         const Eigen::Isometry3d& motion = motions_[frame.surface.vertex_pieces()[vertex]];
         const Eigen::Vector3d
@@ -161,8 +164,9 @@ class RigidBeneath {
         const double error = static_cast<double>(frame.confidence.expected_error[vertex]),
                      evidence = evidence_of(error);
         BodyMotion::Moved moved;
-        moved.place = motion * as_eigen(point.at_rest) +
-                      evidence * std::exp(-std::max(0.0, point.depth_mm) / kFadeMm) * left;
+        moved.place =
+            motion * as_eigen(point.at_rest) +
+            evidence * std::exp(-std::max(0.0, point.depth_mm) / BeneathSurface::kRigidFade) * left;
         moved.surface_mm2 = error * error;
         moved.deformation_mm2 = left.squaredNorm();
         moved.evidence = evidence;
@@ -209,34 +213,19 @@ SurfaceConfidence surface_confidence(const CarryingSurface& frame, const PointMo
                : confidence_at(frame.surface, frame.confidence, xyz);
 }
 
-// The variance of a point's error beneath the surface is a sum of shares, fitted to the scenes of
-// docs/api/beneath.md.
-struct ErrorShares {
-    double surface = 0.04;  // of the surface's: errors of many vertices go into one point
-    // Other bodies would make something else of the deformation that reaches the point, and of its
-    // shift against what lies deep: times the squared depth in units of depth_mm, with a constant.
-    double deformation = 0.12, shift = 0.01, constant = 0.13, depth_mm = 29, deepest_mm = 75;
-    double choice = 0.05;  // of how choices of the deep motion differ
-    double floor_mm2 = 0.0007;
-    double beyond = 0.02;  // per mm^2 beyond the body
-    // Nothing was seen of what the point depends on: of how the rest moves, and mm^2 more.
-    double activity = 1.5, unseen_mm2 = 0.25;
-};
-
 SurfaceConfidence beneath_confidence(const CarryingSurface& frame, const PreparedPoint& point,
                                      const BodyMotion::Moved& moved) {
-    constexpr ErrorShares kShares;
-    constexpr double kLeastEvidence = 0.02, kMaxErrorMm = 10, kMaxBeyondMm = 20;
+    using Share = decisions::BeneathError;
     const auto vertex = static_cast<size_t>(point.vertex);
     const double unseen = 1 - moved.evidence;
-    const double depths = std::clamp(point.depth_mm, 0.0, kShares.deepest_mm) / kShares.depth_mm;
+    const double depths = std::clamp(point.depth_mm, 0.0, Share::kDeepest) / Share::kDepth;
     const double of_model =
-        (kShares.constant + depths * depths) *
-            (kShares.deformation * moved.deformation_mm2 + kShares.shift * moved.shift_mm2) +
-        kShares.choice * moved.choice_mm2 + kShares.floor_mm2 +
-        unseen * unseen * (kShares.activity * moved.activity_mm2 + kShares.unseen_mm2) +
-        kShares.beyond * point.in_body.beyond_mm * point.in_body.beyond_mm;
-    const double of_surface = (frame.is_lost ? 1 : kShares.surface) * moved.surface_mm2;
+        (Share::kConstant + depths * depths) *
+            (Share::kDeformation * moved.deformation_mm2 + Share::kShift * moved.shift_mm2) +
+        Share::kChoice * moved.choice_mm2 + Share::kFloor +
+        unseen * unseen * (Share::kActivity * moved.activity_mm2 + Share::kUnseen) +
+        Share::kBeyond * point.in_body.beyond_mm * point.in_body.beyond_mm;
+    const double of_surface = (frame.is_lost ? 1 : Share::kSurface) * moved.surface_mm2;
     SurfaceConfidence at;
     at.evidence = 0;
     at.expected_error = std::sqrt(of_surface + of_model);
@@ -246,8 +235,9 @@ SurfaceConfidence beneath_confidence(const CarryingSurface& frame, const Prepare
     for (size_t i = 0; i < 6; ++i)
         at.covariance[i] = static_cast<double>(covariance[i]) * of_surface / std::max(trace, 1e-9) +
                            (i == 0 || i == 3 || i == 5 ? of_model / 3 : 0);
-    at.status = !frame.is_lost && moved.evidence >= kLeastEvidence &&
-                        at.expected_error <= kMaxErrorMm && point.in_body.beyond_mm <= kMaxBeyondMm
+    at.status = !frame.is_lost && moved.evidence >= BeneathSurface::kMinEvidence &&
+                        at.expected_error <= BeneathSurface::kMaxError &&
+                        point.in_body.beyond_mm <= BeneathSurface::kMaxBeyond
                     ? DEFREC_POINT_EXTRAPOLATED
                     : DEFREC_POINT_UNKNOWN;
     return at;

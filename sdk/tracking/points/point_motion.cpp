@@ -2,12 +2,12 @@
 #include "sdk/tracking/points/point_motion.hpp"
 
 #include "sdk/template/surroundings.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 
 PointMotion point_motion(const Template& surface, std::span<const defrec_motion> motions,
                          const Vec3<double>& point, bool may_be_beside) {
-    constexpr double kNearMm = 40;  // as far as the surface is extrapolated
     const double xyz[3] = {point.x, point.y, point.z};
     PointMotion moves{surface.motion_at(xyz, motions.data())};
     if (!may_be_beside || surface.vertex_at(xyz) >= 0) return moves;
@@ -16,7 +16,7 @@ PointMotion point_motion(const Template& surface, std::span<const defrec_motion>
     moves.is_beside = true;
     moves.vertex = near.vertex;
     moves.distance_mm = near.distance_mm;
-    moves.is_near = near.distance_mm <= kNearMm;
+    moves.is_near = near.distance_mm <= decisions::Confidence::kFarthest;
     if (moves.is_near) moves.motion = follow_anchor(near.anchor, data.nodes, motions);
     return moves;
 }

@@ -8,6 +8,7 @@
 #include <cstddef>
 
 #include "sdk/base/util/error.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/stages/pipeline.hpp"
 
 namespace defrec {
@@ -60,10 +61,12 @@ uint32_t is_wrong(const defrec_patch_prediction& patch) {
            (patch.valid == 1 ? far_outside(patch.u) | far_outside(patch.v) : 0u);
 }
 uint32_t is_wrong(const defrec_motion& motion) {
+    using decisions::StageOutput;
     float length = 0;
     for (const float value : motion.real) length += value * value;
     return not_finite(motion.real) | not_finite(motion.dual) |
-           (length > 0.5f && length < 2 ? 0u : 1u);
+           (length > StageOutput::kMinSquaredNorm && length < StageOutput::kMaxSquaredNorm ? 0u
+                                                                                           : 1u);
 }
 uint32_t is_wrong(const defrec_match& match, int32_t features) {
     return (match.feature < -1 || match.feature >= features ? 1u : 0u) |

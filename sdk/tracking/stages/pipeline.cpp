@@ -3,26 +3,20 @@
 
 #include <algorithm>
 
+#include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/stages/check_output.hpp"
 #include "sdk/tracking/stages/make_stage.hpp"
 
 namespace defrec {
 namespace {
 
-// Disparities are smoothed once: the solver, which fits a smooth surface to them, needs no smoother
-// ones.
-constexpr uint32_t kSmoothPasses = 1;
-// 1/16 px of half resolution: beside an instrument fewer disparities that mix with its own.
-constexpr uint32_t kDepthEdge = 16;
+using decisions::StageParameters;
 
-// Features only begin what patches finish: coarse ones are as good for that, and quickly found.
-constexpr uint32_t kFeatureLevels = 3;
-// Least size of the image that they are found in.
-constexpr uint32_t kLeastFeatureWidth = 480, kLeastFeatureHeight = 240;
 constexpr uint32_t feature_halvings(uint32_t width, uint32_t height) {
     uint32_t halvings = 0;
-    while (halvings < kOrbMaxHalvings && width >> (halvings + 1) >= kLeastFeatureWidth &&
-           height >> (halvings + 1) >= kLeastFeatureHeight)
+    while (halvings < kOrbMaxHalvings &&
+           width >> (halvings + 1) >= StageParameters::kMinFeatureWidth &&
+           height >> (halvings + 1) >= StageParameters::kMinFeatureHeight)
         ++halvings;
     return halvings;
 }
@@ -70,7 +64,7 @@ Pipeline::Pipeline(std::shared_ptr<const Rig> rig, std::shared_ptr<Device> devic
     orb.width = rig_->width();
     orb.height = rig_->height();
     orb.capacity = settings_.max_features;
-    orb.levels = kFeatureLevels;
+    orb.levels = StageParameters::kFeatureLevels;
     orb.halvings = feature_halvings(rig_->width(), rig_->height());
     orb_ = make_stage<DEFREC_STAGE_ORB>(device_, orb);
 
@@ -121,8 +115,8 @@ DeviceStage& Pipeline::stereo() {
         params.height = rig_->height();
         params.min_disparity = static_cast<int32_t>(range_.min_disparity);
         params.disparities = range_.disparities;
-        params.smooth_passes = kSmoothPasses;
-        params.edge = kDepthEdge;
+        params.smooth_passes = StageParameters::kSmoothPasses;
+        params.edge = StageParameters::kDepthEdge;
         stereo_ = make_stage<DEFREC_STAGE_STEREO>(device_, params);
     }
     return *stereo_;
@@ -329,7 +323,9 @@ bool Pipeline::views_look_swapped(ObservedFrame& frame) {
         return static_cast<double>(known) / static_cast<double>(disparity.size());
     };
     const double exchanged = coverage(1, 0), given = coverage(0, 1);
-    return exchanged > 2 * kMinimumCoverage && exchanged > 3 * given;
+    using decisions::SearchRange;
+    return exchanged > SearchRange::kSwappedCoverage * kMinimumCoverage &&
+           exchanged > SearchRange::kSwappedFactor * given;
 }
 
 void Pipeline::set_template(const TemplateData& data) {

@@ -4,22 +4,24 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/tracking/frame/decisions.hpp"
+
 namespace defrec {
 namespace {
 
-constexpr uint32_t kStep = 16;  // of both ends
-constexpr uint32_t kMinDisparities = 48, kMaxDisparities = 256;
+using Decision = decisions::SearchRange;
 
 uint32_t round_up(double disparity) {
-    return static_cast<uint32_t>(std::ceil(std::max(disparity, 1.0) / kStep)) * kStep;
+    return static_cast<uint32_t>(std::ceil(std::max(disparity, 1.0) / Decision::kStep)) *
+           Decision::kStep;
 }
 
 }  // namespace
 
 SearchRange widest_search_range(const defrec_camera& camera, uint32_t width, float min_depth_mm) {
     const double nearest = camera.fx * camera.baseline_mm / min_depth_mm;
-    return {
-        0, std::clamp(round_up(std::min(nearest, 0.45 * width)), kMinDisparities, kMaxDisparities)};
+    return {0, std::clamp(round_up(std::min(nearest, Decision::kMaxShare * width)),
+                          Decision::kMinDisparities, Decision::kMaxDisparities)};
 }
 
 SearchRange narrowed_search_range(const TemplateData& data, const SearchRange& widest) {
@@ -34,10 +36,11 @@ SearchRange narrowed_search_range(const TemplateData& data, const SearchRange& w
         minimum = std::min(minimum, part.min_disparity);
         maximum = std::max(maximum, part.max_disparity);
     }
-    const uint32_t from = static_cast<uint32_t>(0.55 * minimum) / kStep * kStep;
-    const uint32_t limit = std::max(widest.disparities, round_up(maximum + 4));
-    const uint32_t to = std::min(round_up(1.6 * maximum + 4), limit);
-    return {from, std::max(to - from, kMinDisparities)};
+    const uint32_t from =
+        static_cast<uint32_t>(Decision::kBelow * minimum) / Decision::kStep * Decision::kStep;
+    const uint32_t limit = std::max(widest.disparities, round_up(maximum + Decision::kMargin));
+    const uint32_t to = std::min(round_up(Decision::kAbove * maximum + Decision::kMargin), limit);
+    return {from, std::max(to - from, Decision::kMinDisparities)};
 }
 
 }  // namespace defrec

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 
 #include "backends/shared/motion.hpp"
@@ -12,15 +11,7 @@
 namespace defrec {
 namespace {
 
-// Control points round the image: those that a frame begins with, since they move what lies in it
-// or may come into it, spacings and share of the image's side; and the shares by which more are
-// taken when a part is chosen, as there is room. Choosing may take half as long as a frame; the
-// wider, the rarer: wider where a part did not last, narrower where it lasted.
-constexpr double kNeededSpacings = 1.5, kNeededShare = 0.03, kSlack[] = {0, 0.05, 0.1, 0.15};
-constexpr uint32_t kShort = 4, kLong = 16;  // frames
-// Room of a part, relative to what an image full of surface has. Where tissue joined, control
-// points, and so connections, are a tenth denser.
-constexpr double kRoom = 1.6;
+using decisions::MapPart;
 
 // How much more a first view without holes would have.
 double fullness(const TemplateData& data) {
@@ -29,12 +20,12 @@ double fullness(const TemplateData& data) {
 }
 
 size_t edge_room(const TemplateData& data) {
-    return static_cast<size_t>(kRoom * fullness(data) *
+    return static_cast<size_t>(MapPart::kRoom * fullness(data) *
                                static_cast<double>(data.first_counts().edges));
 }
 
 size_t point_room(const TemplateData& data, size_t points) {
-    return static_cast<size_t>(kRoom * fullness(data) * static_cast<double>(points) *
+    return static_cast<size_t>(MapPart::kRoom * fullness(data) * static_cast<double>(points) *
                                static_cast<double>(data.first_counts().vertices) /
                                static_cast<double>(std::max<size_t>(1, data.vertices.size())));
 }
@@ -52,7 +43,8 @@ Item moved_by(Item item, int32_t node) {
 }  // namespace
 
 bool SolveRegion::suits(const TemplateData& data) {
-    return !data.parts.empty() && 10 * edge_room(data) < 9 * data.edges.size();
+    return !data.parts.empty() && MapPart::kSuits.numerator * edge_room(data) <
+                                      MapPart::kSuits.denominator * data.edges.size();
 }
 
 SolveRegion::SolveRegion(const TemplateData& data, std::span<const defrec_surface_point> points)
@@ -100,15 +92,22 @@ bool SolveRegion::covers(std::span<const defrec_motion> motions, const Margin& m
     return all;
 }
 
+// Control points near the image move what lies in it or may come into it: a frame begins with them.
+// More are taken when a part is chosen, as there is room. Choosing may take half as long as a
+// frame; the wider, the rarer: wider where a part did not last, narrower where it lasted.
 SolveRegion::Choice SolveRegion::choose(std::span<const defrec_motion> motions) {
     ++frames_;
-    if (is_chosen_ && covers(motions, {kNeededSpacings, kNeededShare})) return Choice::kSame;
-    if (is_chosen_ && frames_ < kShort) slack_ = std::min(slack_ + 1, std::size(kSlack) - 1);
-    if (is_chosen_ && frames_ > kLong) slack_ = std::max<size_t>(slack_, 2) - 1;
+    if (is_chosen_ && covers(motions, {MapPart::kNeededSpacings, MapPart::kNeededShare}))
+        return Choice::kSame;
+    if (is_chosen_ && frames_ < MapPart::kShort)
+        slack_ = std::min(slack_ + 1, MapPart::kSlack.size() - 1);
+    if (is_chosen_ && frames_ > MapPart::kLong) slack_ = std::max<size_t>(slack_, 2) - 1;
     frames_ = 0;
     for (size_t left = slack_ + 1; left-- > 0;) {
         std::fill(solved_.begin(), solved_.end(), uint8_t{0});
-        near_image(motions, {kNeededSpacings, kNeededShare + kSlack[left]}, [&](size_t node) {
+        const Margin margin{MapPart::kNeededSpacings,
+                            MapPart::kNeededShare + MapPart::kSlack[left]};
+        near_image(motions, margin, [&](size_t node) {
             solved_[node] = 1;
             return true;
         });

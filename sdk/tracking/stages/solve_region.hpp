@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sdk/template/template.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 
@@ -69,8 +70,8 @@ class SolveRegion {
     double edge_weights_ = 0;
     std::vector<uint8_t> solved_;  // per control point
     bool is_chosen_ = false;
-    uint32_t frames_ = 0;  // since it was
-    size_t slack_ = 1;     // of kSlack
+    uint32_t frames_ = 0;                             // since it was
+    size_t slack_ = decisions::MapPart::kFirstSlack;  // of its kSlack
     RegionLists lists_;
 };
 

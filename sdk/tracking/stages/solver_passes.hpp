@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/frame/tracker_settings.hpp"
 
 namespace defrec {
@@ -23,16 +24,9 @@ struct SolverPass {
     uint32_t TrackerSettings::*iterations;  // nullptr: one
     uint32_t cg_iterations;                 // of each
     bool presolve;
-    // Factor of the tracker's arap_weight. Soft where patches are to be predicted closely enough
-    // for the next search to find them: what a stiff surface takes back of a local deformation is
-    // lost.
-    float stiffness;
-    // The paper's while features alone tell where the surface went. Once patches do so to a
-    // fraction of a pixel, features, good to about a pixel, only hold what has no patch.
+    float stiffness;  // of the tracker's arap_weight
     float match_weight;
-    // Wide at first: patches far from the surface so far are what a local deformation looks like.
     float patch_tukey_px;
-    // Narrowing: live depth far from the surface is more and more likely an instrument's.
     float icp_tukey_mm;
 };
 
@@ -42,46 +36,46 @@ inline constexpr std::array<SolverPass, 3> kSolverPasses = {
         .time_name = "lm coarse",
         .search = std::nullopt,
         .iterations = nullptr,
-        .cg_iterations = 5,
+        .cg_iterations = decisions::Passes::kCgIterations.coarse,
         .presolve = true,
-        .stiffness = 1,
-        .match_weight = 10,
-        .patch_tukey_px = 24,
-        .icp_tukey_mm = 3,
+        .stiffness = decisions::Passes::kStiffness.coarse,
+        .match_weight = decisions::Passes::kMatchWeight.coarse,
+        .patch_tukey_px = decisions::Passes::kPatchTukey.coarse,
+        .icp_tukey_mm = decisions::Passes::kIcpTukey.coarse,
     },
     SolverPass{
         .time_name = "lm middle",
         .search =
             PatchSearch{
                 .time_name = "align coarse",
-                .level = 1,
-                .radius = 8,
-                .wide_radius = 12,
+                .level = decisions::Passes::kSearchLevel.middle,
+                .radius = decisions::Passes::kSearchRadius.middle,
+                .wide_radius = decisions::Passes::kWideRadius.middle,
             },
         .iterations = &TrackerSettings::coarse_iterations,
-        .cg_iterations = 10,
+        .cg_iterations = decisions::Passes::kCgIterations.middle,
         .presolve = false,
-        .stiffness = 0.2f,
-        .match_weight = 1,
-        .patch_tukey_px = 24,
-        .icp_tukey_mm = 1.5f,
+        .stiffness = decisions::Passes::kStiffness.middle,
+        .match_weight = decisions::Passes::kMatchWeight.middle,
+        .patch_tukey_px = decisions::Passes::kPatchTukey.middle,
+        .icp_tukey_mm = decisions::Passes::kIcpTukey.middle,
     },
     SolverPass{
         .time_name = "lm fine",
         .search =
             PatchSearch{
                 .time_name = "align fine",
-                .level = 0,
-                .radius = 4,
-                .wide_radius = 8,
+                .level = decisions::Passes::kSearchLevel.fine,
+                .radius = decisions::Passes::kSearchRadius.fine,
+                .wide_radius = decisions::Passes::kWideRadius.fine,
             },
         .iterations = &TrackerSettings::fine_iterations,
-        .cg_iterations = 10,
+        .cg_iterations = decisions::Passes::kCgIterations.fine,
         .presolve = false,
-        .stiffness = 1,
-        .match_weight = 0.5f,
-        .patch_tukey_px = 8,
-        .icp_tukey_mm = 1,
+        .stiffness = decisions::Passes::kStiffness.fine,
+        .match_weight = decisions::Passes::kMatchWeight.fine,
+        .patch_tukey_px = decisions::Passes::kPatchTukey.fine,
+        .icp_tukey_mm = decisions::Passes::kIcpTukey.fine,
     },
 };
 

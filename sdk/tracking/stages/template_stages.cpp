@@ -6,20 +6,15 @@
 #include "backends/shared/motion.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/scattered_skin.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/stages/make_stage.hpp"
 
 namespace defrec {
 namespace {
 
-constexpr int kSparseStep = 2;
-constexpr float kIcpWeight = 2;        // of a sparse vertex; measured on the reference sequences
-constexpr float kRotationWeight = 40;  // tissue bends more easily than it shears
-// Errors on the reference sequences are the same with ten.
-constexpr uint32_t kRansacIterations = 5;
+using decisions::StageParameters;
+
 constexpr uint32_t kMinBytes = 16;  // of a buffer, whatever a template lacks
-// Every so many frames that are solved in part the coarse pass solves all: what lies outside of the
-// image follows it then, and by the rigid motion of the matches alone in between.
-constexpr uint32_t kWholeEvery = 8;
 
 template <class T>
 uint64_t bytes_of(const T& values) {
@@ -67,14 +62,14 @@ std::vector<defrec_patch_slope> slopes_of(const TemplateData& data,
 
 std::vector<defrec_surface_point> sparse_vertices(const TemplateData& data) {
     std::vector<defrec_surface_point> points;
-    for (int y = 0; y < data.grid.rows; y += kSparseStep)
-        for (int x = 0; x < data.grid.columns; x += kSparseStep) {
+    for (int y = 0; y < data.grid.rows; y += StageParameters::kSparseStep)
+        for (int x = 0; x < data.grid.columns; x += StageParameters::kSparseStep) {
             const int32_t vertex = data.grid.vertex[static_cast<size_t>(y * data.grid.columns + x)];
             if (vertex >= 0) points.push_back(data.vertices[static_cast<size_t>(vertex)]);
         }
     for (const GrownPart& part : data.parts)
-        for (int y = 0; y < part.rows; y += kSparseStep)
-            for (int x = 0; x < part.columns; x += kSparseStep) {
+        for (int y = 0; y < part.rows; y += StageParameters::kSparseStep)
+            for (int x = 0; x < part.columns; x += StageParameters::kSparseStep) {
                 const int32_t vertex = part.vertex[static_cast<size_t>(y * part.columns + x)];
                 if (vertex >= static_cast<int64_t>(part.before.vertices))
                     points.push_back(data.vertices[static_cast<size_t>(vertex)]);
@@ -136,7 +131,7 @@ void TemplateStages::make_matching(Queue& queue, const TemplateData& data) {
 
     auto ransac = make_params<defrec_ransac_params>();
     ransac.landmarks = count_of(data.landmarks);
-    ransac.iterations = kRansacIterations;
+    ransac.iterations = StageParameters::kRansacIterations;
     ransac.seed = settings_.seed;
     ransac_ = make_stage<DEFREC_STAGE_RANSAC>(device_, ransac);
     ransac_->prepare(queue, {&landmarks_});
@@ -255,7 +250,7 @@ std::unique_ptr<DeviceStage> TemplateStages::make_check(const TemplateData& data
     defrec_align_params align = align_params(data, count_of(data.checks));
     align.level = check_level(data.width);
     align.patch_radius = kCheckRadius;
-    align.search_radius = 4 - check_level(data.width);
+    align.search_radius = StageParameters::kCheckSearchRadius - check_level(data.width);
     align.min_score = 1;
     return make_stage<DEFREC_STAGE_ALIGN>(device_, align);
 }
@@ -263,8 +258,8 @@ std::unique_ptr<DeviceStage> TemplateStages::make_check(const TemplateData& data
 // Coarse and wide: it is the rows of a few hundred patches together that count.
 std::unique_ptr<DeviceStage> TemplateStages::make_right_search(const TemplateData& data) const {
     defrec_align_params align = align_params(data, static_cast<uint32_t>(rig_patch_count(data)));
-    align.level = 1;
-    align.search_radius = 8;
+    align.level = StageParameters::kRightSearchLevel;
+    align.search_radius = StageParameters::kRightSearchRadius;
     align.right_view = 1;
     return make_stage<DEFREC_STAGE_ALIGN>(device_, align);
 }
@@ -285,10 +280,10 @@ defrec_lm_params TemplateStages::solve_params(const SolverPass& pass,
     // they are.
     const double density = default_node_spacing(data.width) / data.node_grid.spacing_u;
     lm.arap_weight = settings_.arap_weight * pass.stiffness * static_cast<float>(density * density);
-    lm.rotation_weight = kRotationWeight;
-    lm.icp_weight = kIcpWeight;
+    lm.rotation_weight = StageParameters::kRotationWeight;
+    lm.icp_weight = StageParameters::kIcpWeight;
     lm.cg_iterations = pass.cg_iterations;
-    lm.match_threshold_mm = 2;
+    lm.match_threshold_mm = StageParameters::kMatchThreshold;
     lm.iterations = pass.iterations != nullptr ? settings_.*pass.iterations : 1;
     lm.presolve = pass.presolve ? 1 : 0;
     lm.trust_last_step = 1;
@@ -307,7 +302,9 @@ void TemplateStages::start(Queue& queue, std::span<const defrec_motion> motions,
 void TemplateStages::enqueue(Queue& queue, const Observation& observed, const Following& following,
                              const DeviceBuffer* samples, StageTimer& timer, FrameOutput& output) {
     if (samples == nullptr) samples = &samples_;
-    const bool solves_whole_coarsely = partly_solved_ % kWholeEvery == 0;
+    // What lies outside of the image follows a whole solution, and in between the rigid motion of
+    // the matches alone.
+    const bool solves_whole_coarsely = partly_solved_ % decisions::MapPart::kWholeEvery == 0;
     partly_solved_ = uses_region_ ? partly_solved_ + 1 : 0;
     const DeviceBuffer* disparity = following.uses_depth ? &observed.disparity : nullptr;
     // With positions in depth.

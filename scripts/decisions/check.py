@@ -1,0 +1,239 @@
+#!/usr/bin/env python3
+"""Finds numbers that decide something, in sdk/tracking and sdk/body, and stand in no header.
+
+usage: check.py [FOLDER]
+
+FOLDER holds the tree, by default this repository. What is found:
+
+- a number in an operand of a comparison (<, >, <=, >=), but for 0, 1, 2, for those in subscripts,
+  and for the count of a loop (`i < 3` in the head of a `for`);
+- a constexpr with a number of its own, but for 0, 1, 2, that is of floating point or stands in an
+  operand of a comparison;
+- any other number with a fraction, but for one half;
+- a number of a header that nothing uses.
+
+ALLOWED lists what decides nothing, with the reason. An entry that allows nothing is an error.
+"""
+import pathlib
+import re
+import sys
+
+import header
+
+# (file below sdk, a part of the statement as it stands there, in one line): the reason.
+ALLOWED = {
+    ("body/body_description.cpp", "kLeast = 0.01f"): "range of a parameter of the C API",
+    ("body/body_description.hpp", "poisson_ratio = 0.43"): "default of a parameter of the C API",
+    ("body/body_motion.cpp", "kLeastWeight = 1e-3f"): "no division by rounding",
+    ("body/body_motion.cpp", "std::max(handles.evidence.sum(), 1e-3)"): "no division by 0",
+    ("body/body_motion.cpp", "kRun = 64"): "how threads share nodes",
+    ("body/body_piece.cpp", "std::max(kept, 1e-12f)"): "no division by 0",
+    ("body/body_shape.cpp", "kSamples = 3"): "points that measure a share of a cell",
+    ("body/body_shape.cpp", "< 0.5 * cut.width * edge"): "half a width",
+    ("body/closed_mesh.cpp", "kMaxCellsPerTriangle = 10"): "buckets of an index",
+    ("body/closed_mesh.cpp", "kShareLines = 4"): "lines that measure a share of a cell",
+    ("body/closed_mesh.cpp", "margin = 1e-6 * height"): "rounding",
+    ("body/closed_mesh.cpp", "kLeafTriangles = 4"): "leaves of an index",
+    ("body/closed_mesh.cpp", "mesh.triangle_count < 4"): "no closed mesh has fewer",
+    ("body/closed_mesh.cpp", "at.size() > 100"): "length of a message",
+    ("body/closed_mesh.cpp", "i < vertices_.size() / 3"): "coordinates of a place",
+    ("body/closed_mesh.cpp", "kShift = 0.4637"): "between the coordinates that meshes have",
+    ("body/closed_mesh.cpp", "kCentimetre = 10"): "a unit",
+    ("body/deep_motion.cpp", "kRounds = 16"): "rounds until nothing changes",
+    ("body/deep_motion.cpp", "kLeastSpread = 2e-3"): "a row of points has no turn",
+    ("body/deep_motion.cpp", "kStillMm = 1e-4"): "rounds until nothing changes",
+    ("body/deep_motion.cpp", "kHalvings = 14"): "rounds until nothing changes",
+    ("body/deep_motion.cpp", "std::max(weight.sum(), 1e-12)"): "no division by 0",
+    ("body/deep_motion.cpp", "kLeastShare = 1e-3"): "a share that changes nothing is not computed",
+    ("body/deep_motion.cpp", "angle > 1e-12"): "no division by 0",
+    ("body/lattice.cpp", "BodyCells::kCoarseDistance + 0.5"): "from the middle of a cell",
+    ("tracking/evidence/lateral_evidence.cpp", "> 1e-3f"): "no division by rounding",
+    ("tracking/evidence/vertex_confidence.cpp", "kFew = 64"): "vertices of a vector loop",
+    ("tracking/evidence/vertex_confidence.cpp", "kFew = 32"): "vertices of a vector loop",
+    ("tracking/frame_attempt.cpp", "kFastMm = 5"): "still to move",
+    ("tracking/frame/frame_input.cpp", "kBand = "): "how threads share a copy",
+    ("tracking/frame/frame_input.cpp", "kShare = "): "how threads share a copy",
+    ("tracking/frame/gray_copy.cpp", "kGroup = 4"): "layout of a vector's bytes",
+    ("tracking/frame/gray_copy.cpp", "kGreenWithRed = 51"): "split of a weight",
+    ("tracking/frame/gray_copy.cpp", "static_assert(255 * "): "range of the sum",
+    ("tracking/frame_queue.cpp", "kMaxGap = "): "range of time stamps that the C API takes",
+    ("tracking/job.cpp", "kFew = 32"): "how threads share points",
+    ("tracking/map/piece_search.cpp", "agree.size() >= 3"): "three points fix a rigid motion",
+    ("tracking/monitors/frame_state.cpp", "16 * sums.two_apart"): "a unit",
+    ("tracking/monitors/stale_vertices.cpp", "kMapUnit = 128"): "a unit",
+    ("tracking/points/lift_pixels.cpp", "kBucketPx = 16"): "buckets of an index",
+    ("tracking/points/lift_pixels.cpp", "/ 2 + 1e-3"): "rounding",
+    ("tracking/points/lift_pixels.cpp", "share < -1e-9"): "rounding",
+    ("tracking/points/lift_pixels.cpp", "position >= -0.5"): "border of an image of pixels",
+    ("tracking/points/lift_pixels.cpp", "kRounds = 6"): "rounds until nothing changes",
+    ("tracking/points/outside_motion.cpp", "kJitter = 1e-6"): "keeps a matrix invertible",
+    ("tracking/points/outside_motion.cpp", "std::max(1e-3, "): "no division by 0",
+    ("tracking/points/point_carrier.cpp", "kRun = 128"): "how threads share points",
+    ("tracking/points/point_carrier.cpp", "kNothing = 1e-6"): "no division by 0",
+    ("tracking/points/point_carrier.cpp", "std::max(trace, 1e-9)"): "no division by 0",
+    ("tracking/stages/check_output.cpp", "kMaxScore = 4096"): "ranges of a plugin's records",
+    ("tracking/stages/check_output.cpp", "kFar = "): "range of a plugin's records",
+    ("tracking/stages/check_output.cpp", "kMaxLevels = 8"): "range of a plugin's records",
+    ("tracking/surface_registration.cpp", "kErrorOfOneView = "): "still to move",
+    ("tracking/surface_registration.cpp", "kMinShare = 0.05"): "still to move",
+    ("tracking/tracker.cpp", "> 1e-6 * camera."): "rounding of a calibration in a file",
+}
+
+NUMBER = re.compile(
+    r"(?<![\w.])(?:0x[0-9a-f]+|(?:\d[\d']*\.?\d*|\.\d+)(?:e[-+]?\d+)?)[ful]*(?![\w.])",
+    re.IGNORECASE,
+)
+COMPARISON = re.compile(r"(?<=\s)(?:<=|>=|<|>)(?=\s)")
+CONSTEXPR = re.compile(r"\bconstexpr\s(?P<type>[^;(){}=]*?)(?P<rest>\w+(?:\[\])? =[^;]*);")
+INITIALISER = re.compile(r"(\w+)(?:\[\])? =((?:[^,{(]|\{[^{}]*\}|\([^()]*\))*)")
+COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+COMMENT_OR_STRING = re.compile(
+    r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|(?<![\w])\'(?:\\.|[^\'\\])\'', re.DOTALL
+)
+HARMLESS = (0, 1, 2)
+REACH = 400  # characters to either side of a comparison: an operand is shorter
+LEFT_ENDS = re.compile(r"[;{}?,=]|&&|\|\||(?<!:):(?!:)|\breturn\b")
+RIGHT_ENDS = re.compile(r"[;{}?,]|&&|\|\||(?<!:):(?!:)")
+
+
+def blank(match):
+    return re.sub(r"[^\n]", " ", match[0])
+
+
+def code_of(text):
+    """The text, as long as it was, without comments, strings, includes and template arguments."""
+    code = COMMENT_OR_STRING.sub(blank, text)
+    code = re.sub(r"^[ \t]*#[^\n]*", blank, code, flags=re.MULTILINE)
+    return re.sub(r"(?<=\w)<[\w:]*(?:, *[\w:]+)*>", blank, code)
+
+
+def value_of(number):
+    text = number.replace("'", "").lower()
+    return int(text.rstrip("ul"), 16) if text.startswith("0x") else float(text.rstrip("ful"))
+
+
+def numbers_in(text, harmless):
+    """Numbers of an expression, but for harmless ones and those in subscripts."""
+    while "[" in text:
+        without = re.sub(r"\[[^\[\]]*\]", "", text)
+        if without == text:
+            break
+        text = without
+    return [found[0] for found in NUMBER.finditer(text) if value_of(found[0]) not in harmless]
+
+
+def operand(text, ends, step):
+    """As far as an operand reaches from the end of a text (step -1) or from its begin (1)."""
+    depth, opens, closes = 0, ("([", ")]")[step < 0], (")]", "([")[step < 0]
+    places = {match.start() if step > 0 else match.end() - 1 for match in ends.finditer(text)}
+    at = 0 if step > 0 else len(text) - 1
+    while 0 <= at < len(text):
+        if text[at] in opens:
+            depth += 1
+        elif text[at] in closes:
+            depth -= 1
+        if depth < 0 or (depth == 0 and at in places):
+            break
+        at += step
+    return text[:at] if step > 0 else text[at + 1 :]
+
+
+def is_loop_count(before, right):
+    """Whether a comparison stands in the second part of the head of a for, with a whole number."""
+    head = re.search(r"\bfor \([^;{}]*;[^;{}]*$", before)
+    return head is not None and re.fullmatch(r"\s*\d+\s*", right) is not None
+
+
+def compared(code):
+    """(place, operands) of each comparison that is not the end of a loop over a count."""
+    for match in COMPARISON.finditer(code):
+        before, after = code[: match.start()][-REACH:], code[match.end() :][:REACH]
+        right = operand(after, RIGHT_ENDS, 1)
+        if not is_loop_count(before, right):
+            yield match.start(), (operand(before, LEFT_ENDS, -1), right)
+
+
+def comparisons(code):
+    for at, operands in compared(code):
+        yield at, [number for text in operands for number in numbers_in(text, HARMLESS)]
+
+
+def constants(code):
+    """Those of floating point, and those that something is compared with."""
+    operands = " ".join(text for _, both in compared(code) for text in both)
+    for match in CONSTEXPR.finditer(code):
+        is_float = re.search(r"\b(?:float|double)\b", match["type"]) is not None
+        for name, value in INITIALISER.findall(match["rest"]):
+            if is_float or re.search(rf"\b{name}\b", operands):
+                yield match.start("rest"), numbers_in(value, HARMLESS)
+
+
+def fractions(code):
+    for match in NUMBER.finditer(code):
+        if value_of(match[0]) not in (0.5, int(value_of(match[0]))):
+            yield match.start(), [match[0]]
+
+
+def statement_at(text, at):
+    """The lines of a statement, in one."""
+    text = COMMENT.sub(blank, text)
+    begin = max(text.rfind(end, 0, at) for end in ";{}") + 1
+    ends = [place for place in (text.find(end, at) for end in ";{") if place >= 0]
+    return " ".join(text[begin : min(ends, default=len(text))].split())
+
+
+def bare_numbers(text):
+    """line -> (statement, numbers) of a source."""
+    code, found = code_of(text), {}
+    for search in (comparisons, constants, fractions):
+        for at, numbers in search(code):
+            if numbers:
+                line = code.count("\n", 0, at) + 1
+                found.setdefault(line, (statement_at(text, at), []))[1].extend(numbers)
+    return {
+        line: (statement, list(dict.fromkeys(numbers)))
+        for line, (statement, numbers) in sorted(found.items())
+    }
+
+
+def check_sources(tree, allowed):
+    used = set()
+    for path in header.sources(tree):
+        for line, (statement, numbers) in bare_numbers((tree / path).read_text()).items():
+            entries = [
+                entry for entry in allowed if f"sdk/{entry[0]}" == path and entry[1] in statement
+            ]
+            used.update(entries)
+            if not entries:
+                yield f"{path}:{line}: {', '.join(numbers)} in: {statement}"
+    for entry in allowed:
+        if entry not in used:
+            yield f"check.py allows what is not there: sdk/{entry[0]}: {entry[1]}"
+
+
+def check_use(tree):
+    for path in header.HEADERS:
+        if not (tree / path).exists():
+            continue
+        for decision in header.read((tree / path).read_text(), path):
+            code = "".join(
+                code_of((tree / user).read_text()) for user in header.users(tree, decision)
+            )
+            for number in decision.numbers:
+                if re.search(rf"\b{number.symbol}\b", code) is None:
+                    yield f"{path}: {decision.name}::{number.symbol} is used nowhere"
+
+
+def check(tree, allowed):
+    return [*check_sources(tree, allowed), *check_use(tree)]
+
+
+def main():
+    tree = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else header.ROOT
+    errors = check(tree, ALLOWED)
+    print(*errors, sep="\n", end="\n" if errors else "")
+    sys.exit(1 if errors else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,634 @@
+// The numbers by which the tracker decides, one struct for each decision. Before each number stands
+// a comment: unit | what it decides | source. A unit of 1 is none. The source is a formula, a
+// measurement or the reasoning that fixed the number; [name] is a page of docs/experiments; "set by
+// hand" says that none is recorded. A struct whose numbers share a source names it, as "Source:".
+// scripts/decisions/generate.py writes the tables of docs/tracker/numbers.md from this file, and
+// scripts/decisions/check.py finds numbers that stand elsewhere.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace defrec::decisions {
+
+// Other evidence is asked for after a frame that was found than after one that was lost.
+template <class T>
+struct ByState {
+    T found, lost;
+    constexpr T after(bool was_found) const { return was_found ? found : lost; }
+};
+
+// Of the solver's passes, and of the searches of patches before the last two.
+template <class T>
+struct ByPass {
+    T coarse, middle, fine;
+};
+template <class T>
+struct BySearch {
+    T middle, fine;
+};
+
+// Where counts are compared without rounding.
+struct Ratio {
+    uint64_t numerator, denominator;
+};
+
+// ---- before a frame -----------------------------------------------------------------------------
+
+// The spacing of a template's grids where the application names none, and their limits.
+struct Grids {
+    // widths of the image | the inverse of the spacing of control points (an option) |
+    //   `rendered_c`, [local-deformation]
+    static constexpr float kNodesAcross = 32;
+    // widths of the image | the inverse of the spacing of vertices (an option) | set by hand
+    static constexpr float kVerticesAcross = 120;
+    // px | the spacing of vertices is no smaller unless it is asked for | set by hand
+    static constexpr float kMinVertexSpacing = 4;
+    // vertices | a spacing that gives more is refused | templates of more take minutes and
+    //   gigabytes
+    static constexpr double kMaxVertices = 250000;
+    // control points | likewise | templates of more take minutes and gigabytes
+    static constexpr double kMaxNodes = 20000;
+};
+
+// The disparities that stereo searches where the application does not say.
+struct SearchRange {
+    // px | both ends are multiples | set by hand
+    static constexpr uint32_t kStep = 16;
+    // px | fewer disparities are never searched | set by hand
+    static constexpr uint32_t kMinDisparities = 48;
+    // px | no more are searched before there is a template | set by hand
+    static constexpr uint32_t kMaxDisparities = 256;
+    // share of the width | disparities are no larger before there is a template | set by hand
+    static constexpr double kMaxShare = 0.45;
+    // share of the template's smallest disparity | the near end of the range: tissue may go
+    //   farther by half | set by hand
+    static constexpr double kBelow = 0.55;
+    // share of the template's largest disparity | the far end of the range: tissue may come
+    //   nearer by half | set by hand
+    static constexpr double kAbove = 1.6;
+    // px | more at the far end | set by hand
+    static constexpr int kMargin = 4;
+    // times `min_coverage` | exchanged views with more depth than that may be called swapped | set
+    //   by hand
+    static constexpr double kSwappedCoverage = 2;
+    // times the depth of the views as given | and with more than that | set by hand
+    static constexpr double kSwappedFactor = 3;
+};
+
+// ---- the stages ---------------------------------------------------------------------------------
+
+// The solver's passes: coarse, middle, fine. A search of patches comes before the last two.
+struct Passes {
+    // level of the pyramid | the image in which patches are searched; one higher in a wide search
+    //   of large images | set by hand
+    static constexpr BySearch<uint32_t> kSearchLevel = {1, 0};
+    // px of the level | how far patches are searched round their prediction | 6 in the middle pass
+    //   raised the p95 of `rendered_c` from 0.47 to 0.56 mm, [solver-needs]
+    static constexpr BySearch<uint32_t> kSearchRadius = {8, 4};
+    // px of the level | likewise, in a wide search | [wide-search]
+    static constexpr BySearch<uint32_t> kWideRadius = {12, 8};
+    // steps | conjugate gradients in each iteration | [solver-needs]
+    static constexpr ByPass<uint32_t> kCgIterations = {5, 10, 10};
+    // of `arap_weight` | soft where patches are to be predicted closely enough for the next search:
+    //   what a stiff surface takes back of a local deformation is lost | `rendered_c`,
+    //   [local-deformation]
+    static constexpr ByPass<float> kStiffness = {1, 0.2f, 1};
+    // 1 | weight of the matches: the paper's while features alone tell where the surface went;
+    //   then they only hold what has no patch | the paper's in the coarse
+    //   pass; set by hand
+    static constexpr ByPass<float> kMatchWeight = {10, 1, 0.5f};
+    // px | width of Tukey's kernel over patches; wide at first: patches far off are what a local
+    //   deformation looks like | set by hand
+    static constexpr ByPass<float> kPatchTukey = {24, 24, 8};
+    // mm | width of Tukey's kernel over live depth; narrowing: depth far off is more and more
+    //   likely an instrument's | set by hand
+    static constexpr ByPass<float> kIcpTukey = {3, 1.5f, 1};
+};
+
+// What the tracker sets otherwise than the stages' defaults.
+struct StageParameters {
+    // 1 | smoothing of disparities; the solver fits a smooth surface to them | [solver-needs]
+    static constexpr uint32_t kSmoothPasses = 1;
+    // 1/16 px of half resolution | a depth edge begins there: beside an instrument disparities mix
+    //   with its own | largest error of an observed point of `indentation_640x360` 1.93 mm, not
+    //   2.02
+    static constexpr uint32_t kDepthEdge = 16;
+    // levels | of the pyramid in which features are found; coarse ones are as good to begin what
+    //   patches finish | [cost-of-speed]
+    static constexpr uint32_t kFeatureLevels = 3;
+    // px | the image is not halved below this width for features | [cost-of-speed]
+    static constexpr uint32_t kMinFeatureWidth = 480;
+    // px | nor below this height | [cost-of-speed]
+    static constexpr uint32_t kMinFeatureHeight = 240;
+    // vertices | along rows and columns, from one point of the solver to the next: neighbouring
+    //   disparities share their windows | every third raised medians from 0.123 to 0.142 mm,
+    //   [solver-needs]
+    static constexpr int kSparseStep = 2;
+    // 1 | weight of such a point | the reference sequences
+    static constexpr float kIcpWeight = 2;
+    // 1 | weight of rotations in the ARAP term: tissue bends more easily than it shears |
+    //   `rendered_c`, [local-deformation]
+    static constexpr float kRotationWeight = 40;
+    // mm | scale in the weight of matches that ransac left at 0 | set by hand
+    static constexpr float kMatchThreshold = 2;
+    // rounds | reweighting in ransac | [cost-of-speed]
+    static constexpr uint32_t kRansacIterations = 5;
+    // px | a check finds its patch within this; one less in large images, of half size | set by
+    //   hand
+    static constexpr uint32_t kCheckSearchRadius = 4;
+    // level of the pyramid | the image in which patches are searched in the right view: the rows of
+    //   a few hundred count together | set by hand
+    static constexpr uint32_t kRightSearchLevel = 1;
+    // px of the level | how far | set by hand
+    static constexpr uint32_t kRightSearchRadius = 8;
+    // patches | of the first view that are searched in the right view, about | the CPU's frame time
+    //   may grow by a tenth
+    static constexpr size_t kRightPatches = 200;
+};
+
+// A dual quaternion of a stage is a motion only near the unit length.
+struct StageOutput {
+    // 1 | a smaller squared norm of a motion is an error of the plugin | set by hand
+    static constexpr float kMinSquaredNorm = 0.5f;
+    // 1 | likewise a larger one | set by hand
+    static constexpr float kMaxSquaredNorm = 2;
+};
+
+// Which part of a large map the finer passes solve.
+// Source: the frame times of [large-map]
+struct MapPart {
+    // of what a full image has | room of a part for connections and points | where tissue joined,
+    //   connections are a tenth denser
+    static constexpr double kRoom = 1.6;
+    // of the room | a map with more connections is solved in part | choosing a part may take half
+    //   as long as a frame
+    static constexpr Ratio kSuits = {10, 9};
+    // spacings of control points | so near the image control points must be solved
+    static constexpr double kNeededSpacings = 1.5;
+    // share of the image's side | and this much farther
+    static constexpr double kNeededShare = 0.03;
+    // share of the image's side | by which a part is chosen wider, as there is room
+    static constexpr std::array<double, 4> kSlack = {0, 0.05, 0.1, 0.15};
+    // 1 | the place in `slack` that is tried first
+    static constexpr size_t kFirstSlack = 1;
+    // frames | a part that lasted less is chosen wider
+    static constexpr uint32_t kShort = 4;
+    // frames | a part that lasted more is chosen narrower
+    static constexpr uint32_t kLong = 16;
+    // frames | one in so many is solved as a whole in the coarse pass, so that what lies outside of
+    //   the image follows
+    static constexpr uint32_t kWholeEvery = 8;
+};
+
+// What is left out of a frame that is short of time.
+struct Deadlines {
+    // of the expected time | must be left for a choice | frames differ; set by hand
+    static constexpr double kMargin = 1.25;
+    // 1 | share of the last frame in the mean of the times | set by hand
+    static constexpr double kNewest = 0.25;
+    // share per frame | by which the time of a choice that did not fit shrinks, so that it is tried
+    //   again | what takes just too long makes one frame in 28 late
+    static constexpr double kForgotten = 1 / 128.0;
+};
+
+// ---- the images ---------------------------------------------------------------------------------
+
+// Whether an image can be used, and whether its rows are of two times.
+struct Images {
+    // px | between the pixels that are read, in rows and columns | set by hand
+    static constexpr uint32_t kPixelStep = 4;
+    // rows | pairs of rows of the image that are compared, about | set by hand
+    static constexpr uint32_t kRowPairs = 64;
+    // gray levels | a lower mean is `DEFREC_REASON_DARK` | set by hand
+    static constexpr double kDark = 6;
+    // gray levels | a pixel is saturated from here on | set by hand
+    static constexpr uint32_t kSaturatedFrom = 250;
+    // share of the pixels | more saturated ones are `DEFREC_REASON_SATURATED` | set by hand
+    static constexpr double kSaturatedShare = 0.6;
+    // gray levels | a lower standard deviation of both views is `DEFREC_REASON_NO_TEXTURE` | set by
+    //   hand
+    static constexpr double kMinDeviation = 1.5;
+    // 1 | more is `DEFREC_REASON_INTERLACED`: the difference of rows beside each other over that of
+    //   rows two apart | 0.54 to 0.97 in pictures of tissue, 1 in noise, [interlaced]
+    static constexpr double kInterlacedRatio = 1.2;
+    // 1/16 gray level | rows two apart that differ by less are not judged | rounding
+    static constexpr uint64_t kMinRowDifference = 4;
+    // frames | over which the usual step of the time stamps is a mean; a step of more than two
+    //   usual ones is `DEFREC_REASON_GAP` | set by hand
+    static constexpr int64_t kStepMemory = 8;
+};
+
+// Whether a view, or a part of it, is the one of the frame before. A camera's noise leaves no
+// textured block as it was.
+struct FrozenImages {
+    // px | side of a block | set by hand
+    static constexpr uint32_t kBlock = 32;
+    // px | the first row of a block that is compared | statistics of the image read it as well
+    static constexpr uint32_t kFirstRow = 2;
+    // px | from one such row to the next | set by hand
+    static constexpr uint32_t kRowStep = 8;
+    // gray levels | between extremes: a block has texture | noise alone has less
+    static constexpr int kMinContrast = 8;
+    // share of the blocks with texture | a view with as many frozen ones is frozen | a clock may
+    //   run on
+    static constexpr double kFrozenShare = 0.95;
+    // share of the blocks with texture | a view with fewer frozen ones moves | compression may
+    //   leave much of it as it was
+    static constexpr double kMovingShare = 0.5;
+    // px | of motion elsewhere, from which a frozen block says nothing | set by hand,
+    //   [broken-assumptions]
+    static constexpr float kStaleMotion = 0.5f;
+    // share of the vertices in the image | observed outside of frozen blocks; fewer do not tell how
+    //   the rest moved | set by hand
+    static constexpr double kMinSeen = 0.05;
+};
+
+// ---- the state of a frame -----------------------------------------------------------------------
+
+// Whether the surface was found in a frame: after a frame that was found; after one that was lost.
+struct FrameFound {
+    // px | from where the deformed surface has a patch to where it was found: it is confirmed | set
+    //   by hand
+    static constexpr double kConfirmedDistance = 2;
+    // patches | that must be confirmed | set by hand
+    static constexpr ByState<uint32_t> kMinPatches = {30, 60};
+    // share of the patches expected | that must be confirmed | a wrong surface confirms one in
+    //   fifty by chance, a right one in heavy smoke one in ten
+    static constexpr ByState<double> kMinPatchShare = {0.05, 0.12};
+    // patches | enough in place of `min_patches` with `min_matches` | set by hand
+    static constexpr uint32_t kMinPatchesWithMatches = 20;
+    // matches | that must agree then | set by hand
+    static constexpr uint32_t kMinMatches = 15;
+    // share of the vertices in the image | with depth that agrees, where depth is used | set by
+    //   hand
+    static constexpr double kMinDepthShare = 0.1;
+    // share of the first view's vertices | that must lie in the image | set by hand
+    static constexpr double kMinInsideShare = 0.05;
+    // of the landmarks | an image with as many features and `few_matches` shows other tissue, whose
+    //   patches agree by chance | set by hand
+    static constexpr Ratio kOtherTissueFeatures = {1, 2};
+    // matches | fewer agree: other tissue, or `DEFREC_REASON_FEW_MATCHES` | set by hand
+    static constexpr uint32_t kFewMatches = 10;
+    // share of the patches expected | fewer confirmed: other tissue | where texture and depth are
+    //   alike, more patches agree by chance
+    static constexpr double kOtherTissueShare = 0.12;
+};
+
+// From where on a frame that was found has a reason.
+struct Reasons {
+    // share of the vertices in the image | more hidden by something in front are
+    //   `DEFREC_REASON_OCCLUDED` | set by hand
+    static constexpr double kOccludedShare = 0.25;
+    // share of the vertices in the image | more without depth are `DEFREC_REASON_NO_DEPTH` | set by
+    //   hand
+    static constexpr double kNoDepthShare = 0.5;
+    // mm | a larger mean depth residual is `DEFREC_REASON_LARGE_RESIDUAL` | set by hand
+    static constexpr double kLargeResidual = 1;
+    // share of the first view's vertices | fewer in the image are `DEFREC_REASON_OUT_OF_VIEW` | set
+    //   by hand
+    static constexpr double kOutOfViewShare = 0.5;
+};
+
+// Whether a frame is registered once more, with patches searched farther away.
+struct WideSearch {
+    // share of the patches expected | fewer confirmed: a wide search is due,
+    //   `DEFREC_REASON_LOW_CONTRAST`, a piece is degraded | set by hand, [wide-search]
+    static constexpr double kFewConfirmed = 0.45;
+};
+
+// Whether a piece of the surface was found: after a frame in which it was found; after one in which
+// it was lost.
+struct Pieces {
+    // patches | that must be confirmed | set by hand, [pieces]
+    static constexpr ByState<uint32_t> kMinPatches = {5, 10};
+    // share of the piece's patches expected | that must be confirmed | a wrong place confirms one
+    //   in fifty by chance
+    static constexpr ByState<double> kMinPatchShare = {0.05, 0.12};
+    // share of the piece's vertices in the image | with depth that agrees, where depth is used | as
+    //   of a frame
+    static constexpr double kMinDepthShare = 0.1;
+    // share of the piece's vertices | in the image: the piece is expected there | set by hand
+    static constexpr Ratio kExpectedShare = {1, 20};
+};
+
+// Where a piece went that is lost: RANSAC over the matches of its landmarks.
+struct PieceSearch {
+    // mm | within which matches agree on a rigid motion | tissue that bends is rigid to that much
+    static constexpr double kTolerance = 3;
+    // matches | that must agree | set by hand
+    static constexpr size_t kMinMatches = 12;
+    // share of the piece's matches with depth | that must agree | set by hand
+    static constexpr double kMinShare = 0.15;
+    // mm | between the three matches that fix a motion | set by hand
+    static constexpr double kCornersApart = 4;
+    // share | by which the distance of two of them may change, besides half the tolerance | set by
+    //   hand
+    static constexpr double kStretch = 0.1;
+    // triples | that are drawn at most | set by hand
+    static constexpr int kAttempts = 2000;
+    // motions | that are tried at most | set by hand
+    static constexpr int kMotions = 200;
+    // mm | standard deviation of the Gaussian by which matches round a control point count | set by
+    //   hand
+    static constexpr double kFitReach = 8;
+    // weight | of all other matches | set by hand
+    static constexpr double kFitElsewhere = 0.02;
+};
+
+// ---- the confidence in a vertex -----------------------------------------------------------------
+
+struct Confidence {
+    // 1/4096 | ZNCC of a check that fits, at least | tissue that slid by a millimetre has a median
+    //   of 0 to 0.15, tissue in its place one above 0.9
+    static constexpr int32_t kMinZncc = 2048;
+    // share of the checks round a vertex | that must fit: some fit elsewhere by chance | points
+    //   called observed beyond 2 mm fell from 7 to 0 in `motion-blur`, from 1 to 0 in `late-view`
+    //   and `grasp`
+    static constexpr float kMinFittingShare = 0.6f;
+    // px | a patch farther off counts as one at this distance | set by hand
+    static constexpr float kFarthestPatch = 8;
+    // mm | depth that the rig makes more uncertain is no evidence | set by hand
+    static constexpr float kMaxRigDoubt = 0.5f;
+    // mm | extrapolation reaches no farther from evidence, nor from the surface | set by hand
+    static constexpr float kFarthest = 40;
+    // mm | the error grows no farther with the distance from evidence | set by hand
+    static constexpr float kFarthestGrowth = 20;
+    // steps of the grid | from another piece within which a vertex without evidence is unknown |
+    //   rendered steps of 4 to 10 mm
+    static constexpr int kBesidePiece = 3;
+    // steps of the grid | within which tissue that joined is one stretch, for distances from
+    //   evidence | set by hand
+    static constexpr int kJoinedReach = 3;
+    // mm | root mean square error of an unknown vertex | with growth to its end; set by hand
+    static constexpr float kErrorUnknown = 3.3f;
+    // mm per frame | by which it grows while the vertex is unknown | set by hand
+    static constexpr float kGrowthLost = 0.5f;
+    // frames | after which it grows no more | set by hand
+    static constexpr uint32_t kLongestGrowth = 100;
+    // mm per mm | growth of the error of a point off the surface, beyond two steps of the grid |
+    // set
+    //   by hand
+    static constexpr double kGrowthOffSurface = 0.03;
+    // mm | nothing is known of a point farther from the surface; its error is as large | set by
+    // hand
+    static constexpr double kFarthestOffSurface = 100;
+    // mm | to the camera: nearer rays have no direction any more | set by hand
+    static constexpr double kNearestToCamera = 1;
+};
+
+// The variance of a vertex's error is a sum of what each kind of evidence leaves open, each times a
+// share: across the ray, both directions together, a1 to a4; along it b1 to b8.
+// Source: least squares without negative shares over the rendered sequences that
+//   `scripts/measure_calibration.sh` marks as fitted, then rounded and changed by up to 40 %,
+//   [expected-error]
+// Judged again by: scripts/measure_calibration.sh --backend cpu
+struct ExpectedError {
+    // 1 | a1: the squared distance of patches, at the vertex's depth
+    static constexpr float kPatchShare = 0.46f;
+    // 1 | a2: the squared distance at which the check fits best
+    static constexpr float kCheckShare = 0.38f;
+    // px^2 | a3: 1 - ZNCC there
+    static constexpr float kMismatchShare = 0.14f;
+    // 1 | a4: the squared distance from the nearest lateral evidence
+    static constexpr float kFarLateral = 0.047f;
+    // px^2 | b1: disparity by itself
+    static constexpr float kDisparityShare = 0.0013f;
+    // 1 | b2: the squared distance of patches | doubled after the fit
+    static constexpr float kDisparityPatchShare = 0.032f;
+    // 1 | b3: the squared motion during the lag
+    static constexpr float kLateShare = 0.5f;
+    // 1 | b4: the squared distance of the rows
+    static constexpr float kRowShare = 0.155f;
+    // 1 | b5: the squared distance from the nearest observed vertex
+    static constexpr float kFarObserved = 0.031f;
+    // 1 | b6: the squared distance over which the template was extrapolated
+    static constexpr float kSupportShare = 0.014f;
+    // 1 | b7: the squared depth residual
+    static constexpr float kResidualShare = 0.028f;
+    // 1 | b8: the squared mean depth residual of the frame
+    static constexpr float kNoiseShare = 0.033f;
+    // px^2 | in place of b3 and b4 without the right view | late frames of `late-view` and
+    //   `rendered_d`
+    static constexpr float kOneView = 1.7f;
+    // px^2 | besides, where rows are of two times | `heartbeat` and `indentation`, [interlaced]
+    static constexpr float kInterlaced = 0.6f;
+};
+
+// ---- the rig ------------------------------------------------------------------------------------
+
+// How the right view lies against the left, from the rows of patches that both show.
+struct RigRows {
+    // matches | a frame with fewer is not measured | set by hand
+    static constexpr size_t kMinMatches = 30;
+    // px | standard deviation of a match's rows | set by hand
+    static constexpr double kStepSigma = 0.3;
+    // 1 | share of the information of a frame's matches that counts: they err alike where stereo's
+    //   windows or compression do | set by hand
+    static constexpr double kIndependentShare = 0.2;
+    // px | standard deviation of the vertical offset before anything is known | set by hand
+    static constexpr double kPriorOffset = 20;
+    // rad | likewise of the roll | set by hand
+    static constexpr double kPriorRoll = 0.05;
+    // 1 | likewise of the ratio of focal lengths | set by hand
+    static constexpr double kPriorRatio = 0.05;
+    // frames | likewise of the lag | set by hand
+    static constexpr double kLagSigma = 1.5;
+    // px | width of Tukey's kernel in each step of the fit with a lag | set by hand
+    static constexpr std::array<double, 6> kTukeyWidths = {24, 12, 6, 3, 1.5, 1.5};
+    // px | likewise of the fit without a lag, which begins from there | set by hand
+    static constexpr std::array<double, 3> kNextTukeyWidths = {3, 1.5, 1.5};
+    // per frame | share of its weight that a frame keeps | about a second
+    static constexpr double kMemory = 0.97;
+    // frames | a smaller lag is 0 | the noise of a rig that is right
+    static constexpr double kMinLag = 0.12;
+    // standard deviations | of a lag that counts, at least | set by hand
+    static constexpr double kSignificance = 5;
+    // px RMS | rows that disagree by more are `DEFREC_REASON_CALIBRATION` | set by hand
+    static constexpr double kMaxRowError = 0.4;
+    // matches | behind such an error, at least | three frames' `min_matches`
+    static constexpr size_t kMinRowMatches = 90;
+    // px RMS | more is corrected, where that is asked for | set by hand
+    static constexpr double kCorrectedRowError = 0.15;
+    // px | a larger residual is a wrong match and says nothing of distortion | set by hand
+    static constexpr double kMaxDistortionResidual = 6;
+    // matches | behind a distortion, at least | ten frames' `min_matches`
+    static constexpr double kMinDistortionMatches = 300;
+};
+
+// Whether the right view has moved sideways: disparities and lengths change, and the left image
+// does not.
+struct BaselineDrift {
+    // logarithm per frame | by which disparities and lengths change alike: 1.6 px where disparities
+    //   are 40 px | at most 0.015 in rendered sequences without a drift, 0.028 in 60 frames of a
+    //   beating heart at 80 px of disparity
+    static constexpr double kMinJump = 0.04;
+    // frames | between two that are compared, at most | tissue changes in more of them
+    static constexpr int kOldest = 10;
+    // frames | in a row in which lengths fit the template: there was no drift | set by hand
+    static constexpr int kFramesToFit = 30;
+    // vertices | that are measured, at most | set by hand
+    static constexpr size_t kMaxVertices = 500;
+    // vertices | and pairs that must be observed in both frames | set by hand
+    static constexpr size_t kMinVertices = 50;
+    // vertices | in their order, from one of a pair to the other | set by hand
+    static constexpr size_t kPairStep = 6;
+};
+
+// ---- the template changes -----------------------------------------------------------------------
+
+// Which frames are looked at for new tissue.
+struct Growth {
+    // share of the image | without surface: more, and tissue is looked for while the camera moves |
+    //   set by hand, [growth]
+    static constexpr double kUncoveredMoving = 0.06;
+    // share of the image | likewise once the camera rests | set by hand, [growth]
+    static constexpr double kUncoveredResting = 0.015;
+    // steps of the grid | side of the cells that are counted as covered or not | set by hand
+    static constexpr double kCell = 3;
+    // frames | since the last keyframe: the camera rests | set by hand
+    static constexpr uint64_t kResting = 9;
+    // frames | between the two keyframes that tissue joins by | set by hand
+    static constexpr uint64_t kBetweenLooks = 3;
+    // frames | from the later keyframe until tissue joins | set by hand
+    static constexpr uint64_t kWorkFrames = 2;
+    // frames | the longest pause after keyframes in vain | set by hand
+    static constexpr uint64_t kMaxPause = 60;
+};
+
+// Points beside the surface, by the disparities round a pixel.
+struct BesideSurface {
+    // steps of the grid | disparities within this give the plane of a point | set by hand
+    static constexpr double kBesideReach = 3;
+    // px | and at least within this | set by hand
+    static constexpr int kMinBesideReach = 3;
+};
+
+// Where the surface has come apart.
+struct Cuts {
+    // frames | with a gap at a cell, less those without, before it counts | set by hand
+    static constexpr uint8_t kFrames = 5;
+    // spacings of control points | length of a gap, at least | set by hand
+    static constexpr double kMinLength = 3;
+    // widths | length of a gap, at least | set by hand
+    static constexpr double kMinSlimness = 2.5;
+    // spacings of control points | across the line, to where the template is seen again | set by
+    //   hand
+    static constexpr double kReach = 5;
+    // of the stretch along the gap | distance across it, over that at rest | tissue that is
+    //   stretched by 36 % (`stretch`) shows no gap
+    static constexpr double kMinOpening = 1.12;
+    // spacings of control points | a cut reaches beyond the gap that is seen | set by hand
+    static constexpr double kBeyond = 1;
+    // steps of the grid | along the gap, to either side, over which its middle is a mean | set by
+    //   hand
+    static constexpr int kSmooth = 2;
+};
+
+// ---- tissue that is not seen --------------------------------------------------------------------
+
+// Where tissue out of the image is: universal kriging whose covariance is learnt.
+// Source: the rendered scenes of [out-of-the-image]
+struct OutsideMotion {
+    // width of the first view | side of a cell | cells of 60 px, not 80, cost seven times as much
+    //   and gain 0.1 mm
+    static constexpr double kCellShare = 1.0 / 8;
+    // sides of a cell | between the centres of two cells
+    static constexpr double kApart = 0.9;
+    // cells | of a piece, at most
+    static constexpr size_t kMaxCells = 56;
+    // 1 | factor by which cells grow until there are no more
+    static constexpr double kCellGrowth = 1.2;
+    // share of the fullest cell's vertices | a cell with fewer goes to its neighbours
+    static constexpr double kMinFullness = 0.3;
+    // vertices | of a cell that are read
+    static constexpr size_t kSamples = 50;
+    // share of these | that must be observed
+    static constexpr double kSeenShare = 0.05;
+    // vertices | that must be observed at least
+    static constexpr double kMinSeen = 3;
+    // cells | that must be observed
+    static constexpr std::ptrdiff_t kMinCells = 6;
+    // distances between cells | spread of the observed cells across their main direction; less is a
+    //   row
+    static constexpr double kMinSpread = 0.35;
+    // width of the first view | length of Matern's covariance | a length of 10 mm stays near the
+    //   rigid motion
+    static constexpr double kLengthShare = 0.4;
+    // mm | of a cell's mean, per axis
+    static constexpr double kNoise = 0.05;
+    // of the squared expected error | variance of a cell's mean besides: errors of neighbouring
+    //   vertices are alike
+    static constexpr double kErrorShare = 2;
+    // mm | standard deviation of displacements before anything is learnt
+    static constexpr double kStart = 1;
+    // frames | for which that counts
+    static constexpr double kStartFrames = 4;
+    // per frame | share of its weight that a frame keeps
+    static constexpr double kForget = 0.985;
+    // frames | of which one is learnt from, where something is hidden and nothing is outside
+    static constexpr uint32_t kLearnEvery = 4;
+    // of the kriging variance | expected error | fitted to rendered scenes
+    static constexpr double kVarianceShare = 0.7;
+    // mm | largest error besides, of tissue that is far and long unseen | fitted to rendered scenes
+    static constexpr double kMost = 0.8;
+    // mm | distance from what is seen at which tissue is far | fitted to rendered scenes
+    static constexpr double kFar = 20;
+    // frames | since it was seen, after which tissue is long unseen | fitted to rendered scenes
+    static constexpr uint32_t kLong = 15;
+};
+
+// Whether a point lies on the surface or beneath it, and what beneath it is known.
+struct BeneathSurface {
+    // steps of the grid | a point so near a vertex may lie on the surface | set by hand
+    static constexpr double kNearSteps = 2.5;
+    // steps of the grid | it does where its depth is no more than this | set by hand
+    static constexpr double kOnSurfaceSteps = 0.5;
+    // mm | and this much | set by hand
+    static constexpr double kOnSurface = 0.1;
+    // mm | further depth over which the surface's answer passes into the body's | set by hand
+    static constexpr double kBlend = 3;
+    // vertices | of a piece that give its rigid motion where there is no body, at most | set by
+    //   hand
+    static constexpr size_t kRigidVertices = 400;
+    // mm | depth over which the surface's own motion fades where there is no body | set by hand
+    static constexpr double kRigidFade = 10;
+    // share | less seen of what a point depends on: it is unknown | set by hand
+    static constexpr double kMinEvidence = 0.02;
+    // mm | a point with a larger expected error is unknown | set by hand
+    static constexpr double kMaxError = 10;
+    // mm | a point farther beyond the body is unknown | set by hand
+    static constexpr double kMaxBeyond = 20;
+};
+
+// The variance of the error of a point beneath the surface is a sum of shares.
+// Source: chosen on the first three groups of bodies of docs/api/beneath.md, their growth with the
+//   depth on all four
+struct BeneathError {
+    // 1 | the surface's squared error: errors of many vertices go into one point
+    static constexpr double kSurface = 0.04;
+    // 1 | the squared deformation that reaches the point, times c + (depth / `depth`)^2: other
+    //   bodies would make something else of it
+    static constexpr double kDeformation = 0.12;
+    // 1 | likewise its squared shift against what lies deep
+    static constexpr double kShift = 0.01;
+    // 1 | c
+    static constexpr double kConstant = 0.13;
+    // mm | see `deformation`
+    static constexpr double kDepth = 29;
+    // mm | depth counts up to here
+    static constexpr double kDeepest = 75;
+    // 1 | the squared distance of the rigid motions that could be chosen for what lies deep
+    static constexpr double kChoice = 0.05;
+    // mm^2 | of every point
+    static constexpr double kFloor = 0.0007;
+    // 1 | the squared distance from the body
+    static constexpr double kBeyond = 0.02;
+    // 1 | the mean square of what the rest of the surface does, where nothing was seen of what the
+    //   point depends on
+    static constexpr double kActivity = 1.5;
+    // mm^2 | and besides
+    static constexpr double kUnseen = 0.25;
+};
+
+}  // namespace defrec::decisions
