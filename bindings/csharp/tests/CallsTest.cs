@@ -13,6 +13,12 @@ namespace Defrec.Tests
     [TestFixture]
     public unsafe class CallsTest : StubTest
     {
+        /// <summary>What the stub writes down for a struct that it fills.</summary>
+        private static string Written<T>()
+        {
+            return "{" + Marshal.SizeOf(typeof(T)) + "}";
+        }
+
         [Test]
         public void Library()
         {
@@ -61,9 +67,9 @@ namespace Defrec.Tests
             string handle = Stub.Handle(Context.Handle);
             Assert.That(Stub.Calls(), Is.EqualTo(new[]
             {
-                "defrec_plugin_count(context=" + handle + ")", "defrec_plugin_get(context=" + handle + ", index=0, out={40})",
-                "defrec_plugin_get(context=" + handle + ", index=1, out={40})",
-                "defrec_device_count(context=" + handle + ")", "defrec_device_get(context=" + handle + ", index=0, out={56})"
+                "defrec_plugin_count(context=" + handle + ")", "defrec_plugin_get(context=" + handle + ", index=0, out=" + Written<defrec_plugin_info>() + ")",
+                "defrec_plugin_get(context=" + handle + ", index=1, out=" + Written<defrec_plugin_info>() + ")",
+                "defrec_device_count(context=" + handle + ")", "defrec_device_get(context=" + handle + ", index=0, out=" + Written<defrec_device_info>() + ")"
             }));
             Assert.That(plugins.Select(p => p.Name + "," + p.Path + "," + p.Version + "," + p.Reason + "," + p.Verdict),
                         Is.EqualTo(Enumerable.Repeat("plugin name,plugin path,plugin version,plugin reason,Ok", 2)));
@@ -110,7 +116,7 @@ namespace Defrec.Tests
                 Assert.That(Stub.Calls(), Is.EqualTo(new[]
                 {
                     "defrec_rig_create(context=" + Stub.Handle(Context.Handle) + ", desc=" + Stub.Hex(&expected, 416) + ", out=" + handle + ")",
-                    "defrec_rig_get(rig=" + handle + ", out={128})"
+                    "defrec_rig_get(rig=" + handle + ", out=" + Written<defrec_rig_info>() + ")"
                 }));
                 var mapped = new double[6];
                 rig.RectifyPixels(new[] { 1.5, 2.5, -3, 4 }, mapped);
@@ -215,7 +221,7 @@ namespace Defrec.Tests
                 Assert.That(job.GetSummary().VertexCount, Is.EqualTo(0));
                 Assert.That(job.GetResult().Vertices, Is.Empty);
                 Assert.That(job.CopyVertices(new float[0]), Is.EqualTo(0));
-                Assert.That(Stub.Calls(), Is.EqualTo(Enumerable.Repeat("defrec_job_result(job=" + handle + ", out={608})", 3)));
+                Assert.That(Stub.Calls(), Is.EqualTo(Enumerable.Repeat("defrec_job_result(job=" + handle + ", out=" + Written<defrec_result>() + ")", 3)));
 
                 var xyz = new double[6];
                 var status = new PointStatus[2];
@@ -245,7 +251,7 @@ namespace Defrec.Tests
                     "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=NULL)",
                     "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=written)",
                     "defrec_job_lift_points(job=" + handle + ", uv=[0.5, 1.5], count=1, xyz=written, found=written)",
-                    "defrec_job_get_template(job=" + handle + ", out=" + template + ")", "defrec_template_get(surface=" + template + ", out={192})",
+                    "defrec_job_get_template(job=" + handle + ", out=" + template + ")", "defrec_template_get(surface=" + template + ", out=" + Written<defrec_template_info>() + ")",
                     "defrec_template_release(surface=" + template + ")"
                 }));
                 job.Dispose();
@@ -404,12 +410,12 @@ namespace Defrec.Tests
             loaded.Dispose();
             Assert.That(Stub.Calls(), Is.EqualTo(new[]
             {
-                "defrec_tracker_get_template(tracker=" + tracker + ", out=" + handle + ")", "defrec_template_get(surface=" + handle + ", out={192})",
+                "defrec_tracker_get_template(tracker=" + tracker + ", out=" + handle + ")", "defrec_template_get(surface=" + handle + ", out=" + Written<defrec_template_info>() + ")",
                 "defrec_template_lift(surface=" + handle + ", uv=[0.5, 1.5, 2, 3], count=2, xyz=written, found=written)",
                 "defrec_template_point_pieces(surface=" + handle + ", template_xyz=[1, 2, 3, 4, 5, 6], count=2, pieces=written)",
                 "defrec_template_save(surface=" + handle + ", path=\"/tmp/\u00e9\")",
                 "defrec_tracker_set_template(tracker=" + tracker + ", surface=" + handle + ")", "defrec_template_release(surface=" + handle + ")",
-                "defrec_template_load(context=" + context + ", path=\"/b\", out=" + second + ")", "defrec_template_get(surface=" + second + ", out={192})",
+                "defrec_template_load(context=" + context + ", path=\"/b\", out=" + second + ")", "defrec_template_get(surface=" + second + ", out=" + Written<defrec_template_info>() + ")",
                 "defrec_template_release(surface=" + second + ")"
             }));
         }

@@ -46,6 +46,10 @@ def make_rig(context):
     return Rig.rectified(context, 96, 80, CAMERA)
 
 
+# What the stub writes down for a struct that it fills.
+WRITTEN = {name: f"{{{struct['size']}}}" for name, struct in STRUCTS.items()}
+
+
 class Calls(stub.StubTest):
     def setUp(self):
         super().setUp()
@@ -116,8 +120,9 @@ class Calls(stub.StubTest):
         self.assertEqual(
             [str(call) for call in self.log()],
             [f"defrec_plugin_count(context={c})"]
-            + [f"defrec_plugin_get(context={c}, index={i}, out={{40}})" for i in range(2)]
-            + [f"defrec_device_count(context={c})", f"defrec_device_get(context={c}, index=0, out={{56}})"],
+            + [f"defrec_plugin_get(context={c}, index={i}, out={WRITTEN['defrec_plugin_info']})" for i in range(2)]
+            + [f"defrec_device_count(context={c})"]
+            + [f"defrec_device_get(context={c}, index=0, out={WRITTEN['defrec_device_info']})"],
         )
 
     def test_rig(self):
@@ -138,7 +143,7 @@ class Calls(stub.StubTest):
         self.assertEqual((desc.left.distortion_count, desc.right.distortion_count), (5, 0))
         self.assertEqual(list(desc.rotation), [1, 2, 3, 4, 5, 6, 7, 8, 9])
         self.assertEqual(list(desc.translation), [-4.5, 0.25, 0.125])
-        self.assertEqual(str(got), f"defrec_rig_get(rig={r}, out={{128}})")
+        self.assertEqual(str(got), f"defrec_rig_get(rig={r}, out={WRITTEN['defrec_rig_info']})")
         self.assertEqual(
             [str(call) for call in rest],
             [
@@ -263,7 +268,7 @@ class Calls(stub.StubTest):
                 f"defrec_job_wait(job={j}, timeout_ns=1500000000)",
                 f"defrec_job_wait(job={j}, timeout_ns=0)",
                 for_ever,
-                f"defrec_job_result(job={j}, out={{608}})",
+                f"defrec_job_result(job={j}, out={WRITTEN['defrec_result']})",
                 for_ever,
                 f"defrec_job_warp_points(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5], count=2, xyz=written, "
                 "status=written, expected_error_mm=written)",
@@ -424,7 +429,7 @@ class Calls(stub.StubTest):
                 f"defrec_template_lift(surface={s}, uv=[1.5, 2.5, 3.5, 4.5], count=2, xyz=written, found=written)",
                 f"defrec_template_point_pieces(surface={s}, template_xyz=[1, 2, 3, 4, 5, 6], count=2, pieces=written)",
                 f'defrec_template_save(surface={s}, path="/out")',
-                f"defrec_template_get(surface={s}, out={{192}})",
+                f"defrec_template_get(surface={s}, out={WRITTEN['defrec_template_info']})",
                 f"defrec_template_release(surface={n})",
                 f"defrec_template_release(surface={s})",
             ],
