@@ -50,7 +50,6 @@ ALLOWED = {
     ("tracking/evidence/lateral_evidence.cpp", "> 1e-3f"): "no division by rounding",
     ("tracking/evidence/vertex_confidence.cpp", "kFew = 64"): "vertices of a vector loop",
     ("tracking/evidence/vertex_confidence.cpp", "kFew = 32"): "vertices of a vector loop",
-    ("tracking/frame_attempt.cpp", "kFastMm = 5"): "still to move",
     ("tracking/frame/frame_input.cpp", "kBand = "): "how threads share a copy",
     ("tracking/frame/frame_input.cpp", "kShare = "): "how threads share a copy",
     ("tracking/frame/gray_copy.cpp", "kGroup = 4"): "layout of a vector's bytes",
@@ -74,8 +73,6 @@ ALLOWED = {
     ("tracking/stages/check_output.cpp", "kMaxScore = 4096"): "ranges of a plugin's records",
     ("tracking/stages/check_output.cpp", "kFar = "): "range of a plugin's records",
     ("tracking/stages/check_output.cpp", "kMaxLevels = 8"): "range of a plugin's records",
-    ("tracking/surface_registration.cpp", "kErrorOfOneView = "): "still to move",
-    ("tracking/surface_registration.cpp", "kMinShare = 0.05"): "still to move",
     ("tracking/tracker.cpp", "> 1e-6 * camera."): "rounding of a calibration in a file",
 }
 

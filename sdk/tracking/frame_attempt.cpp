@@ -7,6 +7,7 @@
 
 #include "sdk/template/node_anchor.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/stages/check_output.hpp"
 
 namespace defrec {
@@ -14,7 +15,6 @@ namespace {
 
 constexpr size_t kPatchRun = 256;   // patches that one thread measures
 constexpr size_t kRecordParts = 4;  // of what the stages gave, each checked by one thread
-constexpr float kFastMm = 5;        // of motion from frame to frame
 
 }  // namespace
 
@@ -121,8 +121,8 @@ class FrameAttempt::Measuring {
         if (any_wrong_sample(samples)) is_wrong_ = true;
         attempt_.vertex_evidence_[run] = weigh_vertices(samples);
         if (surface_.is_tracking())
-            attempt_.fast_vertices_[run] =
-                count_moved_farther(vertex_run(surface_.samples(), run), samples, kFastMm);
+            attempt_.fast_vertices_[run] = count_moved_farther(
+                vertex_run(surface_.samples(), run), samples, decisions::Reasons::kFastMotion);
     }
 
     FrameAttempt& attempt_;

@@ -7,6 +7,7 @@
 #include "sdk/base/os/services.hpp"
 #include "sdk/template/cut.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {
@@ -187,13 +188,13 @@ void SurfaceRegistration::look_at_images(Frame& frame) {
 // A template keeps the depth that it was captured with: where its own frame shows that the rig
 // wants correction, it is captured again.
 void SurfaceRegistration::capture_and_register(Frame& frame) {
-    constexpr int kMostCorrections = 2;
     const uint32_t reasons = frame.reasons;
     for (int corrections = 0;; ++corrections) {
         const bool is_captured = capture(frame);
         if (!surface_.has_template()) return conclude_without_template(frame);
         FrameAttempt& attempt = register_surface(frame);
-        if (!correct_rig() || corrections == kMostCorrections) return conclude(frame, attempt);
+        if (!correct_rig() || corrections == decisions::RigRows::kMostCorrections)
+            return conclude(frame, attempt);
         frame.images.reset();
         frame.images.emplace(pipeline_.observe(task_of(frame.job)));
         frame.reasons = reasons;
@@ -408,7 +409,7 @@ void SurfaceRegistration::commit_rig(Frame& frame, FrameAttempt& attempt) {
 // Whether depth errs more by what moved between the views' times than it does when the left image
 // alone tells where the surface is.
 bool SurfaceRegistration::lag_spoils_depth(const TrackerJob& job) const {
-    constexpr double kErrorOfOneView = 1.5;  // mm
+    constexpr double kError = decisions::RigRows::kOneViewError;
     if (!rig_watch_.state().monitor.is_late()) return false;
     const defrec_camera& camera = surface_.data().camera;
     const double lag = rig_watch_.state().left.lag_frames;
@@ -421,23 +422,21 @@ bool SurfaceRegistration::lag_spoils_depth(const TrackerJob& job) const {
         squares += depth * depth * squared_step(camera, before[i], after[i]);
         ++count;
     }
-    return squares > kErrorOfOneView * kErrorOfOneView * static_cast<double>(count);
+    return squares > kError * kError * static_cast<double>(count);
 }
 
 // A part of a picture that stands still while the rest moves on says nothing.
 void SurfaceRegistration::find_stale_parts(const Frame& frame, FrameAttempt& attempt) {
-    constexpr double kMinShare = 0.05;  // of the vertices in the image, to be worth a reason
-    // Two repeated frames come of a change of the frame rate, or of a frame that was lost.
-    constexpr uint32_t kMostRepeated = 2;
+    using decisions::FrozenImages;
     const SurfaceSamples samples = frame.job.memory.output.samples;
-    if (stale_.count_frozen(is_frozen(frame.reasons)) > kMostRepeated) {
+    if (stale_.count_frozen(is_frozen(frame.reasons)) > FrozenImages::kMostRepeated) {
         stale_.set_all(samples.size());
         attempt.verdict.degraded = true;
     }
     if (!attempt.verdict.found || !surface_.is_tracking() || is_frozen(frame.reasons)) return;
     stale_.find(*rig_, images_.blocks(), {is_in_memory(frame.job, 0), is_in_memory(frame.job, 1)},
                 surface_.samples(), samples);
-    if (stale_.share() < kMinShare) return;
+    if (stale_.share() < FrozenImages::kMinStaleShare) return;
     attempt.verdict.reasons |= DEFREC_REASON_FROZEN;
     attempt.verdict.degraded = true;
 }

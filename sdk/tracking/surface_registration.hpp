@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sdk/tracking/device_wait.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/frame_attempt.hpp"
 #include "sdk/tracking/frame_queue.hpp"
 #include "sdk/tracking/map/map_growth.hpp"
@@ -122,7 +123,8 @@ class SurfaceRegistration {
 
     std::array<FrameAttempt, 2> attempts_;  // a second one beside the best so far
     AttemptMemory second_memory_;           // of its results, or of those of the first
-    Backoff wide_search_{8}, swapped_search_{32};
+    Backoff wide_search_{decisions::WideSearch::kLongestPause},
+        swapped_search_{decisions::RigRows::kLongestPause};
     EffortTimes effort_times_;
     DeviceWait wait_;
     std::vector<defrec_surface_sample> placed_;  // of this frame, with what is not in the image

@@ -18,7 +18,7 @@ struct ByState {
     constexpr T after(bool was_found) const { return was_found ? found : lost; }
 };
 
-// Of the solver's passes, and of the searches of patches before the last two.
+// Values for the solver's passes, and for the searches of patches before the last two.
 template <class T>
 struct ByPass {
     T coarse, middle, fine;
@@ -242,6 +242,12 @@ struct FrozenImages {
     // share of the vertices in the image | observed outside of frozen blocks; fewer do not tell how
     //   the rest moved | set by hand
     static constexpr double kMinSeen = 0.05;
+    // share of the vertices in the image | more in frozen blocks are `DEFREC_REASON_FROZEN` | set
+    //   by hand
+    static constexpr double kMinStaleShare = 0.05;
+    // frames | as many repeated ones in a row come of a change of the frame rate or of a frame that
+    //   was lost; after more nothing is observed | set by hand
+    static constexpr uint32_t kMostRepeated = 2;
 };
 
 // ---- the state of a frame -----------------------------------------------------------------------
@@ -288,6 +294,9 @@ struct Reasons {
     // share of the first view's vertices | fewer in the image are `DEFREC_REASON_OUT_OF_VIEW` | set
     //   by hand
     static constexpr double kOutOfViewShare = 0.5;
+    // mm | from frame to frame: half of the vertices that move farther are
+    //   `DEFREC_REASON_FAST_MOTION` | set by hand
+    static constexpr float kFastMotion = 5;
 };
 
 // Whether a frame is registered once more, with patches searched farther away.
@@ -295,6 +304,9 @@ struct WideSearch {
     // share of the patches expected | fewer confirmed: a wide search is due,
     //   `DEFREC_REASON_LOW_CONTRAST`, a piece is degraded | set by hand, [wide-search]
     static constexpr double kFewConfirmed = 0.45;
+    // occasions | the longest pause after wide searches that found no more | set by hand,
+    //   [wide-search]
+    static constexpr uint32_t kLongestPause = 8;
 };
 
 // Whether a piece of the surface was found: after a frame in which it was found; after one in which
@@ -419,6 +431,16 @@ struct ExpectedError {
 
 // How the right view lies against the left, from the rows of patches that both show.
 struct RigRows {
+    // mm | a right view that is late errs by more than this in depth: the frame is registered by
+    // the
+    //   left view alone, which errs so | set by hand
+    static constexpr double kOneViewError = 1.5;
+    // corrections | of the rig, in a frame that captures a template; each is measured anew | set by
+    //   hand
+    static constexpr int kMostCorrections = 2;
+    // occasions | the longest pause after searches for exchanged views that found none | set by
+    // hand
+    static constexpr uint32_t kLongestPause = 32;
     // matches | a frame with fewer is not measured | set by hand
     static constexpr size_t kMinMatches = 30;
     // px | standard deviation of a match's rows | set by hand
