@@ -1,6 +1,8 @@
 // The loader through the C API: every refusal has a reason, and the rest goes on.
 #include <doctest/doctest.h>
 
+#include "include/defrec_plugin.h"
+#include "sdk/base/util/error.hpp"
 #include "sdk/plugin/test_loader.hpp"
 
 using namespace defrec::test;
