@@ -1,6 +1,8 @@
-# defrec_add_tests(TARGET SOURCES <name>_test.cpp... [LONG <name>_test.cpp...] [LIBRARIES ...] [LABELS ...] [DEFINITIONS ...])
-# One doctest program, and in ctest one test for each source file, named after its path without _test. LONG: those of the sources whose
-# tests take longer than ten seconds.
+# defrec_add_tests(TARGET SOURCES <name>_test.cpp... [LONG <name>_test.cpp...] [SLOW <name>_test.cpp...]
+#                  [LIBRARIES ...] [LABELS ...] [DEFINITIONS ...])
+# One doctest program, and in ctest one test for each source file, named after its path without _test.
+# SLOW: those of the sources whose tests are slow, see below. LONG: those whose tests take longer than
+# ten seconds and are not slow.
 #
 # In a build for another machine these run by CMAKE_CROSSCOMPILING_EMULATOR. Left out there are tests in which this machine's compilers and
 # interpreters use what was built: of the bindings, of the packages, of the samples. DEFREC_EMULATED_ROOT is what the emulator calls this
@@ -43,15 +45,29 @@ endif()
 
 # COST of tests: ctest starts them in descending order of it, and takes the seconds of earlier runs where it is not set. Long ones come first,
 # so that no core is idle at the end. None claims several PROCESSORS: while single ones are left it would not start, and run last and alone.
-# Preset release runs three tests at a time on two cores, for some tests wait most of their time: for deadlines, or for a browser.
+# Presets release and release-all run three tests at a time on two cores, for some tests wait most of their time: for deadlines, or for a browser.
 set(DEFREC_COST_FIRST 1000)
 set(DEFREC_COST_LONG 20)
+
+# Label slow: what ./test.sh leaves to ./test.sh all, so that a newcomer waits four minutes at most for
+# the tests, on two cores. A test is slow
+#   - that builds defrec or a package of it anew, or works with what such a test has built;
+#   - that goes through all sources with a tool that compiles or parses them;
+#   - that takes more than five seconds of a processor, unless no quicker one shows the same part of
+#     defrec at work.
+# ctest runs a slow test all the same where one that is not slow requires its fixture, so that one is
+# slow as well. LABELS are set before this is called.
+function(defrec_mark_slow)
+  foreach(test IN LISTS ARGN)
+    set_property(TEST ${test} APPEND PROPERTY LABELS slow)
+  endforeach()
+endfunction()
 
 function(defrec_add_tests target)
   if(NOT DEFREC_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LONG;LIBRARIES;LABELS;DEFINITIONS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LONG;SLOW;LIBRARIES;LABELS;DEFINITIONS")
   defrec_pick_system(arg_SOURCES)
   add_executable(${target} ${arg_SOURCES} "${CMAKE_SOURCE_DIR}/cmake/test_main.cpp")
   target_link_libraries(${target} PRIVATE doctest::doctest ${arg_LIBRARIES})
@@ -74,8 +90,11 @@ function(defrec_add_tests target)
       string(REGEX REPLACE "^\\.\\./|^/.*/" "" file "${source}")
       add_test(NAME ${test} COMMAND ${target} "--source-file=*/${file}" --no-version)
       set_tests_properties(${test} PROPERTIES LABELS "${stage};${arg_LABELS}")
-      if(source IN_LIST arg_LONG)
+      if(source IN_LIST arg_LONG OR source IN_LIST arg_SLOW)
         set_tests_properties(${test} PROPERTIES COST ${DEFREC_COST_LONG})
+      endif()
+      if(source IN_LIST arg_SLOW)
+        defrec_mark_slow(${test})
       endif()
     endif()
   endforeach()

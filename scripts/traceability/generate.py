@@ -26,8 +26,8 @@ HEAD = """# Requirements, functions and their tests
 <!-- Written by scripts/traceability/generate.py from the headers and the tests. Do not edit. -->
 
 What a user may require of defrec, with the tests that show it. The tests are part of the source;
-`./test.sh` runs all of them. The test `docs/traceability` holds this page to the headers and to the
-tests' names. What happens in each of the known faults, with its test, is listed in
+`./test.sh all` runs all of them. The test `docs/traceability` holds this page to the headers and to
+the tests' names. What happens in each of the known faults, with its test, is listed in
 [faults](faults.md); for what this page is meant, in [use in a medical device](soup.md).
 """
 
