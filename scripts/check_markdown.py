@@ -89,4 +89,5 @@ def main():
     sys.exit("\n".join(faults) or not paths)
 
 
-main()
+if __name__ == "__main__":
+    main()

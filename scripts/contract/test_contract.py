@@ -99,6 +99,11 @@ class Tree(unittest.TestCase):
         self.assertEqual(self.run_generator(), (0, "sdk/contract/stage_params.hpp\n"))
         self.assertEqual(self.run_generator("--verify"), (0, ""))
 
+    def test_another_layout_is_current(self):
+        self.edit("bindings/python/defrec/structs.py", "\n\n\n@c_struct", "\n@c_struct")
+        self.edit("bindings/csharp/Defrec/Enums.cs", " = 0,", " =\n 0,")
+        self.assertEqual(self.run_generator("--verify"), (0, ""))
+
     def test_a_changed_header_makes_copies_stale(self):
         self.edit("include/defrec_c.h", "@range 1..510", "@range 1..500")
         code, printed = self.run_generator("--verify")

@@ -114,7 +114,8 @@ def public_structs(contract, wanted, what):
     for struct in contract.application_structs:
         if is_public(contract, struct) and struct.is_params == wanted:
             body += ["", *public_struct(contract, struct)]
-    return f"{TOP}using System.Runtime.InteropServices;\n\n// {what}\nnamespace Defrec\n{{\n" + "\n".join(body[1:]) + "\n}\n"
+    comment = textwrap.fill(what, 100, initial_indent="// ", subsequent_indent="// ")
+    return f"{TOP}using System.Runtime.InteropServices;\n\n{comment}\nnamespace Defrec\n{{\n" + "\n".join(body[1:]) + "\n}\n"
 
 
 def native_structs(contract):

@@ -41,7 +41,7 @@ def words(text):
 
 
 def docstring(text, indent):
-    return textwrap.wrap(f'"""{text}"""', 120 - len(indent), initial_indent=indent, subsequent_indent=indent)
+    return textwrap.wrap(f'"""{text}"""', 100, initial_indent=indent, subsequent_indent=indent)
 
 
 def field_words(field):
@@ -50,8 +50,8 @@ def field_words(field):
 
 def enums(contract):
     lines = [TOP.format(what="The enumerations and limits of the C API: DEFREC_DEVICE_CPU is DeviceKind.CPU here.\n\n"
-             "A later library of the same major version may know more of them than this package; such a value is a member named\n"
-             "UNKNOWN_<value>.\n") + "from enum import IntFlag\n\nfrom ._struct import OpenEnum\n"]  # fmt: skip
+             "A later library of the same major version may know more of them than this package; such a value is\n"
+             "a member named UNKNOWN_<value>.\n") + "from enum import IntFlag\n\nfrom ._struct import OpenEnum\n"]  # fmt: skip
     classes = []
     for enum in contract.enums:
         kind = enumeration_of(enum["values"])
@@ -99,9 +99,9 @@ def structs(contract):
         classes += ["", "", *declared, f"class {class_name(struct.name)}(Struct):", *docstring(sentence(words(struct.summary)), "    "), "", *body]
     plain = {kind: part for kind, part in arrays.items() if part[0] in C_TYPES.values()}
     top = TOP.format(what="The structs of defrec_c.h, field for field.\n\n"
-        "Records (Feature, Landmark, ...) are what arrays hold: a NumPy array of them has the dtype numpy.dtype(Feature), without\n"
-        "NumPy it is a ctypes array. Parameters (StereoParams, ...) are made with keywords, StereoParams(width=640, height=480);\n"
-        "what is not named is 0, which means default.\n")  # fmt: skip
+        "Records (Feature, Landmark, ...) are what arrays hold: a NumPy array of them has the dtype\n"
+        "numpy.dtype(Feature), without NumPy it is a ctypes array. Parameters (StereoParams, ...) are made\n"
+        "with keywords, StereoParams(width=640, height=480); what is not named is 0, which means default.\n")  # fmt: skip
     used = sorted({"Address", *(kind for kind in C_TYPES.values() if re.search(rf": {kind}$", "\n".join(classes), re.M))})
     elements = sorted({part[0] for part in plain.values()})
     imports = ["from typing import Annotated, Any", "", "from ._struct import (", *(f"    {name}," for name in [*used, "Struct", "c_struct", "c_type"]), ")", ""]
@@ -128,7 +128,7 @@ def prototypes(contract):
         rows.append(row)
     used = sorted(set(re.findall(r"\bc_\w+", "\n".join(rows))))
     versions = contract.versions
-    return TOP.format(what="Result and parameters of each function of defrec_c.h, in the header's order. Arrays are addresses, whoever made them.") + "\n".join([
+    return TOP.format(what="Result and parameters of each function of defrec_c.h, in the header's order.\n\nArrays are addresses, whoever made them.\n") + "\n".join([
         "import ctypes", f"from ctypes import {', '.join(used)}", "from typing import Any, Dict, Sequence, Tuple, Type", "",
         "from . import structs", "from ._struct import StatusResult, Struct", "",
         f"API_MAJOR = {versions['DEFREC_API_MAJOR']}", f"API_MINOR = {versions['DEFREC_API_MINOR']}",
@@ -160,9 +160,9 @@ def tracker_options(contract):
     explained = []
     for field in fields:
         text = words(field.words().removeprefix("1: "))
-        explained += textwrap.wrap(f"{field.name}: {text}.", 116, subsequent_indent="    ")
+        explained += textwrap.wrap(f"{field.name}: {text}.", 96, subsequent_indent="    ")
     for flag in flags:
-        explained += textwrap.wrap(f"{flag['option']}: {words(flag['summary'])}.", 116, subsequent_indent="    ")
+        explained += textwrap.wrap(f"{flag['option']}: {words(flag['summary'])}.", 96, subsequent_indent="    ")
     given = " | ".join(f"({constant} if {option} else 0)" for option, constant in constants.items())
     lines = [
         "from typing import Any, Dict, Optional", "", "from ._handle import Handle", "from .context import Context",
