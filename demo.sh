@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds the program, renders a beating surface, tracks it, scores it against the truth, and says where
-# the report is. Builds what it runs and no more, in the folder and with the configuration of test.sh: each may follow the other.
+# Installs what is missing, builds the program, renders a beating surface, tracks it, scores it
+# against the truth, and says where the report is. Builds what it runs and no more, in the folder
+# and with the configuration of test.sh: each may follow the other.
 #   ./demo.sh [FOLDER]    FOLDER: of the results, default out/demo
 set -euo pipefail
 cd "$(dirname "$0")"

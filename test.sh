@@ -10,7 +10,10 @@ cd "$(dirname "$0")"
 case "${1:-release}" in
     release | asan | tsan) preset="${1:-release}" ;;
     fuzz) scripts/install_packages.sh fuzz && exec scripts/fuzz.sh 0.0167 ;;
-    *) echo "usage: ./test.sh [asan|tsan|fuzz]" >&2; exit 2 ;;
+    *)
+        echo "usage: ./test.sh [asan|tsan|fuzz]" >&2
+        exit 2
+        ;;
 esac
 scripts/install_packages.sh
 cmake --preset "$preset" -DDEFREC_BUILD_TESTS=ON >/dev/null

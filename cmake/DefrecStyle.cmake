@@ -1,4 +1,5 @@
-# Rules of style that a tool keeps, as tests: ctest -L style. Once is enough: not in builds for other machines.
+# Rules of style that a tool keeps, as tests: ctest -L style. Once is enough: not in builds for
+# other machines.
 if(DEFREC_BUILD_TESTS AND NOT CMAKE_CROSSCOMPILING)
   add_test(NAME style/markdown
            COMMAND "${DEFREC_SYSTEM_PYTHON}" "${CMAKE_SOURCE_DIR}/scripts/check_markdown.py"

@@ -1,12 +1,15 @@
-# defrec_add_tests(TARGET SOURCES <name>_test.cpp... [LONG <name>_test.cpp...] [LIBRARIES ...] [LABELS ...] [DEFINITIONS ...])
-# One doctest program, and in ctest one test for each source file, named after its path without _test. LONG: those of the sources whose
-# tests take longer than ten seconds.
+# defrec_add_tests(TARGET SOURCES <name>_test.cpp... [LONG <name>_test.cpp...] [LIBRARIES ...]
+#     [LABELS ...] [DEFINITIONS ...])
+# One doctest program, and in ctest one test for each source file, named after its path without
+# _test. LONG: those of the sources whose tests take longer than ten seconds.
 #
-# In a build for another machine these run by CMAKE_CROSSCOMPILING_EMULATOR. Left out there are tests in which this machine's compilers and
-# interpreters use what was built: of the bindings, of the packages, of the samples. DEFREC_EMULATED_ROOT is what the emulator calls this
-# machine's root folder, where it has another name.
+# In a build for another machine these run by CMAKE_CROSSCOMPILING_EMULATOR. Left out there are
+# tests in which this machine's compilers and interpreters use what was built: of the bindings, of
+# the packages, of the samples. DEFREC_EMULATED_ROOT is what the emulator calls this machine's root
+# folder, where it has another name.
 #
-# Tests are built where all that they need is installed, which is more than the programs need: DEFREC_BUILD_TESTS is OFF elsewhere.
+# Tests are built where all that they need is installed, which is more than the programs need:
+# DEFREC_BUILD_TESTS is OFF elsewhere.
 if(DEFREC_BUILD_TESTS AND NOT EXISTS "${CMAKE_SOURCE_DIR}/cmake/test_main.cpp")
   message(STATUS "Tests: left out, this is a tarball without them")
   set(DEFREC_BUILD_TESTS OFF)
@@ -18,10 +21,12 @@ if(DEFREC_BUILD_TESTS)
   find_program(DEFREC_MCS mcs)
   find_program(DEFREC_MONO mono)
   find_program(DEFREC_NUGET nuget)
-  find_file(DEFREC_NUNIT nunit.framework.dll PATHS /usr/lib/cli/nunit.framework-2.6.3 NO_DEFAULT_PATH NO_CMAKE_FIND_ROOT_PATH)
+  find_file(DEFREC_NUNIT nunit.framework.dll PATHS /usr/lib/cli/nunit.framework-2.6.3
+            NO_DEFAULT_PATH NO_CMAKE_FIND_ROOT_PATH)
   find_program(DEFREC_MYPY mypy PATHS /usr/bin NO_DEFAULT_PATH)
   set(missing "")
-  set(all_needed doctest_FOUND Boost_FOUND DOXYGEN_FOUND DEFREC_MCS DEFREC_MONO DEFREC_NUGET DEFREC_NUNIT DEFREC_MYPY)
+  set(all_needed doctest_FOUND Boost_FOUND DOXYGEN_FOUND DEFREC_MCS DEFREC_MONO DEFREC_NUGET
+                 DEFREC_NUNIT DEFREC_MYPY)
   if(WIN32)
     set(all_needed doctest_FOUND)
   endif()
@@ -34,16 +39,20 @@ if(DEFREC_BUILD_TESTS)
     string(REGEX REPLACE "_FOUND|DEFREC_" "" missing "${missing}")
     list(JOIN missing ", " missing)
     string(TOLOWER "${missing}" missing)
-    message(STATUS "Tests: left out, without ${missing}; scripts/install_packages.sh installs what they need")
+    message(
+      STATUS
+        "Tests: left out, without ${missing}; scripts/install_packages.sh installs what they need")
     set(DEFREC_BUILD_TESTS OFF)
   else()
     enable_testing()
   endif()
 endif()
 
-# COST of tests: ctest starts them in descending order of it, and takes the seconds of earlier runs where it is not set. Long ones come first,
-# so that no core is idle at the end. None claims several PROCESSORS: while single ones are left it would not start, and run last and alone.
-# Preset release runs three tests at a time on two cores, for some tests wait most of their time: for deadlines, or for a browser.
+# COST of tests: ctest starts them in descending order of it, and takes the seconds of earlier runs
+# where it is not set. Long ones come first, so that no core is idle at the end. None claims several
+# PROCESSORS: while single ones are left it would not start, and run last and alone. Preset release
+# runs three tests at a time on two cores, for some tests wait most of their time: for deadlines, or
+# for a browser.
 set(DEFREC_COST_FIRST 1000)
 set(DEFREC_COST_LONG 20)
 
@@ -56,16 +65,19 @@ function(defrec_add_tests target)
   add_executable(${target} ${arg_SOURCES} "${CMAKE_SOURCE_DIR}/cmake/test_main.cpp")
   target_link_libraries(${target} PRIVATE doctest::doctest ${arg_LIBRARIES})
   target_include_directories(${target} PRIVATE "${CMAKE_SOURCE_DIR}")
-  target_compile_definitions(${target} PRIVATE ${arg_DEFINITIONS}
-    DEFREC_SOURCE_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_SOURCE_DIR}" DEFREC_BUILD_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_BINARY_DIR}"
-    DEFREC_SHARED_DATA_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_SOURCE_DIR}/../shared/data")
+  target_compile_definitions(
+    ${target}
+    PRIVATE ${arg_DEFINITIONS} DEFREC_SOURCE_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_SOURCE_DIR}"
+            DEFREC_BUILD_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_BINARY_DIR}"
+            DEFREC_SHARED_DATA_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_SOURCE_DIR}/../shared/data")
   file(RELATIVE_PATH folder "${CMAKE_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
   foreach(source IN LISTS arg_SOURCES)
     if(source MATCHES "_test\\.cpp$")
       get_filename_component(name "${source}" NAME_WE)
       get_filename_component(room "${source}" DIRECTORY)
       string(REGEX REPLACE "_test$" "" stage "${name}")
-      # Tests from elsewhere (../agreement, generated ones) are named after the folder that runs them.
+      # Tests from elsewhere (../agreement, generated ones) are named after the folder that runs
+      # them.
       if(room STREQUAL "" OR room MATCHES "^(\\.\\.|/)")
         set(test "${folder}/${stage}")
       else()

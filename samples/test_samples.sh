@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Runs the six samples of one language on a reference sequence and looks at what they write.
 #   test_samples.sh SEQUENCE TRACKED WORK_FOLDER TRIED COMMAND...
-# COMMAND, with the name of a sample for "{}", runs it. TRACKED is what `defrec track` made of SEQUENCE and of the targets in plan.csv;
-# TRIED another language's WORK_FOLDER, or none.
+# COMMAND, with the name of a sample for "{}", runs it. TRACKED is what `defrec track` made of
+# SEQUENCE and of the targets in plan.csv; TRIED another language's WORK_FOLDER, or none.
 set -euo pipefail
 sequence=$1 tracked=$2 work=$3 tried=$4
 shift 4
@@ -18,7 +18,8 @@ sample() {
 }
 command=("$@")
 
-fails_with() { # STATUS PATTERN NAME ARGUMENT...: that exit code, and one line on stderr with the pattern
+# STATUS PATTERN NAME ARGUMENT...: that exit code, and one line on stderr with the pattern
+fails_with() {
     local status=$1 pattern=$2 result=0
     shift 2
     sample "$@" >"$work/stdout" 2>"$work/stderr" || result=$?

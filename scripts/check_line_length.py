@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that lines of sources have at most 100 characters. A line of one word, such as a URL, cannot
-be broken and may be longer. Markdown has a check of its own, check_markdown.py.
+"""Checks that lines of sources have at most 100 characters. A line of one word, such as a URL,
+cannot be broken and may be longer. Markdown has a check of its own, check_markdown.py.
 
 usage: check_line_length.py FOLDER
 """

@@ -1,13 +1,17 @@
 #!/usr/bin/env bash
-# Whether a build for another system computes what this machine's does, to the last digit that is printed: the samples in C track a rendered
-# sequence, deform a mesh and make a disparity map, with both builds, on the backends reference and cpu, and on vulkan where both builds have
-# a device for it.
+# Whether a build for another system computes what this machine's does, to the last digit that is
+# printed: the samples in C track a rendered sequence, deform a mesh and make a disparity map, with
+# both builds, on the backends reference and cpu, and on vulkan where both builds have a device for
+# it.
 #   scripts/compare_systems.sh BUILD OTHER_BUILD EMULATOR...
 #   xvfb-run -a scripts/compare_systems.sh build build-windows env WINEDEBUG=-all wine
 # EMULATOR is the command that runs the other build's programs. Exit status 1: they differ.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-[ $# -ge 3 ] || { echo "usage: scripts/compare_systems.sh BUILD OTHER_BUILD EMULATOR..." >&2; exit 2; }
+[ $# -ge 3 ] || {
+    echo "usage: scripts/compare_systems.sh BUILD OTHER_BUILD EMULATOR..." >&2
+    exit 2
+}
 build=$1 other=$2
 shift 2
 work="$(mktemp -d)"
@@ -15,7 +19,7 @@ trap 'rm -rf "$work"' EXIT
 "$build/bin/defrec" render heartbeat --size 320x240 --frames 12 --quiet --out "$work/sequence"
 camera=333.33333333333331,333.33333333333331,159.5,119.5,4.5999999999999996
 
-outputs() {  # DEVICE FOLDER COMMAND...: a sample's name goes where {} is
+outputs() { # DEVICE FOLDER COMMAND...: a sample's name goes where {} is
     local device=$1 folder=$2
     local command=("${@:3}")
     sample() { "${command[@]//\{\}/$1}" "${@:2}" >/dev/null; }

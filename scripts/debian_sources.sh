@@ -1,9 +1,11 @@
-# Sourced: libraries from the source packages of the Debian release that the builds for other machines are for. They come through apt, from
-# where this machine's packages come; nothing is installed and no privileges are needed. Wants cmake, ninja, dpkg-dev.
+# Sourced: libraries from the source packages of the Debian release that the builds for other
+# machines are for. They come through apt, from where this machine's packages come; nothing is
+# installed and no privileges are needed. Wants cmake, ninja, dpkg-dev.
 
 debian_mirror() { apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Codename: bookworm' | grep -m 1 .; }
 
-# open_debian STATE: sets apt, an apt-get of its own in an empty folder that knows the release's packages and their sources.
+# open_debian STATE: sets apt, an apt-get of its own in an empty folder that knows the release's
+# packages and their sources.
 open_debian() {
     local state=$1 keys=/usr/share/keyrings/debian-archive-keyring.gpg mirror
     mirror="$(debian_mirror)"
@@ -11,13 +13,14 @@ open_debian() {
     : >"$state/status"
     printf '%s [signed-by=%s] %s bookworm main\n' deb "$keys" "$mirror" deb-src "$keys" "$mirror" >"$state/sources.list"
     apt=(apt-get -qq -o "Dir::State=$state" -o "Dir::State::lists=$state/lists" -o "Dir::State::status=$state/status" -o "Dir::Cache=$state"
-         -o "Dir::Cache::archives=$state/archives" -o "Dir::Etc::sourcelist=$state/sources.list" -o Dir::Etc::sourceparts=/dev/null
-         -o Debug::NoLocking=1 -o APT::Sandbox::User= -o Acquire::Languages=none -o APT::Update::Post-Invoke= )
+        -o "Dir::Cache::archives=$state/archives" -o "Dir::Etc::sourcelist=$state/sources.list" -o Dir::Etc::sourceparts=/dev/null
+        -o Debug::NoLocking=1 -o APT::Sandbox::User= -o Acquire::Languages=none -o APT::Update::Post-Invoke=)
     "${apt[@]}" update
 }
 
-# build_static STATE SOURCE-PACKAGE PREFIX DOCUMENTS [CMAKE-ARGUMENT...]: installs it into PREFIX, its copyright below DOCUMENTS, without
-# shared libraries, tests and programs, and prints its version.
+# build_static STATE SOURCE-PACKAGE PREFIX DOCUMENTS [CMAKE-ARGUMENT...]: installs it into PREFIX,
+# its copyright below DOCUMENTS, without shared libraries, tests and programs, and prints its
+# version.
 build_static() {
     local state=$1 package=$2 prefix=$3 documents=$4 folder
     shift 4

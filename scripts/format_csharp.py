@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Formats C# with clang-format 14, and what that does not know of C#: using and fixed statements,
-the braces of accessors, and XML comments, whose elements stand in one line or in lines of their own.
+the braces of accessors, and XML comments, whose elements stand in one line or in lines of their
+own.
 
 usage: format_csharp.py [--check] CLANG_FORMAT FILE...
        writes the files that differ; --check names them, and its exit status is 1 if there are any

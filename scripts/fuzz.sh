@@ -1,16 +1,23 @@
 #!/usr/bin/env bash
-# Builds the fuzz targets and runs each for so many hours, as many at a time as there are cores. What they find more is kept in
-# build-fuzz/corpus, what breaks them in build-fuzz/findings (docs/fuzzing.md). At the end a table of how much of the readers all these inputs
-# reach, in build-fuzz/coverage.md.
+# Builds the fuzz targets and runs each for so many hours, as many at a time as there are cores.
+# What they find more is kept in build-fuzz/corpus, what breaks them in build-fuzz/findings
+# (docs/fuzzing.md). At the end a table of how much of the readers all these inputs reach, in
+# build-fuzz/coverage.md.
 #   scripts/fuzz.sh HOURS [TARGET...]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-[ $# -ge 1 ] || { sed -n '2,5s/^# *//p' "$0" >&2; exit 2; }
+[ $# -ge 1 ] || {
+    sed -n '2,5s/^# *//p' "$0" >&2
+    exit 2
+}
 seconds=$(awk -v hours="$1" 'BEGIN { printf "%d", hours * 3600 + 0.5 }')
 shift
 for tool in clang clang++; do
-    command -v $tool >/dev/null || { echo "the fuzz targets are left out: there is no $tool"; exit 0; }
+    command -v $tool >/dev/null || {
+        echo "the fuzz targets are left out: there is no $tool"
+        exit 0
+    }
 done
 cmake --preset fuzz >/dev/null
 cmake --build --preset fuzz
@@ -28,7 +35,10 @@ run_one() { # TARGET SECONDS
         / cov: / { for (i = 1; i < NF; ++i) if ($i == "cov:") covered = $(i + 1) }
         /number_of_executed_units/ { runs = $2 }
         END { printf "%-16s %10d executions, %6d edges%s\n", target, runs, covered, status ? ", FAILED" : "" }' "$log"
-    [ "$status" = 0 ] || { grep -m1 -A12 -E "ERROR|runtime error|libFuzzer" "$log" || tail -5 "$log"; return 1; }
+    [ "$status" = 0 ] || {
+        grep -m1 -A12 -E "ERROR|runtime error|libFuzzer" "$log" || tail -5 "$log"
+        return 1
+    }
 }
 export -f run_one
 export UBSAN_OPTIONS=print_stacktrace=1 ASAN_OPTIONS=detect_stack_use_after_return=1

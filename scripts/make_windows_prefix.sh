@@ -1,13 +1,20 @@
 #!/usr/bin/env bash
-# Builds the libraries that a build for Windows links, from Debian's source packages, into a folder: a prefix for
-# cmake/toolchains/x86_64-w64-mingw32.cmake. Wants g++-mingw-w64-x86-64-posix and what debian_sources.sh does.
+# Builds the libraries that a build for Windows links, from Debian's source packages, into a folder:
+# a prefix for cmake/toolchains/x86_64-w64-mingw32.cmake. Wants g++-mingw-w64-x86-64-posix and what
+# debian_sources.sh does.
 #   scripts/make_windows_prefix.sh FOLDER
 set -euo pipefail
-[ $# = 1 ] || { echo "usage: scripts/make_windows_prefix.sh FOLDER" >&2; exit 2; }
+[ $# = 1 ] || {
+    echo "usage: scripts/make_windows_prefix.sh FOLDER" >&2
+    exit 2
+}
 source "$(dirname "${BASH_SOURCE[0]}")/debian_sources.sh"
 mkdir -p "$1"
 prefix="$(cd "$1" && pwd)"
-[ -z "$(ls -A "$prefix")" ] || { echo "$prefix is not empty" >&2; exit 2; }
+[ -z "$(ls -A "$prefix")" ] || {
+    echo "$prefix is not empty" >&2
+    exit 2
+}
 toolchain="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)/cmake/toolchains/x86_64-w64-mingw32.cmake"
 
 state="$(mktemp -d)"

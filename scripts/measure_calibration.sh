@@ -41,7 +41,10 @@ measure() { # FOLDER FITTED
     case $status in
         0) ;;
         6) sed "s/^defrec: /- $name: /; s/, asked were[^;]* %//g" "$message" >>"$outside" ;;
-        *) cat "$message" >&2; exit "$status" ;;
+        *)
+            cat "$message" >&2
+            exit "$status"
+            ;;
     esac
     node - "$name" "$2" "$tracked/score.json" <<'SCRIPT'
 const [name, fitted, path] = process.argv.slice(2);
@@ -65,8 +68,9 @@ console.log(`| ${cells.join(" | ")} |`);
 SCRIPT
 }
 
-# The constants of sdk/tracking/evidence/vertex_confidence.cpp were fitted to these, to five of the reference
-# sequences, and to ../shared/data/rendered_b. The others are kept apart: never use them to fit.
+# The constants of sdk/tracking/evidence/vertex_confidence.cpp were fitted to these, to five of the
+# reference sequences, and to ../shared/data/rendered_b. The others are kept apart: never use them
+# to fit.
 fitted() { # SCENE
     local folder="out/calibration/$1-fitted"
     render "$folder" "$1" --size 960x540 --frames 40 --seed 1

@@ -34,11 +34,14 @@ class CSharp(unittest.TestCase):
 
     def test_elements_of_comments_are_joined_and_wrapped(self):
         long = "word " * 18 + '<see cref="Some.Thing"/> and more'
-        text = f"    /// <summary>\n    /// One\n    /// two.</summary> <value>{long}</value>\nint x;\n"
+        text = (
+            f"    /// <summary>\n    /// One\n    /// two.</summary> <value>{long}</value>\nint"
+            " x;\n"
+        )
         wanted = (
             "    /// <summary>One two.</summary>\n    /// <value>\n"
-            f"    /// {'word ' * 18}\n".rstrip() + '\n    /// <see cref="Some.Thing"/> and more\n'
-            "    /// </value>\nint x;\n"
+            f"    /// {'word ' * 18}\n".rstrip()
+            + '\n    /// <see cref="Some.Thing"/> and more\n    /// </value>\nint x;\n'
         )
         self.assertEqual(format_csharp.with_xml_comments(text), wanted)
         self.assertEqual(format_csharp.with_xml_comments(wanted), wanted)

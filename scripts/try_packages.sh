@@ -1,19 +1,27 @@
 #!/usr/bin/env bash
-# Installs what was packed in an empty Debian 12, which never saw the sources, and runs a first example, timed. Needs root and debootstrap.
-#   scripts/try_packages.sh debs ROOT FOLDER             apt install of the Debian packages in FOLDER; then defrec render and track
-#   scripts/try_packages.sh wheel ROOT FILE SEQUENCE     pip install of the wheel FILE; then the guide's first example on SEQUENCE, a folder
+# Installs what was packed in an empty Debian 12, which never saw the sources, and runs a first
+# example, timed. Needs root and debootstrap.
+#   scripts/try_packages.sh debs ROOT FOLDER             apt install of the Debian packages in
+#                                                        FOLDER; then defrec render and track
+#   scripts/try_packages.sh wheel ROOT FILE SEQUENCE     pip install of the wheel FILE; then the
+#                                                        guide's first example on SEQUENCE, a folder
 #                                                        that defrec render made
-# ROOT is a folder, or is made: what debootstrap makes of its smallest variant. Packages come from where this machine's come.
+# ROOT is a folder, or is made: what debootstrap makes of its smallest variant. Packages come from
+# where this machine's come.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/debian_sources.sh"
-usage() { sed -n 's/^#   scripts/usage: scripts/p' "$0" >&2; exit 2; }
+usage() {
+    sed -n 's/^#   scripts/usage: scripts/p' "$0" >&2
+    exit 2
+}
 what=${1:-} root=${2:-} packed=${3:-} sequence=${4:-}
 case $what:$# in debs:3 | wheel:4) ;; *) usage ;; esac
 
 if [ ! -e "$root/etc/debian_version" ]; then
     mirror="$(debian_mirror)"
     debootstrap --variant=minbase bookworm "$root" "$mirror" >/dev/null
-    # As this machine reaches its packages: its sources of Debian's archive, its settings of apt, its certificates.
+    # As this machine reaches its packages: its sources of Debian's archive, its settings of apt,
+    # its certificates.
     rm -f "$root/etc/apt/sources.list"
     cp /etc/apt/sources.list.d/debian.sources "$root/etc/apt/sources.list.d/"
     cp /etc/apt/apt.conf.d/* "$root/etc/apt/apt.conf.d/"

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # A shard of `defrec evaluate` for each task of a Slurm job array, numbered from 1, then the merge:
 #   job=$(sbatch --parsable --array=1-16 slurm_array.sh --dataset defrec sequences --out results)
-#   sbatch --dependency=afterany:$job slurm_array.sh --dataset defrec sequences --out results --merge
+#   sbatch --dependency=afterany:$job slurm_array.sh --dataset defrec sequences --out results
+#   --merge
 # The folders are on a file system that all nodes have. A task that was ended keeps its finished
 # clips: submit again what is missing. DEFREC: the program, `defrec` unless set.
 set -euo pipefail
@@ -17,4 +18,4 @@ if [ -n "${SLURM_ARRAY_TASK_ID:-}" ]; then
 fi
 code=0
 "${DEFREC:-defrec}" evaluate --quiet "$@" || code=$?
-[ "$code" -eq 6 ] || exit "$code"  # 6: clips are in quarantine, which the tables say
+[ "$code" -eq 6 ] || exit "$code" # 6: clips are in quarantine, which the tables say

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Writes everything that repeats the public headers: the description sdk/contract/contract.json, and from it what the
-writers make. Whole files, and parts of files between marks. scripts/format.sh lays out the C# and the
-Python among them; texts that differ in layout alone count as equal.
+"""Writes everything that repeats the public headers: the description sdk/contract/contract.json,
+and from it what the writers make. Whole files, and parts of files between marks. scripts/format.sh
+lays out the C# and the Python among them; texts that differ in layout alone count as equal.
 
 usage: generate.py            writes what is stale, and names it
        generate.py --verify   writes nothing, and fails where something is stale
@@ -31,7 +31,8 @@ def describe(include):
 
 
 def description_text(description):
-    """JSON with one line for each field, value and function, so that a difference reads like the header's."""
+    """JSON with one line for each field, value and function, so that a difference reads like the
+    header's."""
     text = []
     for key, value in description.items():
         if isinstance(value, list):
@@ -46,7 +47,9 @@ def described(item):
     lists = [key for key in ("values", "fields") if isinstance(item, dict) and key in item]
     if not lists:
         return "  " + json.dumps(item, ensure_ascii=False)
-    head = json.dumps({key: value for key, value in item.items() if key != lists[0]}, ensure_ascii=False)
+    head = json.dumps(
+        {key: value for key, value in item.items() if key != lists[0]}, ensure_ascii=False
+    )
     rows = ",\n".join("   " + json.dumps(row, ensure_ascii=False) for row in item[lists[0]])
     return f'  {head[:-1]}, "{lists[0]}": [\n{rows}\n  ]}}'
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Checks this machine's GPU: the tests of the GPU backends, the conformance suite, the benchmark, and the kernels under compute-sanitizer
-# where it is installed. Needs bash, coreutils, grep, sed and the GPU's driver.
+# Checks this machine's GPU: the tests of the GPU backends, the conformance suite, the benchmark,
+# and the kernels under compute-sanitizer where it is installed. Needs bash, coreutils, grep, sed
+# and the GPU's driver.
 usage="usage: check.sh [OPTION...] [tests] [conformance] [bench] [sanitizer]     without a part: all of them
   --backend NAME    one of backends.txt in this folder; may be repeated. Default: those that find a device
   --stage NAME      of tests, conformance and sanitizer what concerns this stage alone; may be repeated
@@ -14,8 +15,11 @@ usage="usage: check.sh [OPTION...] [tests] [conformance] [bench] [sanitizer]    
 set -uo pipefail
 here="$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")"
 
-fail_usage() { printf '%s\n%s\n' "$1" "$usage" >&2; exit 2; }
-one_of() {  # NAME GIVEN KNOWN...
+fail_usage() {
+    printf '%s\n%s\n' "$1" "$usage" >&2
+    exit 2
+}
+one_of() { # NAME GIVEN KNOWN...
     local name="$1" given="$2"
     shift 2
     [[ " $* " == *" $given "* ]] || fail_usage "$name: '$given' is none of $*"
@@ -30,15 +34,45 @@ while [ $# -gt 0 ]; do
     esac
     case "$1" in
         tests | conformance | bench | sanitizer) parts+=("$1") ;;
-        --backend) one_of "$1" "$2" "${all_backends[@]}"; backends+=("$2"); shift ;;
-        --stage) one_of "$1" "$2" "${all_stages[@]}"; stages+=("$2"); shift ;;
-        --tier) one_of "$1" "$2" abi stage sequence stress; tiers+=("$2"); shift ;;
-        --tool) one_of "$1" "$2" "${all_tools[@]}"; tools+=("$2"); shift ;;
+        --backend)
+            one_of "$1" "$2" "${all_backends[@]}"
+            backends+=("$2")
+            shift
+            ;;
+        --stage)
+            one_of "$1" "$2" "${all_stages[@]}"
+            stages+=("$2")
+            shift
+            ;;
+        --tier)
+            one_of "$1" "$2" abi stage sequence stress
+            tiers+=("$2")
+            shift
+            ;;
+        --tool)
+            one_of "$1" "$2" "${all_tools[@]}"
+            tools+=("$2")
+            shift
+            ;;
         --smoke) smoke=(--smoke) ;;
-        --jobs) whole "$1" "$2"; places="$2"; shift ;;
-        --time-limit) whole "$1" "$2"; time_limit="$2"; shift ;;
-        --out) out="$2"; shift ;;
-        --help) echo "$usage"; exit 0 ;;
+        --jobs)
+            whole "$1" "$2"
+            places="$2"
+            shift
+            ;;
+        --time-limit)
+            whole "$1" "$2"
+            time_limit="$2"
+            shift
+            ;;
+        --out)
+            out="$2"
+            shift
+            ;;
+        --help)
+            echo "$usage"
+            exit 0
+            ;;
         *) fail_usage "unknown: $1" ;;
     esac
     shift
@@ -49,12 +83,12 @@ mkdir -p "$out" && out="$(cd "$out" && pwd)" || exit 2
 summary="$out/summary.txt"
 : >"$summary"
 
-# ---- what the machine lacks --------------------------------------------------------------------------------------------
+# ---- what the machine lacks ----------------------------------------------------------------------
 
 library_path="$here/lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
 export LD_LIBRARY_PATH="$library_path"
 spare() { LD_LIBRARY_PATH="$LD_LIBRARY_PATH:$here/lib/spare/$1"; }
-for library in libgcc_s.so.1 libstdc++.so.6; do  # missing, or older than what this was built with
+for library in libgcc_s.so.1 libstdc++.so.6; do # missing, or older than what this was built with
     "$here/bin/defrec-bench" devices >/dev/null 2>&1 || spare "$library"
 done
 if ! "$here/bin/defrec-bench" devices >"$out/devices.txt" 2>&1; then
@@ -64,7 +98,8 @@ if ! "$here/bin/defrec-bench" devices >"$out/devices.txt" 2>&1; then
 fi
 if ! grep -q '^vulkan:' "$out/devices.txt"; then
     spare libvulkan.so.1
-    driver=/usr/local/nvidia/share/vulkan/icd.d/nvidia_icd.json  # where containers have it, and no loader looks
+    # where containers have it, and no loader looks
+    driver=/usr/local/nvidia/share/vulkan/icd.d/nvidia_icd.json
     [ -n "${VK_DRIVER_FILES:-}" ] || [ ! -e "$driver" ] || export VK_DRIVER_FILES="$driver"
     "$here/bin/defrec-bench" devices >"$out/devices.txt" 2>&1
 fi
@@ -85,23 +120,26 @@ if [ ${#backends[@]} -eq 0 ]; then
     done
 fi
 
-# ---- running -----------------------------------------------------------------------------------------------------------
+# ---- running -------------------------------------------------------------------------------------
 
 left() { echo $((time_limit - SECONDS)); }
 tell() { printf '%-11s %5d s  %s\n' "$1" "$2" "$3" | tee -a "$summary"; }
 # NAME COMMAND...: its output in NAME.log, one line in the summary.
 run() {
     local name="$1" log="$out/${1//\//_}.log" began=$SECONDS verdict code
-    rm -rf "$log" "${log%.log}" "${log%.log}.json"  # of an earlier run
+    rm -rf "$log" "${log%.log}" "${log%.log}.json" # of an earlier run
     shift
-    [ "$(left)" -gt 0 ] || { tell "NOT RUN" 0 "$name: no time left"; return; }
+    [ "$(left)" -gt 0 ] || {
+        tell "NOT RUN" 0 "$name: no time left"
+        return
+    }
     timeout -k 5 "$(left)" "$@" >"$log" 2>&1 &
     trap "kill $! 2>/dev/null; exit" TERM
     wait $!
     code=$?
     case $code in
         0) verdict=passed ;;
-        5) verdict=skipped ;;  # defrec-conformance: no such device
+        5) verdict=skipped ;; # defrec-conformance: no such device
         124 | 137) verdict="OUT OF TIME" ;;
         *) verdict=FAILED ;;
     esac
@@ -113,18 +151,18 @@ run() {
 }
 start() {
     while [ "$(jobs -pr | wc -l)" -ge "$places" ]; do wait -n; done
-    run "$@" 2>/dev/null &  # where bash would tell of processes that were ended
+    run "$@" 2>/dev/null & # where bash would tell of processes that were ended
 }
 trap 'kill $(jobs -p) 2>/dev/null; wait; exit 1' INT TERM
 
-# ---- the parts ---------------------------------------------------------------------------------------------------------
+# ---- the parts -----------------------------------------------------------------------------------
 
 tests() {
     local backend program source
     for backend in "${backends[@]}"; do
         for program in "$here/tests/defrec_${backend}"{,_memory,_fault}_tests; do
             [ -e "$program" ] || continue
-            [[ $program != *fault* ]] || wait  # they take all of the GPU's memory, and make it fail
+            [[ $program != *fault* ]] || wait # they take all of the GPU's memory, and make it fail
             for source in $("$program" --list-test-cases --reporters=xml | sed -n 's/.*filename="[^"]*\/\([a-z_]*\)_test\.cpp".*/\1/p' | sort -u); do
                 [ ${#stages[@]} -eq 0 ] || [[ " ${stages[*]} " == *" ${source%%_*} "* ]] || continue
                 start "tests/$backend/$source" "$program" --no-version "--source-file=*/${source}_test.cpp"
@@ -134,22 +172,27 @@ tests() {
     done
 }
 
-# The patterns of cases that were chosen, one for each process: a stage, a sequence, a tier. $@: the tiers.
+# The patterns of cases that were chosen, one for each process: a stage, a sequence, a tier. $@: the
+# tiers.
 patterns() {
     local tier
     for tier in "$@"; do
         case "$tier" in
             stage)
-                if [ ${#stages[@]} -gt 0 ]; then printf 'stage/%s/*\n' "${stages[@]}"; else printf 'stage/%s/*\n' "${all_stages[@]}"; fi ;;
+                if [ ${#stages[@]} -gt 0 ]; then printf 'stage/%s/*\n' "${stages[@]}"; else printf 'stage/%s/*\n' "${all_stages[@]}"; fi
+                ;;
             *) "$here/bin/defrec-conformance" --list --tier "$tier" "${smoke[@]}" | sed 's/ .*//' |
                 if [ "$tier" = sequence ]; then cat; else sed 's|/.*|/*|' | sort -u; fi ;;
         esac
     done
 }
-examine() {  # NAME PREFIX... -- OPTION...
+examine() { # NAME PREFIX... -- OPTION...
     local name="$1" prefix=()
     shift
-    while [ "$1" != -- ]; do prefix+=("$1"); shift; done
+    while [ "$1" != -- ]; do
+        prefix+=("$1")
+        shift
+    done
     shift
     start "$name" "${prefix[@]}" "$here/bin/defrec-conformance" --out "$out/${name//\//_}" "$@"
 }
@@ -168,12 +211,13 @@ conformance() {
     done
 }
 
-measure() {  # BACKEND NAME OPTION...: one run of the benchmark, its result in bench_BACKEND_NAME.json
+# BACKEND NAME OPTION...: one run of the benchmark, its result in bench_BACKEND_NAME.json
+measure() {
     local backend="$1" name="$2" log="$out/bench_$1_$2"
     shift 2
     start "bench/$backend/$name" "$here/bin/defrec-bench" bench --backend "$backend" --json --quiet "$@"
     wait
-    grep -q '^{' "$log.log" 2>/dev/null || return  # it failed, or was not run
+    grep -q '^{' "$log.log" 2>/dev/null || return # it failed, or was not run
     mv "$log.log" "$log.json"
     sed -n '/"submit_to_result"/,/}/s/.*"\(median\|p99\)_ms": \([0-9.]*\).*/\1 \2 ms/p; s/.*"frames_per_second": \([0-9.]*\).*/\1 frames a second/p' \
         "$log.json" | sed 's/^/                         /' | tee -a "$summary"
@@ -193,8 +237,14 @@ bench() {
 sanitizer() {
     local program tool pattern
     program="$(command -v compute-sanitizer || ls /usr/local/cuda/bin/compute-sanitizer 2>/dev/null)"
-    [ -n "$program" ] || { echo "skipped     sanitizer: compute-sanitizer is not installed" | tee -a "$summary"; return; }
-    [[ " ${backends[*]} " == *" cuda "* ]] || { echo "skipped     sanitizer: no CUDA device" | tee -a "$summary"; return; }
+    [ -n "$program" ] || {
+        echo "skipped     sanitizer: compute-sanitizer is not installed" | tee -a "$summary"
+        return
+    }
+    [[ " ${backends[*]} " == *" cuda "* ]] || {
+        echo "skipped     sanitizer: no CUDA device" | tee -a "$summary"
+        return
+    }
     local chosen=("${tiers[@]}")
     [ ${#tiers[@]} -gt 0 ] || { [ ${#stages[@]} -gt 0 ] && chosen=(stage) || chosen=(stage sequence); }
     for tool in "${tools[@]}"; do

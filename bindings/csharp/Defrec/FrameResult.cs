@@ -46,17 +46,32 @@ namespace Defrec
         public int PieceCount { get; }
         /// <summary>Whether the result carries the disparity image.</summary>
         public bool HasDisparity { get; }
-        /// <summary>By how many frames the right view is late in this frame, negative: early; 0 where that cannot be measured.</summary>
+        /// <summary>
+        /// By how many frames the right view is late in this frame, negative: early; 0 where that
+        /// cannot be measured.
+        /// </summary>
         public float ViewLagFrames { get; }
-        /// <summary>Of the right view against the left at the image centre, down is positive; mean of the last seconds, 0 where not measured.</summary>
+        /// <summary>
+        /// Of the right view against the left at the image centre, down is positive; mean of the
+        /// last seconds, 0 where not measured.
+        /// </summary>
         public float VerticalOffsetPx { get; }
-        /// <summary>Of the right view against the left about the image centre, clockwise is positive; mean of the last seconds, 0 where not measured.</summary>
+        /// <summary>
+        /// Of the right view against the left about the image centre, clockwise is positive; mean
+        /// of the last seconds, 0 where not measured.
+        /// </summary>
         public float RollDeg { get; }
-        /// <summary>Right focal length to left; mean of the last seconds, 1 where not measured.</summary>
+        /// <summary>
+        /// Right focal length to left; mean of the last seconds, 1 where not measured.
+        /// </summary>
         public float FocalRatio { get; }
-        /// <summary>Matches between left and right view behind the last three; 0: not measured.</summary>
+        /// <summary>
+        /// Matches between left and right view behind the last three; 0: not measured.
+        /// </summary>
         public uint RigMatches { get; }
-        /// <summary>Counts the tracker's templates, and how often tissue joined them; 0 without a template.</summary>
+        /// <summary>
+        /// Counts the tracker's templates, and how often tissue joined them; 0 without a template.
+        /// </summary>
         public uint TemplateEpoch { get; }
         /// <summary>What carries points beneath the surface, now.</summary>
         public BodyState Body { get; }
@@ -109,8 +124,9 @@ namespace Defrec
     }
 
     /// <summary>
-    /// A whole result, copied: it stays when the job is disposed. Give one object to <see cref="Job.GetResult(FrameResult)"/> again and again,
-    /// then arrays are made anew only when a template with other counts comes. One thread at a time.
+    /// A whole result, copied: it stays when the job is disposed. Give one object to
+    /// <see cref="Job.GetResult(FrameResult)"/> again and again, then arrays are made anew only
+    /// when a template with other counts comes. One thread at a time.
     /// </summary>
     public sealed unsafe class FrameResult
     {
@@ -126,9 +142,15 @@ namespace Defrec
         public float[] Normals { get; private set; } = new float[0];
         /// <summary>How far to trust each template vertex.</summary>
         public PointStatus[] VertexStatus { get; private set; } = new PointStatus[0];
-        /// <summary>Root mean square of the 3D error to be expected of each template vertex, mm: the root of its covariance's trace.</summary>
+        /// <summary>
+        /// Root mean square of the 3D error to be expected of each template vertex, mm: the root of
+        /// its covariance's trace.
+        /// </summary>
         public float[] ExpectedErrorMm { get; private set; } = new float[0];
-        /// <summary>xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error, rectified camera, mm^2.</summary>
+        /// <summary>
+        /// xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error,
+        /// rectified camera, mm^2.
+        /// </summary>
         public float[] VertexCovariance { get; private set; } = new float[0];
         /// <summary>What was observed of each template vertex.</summary>
         public Evidence[] VertexEvidence { get; private set; } = new Evidence[0];
@@ -138,9 +160,14 @@ namespace Defrec
         public Match[] LandmarkMatches { get; private set; } = new Match[0];
         /// <summary>One per patch of the template.</summary>
         public PatchObservation[] PatchObservations { get; private set; } = new PatchObservation[0];
-        /// <summary>Of the rectified image, row by row, 1/16 px; empty unless <see cref="TrackerOptions.KeepDisparity"/>.</summary>
+        /// <summary>
+        /// Of the rectified image, row by row, 1/16 px; empty unless
+        /// <see cref="TrackerOptions.KeepDisparity"/>.
+        /// </summary>
         public short[] Disparity { get; private set; } = new short[0];
-        /// <summary>One per piece of the surface: which of them were found. Empty without a template.</summary>
+        /// <summary>
+        /// One per piece of the surface: which of them were found. Empty without a template.
+        /// </summary>
         public Piece[] Pieces { get; private set; } = new Piece[0];
         /// <summary>In order of execution.</summary>
         public StageTime[] Times { get; private set; } = new StageTime[0];
@@ -150,7 +177,8 @@ namespace Defrec
         internal void Fill(ref defrec_result result, int pixels)
         {
             var summary = new FrameSummary(ref result);
-            int nodes = summary.NodeCount, vertices = summary.VertexCount, landmarks = summary.LandmarkCount, patches = summary.PatchCount;
+            int nodes = summary.NodeCount, vertices = summary.VertexCount,
+                landmarks = summary.LandmarkCount, patches = summary.PatchCount;
             // All arrays before anything is changed: an allocation may fail.
             Motion[] motions = Sized(Motions, nodes);
             float[] nodePositions = Sized(NodePositions, Check.ArrayLength(result.node_count, 3));
@@ -165,26 +193,42 @@ namespace Defrec
             PatchObservation[] observations = Sized(PatchObservations, patches);
             short[] disparity = Sized(Disparity, summary.HasDisparity ? pixels : 0);
             Piece[] pieces = Sized(Pieces, summary.PieceCount);
-            StageTime[] times = Sized(Times, (int)Math.Min(result.time_count, Constants.MaxTimedStages));
+            StageTime[] times =
+                Sized(Times, (int)Math.Min(result.time_count, Constants.MaxTimedStages));
 
-            fixed (Motion* to = motions) NativeArray.Copy(result.motions, to, nodes, sizeof(Motion));
-            fixed (float* to = nodePositions) NativeArray.Copy(result.node_positions, to, nodePositions.Length, sizeof(float));
-            fixed (float* to = positions) NativeArray.Copy(result.vertices, to, positions.Length, sizeof(float));
-            fixed (float* to = normals) NativeArray.Copy(result.normals, to, normals.Length, sizeof(float));
-            fixed (PointStatus* to = status) NativeArray.Copy(result.vertex_status, to, vertices, sizeof(PointStatus));
-            fixed (float* to = errors) NativeArray.Copy(result.expected_error_mm, to, vertices, sizeof(float));
-            fixed (float* to = covariance) NativeArray.Copy(result.vertex_covariance, to, covariance.Length, sizeof(float));
-            fixed (Evidence* to = evidence) NativeArray.Copy(result.vertex_evidence, to, vertices, sizeof(Evidence));
-            fixed (Landmark* to = landmarkRecords) NativeArray.Copy(result.landmarks, to, landmarks, sizeof(Landmark));
-            fixed (Match* to = matches) NativeArray.Copy(result.landmark_matches, to, landmarks, sizeof(Match));
-            fixed (PatchObservation* to = observations) NativeArray.Copy(result.patch_observations, to, patches, sizeof(PatchObservation));
-            fixed (short* to = disparity) NativeArray.Copy(result.disparity, to, disparity.Length, sizeof(short));
-            fixed (Piece* to = pieces) NativeArray.Copy(result.pieces, to, pieces.Length, sizeof(Piece));
+            fixed (Motion* to = motions)
+                NativeArray.Copy(result.motions, to, nodes, sizeof(Motion));
+            fixed (float* to = nodePositions)
+                NativeArray.Copy(result.node_positions, to, nodePositions.Length, sizeof(float));
+            fixed (float* to = positions)
+                NativeArray.Copy(result.vertices, to, positions.Length, sizeof(float));
+            fixed (float* to = normals)
+                NativeArray.Copy(result.normals, to, normals.Length, sizeof(float));
+            fixed (PointStatus* to = status)
+                NativeArray.Copy(result.vertex_status, to, vertices, sizeof(PointStatus));
+            fixed (float* to = errors)
+                NativeArray.Copy(result.expected_error_mm, to, vertices, sizeof(float));
+            fixed (float* to = covariance)
+                NativeArray.Copy(result.vertex_covariance, to, covariance.Length, sizeof(float));
+            fixed (Evidence* to = evidence)
+                NativeArray.Copy(result.vertex_evidence, to, vertices, sizeof(Evidence));
+            fixed (Landmark* to = landmarkRecords)
+                NativeArray.Copy(result.landmarks, to, landmarks, sizeof(Landmark));
+            fixed (Match* to = matches)
+                NativeArray.Copy(result.landmark_matches, to, landmarks, sizeof(Match));
+            fixed (PatchObservation* to = observations)
+                NativeArray.Copy(result.patch_observations, to, patches, sizeof(PatchObservation));
+            fixed (short* to = disparity)
+                NativeArray.Copy(result.disparity, to, disparity.Length, sizeof(short));
+            fixed (Piece* to = pieces)
+                NativeArray.Copy(result.pieces, to, pieces.Length, sizeof(Piece));
             fixed (defrec_stage_time* first = &result.times.first)
             {
                 for (int i = 0; i < times.Length; ++i)
                 {
-                    string name = Utf8.IsAscii(first[i].name, times[i].Name) ? times[i].Name : Utf8.Read(first[i].name);
+                    string name = Utf8.IsAscii(first[i].name, times[i].Name)
+                                      ? times[i].Name
+                                      : Utf8.Read(first[i].name);
                     times[i] = new StageTime(name, first[i].milliseconds);
                 }
             }

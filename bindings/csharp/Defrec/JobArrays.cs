@@ -6,8 +6,13 @@ namespace Defrec
     // The arrays of a result, copied into arrays of the caller. Nothing here allocates.
     public sealed unsafe partial class Job
     {
-        /// <summary>Per control point: rectified camera from template frame. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <summary>
+        /// Per control point: rectified camera from template frame. Returns how many elements were
+        /// copied; destination may be longer.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// destination is null or too short; the error message says what is needed.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyMotions(Motion[] destination)
@@ -16,8 +21,13 @@ namespace Defrec
             fixed (Motion* to = destination) return CopyMotions(to, destination.Length);
         }
 
-        /// <summary>xyz per control point, now: rectified camera, mm. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <summary>
+        /// xyz per control point, now: rectified camera, mm. Returns how many elements were copied;
+        /// destination may be longer.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// destination is null or too short; the error message says what is needed.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyNodePositions(float[] destination)
@@ -26,8 +36,13 @@ namespace Defrec
             fixed (float* to = destination) return CopyNodePositions(to, destination.Length);
         }
 
-        /// <summary>xyz per template vertex: rectified camera, mm. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <summary>
+        /// xyz per template vertex: rectified camera, mm. Returns how many elements were copied;
+        /// destination may be longer.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// destination is null or too short; the error message says what is needed.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyVertices(float[] destination)
@@ -36,8 +51,13 @@ namespace Defrec
             fixed (float* to = destination) return CopyVertices(to, destination.Length);
         }
 
-        /// <summary>xyz per template vertex: unit length, towards the camera. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <summary>
+        /// xyz per template vertex: unit length, towards the camera. Returns how many elements were
+        /// copied; destination may be longer.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// destination is null or too short; the error message says what is needed.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyNormals(float[] destination)
@@ -46,8 +66,13 @@ namespace Defrec
             fixed (float* to = destination) return CopyNormals(to, destination.Length);
         }
 
-        /// <summary>How far to trust each template vertex. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <summary>
+        /// How far to trust each template vertex. Returns how many elements were copied;
+        /// destination may be longer.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// destination is null or too short; the error message says what is needed.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyVertexStatus(PointStatus[] destination)
@@ -56,8 +81,13 @@ namespace Defrec
             fixed (PointStatus* to = destination) return CopyVertexStatus(to, destination.Length);
         }
 
-        /// <summary>Root mean square of the 3D error to be expected of each template vertex, mm. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <summary>
+        /// Root mean square of the 3D error to be expected of each template vertex, mm. Returns how
+        /// many elements were copied; destination may be longer.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// destination is null or too short; the error message says what is needed.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyExpectedErrors(float[] destination)
@@ -66,8 +96,14 @@ namespace Defrec
             fixed (float* to = destination) return CopyExpectedErrors(to, destination.Length);
         }
 
-        /// <summary>xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error, rectified camera, mm^2. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <summary>
+        /// xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error,
+        /// rectified camera, mm^2. Returns how many elements were copied; destination may be
+        /// longer.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// destination is null or too short; the error message says what is needed.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyVertexCovariance(float[] destination)
@@ -76,8 +112,13 @@ namespace Defrec
             fixed (float* to = destination) return CopyVertexCovariance(to, destination.Length);
         }
 
-        /// <summary>What was observed of each template vertex. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <summary>
+        /// What was observed of each template vertex. Returns how many elements were copied;
+        /// destination may be longer.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// destination is null or too short; the error message says what is needed.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyVertexEvidence(Evidence[] destination)
@@ -86,8 +127,13 @@ namespace Defrec
             fixed (Evidence* to = destination) return CopyVertexEvidence(to, destination.Length);
         }
 
-        /// <summary>The landmarks of the template. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <summary>
+        /// The landmarks of the template. Returns how many elements were copied; destination may be
+        /// longer.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// destination is null or too short; the error message says what is needed.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyLandmarks(Landmark[] destination)
@@ -96,8 +142,13 @@ namespace Defrec
             fixed (Landmark* to = destination) return CopyLandmarks(to, destination.Length);
         }
 
-        /// <summary>One per landmark; weight 0: outlier. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <summary>
+        /// One per landmark; weight 0: outlier. Returns how many elements were copied; destination
+        /// may be longer.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// destination is null or too short; the error message says what is needed.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyLandmarkMatches(Match[] destination)
@@ -106,18 +157,29 @@ namespace Defrec
             fixed (Match* to = destination) return CopyLandmarkMatches(to, destination.Length);
         }
 
-        /// <summary>One per patch of the template. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <summary>
+        /// One per patch of the template. Returns how many elements were copied; destination may be
+        /// longer.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// destination is null or too short; the error message says what is needed.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyPatchObservations(PatchObservation[] destination)
         {
             Check.NotNull(destination, nameof(destination));
-            fixed (PatchObservation* to = destination) return CopyPatchObservations(to, destination.Length);
+            fixed (PatchObservation* to = destination)
+                return CopyPatchObservations(to, destination.Length);
         }
 
-        /// <summary>One per piece of the surface. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <summary>
+        /// One per piece of the surface. Returns how many elements were copied; destination may be
+        /// longer.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// destination is null or too short; the error message says what is needed.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyPieces(Piece[] destination)
@@ -126,8 +188,14 @@ namespace Defrec
             fixed (Piece* to = destination) return CopyPieces(to, destination.Length);
         }
 
-        /// <summary>Of the rectified image, row by row, 1/16 px, <see cref="Constants.DisparityNone"/> without evidence; none unless <see cref="TrackerOptions.KeepDisparity"/>. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <summary>
+        /// Of the rectified image, row by row, 1/16 px, <see cref="Constants.DisparityNone"/>
+        /// without evidence; none unless <see cref="TrackerOptions.KeepDisparity"/>. Returns how
+        /// many elements were copied; destination may be longer.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// destination is null or too short; the error message says what is needed.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyDisparity(short[] destination)
@@ -151,7 +219,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.node_positions, 3 * result.node_count, sizeof(float), to, capacity);
+                return Copy(
+                    result.node_positions, 3 * result.node_count, sizeof(float), to, capacity);
             }
         }
 
@@ -178,7 +247,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.vertex_status, result.vertex_count, sizeof(PointStatus), to, capacity);
+                return Copy(
+                    result.vertex_status, result.vertex_count, sizeof(PointStatus), to, capacity);
             }
         }
 
@@ -187,7 +257,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.expected_error_mm, result.vertex_count, sizeof(float), to, capacity);
+                return Copy(
+                    result.expected_error_mm, result.vertex_count, sizeof(float), to, capacity);
             }
         }
 
@@ -196,7 +267,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.vertex_covariance, 6 * result.vertex_count, sizeof(float), to, capacity);
+                return Copy(
+                    result.vertex_covariance, 6 * result.vertex_count, sizeof(float), to, capacity);
             }
         }
 
@@ -205,7 +277,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.vertex_evidence, result.vertex_count, sizeof(Evidence), to, capacity);
+                return Copy(
+                    result.vertex_evidence, result.vertex_count, sizeof(Evidence), to, capacity);
             }
         }
 
@@ -214,7 +287,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.landmarks, result.landmark_count, sizeof(Landmark), to, capacity);
+                return Copy(
+                    result.landmarks, result.landmark_count, sizeof(Landmark), to, capacity);
             }
         }
 
@@ -223,7 +297,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.landmark_matches, result.landmark_count, sizeof(Match), to, capacity);
+                return Copy(
+                    result.landmark_matches, result.landmark_count, sizeof(Match), to, capacity);
             }
         }
 
@@ -232,7 +307,9 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.patch_observations, result.patch_count, sizeof(PatchObservation), to, capacity);
+                return Copy(
+                    result.patch_observations, result.patch_count, sizeof(PatchObservation), to,
+                    capacity);
             }
         }
 
@@ -250,7 +327,9 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.disparity, result.disparity == null ? 0 : (ulong)pixels, sizeof(short), to, capacity);
+                return Copy(
+                    result.disparity, result.disparity == null ? 0 : (ulong)pixels, sizeof(short),
+                    to, capacity);
             }
         }
 

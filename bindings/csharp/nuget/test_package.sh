@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs the NuGet package from its folder, and runs a program with what was installed and nothing else of defrec.
+# Installs the NuGet package from its folder, and runs a program with what was installed and nothing
+# else of defrec.
 #   test_package.sh PACKAGE.nupkg NATIVE_FOLDER_IN_IT WORK_FOLDER NUGET MCS MONO
 set -euo pipefail
 package=$1 native=$2 work=$3 nuget=$4 mcs=$5 mono=$6

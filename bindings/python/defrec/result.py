@@ -47,23 +47,27 @@ class MovedTargets(NamedTuple):
     status: ByteArray
     """(n,) uint8, PointStatus; never OBSERVED beneath the surface."""
     expected_error_mm: FloatArray
-    """(n,) float64, root mean square of the 3D error to be expected: the root of the covariance's trace."""
+    """(n,) float64, root mean square of the 3D error to be expected: the root of the covariance's
+    trace."""
     covariance: FloatArray
     """(n, 6) float64, xx, xy, xz, yy, yz, zz of the error, mm^2, rectified camera."""
 
 
 class PointCovariances(NamedTuple):
-    """How far off the positions of WarpedPoints may be, by direction, and what was observed there."""
+    """How far off the positions of WarpedPoints may be, by direction, and what was observed
+    there."""
 
     covariance: FloatArray
-    """(n, 6) float64, xx, xy, xz, yy, yz, zz, mm^2, rectified camera; the root of the trace is the expected error."""
+    """(n, 6) float64, xx, xy, xz, yy, yz, zz, mm^2, rectified camera; the root of the trace is the
+    expected error."""
     evidence: ByteArray
     """(n,) uint8, Evidence."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """State, reasons and surface of one frame. Lengths in mm; without a template the arrays are empty."""
+    """State, reasons and surface of one frame. Lengths in mm; without a template the arrays are
+    empty."""
 
     state: State
     reasons: Reason
@@ -101,7 +105,8 @@ class Result:
     vertex_status: ByteArray
     """(vertices,) uint8, PointStatus."""
     expected_error_mm: FloatArray
-    """(vertices,) float32, root mean square of the 3D error to be expected: the root of the covariance's trace."""
+    """(vertices,) float32, root mean square of the 3D error to be expected: the root of the
+    covariance's trace."""
     landmarks: RecordArray
     """(landmarks,) Landmark, of the template."""
     landmark_matches: RecordArray
@@ -109,7 +114,8 @@ class Result:
     patch_observations: RecordArray
     """(patches,) PatchObservation."""
     disparity: Optional[DisparityArray]
-    """(height, width) int16, 1/16 px, DISPARITY_NONE: none; None unless the tracker has keep_disparity or grow."""
+    """(height, width) int16, 1/16 px, DISPARITY_NONE: none; None unless the tracker has
+    keep_disparity or grow."""
     times: Tuple[StageTime, ...]
     """In order of execution."""
     vertex_covariance: FloatArray
@@ -117,11 +123,14 @@ class Result:
     vertex_evidence: ByteArray
     """(vertices,) uint8, Evidence."""
     view_lag_frames: float
-    """By how many frames the right view is late in this frame, negative: early; 0 where that cannot be measured."""
+    """By how many frames the right view is late in this frame, negative: early; 0 where that cannot
+    be measured."""
     vertical_offset_px: float
-    """Of the right view against the left at the image centre, down is positive; mean of the last seconds."""
+    """Of the right view against the left at the image centre, down is positive; mean of the last
+    seconds."""
     roll_deg: float
-    """Of the right view against the left about the image centre, clockwise is positive; mean of the last seconds."""
+    """Of the right view against the left about the image centre, clockwise is positive; mean of the
+    last seconds."""
     focal_ratio: float
     """Right focal length to left; mean of the last seconds."""
     rig_matches: int

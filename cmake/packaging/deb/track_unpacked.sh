@@ -1,6 +1,6 @@
 #!/bin/sh
-# Tracks a sequence with the program, library and plugin of unpacked packages; its points must be those that were found before, byte by
-# byte. And defrec-conformance finds what it needs.
+# Tracks a sequence with the program, library and plugin of unpacked packages; its points must be
+# those that were found before, byte by byte. And defrec-conformance finds what it needs.
 #   track_unpacked.sh ROOT SEQUENCE TRACKED WORK_FOLDER
 set -eu
 root=$1 sequence=$2 tracked=$3 work=$4

@@ -1,5 +1,6 @@
 #!/bin/sh
-# Unpacks Debian packages into an empty root with dpkg itself, which also finds files that two packages claim. Needs no privileges.
+# Unpacks Debian packages into an empty root with dpkg itself, which also finds files that two
+# packages claim. Needs no privileges.
 #   unpack_packages.sh PACKAGES ROOT
 set -eu
 packages=$1 root=$2
