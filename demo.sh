@@ -13,8 +13,9 @@ cmake --build --preset demo
 defrec=build/bin/defrec
 
 "$defrec" render heartbeat --out "$out/sequence"
-"$defrec" track --left "$out/sequence/left" --right "$out/sequence/right" --calibration "$out/sequence/calibration.yaml" \
-    --points "$out/sequence/points.csv" --backend cpu --out "$out/tracked"
+"$defrec" track --left "$out/sequence/left" --right "$out/sequence/right" \
+    --calibration "$out/sequence/calibration.yaml" --points "$out/sequence/points.csv" \
+    --backend cpu --out "$out/tracked"
 "$defrec" score "$out/tracked" --truth "$out/sequence/truth.csv"
 echo
 echo "Open the report in a browser:  $(realpath "$out")/tracked/report.html"

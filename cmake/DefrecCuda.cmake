@@ -1,11 +1,8 @@
 # CUDA is used where its compiler is: DEFREC_CUDA says whether. Only the driver and nothing else is
 # needed where it runs.
-set(DEFREC_CUDA_ARCHITECTURES
-    native
-    CACHE
-      STRING
-      "GPUs to compile for: native (this machine's), all (for packages), or a list as CMAKE_CUDA_ARCHITECTURES takes it"
-)
+set(DEFREC_CUDA_ARCHITECTURES native
+    CACHE STRING
+          "GPUs to compile for: native (this machine's), all (for packages), or a list of CMake's")
 set(DEFREC_CUDA OFF)
 
 # defrec_native_cuda_architectures(VARIABLE): this machine's GPUs; without one the first in the list

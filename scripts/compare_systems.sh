@@ -24,9 +24,11 @@ outputs() { # DEVICE FOLDER COMMAND...: a sample's name goes where {} is
     local command=("${@:3}")
     sample() { "${command[@]//\{\}/$1}" "${@:2}" >/dev/null; }
     mkdir -p "$folder"
-    sample track_folder "$work/sequence/left" "$work/sequence/right" "$camera" "$work/sequence/points.csv" "$folder/points.csv" "$device"
-    sample warp_mesh "$work/sequence/left" "$work/sequence/right" "$camera" samples/tumour.obj "$folder/meshes" "$device"
-    sample stereo_only "$work/sequence/left/000000.png" "$work/sequence/right/000000.png" "$folder/disparity.pgm" "$device"
+    local left="$work/sequence/left" right="$work/sequence/right"
+    sample track_folder "$left" "$right" "$camera" "$work/sequence/points.csv" \
+        "$folder/points.csv" "$device"
+    sample warp_mesh "$left" "$right" "$camera" samples/tumour.obj "$folder/meshes" "$device"
+    sample stereo_only "$left/000000.png" "$right/000000.png" "$folder/disparity.pgm" "$device"
 }
 
 program="$other/samples/c/bin/{}"
@@ -36,7 +38,8 @@ program="$other/samples/c/bin/{}"
 status=0
 for device in reference cpu 'vulkan:*'; do
     backend=${device%%:*}
-    if ! grep -q "^device $backend:" "$work/devices" || ! grep -q "^device $backend:" "$work/other_devices"; then
+    if ! grep -q "^device $backend:" "$work/devices" ||
+        ! grep -q "^device $backend:" "$work/other_devices"; then
         echo "$backend: skipped, not both have a device"
         [ "$backend" = vulkan ] || status=1
         continue
@@ -44,7 +47,8 @@ for device in reference cpu 'vulkan:*'; do
     outputs "$device" "$work/$backend" "$build/samples/c/bin/{}"
     outputs "$device" "$work/other_$backend" "$@" "$program"
     if diff -rq --strip-trailing-cr "$work/$backend" "$work/other_$backend"; then
-        echo "$backend: $(find "$work/$backend" -type f | wc -l) files equal, among them $(wc -l <"$work/$backend/points.csv") lines of points"
+        echo "$backend: $(find "$work/$backend" -type f | wc -l) files equal, among them" \
+            "$(wc -l <"$work/$backend/points.csv") lines of points"
     else
         status=1
     fi

@@ -12,8 +12,9 @@
 set -euo pipefail
 
 tools=(cmake ninja-build g++ pkg-config python3 glslang-tools spirv-tools)
-libraries=(libeigen3-dev libhwy-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libopencv-dev libgstreamer-plugins-base1.0-dev
-    libcpp-httplib-dev libopenigtlink-dev libpng-dev zlib1g-dev libvulkan-volk-dev libvulkan-dev)
+libraries=(libeigen3-dev libhwy-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libopencv-dev
+    libgstreamer-plugins-base1.0-dev libcpp-httplib-dev libopenigtlink-dev libpng-dev zlib1g-dev
+    libvulkan-volk-dev libvulkan-dev)
 test_libraries=(doctest-dev libboost-context-dev)
 cameras=(gstreamer1.0-plugins-base gstreamer1.0-plugins-good)
 packages=("${tools[@]}" "${libraries[@]}" "${cameras[@]}")
@@ -30,10 +31,12 @@ case "${1:-all}" in
         ;;
     fuzz) packages+=(clang libclang-rt-14-dev llvm) ;;
     all)
-        packages+=("${test_libraries[@]}" gir1.2-gst-rtsp-server-1.0 python3-gi git clang-format clang-tidy black shfmt cmake-format binutils abigail-tools doxygen dpkg-dev file mesa-vulkan-drivers
-            vulkan-validationlayers mono-mcs mono-runtime libmono-system-core4.0-cil libmono-system-drawing4.0-cil libgdiplus
-            libnunit-cil-dev nuget mypy python3-build python3-jsonschema python3-numpy python3-pil python3-setuptools
-            python3-venv python3-wheel)
+        packages+=("${test_libraries[@]}" gir1.2-gst-rtsp-server-1.0 python3-gi git clang-format
+            clang-tidy black shfmt cmake-format binutils abigail-tools doxygen dpkg-dev file
+            mesa-vulkan-drivers vulkan-validationlayers mono-mcs mono-runtime
+            libmono-system-core4.0-cil libmono-system-drawing4.0-cil libgdiplus libnunit-cil-dev
+            nuget mypy python3-build python3-jsonschema python3-numpy python3-pil
+            python3-setuptools python3-venv python3-wheel)
         ;;
     *)
         echo "usage: scripts/install_packages.sh [build|fuzz|list|libraries]" >&2
@@ -43,7 +46,8 @@ esac
 
 missing=()
 for package in "${packages[@]}"; do
-    dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
+    dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' ||
+        missing+=("$package")
 done
 [ ${#missing[@]} -gt 0 ] || exit 0
 

@@ -22,9 +22,11 @@ trap 'rm -rf "$state"' EXIT
 mkdir -p "$state/lists/partial" "$state/archives/partial"
 : >"$state/status"
 # An apt of its own: as on a machine of that architecture on which nothing is installed.
-apt=(apt-get -qq -o "APT::Architecture=$architecture" -o "APT::Architectures=$architecture" -o "Dir::State=$state" -o "Dir::State::lists=$state/lists"
-    -o "Dir::State::status=$state/status" -o "Dir::Cache=$state" -o "Dir::Cache::archives=$state/archives" -o Debug::NoLocking=1
-    -o APT::Sandbox::User= -o APT::Keep-Downloaded-Packages=true -o Acquire::Languages=none -o APT::Update::Post-Invoke::=)
+apt=(apt-get -qq -o "APT::Architecture=$architecture" -o "APT::Architectures=$architecture"
+    -o "Dir::State=$state" -o "Dir::State::lists=$state/lists" -o "Dir::State::status=$state/status"
+    -o "Dir::Cache=$state" -o "Dir::Cache::archives=$state/archives" -o Debug::NoLocking=1
+    -o APT::Sandbox::User= -o APT::Keep-Downloaded-Packages=true -o Acquire::Languages=none
+    -o APT::Update::Post-Invoke::=)
 "${apt[@]}" update
 "${apt[@]}" install -y --no-install-recommends --download-only "${packages[@]}" mesa-vulkan-drivers
 # Debian's merged /usr.
@@ -38,7 +40,8 @@ for deb in "$state"/archives/*.deb; do
     dpkg-deb --fsys-tarfile "$deb" | tar -x --keep-directory-symlink --no-same-owner -C "$folder"
     name="$(dpkg-deb -f "$deb" Package)"
     [ "$(dpkg-deb -f "$deb" Multi-Arch)" != same ] || name+=":$architecture"
-    dpkg-deb --fsys-tarfile "$deb" | tar -t | sed -e 's,^\./,/,' -e 's,/$,,' -e 's,^$,/.,' >"$database/info/$name.list"
+    dpkg-deb --fsys-tarfile "$deb" | tar -t | sed -e 's,^\./,/,' -e 's,/$,,' -e 's,^$,/.,' \
+        >"$database/info/$name.list"
     {
         dpkg-deb -f "$deb" | sed '/^Package:/a Status: install ok installed'
         echo

@@ -51,17 +51,23 @@ vulkan="${vulkan%%$'\n'*}"
     echo "$vulkan"
 } | while read -r library; do
     case "$(basename "$library")" in
-        '' | libdefrec.* | libc.so* | libm.so* | libdl.so* | libpthread.so* | librt.so* | ld-linux*) ;;
-        libstdc++.so* | libgcc_s.so* | libvulkan.so*) install -D "$library" "$out/lib/spare/$(basename "$library")/$(basename "$library")" ;;
+        '' | libdefrec.* | ld-linux*) ;;
+        libc.so* | libm.so* | libdl.so* | libpthread.so* | librt.so*) ;;
+        libstdc++.so* | libgcc_s.so* | libvulkan.so*)
+            install -D "$library" "$out/lib/spare/$(basename "$library")/$(basename "$library")"
+            ;;
         *) cp "$library" "$out/lib/" ;;
     esac
 done
 
 # Without symbols, of which the plugins' manifests, that hold their hash, must hear.
-find "$out" -type f \( -path '*/bin/*' -o -path '*/tests/*' -o -name '*.so*' \) -exec strip --strip-unneeded {} +
+find "$out" -type f \( -path '*/bin/*' -o -path '*/tests/*' -o -name '*.so*' \) \
+    -exec strip --strip-unneeded {} +
 for manifest in "$out"/lib/defrec_plugin_*.json "$out"/lib/defrec-conformance/*.json; do
     name="$(basename "$manifest" .json)"
-    cmake "-DNAME=${name#defrec_plugin_}" "-DVERSION=$(sed -n 's/.*"version": "\(.*\)".*/\1/p' "$manifest")" \
+    version="$(sed -n 's/.*"version": "\(.*\)".*/\1/p' "$manifest")"
+    cmake "-DNAME=${name#defrec_plugin_}" "-DVERSION=$version" \
         "-DLIBRARY=${manifest%.json}.so" -P cmake/WritePluginManifest.cmake
 done
-echo "$out: $(du -sm "$out" | cut -f1) MB, $(ls "$out/tests" | tr '\n' ' ')and the plugins $(cd "$out/lib" && ls defrec_plugin_*.so | sed 's/defrec_plugin_//; s/\.so//' | tr '\n' ' ')"
+plugins="$(cd "$out/lib" && ls defrec_plugin_*.so | sed 's/defrec_plugin_//; s/\.so//')"
+echo "$out: $(du -sm "$out" | cut -f1) MB," $(ls "$out/tests") "and the plugins" $plugins

@@ -29,15 +29,18 @@ work="$(mktemp -d)"
 trap 'rm -rf "$work"' EXIT
 git archive --prefix="$name/" HEAD | tar -x -C "$work"
 # cmake/test_main.cpp says whether there are tests (cmake/DefrecTesting.cmake).
-(cd "$work/$name" && find . -name '*_test.cpp' -delete && find . -type d \( -name tests -o -name browser_test \) -prune -exec rm -r {} + &&
+(cd "$work/$name" && find . -name '*_test.cpp' -delete &&
+    find . -type d \( -name tests -o -name browser_test \) -prune -exec rm -r {} + &&
     rm cmake/test_main.cpp test.sh)
-tar --sort=name --mtime="@$(git log -1 --format=%ct)" --owner=0 --group=0 --numeric-owner -C "$work" -cJf "$folder/$name.tar.xz" "$name"
+tar --sort=name --mtime="@$(git log -1 --format=%ct)" --owner=0 --group=0 --numeric-owner \
+    -C "$work" -cJf "$folder/$name.tar.xz" "$name"
 echo "$folder/$name.tar.xz"
 
 [ -n "$check" ] || exit 0
 rm -rf "${work:?}/$name"
 tar -xf "$folder/$name.tar.xz" -C "$work"
-cmake -S "$work/$name" -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DDEFREC_BUILD_CUDA=OFF >"$work/log" ||
+cmake -S "$work/$name" -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+    -DDEFREC_BUILD_CUDA=OFF >"$work/log" ||
     {
         cat "$work/log" >&2
         exit 1

@@ -15,7 +15,8 @@ folder=out/soak
 mkdir -p "$folder"
 device=()
 if command -v nvidia-smi >/dev/null; then
-    nvidia-smi --query-gpu=memory.used --format=csv,noheader,nounits --id=0 -l 1 >"$folder/device_mb.txt" &
+    nvidia-smi --query-gpu=memory.used --format=csv,noheader,nounits --id=0 -l 1 \
+        >"$folder/device_mb.txt" &
     sampler=$!
     trap 'kill "$sampler" 2>/dev/null || true' EXIT
     device=(--device-memory "$folder/device_mb.txt")

@@ -39,8 +39,9 @@ mapfile -t scenes < <("$defrec" render --list 2>/dev/null | awk '/^[a-z]/ {print
 echo "rendering $clips clips of ${#scenes[@]} scenes, 160x120, 3 frames"
 seq 1 "$clips" | xargs -P "$jobs" -I{} bash -c '
     scenes=($4); number=$1
-    exec "$2" render "${scenes[number % ${#scenes[@]}]}" --seed "$number" --size 160x120 --frames 3 \
-        --out "$3/$(printf %04d "$number")" >/dev/null' _ {} "$defrec" "$root" "${scenes[*]}"
+    exec "$2" render "${scenes[number % ${#scenes[@]}]}" --seed "$number" --size 160x120 \
+        --frames 3 --out "$3/$(printf %04d "$number")" >/dev/null' \
+    _ {} "$defrec" "$root" "${scenes[*]}"
 hanging="$root/hangs" crashing="$root/crashes" malformed="$root/malformed"
 for clip in "$hanging" "$crashing" "$malformed"; do cp -r "$root/0001" "$clip"; done
 rm "$malformed/truth.csv"
@@ -95,7 +96,8 @@ killed() {
     "$defrec" evaluate --dataset defrec "$root" --out "$work/killed" --quiet "${options[@]}" \
         --jobs "$jobs" 2>>"$work/killed.log" &
     local pid=$!
-    while [ "$(find "$work/killed/clips" -name samples.csv 2>/dev/null | wc -l)" -lt $((clips / 4)) ]; do sleep 0.1; done
+    while [ "$(find "$work/killed/clips" -name samples.csv 2>/dev/null | wc -l)" \
+        -lt $((clips / 4)) ]; do sleep 0.1; done
     kill -9 "$pid"
     wait "$pid" 2>/dev/null || true
     echo "killed after $(find "$work/killed/clips" -name samples.csv | wc -l) clips"

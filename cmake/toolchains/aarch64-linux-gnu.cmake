@@ -12,10 +12,8 @@ if(NOT DEFREC_SYSROOT)
   set(DEFREC_SYSROOT "$ENV{DEFREC_SYSROOT}")
 endif()
 if(NOT EXISTS "${DEFREC_SYSROOT}/usr/lib/aarch64-linux-gnu")
-  message(
-    FATAL_ERROR
-      "DEFREC_SYSROOT is \"${DEFREC_SYSROOT}\", expected a folder made by scripts/make_sysroot.sh arm64 FOLDER"
-  )
+  message(FATAL_ERROR "DEFREC_SYSROOT is \"${DEFREC_SYSROOT}\", expected a folder made by "
+                      "scripts/make_sysroot.sh arm64 FOLDER")
 endif()
 set(CMAKE_SYSROOT "${DEFREC_SYSROOT}")
 set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES DEFREC_SYSROOT)

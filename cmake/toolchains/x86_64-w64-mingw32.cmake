@@ -15,9 +15,8 @@ if(NOT DEFREC_WINDOWS_PREFIX)
 endif()
 if(NOT IS_DIRECTORY "${DEFREC_WINDOWS_PREFIX}/usr")
   message(
-    FATAL_ERROR
-      "DEFREC_WINDOWS_PREFIX is \"${DEFREC_WINDOWS_PREFIX}\", expected a folder made by scripts/make_windows_prefix.sh FOLDER"
-  )
+    FATAL_ERROR "DEFREC_WINDOWS_PREFIX is \"${DEFREC_WINDOWS_PREFIX}\", expected a folder made by "
+                "scripts/make_windows_prefix.sh FOLDER")
 endif()
 set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES DEFREC_WINDOWS_PREFIX)
 set(CMAKE_FIND_ROOT_PATH "${DEFREC_WINDOWS_PREFIX}/usr/x86_64-w64-mingw32"

@@ -122,8 +122,10 @@ internal sealed class PngImage
     {
         var gray = new byte[Width * Height];
         for (int i = 0; i < gray.Length; ++i)
-            gray[i] =
-                (byte)((77 * Pixels[3 * i + 2] + 150 * Pixels[3 * i + 1] + 29 * Pixels[3 * i] + 128) >> 8);
+        {
+            int blue = Pixels[3 * i], green = Pixels[3 * i + 1], red = Pixels[3 * i + 2];
+            gray[i] = (byte)((77 * red + 150 * green + 29 * blue + 128) >> 8);
+        }
         return gray;
     }
 }

@@ -159,7 +159,8 @@ internal static class PlanBeneath
             {
                 if (arguments.Length < 5 || arguments.Length > 6)
                     throw new UsageException(
-                        "plan_beneath LEFT RIGHT FX,FY,CX,CY,BASELINE_MM TARGETS.csv OUT_FOLDER [DEVICE_ID]");
+                        "plan_beneath LEFT RIGHT FX,FY,CX,CY,BASELINE_MM TARGETS.csv OUT_FOLDER " +
+                        "[DEVICE_ID]");
                 Follow(
                     arguments[0], arguments[1], Sample.ParseCamera(arguments[2]), arguments[3],
                     arguments[4], arguments.Length > 5 ? arguments[5] : null);

@@ -85,7 +85,8 @@ internal static class TrackFolder
             {
                 if (arguments.Length < 5 || arguments.Length > 6)
                     throw new UsageException(
-                        "track_folder LEFT RIGHT FX,FY,CX,CY,BASELINE_MM POINTS.csv OUT.csv [DEVICE_ID]");
+                        "track_folder LEFT RIGHT FX,FY,CX,CY,BASELINE_MM POINTS.csv OUT.csv " +
+                        "[DEVICE_ID]");
                 Track(
                     arguments[0], arguments[1], Sample.ParseCamera(arguments[2]), arguments[3],
                     arguments[4], arguments.Length > 5 ? arguments[5] : null);

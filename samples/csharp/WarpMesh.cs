@@ -59,7 +59,8 @@ internal static class WarpMesh
             {
                 if (arguments.Length < 5 || arguments.Length > 6)
                     throw new UsageException(
-                        "warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]");
+                        "warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER " +
+                        "[DEVICE_ID]");
                 Warp(
                     arguments[0], arguments[1], Sample.ParseCamera(arguments[2]), arguments[3],
                     arguments[4], arguments.Length > 5 ? arguments[5] : null);
@@ -107,10 +108,11 @@ internal static class WarpMesh
         using (var file = new StreamWriter(path))
         {
             file.Write(
-                "ply\nformat ascii 1.0\ncomment millimetres, left rectified camera\nelement vertex " +
-                status.Length + "\n");
+                "ply\nformat ascii 1.0\ncomment millimetres, left rectified camera\n" +
+                "element vertex " + status.Length + "\n");
             file.Write(
-                "property float x\nproperty float y\nproperty float z\nproperty uchar status\nproperty float expected_error_mm\n");
+                "property float x\nproperty float y\nproperty float z\n" +
+                "property uchar status\nproperty float expected_error_mm\n");
             file.Write(
                 "element face " + mesh.Triangles.Count +
                 "\nproperty list uchar uint vertex_indices\nend_header\n");

@@ -8,7 +8,8 @@
 set -euo pipefail
 
 if [ -n "${SLURM_ARRAY_TASK_ID:-}" ]; then
-    if [ "$SLURM_ARRAY_TASK_MIN" -ne 1 ] || [ "$SLURM_ARRAY_TASK_MAX" -ne "$SLURM_ARRAY_TASK_COUNT" ]; then
+    if [ "$SLURM_ARRAY_TASK_MIN" -ne 1 ] ||
+        [ "$SLURM_ARRAY_TASK_MAX" -ne "$SLURM_ARRAY_TASK_COUNT" ]; then
         echo "the array's tasks have to be 1 to their number, as --array=1-16 makes them"
         exit 2
     fi

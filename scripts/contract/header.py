@@ -38,8 +38,10 @@ SCALARS = {
 POINTER = 8
 
 TOKEN = re.compile(
-    r"""(?P<doc>/\*\*.*?\*/) | (?P<comment>/\*.*?\*/) | (?P<cplusplus>^\#ifdef\ __cplusplus$.*?^\#endif$)
-      | (?P<define>^\#define\ (?P<macro>DEFREC_\w+_M(?:AJOR|INOR))\ (?P<number>\d+)) | (?P<directive>^\#(?:[^\n\\]|\\.)*)
+    r"""(?P<doc>/\*\*.*?\*/) | (?P<comment>/\*.*?\*/)
+      | (?P<cplusplus>^\#ifdef\ __cplusplus$.*?^\#endif$)
+      | (?P<define>^\#define\ (?P<macro>DEFREC_\w+_M(?:AJOR|INOR))\ (?P<number>\d+))
+      | (?P<directive>^\#(?:[^\n\\]|\\.)*)
       | (?P<space>\s+) | (?P<word>\w+) | (?P<mark><<|.)""",
     re.M | re.S | re.X,
 )

@@ -2,15 +2,21 @@
 # Checks this machine's GPU: the tests of the GPU backends, the conformance suite, the benchmark,
 # and the kernels under compute-sanitizer where it is installed. Needs bash, coreutils, grep, sed
 # and the GPU's driver.
-usage="usage: check.sh [OPTION...] [tests] [conformance] [bench] [sanitizer]     without a part: all of them
-  --backend NAME    one of backends.txt in this folder; may be repeated. Default: those that find a device
-  --stage NAME      of tests, conformance and sanitizer what concerns this stage alone; may be repeated
-  --tier NAME       of conformance and sanitizer this tier alone, abi, stage, sequence or stress; may be repeated
-                    (conformance without --stage, --tier and --smoke is one run of the whole suite, whose report can be kept)
-  --tool NAME       of the sanitizer: memcheck, racecheck, initcheck or synccheck; may be repeated. Default: all four
+usage="usage: check.sh [OPTION...] [tests] [conformance] [bench] [sanitizer]
+without a part: all of them
+  --backend NAME    one of backends.txt in this folder; may be repeated. Default: those that find a
+                    device
+  --stage NAME      of tests, conformance and sanitizer what concerns this stage alone; may be
+                    repeated
+  --tier NAME       of conformance and sanitizer this tier alone, abi, stage, sequence or stress;
+                    may be repeated (conformance without --stage, --tier and --smoke is one run of
+                    the whole suite, whose report can be kept)
+  --tool NAME       of the sanitizer: memcheck, racecheck, initcheck or synccheck; may be repeated.
+                    Default: all four
   --smoke           of conformance and sanitizer the suite's short list
   --jobs N          processes at once; default: as many as processors. The benchmark is always alone
-  --time-limit S    for everything; what has not ended by then is ended, and not passed. Default 3600
+  --time-limit S    for everything; what has not ended by then is ended, and not passed. Default
+                    3600
   --out FOLDER      for results; default: results, in the folder where you are"
 set -uo pipefail
 here="$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")"
@@ -26,11 +32,15 @@ one_of() { # NAME GIVEN KNOWN...
 }
 whole() { [[ "$2" =~ ^[1-9][0-9]{0,6}$ ]] || fail_usage "$1: '$2' is no whole number from 1 on"; }
 mapfile -t all_backends <"$here/backends.txt"
-all_stages=(rectify stereo orb match align ransac lm warp) all_tools=(memcheck racecheck initcheck synccheck)
-parts=() backends=() stages=() tiers=() tools=() smoke=() places="$(nproc)" time_limit=3600 out=results
+all_stages=(rectify stereo orb match align ransac lm warp)
+all_tools=(memcheck racecheck initcheck synccheck)
+parts=() backends=() stages=() tiers=() tools=() smoke=()
+places="$(nproc)" time_limit=3600 out=results
 while [ $# -gt 0 ]; do
     case "$1" in
-        --backend | --stage | --tier | --tool | --jobs | --time-limit | --out) [ $# -ge 2 ] || fail_usage "$1: a value expected" ;;
+        --backend | --stage | --tier | --tool | --jobs | --time-limit | --out)
+            [ $# -ge 2 ] || fail_usage "$1: a value expected"
+            ;;
     esac
     case "$1" in
         tests | conformance | bench | sanitizer) parts+=("$1") ;;
@@ -115,7 +125,8 @@ if [ ${#backends[@]} -eq 0 ]; then
             backends+=("$backend")
         else
             plugin="$(sed -n "s/.*defrec_plugin_$backend\.json: //p" "$out/devices.txt")"
-            echo "skipped     $backend: no device (the plugin: ${plugin:-not in this folder})" | tee -a "$summary"
+            echo "skipped     $backend: no device (the plugin: ${plugin:-not in this folder})" |
+                tee -a "$summary"
         fi
     done
 fi
@@ -146,7 +157,10 @@ run() {
     if [ $code = 0 ] && grep -q 'skipped: no' "$log"; then verdict=skipped; fi
     tell "$verdict" $((SECONDS - began)) "$name"
     case "$verdict" in
-        FAILED | "OUT OF TIME") grep -aE -m 5 'FAILED|ERROR|[Ee]rror:|^defrec-' "$log" | cut -c 1-200 | sed 's/^/                         /' | tee -a "$summary" ;;
+        FAILED | "OUT OF TIME")
+            grep -aE -m 5 'FAILED|ERROR|[Ee]rror:|^defrec-' "$log" | cut -c 1-200 |
+                sed 's/^/                         /' | tee -a "$summary"
+            ;;
     esac
 }
 start() {
@@ -163,9 +177,11 @@ tests() {
         for program in "$here/tests/defrec_${backend}"{,_memory,_fault}_tests; do
             [ -e "$program" ] || continue
             [[ $program != *fault* ]] || wait # they take all of the GPU's memory, and make it fail
-            for source in $("$program" --list-test-cases --reporters=xml | sed -n 's/.*filename="[^"]*\/\([a-z_]*\)_test\.cpp".*/\1/p' | sort -u); do
+            for source in $("$program" --list-test-cases --reporters=xml |
+                sed -n 's/.*filename="[^"]*\/\([a-z_]*\)_test\.cpp".*/\1/p' | sort -u); do
                 [ ${#stages[@]} -eq 0 ] || [[ " ${stages[*]} " == *" ${source%%_*} "* ]] || continue
-                start "tests/$backend/$source" "$program" --no-version "--source-file=*/${source}_test.cpp"
+                start "tests/$backend/$source" \
+                    "$program" --no-version "--source-file=*/${source}_test.cpp"
             done
             [[ $program != *fault* ]] || wait
         done
@@ -179,7 +195,11 @@ patterns() {
     for tier in "$@"; do
         case "$tier" in
             stage)
-                if [ ${#stages[@]} -gt 0 ]; then printf 'stage/%s/*\n' "${stages[@]}"; else printf 'stage/%s/*\n' "${all_stages[@]}"; fi
+                if [ ${#stages[@]} -gt 0 ]; then
+                    printf 'stage/%s/*\n' "${stages[@]}"
+                else
+                    printf 'stage/%s/*\n' "${all_stages[@]}"
+                fi
                 ;;
             *) "$here/bin/defrec-conformance" --list --tier "$tier" "${smoke[@]}" | sed 's/ .*//' |
                 if [ "$tier" = sequence ]; then cat; else sed 's|/.*|/*|' | sort -u; fi ;;
@@ -206,7 +226,8 @@ conformance() {
             continue
         fi
         while read -r pattern; do
-            examine "conformance/$backend/${pattern%/\*}" -- --backend "$backend" "${smoke[@]}" --case "$pattern"
+            examine "conformance/$backend/${pattern%/\*}" -- \
+                --backend "$backend" "${smoke[@]}" --case "$pattern"
         done <<<"$(patterns "${chosen[@]}")"
     done
 }
@@ -215,12 +236,14 @@ conformance() {
 measure() {
     local backend="$1" name="$2" log="$out/bench_$1_$2"
     shift 2
-    start "bench/$backend/$name" "$here/bin/defrec-bench" bench --backend "$backend" --json --quiet "$@"
+    start "bench/$backend/$name" \
+        "$here/bin/defrec-bench" bench --backend "$backend" --json --quiet "$@"
     wait
     grep -q '^{' "$log.log" 2>/dev/null || return # it failed, or was not run
     mv "$log.log" "$log.json"
-    sed -n '/"submit_to_result"/,/}/s/.*"\(median\|p99\)_ms": \([0-9.]*\).*/\1 \2 ms/p; s/.*"frames_per_second": \([0-9.]*\).*/\1 frames a second/p' \
-        "$log.json" | sed 's/^/                         /' | tee -a "$summary"
+    sed -n -e '/"submit_to_result"/,/}/s/.*"\(median\|p99\)_ms": \([0-9.]*\).*/\1 \2 ms/p' \
+        -e 's/.*"frames_per_second": \([0-9.]*\).*/\1 frames a second/p' "$log.json" |
+        sed 's/^/                         /' | tee -a "$summary"
 }
 bench() {
     local backend
@@ -228,15 +251,18 @@ bench() {
     for backend in "${backends[@]}"; do
         measure "$backend" 360x288 --size 360x288 --frames 600 --warm-up 300
         measure "$backend" 960x540 --size 960x540 --frames 600 --warm-up 300
-        measure "$backend" 960x540_128 --size 960x540 --frames 600 --warm-up 300 --config "$here/bench_128.yaml"
+        measure "$backend" 960x540_128 --size 960x540 --frames 600 --warm-up 300 \
+            --config "$here/bench_128.yaml"
         measure "$backend" 1920x1080 --size 1920x1080 --frames 300 --warm-up 100
-        measure "$backend" 960x540_32_trackers --size 960x540 --frames 100 --warm-up 20 --trackers 32
+        measure "$backend" 960x540_32_trackers --size 960x540 --frames 100 --warm-up 20 \
+            --trackers 32
     done
 }
 
 sanitizer() {
     local program tool pattern
-    program="$(command -v compute-sanitizer || ls /usr/local/cuda/bin/compute-sanitizer 2>/dev/null)"
+    program="$(command -v compute-sanitizer ||
+        ls /usr/local/cuda/bin/compute-sanitizer 2>/dev/null)"
     [ -n "$program" ] || {
         echo "skipped     sanitizer: compute-sanitizer is not installed" | tee -a "$summary"
         return
@@ -246,10 +272,13 @@ sanitizer() {
         return
     }
     local chosen=("${tiers[@]}")
-    [ ${#tiers[@]} -gt 0 ] || { [ ${#stages[@]} -gt 0 ] && chosen=(stage) || chosen=(stage sequence); }
+    if [ ${#tiers[@]} -eq 0 ]; then
+        [ ${#stages[@]} -gt 0 ] && chosen=(stage) || chosen=(stage sequence)
+    fi
     for tool in "${tools[@]}"; do
         while read -r pattern; do
-            examine "sanitizer/$tool/${pattern%/\*}" "$program" --tool "$tool" --target-processes all --error-exitcode 9 --print-limit 20 -- \
+            examine "sanitizer/$tool/${pattern%/\*}" "$program" --tool "$tool" \
+                --target-processes all --error-exitcode 9 --print-limit 20 -- \
                 --backend cuda "${smoke[@]}" --case "$pattern" --in-process
         done <<<"$(patterns "${chosen[@]}")"
     done

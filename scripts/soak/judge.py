@@ -152,7 +152,9 @@ def plot(lines):
         last = line.times[-1]
 
         def at(time, value, top=top, low=low, high=high, last=last):
-            return f"{left + time / last * (width - left - 20):.1f},{top + height - (value - low) / (high - low) * height:.1f}"
+            x = left + time / last * (width - left - 20)
+            y = top + height - (value - low) / (high - low) * height
+            return f"{x:.1f},{y:.1f}"
 
         unit = f", {line.unit}" if line.unit else ""
         ends = [at(time, line.start + line.slope * time) for time in (line.begin, last)]

@@ -26,7 +26,8 @@ def samples(leak_mb_per_hour=0.0, descriptors=lambda second: 6, seed=1):
         memory = 200 + drift + leak_mb_per_hour * second / 3600 + 40 * (1 - 0.9**second)
         loop = f"{0.006 + noise.gauss(0, 0.001):.4f}" if second % 3 == 0 else ""
         rows.append(
-            f"{second},30,1,20,0,0,0,0,{30 + noise.gauss(0, 5):.2f},{loop},{memory:.3f},{memory / 2:.3f},{descriptors(second)},8"
+            f"{second},30,1,20,0,0,0,0,{30 + noise.gauss(0, 5):.2f},{loop},{memory:.3f},"
+            f"{memory / 2:.3f},{descriptors(second)},8"
         )
     return "\n".join(rows) + "\n"
 

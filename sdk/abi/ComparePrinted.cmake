@@ -10,6 +10,6 @@ if(NOT result EQUAL 0 OR NOT printed STREQUAL expected)
   execute_process(COMMAND diff -u "${EXPECTED}" "${program}.printed" OUTPUT_VARIABLE difference)
   message(
     FATAL_ERROR
-      "The ABI changed. Lines may only be added (docs/abi.md); if that is so, add them to ${EXPECTED}.\n${difference}"
-  )
+      "The ABI changed. Lines may only be added (docs/abi.md); if that is so, add them to "
+      "${EXPECTED}.\n${difference}")
 endif()

@@ -21,8 +21,8 @@ function(expect name pattern)
   elseif(NOT pattern STREQUAL "" AND (result EQUAL 0 OR NOT printed MATCHES "${pattern}"))
     message(
       FATAL_ERROR
-        "${name}: the break was not found (result ${result}, expected to match ${pattern})\n${printed}"
-    )
+        "${name}: the break was not found (result ${result}, expected to match ${pattern})\n"
+        "${printed}")
   endif()
   message(STATUS "${name}: as expected")
 endfunction()

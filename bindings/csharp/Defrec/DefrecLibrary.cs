@@ -23,7 +23,8 @@ namespace Defrec
                     throw new DllNotFoundException(
                         NativeMethods.Library +
                             " was not found, or a library that it needs. It is looked for beside " +
-                            "Defrec.dll, in the folders of LD_LIBRARY_PATH and in those of the system.",
+                            "Defrec.dll, in the folders of LD_LIBRARY_PATH and in those of the " +
+                            "system.",
                         e);
                 }
             }

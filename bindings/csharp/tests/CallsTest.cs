@@ -320,14 +320,16 @@ namespace Defrec.Tests
                 Assert.That(
                     Stub.Calls(), Is.EqualTo(new[] {
                         "defrec_job_warp_points(job=" + handle +
-                            ", template_xyz=[1.5, -2, 0.25, 4, 5, 6], count=2, xyz=written, status=written, " +
-                            "expected_error_mm=written)",
+                            ", template_xyz=[1.5, -2, 0.25, 4, 5, 6], count=2, xyz=written, " +
+                            "status=written, expected_error_mm=written)",
                         "defrec_job_warp_points(job=" + handle +
-                            ", template_xyz=[1, 2, 3], count=1, xyz=written, status=NULL, expected_error_mm=NULL)",
+                            ", template_xyz=[1, 2, 3], count=1, xyz=written, status=NULL, " +
+                            "expected_error_mm=NULL)",
                         "defrec_job_point_covariances(job=" + handle +
                             ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=NULL)",
                         "defrec_job_point_covariances(job=" + handle +
-                            ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=written)",
+                            ", template_xyz=[1, 2, 3], count=1, covariance=written, " +
+                            "evidence=written)",
                         "defrec_job_lift_points(job=" + handle +
                             ", uv=[0.5, 1.5], count=1, xyz=written, found=written)",
                         "defrec_job_get_template(job=" + handle + ", out=" + template + ")",
@@ -572,11 +574,10 @@ namespace Defrec.Tests
                 stage.Dispose();
                 string[] calls = Stub.Calls();
                 Assert.That(
-                    calls[0],
-                    Is.StringMatching(
-                        "^defrec_stage_create\\(context=" + Stub.Handle(Context.Handle) +
-                        ", device_id=\"device \u00fc\", stage=1, params=4c0000004000000030000000(00)+, out=" +
-                        handle + "\\)$"));
+                    calls[0], Is.StringMatching(
+                                  "^defrec_stage_create\\(context=" + Stub.Handle(Context.Handle) +
+                                  ", device_id=\"device \u00fc\", stage=1, " +
+                                  "params=4c0000004000000030000000(00)+, out=" + handle + "\\)$"));
                 Assert.That(
                     calls.Skip(1), Is.EqualTo(new[] {
                         "defrec_stage_prepare(stage=" + handle + ", in=[3, 96, NULL], in_count=3)",

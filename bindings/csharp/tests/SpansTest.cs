@@ -57,9 +57,11 @@ namespace Defrec.Tests
                 Assert.That(
                     Stub.Calls(), Is.EqualTo(new[] {
                         "defrec_job_warp_points(job=" + handle +
-                            ", template_xyz=[1, 2, 3], count=1, xyz=written, status=written, expected_error_mm=written)",
+                            ", template_xyz=[1, 2, 3], count=1, xyz=written, status=written, " +
+                            "expected_error_mm=written)",
                         "defrec_job_warp_points(job=" + handle +
-                            ", template_xyz=[1, 2, 3], count=1, xyz=written, status=NULL, expected_error_mm=NULL)",
+                            ", template_xyz=[1, 2, 3], count=1, xyz=written, status=NULL, " +
+                            "expected_error_mm=NULL)",
                     }));
                 Assert.Throws<ArgumentException>(
                     () => job.WarpPoints(
@@ -81,7 +83,8 @@ namespace Defrec.Tests
                 Assert.That(
                     Stub.Calls(), Is.EqualTo(new[] {
                         "defrec_job_point_covariances(job=" + handle +
-                            ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=written)",
+                            ", template_xyz=[1, 2, 3], count=1, covariance=written, " +
+                            "evidence=written)",
                         "defrec_job_point_covariances(job=" + handle +
                             ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=NULL)",
                     }));

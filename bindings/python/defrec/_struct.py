@@ -99,7 +99,9 @@ class Struct(ctypes.Structure):
         return f"{type(self).__name__}({', '.join(shown)})"
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and bytes(self) == bytes(other)  # type: ignore[call-overload]
+        if type(self) is not type(other):
+            return False
+        return bytes(self) == bytes(other)  # type: ignore[call-overload]
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -11,7 +11,10 @@ from .context import Context
 from .rig import Rig
 from .structs import Camera
 
-_MATRIX = r"^[ ]*{name}:\s*!!opencv-matrix\s*rows:\s*\d+\s*cols:\s*\d+\s*dt:\s*[df]\s*data:\s*\[([^\]]*)\]"
+_MATRIX = (
+    r"^[ ]*{name}:\s*!!opencv-matrix\s*rows:\s*\d+\s*cols:\s*\d+\s*"
+    r"dt:\s*[df]\s*data:\s*\[([^\]]*)\]"
+)
 
 
 @dataclass(frozen=True)

@@ -49,10 +49,8 @@ class Rig(Handle):
         self._create(context, desc)
 
     def __repr__(self) -> str:
-        return (
-            "<Rig of"
-            f" {self._raw_size[0]}x{self._raw_size[1]} images{', closed' if self.is_closed else ''}>"
-        )
+        closed = ", closed" if self.is_closed else ""
+        return f"<Rig of {self._raw_size[0]}x{self._raw_size[1]} images{closed}>"
 
     @classmethod
     def rectified(cls, context: Context, width: int, height: int, camera: Camera) -> "Rig":

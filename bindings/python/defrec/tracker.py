@@ -149,10 +149,11 @@ class Job(Handle):
 class Tracker(TrackerOptions):
     __doc__ = f"""Follows the surface that a rig observes.
 
-    Opens the device and allocates everything that a frame needs. Of what is 0, or None, the library takes its default.
+    Opens the device and allocates everything that a frame needs. Of what is 0, or None, the library
+    takes its default.
 
-    device_id: of one of Context.devices; "cuda:*": that backend's device with the fewest trackers of the context;
-    None: the first device with every stage.
+    device_id: of one of Context.devices; "cuda:*": that backend's device with the fewest trackers
+        of the context; None: the first device with every stage.
     {OPTIONS}
 
     threads: any, but submit and set_template: one at a time (BusyError). Raises Error.

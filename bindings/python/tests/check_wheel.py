@@ -50,7 +50,8 @@ assert importlib.util.find_spec("numpy") is None, "the environment is not fresh"
 assert defrec._library.path.startswith({str(folder)!r}), defrec._library.path
 with defrec.Context() as context:
     for plugin in context.plugins:
-        assert plugin.verdict == defrec.Status.OK and plugin.path.startswith({str(folder)!r}), plugin
+        assert plugin.verdict == defrec.Status.OK, plugin
+        assert plugin.path.startswith({str(folder)!r}), plugin
     rig = defrec.Rig.rectified(context, plane.WIDTH, plane.HEIGHT, plane.CAMERA)
     tracker = defrec.Tracker(context, rig, "cpu", format=defrec.Format.GRAY8)
     for frame in range(3):

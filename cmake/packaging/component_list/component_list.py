@@ -70,7 +70,8 @@ def package_url(component):
     query = "&".join(
         f"{key}={urllib.parse.quote(value)}" for key, value in qualifiers.items() if value
     )
-    return f"pkg:deb/{vendor}/{urllib.parse.quote(name)}@{urllib.parse.quote(version, safe='~')}?{query}"
+    name, version = urllib.parse.quote(name), urllib.parse.quote(version, safe="~")
+    return f"pkg:deb/{vendor}/{name}@{version}?{query}"
 
 
 def licence_entry(licence):

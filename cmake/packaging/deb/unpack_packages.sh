@@ -8,4 +8,5 @@ rm -rf "$root"
 mkdir -p "$root/var/lib/dpkg/updates" "$root/var/lib/dpkg/info"
 : >"$root/var/lib/dpkg/status"
 : >"$root/var/lib/dpkg/available"
-dpkg --root="$root" --log="$root/dpkg.log" --force-not-root --force-bad-path --unpack "$packages"/*.deb
+dpkg --root="$root" --log="$root/dpkg.log" --force-not-root --force-bad-path \
+    --unpack "$packages"/*.deb

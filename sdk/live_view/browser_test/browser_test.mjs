@@ -79,11 +79,11 @@ async function look() {
   page.setDefaultTimeout(kPatienceMs);
   const errors = [];
   page.on('pageerror', (error) => errors.push(error.message));
-  const of = (name) => page.evaluate((key) => document.documentElement.dataset[key], name);
+  const shown = (name) => page.evaluate((key) => document.documentElement.dataset[key], name);
   await page.setViewport({width: 1500, height: 1250});
   await page.goto(url);
   await page.waitForFunction(() => Number(document.documentElement.dataset.frame) >= 2);
-  assert.equal(await of ('clicked'), '0');
+  assert.equal(await shown('clicked'), '0');
   const box = await (await page.$('#picture')).boundingBox();
   await page.mouse.click(box.x + 0.45 * box.width, box.y + 0.55 * box.height);
   await page.waitForFunction(() => document.documentElement.dataset.clicked === '1');
@@ -126,8 +126,8 @@ async function look() {
   const refused = await stranger.goto(url.replace(/token=.*/, 'token=0'));
   assert.equal(refused.status(), 403);
   assert.deepEqual(errors, []);
-  assert.equal(await of ('errors'), undefined);
-  return Number(await of ('frame'));
+  assert.equal(await shown('errors'), undefined);
+  return Number(await shown('frame'));
 }
 
 try {

@@ -8,7 +8,7 @@ if(failed)
   file(REMOVE_RECURSE "${PACKAGES}/node_modules")
   message(
     WARNING
-      "npm could not install the packages of ${WEB}: pages have no 3D view and no plots, tests that need them are skipped. "
-      "The build after the next configuration tries again.\n${printed}")
+      "npm could not install the packages of ${WEB}: pages have no 3D view and no plots, tests "
+      "that need them are skipped. The build after the next configuration tries again.\n${printed}")
 endif()
 file(TOUCH "${STAMP}")

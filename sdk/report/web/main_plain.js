@@ -7,8 +7,8 @@ import {showChanges, showReading, showSummary} from './summary.js';
 import {showTargets} from './targets.js';
 
 function leaveOut(section) {
-  const why =
-      'Not in this report: this defrec was built without node, npm or the npm packages that draw it.';
+  const why = 'Not in this report: this defrec was built without node, npm or the npm packages ' +
+      'that draw it.';
   section.replaceChildren(section.querySelector('h2'), element('p', {class: 'note'}, why));
 }
 

@@ -116,18 +116,26 @@ export function showReading() {
   for (const [state, meaning] of Object.entries(stateMeanings))
     add(stateChip(state), `${meaning}.`);
   add('Units',
-      'Lengths are millimetres in the left rectified camera (x right, y down, z away from it); times are milliseconds.');
+      'Lengths are millimetres in the left rectified camera (x right, y down, z ' +
+          'away from it); times are milliseconds.');
   add('Residual',
-      'Mean difference in depth between the deformed surface and what stereo measured in that frame, over the vertices whose depth agrees: how well the model fits, not how far it is from the truth.');
+      'Mean difference in depth between the deformed surface and what stereo measured ' +
+          'in that frame, over the vertices whose depth agrees: how well the model fits, not how ' +
+          'far it is from the truth.');
   add('Expected error',
       'The tracker\'s own estimate of how far a point may be off (root mean square).');
   add('Error ellipsoid',
-      'In which direction a followed point may be off: one standard deviation, enlarged as chosen.');
+      'In which direction a followed point may be off: one standard deviation, enlarged as ' +
+          'chosen.');
   add('Target',
-      'A place beneath the surface that was given in the template\'s frame. A ring in the overlay is as wide as its expected error, dashed where the surface above it is not observed.');
+      'A place beneath the surface that was given in the template\'s frame. A ring in ' +
+          'the overlay is as wide as its expected error, dashed where the surface above it is ' +
+          'not observed.');
   add('Deformation', 'Displacement from the template with the rigid motion taken out.');
   add('Overlay',
-      'Grid: the surface\'s lines in the colours above. Crosses: control points. Blue: feature matches that were kept, from their place in the template to now; dark: matches that were refused.');
+      'Grid: the surface\'s lines in the colours above. Crosses: control points. Blue: ' +
+          'feature matches that were kept, from their place in the template to now; dark: ' +
+          'matches that were refused.');
   byId('reading').append(list);
 }
 

@@ -119,7 +119,8 @@ export function showTargets({surface}) {
   const moments = surface.moments;
   byId('targets').hidden = false;
   byId('targets-hint').textContent =
-      'The plot shows the median expected error over depth, the middle 90 % (thick) and the range (thin) over the frames of this page.' +
+      'The plot shows the median expected error over depth, the middle 90 % (thick) and ' +
+      'the range (thin) over the frames of this page.' +
       (labels.length < count ? ` ${labels.length} of ${count} targets are shown, evenly chosen.` :
                                '');
   const groups = byDepth(labels, moments);
