@@ -1,21 +1,25 @@
-# defrec_add_backend(NAME SOURCES ... LIBRARIES ... [MAPS ...] [CONTAINS ...] [GPU] [GPU_TESTS ...] [COMPONENT <install component>])
-# Registers a backend of the tree: makes its plugin defrec_plugin_NAME.so, exporting nothing but the plugin's entry, and its manifest, both
-# in the folder of libdefrec. Whoever deals with all backends asks here which there are: the tests of exports and of mapped libraries,
-# conformance's short list, the component list, the packages for Debian, Python and C#, and the folder that checks a GPU.
+# defrec_add_backend(NAME SOURCES ... LIBRARIES ... [MAPS ...] [CONTAINS ...] [GPU] [GPU_TESTS ...]
+#     [COMPONENT <install component>])
+# Registers a backend of the tree: makes its plugin defrec_plugin_NAME.so, exporting nothing but the
+# plugin's entry, and its manifest, both in the folder of libdefrec. Whoever deals with all backends
+# asks here which there are: the tests of exports and of mapped libraries, conformance's short list,
+# the component list, the packages for Debian, Python and C#, and the folder that checks a GPU.
 #   MAPS        libraries that it may map besides the runtimes of C and C++
-#   CONTAINS    of components that several parts contain, those that it does: eigen. Its own it declares with defrec_component()
-#   GPU         it computes on a device that a machine may lack: its short list is skipped there, and a GPU check examines it elsewhere
+#   CONTAINS    of components that several parts contain, those that it does: eigen. Its own it
+#               declares with defrec_component()
+#   GPU         it computes on a device that a machine may lack: its short list is skipped there,
+#               and a GPU check examines it elsewhere
 #   GPU_TESTS   test programs that go into that folder
-#   COMPONENT   it is installed with that component; without, it has one of its own, plugin_NAME, and with it a Debian package, which
-#               debian/control describes
+#   COMPONENT   it is installed with that component; without, it has one of its own, plugin_NAME,
+#               and with it a Debian package, which debian/control describes
 #
 # defrec_list_plugins(TARGETS FILES)
-# Sets the two variables: the targets of all plugins made so, and their libraries and manifests. Each target has the properties
-# DEFREC_BACKEND (NAME) and DEFREC_<argument above>.
+# Sets the two variables: the targets of all plugins made so, and their libraries and manifests.
+# Each target has the properties DEFREC_BACKEND (NAME) and DEFREC_<argument above>.
 include(DefrecPluginManifest)
 set(DEFREC_PLUGIN_FOLDER "${CMAKE_INSTALL_LIBDIR}")
 if(WIN32)
-  set(DEFREC_PLUGIN_FOLDER "${CMAKE_INSTALL_BINDIR}")  # where the DLL goes
+  set(DEFREC_PLUGIN_FOLDER "${CMAKE_INSTALL_BINDIR}") # where the DLL goes
 endif()
 
 function(defrec_add_backend name)
@@ -34,7 +38,7 @@ function(defrec_add_backend name)
   target_link_libraries(${target} PRIVATE defrec_plugin_base ${arg_LIBRARIES})
   target_include_directories(${target} PRIVATE "${CMAKE_SOURCE_DIR}" "${CMAKE_SOURCE_DIR}/include")
   target_compile_definitions(${target} PRIVATE DEFREC_RELEASE="${PROJECT_VERSION}")
-  if(NOT WIN32)  # whose exports are those that the source names
+  if(NOT WIN32) # whose exports are those that the source names
     target_link_options(${target} PRIVATE "-Wl,--version-script,${exports}")
     set_target_properties(${target} PROPERTIES LINK_DEPENDS "${exports}")
   endif()

@@ -1,8 +1,9 @@
 # What the binaries consist of, for the component list (packaging/component_list).
 #
-# defrec_component(NAME VERSION <version> LICENCE <SPDX expression> HOW linked|contained|tool FILE <file of it> USED_BY <our parts>)
-#   linked: a shared library, mapped when the program runs; contained: code of it is in our binaries, whether they link it or not;
-#   tool: took part in building only
+# defrec_component(NAME VERSION <version> LICENCE <SPDX expression> HOW linked|contained|tool FILE
+#     <file of it> USED_BY <our parts>)
+#   linked: a shared library, mapped when the program runs; contained: code of it is in our
+#   binaries, whether they link it or not; tool: took part in building only
 #
 # defrec_version_from(HEADER REGEX VARIABLE)
 # A version that a header states: what the first group of the regular expression matches.
@@ -14,8 +15,11 @@ function(defrec_component name)
     endif()
   endforeach()
   list(JOIN arg_USED_BY "\", \"" users)
-  string(CONCAT entry "{\"name\": \"${name}\", \"version\": \"${arg_VERSION}\", \"licence\": \"${arg_LICENCE}\", "
-    "\"how\": \"${arg_HOW}\", \"file\": \"${arg_FILE}\", \"used_by\": [\"${users}\"]}")
+  string(
+    CONCAT
+      entry
+      "{\"name\": \"${name}\", \"version\": \"${arg_VERSION}\", \"licence\": \"${arg_LICENCE}\", "
+      "\"how\": \"${arg_HOW}\", \"file\": \"${arg_FILE}\", \"used_by\": [\"${users}\"]}")
   set_property(GLOBAL APPEND PROPERTY DEFREC_COMPONENTS "${entry}")
 endfunction()
 

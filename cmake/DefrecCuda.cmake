@@ -1,9 +1,12 @@
-# CUDA is used where its compiler is: DEFREC_CUDA says whether. Only the driver and nothing else is needed where it runs.
-set(DEFREC_CUDA_ARCHITECTURES native CACHE STRING
-  "GPUs to compile for: native (this machine's), all (for packages), or a list as CMAKE_CUDA_ARCHITECTURES takes it")
+# CUDA is used where its compiler is: DEFREC_CUDA says whether. Only the driver and nothing else is
+# needed where it runs.
+set(DEFREC_CUDA_ARCHITECTURES native
+    CACHE STRING
+          "GPUs to compile for: native (this machine's), all (for packages), or a list of CMake's")
 set(DEFREC_CUDA OFF)
 
-# defrec_native_cuda_architectures(VARIABLE): this machine's GPUs; without one the first in the list of all, whose PTX runs on later ones.
+# defrec_native_cuda_architectures(VARIABLE): this machine's GPUs; without one the first in the list
+# of all, whose PTX runs on later ones.
 function(defrec_native_cuda_architectures variable)
   set(${variable} 75 PARENT_SCOPE)
   execute_process(COMMAND "${DEFREC_NVCC}" --list-gpu-code OUTPUT_VARIABLE known ERROR_QUIET)
@@ -12,7 +15,7 @@ function(defrec_native_cuda_architectures variable)
     return()
   endif()
   execute_process(COMMAND "${DEFREC_NVIDIA_SMI}" --query-gpu=compute_cap --format=csv,noheader
-    OUTPUT_VARIABLE capabilities RESULT_VARIABLE failed ERROR_QUIET)
+                  OUTPUT_VARIABLE capabilities RESULT_VARIABLE failed ERROR_QUIET)
   if(failed)
     return()
   endif()
@@ -40,7 +43,8 @@ elseif(NOT DEFREC_SANITIZE)
     if(DEFREC_CUDA_ARCHITECTURES STREQUAL native)
       defrec_native_cuda_architectures(CMAKE_CUDA_ARCHITECTURES)
     elseif(DEFREC_CUDA_ARCHITECTURES STREQUAL all)
-      set(CMAKE_CUDA_ARCHITECTURES 75-real 80-real 86-real 89-real 90)  # the last one's PTX is for GPUs to come
+      # the last one's PTX is for GPUs to come
+      set(CMAKE_CUDA_ARCHITECTURES 75-real 80-real 86-real 89-real 90)
     else()
       set(CMAKE_CUDA_ARCHITECTURES "${DEFREC_CUDA_ARCHITECTURES}")
     endif()
@@ -55,8 +59,12 @@ elseif(NOT DEFREC_SANITIZE)
     set(CMAKE_CUDA_STANDARD 20)
     set(CMAKE_CUDA_EXTENSIONS OFF)
   else()
-    message(STATUS "CUDA: no nvcc found; the CUDA backend is left out, its kernels are tested on the processor")
+    message(
+      STATUS
+        "CUDA: no nvcc found; the CUDA backend is left out, its kernels are tested on the processor"
+    )
   endif()
 else()
-  message(STATUS "CUDA: left out of builds with sanitizers, its kernels are tested on the processor")
+  message(
+    STATUS "CUDA: left out of builds with sanitizers, its kernels are tested on the processor")
 endif()

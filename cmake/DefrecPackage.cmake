@@ -8,22 +8,39 @@ include(DefrecBackend)
 set(package "${CMAKE_INSTALL_LIBDIR}/cmake/defrec")
 
 install(EXPORT defrec-targets NAMESPACE defrec:: DESTINATION "${package}" COMPONENT development)
-configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/defrec-config.cmake.in" "${CMAKE_BINARY_DIR}/defrec-config.cmake"
+configure_package_config_file(
+  "${CMAKE_CURRENT_LIST_DIR}/defrec-config.cmake.in" "${CMAKE_BINARY_DIR}/defrec-config.cmake"
   INSTALL_DESTINATION "${package}" NO_SET_AND_CHECK_MACRO NO_CHECK_REQUIRED_COMPONENTS_MACRO)
-# Before 1.0 a minor version may change what the package offers; the ABIs have versions of their own.
-write_basic_package_version_file("${CMAKE_BINARY_DIR}/defrec-config-version.cmake" COMPATIBILITY SameMinorVersion)
-install(FILES "${CMAKE_BINARY_DIR}/defrec-config.cmake" "${CMAKE_BINARY_DIR}/defrec-config-version.cmake"
-  "${CMAKE_CURRENT_LIST_DIR}/DefrecPluginManifest.cmake" "${CMAKE_CURRENT_LIST_DIR}/WritePluginManifest.cmake"
-  DESTINATION "${package}" COMPONENT development)
+# Before 1.0 a minor version may change what the package offers; the ABIs have versions of their
+# own.
+write_basic_package_version_file("${CMAKE_BINARY_DIR}/defrec-config-version.cmake"
+                                 COMPATIBILITY SameMinorVersion)
+install(FILES "${CMAKE_BINARY_DIR}/defrec-config.cmake"
+              "${CMAKE_BINARY_DIR}/defrec-config-version.cmake"
+              "${CMAKE_CURRENT_LIST_DIR}/DefrecPluginManifest.cmake"
+              "${CMAKE_CURRENT_LIST_DIR}/WritePluginManifest.cmake" DESTINATION "${package}"
+        COMPONENT development)
 
 # What the author of a plugin starts from, and the definitions it is held to.
-install(DIRECTORY "${CMAKE_SOURCE_DIR}/plugins/template/" DESTINATION "${CMAKE_INSTALL_DATADIR}/defrec/plugin_template" COMPONENT development)
+install(DIRECTORY "${CMAKE_SOURCE_DIR}/plugins/template/"
+        DESTINATION "${CMAKE_INSTALL_DATADIR}/defrec/plugin_template" COMPONENT development)
 if(DEFREC_LIBRARY_ONLY)
   return()
 endif()
-install(DIRECTORY "${CMAKE_SOURCE_DIR}/docs/" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT documentation FILES_MATCHING PATTERN "*.md" PATTERN "*.jpg" PATTERN "*.svg" PATTERN site EXCLUDE PATTERN man EXCLUDE)
-install(DIRECTORY "${CMAKE_SOURCE_DIR}/samples/" DESTINATION "${CMAKE_INSTALL_DOCDIR}/samples" COMPONENT documentation
-  FILES_MATCHING REGEX "\\.(c|h|cs|py|obj|csv)$|/Snakefile$|/slurm_array\\.sh$" PATTERN compare_points.py EXCLUDE)
+install(
+  DIRECTORY "${CMAKE_SOURCE_DIR}/docs/"
+  DESTINATION "${CMAKE_INSTALL_DOCDIR}"
+  COMPONENT documentation
+  FILES_MATCHING
+  PATTERN "*.md"
+  PATTERN "*.jpg"
+  PATTERN "*.svg"
+  PATTERN site EXCLUDE
+  PATTERN man EXCLUDE)
+install(DIRECTORY "${CMAKE_SOURCE_DIR}/samples/" DESTINATION "${CMAKE_INSTALL_DOCDIR}/samples"
+        COMPONENT documentation FILES_MATCHING
+        REGEX "\\.(c|h|cs|py|obj|csv)$|/Snakefile$|/slurm_array\\.sh$" PATTERN compare_points.py
+                                                                               EXCLUDE)
 file(RELATIVE_PATH headers "/${CMAKE_INSTALL_DOCDIR}" "/${CMAKE_INSTALL_INCLUDEDIR}")
 install(CODE "
   set(docs \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DOCDIR}\")

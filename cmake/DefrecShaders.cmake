@@ -14,15 +14,20 @@ function(defrec_embed_shaders target folder)
     get_filename_component(name "${source}" NAME_WE)
     string(APPEND declarations "extern const Shader ${name};\n")
     set(binary "${generated}/${name}.spv")
-    add_custom_command(OUTPUT "${generated}/${name}.cpp" DEPENDS "${source}" ${includes} "${CMAKE_SOURCE_DIR}/cmake/EmbedShader.cmake" "${CMAKE_SOURCE_DIR}/cmake/WordsOfFile.cmake" VERBATIM
-      COMMAND "${DEFREC_GLSLANG}" --quiet --target-env vulkan1.2 "-I${folder}" "-I${CMAKE_SOURCE_DIR}" -o "${binary}" "${source}"
+    add_custom_command(
+      OUTPUT "${generated}/${name}.cpp"
+      DEPENDS "${source}" ${includes} "${CMAKE_SOURCE_DIR}/cmake/EmbedShader.cmake"
+              "${CMAKE_SOURCE_DIR}/cmake/WordsOfFile.cmake" VERBATIM
+      COMMAND "${DEFREC_GLSLANG}" --quiet --target-env vulkan1.2 "-I${folder}"
+              "-I${CMAKE_SOURCE_DIR}" -o "${binary}" "${source}"
       COMMAND "${DEFREC_SPIRV_VAL}" --target-env vulkan1.2 "${binary}"
-      COMMAND "${CMAKE_COMMAND}" -DNAME=${name} "-DBINARY=${binary}" "-DOUTPUT=${generated}/${name}.cpp" -P "${CMAKE_SOURCE_DIR}/cmake/EmbedShader.cmake"
+      COMMAND "${CMAKE_COMMAND}" -DNAME=${name} "-DBINARY=${binary}"
+              "-DOUTPUT=${generated}/${name}.cpp" -P "${CMAKE_SOURCE_DIR}/cmake/EmbedShader.cmake"
       COMMENT "Shader ${name}")
     target_sources(${target} PRIVATE "${generated}/${name}.cpp")
   endforeach()
   file(CONFIGURE OUTPUT "${generated}/shaders.hpp" @ONLY CONTENT
-"// Generated: the shaders of the Vulkan backend.
+       "// Generated: the shaders of the Vulkan backend.
 #pragma once
 #include \"backends/vulkan/shader.hpp\"
 namespace defrec::vulkan::shaders {

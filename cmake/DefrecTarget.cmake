@@ -1,8 +1,10 @@
 # What every target of the project is built with.
-# Debian's folder of libraries (lib/x86_64-linux-gnu) under any prefix, so that one build serves its packages and any other folder.
+# Debian's folder of libraries (lib/x86_64-linux-gnu) under any prefix, so that one build serves its
+# packages and any other folder.
 if(CMAKE_LIBRARY_ARCHITECTURE)
   # STRING: CMake would make an absolute path of a PATH that is given on the command line.
-  set(CMAKE_INSTALL_LIBDIR "lib/${CMAKE_LIBRARY_ARCHITECTURE}" CACHE STRING "Folder of libraries, below the prefix")
+  set(CMAKE_INSTALL_LIBDIR "lib/${CMAKE_LIBRARY_ARCHITECTURE}"
+      CACHE STRING "Folder of libraries, below the prefix")
 endif()
 include(GNUInstallDirs)
 
@@ -37,18 +39,24 @@ if(DEFREC_CCACHE)
   set(CMAKE_CUDA_COMPILER_LAUNCHER "${DEFREC_CCACHE}")
 endif()
 
-add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-Wall$<SEMICOLON>-Wextra$<SEMICOLON>-Wpedantic$<SEMICOLON>-Wshadow$<SEMICOLON>-Werror>)
+add_compile_options(
+  $<$<COMPILE_LANGUAGE:C,CXX>:-Wall$<SEMICOLON>-Wextra$<SEMICOLON>-Wpedantic$<SEMICOLON>-Wshadow$<SEMICOLON>-Werror>
+)
 # Contraction would make a result depend on the compiler and the instruction set; docs/numerics.md.
 add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-ffp-contract=off>)
-# On ARM, g++ 12.2 adds masks, -1 where true, for a sum of comparisons, when it makes vectors of straight-line code (the bin of an angle in
-# stage orb was negative). Loops it makes vectors of correctly.
+# On ARM, g++ 12.2 adds masks, -1 where true, for a sum of comparisons, when it makes vectors of
+# straight-line code (the bin of an angle in stage orb was negative). Loops it makes vectors of
+# correctly.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|ARM64" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-fno-tree-slp-vectorize>)
 endif()
 # What has debug information, and is meant for others, does not tell where it was built.
-add_compile_options("$<$<AND:$<CONFIG:RelWithDebInfo>,$<COMPILE_LANGUAGE:C,CXX>>:-ffile-prefix-map=${CMAKE_BINARY_DIR}=build;-ffile-prefix-map=${CMAKE_SOURCE_DIR}=.>")
+add_compile_options(
+  "$<$<AND:$<CONFIG:RelWithDebInfo>,$<COMPILE_LANGUAGE:C,CXX>>:-ffile-prefix-map=${CMAKE_BINARY_DIR}=build;-ffile-prefix-map=${CMAKE_SOURCE_DIR}=.>"
+)
 if(DEFREC_SANITIZE)
-  add_compile_options(-fsanitize=${DEFREC_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_compile_options(-fsanitize=${DEFREC_SANITIZE} -fno-omit-frame-pointer
+                      -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${DEFREC_SANITIZE})
 else()
   add_link_options(-Wl,--no-undefined -Wl,--as-needed)
@@ -57,8 +65,8 @@ endif()
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 
-# defrec_pick_system(VARIABLE): leaves out of a list of sources those for another operating system, *_posix.cpp or *_windows.cpp, and
-# tests, *_posix_test.cpp or *_windows_test.cpp.
+# defrec_pick_system(VARIABLE): leaves out of a list of sources those for another operating system,
+# *_posix.cpp or *_windows.cpp, and tests, *_posix_test.cpp or *_windows_test.cpp.
 function(defrec_pick_system variable)
   set(other windows)
   if(WIN32)
@@ -69,7 +77,8 @@ function(defrec_pick_system variable)
   set(${variable} ${sources} PARENT_SCOPE)
 endfunction()
 
-# defrec_install_program(TARGET): into the folder of programs; it finds libdefrec from there, wherever the whole lies.
+# defrec_install_program(TARGET): into the folder of programs; it finds libdefrec from there,
+# wherever the whole lies.
 function(defrec_install_program target)
   file(RELATIVE_PATH libraries "/${CMAKE_INSTALL_BINDIR}" "/${CMAKE_INSTALL_LIBDIR}")
   set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN/${libraries}")

@@ -4,11 +4,13 @@
 # SLOW: those of the sources whose tests are slow, see below. LONG: those whose tests take longer than
 # ten seconds and are not slow.
 #
-# In a build for another machine these run by CMAKE_CROSSCOMPILING_EMULATOR. Left out there are tests in which this machine's compilers and
-# interpreters use what was built: of the bindings, of the packages, of the samples. DEFREC_EMULATED_ROOT is what the emulator calls this
-# machine's root folder, where it has another name.
+# In a build for another machine these run by CMAKE_CROSSCOMPILING_EMULATOR. Left out there are
+# tests in which this machine's compilers and interpreters use what was built: of the bindings, of
+# the packages, of the samples. DEFREC_EMULATED_ROOT is what the emulator calls this machine's root
+# folder, where it has another name.
 #
-# Tests are built where all that they need is installed, which is more than the programs need: DEFREC_BUILD_TESTS is OFF elsewhere.
+# Tests are built where all that they need is installed, which is more than the programs need:
+# DEFREC_BUILD_TESTS is OFF elsewhere.
 if(DEFREC_BUILD_TESTS AND NOT EXISTS "${CMAKE_SOURCE_DIR}/cmake/test_main.cpp")
   message(STATUS "Tests: left out, this is a tarball without them")
   set(DEFREC_BUILD_TESTS OFF)
@@ -20,10 +22,12 @@ if(DEFREC_BUILD_TESTS)
   find_program(DEFREC_MCS mcs)
   find_program(DEFREC_MONO mono)
   find_program(DEFREC_NUGET nuget)
-  find_file(DEFREC_NUNIT nunit.framework.dll PATHS /usr/lib/cli/nunit.framework-2.6.3 NO_DEFAULT_PATH NO_CMAKE_FIND_ROOT_PATH)
+  find_file(DEFREC_NUNIT nunit.framework.dll PATHS /usr/lib/cli/nunit.framework-2.6.3
+            NO_DEFAULT_PATH NO_CMAKE_FIND_ROOT_PATH)
   find_program(DEFREC_MYPY mypy PATHS /usr/bin NO_DEFAULT_PATH)
   set(missing "")
-  set(all_needed doctest_FOUND Boost_FOUND DOXYGEN_FOUND DEFREC_MCS DEFREC_MONO DEFREC_NUGET DEFREC_NUNIT DEFREC_MYPY)
+  set(all_needed doctest_FOUND Boost_FOUND DOXYGEN_FOUND DEFREC_MCS DEFREC_MONO DEFREC_NUGET
+                 DEFREC_NUNIT DEFREC_MYPY)
   if(WIN32)
     set(all_needed doctest_FOUND)
   endif()
@@ -36,7 +40,9 @@ if(DEFREC_BUILD_TESTS)
     string(REGEX REPLACE "_FOUND|DEFREC_" "" missing "${missing}")
     list(JOIN missing ", " missing)
     string(TOLOWER "${missing}" missing)
-    message(STATUS "Tests: left out, without ${missing}; scripts/install_packages.sh installs what they need")
+    message(
+      STATUS
+        "Tests: left out, without ${missing}; scripts/install_packages.sh installs what they need")
     set(DEFREC_BUILD_TESTS OFF)
   else()
     enable_testing()
@@ -72,16 +78,19 @@ function(defrec_add_tests target)
   add_executable(${target} ${arg_SOURCES} "${CMAKE_SOURCE_DIR}/cmake/test_main.cpp")
   target_link_libraries(${target} PRIVATE doctest::doctest ${arg_LIBRARIES})
   target_include_directories(${target} PRIVATE "${CMAKE_SOURCE_DIR}")
-  target_compile_definitions(${target} PRIVATE ${arg_DEFINITIONS}
-    DEFREC_SOURCE_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_SOURCE_DIR}" DEFREC_BUILD_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_BINARY_DIR}"
-    DEFREC_SHARED_DATA_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_SOURCE_DIR}/../shared/data")
+  target_compile_definitions(
+    ${target}
+    PRIVATE ${arg_DEFINITIONS} DEFREC_SOURCE_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_SOURCE_DIR}"
+            DEFREC_BUILD_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_BINARY_DIR}"
+            DEFREC_SHARED_DATA_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_SOURCE_DIR}/../shared/data")
   file(RELATIVE_PATH folder "${CMAKE_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
   foreach(source IN LISTS arg_SOURCES)
     if(source MATCHES "_test\\.cpp$")
       get_filename_component(name "${source}" NAME_WE)
       get_filename_component(room "${source}" DIRECTORY)
       string(REGEX REPLACE "_test$" "" stage "${name}")
-      # Tests from elsewhere (../agreement, generated ones) are named after the folder that runs them.
+      # Tests from elsewhere (../agreement, generated ones) are named after the folder that runs
+      # them.
       if(room STREQUAL "" OR room MATCHES "^(\\.\\.|/)")
         set(test "${folder}/${stage}")
       else()

@@ -1,4 +1,5 @@
-# Writes the manifest of a plugin beside it. cmake -DNAME= -DVERSION= -DLIBRARY= [-DABI_MAJOR=] [-DABI_MINOR=] -P this
+# Writes the manifest of a plugin beside it. cmake -DNAME= -DVERSION= -DLIBRARY= [-DABI_MAJOR=]
+# [-DABI_MINOR=] -P this
 if(NOT DEFINED ABI_MAJOR)
   set(ABI_MAJOR 1)
 endif()
@@ -8,7 +9,9 @@ endif()
 file(SHA256 "${LIBRARY}" hash)
 get_filename_component(file "${LIBRARY}" NAME)
 string(REGEX REPLACE "\\.(so|dll)$" ".json" manifest "${LIBRARY}")
-file(WRITE "${manifest}" "{
+file(
+  WRITE "${manifest}"
+  "{
   \"name\": \"${NAME}\",
   \"version\": \"${VERSION}\",
   \"library\": \"${file}\",

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Runs the six samples of one language on a reference sequence and looks at what they write.
 #   test_samples.sh SEQUENCE TRACKED WORK_FOLDER TRIED COMMAND...
-# COMMAND, with the name of a sample for "{}", runs it. TRACKED is what `defrec track` made of SEQUENCE and of the targets in plan.csv;
-# TRIED another language's WORK_FOLDER, or none.
+# COMMAND, with the name of a sample for "{}", runs it. TRACKED is what `defrec track` made of
+# SEQUENCE and of the targets in plan.csv; TRIED another language's WORK_FOLDER, or none.
 set -euo pipefail
 sequence=$1 tracked=$2 work=$3 tried=$4
 shift 4
@@ -18,11 +18,13 @@ sample() {
 }
 command=("$@")
 
-fails_with() { # STATUS PATTERN NAME ARGUMENT...: that exit code, and one line on stderr with the pattern
+# STATUS PATTERN NAME ARGUMENT...: that exit code, and one line on stderr with the pattern
+fails_with() {
     local status=$1 pattern=$2 result=0
     shift 2
     sample "$@" >"$work/stdout" 2>"$work/stderr" || result=$?
-    if [ "$result" != "$status" ] || [ "$(wc -l <"$work/stderr")" != 1 ] || ! grep -qE "$pattern" "$work/stderr"; then
+    if [ "$result" != "$status" ] || [ "$(wc -l <"$work/stderr")" != 1 ] ||
+        ! grep -qE "$pattern" "$work/stderr"; then
         echo "$*: exit code $result, expected $status and one line like \"$pattern\"; it said:"
         cat "$work/stderr"
         exit 1
@@ -45,14 +47,17 @@ if cmp "$work/meshes/000000.ply" "$work/meshes/000003.ply"; then exit 1; fi
 # Mono prints a small negative number without its sign.
 if [ "$tried" != none ]; then
     for mesh in "$tried/meshes"/*; do
-        diff <(sed 's/-0\.0000/0.0000/g' "$mesh") <(sed 's/-0\.0000/0.0000/g' "$work/meshes/$(basename "$mesh")")
+        diff <(sed 's/-0\.0000/0.0000/g' "$mesh") \
+            <(sed 's/-0\.0000/0.0000/g' "$work/meshes/$(basename "$mesh")")
     done
 fi
 
 sample plan_beneath "$left" "$right" "$camera" "$here/plan.csv" "$work/plan" cpu >"$work/plan.txt"
 python3 "$here/compare_points.py" "$tracked/targets.csv" "$work/plan/targets.csv"
-[ "$(grep -cE '^frame [0-9]+: body ready, 16 of 16 targets, expected error up to [0-9.]+ mm$' "$work/plan.txt")" = "$frames" ]
-[ "$(find "$work/plan" -name '*.ppm' -size -$((15 + 3 * 320 * 240 + 1))c -size +$((15 + 3 * 320 * 240 - 1))c | wc -l)" = "$frames" ]
+ready='body ready, 16 of 16 targets, expected error up to [0-9.]+ mm'
+[ "$(grep -cE "^frame [0-9]+: $ready\$" "$work/plan.txt")" = "$frames" ]
+image_size=$((15 + 3 * 320 * 240))
+[ "$(find "$work/plan" -name '*.ppm' -size "${image_size}c" | wc -l)" = "$frames" ]
 # Targets beneath the surface are orange.
 LC_ALL=C grep -qaP '\xff\xb0\x20' "$work/plan/000003.ppm"
 if [ "$tried" != none ]; then diff -r "$tried/plan" "$work/plan"; fi
@@ -65,32 +70,43 @@ for deadline in 10000 0; do
     sample live_loop "$left" "$right" "$camera" "$deadline" cpu >"$work/live.txt"
     grep -qE '^frame [0-9]+ (in time|late): tracking' "$work/live.txt"
     # Behind many dropped frames the tissue may have moved far, and the frame is degraded or lost.
-    tracked_frames=$(grep -cE '^frame [0-9]+ (in time|late): (tracking|degraded|lost|relocalised)' "$work/live.txt")
-    grep -q "^$frames frames from the camera, $tracked_frames tracked, $((frames - tracked_frames)) dropped\$" "$work/live.txt"
+    states='tracking|degraded|lost|relocalised'
+    seen=$(grep -cE "^frame [0-9]+ (in time|late): ($states)" "$work/live.txt")
+    grep -q "^$frames frames from the camera, $seen tracked, $((frames - seen)) dropped\$" \
+        "$work/live.txt"
     if [ "$deadline" = 0 ] && grep 'in time' "$work/live.txt"; then exit 1; fi
 done
 
 fails_with 2 '^usage: track_folder ' track_folder "$left"
 fails_with 2 '^usage: plan_beneath ' plan_beneath "$left" "$right" "$camera" "$here/plan.csv"
 fails_with 2 '^usage: live_loop ' live_loop "$left" "$right" "$camera" soon
-fails_with 1 'absent' track_folder "$work/absent" "$right" "$camera" "$sequence/points.csv" "$work/none.csv"
-fails_with 1 'FX,FY,CX,CY,BASELINE_MM' track_folder "$left" "$right" 1,2,3 "$sequence/points.csv" "$work/none.csv"
-fails_with 1 'DEFREC_ERROR_' track_folder "$left" "$right" 333,333,159,119,0 "$sequence/points.csv" "$work/none.csv"
+points="$sequence/points.csv"
+fails_with 1 'absent' track_folder "$work/absent" "$right" "$camera" "$points" "$work/none.csv"
+fails_with 1 'FX,FY,CX,CY,BASELINE_MM' \
+    track_folder "$left" "$right" 1,2,3 "$points" "$work/none.csv"
+fails_with 1 'DEFREC_ERROR_' \
+    track_folder "$left" "$right" 333,333,159,119,0 "$points" "$work/none.csv"
 printf 'id;u;v\n1;100,5;100\n' >"$work/semicolons.csv"
-fails_with 1 'semicolons.csv: .*id,u,v' track_folder "$left" "$right" "$camera" "$work/semicolons.csv" "$work/none.csv"
-printf 'v 0 0 50\r\nv 9 0 50\r\nv 9 9 50\r\nv 0 9 50\r\nf 1 2 3 4\r\nf 1 2 3 4\r\nf 1 2 3 4\r\n' >"$work/quads.obj"
-fails_with 1 'quads.obj: .*"f A B C".*"f 1 2 3 4"$' warp_mesh "$left" "$right" "$camera" "$work/quads.obj" "$work/none"
+fails_with 1 'semicolons.csv: .*id,u,v' \
+    track_folder "$left" "$right" "$camera" "$work/semicolons.csv" "$work/none.csv"
+printf '%s\r\n' 'v 0 0 50' 'v 9 0 50' 'v 9 9 50' 'v 0 9 50' 'f 1 2 3 4' 'f 1 2 3 4' 'f 1 2 3 4' \
+    >"$work/quads.obj"
+fails_with 1 'quads.obj: .*"f A B C".*"f 1 2 3 4"$' \
+    warp_mesh "$left" "$right" "$camera" "$work/quads.obj" "$work/none"
 printf 'id,x,y\n1,2,3\n' >"$work/flat.csv"
-fails_with 1 'flat.csv: the columns id,x,y,z expected' plan_beneath "$left" "$right" "$camera" "$work/flat.csv" "$work/none"
+fails_with 1 'flat.csv: the columns id,x,y,z expected' \
+    plan_beneath "$left" "$right" "$camera" "$work/flat.csv" "$work/none"
 for row in 1,2,3 1,2,3,deep 1,2,,3; do
     printf 'id,x,y,z\n0,0,0,90\n%s\n' "$row" >"$work/row.csv"
     fails_with 1 'row.csv: ' plan_beneath "$left" "$right" "$camera" "$work/row.csv" "$work/none"
 done
 printf 'id,x,y,z\n' >"$work/nothing.csv"
-fails_with 1 'nothing.csv: ' plan_beneath "$left" "$right" "$camera" "$work/nothing.csv" "$work/none"
+fails_with 1 'nothing.csv: ' \
+    plan_beneath "$left" "$right" "$camera" "$work/nothing.csv" "$work/none"
 mkdir "$work/cut"
 cp "$left/000000.png" "$work/cut"
 for image in "$left"/*.png; do [ -e "$work/cut/${image##*/}" ] || : >"$work/cut/${image##*/}"; done
 fails_with 1 'cut/000001.png' live_loop "$work/cut" "$right" "$camera" 10000
-fails_with 1 'no_such_device' stereo_only "$left/000000.png" "$right/000000.png" "$work/none.pgm" no_such_device
+fails_with 1 'no_such_device' \
+    stereo_only "$left/000000.png" "$right/000000.png" "$work/none.pgm" no_such_device
 echo "all samples do what they say"

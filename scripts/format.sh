@@ -1,34 +1,54 @@
 #!/usr/bin/env bash
-# Formats the C, C++, CUDA and GLSL sources with clang-format 14, Debian 12's; other versions format
-# differently.
-#   scripts/format.sh            writes the files that differ
-#   scripts/format.sh --check    names them; exit status 1 if there are any, 77 without clang-format
+# Formats the sources with the formatters of Debian 12; other versions of them format differently.
+# C, C++, CUDA, GLSL, JavaScript, C#: clang-format 14. Python: black 23. Shell: shfmt 3. CMake:
+# cmake-format 0.6.
+#   scripts/format.sh [--check] [FILE...]
+# writes those of the files, or of all sources, that differ. --check names them instead; its exit
+# status is 1 if there are any, and else 77 if a formatter is missing.
 set -euo pipefail
+
+if [ "${1:-}" = --check ]; then
+    mode=check
+    clang=(--dry-run --Werror --ferror-limit=1) csharp=(--check) black=(--check) cmake=(--check)
+    shift
+else
+    mode=write
+    clang=(-i) csharp=() black=(-q) cmake=(-i)
+fi
+if [[ ${1:-} == -* ]]; then
+    echo "usage: scripts/format.sh [--check] [FILE...]" >&2
+    exit 2
+fi
+given=()
+for file; do given+=("$(realpath "$file")"); done
 cd "$(dirname "$0")/.."
 
-case "${1:-}" in
-    "" | --check) mode="${1:-write}" ;;
-    *) echo "usage: scripts/format.sh [--check]" >&2; exit 2 ;;
-esac
-clang_format=
-for candidate in clang-format-14 clang-format; do
-    if "$candidate" --version 2>/dev/null | grep -q ' version 14\.'; then
-        clang_format="$candidate"
-        break
-    fi
-done
-if [ -z "$clang_format" ]; then
-    echo "clang-format 14 is not installed, nothing was checked"
-    exit 77
-fi
-export clang_format mode
+# formatter NAME VERSION CANDIDATE...: sets $formatter to the command of that version.
+missing=
+formatter() {
+    for formatter in "${@:3}"; do
+        ! "$formatter" --version 2>/dev/null | grep -qE "(^|[^.0-9])$2\." || return 0
+    done
+    echo "$1 $2 is not installed; its files are left out"
+    missing=1
+    return 1
+}
 
-# files PATTERN...: the sources of these names, NUL after each.
+# files PATTERN...: the paths of sources that end so, NUL after each.
 files() {
-    local names=(-name "$1") name
-    for name in "${@:2}"; do names+=(-o -name "$name"); done
-    find . \( -name '.?*' -o -name 'build*' -o -name out -o -name node_modules \) -prune \
-        -o -type f \( "${names[@]}" \) -print0
+    local wanted=(-path "*$1") end
+    for end in "${@:2}"; do wanted+=(-o -path "*$end"); done
+    if [ ${#given[@]} -gt 0 ]; then
+        find "${given[@]}" -maxdepth 0 -type f \( "${wanted[@]}" \) -print0
+    else
+        find . -type d \( -name '.?*' ! -name .ci -o -name 'build*' -o -name out \
+            -o -name node_modules \) -prune -o -type f \( "${wanted[@]}" \) -print0
+    fi
+}
+
+# each COUNT COMMAND...: runs it on the files of stdin, COUNT at a time.
+each() {
+    xargs -0 -r -P "$(nproc)" -n "$@"
 }
 
 # Shaders one by one: clang-format takes the name of a GLSL block for a statement of its own.
@@ -46,19 +66,35 @@ format_shaders() {
     done
     return "$status"
 }
-export -f format_shaders
+
+format_shell() {
+    local differing
+    if [ "$mode" = write ]; then
+        shfmt -w "$@"
+    else
+        differing="$(shfmt -l "$@")" || return 1
+        [ -z "$differing" ] || ! sed 's/$/: differs from its format/' <<<"$differing"
+    fi
+}
+export mode
+export -f format_shaders format_shell
 
 status=0
-sources=('*.c' '*.h' '*.cpp' '*.hpp' '*.cu' '*.cuh')
-shaders=('*.comp' '*.glsl')
-flags=(-i)
-[ "$mode" = write ] || flags=(--dry-run --Werror --ferror-limit=1)
-files "${sources[@]}" | xargs -0 -P "$(nproc)" -n 32 "$clang_format" "${flags[@]}" || status=1
-files "${shaders[@]}" | xargs -0 -P "$(nproc)" -n 16 bash -c 'format_shaders "$@"' _ || status=1
-# What clang-format does not break: include/, long strings.
-if [ "$mode" = --check ]; then
-    ! files "${sources[@]}" "${shaders[@]}" | xargs -0 grep -nH '.\{101\}' |
-        sed 's/^\([^:]*:[0-9]*\):.*/\1: more than 100 columns/' | grep . || status=1
-    [ "$status" = 0 ] || echo "scripts/format.sh formats; lines of include/ are broken by hand"
+if formatter clang-format 14 clang-format-14 clang-format; then
+    export clang_format="$formatter"
+    files .c .h .cpp .hpp .cu .cuh .js .mjs | each 32 "$clang_format" "${clang[@]}" || status=1
+    files .comp .glsl | each 16 bash -c 'format_shaders "$@"' _ || status=1
+    files .cs | each 16 python3 scripts/format_csharp.py "${csharp[@]}" "$clang_format" || status=1
 fi
-exit "$status"
+if formatter black 23 black; then
+    files .py | each 200 black "${black[@]}" |&
+        { grep -E '^(would reformat|error)' || true; } || status=1
+fi
+if formatter shfmt 3 shfmt; then
+    files .sh .ci/run | each 32 bash -c 'format_shell "$@"' _ || status=1
+fi
+if formatter cmake-format 0.6 cmake-format; then
+    files CMakeLists.txt .cmake .cmake.in | each 16 cmake-format "${cmake[@]}" || status=1
+fi
+[ "$status" = 0 ] || exit 1
+[ -z "$missing" ] || exit 77

@@ -1,36 +1,53 @@
 #!/usr/bin/env bash
-# Installs through apt what is needed and missing (Debian 12). As another user than root, through sudo.
+# Installs through apt what is needed and missing (Debian 12). As another user than root, through
+# sudo.
 #   scripts/install_packages.sh             for building everything and for the tests
-#   scripts/install_packages.sh build       for building the library, the plugins and the programs, and for running these
+#   scripts/install_packages.sh build       for building the library, the plugins and the programs,
+#                                           and for running these
 #   scripts/install_packages.sh fuzz        for building those and the fuzz targets
 # These print names and install nothing:
-#   scripts/install_packages.sh list        what "build" installs for building where everything is missing, without npm
+#   scripts/install_packages.sh list        what "build" installs for building where everything is
+#                                           missing, without npm
 #   scripts/install_packages.sh libraries   the libraries that a build and its tests link
 set -euo pipefail
 
 tools=(cmake ninja-build g++ pkg-config python3 glslang-tools spirv-tools)
-libraries=(libeigen3-dev libhwy-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libopencv-dev libgstreamer-plugins-base1.0-dev
-           libcpp-httplib-dev libopenigtlink-dev libpng-dev zlib1g-dev libvulkan-volk-dev libvulkan-dev)
+libraries=(libeigen3-dev libhwy-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libopencv-dev
+    libgstreamer-plugins-base1.0-dev libcpp-httplib-dev libopenigtlink-dev libpng-dev zlib1g-dev
+    libvulkan-volk-dev libvulkan-dev)
 test_libraries=(doctest-dev libboost-context-dev)
 cameras=(gstreamer1.0-plugins-base gstreamer1.0-plugins-good)
 packages=("${tools[@]}" "${libraries[@]}" "${cameras[@]}")
 command -v node >/dev/null && command -v npm >/dev/null || packages+=(nodejs npm)
 case "${1:-all}" in
     build) ;;
-    list) echo "${tools[@]}" "${libraries[@]}"; exit 0 ;;
-    libraries) echo "${libraries[@]}" "${test_libraries[@]}"; exit 0 ;;
+    list)
+        echo "${tools[@]}" "${libraries[@]}"
+        exit 0
+        ;;
+    libraries)
+        echo "${libraries[@]}" "${test_libraries[@]}"
+        exit 0
+        ;;
     fuzz) packages+=(clang libclang-rt-14-dev llvm) ;;
     all)
-        packages+=("${test_libraries[@]}" gir1.2-gst-rtsp-server-1.0 python3-gi git clang-format clang-tidy binutils abigail-tools doxygen dpkg-dev file mesa-vulkan-drivers
-                   vulkan-validationlayers mono-mcs mono-runtime libmono-system-core4.0-cil libmono-system-drawing4.0-cil libgdiplus
-                   libnunit-cil-dev nuget mypy python3-build python3-jsonschema python3-numpy python3-pil python3-setuptools
-                   python3-venv python3-wheel) ;;
-    *) echo "usage: scripts/install_packages.sh [build|fuzz|list|libraries]" >&2; exit 2 ;;
+        packages+=("${test_libraries[@]}" gir1.2-gst-rtsp-server-1.0 python3-gi git clang-format
+            clang-tidy black shfmt cmake-format binutils abigail-tools doxygen dpkg-dev file
+            mesa-vulkan-drivers vulkan-validationlayers mono-mcs mono-runtime
+            libmono-system-core4.0-cil libmono-system-drawing4.0-cil libgdiplus libnunit-cil-dev
+            nuget mypy python3-build python3-jsonschema python3-numpy python3-pil
+            python3-setuptools python3-venv python3-wheel)
+        ;;
+    *)
+        echo "usage: scripts/install_packages.sh [build|fuzz|list|libraries]" >&2
+        exit 2
+        ;;
 esac
 
 missing=()
 for package in "${packages[@]}"; do
-    dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
+    dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' ||
+        missing+=("$package")
 done
 [ ${#missing[@]} -gt 0 ] || exit 0
 
@@ -48,7 +65,10 @@ done
 
 as_root=()
 if [ "$(id -u)" != 0 ]; then
-    command -v sudo >/dev/null || { echo "missing, and without sudo for root to install: ${needed[*]}" >&2; exit 1; }
+    command -v sudo >/dev/null || {
+        echo "missing, and without sudo for root to install: ${needed[*]}" >&2
+        exit 1
+    }
     as_root=(sudo)
 fi
 echo "installing: ${needed[*]}"

@@ -42,7 +42,10 @@ measure() { # FOLDER FITTED
     case $status in
         0) ;;
         6) sed "s/^defrec: /- $name: /; s/, asked were[^;]* %//g" "$message" >>"$outside" ;;
-        *) cat "$message" >&2; exit "$status" ;;
+        *)
+            cat "$message" >&2
+            exit "$status"
+            ;;
     esac
     node - "$name" "$2" "$tracked/score.json" <<'SCRIPT'
 const [name, fitted, path] = process.argv.slice(2);

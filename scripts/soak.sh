@@ -1,8 +1,11 @@
 #!/usr/bin/env bash
-# Plays video for long with cuts, losses, gaps, new templates and trackers that come and go, in several threads, and judges whether
-# memory, descriptors, threads or errors grow. Builds what it needs. Exit status 1: something grows, or a call failed.
-#   scripts/soak.sh [OPTION...]           options of build/bin/defrec-soak: --minutes 30 --backend vulkan --speed 0 ...
-# Writes out/soak/samples.csv and out/soak/plot.svg. Where there is an NVIDIA GPU its memory is sampled, too.
+# Plays video for long with cuts, losses, gaps, new templates and trackers that come and go, in
+# several threads, and judges whether memory, descriptors, threads or errors grow. Builds what it
+# needs. Exit status 1: something grows, or a call failed.
+#   scripts/soak.sh [OPTION...]           options of build/bin/defrec-soak: --minutes 30 --backend
+#                                         vulkan --speed 0 ...
+# Writes out/soak/samples.csv and out/soak/plot.svg. Where there is an NVIDIA GPU its memory is
+# sampled, too.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -12,7 +15,8 @@ folder=out/soak
 mkdir -p "$folder"
 device=()
 if command -v nvidia-smi >/dev/null; then
-    nvidia-smi --query-gpu=memory.used --format=csv,noheader,nounits --id=0 -l 1 >"$folder/device_mb.txt" &
+    nvidia-smi --query-gpu=memory.used --format=csv,noheader,nounits --id=0 -l 1 \
+        >"$folder/device_mb.txt" &
     sampler=$!
     trap 'kill "$sampler" 2>/dev/null || true' EXIT
     device=(--device-memory "$folder/device_mb.txt")

@@ -11,14 +11,20 @@
 # 6818 and ends them.
 set -euo pipefail
 
-[ $# -ge 1 ] || { sed -n '6,8p' "$0"; exit 2; }
+[ $# -ge 1 ] || {
+    sed -n '6,8p' "$0"
+    exit 2
+}
 source_root="$(cd "$(dirname "$0")/.." && pwd)"
 build="$(cd "${BUILD:-$source_root/build}" && pwd)"
 clips="${2:-200}"
 jobs="${JOBS:-$(nproc)}"
 mkdir -p "$1"
 work="$(cd "$1" && pwd)"
-[ -z "$(ls -A "$work")" ] || { echo "$work is not empty"; exit 2; }
+[ -z "$(ls -A "$work")" ] || {
+    echo "$work is not empty"
+    exit 2
+}
 export LD_LIBRARY_PATH="$build/lib" DEFREC_PLUGIN_PATH="$build/lib"
 defrec="$build/bin/defrec"
 root="$work/clips"
@@ -33,8 +39,9 @@ mapfile -t scenes < <("$defrec" render --list 2>/dev/null | awk '/^[a-z]/ {print
 echo "rendering $clips clips of ${#scenes[@]} scenes, 160x120, 3 frames"
 seq 1 "$clips" | xargs -P "$jobs" -I{} bash -c '
     scenes=($4); number=$1
-    exec "$2" render "${scenes[number % ${#scenes[@]}]}" --seed "$number" --size 160x120 --frames 3 \
-        --out "$3/$(printf %04d "$number")" >/dev/null' _ {} "$defrec" "$root" "${scenes[*]}"
+    exec "$2" render "${scenes[number % ${#scenes[@]}]}" --seed "$number" --size 160x120 \
+        --frames 3 --out "$3/$(printf %04d "$number")" >/dev/null' \
+    _ {} "$defrec" "$root" "${scenes[*]}"
 hanging="$root/hangs" crashing="$root/crashes" malformed="$root/malformed"
 for clip in "$hanging" "$crashing" "$malformed"; do cp -r "$root/0001" "$clip"; done
 rm "$malformed/truth.csv"
@@ -65,7 +72,10 @@ run() { # NAME ARGUMENTS...: exit code 6 says that clips are in quarantine
     shift
     "$defrec" evaluate --dataset defrec "$root" --out "$work/$name" --quiet "${options[@]}" "$@" \
         2>>"$work/$name.log" || code=$?
-    [ "$code" -eq 0 ] || [ "$code" -eq 6 ] || { echo "$name: exit code $code"; exit 1; }
+    [ "$code" -eq 0 ] || [ "$code" -eq 6 ] || {
+        echo "$name: exit code $code"
+        exit 1
+    }
 }
 measure() { # NAME COMMAND...
     local name="$1" start end
@@ -86,8 +96,8 @@ killed() {
     "$defrec" evaluate --dataset defrec "$root" --out "$work/killed" --quiet "${options[@]}" \
         --jobs "$jobs" 2>>"$work/killed.log" &
     local pid=$!
-    while [ "$(find "$work/killed/clips" -name samples.csv 2>/dev/null | wc -l)" -lt $((clips / 4)) ]
-    do sleep 0.1; done
+    while [ "$(find "$work/killed/clips" -name samples.csv 2>/dev/null | wc -l)" \
+        -lt $((clips / 4)) ]; do sleep 0.1; done
     kill -9 "$pid"
     wait "$pid" 2>/dev/null || true
     echo "killed after $(find "$work/killed/clips" -name samples.csv | wc -l) clips"

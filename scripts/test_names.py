@@ -1,7 +1,9 @@
 """The names of the tests in C++ files."""
 import re
 
-TEST_CASE = re.compile(r'TEST_CASE(?:_FIXTURE|_TEMPLATE)?\(\s*(?:\w+,\s*)?((?:"(?:[^"\\]|\\.)*"\s*)+)')
+TEST_CASE = re.compile(
+    r'TEST_CASE(?:_FIXTURE|_TEMPLATE)?\(\s*(?:\w+,\s*)?((?:"(?:[^"\\]|\\.)*"\s*)+)'
+)
 
 
 def test_names(path):

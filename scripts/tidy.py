@@ -49,13 +49,16 @@ CONDITION = re.compile(r"^#\s*(?:if|ifdef|ifndef)\b.*?^#\s*endif\b", re.MULTILIN
 # Names of members, of what is in namespaces, and of macros: another name would not be theirs.
 OTHERS_NAME = re.compile(r"(?:\.|->|::)\s*(\w+)|^#define (\w+)", re.MULTILINE)
 # What a file declares outside of classes and functions: those lines are not indented.
-BEFORE_DECLARATION = re.compile(r"^template <.*>[ \n]|__launch_bounds__\(.*?\)",
-                                re.MULTILINE)
-DECLARATIONS = [re.compile(pattern, re.MULTILINE) for pattern in (
-    r"^(?:class|struct|union|enum(?: class)?) (?:alignas\(\w+\) )?(\w+)[^;{(]*\{",
-    r"^#define (?!HWY_)(\w+)",
-    r"^(?!(?:namespace|using|class|struct|union|enum)\b|HWY_)(?:extern \"C\" |\[\[\w+\]\] )?\w"
-    r"[^;{=(]*?(?<!::)\b(\w+)(?:<[^>]*>)?\s*[\[{=(;]")]
+BEFORE_DECLARATION = re.compile(r"^template <.*>[ \n]|__launch_bounds__\(.*?\)", re.MULTILINE)
+DECLARATIONS = [
+    re.compile(pattern, re.MULTILINE)
+    for pattern in (
+        r"^(?:class|struct|union|enum(?: class)?) (?:alignas\(\w+\) )?(\w+)[^;{(]*\{",
+        r"^#define (?!HWY_)(\w+)",
+        r"^(?!(?:namespace|using|class|struct|union|enum)\b|HWY_)(?:extern \"C\" |\[\[\w+\]\] )?\w"
+        r"[^;{=(]*?(?<!::)\b(\w+)(?:<[^>]*>)?\s*[\[{=(;]",
+    )
+]
 CONSTANTS = re.compile(r"^(?:inline |static )*const(?:expr)? [^;{]*;", re.MULTILINE)
 ONE_CONSTANT = re.compile(r"[ ,](\w+)(?:\[\w*\])* =")
 ENUMERATORS = re.compile(r"^enum \w+[^;{(]*\{([^}]*)\}", re.MULTILINE)
@@ -94,8 +97,10 @@ class Options:
             self.others.append("-DHWY_COMPILE_ONLY_STATIC")  # one instruction set stands for all
 
     def agree_with(self, other):
-        return all(self.values[name] == other.values[name]
-                   for name in self.values.keys() & other.values.keys())
+        return all(
+            self.values[name] == other.values[name]
+            for name in self.values.keys() & other.values.keys()
+        )
 
     def merge(self, other):
         self.paths += [path for path in other.paths if path not in self.paths]
@@ -103,8 +108,11 @@ class Options:
 
     def words(self):
         of_two = re.compile(r"(-isystem|-include) (.*)")
-        return [word for option in (*self.others, *self.values.values(), *self.paths)
-                for word in (of_two.match(option).groups() if of_two.match(option) else [option])]
+        return [
+            word
+            for option in (*self.others, *self.values.values(), *self.paths)
+            for word in (of_two.match(option).groups() if of_two.match(option) else [option])
+        ]
 
 
 @functools.cache
@@ -117,7 +125,8 @@ def names_in(file):
     for enumerators in ENUMERATORS.findall(text):
         names.update(ONE_ENUMERATOR.findall(enumerators))
     return dict.fromkeys(names - {FUZZ_ENTRY}, file) | {
-        alias[1] or alias[2]: alias[0] for alias in ALIAS.finditer(text)}
+        alias[1] or alias[2]: alias[0] for alias in ALIAS.finditer(text)
+    }
 
 
 @functools.cache
@@ -156,7 +165,8 @@ class Source:
         """Its names that stand for something else among these or in those headers that it
         does not include."""
         return clashes(self.names, names).union(
-            *(clashes(self.names, names_in(header)) for header in headers - self.headers))
+            *(clashes(self.names, names_in(header)) for header in headers - self.headers)
+        )
 
     def add_headers(self, file):
         for header in headers_in(file):
@@ -187,14 +197,19 @@ class Unit:
     def takes(self, source):
         """Whether no name would stand twice, in two sources or in a source and a header that it
         does not include, but for those that can be others."""
+
         def can_be_others(one, names):
             return not names & fixed_names_in(one.path)
-        return (self.size() + source.path.stat().st_size <= MAX_UNIT_BYTES
-                and self.options.agree_with(source.options)
-                and len(self.opened | source.opened) <= 1
-                and can_be_others(source, source.clashes(self.names, self.headers))
-                and all(can_be_others(other, other.clashes({}, source.headers))
-                        for other in self.sources))
+
+        return (
+            self.size() + source.path.stat().st_size <= MAX_UNIT_BYTES
+            and self.options.agree_with(source.options)
+            and len(self.opened | source.opened) <= 1
+            and can_be_others(source, source.clashes(self.names, self.headers))
+            and all(
+                can_be_others(other, other.clashes({}, source.headers)) for other in self.sources
+            )
+        )
 
     def size(self):
         return sum(source.path.stat().st_size for source in self.sources)
@@ -257,9 +272,11 @@ def parts_of(unit, output):
     errors are, and the others; or halves, where errors are in headers alone."""
     failed = {Path(path).resolve() for path in ERROR.findall(output)} & set(unit.paths())
     if not failed or len(failed) == len(unit.sources):
-        failed = set(unit.paths()[:len(unit.sources) // 2])
-    return [Unit([source for source in unit.sources if (source.path in failed) == is_failed])
-            for is_failed in (False, True)]
+        failed = set(unit.paths()[: len(unit.sources) // 2])
+    return [
+        Unit([source for source in unit.sources if (source.path in failed) == is_failed])
+        for is_failed in (False, True)
+    ]
 
 
 class Checker:
@@ -284,34 +301,56 @@ class Checker:
         record = self.folder / f"{name}.json"
         if record.exists():
             clean = json.loads(record.read_text())
-            if all(Path(file).exists() for file in clean["files"]) and \
-                    clean["fingerprint"] == self.fingerprint(arguments, clean["files"]):
+            if all(Path(file).exists() for file in clean["files"]) and clean[
+                "fingerprint"
+            ] == self.fingerprint(arguments, clean["files"]):
                 return ""
         file = unit.sources[0].path
         if len(unit.sources) > 1:
             file = self.folder / f"{name}{file.suffix}"
             file.write_text(unit.text())
         run = subprocess.run(
-            [self.clang_tidy, "--quiet", f"--config-file={CHECKS}", str(file), "--",
-             *arguments, "-H"], capture_output=True, text=True, cwd=ROOT, check=False)
+            [
+                self.clang_tidy,
+                "--quiet",
+                f"--config-file={CHECKS}",
+                str(file),
+                "--",
+                *arguments,
+                "-H",
+            ],
+            capture_output=True,
+            text=True,
+            cwd=ROOT,
+            check=False,
+        )
         if "clang-diagnostic-error" in run.stdout and len(unit.sources) > 1:
             print(f"checked apart: {file}, {len(unit.sources)} sources", flush=True)
             return "".join(self.check(part) for part in parts_of(unit, run.stdout))
         if run.stdout.strip() or run.returncode != 0:
             return run.stdout or run.stderr
-        files = sorted({str(path) for path in unit.paths()} |
-                       {path for path in INCLUDED.findall(run.stderr)
-                        if path.startswith(f"{ROOT}/") and path != str(file)})
-        record.write_text(json.dumps(
-            {"fingerprint": self.fingerprint(arguments, files), "files": files}))
+        files = sorted(
+            {str(path) for path in unit.paths()}
+            | {
+                path
+                for path in INCLUDED.findall(run.stderr)
+                if path.startswith(f"{ROOT}/") and path != str(file)
+            }
+        )
+        record.write_text(
+            json.dumps({"fingerprint": self.fingerprint(arguments, files), "files": files})
+        )
         return ""
 
 
 def find_clang_tidy():
     for name in ("clang-tidy-14", "clang-tidy"):
         path = shutil.which(name)
-        if path and b"version 14." in subprocess.run([path, "--version"], capture_output=True,
-                                                     check=False).stdout:
+        if (
+            path
+            and b"version 14."
+            in subprocess.run([path, "--version"], capture_output=True, check=False).stdout
+        ):
             return path
     return None
 

@@ -1,4 +1,5 @@
-# Fails if a library maps anything but the runtimes of C and C++ and the named ones. cmake -DLIBRARY= "-DALLOWED=a,b" -P this
+# Fails if a library maps anything but the runtimes of C and C++ and the named ones. cmake
+# -DLIBRARY= "-DALLOWED=a,b" -P this
 cmake_minimum_required(VERSION 3.25)
 string(REPLACE "," ";" allowed "${ALLOWED}")
 list(APPEND allowed linux-vdso ld-linux-x86-64 ld-linux-aarch64 libc libm libstdc++ libgcc_s)

@@ -4,7 +4,10 @@
 set -eu
 folder=$1
 shift
-[ -d "$folder/include" ] || { echo "$folder is not an installed SDK"; exit 1; }
+[ -d "$folder/include" ] || {
+    echo "$folder is not an installed SDK"
+    exit 1
+}
 for path; do
     if grep -rlaF -e "$path" "$folder" || find "$folder" -type l -lname "$path*" | grep .; then
         echo "name $path"

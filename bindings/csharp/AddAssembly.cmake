@@ -1,6 +1,8 @@
-# defrec_add_assembly(TARGET FILE SOURCES ... [REFERENCES target...] [LIBRARIES name...] [OPTIONS ...])
-# FILE, a .dll or an .exe in the current build folder, compiled by Mono's mcs as part of `all`; its path is TARGET's property ASSEMBLY. REFERENCES are
-# targets of this function, copied beside FILE, where the runtime looks for them; LIBRARIES names or paths of assemblies that are there already.
+# defrec_add_assembly(TARGET FILE SOURCES ... [REFERENCES target...] [LIBRARIES name...] [OPTIONS
+#     ...])
+# FILE, a .dll or an .exe in the current build folder, compiled by Mono's mcs as part of `all`; its
+# path is TARGET's property ASSEMBLY. REFERENCES are targets of this function, copied beside FILE,
+# where the runtime looks for them; LIBRARIES names or paths of assemblies that are there already.
 function(defrec_add_assembly target file)
   cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "SOURCES;REFERENCES;LIBRARIES;OPTIONS")
   set(assembly "${CMAKE_CURRENT_BINARY_DIR}/${file}")
@@ -21,8 +23,10 @@ function(defrec_add_assembly target file)
       list(APPEND copies ${copy})
       if(NOT TARGET ${copy})
         get_filename_component(name "${path}" NAME)
-        add_custom_command(OUTPUT "${folder}/${name}" VERBATIM DEPENDS "${path}"
-          COMMAND "${CMAKE_COMMAND}" -E copy "${path}" "${folder}/${name}" COMMENT "Copying ${name} to ${place}")
+        add_custom_command(
+          OUTPUT "${folder}/${name}" VERBATIM DEPENDS "${path}"
+          COMMAND "${CMAKE_COMMAND}" -E copy "${path}" "${folder}/${name}"
+          COMMENT "Copying ${name} to ${place}")
         add_custom_target(${copy} DEPENDS "${folder}/${name}")
         add_dependencies(${copy} ${reference})
       endif()
@@ -30,8 +34,10 @@ function(defrec_add_assembly target file)
   endforeach()
   list(TRANSFORM references PREPEND "-reference:" OUTPUT_VARIABLE options)
   list(TRANSFORM arg_LIBRARIES PREPEND "-reference:")
-  add_custom_command(OUTPUT "${assembly}" VERBATIM DEPENDS ${arg_SOURCES} ${references}
-    COMMAND "${DEFREC_MCS}" -nologo -target:${kind} -langversion:7 -warn:4 -warnaserror ${arg_OPTIONS} ${options} ${arg_LIBRARIES} "-out:${assembly}" ${arg_SOURCES}
+  add_custom_command(
+    OUTPUT "${assembly}" VERBATIM DEPENDS ${arg_SOURCES} ${references}
+    COMMAND "${DEFREC_MCS}" -nologo -target:${kind} -langversion:7 -warn:4 -warnaserror
+            ${arg_OPTIONS} ${options} ${arg_LIBRARIES} "-out:${assembly}" ${arg_SOURCES}
     COMMENT "Compiling ${file}")
   add_custom_target(${target} ALL DEPENDS "${assembly}")
   if(arg_REFERENCES)

@@ -11,10 +11,13 @@ if(NOT DEFREC_WINDOWS_PREFIX)
   set(DEFREC_WINDOWS_PREFIX "$ENV{DEFREC_WINDOWS_PREFIX}")
 endif()
 if(NOT IS_DIRECTORY "${DEFREC_WINDOWS_PREFIX}/usr")
-  message(FATAL_ERROR "DEFREC_WINDOWS_PREFIX is \"${DEFREC_WINDOWS_PREFIX}\", expected a folder made by scripts/make_windows_prefix.sh FOLDER")
+  message(
+    FATAL_ERROR "DEFREC_WINDOWS_PREFIX is \"${DEFREC_WINDOWS_PREFIX}\", expected a folder made by "
+                "scripts/make_windows_prefix.sh FOLDER")
 endif()
 set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES DEFREC_WINDOWS_PREFIX)
-set(CMAKE_FIND_ROOT_PATH "${DEFREC_WINDOWS_PREFIX}/usr/x86_64-w64-mingw32" "${DEFREC_WINDOWS_PREFIX}/usr")
+set(CMAKE_FIND_ROOT_PATH "${DEFREC_WINDOWS_PREFIX}/usr/x86_64-w64-mingw32"
+                         "${DEFREC_WINDOWS_PREFIX}/usr")
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
@@ -22,8 +25,9 @@ set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
 set(ENV{PKG_CONFIG_SYSROOT_DIR} "")
 set(ENV{PKG_CONFIG_LIBDIR} "${DEFREC_WINDOWS_PREFIX}/usr/x86_64-w64-mingw32/lib/pkgconfig")
 
-# The stack is aligned to 16 bytes there, and g++ takes it for aligned to a vector (GCC bug 54412): the assembler turns aligned moves of AVX
-# vectors into unaligned ones, which are as fast where the address is aligned.
+# The stack is aligned to 16 bytes there, and g++ takes it for aligned to a vector (GCC bug 54412):
+# the assembler turns aligned moves of AVX vectors into unaligned ones, which are as fast where the
+# address is aligned.
 set(CMAKE_C_FLAGS_INIT "-Wa,-muse-unaligned-vector-move")
 set(CMAKE_CXX_FLAGS_INIT "-Wa,-muse-unaligned-vector-move")
 # The compiler's runtimes inside: each binary stands alone.

@@ -1,4 +1,5 @@
-"""Checks written reports from outside: report.json against the schema, junit.xml and index.html for their form.
+"""Checks written reports from outside: report.json against the schema, junit.xml and index.html for
+their form.
 
 check_report_files.py FOLDER_OF_REPORTS SCHEMA
 """
@@ -33,7 +34,13 @@ class Nesting(html.parser.HTMLParser):
 def check_schema(schema, report):
     validator = jsonschema.Draft202012Validator(schema)
     validator.validate(report)
-    for path, value in (("counts", {}), ("cases", [{}]), ("digests", {}), ("more", 1), ("format", 2)):
+    for path, value in (
+        ("counts", {}),
+        ("cases", [{}]),
+        ("digests", {}),
+        ("more", 1),
+        ("format", 2),
+    ):
         edited = copy.deepcopy(report)
         edited[path] = value
         assert not validator.is_valid(edited), f"the schema accepts {path} = {value}"
@@ -46,7 +53,10 @@ def check_junit(path, report):
     root = xml.etree.ElementTree.parse(path).getroot()
     assert root.tag == "testsuites"
     counts = report["counts"]["all"]
-    assert [int(root.get(key)) for key in ("failures", "skipped")] == [counts["failed"], counts["skipped"]]
+    assert [int(root.get(key)) for key in ("failures", "skipped")] == [
+        counts["failed"],
+        counts["skipped"],
+    ]
     suites = root.findall("testsuite")
     assert {suite.get("name") for suite in suites} == set(report["counts"]["tiers"])
     by_id = {case.get("name"): case for case in root.iter("testcase")}

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The sample live_view: what its page is given is what was tracked, and nobody without the token is given anything.
+"""The sample live_view: what its page is given is what was tracked, and nobody without the token is
+given anything.
 
 test_live_view.py PROGRAM SEQUENCE CAMERA
 """
@@ -40,18 +41,24 @@ def main():
     # More rounds than the test needs; it ends the program.
     with subprocess.Popen([*command, "1000", "cpu"], stdout=subprocess.PIPE, text=True) as running:
         try:
-            port, token = re.fullmatch(r"open http://127\.0\.0\.1:(\d+)/([0-9a-f]{32})/\n", running.stdout.readline()).groups()
+            port, token = re.fullmatch(
+                r"open http://127\.0\.0\.1:(\d+)/([0-9a-f]{32})/\n", running.stdout.readline()
+            ).groups()
             port = int(port)
             # A browser that asks and goes, and one that says nothing.
             with socket.create_connection(("127.0.0.1", port)) as gone:
-                gone.sendall(f"GET /{token}/frame HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n".encode())
+                gone.sendall(
+                    f"GET /{token}/frame HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n".encode()
+                )
             silent = socket.create_connection(("127.0.0.1", port))
 
             content = first_frame(port, token)
             line, rest = content.split(b"\n", 1)
             facts = json.loads(line)
             pixels = 3 * facts["width"] * facts["height"]
-            assert (facts["width"], facts["height"]) == (320, 240) and facts["state"] == "tracking", facts
+            assert (facts["width"], facts["height"]) == (320, 240) and facts[
+                "state"
+            ] == "tracking", facts
             assert facts["latency_ms"] > 0 and facts["vertices"] > 100, facts
             assert len(rest) == pixels + 12 * facts["vertices"], len(rest)
             vertices = list(struct.iter_unpack("<fff", rest[pixels:]))
@@ -59,12 +66,16 @@ def main():
             observed = [(u, v) for u, v, status in vertices if status == 0]
             assert len(observed) > len(vertices) / 2, (len(observed), len(vertices))
             assert all(0 <= u < 320 and 0 <= v < 240 for u, v in observed)
-            while json.loads(first_frame(port, token).split(b"\n", 1)[0])["frame"] == facts["frame"]:
+            while (
+                json.loads(first_frame(port, token).split(b"\n", 1)[0])["frame"] == facts["frame"]
+            ):
                 time.sleep(0.01)
 
             status, page = get(port, f"/{token}/")
             assert status == 200 and page.startswith(b"<!doctype html>")
-            assert re.search(rb"(src|href|url)\s*[=(]|https?:", page) is None, "the page loads from elsewhere"
+            assert (
+                re.search(rb"(src|href|url)\s*[=(]|https?:", page) is None
+            ), "the page loads from elsewhere"
             assert get(port, "/") == (403, b"open the address as the program printed it\n")
             assert get(port, f"/{'0' * 32}/frame")[0] == 403
             assert get(port, f"/{token}/frame", host=f"elsewhere.example:{port}")[0] == 403

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Four small sequences by Snakemake, by the tasks of a Slurm array and by the program alone, with the
-# same tables. There is no Slurm: the tasks are run with the variables that it sets.
+# Four small sequences by Snakemake, by the tasks of a Slurm array and by the program alone, with
+# the same tables. There is no Slurm: the tasks are run with the variables that it sets.
 #   test_snakefile.sh DEFREC FOLDER
 set -euo pipefail
 defrec="$1"

@@ -28,7 +28,11 @@ class Range:
             return self.enumerators
         low, high = self.low, self.high
         if low is None or high is None:
-            return f"at most {high}" if low is None else f"{'above' if self.is_open else 'at least'} {low}"
+            return (
+                f"at most {high}"
+                if low is None
+                else f"{'above' if self.is_open else 'at least'} {low}"
+            )
         return f"{'above ' if self.is_open else ''}{low} to {high}"
 
 
@@ -37,9 +41,17 @@ class Field:
 
     def __init__(self, owner, described):
         self.owner = owner
-        self.name, self.type, self.count = described["name"], described["type"], described.get("count")
+        self.name, self.type, self.count = (
+            described["name"],
+            described["type"],
+            described.get("count"),
+        )
         self.size, self.offset = described.get("size"), described.get("offset")
-        self.summary, self.unit, self.since = described.get("summary", ""), described.get("unit"), described.get("since")
+        self.summary, self.unit, self.since = (
+            described.get("summary", ""),
+            described.get("unit"),
+            described.get("since"),
+        )
         self.default, self.remark = described.get("default"), described.get("default_remark")
         self.counted_by = described.get("counted_by")
         where = f"{owner}.{self.name}"
@@ -89,7 +101,9 @@ class Field:
     def default_words(self):
         if self.default is None:
             return None
-        return (self.computed_default or self.default) + (f" ({self.remark})" if self.remark else "")
+        return (self.computed_default or self.default) + (
+            f" ({self.remark})" if self.remark else ""
+        )
 
     def words(self):
         """The whole comment as sentences: summary, unit, range, default."""
@@ -105,7 +119,11 @@ class Field:
 
 class Struct:
     def __init__(self, described):
-        self.name, self.header, self.size = described["name"], described["header"], described["size"]
+        self.name, self.header, self.size = (
+            described["name"],
+            described["header"],
+            described["size"],
+        )
         self.summary, self.since = described["summary"], described.get("since")
         self.fields = [Field(self.name, field) for field in described["fields"]]
 
@@ -135,7 +153,11 @@ class Struct:
 
 class Function:
     def __init__(self, described):
-        self.name, self.returns, self.summary = described["name"], described["returns"], described["summary"]
+        self.name, self.returns, self.summary = (
+            described["name"],
+            described["returns"],
+            described["summary"],
+        )
         self.parameters = [Field(self.name, parameter) for parameter in described["parameters"]]
 
 
@@ -149,7 +171,9 @@ class Contract:
         self.structs = [Struct(struct) for struct in description["structs"]]
         self.functions = [Function(function) for function in description["functions"]]
         self.struct_of = {struct.name: struct for struct in self.structs}
-        self.constants = {value["name"]: value["value"] for enum in self.enums for value in enum["values"]}
+        self.constants = {
+            value["name"]: value["value"] for enum in self.enums for value in enum["values"]
+        }
         for struct in self.structs:
             for field in struct.fields:
                 self.check(struct, field)
@@ -163,9 +187,13 @@ class Contract:
         default = None if field.computed_default else field.default
         ends = [field.range.low, field.range.high] if field.range else []
         for expression in filter(None, [default, *ends]):
-            for word in re.findall(r"[A-Za-z_]\w*", "" if NUMBER.fullmatch(expression) else expression):
+            for word in re.findall(
+                r"[A-Za-z_]\w*", "" if NUMBER.fullmatch(expression) else expression
+            ):
                 if word not in known:
-                    raise header.HeaderError(f"{struct.name}.{field.name}: {expression}: there is no {word}")
+                    raise header.HeaderError(
+                        f"{struct.name}.{field.name}: {expression}: there is no {word}"
+                    )
         if field.range and field.range.enumerators:
             self.enumerators(field.range.enumerators)
 
@@ -223,4 +251,3 @@ class Contract:
     @property
     def application_structs(self):
         return [struct for struct in self.structs if struct.header == "defrec_c.h"]
-

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Writes everything that repeats the public headers: the description sdk/contract/contract.json, and from it what the
-writers make. Whole files, and parts of files between marks.
+"""Writes everything that repeats the public headers: the description sdk/contract/contract.json,
+and from it what the writers make. Whole files, and parts of files between marks. scripts/format.sh
+lays out the C# and the Python among them; texts that differ in layout alone count as equal.
 
 usage: generate.py            writes what is stale, and names it
        generate.py --verify   writes nothing, and fails where something is stale
@@ -10,6 +11,8 @@ usage: generate.py            writes what is stale, and names it
 import argparse
 import json
 import pathlib
+import re
+import subprocess
 import sys
 
 import header
@@ -26,7 +29,8 @@ def describe(include):
 
 
 def description_text(description):
-    """JSON with one line for each field, value and function, so that a difference reads like the header's."""
+    """JSON with one line for each field, value and function, so that a difference reads like the
+    header's."""
     text = []
     for key, value in description.items():
         if isinstance(value, list):
@@ -41,7 +45,9 @@ def described(item):
     lists = [key for key in ("values", "fields") if isinstance(item, dict) and key in item]
     if not lists:
         return "  " + json.dumps(item, ensure_ascii=False)
-    head = json.dumps({key: value for key, value in item.items() if key != lists[0]}, ensure_ascii=False)
+    head = json.dumps(
+        {key: value for key, value in item.items() if key != lists[0]}, ensure_ascii=False
+    )
     rows = ",\n".join("   " + json.dumps(row, ensure_ascii=False) for row in item[lists[0]])
     return f'  {head[:-1]}, "{lists[0]}": [\n{rows}\n  ]}}'
 
@@ -68,6 +74,24 @@ def outputs(contract, root):
             yield path, text
 
 
+def is_current(path, text):
+    if not path.exists():
+        return False
+    present = path.read_text()
+    if path.suffix in LAID_OUT:
+        return LAYOUT.sub("", present) == LAYOUT.sub("", text)
+    return present == text
+
+
+def lay_out(root, paths):
+    """Formats what was written, unless root is a copy without the project's scripts."""
+    formatter = root / "scripts/format.sh"
+    if paths and formatter.exists():
+        code = subprocess.run([formatter, *paths]).returncode
+        if code not in (0, 77):  # 77: a formatter is missing, which was said
+            sys.exit(code)
+
+
 def main():
     arguments = argparse.ArgumentParser(usage=__doc__.partition("usage: ")[2])
     arguments.add_argument("--verify", action="store_true")
@@ -79,13 +103,14 @@ def main():
         made = dict(outputs(contract, given.root))
     except header.HeaderError as error:
         sys.exit(str(error))
-    stale = [path for path, text in made.items() if not (given.root / path).exists() or (given.root / path).read_text() != text]
+    stale = [path for path, text in made.items() if not is_current(given.root / path, text)]
     if given.verify:
         sys.exit(f"stale, run scripts/contract/generate.py: {', '.join(stale)}" if stale else 0)
     for path in stale:
         (given.root / path).parent.mkdir(parents=True, exist_ok=True)
         (given.root / path).write_text(made[path])
         print(path)
+    lay_out(given.root, [given.root / path for path in stale if path.endswith(LAID_OUT)])
 
 
 if __name__ == "__main__":

@@ -1,14 +1,18 @@
-"""Reads the two public headers into one description: every handle, enumeration, struct, callback and function, with comments.
+"""Reads the two public headers into one description: every handle, enumeration, struct, callback
+and function, with comments.
 
 The headers are the source of everything that generate.py writes. What this parser does not understand is an error with
 its line, so that nothing is passed over. The comment of a field or an enumerator may end in tags. A field has:
 
-    @default 128          of a parameter or option that is 0. A number, an enumerator, or an expression of other fields
-                          (width, source_width * bytes_per_pixel(format)); a remark may follow in brackets: 1600 (0.39).
-                          In quotes: words for a default that the code computes, "found from the first frame".
-    @range 1..510         of a parameter or option, its default filled in. Either end may be left out; ">0.." leaves the
-                          end itself out; ends are expressions as above. DEFREC_FORMAT_*: one of these enumerators.
-                          Floating point without @range is finite.
+    @default 128          of a parameter or option that is 0. A number, an enumerator, or an
+                          expression of other fields (width, source_width *
+                          bytes_per_pixel(format)); a remark may follow in brackets: 1600 (0.39). In
+                          quotes: words for a default that the code computes, "found from the first
+                              frame".
+    @range 1..510         of a parameter or option, its default filled in. Either end may be left
+                          out; ">0.." leaves the end itself out; ends are expressions as above.
+                          DEFREC_FORMAT_*: one of these enumerators. Floating point without @range
+                          is finite.
     @unit px              of the number
     @count vertex_count   of an array in a result: the field with its number of elements; `pixels`: one per pixel of the
                           rectified image, and NULL where there is no such image
@@ -23,16 +27,29 @@ A reason for a frame's state has:
 """
 import re
 
-# Sizes on every platform that defrec runs on (LP64); sdk/abi/layout compares them with a compiler's.
+# Sizes on every platform that defrec runs on (LP64); sdk/abi/layout compares them with a
+# compiler's.
 SCALARS = {
-    "int8_t": 1, "uint8_t": 1, "int16_t": 2, "uint16_t": 2, "int32_t": 4, "uint32_t": 4, "int64_t": 8, "uint64_t": 8,
-    "size_t": 8, "float": 4, "double": 8, "defrec_status": 4,
-}  # fmt: skip
+    "int8_t": 1,
+    "uint8_t": 1,
+    "int16_t": 2,
+    "uint16_t": 2,
+    "int32_t": 4,
+    "uint32_t": 4,
+    "int64_t": 8,
+    "uint64_t": 8,
+    "size_t": 8,
+    "float": 4,
+    "double": 8,
+    "defrec_status": 4,
+}
 POINTER = 8
 
 TOKEN = re.compile(
-    r"""(?P<doc>/\*\*.*?\*/) | (?P<comment>/\*.*?\*/) | (?P<cplusplus>^\#ifdef\ __cplusplus$.*?^\#endif$)
-      | (?P<define>^\#define\ (?P<macro>DEFREC_\w+_M(?:AJOR|INOR))\ (?P<number>\d+)) | (?P<directive>^\#(?:[^\n\\]|\\.)*)
+    r"""(?P<doc>/\*\*.*?\*/) | (?P<comment>/\*.*?\*/)
+      | (?P<cplusplus>^\#ifdef\ __cplusplus$.*?^\#endif$)
+      | (?P<define>^\#define\ (?P<macro>DEFREC_\w+_M(?:AJOR|INOR))\ (?P<number>\d+))
+      | (?P<directive>^\#(?:[^\n\\]|\\.)*)
       | (?P<space>\s+) | (?P<word>\w+) | (?P<mark><<|.)""",
     re.M | re.S | re.X,
 )
@@ -48,7 +65,9 @@ class HeaderError(Exception):
 def comment_text(comment):
     """The words of a doc comment, on one line."""
     text = re.sub(r"^/\*\*<?|\*/$", "", comment)
-    return " ".join(re.sub(r"^\s*\*(?: |$)", "", line).strip() for line in text.splitlines()).strip()
+    return " ".join(
+        re.sub(r"^\s*\*(?: |$)", "", line).strip() for line in text.splitlines()
+    ).strip()
 
 
 class Token:
@@ -64,7 +83,9 @@ def tokens_of(text):
         elif match["define"]:
             found.append(Token("define", (match["macro"], int(match["number"])), line))
         elif match["doc"]:
-            found.append(Token("behind" if match["doc"].startswith("/**<") else "doc", match["doc"], line))
+            found.append(
+                Token("behind" if match["doc"].startswith("/**<") else "doc", match["doc"], line)
+            )
         elif match["word"] or match["mark"]:
             found.append(Token("code", match[0], line))
         line += match[0].count("\n")
@@ -83,11 +104,19 @@ class Parser:
         raise HeaderError(f"{self.name}:{line}: {what}")
 
     def next_is(self, text):
-        return self.at < len(self.tokens) and self.tokens[self.at].kind == "code" and self.tokens[self.at].text == text
+        return (
+            self.at < len(self.tokens)
+            and self.tokens[self.at].kind == "code"
+            and self.tokens[self.at].text == text
+        )
 
     def take(self, text=None):
         """The next piece of code, which is text where that is given."""
-        if self.at == len(self.tokens) or self.tokens[self.at].kind != "code" or text not in (None, self.tokens[self.at].text):
+        if (
+            self.at == len(self.tokens)
+            or self.tokens[self.at].kind != "code"
+            or text not in (None, self.tokens[self.at].text)
+        ):
             self.fail(f"{text or 'code'} expected")
         self.at += 1
         return self.tokens[self.at - 1].text
@@ -115,14 +144,18 @@ class Parser:
             token = self.tokens[self.at]
             if token.kind == "doc":
                 text = comment_text(token.text)
-                self.doc = text if not text.startswith(("@file", "@defgroup", "@}", "@def ")) else ""
+                self.doc = (
+                    text if not text.startswith(("@file", "@defgroup", "@}", "@def ")) else ""
+                )
                 self.at += 1
             elif token.kind == "define":
                 self.description["versions"][token.text[0]] = token.text[1]
                 self.at += 1
                 self.behind()
             elif token.kind == "macro":
-                if token.text not in (macros := self.description["macros"]) and not token.text.endswith("_H"):
+                if token.text not in (
+                    macros := self.description["macros"]
+                ) and not token.text.endswith("_H"):
                     macros.append(token.text)
                 self.at += 1
             elif token.kind == "behind":
@@ -142,7 +175,13 @@ class Parser:
         pieces = self.take_until(";")
         code = join(pieces)
         if callback := re.fullmatch(r"(.+?)\(DEFREC_CALL \*(\w+)\)\((.*)\)", code):
-            self.description["callbacks"].append({"name": callback[2], "summary": self.doc, "signature": f"{callback[1]}({callback[3]})"})
+            self.description["callbacks"].append(
+                {
+                    "name": callback[2],
+                    "summary": self.doc,
+                    "signature": f"{callback[1]}({callback[3]})",
+                }
+            )
         elif code == "int32_t defrec_status":
             self.behind()
         else:
@@ -157,7 +196,11 @@ class Parser:
             name = self.take()
             self.take("=")
             pieces = []
-            while not self.next_is(",") and not self.next_is("}") and self.tokens[self.at].kind == "code":
+            while (
+                not self.next_is(",")
+                and not self.next_is("}")
+                and self.tokens[self.at].kind == "code"
+            ):
                 pieces.append(self.tokens[self.at])
                 self.at += 1
             if self.next_is(","):
@@ -221,7 +264,9 @@ class Parser:
         if self.take() != tag:
             self.fail(f"typedef struct {tag} has another name behind it")
         self.take(";")
-        self.description["structs"].append({"name": tag, "header": self.name, "summary": summary, **tags, "fields": fields})
+        self.description["structs"].append(
+            {"name": tag, "header": self.name, "summary": summary, **tags, "fields": fields}
+        )
 
     def function(self):
         self.take("DEFREC_API")
@@ -233,7 +278,15 @@ class Parser:
         for parameter in [] if match[3] == "void" else match[3].split(", "):
             parameters += declarators(parameter)
         summary, tags = split_tags(self.doc)
-        self.description["functions"].append({"name": match[2], "returns": match[1], "parameters": parameters, "summary": summary, **tags})
+        self.description["functions"].append(
+            {
+                "name": match[2],
+                "returns": match[1],
+                "parameters": parameters,
+                "summary": summary,
+                **tags,
+            }
+        )
 
 
 def join(tokens):
@@ -255,8 +308,12 @@ def declarators(code):
     base = match[1].removesuffix(" *")
     made = []
     for declarator in [first.removeprefix(base).strip(), *others]:
-        stars, name, count = re.fullmatch(r"(\*?(?:const \*)?)(\w+)(?:\[(\w+)\])?", declarator).groups()
-        made.append({"name": name, "type": f"{base} {stars}".strip(), **({"count": count} if count else {})})
+        stars, name, count = re.fullmatch(
+            r"(\*?(?:const \*)?)(\w+)(?:\[(\w+)\])?", declarator
+        ).groups()
+        made.append(
+            {"name": name, "type": f"{base} {stars}".strip(), **({"count": count} if count else {})}
+        )
     return made
 
 
@@ -271,9 +328,13 @@ def split_tags(text):
 
 def lay_out(description):
     """Sizes and offsets of every field and struct."""
-    constants = {value["name"]: value["value"] for each in description["enums"] for value in each["values"]}
+    constants = {
+        value["name"]: value["value"] for each in description["enums"] for value in each["values"]
+    }
     alignments, sizes = {**SCALARS}, {**SCALARS}
-    callbacks = {each["name"] for each in description["callbacks"]} | {each["name"] for each in description["handles"]}
+    callbacks = {each["name"] for each in description["callbacks"]} | {
+        each["name"] for each in description["handles"]
+    }
     for struct in description["structs"]:
         offset, widest = 0, 1
         for field in struct["fields"]:
@@ -294,7 +355,16 @@ def lay_out(description):
 
 def read(headers):
     """The description of headers, (name, text) in the order in which they include each other."""
-    description = {"versions": {}, "macros": [], "handles": [], "opaque": [], "callbacks": [], "enums": [], "structs": [], "functions": []}
+    description = {
+        "versions": {},
+        "macros": [],
+        "handles": [],
+        "opaque": [],
+        "callbacks": [],
+        "enums": [],
+        "structs": [],
+        "functions": [],
+    }
     for name, text in headers:
         Parser(name, text, description).parse()
     lay_out(description)

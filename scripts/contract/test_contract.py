@@ -51,10 +51,18 @@ def read(text):
 class Reading(unittest.TestCase):
     def test_a_struct(self):
         fields = {field.name: field for field in read(SMALL).structs[0].fields}
-        self.assertEqual(list(fields), ["struct_size", "width", "height", "stride", "weight", "place"])
-        self.assertEqual((fields["height"].range.low, fields["height"].range.high, fields["height"].unit), ("2", "64", "px"))
+        self.assertEqual(
+            list(fields), ["struct_size", "width", "height", "stride", "weight", "place"]
+        )
+        self.assertEqual(
+            (fields["height"].range.low, fields["height"].range.high, fields["height"].unit),
+            ("2", "64", "px"),
+        )
         self.assertEqual((fields["stride"].default, fields["stride"].range.high), ("width", None))
-        self.assertEqual((fields["weight"].default, fields["weight"].remark, fields["weight"].range.is_open), ("1e-3", "small", True))
+        self.assertEqual(
+            (fields["weight"].default, fields["weight"].remark, fields["weight"].range.is_open),
+            ("1e-3", "small", True),
+        )
         self.assertEqual((fields["place"].offset, fields["place"].size), (24, 24))
 
     def test_enumerators(self):
@@ -105,7 +113,9 @@ class Reading(unittest.TestCase):
 
     def test_the_stub_refuses_a_parameter_of_a_new_kind(self):
         strange = "/** Turns. */ DEFREC_API defrec_status DEFREC_CALL defrec_turn(float angle);"
-        with self.assertRaisesRegex(header.HeaderError, "the stub does not understand the parameter float angle"):
+        with self.assertRaisesRegex(
+            header.HeaderError, "the stub does not understand the parameter float angle"
+        ):
             stub.files(read(strange), None)
 
 
@@ -117,12 +127,18 @@ class Tree(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.root = pathlib.Path(folder.name)
         contract = Contract(generate.describe(generate.ROOT / "include"))
-        for path in [f"include/{name}" for name in generate.HEADERS] + [path for path, _ in generate.outputs(contract, generate.ROOT)]:
+        for path in [f"include/{name}" for name in generate.HEADERS] + [
+            path for path, _ in generate.outputs(contract, generate.ROOT)
+        ]:
             (self.root / path).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(generate.ROOT / path, self.root / path)
 
     def run_generator(self, *options):
-        made = subprocess.run([sys.executable, "-B", generate.__file__, "--root", self.root, *options], capture_output=True, text=True)
+        made = subprocess.run(
+            [sys.executable, "-B", generate.__file__, "--root", self.root, *options],
+            capture_output=True,
+            text=True,
+        )
         return made.returncode, made.stdout + made.stderr
 
     def edit(self, path, old, new):
@@ -135,8 +151,16 @@ class Tree(unittest.TestCase):
 
     def test_a_changed_copy_is_stale(self):
         self.edit("sdk/contract/stage_params.hpp", "510", "511")
-        self.assertEqual(self.run_generator("--verify"), (1, "stale, run scripts/contract/generate.py: sdk/contract/stage_params.hpp\n"))
+        self.assertEqual(
+            self.run_generator("--verify"),
+            (1, "stale, run scripts/contract/generate.py: sdk/contract/stage_params.hpp\n"),
+        )
         self.assertEqual(self.run_generator(), (0, "sdk/contract/stage_params.hpp\n"))
+        self.assertEqual(self.run_generator("--verify"), (0, ""))
+
+    def test_another_layout_is_current(self):
+        self.edit("bindings/python/defrec/structs.py", "\n\n\n@c_struct", "\n@c_struct")
+        self.edit("bindings/csharp/Defrec/Enums.cs", " = 0,", " =\n 0,")
         self.assertEqual(self.run_generator("--verify"), (0, ""))
 
     def test_a_changed_header_makes_copies_stale(self):
@@ -209,8 +233,16 @@ class Tree(unittest.TestCase):
 
     def test_what_breaks_the_abi_is_refused(self):
         for old, new, refusal in (
-            ("typedef struct defrec_image {", "typedef struct defrec_image { uint64_t inserted; /**< first */", "defrec_image.struct_size: 4 at 0"),
-            ("DEFREC_ERROR_BUSY          = -9", "DEFREC_ERROR_BUSY = -19", "DEFREC_ERROR_BUSY = -9"),
+            (
+                "typedef struct defrec_image {",
+                "typedef struct defrec_image { uint64_t inserted; /**< first */",
+                "defrec_image.struct_size: 4 at 0",
+            ),
+            (
+                "DEFREC_ERROR_BUSY          = -9",
+                "DEFREC_ERROR_BUSY = -19",
+                "DEFREC_ERROR_BUSY = -9",
+            ),
             ("defrec_job_wait(", "defrec_job_waits(", "defrec_job_wait"),
         ):
             with self.subTest(new):

@@ -3,7 +3,8 @@
 
 usage: generate.py            writes the page where it is stale
        generate.py --verify   writes nothing, and fails where it is stale
-Fails as well where a fault has no test and no reason why, and where a test bears the number of none.
+Fails as well where a fault has no test and no reason why, and where a test bears the number of
+none.
 """
 import argparse
 import collections
@@ -33,7 +34,8 @@ last column names. The test `docs/faults` holds this page to them.
 
 
 def numbers_of(name):
-    """The faults that a test's name bears: of "rows 3-5: ..." 3, 4, 5; also later ones ("and row 4: ...")."""
+    """The faults that a test's name bears: of "rows 3-5: ..." 3, 4, 5; also later ones ("and row 4:
+    ...")."""
     found = set()
     for match in NUMBERS.finditer(name):
         parts = re.split(r"(, | and |-| to )", match.group(1))
@@ -46,7 +48,11 @@ def numbers_of(name):
 
 def tests():
     """Row number -> [(file, name)] in the order of files and lines."""
-    paths = sorted(str(path.relative_to(ROOT)) for folder in FOLDERS for path in (ROOT / folder).rglob("*_test.cpp"))
+    paths = sorted(
+        str(path.relative_to(ROOT))
+        for folder in FOLDERS
+        for path in (ROOT / folder).rglob("*_test.cpp")
+    )
     found = collections.defaultdict(list)
     for path in paths:
         for name in test_names(ROOT / path):
@@ -62,7 +68,9 @@ def page(found):
     for title, rows in SECTIONS:
         text.append(f"## {title}\n\n| row | fault | answer | tests |\n|---|---|---|---|")
         for number, fault, answer in rows:
-            cells = [f"`{path}`" for path in dict.fromkeys(path for path, _ in found.get(number, []))]
+            cells = [
+                f"`{path}`" for path in dict.fromkeys(path for path, _ in found.get(number, []))
+            ]
             if number in WITHOUT_TEST:
                 cells.append(WITHOUT_TEST[number])
             text.append(f"| {number} | {fault} | {answer} | {', '.join(cells)} |")

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Prints, as a table in Markdown, how much of the code that reads foreign bytes the fuzz targets' inputs reach.
+"""Prints, as a table in Markdown, how much of the code that reads foreign bytes the fuzz targets'
+inputs reach.
 
 usage: coverage.py [TARGET...]
 
-Runs build-coverage/fuzz/defrec_TARGET_replay (preset coverage) on sdk/fuzz/corpus/TARGET and on what the fuzzer has found,
-build-fuzz/corpus/TARGET. Lines and branches are llvm-cov's. Exit status: 0, or 1 where a target fails on one of its inputs.
+Runs build-coverage/fuzz/defrec_TARGET_replay (preset coverage) on sdk/fuzz/corpus/TARGET and on
+what the fuzzer has found, build-fuzz/corpus/TARGET. Lines and branches are llvm-cov's. Exit status:
+0, or 1 where a target fails on one of its inputs.
 """
 import json
 import os
@@ -17,7 +19,11 @@ BUILD = ROOT / "build-coverage"
 # Sources that read or check each target's input.
 READERS = {
     "api": ["sdk/api/api.cpp", "sdk/api/handles.cpp", "sdk/api/tracking.cpp"],
-    "calibration": ["sdk/io/calibration.cpp", "sdk/io/calibration_check.cpp", "sdk/io/yaml_document.cpp"],
+    "calibration": [
+        "sdk/io/calibration.cpp",
+        "sdk/io/calibration_check.cpp",
+        "sdk/io/yaml_document.cpp",
+    ],
     "image_header": ["sdk/io/image_header.cpp"],
     "images": ["sdk/input/image_stream.cpp"],
     "live_link": ["sdk/live_link/messages.cpp"],
@@ -33,23 +39,52 @@ READERS = {
 
 def measure(target):
     """[(file, lines covered, lines, branches covered, branches)] and the number of inputs."""
-    folders = [folder for folder in (ROOT / "sdk/fuzz/corpus" / target, ROOT / "build-fuzz/corpus" / target) if folder.is_dir()]
-    program, raw, merged = (BUILD / "fuzz" / f"defrec_{target}_replay{end}" for end in ("", ".profraw", ".profdata"))
+    folders = [
+        folder
+        for folder in (ROOT / "sdk/fuzz/corpus" / target, ROOT / "build-fuzz/corpus" / target)
+        if folder.is_dir()
+    ]
+    program, raw, merged = (
+        BUILD / "fuzz" / f"defrec_{target}_replay{end}" for end in ("", ".profraw", ".profdata")
+    )
     # Each object (the library, a plugin) has a counter file of its own name's hash: %m.
     for old in raw.parent.glob(f"{raw.name}*"):
         old.unlink()
-    subprocess.run([program, *folders], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                   env={**os.environ, "LLVM_PROFILE_FILE": f"{raw}.%m"})
-    subprocess.run(["llvm-profdata", "merge", "-sparse", *raw.parent.glob(f"{raw.name}.*"), "-o", merged], check=True)
+    subprocess.run(
+        [program, *folders],
+        check=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "LLVM_PROFILE_FILE": f"{raw}.%m"},
+    )
+    subprocess.run(
+        ["llvm-profdata", "merge", "-sparse", *raw.parent.glob(f"{raw.name}.*"), "-o", merged],
+        check=True,
+    )
     objects = [f"-object={BUILD / 'lib/libdefrec.so'}"]
-    made = subprocess.run(["llvm-cov", "export", "-summary-only", f"-instr-profile={merged}", program, *objects], check=True,
-                          capture_output=True, text=True).stdout
+    made = subprocess.run(
+        ["llvm-cov", "export", "-summary-only", f"-instr-profile={merged}", program, *objects],
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout
     files = json.loads(made)["data"][0]["files"]
     rows = []
     for reader in READERS[target]:
         # Names begin with wherever the compiler says that it was.
-        (summary,) = [entry["summary"] for entry in files if entry["filename"].endswith(f"/{reader}")]
-        rows.append((reader, *(summary[kind][key] for kind in ("lines", "branches") for key in ("covered", "count"))))
+        (summary,) = [
+            entry["summary"] for entry in files if entry["filename"].endswith(f"/{reader}")
+        ]
+        rows.append(
+            (
+                reader,
+                *(
+                    summary[kind][key]
+                    for kind in ("lines", "branches")
+                    for key in ("covered", "count")
+                ),
+            )
+        )
     return rows, sum(1 for folder in folders for _ in folder.iterdir())
 
 
@@ -70,8 +105,10 @@ def main():
             continue
         for i, (reader, lines_covered, lines, branches_covered, branches) in enumerate(rows):
             names = (f"`{target}`", f"{inputs:,}") if i == 0 else ("", "")
-            print(f"| {names[0]} | {names[1]} | `{reader}` | {share(lines_covered, lines)} of {lines} | "
-                  f"{share(branches_covered, branches)} of {branches} |")
+            print(
+                f"| {names[0]} | {names[1]} | `{reader}` | {share(lines_covered, lines)} of"
+                f" {lines} | {share(branches_covered, branches)} of {branches} |"
+            )
     sys.exit(1 if failed else 0)
 
 

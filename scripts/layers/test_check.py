@@ -15,7 +15,7 @@ class CheckTest(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.tree = pathlib.Path(folder.name)
         self.write("include/a.h", "")
-        self.write("sdk/base/b.hpp", "#include <vector>\n#include \"include/a.h\"\n")
+        self.write("sdk/base/b.hpp", '#include <vector>\n#include "include/a.h"\n')
         self.write("sdk/api/c.cpp", '#include "sdk/base/b.hpp"\n')
 
     def write(self, name, text):
@@ -34,26 +34,36 @@ class CheckTest(unittest.TestCase):
         self.write("sdk/base/b.cpp", '#include "sdk/api/c.hpp"\n')
         self.assertEqual(
             self.errors(),
-            ["sdk/base/b.cpp: includes sdk/api/c.hpp, but sdk/base may not include sdk/api"])
+            ["sdk/base/b.cpp: includes sdk/api/c.hpp, but sdk/base may not include sdk/api"],
+        )
 
     def test_a_circle_cannot_be_listed(self):
         layers = {"include": [], "sdk/base": ["include", "sdk/api"], "sdk/api": ["sdk/base"]}
-        self.assertIn("layers.toml: sdk/base lists sdk/api, which does not stand before it",
-                      self.errors(layers))
+        self.assertIn(
+            "layers.toml: sdk/base lists sdk/api, which does not stand before it",
+            self.errors(layers),
+        )
 
     def test_a_folder_must_be_listed_and_exist(self):
         self.write("sdk/new/d.cpp", "")
-        self.assertEqual(self.errors(),
-                         ["sdk/new/d.cpp: layers.toml does not list the folder sdk/new"])
+        self.assertEqual(
+            self.errors(), ["sdk/new/d.cpp: layers.toml does not list the folder sdk/new"]
+        )
         (self.tree / "sdk/new/d.cpp").unlink()
-        self.assertEqual(self.errors({**LAYERS, "sdk/gone": []}),
-                         ["layers.toml: the folder sdk/gone has no sources"])
+        self.assertEqual(
+            self.errors({**LAYERS, "sdk/gone": []}),
+            ["layers.toml: the folder sdk/gone has no sources"],
+        )
 
     def test_an_entry_must_be_used(self):
-        self.assertEqual(self.errors({**LAYERS, "sdk/api": ["include", "sdk/base"]}),
-                         ["layers.toml: nothing in sdk/api includes include"])
-        self.assertEqual(self.errors(tests={"sdk/base": ["sdk/api"]}),
-                         ["layers.toml: no test in sdk/base needs sdk/api"])
+        self.assertEqual(
+            self.errors({**LAYERS, "sdk/api": ["include", "sdk/base"]}),
+            ["layers.toml: nothing in sdk/api includes include"],
+        )
+        self.assertEqual(
+            self.errors(tests={"sdk/base": ["sdk/api"]}),
+            ["layers.toml: no test in sdk/base needs sdk/api"],
+        )
 
     def test_tests_may_include_what_is_listed_for_them(self):
         self.write("sdk/base/b_test.cpp", '#include "sdk/api/c.hpp"\n')

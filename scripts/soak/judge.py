@@ -21,7 +21,6 @@ BLOCKS = 20
 STUDENT_95 = 2.101  # 18 degrees of freedom: 20 blocks, 2 parameters
 
 
-
 def mean(values):
     return sum(values) / len(values)
 
@@ -42,7 +41,8 @@ TOTALS = ("frames", "lost", "trackers", "cuts", "losses", "gaps", "templates")
 
 
 def blocks_of(times, values, statistic, blocks=BLOCKS):
-    """(time, statistic of the samples) of blocks of equal length of time; empty blocks are left out."""
+    """(time, statistic of the samples) of blocks of equal length of time; empty blocks are left
+    out."""
     first, last = times[0], times[-1]
     found = {}
     for time, value in zip(times, values):
@@ -80,7 +80,10 @@ class Line:
         used = [(t, v) for t, v in zip(times, values) if t >= begin]
         points = blocks_of(*zip(*used), statistic)
         if len(points) < BLOCKS:
-            raise TooFewSamples(f"{name}: {len(points)} of {BLOCKS} parts of the run have samples; the run is too short")
+            raise TooFewSamples(
+                f"{name}: {len(points)} of {BLOCKS} parts of the run have samples; the run is too"
+                " short"
+            )
         self.begin = begin
         self.mean = mean([v for _, v in points])
         self.start, self.slope, self.half_width = fit(points)
@@ -119,13 +122,21 @@ def read(path, device_memory):
 
 
 def table(hours, totals, lines):
-    text = [f"{60 * hours:.1f} minutes: " + ", ".join(f"{count} {name}" for name, count in totals.items()), ""]
-    text += ["| quantity | mean | slope per hour, 95 % interval | growth in the run | grows |", "|---|---|---|---|---|"]
+    text = [
+        f"{60 * hours:.1f} minutes: "
+        + ", ".join(f"{count} {name}" for name, count in totals.items()),
+        "",
+    ]
+    text += [
+        "| quantity | mean | slope per hour, 95 % interval | growth in the run | grows |",
+        "|---|---|---|---|---|",
+    ]
     for line in lines:
         unit = f" {line.unit}" if line.unit else ""
         verdict = "not judged" if line.limit is None else "yes" if line.grows else "no"
         text.append(
-            f"| {line.what} | {line.mean:.4g}{unit} | {line.slope:+.3g} [{line.slope - line.half_width:+.3g},"
+            f"| {line.what} | {line.mean:.4g}{unit} |"
+            f" {line.slope:+.3g} [{line.slope - line.half_width:+.3g},"
             f" {line.slope + line.half_width:+.3g}]{unit} | {line.growth:+.2g}{unit} | {verdict} |"
         )
     return "\n".join(text)
@@ -141,23 +152,40 @@ def plot(lines):
         last = line.times[-1]
 
         def at(time, value, top=top, low=low, high=high, last=last):
-            return f"{left + time / last * (width - left - 20):.1f},{top + height - (value - low) / (high - low) * height:.1f}"
+            x = left + time / last * (width - left - 20)
+            y = top + height - (value - low) / (high - low) * height
+            return f"{x:.1f},{y:.1f}"
 
         unit = f", {line.unit}" if line.unit else ""
         ends = [at(time, line.start + line.slope * time) for time in (line.begin, last)]
         out += [
             f'<text x="{left}" y="{top - 6}">{line.what}{unit}</text>',
-            f'<rect x="{left}" y="{top}" width="{width - left - 20}" height="{height}" fill="none" stroke="#999"/>',
+            (
+                f'<rect x="{left}" y="{top}" width="{width - left - 20}" height="{height}"'
+                ' fill="none" stroke="#999"/>'
+            ),
             f'<text x="{left - 6}" y="{top + 12}" text-anchor="end">{high:.3g}</text>',
             f'<text x="{left - 6}" y="{top + height}" text-anchor="end">{low:.3g}</text>',
-            f'<polyline fill="none" stroke="#1f77b4" points="{" ".join(map(at, line.times, line.values))}"/>',
+            (
+                '<polyline fill="none" stroke="#1f77b4"'
+                f' points="{" ".join(map(at, line.times, line.values))}"/>'
+            ),
             f'<polyline fill="none" stroke="#d62728" stroke-width="2" points="{" ".join(ends)}"/>',
         ]
     total = len(lines) * (height + gap) + 24
     minutes = 60 * lines[0].times[-1]
-    out.append(f'<text x="{width - 20}" y="{total - 8}" text-anchor="end">{minutes:.0f} minutes; red: the fitted line</text>')
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{total}" font-family="sans-serif" font-size="12">'
-    return "\n".join([head, f'<rect width="{width}" height="{total}" fill="white"/>', *out, "</svg>"]) + "\n"
+    out.append(
+        f'<text x="{width - 20}" y="{total - 8}" text-anchor="end">{minutes:.0f} minutes; red: the'
+        " fitted line</text>"
+    )
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{total}"'
+        ' font-family="sans-serif" font-size="12">'
+    )
+    return (
+        "\n".join([head, f'<rect width="{width}" height="{total}" fill="white"/>', *out, "</svg>"])
+        + "\n"
+    )
 
 
 def main():

@@ -18,12 +18,17 @@ SECONDS = 600
 def samples(leak_mb_per_hour=0.0, descriptors=lambda second: 6, seed=1):
     """Samples of a run with noise whose values depend on those before, as a process's do."""
     noise = random.Random(seed)
-    rows, drift = ["second,frames,lost,trackers,cuts,losses,gaps,templates,p99_ms,loop_error_mm,resident_mb,heap_mb,descriptors,threads"], 0
+    rows, drift = [
+        "second,frames,lost,trackers,cuts,losses,gaps,templates,p99_ms,loop_error_mm,resident_mb,heap_mb,descriptors,threads"
+    ], 0
     for second in range(1, SECONDS + 1):
         drift = 0.9 * drift + noise.gauss(0, 0.3)
         memory = 200 + drift + leak_mb_per_hour * second / 3600 + 40 * (1 - 0.9**second)
         loop = f"{0.006 + noise.gauss(0, 0.001):.4f}" if second % 3 == 0 else ""
-        rows.append(f"{second},30,1,20,0,0,0,0,{30 + noise.gauss(0, 5):.2f},{loop},{memory:.3f},{memory / 2:.3f},{descriptors(second)},8")
+        rows.append(
+            f"{second},30,1,20,0,0,0,0,{30 + noise.gauss(0, 5):.2f},{loop},{memory:.3f},"
+            f"{memory / 2:.3f},{descriptors(second)},8"
+        )
     return "\n".join(rows) + "\n"
 
 
@@ -36,10 +41,16 @@ class Judge(unittest.TestCase):
     def judged(self, text, *options):
         (self.folder / "samples.csv").write_text(text)
         output = io.StringIO()
-        with mock.patch.object(sys, "argv", ["judge.py", str(self.folder / "samples.csv"), *options]):
+        with mock.patch.object(
+            sys, "argv", ["judge.py", str(self.folder / "samples.csv"), *options]
+        ):
             with contextlib.redirect_stdout(output), self.assertRaises(SystemExit) as ended:
                 judge.main()
-        rows = [line.strip("| ").split(" | ") for line in output.getvalue().splitlines() if line.startswith("| ")]
+        rows = [
+            line.strip("| ").split(" | ")
+            for line in output.getvalue().splitlines()
+            if line.startswith("| ")
+        ]
         return ended.exception.code, {row[0]: row[-1] for row in rows[1:]}, output.getvalue()
 
     def test_a_line_without_noise(self):
@@ -52,7 +63,9 @@ class Judge(unittest.TestCase):
         held = 0
         for seed in range(400):
             noise = random.Random(seed)
-            _, slope, half_width = judge.fit([(t, 5 * t + noise.gauss(0, 40)) for t in range(judge.BLOCKS)])
+            _, slope, half_width = judge.fit(
+                [(t, 5 * t + noise.gauss(0, 40)) for t in range(judge.BLOCKS)]
+            )
             held += abs(slope - 5) <= half_width
         self.assertTrue(0.92 <= held / 400 <= 0.98, held)
 
@@ -63,11 +76,19 @@ class Judge(unittest.TestCase):
 
     def test_a_leak_of_memory(self):
         code, grows, text = self.judged(samples(leak_mb_per_hour=60))
-        self.assertEqual((code, grows["resident memory, peak"], grows["heap in use, peak"]), (1, "yes", "yes"), text)
+        self.assertEqual(
+            (code, grows["resident memory, peak"], grows["heap in use, peak"]),
+            (1, "yes", "yes"),
+            text,
+        )
 
     def test_a_leak_of_descriptors(self):
         code, grows, text = self.judged(samples(descriptors=lambda second: 6 + second // 100))
-        self.assertEqual((code, grows["file descriptors, peak"], grows["resident memory, peak"]), (1, "yes", "no"), text)
+        self.assertEqual(
+            (code, grows["file descriptors, peak"], grows["resident memory, peak"]),
+            (1, "yes", "no"),
+            text,
+        )
 
     def test_memory_of_a_device(self):
         memory = self.folder / "memory.txt"
@@ -76,7 +97,10 @@ class Judge(unittest.TestCase):
         self.assertEqual((code, grows["device memory, peak"]), (1, "yes"))
 
     def test_totals(self):
-        self.assertIn(f"10.0 minutes: {30 * SECONDS} frames, {SECONDS} lost, {20 * SECONDS} trackers", self.judged(samples())[2])
+        self.assertIn(
+            f"10.0 minutes: {30 * SECONDS} frames, {SECONDS} lost, {20 * SECONDS} trackers",
+            self.judged(samples())[2],
+        )
 
     def test_a_run_that_is_too_short(self):
         code, _, _ = self.judged("\n".join(samples().splitlines()[:12]))
@@ -84,7 +108,12 @@ class Judge(unittest.TestCase):
 
     def test_without_errors_the_rest_is_judged(self):
         lines = [line.split(",") for line in samples().splitlines()]
-        _, grows, text = self.judged("\n".join(",".join([*line[:9], line[9] if i == 0 else "", *line[10:]]) for i, line in enumerate(lines)))
+        _, grows, text = self.judged(
+            "\n".join(
+                ",".join([*line[:9], line[9] if i == 0 else "", *line[10:]])
+                for i, line in enumerate(lines)
+            )
+        )
         self.assertEqual((len(grows), "error at the end of a loop" in grows), (5, False), text)
 
     def test_the_plot_has_a_panel_for_each_quantity(self):

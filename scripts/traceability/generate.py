@@ -50,7 +50,9 @@ def requirements():
         for number, text, definition, tests in rows:
             require(number not in numbers, f"{number} is there twice")
             numbers.add(number)
-            require((ROOT / "docs" / definition).is_file(), f"{number}: docs/{definition} is not there")
+            require(
+                (ROOT / "docs" / definition).is_file(), f"{number}: docs/{definition} is not there"
+            )
             require(tests, f"{number} has no test")
             for path, name in tests:
                 if path not in known:
@@ -73,7 +75,11 @@ def functions(contract):
 def stages(contract):
     values = [value["name"] for enum in contract["enums"] for value in enum["values"]]
     for stage in (match[1].lower() for match in map(STAGE.match, values) if match):
-        files = [f"docs/stages/{stage}.md", f"backends/agreement/{stage}_test.cpp", f"conformance/cases/stage/{stage}_cases.cpp"]
+        files = [
+            f"docs/stages/{stage}.md",
+            f"backends/agreement/{stage}_test.cpp",
+            f"conformance/cases/stage/{stage}_cases.cpp",
+        ]
         for file in files:
             require((ROOT / file).is_file(), f"{file} of stage {stage} is not there")
         yield f"| {stage} | [{stage}]({link(f'stages/{stage}.md')}) | `{files[1]}` | `{files[2]}` |"
@@ -83,10 +89,33 @@ def page():
     contract = json.loads((ROOT / "sdk" / "contract" / "contract.json").read_text())
     text = [HEAD]
     for title, table in requirements():
-        text += [f"## {title}\n", "| | requirement | definition | tests | in |", "|---|---|---|---|---|", *table, ""]
-    text += ["## Stages\n", "The agreement tests compare every backend with the reference, the conformance cases any plugin.\n"]
-    text += ["| stage | definition | agreement | conformance |", "|---|---|---|---|", *stages(contract), ""]
-    text += ["## Functions of the C API\n", "The tests are in `sdk/api`. C# and Python have tests of their own, which name every function.\n"]
+        text += [
+            f"## {title}\n",
+            "| | requirement | definition | tests | in |",
+            "|---|---|---|---|---|",
+            *table,
+            "",
+        ]
+    text += [
+        "## Stages\n",
+        (
+            "The agreement tests compare every backend with the reference, the conformance cases"
+            " any plugin.\n"
+        ),
+    ]
+    text += [
+        "| stage | definition | agreement | conformance |",
+        "|---|---|---|---|",
+        *stages(contract),
+        "",
+    ]
+    text += [
+        "## Functions of the C API\n",
+        (
+            "The tests are in `sdk/api`. C# and Python have tests of their own, which name every"
+            " function.\n"
+        ),
+    ]
     text += ["| function | since | tests that call it |", "|---|---|---|", *functions(contract)]
     return "\n".join(text) + "\n"
 

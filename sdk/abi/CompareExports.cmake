@@ -3,7 +3,8 @@
 cmake_minimum_required(VERSION 3.25)
 set(symbols "")
 if(LIBRARY MATCHES "\\.dll$")
-  execute_process(COMMAND "${OBJDUMP}" -p "${LIBRARY}" OUTPUT_VARIABLE printed RESULT_VARIABLE result)
+  execute_process(COMMAND "${OBJDUMP}" -p "${LIBRARY}" OUTPUT_VARIABLE printed
+                  RESULT_VARIABLE result)
   # Brackets would join the elements of a list.
   string(REGEX REPLACE "[];[]" "|" printed "${printed}")
   # "|Ordinal/Name Pointer| Table", then lines "<tab>|   0| name", then an empty one.
@@ -15,7 +16,8 @@ if(LIBRARY MATCHES "\\.dll$")
     list(APPEND symbols "${symbol}")
   endforeach()
 else()
-  execute_process(COMMAND "${NM}" -D --defined-only -P "${LIBRARY}" OUTPUT_VARIABLE printed RESULT_VARIABLE result)
+  execute_process(COMMAND "${NM}" -D --defined-only -P "${LIBRARY}" OUTPUT_VARIABLE printed
+                  RESULT_VARIABLE result)
   string(REGEX MATCHALL "[^\n]+" lines "${printed}")
   foreach(line IN LISTS lines)
     # "name@@version type value size"; type A is a version's own name.

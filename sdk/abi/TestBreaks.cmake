@@ -1,21 +1,28 @@
-# Breaks a copy of the headers, and a copy of the library, on purpose, and fails unless the test that is there for it fails and says where.
-# cmake -DHEADERS_FOLDER= -DABI_FOLDER= -DWORK= -DCC= -DCXX= -DNM= -DABIDIFF= (or empty) "-DLINK=what the library is linked from" -P this
+# Breaks a copy of the headers, and a copy of the library, on purpose, and fails unless the test
+# that is there for it fails and says where. cmake -DHEADERS_FOLDER= -DABI_FOLDER= -DWORK= -DCC=
+# -DCXX= -DNM= -DABIDIFF= (or empty) "-DLINK=what the library is linked from" -P this
 cmake_minimum_required(VERSION 3.25)
 
 function(run)
-  execute_process(COMMAND ${ARGV} RESULT_VARIABLE result OUTPUT_VARIABLE printed ERROR_VARIABLE printed)
+  execute_process(COMMAND ${ARGV} RESULT_VARIABLE result OUTPUT_VARIABLE printed
+                  ERROR_VARIABLE printed)
   if(NOT result EQUAL 0)
     message(FATAL_ERROR "${ARGV}\n${printed}")
   endif()
 endfunction()
 
-# expect(NAME PATTERN COMMAND...): the command fails, and its output matches; with "" for the pattern it succeeds.
+# expect(NAME PATTERN COMMAND...): the command fails, and its output matches; with "" for the
+# pattern it succeeds.
 function(expect name pattern)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE printed ERROR_VARIABLE printed)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE printed
+                  ERROR_VARIABLE printed)
   if(pattern STREQUAL "" AND NOT result EQUAL 0)
     message(FATAL_ERROR "${name}: fails without a break\n${printed}")
   elseif(NOT pattern STREQUAL "" AND (result EQUAL 0 OR NOT printed MATCHES "${pattern}"))
-    message(FATAL_ERROR "${name}: the break was not found (result ${result}, expected to match ${pattern})\n${printed}")
+    message(
+      FATAL_ERROR
+        "${name}: the break was not found (result ${result}, expected to match ${pattern})\n"
+        "${printed}")
   endif()
   message(STATUS "${name}: as expected")
 endfunction()
@@ -34,18 +41,22 @@ function(copy_headers folder)
   endif()
 endfunction()
 
-# check_layout(NAME PATTERN FOLDER), check_interface(NAME PATTERN FOLDER): what sdk/abi/layout and sdk/abi/interface do, with those headers.
+# check_layout(NAME PATTERN FOLDER), check_interface(NAME PATTERN FOLDER): what sdk/abi/layout and
+# sdk/abi/interface do, with those headers.
 function(check_layout name pattern folder)
   run("${CC}" "-I${folder}" "${ABI_FOLDER}/layout.c" -o "${folder}/layout")
-  expect("${name}" "${pattern}" "${CMAKE_COMMAND}" "-DPROGRAM=${folder}/layout" "-DEXPECTED=${ABI_FOLDER}/layout.txt" -P "${ABI_FOLDER}/ComparePrinted.cmake")
+  expect("${name}" "${pattern}" "${CMAKE_COMMAND}" "-DPROGRAM=${folder}/layout"
+         "-DEXPECTED=${ABI_FOLDER}/layout.txt" -P "${ABI_FOLDER}/ComparePrinted.cmake")
 endfunction()
 function(check_interface name pattern folder)
   if(NOT ABIDIFF)
     return()
   endif()
-  run("${CC}" -g -shared -fPIC "-I${folder}" "${ABI_FOLDER}/interface.c" -o "${folder}/libinterface.so")
-  expect("${name}" "${pattern}" "${CMAKE_COMMAND}" "-DABIDIFF=${ABIDIFF}" "-DLIBRARY=${folder}/libinterface.so" "-DEXPECTED=${ABI_FOLDER}/interface.abi"
-    -P "${ABI_FOLDER}/CompareInterface.cmake")
+  run("${CC}" -g -shared -fPIC "-I${folder}" "${ABI_FOLDER}/interface.c" -o
+      "${folder}/libinterface.so")
+  expect("${name}" "${pattern}" "${CMAKE_COMMAND}" "-DABIDIFF=${ABIDIFF}"
+         "-DLIBRARY=${folder}/libinterface.so" "-DEXPECTED=${ABI_FOLDER}/interface.abi" -P
+         "${ABI_FOLDER}/CompareInterface.cmake")
 endfunction()
 # check_released(NAME PATTERN RELEASED): what sdk/abi/layout_<release> does, with the layout RELEASED.
 function(check_released name pattern released)
@@ -56,9 +67,10 @@ function(check_exports name pattern hidden added)
   file(WRITE "${WORK}/exports.map" "DEFREC_1 { global: defrec_*; local: ${hidden} *; };\n")
   file(WRITE "${WORK}/added.c" "${added}")
   run("${CC}" -c -fPIC "${WORK}/added.c" -o "${WORK}/added.o")
-  run("${CXX}" -shared "-Wl,--version-script,${WORK}/exports.map" "${WORK}/added.o" ${LINK} -o "${WORK}/libdefrec.so")
-  expect("${name}" "${pattern}" "${CMAKE_COMMAND}" "-DNM=${NM}" "-DLIBRARY=${WORK}/libdefrec.so" "-DEXPECTED=${ABI_FOLDER}/exports_libdefrec.txt"
-    -P "${ABI_FOLDER}/CompareExports.cmake")
+  run("${CXX}" -shared "-Wl,--version-script,${WORK}/exports.map" "${WORK}/added.o" ${LINK} -o
+      "${WORK}/libdefrec.so")
+  expect("${name}" "${pattern}" "${CMAKE_COMMAND}" "-DNM=${NM}" "-DLIBRARY=${WORK}/libdefrec.so"
+         "-DEXPECTED=${ABI_FOLDER}/exports_libdefrec.txt" -P "${ABI_FOLDER}/CompareExports.cmake")
 endfunction()
 
 string(REPLACE "," ";" LINK "${LINK}")
@@ -83,7 +95,8 @@ check_interface("abidiff, a field inserted" "defrec_image" "${WORK}/field")
 copy_headers("${WORK}/value" "DEFREC_ERROR_BUSY( *)= -9" "DEFREC_ERROR_BUSY\\1= -19")
 check_layout("layout, an enumerator renumbered" "DEFREC_ERROR_BUSY = -19" "${WORK}/value")
 
-copy_headers("${WORK}/parameter" "defrec_job_wait\\(defrec_job job, uint64_t timeout_ns\\)" "defrec_job_wait(defrec_job job, uint32_t timeout_ns)")
+copy_headers("${WORK}/parameter" "defrec_job_wait\\(defrec_job job, uint64_t timeout_ns\\)"
+             "defrec_job_wait(defrec_job job, uint32_t timeout_ns)")
 check_interface("abidiff, a parameter narrowed" "signature_of_defrec_job_wait" "${WORK}/parameter")
 
 # The other type has the same size, so that the layout does not tell.
@@ -92,4 +105,5 @@ check_layout("layout, a sign lost" "" "${WORK}/type")
 check_interface("abidiff, a sign lost" "timestamp_ns" "${WORK}/type")
 
 check_exports("exports, a function gone" "defrec_job_wait" "defrec_job_wait;" "")
-check_exports("exports, a function too many" "defrec_job_peek" "" "int defrec_job_peek(void) { return 0; }")
+check_exports("exports, a function too many" "defrec_job_peek" ""
+              "int defrec_job_peek(void) { return 0; }")

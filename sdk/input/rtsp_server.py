@@ -2,8 +2,9 @@
 """An RTSP server on loopback for tests: a sequence of `defrec render`, over and over.
 
 rtsp_server.py SEQUENCE PORT [IMAGES] [FPS]
-Streams are /left, /right, and /stereo with both side by side. With IMAGES above 0 the server kills itself after so many of a stream,
-as a camera does whose cable is pulled. Otherwise it ends with its standard input.
+Streams are /left, /right, and /stereo with both side by side. With IMAGES above 0 the server kills
+itself after so many of a stream, as a camera does whose cable is pulled. Otherwise it ends with its
+standard input.
 """
 import io
 import os
@@ -30,7 +31,9 @@ def read_streams(sequence):
     names = sorted(path.name for path in (sequence / "left").iterdir())
     streams = {"left": [], "right": [], "stereo": []}
     for name in names + names[-2:0:-1]:
-        left, right = (Image.open(sequence / side / name).convert("RGB") for side in ("left", "right"))
+        left, right = (
+            Image.open(sequence / side / name).convert("RGB") for side in ("left", "right")
+        )
         both = Image.new("RGB", (2 * left.width, left.height))
         both.paste(left, (0, 0))
         both.paste(right, (left.width, 0))
@@ -66,8 +69,10 @@ def main():
 
     for stream, images in read_streams(sequence).items():
         factory = GstRtspServer.RTSPMediaFactory()
-        factory.set_launch(f"( appsrc name=images is-live=true do-timestamp=true format=time caps=image/jpeg,framerate={fps}/1 "
-                           "! jpegparse ! rtpjpegpay name=pay0 )")
+        factory.set_launch(
+            "( appsrc name=images is-live=true do-timestamp=true format=time"
+            f" caps=image/jpeg,framerate={fps}/1 ! jpegparse ! rtpjpegpay name=pay0 )"
+        )
         factory.set_shared(True)
         factory.connect("media-configure", configure, images)
         server.get_mount_points().add_factory(f"/{stream}", factory)

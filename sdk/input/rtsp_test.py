@@ -2,7 +2,8 @@
 """`defrec track` with an RTSP server that is killed and comes back.
 
 rtsp_test.py PROGRAM
-Exit code 77, which ctest counts as skipped, where GStreamer's server or its plugins are not installed.
+Exit code 77, which ctest counts as skipped, where GStreamer's server or its plugins are not
+installed.
 """
 import csv
 import json
@@ -20,6 +21,7 @@ IMAGES_OF_THE_FIRST_SERVER = 75
 def skip_without_packages():
     try:
         import gi
+
         gi.require_version("GstRtspServer", "1.0")
         from gi.repository import Gst
         import PIL  # noqa: F401
@@ -40,8 +42,12 @@ def free_port():
 
 
 def start_server(sequence, port, images=0):
-    server = subprocess.Popen([sys.executable, HERE / "rtsp_server.py", sequence, str(port), str(images)], stdin=subprocess.PIPE,
-                              stdout=subprocess.PIPE, text=True)
+    server = subprocess.Popen(
+        [sys.executable, HERE / "rtsp_server.py", sequence, str(port), str(images)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     assert server.stdout.readline() == "ready\n"
     return server
 
@@ -52,14 +58,43 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         sequence, tracked = folder / "sequence", folder / "tracked"
-        subprocess.run([program, "render", "heartbeat", "--out", sequence, "--size", "320x240", "--frames", "10", "--quiet"], check=True)
+        subprocess.run(
+            [
+                program,
+                "render",
+                "heartbeat",
+                "--out",
+                sequence,
+                "--size",
+                "320x240",
+                "--frames",
+                "10",
+                "--quiet",
+            ],
+            check=True,
+        )
         port = free_port()
-        track = [program, "track", "--layout", "side-by-side", "--calibration", sequence / "calibration.yaml", "--points",
-                 sequence / "points.csv", "--out", tracked, "--no-overlay", "--frames", f":{FRAMES}"]
+        track = [
+            program,
+            "track",
+            "--layout",
+            "side-by-side",
+            "--calibration",
+            sequence / "calibration.yaml",
+            "--points",
+            sequence / "points.csv",
+            "--out",
+            tracked,
+            "--no-overlay",
+            "--frames",
+            f":{FRAMES}",
+        ]
         address = f"rtspt://127.0.0.1:{port}/stereo"
 
         refused = subprocess.run([*track, "--stereo", address], stderr=subprocess.PIPE, text=True)
-        assert refused.returncode == 3 and address in refused.stderr and ".." not in refused.stderr, refused
+        assert (
+            refused.returncode == 3 and address in refused.stderr and ".." not in refused.stderr
+        ), refused
 
         server = start_server(sequence, port, IMAGES_OF_THE_FIRST_SERVER)
         tracker = subprocess.Popen([*track, "--stereo", address], stderr=subprocess.PIPE, text=True)
@@ -70,7 +105,10 @@ def main():
         rest = tracker.communicate()[1]
         server.kill()
         server.wait()
-        assert tracker.returncode == 0 and "the camera is back after" in rest, (tracker.returncode, rest)
+        assert tracker.returncode == 0 and "the camera is back after" in rest, (
+            tracker.returncode,
+            rest,
+        )
 
         summary = json.loads((tracked / "summary.json").read_text())
         cameras = summary["cameras"]
@@ -82,7 +120,9 @@ def main():
         assert times[0] == 0 and all(a < b for a, b in zip(times, times[1:])), times
         gap = max(b - a for a, b in zip(times, times[1:]))
         assert abs(gap - cameras["longest_gap_ms"]) < 1, (gap, cameras)
-        tracking = sum(summary["states"][state] for state in ("tracking", "degraded", "relocalised"))
+        tracking = sum(
+            summary["states"][state] for state in ("tracking", "degraded", "relocalised")
+        )
         assert tracking > FRAMES / 2, summary["states"]
         print(cameras, summary["states"])
 

@@ -59,11 +59,15 @@ namespace Defrec
         /// where not measured.
         /// </summary>
         public float RollDeg { get; }
-        /// <summary>Right focal length to left; mean of the last seconds, 1 where not measured.</summary>
+        /// <summary>
+        /// Right focal length to left; mean of the last seconds, 1 where not measured.
+        /// </summary>
         public float FocalRatio { get; }
         /// <summary>Matches between left and right view, behind the last three; 0 where not measured.</summary>
         public uint RigMatches { get; }
-        /// <summary>Counts the tracker's templates, and how often tissue joined them; 0 without a template.</summary>
+        /// <summary>
+        /// Counts the tracker's templates, and how often tissue joined them; 0 without a template.
+        /// </summary>
         public uint TemplateEpoch { get; }
         /// <summary>Pieces; 1 for most templates.</summary>
         public int PieceCount { get; }

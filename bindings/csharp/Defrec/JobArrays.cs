@@ -135,7 +135,8 @@ namespace Defrec
         public int CopyPatchObservations(PatchObservation[] destination)
         {
             Check.NotNull(destination, nameof(destination));
-            fixed (PatchObservation* to = destination) return CopyPatchObservations(to, destination.Length);
+            fixed (PatchObservation* to = destination)
+                return CopyPatchObservations(to, destination.Length);
         }
 
         /// <summary>
@@ -370,7 +371,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.node_positions, 3 * result.node_count, sizeof(float), to, capacity);
+                return Copy(
+                    result.node_positions, 3 * result.node_count, sizeof(float), to, capacity);
             }
         }
 
@@ -397,7 +399,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.vertex_status, result.vertex_count, sizeof(PointStatus), to, capacity);
+                return Copy(
+                    result.vertex_status, result.vertex_count, sizeof(PointStatus), to, capacity);
             }
         }
 
@@ -406,7 +409,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.expected_error_mm, result.vertex_count, sizeof(float), to, capacity);
+                return Copy(
+                    result.expected_error_mm, result.vertex_count, sizeof(float), to, capacity);
             }
         }
 
@@ -415,7 +419,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.landmarks, result.landmark_count, sizeof(Landmark), to, capacity);
+                return Copy(
+                    result.landmarks, result.landmark_count, sizeof(Landmark), to, capacity);
             }
         }
 
@@ -424,7 +429,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.landmark_matches, result.landmark_count, sizeof(Match), to, capacity);
+                return Copy(
+                    result.landmark_matches, result.landmark_count, sizeof(Match), to, capacity);
             }
         }
 
@@ -433,7 +439,9 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.patch_observations, result.patch_count, sizeof(PatchObservation), to, capacity);
+                return Copy(
+                    result.patch_observations, result.patch_count, sizeof(PatchObservation), to,
+                    capacity);
             }
         }
 
@@ -442,7 +450,9 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.disparity, result.disparity == null ? 0 : (ulong)pixels, sizeof(short), to, capacity);
+                return Copy(
+                    result.disparity, result.disparity == null ? 0 : (ulong)pixels, sizeof(short),
+                    to, capacity);
             }
         }
 

@@ -3,7 +3,10 @@ using Defrec.Native;
 
 namespace Defrec
 {
-    /// <summary>How a tracker works. Zero means the default; it is read once, by the constructor of <see cref="Tracker"/>.</summary>
+    /// <summary>
+    /// How a tracker works. Zero means the default; it is read once, by the constructor of
+    /// <see cref="Tracker"/>.
+    /// </summary>
     public sealed class TrackerOptions
     {
         /// <summary>Id of the device; null: the first device with every stage.</summary>
@@ -20,10 +23,14 @@ namespace Defrec
         public int MinDisparity { get; set; }
         /// <summary>Nearest surface expected, mm; 0.1 to 100000; default 20.</summary>
         public float MinDepthMm { get; set; }
-        /// <summary>Between control points in the template's image, px; 4 to Constants.MaxSide; default width / 32.</summary>
+        /// <summary>
+        /// Between control points in the template's image, px; 4 to Constants.MaxSide; default
+        /// width / 32.
+        /// </summary>
         public float NodeSpacingPx { get; set; }
         /// <summary>
-        /// Between template vertices in its image, px; 1 to Constants.MaxSide; default width / 120, at least 4.
+        /// Between template vertices in its image, px; 1 to Constants.MaxSide; default width / 120,
+        /// at least 4.
         /// </summary>
         public float VertexSpacingPx { get; set; }
         /// <summary>Found in a frame; 1 to 65535; default 768.</summary>
@@ -46,8 +53,8 @@ namespace Defrec
         /// </summary>
         public uint FineIterations { get; set; }
         /// <summary>
-        /// The host waits after each stage, so that the times of results are the device's; slower. Otherwise they are those of
-        /// queueing where a device computes by itself.
+        /// The host waits after each stage, so that the times of results are the device's; slower.
+        /// Otherwise they are those of queueing where a device computes by itself.
         /// </summary>
         public bool Timed { get; set; }
         /// <summary>
@@ -55,16 +62,22 @@ namespace Defrec
         /// pixel, which is also the min.
         /// </summary>
         public uint MemoryStride { get; set; }
-        /// <summary>SelfCalibration: what is done about a calibration that has drifted; default SelfCalibration.Report.</summary>
+        /// <summary>
+        /// SelfCalibration: what is done about a calibration that has drifted; default
+        /// SelfCalibration.Report.
+        /// </summary>
         public SelfCalibration SelfCalibration { get; set; }
         /// <summary>Tissue that comes into view joins the template; 0 to 1.</summary>
         public bool Grow { get; set; }
         /// <summary>Vertices of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.</summary>
         public uint MaxVertices { get; set; }
-        /// <summary>BodyMode: what carries points beneath the surface; default BodyMode.On.</summary>
+        /// <summary>
+        /// BodyMode: what carries points beneath the surface; default BodyMode.On.
+        /// </summary>
         public BodyMode Body { get; set; }
         /// <summary>
-        /// Where the device is quarantined or cannot be opened, take the next one with every stage; results name it.
+        /// Where the device is quarantined or cannot be opened, take the next one with every stage;
+        /// results name it.
         /// </summary>
         public bool Fallback { get; set; }
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs the NuGet package from its folder, and runs a program with what was installed and nothing else of defrec.
+# Installs the NuGet package from its folder, and runs a program with what was installed and nothing
+# else of defrec.
 #   test_package.sh PACKAGE.nupkg NATIVE_FOLDER_IN_IT WORK_FOLDER NUGET MCS MONO
 set -euo pipefail
 package=$1 native=$2 work=$3 nuget=$4 mcs=$5 mono=$6
@@ -8,7 +9,8 @@ rm -rf "$work"
 mkdir -p "$work/home" "$work/program"
 # nuget writes settings there; and its folder in /tmp may be another user's.
 export HOME=$work/home XDG_CONFIG_HOME=$work/home TMPDIR=$work/home
-(cd "$work" && "$nuget" install Defrec -Source "$(dirname "$package")" -OutputDirectory "$work/installed" -NonInteractive -NoCache)
+(cd "$work" && "$nuget" install Defrec -Source "$(dirname "$package")" \
+    -OutputDirectory "$work/installed" -NonInteractive -NoCache)
 installed=$(echo "$work"/installed/Defrec.*)
 
 # The binaries contain Eigen, whose licence goes with it.
@@ -28,13 +30,16 @@ internal static class Program
     {
         using (var context = new Context())
         {
-            foreach (PluginInfo plugin in context.GetPlugins()) Console.WriteLine("{0} {1} {2}", plugin.Verdict, plugin.Path, plugin.Reason);
-            foreach (DeviceInfo device in context.GetDevices()) Console.WriteLine("device {0} {1}", device.Id, device.Stages);
+            foreach (PluginInfo plugin in context.GetPlugins())
+                Console.WriteLine("{0} {1} {2}", plugin.Verdict, plugin.Path, plugin.Reason);
+            foreach (DeviceInfo device in context.GetDevices())
+                Console.WriteLine("device {0} {1}", device.Id, device.Stages);
         }
     }
 }
 PROGRAM
-"$mcs" -nologo -warnaserror "-reference:$work/program/Defrec.dll" "-out:$work/program/program.exe" "$work/program/Program.cs"
+"$mcs" -nologo -warnaserror "-reference:$work/program/Defrec.dll" \
+    "-out:$work/program/program.exe" "$work/program/Program.cs"
 cd /
 env -u LD_LIBRARY_PATH "$mono" "$work/program/program.exe" | tee "$work/output.txt"
 grep -q "^Ok $work/program/defrec_plugin_cpu" "$work/output.txt"

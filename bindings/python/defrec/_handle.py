@@ -1,5 +1,5 @@
-"""What every object of the library has in common: it is closed once, by close(), `with` or its collection, in any
-order."""
+"""What every object of the library has in common: it is closed once, by close(), `with` or its
+collection, in any order."""
 from __future__ import annotations
 
 import collections
@@ -13,8 +13,9 @@ from .errors import closed
 
 H = TypeVar("H", bound="Handle")
 
-# A log callback may not call the library, which refuses even to destroy from there. But the collector may run in a
-# callback, and find objects to close: they wait here for the next call that may.
+# A log callback may not call the library, which refuses even to destroy from there. But the
+# collector may run in a callback, and find objects to close: they wait here for the next call that
+# may.
 _callback = threading.local()
 _postponed: Deque[Tuple[Any, ctypes.c_void_p, Any]] = collections.deque()
 
@@ -29,7 +30,9 @@ class CallbackScope:
         _callback.inside = False
 
 
-def _destroy(function: Callable[[ctypes.c_void_p], None], handle: ctypes.c_void_p, keep: Any) -> None:
+def _destroy(
+    function: Callable[[ctypes.c_void_p], None], handle: ctypes.c_void_p, keep: Any
+) -> None:
     if handle.value is None:  # its creation failed
         return
     if getattr(_callback, "inside", False):
@@ -49,25 +52,30 @@ def _destroy_postponed() -> None:
 
 
 class Handle:
-    """An object of the library. Use it in a `with` statement, or close() it; at the latest it is closed when it is
-    collected.
+    """An object of the library. Use it in a `with` statement, or close() it; at the latest it is
+    closed when it is collected.
 
-    Objects may be closed in any order: what was made from an object keeps alive what it needs. After close() every use
-    raises Error with Status.ERROR_HANDLE.
+    Objects may be closed in any order: what was made from an object keeps alive what it needs.
+    After close() every use raises Error with Status.ERROR_HANDLE.
     """
 
     def __init__(
-        self, create: Callable[[ctypes.c_void_p], Any], destroy: Callable[[ctypes.c_void_p], None], keep: Any = None
+        self,
+        create: Callable[[ctypes.c_void_p], Any],
+        destroy: Callable[[ctypes.c_void_p], None],
+        keep: Any = None,
     ) -> None:
-        # create: writes the new handle where it is told. keep: what has to live until the library has destroyed it. No
-        # docstring: help() would show it of every class that has none at its constructor.
+        # create: writes the new handle where it is told. keep: what has to live until the library
+        # has destroyed it. No docstring: help() would show it of every class that has none at its
+        # constructor.
         handle = ctypes.c_void_p()
         self._handle = handle
         self._keep = keep
         self._lock = threading.RLock()
         self._copies = 0
         self._close_wanted = False
-        # Before there is a handle: a signal handler's exception (KeyboardInterrupt) may come right behind its creation.
+        # Before there is a handle: a signal handler's exception (KeyboardInterrupt) may come right
+        # behind its creation.
         self._close = weakref.finalize(self, _destroy, destroy, handle, keep)
         create(handle)
         _destroy_postponed()
@@ -81,8 +89,9 @@ class Handle:
 
     @contextlib.contextmanager
     def _copying(self) -> Iterator[int]:
-        """With it: what the library points to stays, since the handle does. Another thread's close() waits; one of this
-        thread, from a signal handler or a finaliser in the middle of the copy, takes effect behind it."""
+        """With it: what the library points to stays, since the handle does. Another thread's
+        close() waits; one of this thread, from a signal handler or a finaliser in the middle of the
+        copy, takes effect behind it."""
         with self._lock:
             self._copies += 1
             try:
@@ -93,8 +102,8 @@ class Handle:
                     self.close()
 
     def _open(self) -> Tuple[int, Any]:
-        """The handle, and what anything made from it has to keep alive. In this order, another thread's close() cannot
-        come between."""
+        """The handle, and what anything made from it has to keep alive. In this order, another
+        thread's close() cannot come between."""
         keep = self._keep
         return self._native, keep
 

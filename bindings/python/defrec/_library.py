@@ -1,6 +1,8 @@
-"""Finds libdefrec, checks its version, and declares its functions: native.defrec_job_wait(...) and so on.
+"""Finds libdefrec, checks its version, and declares its functions: native.defrec_job_wait(...) and
+so on.
 
-A function that answers a status raises Error for a negative one. ctypes gives the GIL back during each call.
+A function that answers a status raises Error for a negative one. ctypes gives the GIL back during
+each call.
 """
 from __future__ import annotations
 
@@ -20,8 +22,8 @@ LogFunction = ctypes.CFUNCTYPE(None, c_void_p, c_int32, c_char_p, c_char_p)
 
 
 def _open() -> Tuple[ctypes.CDLL, str]:
-    """The library in the package (a wheel's), else the one that the system's loader finds; never one in the working
-    directory."""
+    """The library in the package (a wheel's), else the one that the system's loader finds; never
+    one in the working directory."""
     bundled = os.path.join(os.path.dirname(os.path.abspath(__file__)), "lib", FILE_NAME)
     is_bundled = os.path.exists(bundled)
     name = bundled if is_bundled else FILE_NAME
@@ -31,7 +33,10 @@ def _open() -> Tuple[ctypes.CDLL, str]:
         advice = (
             "It came with this package: it is damaged, or the system lacks a library that it needs."
             if is_bundled
-            else "Install the package libdefrec1, or the wheel, or name the library's folder in LD_LIBRARY_PATH."
+            else (
+                "Install the package libdefrec1, or the wheel, or name the library's folder in"
+                " LD_LIBRARY_PATH."
+            )
         )
         raise ImportError(f"{name} cannot be loaded: {error}. {advice}") from None
 

@@ -50,14 +50,17 @@ def fitting(name: str, value: Any, c_type: Any) -> int:
     except TypeError:
         raise TypeError(f"{name} is an integer, {value!r} given") from None
     bits = 8 * ctypes.sizeof(c_type)
-    least, most = (-(1 << bits - 1), (1 << bits - 1) - 1) if c_type._type_.islower() else (0, (1 << bits) - 1)
+    least, most = (
+        (-(1 << bits - 1), (1 << bits - 1) - 1) if c_type._type_.islower() else (0, (1 << bits) - 1)
+    )
     if not least <= number <= most:
         raise ValueError(f"{name} is {number}, {least} to {most} expected")
     return number
 
 
 class Struct(ctypes.Structure):
-    """Refuses names that are no field and numbers that do not fit their field, which ctypes would take."""
+    """Refuses names that are no field and numbers that do not fit their field, which ctypes would
+    take."""
 
     _c_types_: Dict[str, Any] = {}
     _defaults_: Dict[str, float] = {}
@@ -80,7 +83,9 @@ class Struct(ctypes.Structure):
             try:
                 value = float(value)
             except (TypeError, ValueError, OverflowError):
-                raise TypeError(f"{type(self).__name__}.{name} is a number, {value!r} given") from None
+                raise TypeError(
+                    f"{type(self).__name__}.{name} is a number, {value!r} given"
+                ) from None
         super().__setattr__(name, value)
 
     def __repr__(self) -> str:
@@ -88,11 +93,15 @@ class Struct(ctypes.Structure):
         for name in self._c_types_:
             value = getattr(self, name)
             if name != "struct_size" and not name.startswith("reserved"):
-                shown.append(f"{name}={list(value) if isinstance(value, ctypes.Array) else value!r}")
+                shown.append(
+                    f"{name}={list(value) if isinstance(value, ctypes.Array) else value!r}"
+                )
         return f"{type(self).__name__}({', '.join(shown)})"
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and bytes(self) == bytes(other)  # type: ignore[call-overload]
+        if type(self) is not type(other):
+            return False
+        return bytes(self) == bytes(other)  # type: ignore[call-overload]
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -15,8 +15,10 @@ OPTIONS = """seed: seed of random choices: the same seed gives the same results 
     disparities: number searched, px; 1 to 510; default found from the first frame.
     min_disparity: smallest searched; used with disparities, px; 0 to 1024.
     min_depth_mm: nearest surface expected, mm; 0.1 to 100000; default 20.
-    node_spacing_px: between control points in the template's image, px; 4 to MAX_SIDE; default width / 32.
-    vertex_spacing_px: between template vertices in its image, px; 1 to MAX_SIDE; default width / 120, at least 4.
+    node_spacing_px: between control points in the template's image, px; 4 to MAX_SIDE; default
+        width / 32.
+    vertex_spacing_px: between template vertices in its image, px; 1 to MAX_SIDE; default width /
+        120, at least 4.
     max_features: found in a frame; 1 to 65535; default 768.
     max_patches: patches of a template; 1 to 65536; default 1024.
     arap_weight: weight of the smoothness term at the default spacing of control points: the tissue's stiffness, which
@@ -35,7 +37,8 @@ OPTIONS = """seed: seed of random choices: the same seed gives the same results 
     grow: tissue that comes into view joins the template; 0 to 1.
     max_vertices: vertices of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.
     body: BodyMode: what carries points beneath the surface; default BodyMode.ON.
-    fallback: where the device is quarantined or cannot be opened, take the next one with every stage; results name it."""
+    fallback: where the device is quarantined or cannot be opened, take the next one with every
+        stage; results name it."""
 
 
 class TrackerOptions(Handle):
@@ -98,5 +101,7 @@ class TrackerOptions(Handle):
             ),
         )
 
-    def _create(self, context: Context, rig: Rig, device_id: Optional[str], options: Dict[str, Any]) -> None:
+    def _create(
+        self, context: Context, rig: Rig, device_id: Optional[str], options: Dict[str, Any]
+    ) -> None:
         raise NotImplementedError

@@ -32,7 +32,8 @@ class BodyRegion:
     stiffness: float = 0
     """Young's modulus relative to the rest of the body; 0.01 to 1000; default 1."""
     held: bool = False
-    """It moves with held_motion of Tracker.submit, or with the deep tissue where that is not given."""
+    """It moves with held_motion of Tracker.submit, or with the deep tissue where that is not
+    given."""
 
 
 def body_desc(
@@ -42,12 +43,15 @@ def body_desc(
     cut_depth_mm: float,
     keep: List[Any],
 ) -> Optional[structs.BodyDesc]:
-    """The description, None where nothing is described; what it points to lives as long as keep does."""
+    """The description, None where nothing is described; what it points to lives as long as keep
+    does."""
     if isinstance(regions, BodyRegion) or not isinstance(regions, Sequence):
         raise TypeError(f"regions: a list of BodyRegion expected, {regions!r} given")
     if mesh is None and len(regions) == 0 and poisson_ratio == 0 and cut_depth_mm == 0:
         return None
-    desc = structs.BodyDesc(poisson_ratio=poisson_ratio, cut_depth_mm=cut_depth_mm, region_count=len(regions))
+    desc = structs.BodyDesc(
+        poisson_ratio=poisson_ratio, cut_depth_mm=cut_depth_mm, region_count=len(regions)
+    )
     if mesh is not None:
         desc.mesh = _c_mesh("mesh", mesh, keep)
     c_regions = (structs.BodyRegion * len(regions))()
@@ -67,7 +71,9 @@ def _c_mesh(name: str, mesh: MeshLike, keep: List[Any]) -> structs.Mesh:
     try:
         vertices, triangles = mesh
     except (TypeError, ValueError):
-        raise TypeError(f"{name}: vertices and triangles expected, {type(mesh).__name__} given") from None
+        raise TypeError(
+            f"{name}: vertices and triangles expected, {type(mesh).__name__} given"
+        ) from None
     points = Points(f"{name}.vertices", vertices, 3, "f")
     corners = Points(f"{name}.triangles", triangles, 3, "I")
     keep += [points, corners]

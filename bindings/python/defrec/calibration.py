@@ -11,7 +11,10 @@ from .context import Context
 from .rig import Rig
 from .structs import Camera
 
-_MATRIX = r"^[ ]*{name}:\s*!!opencv-matrix\s*rows:\s*\d+\s*cols:\s*\d+\s*dt:\s*[df]\s*data:\s*\[([^\]]*)\]"
+_MATRIX = (
+    r"^[ ]*{name}:\s*!!opencv-matrix\s*rows:\s*\d+\s*cols:\s*\d+\s*"
+    r"dt:\s*[df]\s*data:\s*\[([^\]]*)\]"
+)
 
 
 @dataclass(frozen=True)
@@ -27,15 +30,18 @@ class Calibration:
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"]) -> "Calibration":
-        """Reads M1 D1 M2 D2 R T of a YAML file that cv2.FileStorage wrote. Raises OSError, and ValueError for what is
-        missing."""
+        """Reads M1 D1 M2 D2 R T of a YAML file that cv2.FileStorage wrote. Raises OSError, and
+        ValueError for what is missing."""
         with open(path, encoding="utf-8") as file:
             text = file.read()
         found: Dict[str, Any] = {}
         for name in ("M1", "D1", "M2", "D2", "R", "T"):
             matrix = re.search(_MATRIX.format(name=name), text, re.MULTILINE)
             if matrix is None:
-                raise ValueError(f"{os.fspath(path)}: no matrix {name}; OpenCV's YAML with M1 D1 M2 D2 R T expected")
+                raise ValueError(
+                    f"{os.fspath(path)}: no matrix {name}; OpenCV's YAML with M1 D1 M2 D2 R T"
+                    " expected"
+                )
             found[name] = [float(number) for number in matrix[1].split(",")]
         return cls(**found)
 
@@ -45,7 +51,8 @@ class Calibration:
 
 
 CalibrationLike = Union[Calibration, Camera, Mapping[str, Any], str, "os.PathLike[str]"]
-"""A Calibration, or the Camera of rectified images; a mapping with M1 D1 M2 D2 R T, or a file with them."""
+"""A Calibration, or the Camera of rectified images; a mapping with M1 D1 M2 D2 R T, or a file with
+them."""
 
 
 def rig_of(context: Context, calibration: CalibrationLike, width: int, height: int) -> Rig:

@@ -27,7 +27,8 @@ def library_release() -> str:
 
 
 def status_name(status: Union[Status, int]) -> str:
-    """The name of a status in the C API: "DEFREC_ERROR_ARGUMENT"; "unknown status" for others. threads: any"""
+    """The name of a status in the C API: "DEFREC_ERROR_ARGUMENT"; "unknown status" for others.
+    threads: any"""
     return text(native.defrec_status_name(fitting("status", status, ctypes.c_int32)))
 
 
@@ -41,7 +42,8 @@ class PluginInfo:
     verdict: Status
     """OK when loaded, else why it was refused."""
     reason: str
-    """Why it was refused, an error message; when loaded, which of its devices are left out and why."""
+    """Why it was refused, an error message; when loaded, which of its devices are left out and
+    why."""
 
 
 @dataclass(frozen=True)
@@ -65,16 +67,18 @@ class Context(Handle):
     """Finds and loads the plugins. Succeeds with none found: look at devices.
 
     plugin_paths: absolute folders or manifest files, searched first.
-    only_given_plugins: look nowhere but there. use_environment: honour DEFREC_PLUGIN_PATH (never when privileged).
-    log(level, source, text): called from any thread, must not call defrec; level is a LogLevel, source "sdk" or a
-        plugin's name. It lives as long as something made from this context does; one that refers to the context itself
-        keeps it until close(). An exception in it goes to sys.unraisablehook.
+    only_given_plugins: look nowhere but there. use_environment: honour DEFREC_PLUGIN_PATH (never
+        when privileged).
+    log(level, source, text): called from any thread, must not call defrec; level is a LogLevel,
+        source "sdk" or a plugin's name. It lives as long as something made from this context does;
+        one that refers to the context itself keeps it until close(). An exception in it goes to
+        sys.unraisablehook.
     log_level: the lowest level reported. threads: of the library's own pool, 0: one per core.
-    plugin_deadline_ms: how long a plugin may take to start, to return from a call or to do a frame's work, 0: a minute;
-        then its device is quarantined.
+    plugin_deadline_ms: how long a plugin may take to start, to return from a call or to do a
+        frame's work, 0: a minute; then its device is quarantined.
 
-    The C API's alloc and parallel_for are left out: they are called for every buffer and loop from threads that
-    compute, which would wait for Python's lock each time.
+    The C API's alloc and parallel_for are left out: they are called for every buffer and loop from
+    threads that compute, which would wait for Python's lock each time.
 
     threads: any. Raises Error.
     """
@@ -111,12 +115,15 @@ class Context(Handle):
         if c_log is not None:
             desc.log = ctypes.cast(c_log, ctypes.c_void_p)
         super().__init__(
-            lambda handle: native.defrec_context_create(desc, handle), native.defrec_context_destroy, c_log
+            lambda handle: native.defrec_context_create(desc, handle),
+            native.defrec_context_destroy,
+            c_log,
         )
 
     @property
     def plugins(self) -> Tuple[PluginInfo, ...]:
-        """Every candidate that was looked at, loaded or refused, in the order of the search. threads: any"""
+        """Every candidate that was looked at, loaded or refused, in the order of the search.
+        threads: any"""
         found = []
         with self._copying() as handle:
             for index in range(native.defrec_plugin_count(handle)):
@@ -124,14 +131,19 @@ class Context(Handle):
                 native.defrec_plugin_get(handle, index, info)
                 found.append(
                     PluginInfo(
-                        text(info.name), text(info.path), text(info.version), Status(info.verdict), text(info.reason)
+                        text(info.name),
+                        text(info.path),
+                        text(info.version),
+                        Status(info.verdict),
+                        text(info.reason),
                     )
                 )
         return tuple(found)
 
     @property
     def devices(self) -> Tuple[DeviceInfo, ...]:
-        """Devices of all loaded plugins, fastest kind first, then by id: the same order in every run. threads: any"""
+        """Devices of all loaded plugins, fastest kind first, then by id: the same order in every
+        run. threads: any"""
         found = []
         with self._copying() as handle:
             for index in range(native.defrec_device_count(handle)):

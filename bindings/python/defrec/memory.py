@@ -10,8 +10,8 @@ from .enums import MemoryKind
 
 
 class Memory(Handle):
-    """Made by Tracker.import_memory, for frames of that tracker. Frames that were submitted with it are computed even
-    after close()."""
+    """Made by Tracker.import_memory, for frames of that tracker. Frames that were submitted with it
+    are computed even after close()."""
 
 
 def memory_desc(source: Any) -> Tuple[structs.MemoryDesc, Any]:
@@ -36,6 +36,8 @@ def _extent(shape: Sequence[int], strides: Any, item_size: int) -> int:
             size *= length
         return size
     if any(stride < 0 for stride in strides):
-        raise ValueError("source runs backwards in memory; its first element has to be the first in memory")
+        raise ValueError(
+            "source runs backwards in memory; its first element has to be the first in memory"
+        )
     gaps: int = sum((length - 1) * stride for length, stride in zip(shape, strides))
     return gaps + item_size

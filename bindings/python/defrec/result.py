@@ -86,7 +86,8 @@ class Result:
     vertex_evidence: ByteArray
     """(vertices,) uint8: evidence per template vertex: what was observed of it."""
     view_lag_frames: float
-    """By how many frames the right view is late in this frame, negative: early; 0 where that cannot be measured."""
+    """By how many frames the right view is late in this frame, negative: early; 0 where that cannot
+    be measured."""
     vertical_offset_px: float
     """Vertical offset of the right view against the left at the image centre, down is positive; mean of the last
     seconds, 0 where not measured."""

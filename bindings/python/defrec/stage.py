@@ -1,4 +1,5 @@
-"""One stage on one device, with any buffers. docs/stages.md says which ones, in which order and of which sizes;
+"""One stage on one device, with any buffers. docs/stages.md says which ones, in which order and of
+which sizes;
 stages.py has the eight stages with arrays instead."""
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ KIND_OF_PARAMS = {
 
 
 class Stage(Handle):
-    """The stage whose parameters are given (StereoParams: stereo). device_id None: the first device that offers it.
+    """The stage whose parameters are given (StereoParams: stereo). device_id None: the first device
+    that offers it.
 
     threads: any, but prepare_buffers and run_buffers: one at a time (BusyError). Raises Error.
     """
@@ -38,37 +40,46 @@ class Stage(Handle):
         kind = KIND_OF_PARAMS.get(type(params))
         if kind is None:
             raise TypeError(
-                f"params: one of {', '.join(each.__name__ for each in KIND_OF_PARAMS)} expected, {params!r} given"
+                f"params: one of {', '.join(each.__name__ for each in KIND_OF_PARAMS)} expected,"
+                f" {params!r} given"
             )
         device = None if device_id is None else c_text("device_id", device_id)
         handle, keep = context._open()
         super().__init__(
-            lambda out: native.defrec_stage_create(handle, device, kind, ctypes.addressof(params), out),
+            lambda out: native.defrec_stage_create(
+                handle, device, kind, ctypes.addressof(params), out
+            ),
             native.defrec_stage_destroy,
             keep,
         )
         self.kind = kind
 
     def prepare_buffers(self, inputs: Sequence[Optional[BufferLike]]) -> None:
-        """Gives the stage the inputs that stay the same from run to run (a template); match, align, ransac, lm and warp
-        need it before their first run. threads: one"""
+        """Gives the stage the inputs that stay the same from run to run (a template); match, align,
+        ransac, lm and warp need it before their first run. threads: one"""
         with ExitStack() as views:
             c_inputs = _buffers("inputs", inputs, structs.ConstBuffer, views)
             native.defrec_stage_prepare(self._native, c_inputs, len(c_inputs))
 
-    def run_buffers(self, inputs: Sequence[Optional[BufferLike]], outputs: Sequence[Optional[BufferLike]]) -> None:
-        """Runs the stage and waits; fills outputs, which are writable. None: an optional buffer that is not given.
-        threads: one.
+    def run_buffers(
+        self, inputs: Sequence[Optional[BufferLike]], outputs: Sequence[Optional[BufferLike]]
+    ) -> None:
+        """Runs the stage and waits; fills outputs, which are writable. None: an optional buffer
+        that is not given. threads: one.
 
         A buffer that is too small raises Error, whose text names the size needed.
         """
         with ExitStack() as views:
             c_inputs = _buffers("inputs", inputs, structs.ConstBuffer, views)
             c_outputs = _buffers("outputs", outputs, structs.Buffer, views)
-            native.defrec_stage_run(self._native, c_inputs, len(c_inputs), c_outputs, len(c_outputs))
+            native.defrec_stage_run(
+                self._native, c_inputs, len(c_inputs), c_outputs, len(c_outputs)
+            )
 
 
-def _buffers(name: str, values: Sequence[Optional[BufferLike]], struct: Type[Struct], views: ExitStack) -> Any:
+def _buffers(
+    name: str, values: Sequence[Optional[BufferLike]], struct: Type[Struct], views: ExitStack
+) -> Any:
     if isinstance(values, (str, bytes, bytearray, memoryview)) or not isinstance(values, Sequence):
         raise TypeError(f"{name}: a list of buffers expected, {type(values).__name__} given")
     made = (struct * len(values))()

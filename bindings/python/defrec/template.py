@@ -37,7 +37,8 @@ class Lifted(NamedTuple):
 
 @dataclass(frozen=True)
 class TemplateData:
-    """What a template consists of; copies. mm, template frame: the rectified left camera of the frame that gave it."""
+    """What a template consists of; copies. mm, template frame: the rectified left camera of the
+    frame that gave it."""
 
     size: Tuple[int, int]
     """Width and height of the rectified image it was taken from, px."""
@@ -57,9 +58,11 @@ class TemplateData:
     image: ByteArray
     """(height, width) uint8, the rectified left image"""
     cut_points: RecordArray
-    """(n,) CutPoint, of the lines along which tissue came apart; a triangle that one crosses has three equal corners"""
+    """(n,) CutPoint, of the lines along which tissue came apart; a triangle that one crosses has
+    three equal corners"""
     vertex_pieces: ByteArray
-    """(n,) uint8, piece of the surface per vertex, from 0; no triangle and no edge leads from one to another"""
+    """(n,) uint8, piece of the surface per vertex, from 0; no triangle and no edge leads from one
+    to another"""
 
 
 class Template(Handle):
@@ -73,7 +76,9 @@ class Template(Handle):
         handle, keep = context._open()
         name = c_path("path", path)
         return cls(
-            lambda out: native.defrec_template_load(handle, name, out), native.defrec_template_release, keep
+            lambda out: native.defrec_template_load(handle, name, out),
+            native.defrec_template_release,
+            keep,
         )
 
     def save(self, path: Union[str, "os.PathLike[str]"]) -> None:
@@ -81,19 +86,24 @@ class Template(Handle):
         native.defrec_template_save(self._native, c_path("path", path))
 
     def lift(self, uv: ArrayLike) -> Lifted:
-        """Finds the surface points under (n, 2) pixels of the rectified left image that gave the template
-        (Rig.rectify_pixels). threads: any"""
+        """Finds the surface points under (n, 2) pixels of the rectified left image that gave the
+        template (Rig.rectify_pixels). threads: any"""
         given = Points("uv", uv, 2)
         xyz, found = empty("d", (given.count, 3)), empty("?", (given.count,))
-        native.defrec_template_lift(self._native, given.address, given.count, address_of(xyz), address_of(found))
+        native.defrec_template_lift(
+            self._native, given.address, given.count, address_of(xyz), address_of(found)
+        )
         return Lifted(xyz, found)
 
     def point_pieces(self, template_xyz: ArrayLike) -> ByteArray:
-        """Which piece of the surface (n, 3) points of the template frame, mm, belong to, on the surface or off it, and
-        with which Job.warp_points moves them: (n,) uint8; 255 for a point that is not finite. threads: any"""
+        """Which piece of the surface (n, 3) points of the template frame, mm, belong to, on the
+        surface or off it, and with which Job.warp_points moves them: (n,) uint8; 255 for a point
+        that is not finite. threads: any"""
         given = Points("template_xyz", template_xyz, 3)
         pieces = empty("B", (given.count,))
-        native.defrec_template_point_pieces(self._native, given.address, given.count, address_of(pieces))
+        native.defrec_template_point_pieces(
+            self._native, given.address, given.count, address_of(pieces)
+        )
         return pieces
 
     def set_body(
@@ -104,33 +114,38 @@ class Template(Handle):
         poisson_ratio: float = 0,
         cut_depth_mm: float = 0,
     ) -> None:
-        """Sets the elastic body that the surface belongs to, from then on and in all trackers that follow it or what it
-        becomes by growing or by a cut. Everything is copied. A body that is being computed is given up, and that before
-        is used until the new one is ready. Saved with the template.
+        """Sets the elastic body that the surface belongs to, from then on and in all trackers that
+        follow it or what it becomes by growing or by a cut. Everything is copied. A body that is
+        being computed is given up, and that before is used until the new one is ready. Saved with
+        the template.
 
-        mesh: closed, of the whole body, template frame: (vertices, triangles), (n, 3) mm and (n, 3) indices of
-            vertices, counter-clockwise seen from outside; None: the tissue beneath the surface, whose extent is not
-            known.
-        regions: parts that are stiffer or softer, or held; where they overlap the last one counts; at most 64.
+        mesh: closed, of the whole body, template frame: (vertices, triangles), (n, 3) mm and (n, 3)
+            indices of vertices, counter-clockwise seen from outside; None: the tissue beneath the
+            surface, whose extent is not known.
+        regions: parts that are stiffer or softer, or held; where they overlap the last one counts;
+            at most 64.
         poisson_ratio: of the tissue; 0.01 to 0.495; default 0.43.
         cut_depth_mm: how deep a cut parts the body; 0.1 to 1000; default 10.
 
-        Without arguments it is the body that a template has by itself. threads: any. Raises Error for a number out of
-        its range and for a mesh that is not closed, is inside out, intersects itself, has a size that is not one in mm,
-        or does not meet the surface; TypeError and ValueError for arrays of another type or shape.
+        Without arguments it is the body that a template has by itself. threads: any. Raises Error
+        for a number out of its range and for a mesh that is not closed, is inside out, intersects
+        itself, has a size that is not one in mm, or does not meet the surface; TypeError and
+        ValueError for arrays of another type or shape.
         """
         keep: List[Any] = []  # the library reads it until the call returns
         desc = body_desc(mesh, regions, poisson_ratio, cut_depth_mm, keep)
         native.defrec_template_set_body(self._native, desc)
 
     def wait_body(self, timeout: Optional[float] = None) -> bool:
-        """Waits until the body beneath the surface is ready, at most timeout seconds; None: for ever. False: not yet.
-        Starts computing it where nobody has. What then is asked of a frame's points depends on the frames alone and not
-        on time.
+        """Waits until the body beneath the surface is ready, at most timeout seconds; None: for
+        ever. False: not yet. Starts computing it where nobody has. What then is asked of a frame's
+        points depends on the frames alone and not on time.
 
         threads: any. Raises Error, with Status.ERROR_UNSUPPORTED where no body can be made of it.
         """
-        return bool(native.defrec_template_wait_body(self._native, nanoseconds(timeout)) != Status.TIMEOUT)
+        return bool(
+            native.defrec_template_wait_body(self._native, nanoseconds(timeout)) != Status.TIMEOUT
+        )
 
     def data(self) -> TemplateData:
         """Copies everything the template consists of. threads: any"""
@@ -141,12 +156,14 @@ class Template(Handle):
 
 
 class Targets(Handle):
-    """Points of a plan, on the surface or beneath it, prepared once to be moved in many frames: Job.move_targets.
+    """Points of a plan, on the surface or beneath it, prepared once to be moved in many frames:
+    Job.move_targets.
 
-    template_xyz: (n, 3), mm, template frame; copied. What is not finite is unknown in every frame. At most 1,000,000.
+    template_xyz: (n, 3), mm, template frame; copied. What is not finite is unknown in every frame.
+        At most 1,000,000.
 
-    They follow the template and what it becomes by growing or by a cut. len() says how many there are. threads: any.
-    Raises Error.
+    They follow the template and what it becomes by growing or by a cut. len() says how many there
+    are. threads: any. Raises Error.
     """
 
     def __init__(self, template: Template, template_xyz: ArrayLike) -> None:

@@ -13,7 +13,19 @@ import os
 import pathlib
 import re
 from dataclasses import dataclass
-from typing import Any, Deque, Generator, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import (
+    Any,
+    Deque,
+    Generator,
+    Iterable,
+    Iterator,
+    List,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
 
 from ._arrays import ArrayLike, BufferLike, ByteArray, FloatArray, numpy
 from .calibration import CalibrationLike, rig_of
@@ -90,7 +102,9 @@ class TrackedFrame:
         r = self.result
         if r.rig_matches == 0:
             return None
-        return RigEstimate(r.view_lag_frames, r.vertical_offset_px, r.roll_deg, r.focal_ratio, r.rig_matches)
+        return RigEstimate(
+            r.view_lag_frames, r.vertical_offset_px, r.roll_deg, r.focal_ratio, r.rig_matches
+        )
 
     def counts(self) -> Tuple[int, int, int]:
         """How many points are tracked, extrapolated and lost."""
@@ -106,7 +120,9 @@ class TrackedFrame:
             return math.nan
         known: List[float] = sorted(
             error
-            for error, status in zip(self.points.expected_error_mm.tolist(), self.points.status.tolist())
+            for error, status in zip(
+                self.points.expected_error_mm.tolist(), self.points.status.tolist()
+            )
             if status != PointStatus.UNKNOWN
         )
         return known[len(known) // 2] if known else math.nan
@@ -115,24 +131,29 @@ class TrackedFrame:
         observed, extrapolated, lost = self.counts()
         reasons = f" ({', '.join(self.reasons)})" if self.reasons else ""
         return (
-            f"<TrackedFrame {self.index}: {self.state.name}{reasons}, {observed} points tracked, {extrapolated} "
-            f"extrapolated, {lost} lost, expected error {self.median_expected_error_mm():.2f} mm>"
+            f"<TrackedFrame {self.index}: {self.state.name}{reasons}, {observed} points tracked,"
+            f" {extrapolated} extrapolated, {lost} lost, expected error"
+            f" {self.median_expected_error_mm():.2f} mm>"
         )
 
     def picture(self) -> Any:
-        """The left image with the points, as a Pillow image: tracked ones green, extrapolated ones orange. Raises
-        ImportError without Pillow."""
+        """The left image with the points, as a Pillow image: tracked ones green, extrapolated ones
+        orange. Raises ImportError without Pillow."""
         draws = _pillow("PIL.ImageDraw")
         picture = _pillow_image(self.image, self.format)
         draw = draws.Draw(picture)
         radius = max(2, picture.width // 240)
         for (u, v), colour in self._drawn_points():
-            draw.ellipse((u - radius, v - radius, u + radius, v + radius), outline=colour, width=max(1, radius // 2))
+            draw.ellipse(
+                (u - radius, v - radius, u + radius, v + radius),
+                outline=colour,
+                width=max(1, radius // 2),
+            )
         return picture
 
     def plot(self, axes: Any = None) -> Any:
-        """Draws the left image, and the points coloured by their expected error, with matplotlib; returns the axes.
-        Raises ImportError without matplotlib."""
+        """Draws the left image, and the points coloured by their expected error, with matplotlib;
+        returns the axes. Raises ImportError without matplotlib."""
         if axes is None:
             axes = importlib.import_module("matplotlib.pyplot").subplots()[1]
         axes.imshow(_pillow_image(self.image, self.format))
@@ -173,26 +194,43 @@ class TrackedFrame:
             ("reasons", ", ".join(self.reasons).lower() or "none"),
             ("points", f"{observed} tracked, {extrapolated} extrapolated, {lost} lost"),
             ("expected error, median", f"{self.median_expected_error_mm():.2f} mm"),
-            ("surface", f"{len(self.result.vertices)} vertices, {100 * self.result.observed_share:.0f} % observed"),
+            (
+                "surface",
+                (
+                    f"{len(self.result.vertices)} vertices,"
+                    f" {100 * self.result.observed_share:.0f} % observed"
+                ),
+            ),
         ]
         estimate = self.rig_estimate
         if estimate is not None:
             rows.append(
-                ("rig", f"right view {estimate.vertical_offset_px:+.2f} px low, rolled {estimate.roll_deg:+.3f} degrees")
+                (
+                    "rig",
+                    (
+                        f"right view {estimate.vertical_offset_px:+.2f} px low, rolled"
+                        f" {estimate.roll_deg:+.3f} degrees"
+                    ),
+                )
             )
-        table = "".join(f"<tr><th>{name}</th><td>{html.escape(value)}</td></tr>" for name, value in rows)
+        table = "".join(
+            f"<tr><th>{name}</th><td>{html.escape(value)}</td></tr>" for name, value in rows
+        )
         try:
             file = io.BytesIO()
             self.picture().save(file, "PNG")
         except ImportError:
             return f"<table>{table}</table>"
         data = base64.b64encode(file.getvalue()).decode()
-        return f'<table>{table}</table><img alt="left image with points" src="data:image/png;base64,{data}">'
+        return (
+            f'<table>{table}</table><img alt="left image with points"'
+            f' src="data:image/png;base64,{data}">'
+        )
 
 
 class Tracking(Iterator[TrackedFrame]):
-    """What track() returns: iterates over the frames. rig and tracker may be used meanwhile; close(), or with, frees
-    them before the sequence has ended."""
+    """What track() returns: iterates over the frames. rig and tracker may be used meanwhile;
+    close(), or with, frees them before the sequence has ended."""
 
     def __init__(
         self,
@@ -266,7 +304,13 @@ class Tracking(Iterator[TrackedFrame]):
     def _track(self, first: Tuple[Any, Any]) -> Generator[TrackedFrame, None, None]:
         for job in self.tracker.process(self._submitted(first)):
             result = job.result()
-            frame = TrackedFrame(self._count, self._pending.popleft(), self._format, result, self._follow(job, result))
+            frame = TrackedFrame(
+                self._count,
+                self._pending.popleft(),
+                self._format,
+                result,
+                self._follow(job, result),
+            )
             self._count += 1
             yield frame
 
@@ -284,7 +328,9 @@ class Tracking(Iterator[TrackedFrame]):
             if not found:
                 moved.status[i], evidence[i] = PointStatus.UNKNOWN, 0
         uv = self.rig.distort_pixels(self._project(moved.xyz.tolist()))
-        return FollowedPoints(uv, moved.xyz, moved.status, moved.expected_error_mm, errors.covariance, evidence)
+        return FollowedPoints(
+            uv, moved.xyz, moved.status, moved.expected_error_mm, errors.covariance, evidence
+        )
 
     def _await_body(self, template: Template) -> None:
         """What is told of points then depends on the frames alone, as with `defrec track`."""
@@ -298,7 +344,8 @@ class Tracking(Iterator[TrackedFrame]):
     def _project(self, xyz: Sequence[Sequence[float]]) -> List[Tuple[float, float]]:
         c = self.rig.camera
         return [
-            (c.fx * x / z + c.cx, c.fy * y / z + c.cy) if z > 0 else (math.nan, math.nan) for x, y, z in xyz
+            (c.fx * x / z + c.cx, c.fy * y / z + c.cy) if z > 0 else (math.nan, math.nan)
+            for x, y, z in xyz
         ]
 
 
@@ -313,19 +360,21 @@ def track(
     device_id: Optional[str] = None,
     **options: Any,
 ) -> Tracking:
-    """Tracks a sequence, and gives a TrackedFrame for each pair of images. The first with a surface waits for the elastic
-    body beneath it (Template.wait_body), unless body is BodyMode.OFF.
+    """Tracks a sequence, and gives a TrackedFrame for each pair of images. The first with a surface
+    waits for the elastic body beneath it (Template.wait_body), unless body is BodyMode.OFF.
 
-    left, right: a folder of images, files, or uint8 arrays, each (height, width) or (height, width, 3 or 4). Files are
-        read with Pillow, as gray or RGB8. Arrays of 3 channels are BGR8 unless format says otherwise. Arrays may come
-        from a camera; frames_in_flight=1 then keeps the tracker from waiting for the next one.
-    calibration: a file of OpenCV or a mapping with M1 D1 M2 D2 R T (mm), a Calibration, or the Camera of rectified
-        images.
+    left, right: a folder of images, files, or uint8 arrays, each (height, width) or (height, width,
+        3 or 4). Files are read with Pillow, as gray or RGB8. Arrays of 3 channels are BGR8 unless
+        format says otherwise. Arrays may come from a camera; frames_in_flight=1 then keeps the
+        tracker from waiting for the next one.
+    calibration: a file of OpenCV or a mapping with M1 D1 M2 D2 R T (mm), a Calibration, or the
+        Camera of rectified images.
     points: (n, 2) pixels of the first left image to follow; None: a grid of 16 x 9.
     fps, timestamps_ns: times of the frames, by their rate or each by itself, ns.
     device_id, options: of Tracker.
 
-    Raises ValueError and TypeError for images and arguments that do not fit together, OSError for files, and Error.
+    Raises ValueError and TypeError for images and arguments that do not fit together, OSError for
+    files, and Error.
     """
     for name in options:
         if name not in _OPTIONS:
@@ -358,7 +407,9 @@ def _is_file(images: Images) -> bool:
 
 def _name_order(path: pathlib.Path) -> List[Tuple[int, str]]:
     """As people count: frame_9 before frame_10."""
-    return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", path.name)]
+    return [
+        (int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", path.name)
+    ]
 
 
 def _read(images: Images) -> Iterator[Any]:
@@ -366,8 +417,13 @@ def _read(images: Images) -> Iterator[Any]:
         folder = pathlib.Path(images)
         if not folder.is_dir():
             code = errno.ENOTDIR if folder.exists() else errno.ENOENT
-            raise OSError(code, "not a folder of images (patterns and videos are not read)", str(folder))
-        files = sorted((file for file in folder.iterdir() if file.suffix.lower() in _EXTENSIONS), key=_name_order)
+            raise OSError(
+                code, "not a folder of images (patterns and videos are not read)", str(folder)
+            )
+        files = sorted(
+            (file for file in folder.iterdir() if file.suffix.lower() in _EXTENSIONS),
+            key=_name_order,
+        )
         if not files:
             raise ValueError(f"{folder}: no images in it")
         images = files
@@ -379,7 +435,9 @@ def _pillow(module: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        raise ImportError(f"image files and pictures need Pillow (pip install pillow): {error}") from error
+        raise ImportError(
+            f"image files and pictures need Pillow (pip install pillow): {error}"
+        ) from error
 
 
 def _image_file(path: Union[str, "os.PathLike[str]"]) -> Any:
@@ -412,9 +470,17 @@ def _shape(image: Any) -> Tuple[int, int, Format]:
     """Width, height and format."""
     shape = getattr(image, "shape", None)
     formats = {1: Format.GRAY8, 3: Format.BGR8, 4: Format.BGRA8}
-    channels = 1 if shape is not None and len(shape) == 2 else shape[2] if shape is not None and len(shape) == 3 else 0
+    channels = (
+        1
+        if shape is not None and len(shape) == 2
+        else shape[2]
+        if shape is not None and len(shape) == 3
+        else 0
+    )
     if channels not in formats:
-        raise ValueError(f"an image has shape {shape}; (height, width) or (height, width, 3 or 4) expected")
+        raise ValueError(
+            f"an image has shape {shape}; (height, width) or (height, width, 3 or 4) expected"
+        )
     assert shape is not None
     return shape[1], shape[0], formats[channels]
 

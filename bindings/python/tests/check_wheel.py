@@ -1,4 +1,5 @@
-"""Installs the wheel of a folder into a fresh environment, and tracks with it from a folder elsewhere: check_wheel.py WHEELS FOLDER"""
+"""Installs the wheel of a folder into a fresh environment, and tracks with it from a folder
+elsewhere: check_wheel.py WHEELS FOLDER"""
 import os
 import pathlib
 import shutil
@@ -8,7 +9,11 @@ import sys
 wheels, folder = (pathlib.Path(argument).resolve() for argument in sys.argv[1:])
 (wheel,) = wheels.glob("*.whl")
 shutil.rmtree(folder, ignore_errors=True)
-environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "LD_", "PIP_"))}
+environment = {
+    name: value
+    for name, value in os.environ.items()
+    if not name.startswith(("PYTHON", "LD_", "PIP_"))
+}
 
 
 def run(*command):
@@ -17,7 +22,17 @@ def run(*command):
 
 run(sys.executable, "-m", "venv", folder)
 python = folder / "bin" / "python3"
-run(python, "-m", "pip", "--disable-pip-version-check", "install", "--quiet", "--no-index", "--no-cache-dir", wheel)
+run(
+    python,
+    "-m",
+    "pip",
+    "--disable-pip-version-check",
+    "install",
+    "--quiet",
+    "--no-index",
+    "--no-cache-dir",
+    wheel,
+)
 (notices,) = folder.glob("lib/python3*/site-packages/defrec-*.dist-info/notices.txt")
 assert "\neigen " in notices.read_text(), "the wheel contains Eigen, whose licence goes with it"
 assert '"CycloneDX"' in notices.with_name("bom.json").read_text()
@@ -35,7 +50,8 @@ assert importlib.util.find_spec("numpy") is None, "the environment is not fresh"
 assert defrec._library.path.startswith({str(folder)!r}), defrec._library.path
 with defrec.Context() as context:
     for plugin in context.plugins:
-        assert plugin.verdict == defrec.Status.OK and plugin.path.startswith({str(folder)!r}), plugin
+        assert plugin.verdict == defrec.Status.OK, plugin
+        assert plugin.path.startswith({str(folder)!r}), plugin
     rig = defrec.Rig.rectified(context, plane.WIDTH, plane.HEIGHT, plane.CAMERA)
     tracker = defrec.Tracker(context, rig, "cpu", format=defrec.Format.GRAY8)
     for frame in range(3):

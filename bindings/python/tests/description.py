@@ -6,8 +6,12 @@ import pathlib
 from defrec import OrbParams, structs
 from defrec._struct import C_STRUCTS
 
-CONTRACT = json.loads((pathlib.Path(__file__).resolve().parents[3] / "sdk" / "contract" / "contract.json").read_text())
-STRUCTS = {struct["name"]: struct for struct in CONTRACT["structs"] if struct["header"] == "defrec_c.h"}
+CONTRACT = json.loads(
+    (pathlib.Path(__file__).resolve().parents[3] / "sdk" / "contract" / "contract.json").read_text()
+)
+STRUCTS = {
+    struct["name"]: struct for struct in CONTRACT["structs"] if struct["header"] == "defrec_c.h"
+}
 HANDLES = {handle["name"] for handle in CONTRACT["handles"]}
 KEPT = []  # until the end of the tests
 
@@ -32,5 +36,7 @@ def argument(index, parameter):
     if "*" in c_type:
         array = (ctypes.c_double * 6)()
         KEPT.append(array)
-        return ctypes.addressof(array), r"^\[0(, 0)+\]$" if c_type.startswith("const") else "^written$"
+        return ctypes.addressof(array), (
+            r"^\[0(, 0)+\]$" if c_type.startswith("const") else "^written$"
+        )
     return (1, "^1$") if name.endswith("count") else (index + 1, f"^{index + 1}$")

@@ -1,4 +1,5 @@
-"""A plane with texture that faces the cameras: what a pair of cameras sees of it, without any image file."""
+"""A plane with texture that faces the cameras: what a pair of cameras sees of it, without any image
+file."""
 import random
 
 from defrec import Camera
@@ -20,7 +21,8 @@ def texture(width, height, cell=4, seed=1):
         edge = [nodes[row][i] * (cell - down) + nodes[row + 1][i] * down for i in range(columns)]
         made.append(
             bytes(
-                (edge[x // cell] * (cell - x % cell) + edge[x // cell + 1] * (x % cell)) // (cell * cell)
+                (edge[x // cell] * (cell - x % cell) + edge[x // cell + 1] * (x % cell))
+                // (cell * cell)
                 for x in range(width)
             )
         )

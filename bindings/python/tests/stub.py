@@ -13,7 +13,9 @@ class Call:
     def __init__(self, line):
         self.line = line
         self.function, arguments = re.fullmatch(r"(\w+)\((.*)\)", line).groups()
-        self.arguments = dict(each.split("=", 1) for each in re.split(r", (?=\w+=)", arguments) if each)
+        self.arguments = dict(
+            each.split("=", 1) for each in re.split(r", (?=\w+=)", arguments) if each
+        )
 
     def struct(self, name, struct):
         given = bytes.fromhex(self.arguments[name])
@@ -38,7 +40,9 @@ def lines():
 
 def created_and_destroyed(log):
     """Handles in the order in which they were made, and in which they were given back."""
-    created = [call.arguments["out"] for call in log if call.arguments.get("out", "").startswith("0x")]
+    created = [
+        call.arguments["out"] for call in log if call.arguments.get("out", "").startswith("0x")
+    ]
     ends = [call for call in log if call.function.endswith(("_destroy", "_release"))]
     return created, [next(iter(call.arguments.values())) for call in ends]
 

@@ -1,4 +1,5 @@
-"""The binding's structs, enumerators and functions are those of the description of the headers, all of them."""
+"""The binding's structs, enumerators and functions are those of the description of the headers, all
+of them."""
 import ctypes
 import dataclasses
 import inspect
@@ -13,7 +14,9 @@ from defrec._arrays import BYTES_PER_PIXEL
 from defrec.stage import KIND_OF_PARAMS
 from description import CONTRACT, STRUCTS
 
-ENUMERATORS = {value["name"]: value["value"] for enum in CONTRACT["enums"] for value in enum["values"]}
+ENUMERATORS = {
+    value["name"]: value["value"] for enum in CONTRACT["enums"] for value in enum["values"]
+}
 
 PREFIXES = {
     "DEFREC_LOG_": enums.LogLevel,
@@ -54,8 +57,15 @@ class Abi(unittest.TestCase):
         self.assertEqual(list(C_STRUCTS), list(STRUCTS))
         for described in STRUCTS.values():
             struct = C_STRUCTS[described["name"]]
-            made = [(name, getattr(struct, name).size, getattr(struct, name).offset) for name, _ in struct._fields_]
-            self.assertEqual(made, [(field["name"], field["size"], field["offset"]) for field in described["fields"]], struct)
+            made = [
+                (name, getattr(struct, name).size, getattr(struct, name).offset)
+                for name, _ in struct._fields_
+            ]
+            self.assertEqual(
+                made,
+                [(field["name"], field["size"], field["offset"]) for field in described["fields"]],
+                struct,
+            )
             self.assertEqual(ctypes.sizeof(struct), described["size"], struct)
             if made[0][0] == "struct_size":
                 self.assertEqual(getattr(struct(), "struct_size"), described["size"], struct)
@@ -65,14 +75,20 @@ class Abi(unittest.TestCase):
             self.assertEqual(enumerator(name), value, name)
         members = sum(len(kind.__members__) for kind in [*PREFIXES.values(), *WITHOUT_PREFIX])
         constants = [name for name in vars(enums) if name.isupper()]
-        self.assertEqual(len(ENUMERATORS), members + len(constants), "the binding has enumerators that the header does not have")
+        self.assertEqual(
+            len(ENUMERATORS),
+            members + len(constants),
+            "the binding has enumerators that the header does not have",
+        )
 
     def test_functions(self):
         described = {function["name"]: function for function in CONTRACT["functions"]}
         self.assertEqual(list(_library.PROTOTYPES), list(described))
         for name, (result, parameters) in _library.PROTOTYPES.items():
             self.assertEqual(len(parameters), len(described[name]["parameters"]), name)
-            self.assertEqual(result is _library.StatusResult, described[name]["returns"] == "defrec_status", name)
+            self.assertEqual(
+                result is _library.StatusResult, described[name]["returns"] == "defrec_status", name
+            )
 
     def test_version(self):
         found = tuple(CONTRACT["versions"][f"DEFREC_API_{part}"] for part in ("MAJOR", "MINOR"))
@@ -83,7 +99,11 @@ class Abi(unittest.TestCase):
             source = inspect.getsource(C_STRUCTS[described["name"]])
             for field in described["fields"]:
                 if number := re.fullmatch(r"[\d.e-]+", field.get("default", "")):
-                    self.assertRegex(source, rf"{field['name']}: \w+\n    \"\"\"[^\"]*\b{number[0]}\b", described["name"])
+                    self.assertRegex(
+                        source,
+                        rf"{field['name']}: \w+\n    \"\"\"[^\"]*\b{number[0]}\b",
+                        described["name"],
+                    )
 
     def test_everything_public_is_exported(self):
         public = {
@@ -101,7 +121,11 @@ class Abi(unittest.TestCase):
             if not inspect.isclass(kind):
                 continue
             self.assertNotRegex(kind.__doc__ or "", rf"^$|^{kind.__name__}\(", kind)
-            self.assertIn(kind.__init__.__doc__, (None, object.__init__.__doc__, Exception.__init__.__doc__), kind)
+            self.assertIn(
+                kind.__init__.__doc__,
+                (None, object.__init__.__doc__, Exception.__init__.__doc__),
+                kind,
+            )
             for name, member in vars(kind).items():
                 if not name.startswith("_") and isinstance(member, (types.FunctionType, property)):
                     self.assertTrue(inspect.getdoc(getattr(kind, name)), f"{kind.__name__}.{name}")
@@ -115,14 +139,20 @@ class Abi(unittest.TestCase):
             (structs.DeviceInfoStruct, defrec.DeviceInfo),
             (structs.PluginInfoStruct, defrec.PluginInfo),
         ):
-            known = {name for name, _ in struct._fields_ if not name.endswith(("struct_size", "reserved", "reserved2", "_count"))}
+            known = {
+                name
+                for name, _ in struct._fields_
+                if not name.endswith(("struct_size", "reserved", "reserved2", "_count"))
+            }
             if {"width", "height"} < known:
                 known = known - {"width", "height"} | {"size"}
             self.assertEqual({field.name for field in dataclasses.fields(public)}, known)
 
     def test_every_stage_has_its_parameters_and_arrays(self):
         self.assertEqual(list(KIND_OF_PARAMS.values()), list(enums.StageKind))
-        self.assertLessEqual({f"{kind.name.title()}Stage" for kind in enums.StageKind}, set(defrec.__all__))
+        self.assertLessEqual(
+            {f"{kind.name.title()}Stage" for kind in enums.StageKind}, set(defrec.__all__)
+        )
 
     def test_every_format_has_its_size(self):
         self.assertEqual(list(BYTES_PER_PIXEL), list(enums.Format))

@@ -1,5 +1,5 @@
-"""What cannot be passed to the library raises, with the argument's name, and nothing reaches the library. Against the
-stub."""
+"""What cannot be passed to the library raises, with the argument's name, and nothing reaches the
+library. Against the stub."""
 import array
 import unittest
 
@@ -71,11 +71,17 @@ class Arguments(stub.StubTest):
             attempt(*arguments)
         for name in [names] if isinstance(names, str) else names:
             self.assertIn(name, str(caught.exception))
-        reached = [call for call in stub.calls() if not call.function.endswith(("_destroy", "_release"))]
+        reached = [
+            call for call in stub.calls() if not call.function.endswith(("_destroy", "_release"))
+        ]
         self.assertEqual(reached, [])
 
     def test_names_of_options(self):
-        self.refuses(TypeError, ["__init__() got an unexpected", "'bakend'"], lambda: Tracker(self.context, self.rig, bakend=1))
+        self.refuses(
+            TypeError,
+            ["__init__() got an unexpected", "'bakend'"],
+            lambda: Tracker(self.context, self.rig, bakend=1),
+        )
         self.assertEqual(Tracker.__init__.__qualname__, "Tracker.__init__")
 
     def test_rigs_and_trackers_say_what_they_are(self):
@@ -104,10 +110,18 @@ class Arguments(stub.StubTest):
         self.refuses((TypeError, ValueError), "left", submit, memoryview(IMAGE)[::-1])
         self.refuses((TypeError, ValueError), "right", lambda: self.tracker.submit(IMAGE, None, 2))
         self.refuses(
-            ValueError, ["ignore", "(80, 96)"], lambda: self.tracker.submit(IMAGE, IMAGE, 2, ignore=shaped("B", W, H))
+            ValueError,
+            ["ignore", "(80, 96)"],
+            lambda: self.tracker.submit(IMAGE, IMAGE, 2, ignore=shaped("B", W, H)),
         )
-        self.refuses(TypeError, "ignore", lambda: self.tracker.submit(IMAGE, IMAGE, 2, ignore=shaped("h", H, W)))
-        self.refuses(TypeError, "samples", lambda: self.tracker.submit(IMAGE, IMAGE, 2, samples=IMAGE))
+        self.refuses(
+            TypeError,
+            "ignore",
+            lambda: self.tracker.submit(IMAGE, IMAGE, 2, ignore=shaped("h", H, W)),
+        )
+        self.refuses(
+            TypeError, "samples", lambda: self.tracker.submit(IMAGE, IMAGE, 2, samples=IMAGE)
+        )
         self.tracker.submit(IMAGE, IMAGE, 2, ignore=shaped("?", H, W))
 
     @unittest.skipIf(numpy is None, "needs NumPy")
@@ -119,9 +133,21 @@ class Arguments(stub.StubTest):
         self.refuses(ValueError, "ascontiguousarray", submit, wide[:, ::2])
         self.refuses(ValueError, "ascontiguousarray", submit, wide[:, :W, ::-1])
         self.refuses(ValueError, "ascontiguousarray", submit, wide[::-1, :W])
-        self.refuses(ValueError, "ascontiguousarray", submit, numpy.zeros((W, H, 3), numpy.uint8).transpose(1, 0, 2))
-        self.refuses(ValueError, "ascontiguousarray", submit, numpy.asfortranarray(numpy.zeros((H, W, 3), numpy.uint8)))
-        self.refuses(ValueError, "ascontiguousarray", submit, numpy.broadcast_to(wide[:1, :W], (H, W, 3)))
+        self.refuses(
+            ValueError,
+            "ascontiguousarray",
+            submit,
+            numpy.zeros((W, H, 3), numpy.uint8).transpose(1, 0, 2),
+        )
+        self.refuses(
+            ValueError,
+            "ascontiguousarray",
+            submit,
+            numpy.asfortranarray(numpy.zeros((H, W, 3), numpy.uint8)),
+        )
+        self.refuses(
+            ValueError, "ascontiguousarray", submit, numpy.broadcast_to(wide[:1, :W], (H, W, 3))
+        )
         for dtype in (numpy.int8, numpy.uint16, numpy.float32, bool, object, "datetime64[s]", "S1"):
             self.refuses(TypeError, "left", submit, numpy.zeros((H, W, 3), dtype))
         read_only = wide[:, W:]
@@ -130,7 +156,9 @@ class Arguments(stub.StubTest):
 
     def test_timestamps(self):
         for bad in (1.5, None, "1", 1 << 63, -(1 << 63) - 1):
-            self.refuses((TypeError, ValueError), "timestamp_ns", self.tracker.submit, IMAGE, IMAGE, bad)
+            self.refuses(
+                (TypeError, ValueError), "timestamp_ns", self.tracker.submit, IMAGE, IMAGE, bad
+            )
 
     def test_timeouts(self):
         template = self.tracker.template()
@@ -140,7 +168,9 @@ class Arguments(stub.StubTest):
             self.refuses(ValueError, "timeout", template.wait_body, bad)
         self.assertTrue(self.job.wait(float("inf")))
         self.assertTrue(self.job.wait(1e300))
-        self.assertEqual({call.arguments["timeout_ns"] for call in stub.calls()}, {str((1 << 64) - 1)})
+        self.assertEqual(
+            {call.arguments["timeout_ns"] for call in stub.calls()}, {str((1 << 64) - 1)}
+        )
 
     def test_points(self):
         for bad in (
@@ -160,10 +190,18 @@ class Arguments(stub.StubTest):
             self.refuses((TypeError, ValueError), "template_xyz", self.job.point_covariances, bad)
         for bad in ([(1, 2, 3)], shaped("d", 6), array.array("d", [1, 2]), {1: 2}):
             self.refuses((TypeError, ValueError), "raw_uv", self.rig.rectify_pixels, bad)
-        for good in ([(1, 2, 3)], ((1, 2, 3),), shaped("d", 1, 3), shaped("f", 1, 3), shaped("h", 1, 3)):
+        for good in (
+            [(1, 2, 3)],
+            ((1, 2, 3),),
+            shaped("d", 1, 3),
+            shaped("f", 1, 3),
+            shaped("h", 1, 3),
+        ):
             self.assertEqual(self.job.warp_points(good).xyz.tolist(), [[1, 2, 3]])
         empty = self.job.warp_points([])
-        self.assertEqual((len(empty.xyz), len(empty.status), len(empty.expected_error_mm)), (0, 0, 0))
+        self.assertEqual(
+            (len(empty.xyz), len(empty.status), len(empty.expected_error_mm)), (0, 0, 0)
+        )
         self.assertIn("template_xyz=[], count=0", stub.lines()[-1])
         self.assertEqual([len(part) for part in self.job.point_covariances([])], [0, 0])
 
@@ -174,7 +212,15 @@ class Arguments(stub.StubTest):
         stub.calls()
         self.refuses(TypeError, "template", Targets, None, [(1, 2, 3)])
         self.refuses(TypeError, "template", Targets, self.tracker, [(1, 2, 3)])
-        for bad in (None, 5, [1, 2, 3], [(1, 2)], [(1, 2, 3, 4)], [(1, 2, "x")], [(1, 2, 3), (4, 5)]):
+        for bad in (
+            None,
+            5,
+            [1, 2, 3],
+            [(1, 2)],
+            [(1, 2, 3, 4)],
+            [(1, 2, "x")],
+            [(1, 2, 3), (4, 5)],
+        ):
             self.refuses((TypeError, ValueError), "template_xyz", Targets, template, bad)
         for bad in (None, template, [(1, 2, 3)]):
             self.refuses(TypeError, "targets", self.job.move_targets, bad)
@@ -195,16 +241,30 @@ class Arguments(stub.StubTest):
         for bad in (5, "mesh", [], [1, 2, 3], good[0]):
             self.refuses((TypeError, ValueError), "mesh", template.set_body, bad)
         for bad in (None, 5, [1, 2, 3], [(1, 2)], [(1, 2, "x")], [(1, 2, 3), (4, 5)]):
-            self.refuses((TypeError, ValueError), "mesh.vertices", template.set_body, (bad, good[1]))
-            self.refuses((TypeError, ValueError), "mesh.triangles", template.set_body, (good[0], bad))
+            self.refuses(
+                (TypeError, ValueError), "mesh.vertices", template.set_body, (bad, good[1])
+            )
+            self.refuses(
+                (TypeError, ValueError), "mesh.triangles", template.set_body, (good[0], bad)
+            )
         for bad in ([(0, 1, -1)], [(0, 1, 1 << 32)], [(0, 1, 0.5)], [(0.0, 1.0, 2.0)]):
-            self.refuses((TypeError, ValueError), "mesh.triangles", template.set_body, (good[0], bad))
+            self.refuses(
+                (TypeError, ValueError), "mesh.triangles", template.set_body, (good[0], bad)
+            )
         region = BodyRegion(good)
         for bad in (None, 5, region, {region}):
             self.refuses(TypeError, "regions", template.set_body, None, bad)
         self.refuses(TypeError, "regions[1]", template.set_body, None, [region, good])
-        self.refuses((TypeError, ValueError), "regions[1].mesh.vertices", template.set_body, None, [region, BodyRegion(([1], []))])
-        self.refuses(TypeError, "stiffness", template.set_body, None, [BodyRegion(good, stiffness="x")])
+        self.refuses(
+            (TypeError, ValueError),
+            "regions[1].mesh.vertices",
+            template.set_body,
+            None,
+            [region, BodyRegion(([1], []))],
+        )
+        self.refuses(
+            TypeError, "stiffness", template.set_body, None, [BodyRegion(good, stiffness="x")]
+        )
         self.refuses(TypeError, "poisson_ratio", lambda: template.set_body(poisson_ratio="x"))
         self.refuses(TypeError, "cut_depth_mm", lambda: template.set_body(cut_depth_mm=None))
         # What is a number is the library's to judge.
@@ -217,7 +277,16 @@ class Arguments(stub.StubTest):
 
         good = [(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0)]
         for name in ("held_motion", "camera_pose"):
-            for bad in (5, "text", [], [1] * 12, good[:2], good + [(0, 0, 0, 1)], [row[:3] for row in good], [(1, 0, 0, "x")] * 3):
+            for bad in (
+                5,
+                "text",
+                [],
+                [1] * 12,
+                good[:2],
+                good + [(0, 0, 0, 1)],
+                [row[:3] for row in good],
+                [(1, 0, 0, "x")] * 3,
+            ):
                 self.refuses((TypeError, ValueError), name, lambda: submit(**{name: bad}))
             submit(**{name: [(float("nan"),) * 4] * 3}).close()
             self.assertEqual(stub.calls()[0].function, "defrec_tracker_submit")
@@ -236,13 +305,25 @@ class Arguments(stub.StubTest):
         self.job.warp_points(strided)
         self.assertIn("template_xyz=[0, 2, 4, 12, 14, 16], count=2", stub.lines()[-1])
         self.assertEqual(self.job.warp_points(numpy.zeros((0, 3))).xyz.shape, (0, 3))
-        misaligned = numpy.frombuffer(bytes(1) + numpy.arange(3.0).tobytes(), numpy.float64, offset=1).reshape(1, 3)
+        misaligned = numpy.frombuffer(
+            bytes(1) + numpy.arange(3.0).tobytes(), numpy.float64, offset=1
+        ).reshape(1, 3)
         self.assertEqual(Points("xyz", misaligned, 3).address % 8, 0)
         self.job.warp_points(misaligned)
         self.assertIn("template_xyz=[0, 1, 2], count=1", stub.lines()[-1])
 
     def test_calibrations(self):
-        good = [self.context, W, H, MATRIX, None, MATRIX, None, [1, 0, 0, 0, 1, 0, 0, 0, 1], [-4.5, 0, 0]]
+        good = [
+            self.context,
+            W,
+            H,
+            MATRIX,
+            None,
+            MATRIX,
+            None,
+            [1, 0, 0, 0, 1, 0, 0, 0, 1],
+            [-4.5, 0, 0],
+        ]
         names = ["context", "width", "height", "M1", "D1", "M2", "D2", "R", "T"]
         bad = {
             "context": [None, self.rig],
@@ -284,7 +365,9 @@ class Arguments(stub.StubTest):
         self.refuses(ValueError, "format", lambda: Tracker(self.context, self.rig, format=9))
         self.refuses(TypeError, "seed", lambda: Tracker(self.context, self.rig, seed=1.5))
         self.refuses(ValueError, "seed", lambda: Tracker(self.context, self.rig, seed=1 << 64))
-        self.refuses(TypeError, "arap_weight", lambda: Tracker(self.context, self.rig, arap_weight="x"))
+        self.refuses(
+            TypeError, "arap_weight", lambda: Tracker(self.context, self.rig, arap_weight="x")
+        )
         self.refuses(TypeError, "template", self.tracker.set_template, None)
         self.refuses(TypeError, "path", Template.load, self.context, None)
         for bad in (None, b"read only", 5):
@@ -293,10 +376,25 @@ class Arguments(stub.StubTest):
     def test_numbers(self):
         self.refuses(ValueError, "status", status_name, 1 << 31)
         self.refuses(TypeError, "status", status_name, 1.5)
-        self.refuses(ValueError, "address", self.tracker.import_memory_at, 1 << 64, 1, MemoryKind.HOST)
+        self.refuses(
+            ValueError, "address", self.tracker.import_memory_at, 1 << 64, 1, MemoryKind.HOST
+        )
         self.refuses(ValueError, "size", self.tracker.import_memory_at, 16, -1, MemoryKind.HOST)
         self.refuses(TypeError, "fx", lambda: Camera(fx=10**400))
-        self.refuses(TypeError, "D1", Rig, self.context, W, H, MATRIX, [10**400] * 4, MATRIX, None, [1] * 9, [1] * 3)
+        self.refuses(
+            TypeError,
+            "D1",
+            Rig,
+            self.context,
+            W,
+            H,
+            MATRIX,
+            [10**400] * 4,
+            MATRIX,
+            None,
+            [1] * 9,
+            [1] * 3,
+        )
 
     def test_parameters(self):
         self.refuses(AttributeError, "heigth", lambda: StereoParams(width=1, heigth=2))
@@ -309,7 +407,9 @@ class Arguments(stub.StubTest):
         self.refuses(TypeError, "params", lambda: Stage(self.context, None))
         self.refuses(TypeError, "StereoParams", lambda: StereoStage(self.context, OrbParams()))
         self.refuses(
-            ValueError, "stride", lambda: StereoStage(self.context, StereoParams(width=10, height=10, stride=12))
+            ValueError,
+            "stride",
+            lambda: StereoStage(self.context, StereoParams(width=10, height=10, stride=12)),
         )
 
     def test_buffers(self):
@@ -319,7 +419,13 @@ class Arguments(stub.StubTest):
             self.refuses(TypeError, "inputs", stage.prepare_buffers, bad)
         self.refuses(TypeError, "inputs[1]", stage.prepare_buffers, [b"", 5])
         self.refuses(TypeError, ["outputs[0]", "writable"], stage.run_buffers, [], [b"read only"])
-        self.refuses((TypeError, ValueError), "outputs[0]", stage.run_buffers, [], [memoryview(bytearray(8))[::2]])
+        self.refuses(
+            (TypeError, ValueError),
+            "outputs[0]",
+            stage.run_buffers,
+            [],
+            [memoryview(bytearray(8))[::2]],
+        )
         if numpy is not None:
             for dtype in (object, [("number", "f4"), ("reference", "O")]):
                 objects = numpy.zeros(4, dtype)
@@ -335,9 +441,13 @@ class Arguments(stub.StubTest):
         match = MatchStage(self.context, MatchParams(landmarks=3, features=5, **p))
         ransac = RansacStage(self.context, RansacParams(landmarks=3))
         align = AlignStage(self.context, AlignParams(patches=3, nodes=2, views=2, **p))
-        lm = LmStage(self.context, LmParams(nodes=2, edges=1, points=3, landmarks=4, patches=0, **p))
+        lm = LmStage(
+            self.context, LmParams(nodes=2, edges=1, points=3, landmarks=4, patches=0, **p)
+        )
         warp = WarpStage(self.context, WarpParams(nodes=2, points=3, **p))
-        rectify = RectifyStage(self.context, RectifyParams(format=Format.BGR8, source_width=W, source_height=H))
+        rectify = RectifyStage(
+            self.context, RectifyParams(format=Format.BGR8, source_width=W, source_height=H)
+        )
         stub.calls()
         self.refuses(ValueError, "left", stereo.run, GRAY[1:], GRAY)
         self.refuses(ValueError, "right", stereo.run, GRAY, shaped("B", W, H))
@@ -348,7 +458,9 @@ class Arguments(stub.StubTest):
         self.refuses(TypeError, "landmarks", match.prepare, [Feature()])
         self.refuses(ValueError, ["landmarks", "at most 3"], match.prepare, [Landmark()] * 4)
         self.refuses(ValueError, ["landmarks", "at most 3"], ransac.prepare, bytes(4 * 48))
-        self.refuses(ValueError, ["patches", "at most 3"], align.prepare, [Patch()] * 4, shaped("B", 2, H, W))
+        self.refuses(
+            ValueError, ["patches", "at most 3"], align.prepare, [Patch()] * 4, shaped("B", 2, H, W)
+        )
         self.refuses(TypeError, "features", match.run, bytes(49), shaped("h", H, W))
         self.refuses(TypeError, "disparity", match.run, [Feature()], shaped("B", H, W))
         self.refuses(ValueError, "disparity", match.run, [Feature()], shaped("h", W, H))
@@ -356,7 +468,9 @@ class Arguments(stub.StubTest):
         self.refuses(ValueError, "motions", lambda: align.run(GRAY, motions=[Motion()]))
         self.refuses(ValueError, "nodes", lm.prepare, shaped("f", 1, 3), [Edge()], [], [], [])
         self.refuses(TypeError, "nodes", lm.prepare, shaped("d", 2, 3), [Edge()], [], [], [])
-        self.refuses(ValueError, "points", lm.prepare, shaped("f", 2, 3), [Edge()], [SurfacePoint()], [], [])
+        self.refuses(
+            ValueError, "points", lm.prepare, shaped("f", 2, 3), [Edge()], [SurfacePoint()], [], []
+        )
         self.refuses(ValueError, "motions", lm.run, [Motion()])
         self.refuses(ValueError, "matches", lm.run, [Motion()] * 2, [])
         self.refuses(ValueError, "points", warp.prepare, [SurfacePoint()])
@@ -364,13 +478,16 @@ class Arguments(stub.StubTest):
         self.refuses(ValueError, "source", rectify.run, GRAY)
         self.refuses(ValueError, "map", rectify.run, IMAGE, shaped("i", W, H, 2))
         self.refuses(
-            ValueError, "format", lambda: RectifyStage(self.context, RectifyParams(source_width=W, source_height=H))
+            ValueError,
+            "format",
+            lambda: RectifyStage(self.context, RectifyParams(source_width=W, source_height=H)),
         )
 
         match.prepare([Landmark(), Landmark()])
         self.assertEqual(len(match.run([Feature()], shaped("h", H, W))), 2)
         self.assertEqual(
-            stub.lines()[-1].split(", ", 1)[1], f"in=[4, 48, {2 * W * H}], in_count=3, out=[80], out_count=1)"
+            stub.lines()[-1].split(", ", 1)[1],
+            f"in=[4, 48, {2 * W * H}], in_count=3, out=[80], out_count=1)",
         )
         gray, mask = rectify.run(IMAGE)
         self.assertEqual((gray.shape, mask.shape), ((H, W), (H, W)))

@@ -1,5 +1,5 @@
-"""Every function of the C API, called once through the binding with distinctive values: the stub received each of them,
-in its place."""
+"""Every function of the C API, called once through the binding with distinctive values: the stub
+received each of them, in its place."""
 import ctypes
 import dataclasses
 import gc
@@ -77,17 +77,28 @@ class Calls(stub.StubTest):
             pass
 
         with Context(
-            ["/a/b", pathlib.Path("/c")], only_given_plugins=True, log=log, log_level=LogLevel.ERROR, threads=3
+            ["/a/b", pathlib.Path("/c")],
+            only_given_plugins=True,
+            log=log,
+            log_level=LogLevel.ERROR,
+            threads=3,
         ) as context:
             handle = hex(context._native)
         with Context(use_environment=True):
             pass
         created, destroyed, second, _ = self.log()
         desc = created.struct("desc", structs.ContextDesc)
-        self.assertEqual((desc.flags, desc.plugin_path_count, desc.log_level, desc.threads), (1, 2, 4, 3))
+        self.assertEqual(
+            (desc.flags, desc.plugin_path_count, desc.log_level, desc.threads), (1, 2, 4, 3)
+        )
         self.assertTrue(desc.plugin_paths and desc.log)
         self.assertFalse(
-            desc.log_user or desc.alloc or desc.free or desc.alloc_user or desc.parallel_for or desc.parallel_for_user
+            desc.log_user
+            or desc.alloc
+            or desc.free
+            or desc.alloc_user
+            or desc.parallel_for
+            or desc.parallel_for_user
         )
         self.assertEqual(created.arguments["out"], handle)
         self.assertEqual(str(destroyed), f"defrec_context_destroy(context={handle})")
@@ -97,7 +108,9 @@ class Calls(stub.StubTest):
     def test_plugin_paths(self):
         def read_paths(desc, out):
             paths = ctypes.cast(desc.plugin_paths, ctypes.POINTER(ctypes.c_char_p))
-            self.assertEqual([paths[i] for i in range(desc.plugin_path_count)], [b"/a/b", "/é".encode()])
+            self.assertEqual(
+                [paths[i] for i in range(desc.plugin_path_count)], [b"/a/b", "/é".encode()]
+            )
             out.value = 1
 
         with mock.patch.object(_library.native, "defrec_context_create", read_paths):
@@ -129,7 +142,9 @@ class Calls(stub.StubTest):
         M1, M2 = [[501, 0, 51], [0, 502, 52], [0, 0, 1]], [[601, 0, 61], [0, 602, 62], [0, 0, 1]]
         R, T = [[1, 2, 3], [4, 5, 6], [7, 8, 9]], [[-4.5], [0.25], [0.125]]
         with Rig(self.context, 640, 480, M1, [0.1, 0.2, 0.3, 0.4, 0.5], M2, None, R, T) as rig:
-            self.assertEqual(rig.rectify_pixels([(1.5, 2.5), (3.5, 4.5)]).tolist(), [[1, 2], [3, 4]])
+            self.assertEqual(
+                rig.rectify_pixels([(1.5, 2.5), (3.5, 4.5)]).tolist(), [[1, 2], [3, 4]]
+            )
             self.assertEqual(rig.distort_pixels([(5.5, 6.5)]).tolist(), [[1, 2]])
             self.assertEqual(rig.raw_size, (640, 480))
             r = hex(rig._native)
@@ -137,8 +152,12 @@ class Calls(stub.StubTest):
         desc = created.struct("desc", structs.RigDesc)
         self.assertEqual(created.arguments["context"], self.c)
         self.assertEqual((desc.width, desc.height, desc.flags), (640, 480, 0))
-        self.assertEqual((desc.left.fx, desc.left.fy, desc.left.cx, desc.left.cy), (501, 502, 51, 52))
-        self.assertEqual((desc.right.fx, desc.right.fy, desc.right.cx, desc.right.cy), (601, 602, 61, 62))
+        self.assertEqual(
+            (desc.left.fx, desc.left.fy, desc.left.cx, desc.left.cy), (501, 502, 51, 52)
+        )
+        self.assertEqual(
+            (desc.right.fx, desc.right.fy, desc.right.cx, desc.right.cy), (601, 602, 61, 62)
+        )
         self.assertEqual(list(desc.left.distortion), [0.1, 0.2, 0.3, 0.4, 0.5] + [0] * 9)
         self.assertEqual((desc.left.distortion_count, desc.right.distortion_count), (5, 0))
         self.assertEqual(list(desc.rotation), [1, 2, 3, 4, 5, 6, 7, 8, 9])
@@ -147,8 +166,14 @@ class Calls(stub.StubTest):
         self.assertEqual(
             [str(call) for call in rest],
             [
-                f"defrec_rig_rectify_pixels(rig={r}, raw_uv=[1.5, 2.5, 3.5, 4.5], count=2, rectified_uv=written)",
-                f"defrec_rig_distort_pixels(rig={r}, rectified_uv=[5.5, 6.5], count=1, raw_uv=written)",
+                (
+                    f"defrec_rig_rectify_pixels(rig={r}, raw_uv=[1.5, 2.5, 3.5, 4.5], count=2,"
+                    " rectified_uv=written)"
+                ),
+                (
+                    f"defrec_rig_distort_pixels(rig={r}, rectified_uv=[5.5, 6.5], count=1,"
+                    " raw_uv=written)"
+                ),
                 f"defrec_rig_destroy(rig={r})",
             ],
         )
@@ -157,11 +182,18 @@ class Calls(stub.StubTest):
         make_rig(self.context).close()
         desc = self.log()[0].struct("desc", structs.RigDesc)
         self.assertEqual(bytes(desc.left), bytes(desc.right))
-        self.assertEqual((desc.left.fx, desc.left.fy, desc.left.cx, desc.left.cy), (500.5, 501.5, 50.25, 40.25))
-        self.assertEqual((list(desc.rotation), list(desc.translation)), ([1, 0, 0, 0, 1, 0, 0, 0, 1], [-4.5, 0, 0]))
+        self.assertEqual(
+            (desc.left.fx, desc.left.fy, desc.left.cx, desc.left.cy), (500.5, 501.5, 50.25, 40.25)
+        )
+        self.assertEqual(
+            (list(desc.rotation), list(desc.translation)),
+            ([1, 0, 0, 0, 1, 0, 0, 0, 1], [-4.5, 0, 0]),
+        )
 
     def test_stage(self):
-        with Stage(self.context, StereoParams(width=640, height=480, min_disparity=-3), "cuda:1") as stage:
+        with Stage(
+            self.context, StereoParams(width=640, height=480, min_disparity=-3), "cuda:1"
+        ) as stage:
             stage.prepare_buffers([bytes(5), None])
             output = bytearray(9)
             stage.run_buffers([bytes(6), None, bytes(7)], [output, None])
@@ -169,16 +201,26 @@ class Calls(stub.StubTest):
             self.assertEqual(stage.kind, StageKind.STEREO)
         created, *rest = self.log()
         self.assertEqual(
-            (created.arguments["context"], created.arguments["device_id"], created.arguments["stage"]),
+            (
+                created.arguments["context"],
+                created.arguments["device_id"],
+                created.arguments["stage"],
+            ),
             (self.c, '"cuda:1"', "1"),
         )
         params = created.struct("params", structs.StereoParams)
-        self.assertEqual((params.width, params.height, params.min_disparity, params.disparities), (640, 480, -3, 0))
+        self.assertEqual(
+            (params.width, params.height, params.min_disparity, params.disparities),
+            (640, 480, -3, 0),
+        )
         self.assertEqual(
             [str(call) for call in rest],
             [
                 f"defrec_stage_prepare(stage={s}, in=[5, NULL], in_count=2)",
-                f"defrec_stage_run(stage={s}, in=[6, NULL, 7], in_count=3, out=[9, NULL], out_count=2)",
+                (
+                    f"defrec_stage_run(stage={s}, in=[6, NULL, 7], in_count=3, out=[9, NULL],"
+                    " out_count=2)"
+                ),
                 f"defrec_stage_destroy(stage={s})",
             ],
         )
@@ -188,15 +230,22 @@ class Calls(stub.StubTest):
             Stage(self.context, params()).close()
             created = self.log()[0]
             self.assertEqual(
-                (kind, created.arguments["stage"], created.arguments["device_id"]), (number, str(number), "NULL")
+                (kind, created.arguments["stage"], created.arguments["device_id"]),
+                (number, str(number), "NULL"),
             )
             self.assertEqual(created.struct("params", params), params())
 
     def test_tracker(self):
         fields = STRUCTS["defrec_tracker_desc"]["fields"]
-        options = [each for each in fields if each["name"] not in ("struct_size", "flags", "device_id", "format")]
+        options = [
+            each
+            for each in fields
+            if each["name"] not in ("struct_size", "flags", "device_id", "format")
+        ]
         switches = {each["name"]: True for each in options if each["summary"].startswith("1: ")}
-        numbers = {each["name"]: i + 1 for i, each in enumerate(options) if each["name"] not in switches}
+        numbers = {
+            each["name"]: i + 1 for i, each in enumerate(options) if each["name"] not in switches
+        }
         numbers.update(seed=(1 << 64) - 2, min_disparity=-5, min_depth_mm=6.5)
         rig = make_rig(self.context)
         self.log()
@@ -206,9 +255,13 @@ class Calls(stub.StubTest):
         created, destroyed = self.log()
         desc = created.struct("desc", structs.TrackerDesc)
         self.assertEqual({name: getattr(desc, name) for name in numbers}, numbers)
-        self.assertEqual({name: getattr(desc, name) for name in switches}, dict.fromkeys(switches, 1))
+        self.assertEqual(
+            {name: getattr(desc, name) for name in switches}, dict.fromkeys(switches, 1)
+        )
         self.assertEqual((desc.format, desc.flags), (4, 0))
-        self.assertEqual((created.arguments["context"], created.arguments["rig"]), (self.c, hex(rig._native)))
+        self.assertEqual(
+            (created.arguments["context"], created.arguments["rig"]), (self.c, hex(rig._native))
+        )
         self.assertEqual(str(destroyed), f"defrec_tracker_destroy(tracker={handle})")
 
     def test_fallback(self):
@@ -231,7 +284,9 @@ class Calls(stub.StubTest):
         image = bytes(96 * 80 * 3)
         tracker = Tracker(self.context, make_rig(self.context))
         self.log()
-        with tracker.submit(image, image, -(1 << 63) + 5, capture_template=True, deadline_ns=1 << 63) as job:
+        with tracker.submit(
+            image, image, -(1 << 63) + 5, capture_template=True, deadline_ns=1 << 63
+        ) as job:
             j = hex(job._native)
             self.assertTrue(job.wait())
             self.assertTrue(job.wait(1.5))
@@ -270,13 +325,20 @@ class Calls(stub.StubTest):
                 for_ever,
                 f"defrec_job_result(job={j}, out={WRITTEN['defrec_result']})",
                 for_ever,
-                f"defrec_job_warp_points(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5], count=2, xyz=written, "
-                "status=written, expected_error_mm=written)",
+                (
+                    f"defrec_job_warp_points(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5],"
+                    " count=2, xyz=written, status=written, expected_error_mm=written)"
+                ),
                 for_ever,
-                f"defrec_job_point_covariances(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5], count=2, "
-                "covariance=written, evidence=written)",
+                (
+                    f"defrec_job_point_covariances(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5,"
+                    " 6.5], count=2, covariance=written, evidence=written)"
+                ),
                 for_ever,
-                f"defrec_job_lift_points(job={j}, uv=[1.5, 2.5], count=1, xyz=written, found=written)",
+                (
+                    f"defrec_job_lift_points(job={j}, uv=[1.5, 2.5], count=1, xyz=written,"
+                    " found=written)"
+                ),
                 for_ever,
                 f"defrec_job_get_template(job={j}, out={s})",
                 f"defrec_template_release(surface={s})",
@@ -339,7 +401,16 @@ class Calls(stub.StubTest):
         def read(tracker, frame, out):
             for address in (frame.left, frame.right, frame.ignore):
                 image = structs.Image.from_address(address)
-                received.append((image.pixels, image.stride, image.width, image.height, image.format, image.memory))
+                received.append(
+                    (
+                        image.pixels,
+                        image.stride,
+                        image.width,
+                        image.height,
+                        image.format,
+                        image.memory,
+                    )
+                )
             out.value = 1
 
         tracker = Tracker(self.context, make_rig(self.context))
@@ -360,14 +431,17 @@ class Calls(stub.StubTest):
         buffer = bytearray(96 * 80 * 3)
         tracker = Tracker(self.context, make_rig(self.context))
         self.log()
-        with tracker.import_memory(buffer) as memory, tracker.import_memory_at(
-            0x7000, 0x123456789, MemoryKind.CUDA
-        ) as device_memory:
+        with (
+            tracker.import_memory(buffer) as memory,
+            tracker.import_memory_at(0x7000, 0x123456789, MemoryKind.CUDA) as device_memory,
+        ):
             handles = memory._native, device_memory._native
             frames = []
 
             def read(tracker, frame, out):
-                left, right = structs.Image.from_address(frame.left), structs.Image.from_address(frame.right)
+                left, right = structs.Image.from_address(frame.left), structs.Image.from_address(
+                    frame.right
+                )
                 frames.append((left.memory, right.memory, left.pixels, left.stride, frame.samples))
                 out.value = 1
 
@@ -377,7 +451,8 @@ class Calls(stub.StubTest):
         host, device, _, *released = self.log()
         desc = host.struct("desc", structs.MemoryDesc)
         self.assertEqual(
-            (desc.kind, desc.address, desc.size), (1, ctypes.addressof(ctypes.c_char.from_buffer(buffer)), 96 * 80 * 3)
+            (desc.kind, desc.address, desc.size),
+            (1, ctypes.addressof(ctypes.c_char.from_buffer(buffer)), 96 * 80 * 3),
         )
         desc = device.struct("desc", structs.MemoryDesc)
         self.assertEqual((desc.kind, desc.address, desc.size), (2, 0x7000, 0x123456789))
@@ -397,14 +472,20 @@ class Calls(stub.StubTest):
             }
 
         class Floats:
-            __cuda_array_interface__ = {"data": (0x6000, False), "shape": (7, 8), "typestr": "<f4", "version": 2}
+            __cuda_array_interface__ = {
+                "data": (0x6000, False),
+                "shape": (7, 8),
+                "typestr": "<f4",
+                "version": 2,
+            }
 
         tracker = Tracker(self.context, make_rig(self.context))
         self.log()
         memories = tracker.import_memory(Rows()), tracker.import_memory(Floats())
         descs = [call.struct("desc", structs.MemoryDesc) for call in self.log()]
         self.assertEqual(
-            [(desc.kind, desc.address, desc.size) for desc in descs], [(2, 0x5000, 79 * 512 + 288), (2, 0x6000, 224)]
+            [(desc.kind, desc.address, desc.size) for desc in descs],
+            [(2, 0x5000, 79 * 512 + 288), (2, 0x6000, 224)],
         )
         del memories
 
@@ -412,22 +493,33 @@ class Calls(stub.StubTest):
         tracker = Tracker(self.context, make_rig(self.context))
         t = hex(tracker._native)
         self.log()
-        with tracker.template() as template, Template.load(self.context, pathlib.Path("/in é")) as loaded:
+        with (
+            tracker.template() as template,
+            Template.load(self.context, pathlib.Path("/in é")) as loaded,
+        ):
             s, n = hex(template._native), hex(loaded._native)
             tracker.set_template(loaded)
             lifted = template.lift([(1.5, 2.5), (3.5, 4.5)])
             self.assertEqual(template.point_pieces([(1, 2, 3), (4, 5, 6)]).tolist(), [1, 2])
             template.save("/out")
             self.assertEqual(template.data().size, (0, 0))
-        self.assertEqual((lifted.xyz.tolist(), lifted.found.tolist()), ([[1, 2, 3], [4, 5, 6]], [True, True]))
+        self.assertEqual(
+            (lifted.xyz.tolist(), lifted.found.tolist()), ([[1, 2, 3], [4, 5, 6]], [True, True])
+        )
         self.assertEqual(
             [str(call) for call in self.log()],
             [
                 f"defrec_tracker_get_template(tracker={t}, out={s})",
                 f'defrec_template_load(context={self.c}, path="/in é", out={n})',
                 f"defrec_tracker_set_template(tracker={t}, surface={n})",
-                f"defrec_template_lift(surface={s}, uv=[1.5, 2.5, 3.5, 4.5], count=2, xyz=written, found=written)",
-                f"defrec_template_point_pieces(surface={s}, template_xyz=[1, 2, 3, 4, 5, 6], count=2, pieces=written)",
+                (
+                    f"defrec_template_lift(surface={s}, uv=[1.5, 2.5, 3.5, 4.5], count=2,"
+                    " xyz=written, found=written)"
+                ),
+                (
+                    f"defrec_template_point_pieces(surface={s}, template_xyz=[1, 2, 3, 4, 5, 6],"
+                    " count=2, pieces=written)"
+                ),
                 f'defrec_template_save(surface={s}, path="/out")',
                 f"defrec_template_get(surface={s}, out={WRITTEN['defrec_template_info']})",
                 f"defrec_template_release(surface={n})",
@@ -457,11 +549,14 @@ class Calls(stub.StubTest):
         )
         desc = described.struct("desc", structs.BodyDesc)
         self.assertEqual((desc.flags, desc.poisson_ratio, desc.cut_depth_mm), (0, 0.25, 7.5))
-        self.assertEqual((desc.mesh.vertices, desc.mesh.vertex_count, desc.mesh.triangle_count), (None, 0, 0))
+        self.assertEqual(
+            (desc.mesh.vertices, desc.mesh.vertex_count, desc.mesh.triangle_count), (None, 0, 0)
+        )
         self.assertEqual((desc.regions, desc.region_count), (None, 0))
 
     def test_meshes_of_a_body(self):
-        """What the description points to is there while the library reads it, whatever is collected meanwhile."""
+        """What the description points to is there while the library reads it, whatever is collected
+        meanwhile."""
         received = []
 
         def numbers(c_type, address, count):
@@ -470,7 +565,10 @@ class Calls(stub.StubTest):
         def read(surface, desc):
             gc.collect()
             bytearray(1 << 16)  # what was freed would be written over
-            regions = [structs.BodyRegion.from_address(desc.regions + 40 * i) for i in range(desc.region_count)]
+            regions = [
+                structs.BodyRegion.from_address(desc.regions + 40 * i)
+                for i in range(desc.region_count)
+            ]
             for mesh in [desc.mesh, *(region.mesh for region in regions)]:
                 received.append(
                     (
@@ -484,7 +582,10 @@ class Calls(stub.StubTest):
             with mock.patch.object(_library.native, "defrec_template_set_body", read):
                 template.set_body(
                     Mesh([(1, 2, 3), (4, 5, 6)], [(0, 1, (1 << 32) - 1)]),
-                    [BodyRegion(([(7, 8, 9)], []), held=True), BodyRegion(([], [(2, 1, 0)]), stiffness=2.5)],
+                    [
+                        BodyRegion(([(7, 8, 9)], []), held=True),
+                        BodyRegion(([], [(2, 1, 0)]), stiffness=2.5),
+                    ],
                 )
         self.assertEqual(ctypes.sizeof(structs.BodyRegion), 40)
         self.assertEqual(
@@ -533,12 +634,17 @@ class Calls(stub.StubTest):
         self.assertEqual(
             [str(call).replace("-nan", "nan") for call in self.log()][:-1],
             [
-                f"defrec_targets_create(surface={s}, template_xyz=[1.5, 2.5, 3.5, nan, 5.5, -inf], count=2, out={t})",
+                (
+                    f"defrec_targets_create(surface={s}, template_xyz=[1.5, 2.5, 3.5, nan, 5.5,"
+                    f" -inf], count=2, out={t})"
+                ),
                 f"defrec_targets_count(targets={t})",
                 f"defrec_template_release(surface={s})",
                 f"defrec_job_wait(job={j}, timeout_ns=18446744073709551615)",
-                f"defrec_job_move_targets(job={j}, targets={t}, count=2, xyz=written, covariance=written, "
-                "status=written, expected_error_mm=written)",
+                (
+                    f"defrec_job_move_targets(job={j}, targets={t}, count=2, xyz=written,"
+                    " covariance=written, status=written, expected_error_mm=written)"
+                ),
                 f"defrec_targets_destroy(targets={t})",
             ],
         )
@@ -556,7 +662,9 @@ class Calls(stub.StubTest):
             for name in ("held_motion", "camera_pose"):
                 expected = [number for row in given.get(name, [[0] * 12]) for number in row]
                 self.assertEqual(list(getattr(frame, name)), expected)
-        tracker.submit(image, image, 1, held_motion=held, camera_pose=pose, capture_template=True).close()
+        tracker.submit(
+            image, image, 1, held_motion=held, camera_pose=pose, capture_template=True
+        ).close()
         self.assertEqual(self.log()[0].struct("frame", structs.Frame).flags, 7)
 
     def test_failure(self):

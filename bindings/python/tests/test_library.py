@@ -103,15 +103,22 @@ class Tracking(LibraryTest):
                 self.assertTrue(errors.evidence.tolist()[0] & Evidence.DEPTH)
                 self.assertEqual(len(result.vertices), len(result.vertex_status))
                 self.assertEqual(len(result.vertices), len(result.vertex_covariance))
-                self.assertTrue(any(seen & Evidence.DEPTH for seen in result.vertex_evidence.tolist()))
-                self.assertEqual((len(result.pieces), Piece.from_buffer_copy(result.pieces).state), (1, State.TRACKING))
+                self.assertTrue(
+                    any(seen & Evidence.DEPTH for seen in result.vertex_evidence.tolist())
+                )
+                self.assertEqual(
+                    (len(result.pieces), Piece.from_buffer_copy(result.pieces).state),
+                    (1, State.TRACKING),
+                )
                 self.assertEqual(result.disparity.shape, (plane.HEIGHT, plane.WIDTH))
                 self.assertEqual(result.disparity[72, 96], plane.DISPARITY * DISPARITY_ONE)
         self.assertEqual(result.times[0].name, "upload")
 
     def test_fallback_is_another_device_only_where_it_was_asked_for(self):
         folder = os.environ["MISBEHAVING"]
-        misbehave = ctypes.CDLL(os.path.join(folder, "defrec_plugin_misbehaving.so")).defrec_misbehave
+        misbehave = ctypes.CDLL(
+            os.path.join(folder, "defrec_plugin_misbehaving.so")
+        ).defrec_misbehave
         with Context([folder], threads=2) as context:
             rig = Rig.rectified(context, plane.WIDTH, plane.HEIGHT, plane.CAMERA)
             misbehave(b"throw", b"device_open")
@@ -119,14 +126,20 @@ class Tracking(LibraryTest):
             with self.assertRaises(Error) as raised:
                 Tracker(context, rig, "misbehaving", format=Format.GRAY8)
             self.assertEqual(raised.exception.status, Status.ERROR_PLUGIN)
-            with rig, Tracker(context, rig, "misbehaving", format=Format.GRAY8, fallback=True) as tracker:
+            with (
+                rig,
+                Tracker(context, rig, "misbehaving", format=Format.GRAY8, fallback=True) as tracker,
+            ):
                 device = tracker.track(*FRAMES[0], 0).device_id
             self.assertIn(device, {each.id for each in context.devices} - {"misbehaving"})
 
     def test_trackers_are_spread_over_the_devices_of_a_backend(self):
         with Context([os.environ["SEVERAL_DEVICES"]], threads=2) as context:
             with Rig.rectified(context, plane.WIDTH, plane.HEIGHT, plane.CAMERA) as rig:
-                trackers = [Tracker(context, rig, "several_devices:*", format=Format.GRAY8) for _ in range(3)]
+                trackers = [
+                    Tracker(context, rig, "several_devices:*", format=Format.GRAY8)
+                    for _ in range(3)
+                ]
                 devices = [tracker.track(*FRAMES[0], 0).device_id for tracker in trackers]
                 for tracker in trackers:
                     tracker.close()
@@ -134,7 +147,9 @@ class Tracking(LibraryTest):
 
     def test_process_is_submit_and_wait(self):
         alone = self.tracker()
-        expected = [raw(alone.track(left, right, i).vertices) for i, (left, right) in enumerate(FRAMES)]
+        expected = [
+            raw(alone.track(left, right, i).vertices) for i, (left, right) in enumerate(FRAMES)
+        ]
         for frames_in_flight in (0, 3):
             ahead = self.tracker(frames_in_flight=frames_in_flight)
             found = []
@@ -185,7 +200,9 @@ class Tracking(LibraryTest):
             self.assertEqual(raw(getattr(data, name)), raw(getattr(same, name)), name)
         self.assertEqual((data.size, data.camera), ((plane.WIDTH, plane.HEIGHT), plane.CAMERA))
         self.assertEqual(data.image.shape, (plane.HEIGHT, plane.WIDTH))
-        self.assertLess(max(max(triangle) for triangle in data.triangles.tolist()), len(data.vertices))
+        self.assertLess(
+            max(max(triangle) for triangle in data.triangles.tolist()), len(data.vertices)
+        )
         self.assertIn(second.track(*FRAMES[1], 1).state, (State.TRACKING, State.RELOCALISED))
 
     def test_a_cut_is_told_by_its_points(self):
@@ -222,7 +239,9 @@ class Tracking(LibraryTest):
         for frame, (left_pixels, right_pixels) in enumerate(FRAMES):
             left[:], right[:] = left_pixels, right_pixels
             result = imported.track(*memories, frame, samples=surface)
-            self.assertEqual(raw(result.vertices), raw(copied.track(left_pixels, right_pixels, frame).vertices))
+            self.assertEqual(
+                raw(result.vertices), raw(copied.track(left_pixels, right_pixels, frame).vertices)
+            )
         for index, vertex in enumerate(result.vertices.tolist()):
             self.assertEqual(list(samples[index].position), vertex)
         for memory in (*memories, surface):
@@ -242,13 +261,20 @@ class Tracking(LibraryTest):
 class Stages(LibraryTest):
     def test_all_eight(self):
         rectify = RectifyStage(
-            self.context, RectifyParams(format=Format.GRAY8, source_width=plane.WIDTH, source_height=plane.HEIGHT)
+            self.context,
+            RectifyParams(
+                format=Format.GRAY8, source_width=plane.WIDTH, source_height=plane.HEIGHT
+            ),
         )
         left, mask = rectify.run(FRAMES[0][0])
         right, _ = rectify.run(FRAMES[0][1])
         self.assertEqual((left.shape, raw(left)), ((plane.HEIGHT, plane.WIDTH), FRAMES[0][0]))
-        disparity, confidence = StereoStage(self.context, StereoParams(**SIZE)).run(left, right, mask)
-        self.assertEqual((disparity[72, 96], disparity[0, 0]), (plane.DISPARITY * DISPARITY_ONE, DISPARITY_NONE))
+        disparity, confidence = StereoStage(self.context, StereoParams(**SIZE)).run(
+            left, right, mask
+        )
+        self.assertEqual(
+            (disparity[72, 96], disparity[0, 0]), (plane.DISPARITY * DISPARITY_ONE, DISPARITY_NONE)
+        )
         self.assertGreater(confidence[72, 96], 0)
         features = OrbStage(self.context, OrbParams(**SIZE)).run(left, mask)
         self.assertGreater(len(features), 50)
@@ -257,7 +283,9 @@ class Stages(LibraryTest):
         tracker.track(*FRAMES[0], 1)
         data = tracker.template().data()
         camera = data.camera
-        match = MatchStage(self.context, MatchParams(landmarks=4096, features=len(features), camera=camera, **SIZE))
+        match = MatchStage(
+            self.context, MatchParams(landmarks=4096, features=len(features), camera=camera, **SIZE)
+        )
         match.prepare(data.landmarks)
         matches = match.run(features, disparity)
         self.assertEqual(len(matches), len(data.landmarks))
@@ -268,15 +296,23 @@ class Stages(LibraryTest):
 
         nodes = len(data.nodes)
         rest = [Motion(real=(1, 0, 0, 0)) for _ in range(nodes)]
-        align = AlignStage(self.context, AlignParams(patches=4096, nodes=nodes, camera=camera, **SIZE))
+        align = AlignStage(
+            self.context, AlignParams(patches=4096, nodes=nodes, camera=camera, **SIZE)
+        )
         align.prepare(data.patches, data.image)
         observations, predictions = align.run(left, mask, motions=rest)
-        self.assertEqual((len(observations), len(predictions)), (len(data.patches), len(data.patches)))
+        self.assertEqual(
+            (len(observations), len(predictions)), (len(data.patches), len(data.patches))
+        )
         again = align.run(left, mask, predictions=predictions)
         self.assertEqual(raw(again.observations), raw(observations))
 
         counts = dict(
-            nodes=nodes, edges=len(data.edges), points=len(data.vertices), landmarks=0, patches=len(data.patches)
+            nodes=nodes,
+            edges=len(data.edges),
+            points=len(data.vertices),
+            landmarks=0,
+            patches=len(data.patches),
         )
         lm = LmStage(self.context, LmParams(camera=camera, **counts, **SIZE))
         lm.prepare(data.nodes, data.edges, data.vertices, [], data.patches)
@@ -284,13 +320,21 @@ class Stages(LibraryTest):
         self.assertEqual((len(motions), solved.failed), (nodes, 0))
         self.assertLessEqual(solved.final_cost, solved.initial_cost)
 
-        warp = WarpStage(self.context, WarpParams(nodes=nodes, points=len(data.vertices), camera=camera, **SIZE))
+        warp = WarpStage(
+            self.context, WarpParams(nodes=nodes, points=len(data.vertices), camera=camera, **SIZE)
+        )
         warp.prepare(data.vertices)
-        samples = (SurfaceSample * len(data.vertices)).from_buffer_copy(raw(warp.run(motions, disparity)))
-        self.assertGreater(sum(sample.observation == Observation.OBSERVED for sample in samples), len(samples) // 2)
+        samples = (SurfaceSample * len(data.vertices)).from_buffer_copy(
+            raw(warp.run(motions, disparity))
+        )
+        self.assertGreater(
+            sum(sample.observation == Observation.OBSERVED for sample in samples), len(samples) // 2
+        )
 
     def test_not_prepared(self):
-        match = MatchStage(self.context, MatchParams(landmarks=4, features=4, camera=plane.CAMERA, **SIZE))
+        match = MatchStage(
+            self.context, MatchParams(landmarks=4, features=4, camera=plane.CAMERA, **SIZE)
+        )
         with self.assertRaises(Error) as caught:
             match.run([], memoryview(bytearray(2 * plane.WIDTH * plane.HEIGHT)).cast("h"))
         self.assertIs(caught.exception.status, Status.ERROR_STATE)
@@ -319,7 +363,9 @@ class Callbacks(unittest.TestCase):
             template.save(os.path.join(folder, "template"))
             received.clear()
             Template.load(context, os.path.join(folder, "template")).close()
-        self.assertEqual([(level, source) for level, source, _ in received], [(LogLevel.INFO, "sdk")])
+        self.assertEqual(
+            [(level, source) for level, source, _ in received], [(LogLevel.INFO, "sdk")]
+        )
         self.assertIn("template with", received[0][2])
         del context, rig, template
         gc.collect()
@@ -334,7 +380,9 @@ class Callbacks(unittest.TestCase):
             raise RuntimeError("from the log")
 
         raised = []
-        previous, sys.unraisablehook = sys.unraisablehook, lambda unraisable: raised.append(unraisable.exc_value)
+        previous, sys.unraisablehook = sys.unraisablehook, lambda unraisable: raised.append(
+            unraisable.exc_value
+        )
         try:
             with tempfile.TemporaryDirectory() as folder:
                 with open(os.path.join(folder, "bad.json"), "w") as manifest:
@@ -368,7 +416,10 @@ class Threads(LibraryTest):
     def test_one_job_of_many_threads(self):
         job = self.tracker().submit(*FRAMES[0], 1)
         found = []
-        threads = [threading.Thread(target=lambda: found.append(raw(job.result().vertices))) for _ in range(4)]
+        threads = [
+            threading.Thread(target=lambda: found.append(raw(job.result().vertices)))
+            for _ in range(4)
+        ]
         for thread in threads:
             thread.start()
         for thread in threads:
@@ -404,10 +455,13 @@ class Threads(LibraryTest):
             "tracker = defrec.Tracker(context, rig, 'cpu', format=defrec.Format.GRAY8)\n"
             "jobs = [tracker.submit(*plane.pair(i), i) for i in range(2)]\n"
         )
-        subprocess.run([sys.executable, "-c", code], check=True, cwd=os.path.dirname(plane.__file__))
+        subprocess.run(
+            [sys.executable, "-c", code], check=True, cwd=os.path.dirname(plane.__file__)
+        )
 
     def test_fork(self):
-        """The child's handles answer with an error, closing them does nothing, and the parent goes on."""
+        """The child's handles answer with an error, closing them does nothing, and the parent goes
+        on."""
         code = (
             "import defrec, os, plane\n"
             "context = defrec.Context()\n"
@@ -427,7 +481,12 @@ class Threads(LibraryTest):
             "    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7\n"
             "    assert job.result().state == defrec.State.TRACKING\n"
         )
-        subprocess.run([sys.executable, "-c", code], check=True, cwd=os.path.dirname(plane.__file__), timeout=120)
+        subprocess.run(
+            [sys.executable, "-c", code],
+            check=True,
+            cwd=os.path.dirname(plane.__file__),
+            timeout=120,
+        )
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Row 50 of docs/safety/faults.md: memory runs out at any one allocation of the library, from context to template file.
 
-LD_PRELOAD, from the environment, is bindings/memory_faults. DEFREC_TEST_ALLOCATION_STEP: one allocation in so many fails, on every backend.
+LD_PRELOAD, from the environment, is bindings/memory_faults. DEFREC_TEST_ALLOCATION_STEP: one
+allocation in so many fails, on every backend.
 """
 import contextlib
 import ctypes
@@ -32,15 +33,25 @@ class EveryAllocation(unittest.TestCase):
     def tracker(self):
         with self.context() as context:
             with Rig.rectified(context, plane.WIDTH, plane.HEIGHT, plane.CAMERA) as rig:
-                with Tracker(context, rig, self.device, format=Format.GRAY8, disparities=32, body=BodyMode.OFF) as tracker:
+                with Tracker(
+                    context,
+                    rig,
+                    self.device,
+                    format=Format.GRAY8,
+                    disparities=32,
+                    body=BodyMode.OFF,
+                ) as tracker:
                     yield context, tracker
 
     def scenario(self):
-        """Everything that is made is closed, whatever fails; a tracker that was made stays usable."""
+        """Everything that is made is closed, whatever fails; a tracker that was made stays
+        usable."""
         with self.tracker() as (context, tracker):
             try:
                 for frame in range(len(FRAMES)):
-                    self.assertEqual(self.follow(tracker, frame, frame * 33_000_000), State.TRACKING)
+                    self.assertEqual(
+                        self.follow(tracker, frame, frame * 33_000_000), State.TRACKING
+                    )
                 with tracker.template() as template:
                     template.save(self.file)
                 with Template.load(context, self.file) as loaded:
@@ -51,7 +62,8 @@ class EveryAllocation(unittest.TestCase):
                 raise
 
     def fail(self, number):
-        """Status.OK, or what the scenario ended with; whether so many allocations were made; growth of those alive."""
+        """Status.OK, or what the scenario ended with; whether so many allocations were made; growth
+        of those alive."""
         before, status = FAULTS.defrec_live_allocations(), Status.OK
         FAULTS.defrec_fail_allocation(number)
         try:
@@ -69,7 +81,8 @@ class EveryAllocation(unittest.TestCase):
         if not devices:
             return
         self.device = devices[0]
-        # sdk/api/memory_test.cpp lets memory run out while shaders are compiled; here, a tracker keeps them.
+        # sdk/api/memory_test.cpp lets memory run out while shaders are compiled; here, a tracker
+        # keeps them.
         with self.tracker():
             self.check_every_failure(backend, step)
 

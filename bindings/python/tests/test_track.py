@@ -1,6 +1,8 @@
-"""A real track of a reference sequence: its points equal those that `defrec track` wrote, digit for digit.
+"""A real track of a reference sequence: its points equal those that `defrec track` wrote, digit for
+digit.
 
-SEQUENCE and TRACKED, from the environment: what `defrec render` wrote and what `defrec track` made of it.
+SEQUENCE and TRACKED, from the environment: what `defrec render` wrote and what `defrec track` made
+of it.
 """
 import csv
 import itertools
@@ -60,8 +62,14 @@ class Track(unittest.TestCase):
                     moved = job.warp_points(lifted.xyz)
                     errors = job.point_covariances(lifted.xyz)
                     for i, (name, _, _) in enumerate(points):
-                        xyz, status = [moved.xyz[i, axis] for axis in range(3)], PointStatus(moved.status[i])
-                        if not lifted.found[i] or status == PointStatus.UNKNOWN or not all(map(math.isfinite, xyz)):
+                        xyz, status = [moved.xyz[i, axis] for axis in range(3)], PointStatus(
+                            moved.status[i]
+                        )
+                        if (
+                            not lifted.found[i]
+                            or status == PointStatus.UNKNOWN
+                            or not all(map(math.isfinite, xyz))
+                        ):
                             rows.append([str(result.frame), name, "", "", "", "lost", *[""] * 8])
                         else:
                             known = "tracked" if status == PointStatus.OBSERVED else "extrapolated"
@@ -72,7 +80,10 @@ class Track(unittest.TestCase):
                                     *(f"{x:.4f}" for x in xyz),
                                     known,
                                     f"{moved.expected_error_mm[i]:.4f}",
-                                    *(f"{round(errors.covariance[i, k], 6) + 0.0:.6f}" for k in range(6)),
+                                    *(
+                                        f"{round(errors.covariance[i, k], 6) + 0.0:.6f}"
+                                        for k in range(6)
+                                    ),
                                     EVIDENCE[errors.evidence[i]],
                                 ]
                             )
@@ -90,9 +101,14 @@ class Track(unittest.TestCase):
                 for job in tracker.process(itertools.islice(frames(), 4)):
                     if targets is None:
                         template = job.template()
-                        vertices = [vertex.tolist()[0] if numpy else list(vertex.position) for vertex in template.data().vertices]
+                        vertices = [
+                            vertex.tolist()[0] if numpy else list(vertex.position)
+                            for vertex in template.data().vertices
+                        ]
                         # Up to 5 mm beneath the surface, along the line of sight.
-                        plan = [[x * (1 + i % 5 / at[2]) for x in at] for i, at in enumerate(vertices)]
+                        plan = [
+                            [x * (1 + i % 5 / at[2]) for x in at] for i, at in enumerate(vertices)
+                        ]
                         plan[1][0] = math.nan
                         template.set_body(poisson_ratio=0.45)
                         template.wait_body()
@@ -102,18 +118,26 @@ class Track(unittest.TestCase):
                         targets = Targets(template, plan)
                         template.close()
                         self.assertEqual(len(targets), len(plan))
-                    moved, points, errors = job.move_targets(targets), job.warp_points(plan), job.point_covariances(plan)
+                    moved, points, errors = (
+                        job.move_targets(targets),
+                        job.warp_points(plan),
+                        job.point_covariances(plan),
+                    )
                     self.assertIs(job.result().body, BodyState.READY)
                     self.assertEqual(moved.status.tolist(), points.status.tolist())
                     self.assertIn(PointStatus.EXTRAPOLATED, moved.status.tolist())
                     self.assertEqual(moved.status[1], PointStatus.UNKNOWN)
                     self.assertTrue(math.isnan(moved.xyz[1, 0]))
                     for i in range(2, len(plan)):
-                        self.assertAlmostEqual(moved.expected_error_mm[i], points.expected_error_mm[i], delta=1e-6)
+                        self.assertAlmostEqual(
+                            moved.expected_error_mm[i], points.expected_error_mm[i], delta=1e-6
+                        )
                         for k in range(3):
                             self.assertAlmostEqual(moved.xyz[i, k], points.xyz[i, k], delta=1e-6)
                         for k in range(6):
-                            self.assertAlmostEqual(moved.covariance[i, k], errors.covariance[i, k], delta=1e-6)
+                            self.assertAlmostEqual(
+                                moved.covariance[i, k], errors.covariance[i, k], delta=1e-6
+                            )
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
-"""defrec.track on a reference sequence: its points are those of `defrec track`; what a frame shows of itself.
+"""defrec.track on a reference sequence: its points are those of `defrec track`; what a frame shows
+of itself.
 
-SEQUENCE and TRACKED, from the environment: what `defrec render` wrote and what `defrec track` made of it.
+SEQUENCE and TRACKED, from the environment: what `defrec render` wrote and what `defrec track` made
+of it.
 """
 import csv
 import math
@@ -48,13 +50,21 @@ class Track(unittest.TestCase):
             rows = list(csv.DictReader(file))
         given, compared = points(), 0
         for frame in start(points=given):
-            for i, row in enumerate(rows[frame.index * len(given) : (frame.index + 1) * len(given)]):
+            for i, row in enumerate(
+                rows[frame.index * len(given) : (frame.index + 1) * len(given)]
+            ):
                 self.assertEqual(int(row["frame"]), frame.index)
-                self.assertEqual(frame.points.status[i], STATUS.get(row["status"], defrec.PointStatus.UNKNOWN))
+                self.assertEqual(
+                    frame.points.status[i], STATUS.get(row["status"], defrec.PointStatus.UNKNOWN)
+                )
                 if row["status"] == "lost":
                     continue
-                self.assertEqual([f"{frame.points.xyz[i, k]:.4f}" for k in range(3)], [row[k] for k in "xyz"])
-                self.assertEqual(f"{frame.points.expected_error_mm[i]:.4f}", row["expected_error_mm"])
+                self.assertEqual(
+                    [f"{frame.points.xyz[i, k]:.4f}" for k in range(3)], [row[k] for k in "xyz"]
+                )
+                self.assertEqual(
+                    f"{frame.points.expected_error_mm[i]:.4f}", row["expected_error_mm"]
+                )
                 self.assertAlmostEqual(frame.points.covariance[i, 0], float(row["xx"]), delta=1e-6)
                 self.assertAlmostEqual(frame.points.uv[i, 0], float(row["u"]), delta=1e-3)
                 self.assertAlmostEqual(frame.points.uv[i, 1], float(row["v"]), delta=1e-3)
@@ -87,9 +97,14 @@ class Track(unittest.TestCase):
             self.skipTest("turning arrays round is NumPy's")
         expected = next(start())
         left, right = (
-            [numpy.ascontiguousarray(image[:, :, ::-1]) for image in list(_read(folder))[:2]] for folder in (LEFT, RIGHT)
+            [numpy.ascontiguousarray(image[:, :, ::-1]) for image in list(_read(folder))[:2]]
+            for folder in (LEFT, RIGHT)
         )
-        for calibration in (CALIBRATION, defrec.Calibration.load(CALIBRATION), vars(defrec.Calibration.load(CALIBRATION))):
+        for calibration in (
+            CALIBRATION,
+            defrec.Calibration.load(CALIBRATION),
+            vars(defrec.Calibration.load(CALIBRATION)),
+        ):
             found = next(defrec.track(left, right, calibration, device_id="cpu"))
             self.assertEqual(found.format, defrec.Format.BGR8)
             self.assertEqual(found.points.xyz.tolist(), expected.points.xyz.tolist())
@@ -100,7 +115,13 @@ class Track(unittest.TestCase):
         shape = (gray[0].height, gray[0].width)
         images = [memoryview(image.tobytes()).cast("B", shape) for image in gray]
         frames = list(
-            defrec.track(images, images, defrec.Calibration.load(CALIBRATION), device_id="cpu", timestamps_ns=[5, 70])
+            defrec.track(
+                images,
+                images,
+                defrec.Calibration.load(CALIBRATION),
+                device_id="cpu",
+                timestamps_ns=[5, 70],
+            )
         )
         self.assertEqual([frame.result.timestamp_ns for frame in frames], [5, 70])
         self.assertEqual(frames[0].format, defrec.Format.GRAY8)
@@ -118,7 +139,9 @@ class Track(unittest.TestCase):
                 taken.append(folder)
                 yield image
 
-        for frame in defrec.track(images(LEFT), images(RIGHT), CALIBRATION, device_id="cpu", frames_in_flight=1):
+        for frame in defrec.track(
+            images(LEFT), images(RIGHT), CALIBRATION, device_id="cpu", frames_in_flight=1
+        ):
             self.assertEqual(len(taken), 2 * (frame.index + 1))
 
     def test_a_notebook_shows_a_frame(self):
@@ -170,10 +193,17 @@ class Track(unittest.TestCase):
         }.items():
             with self.subTest(message), self.assertRaisesRegex(ValueError, message):
                 defrec.track(*arguments, device_id="cpu")
-        for images, kind in (("videos/%06d.png", FileNotFoundError), (CALIBRATION, NotADirectoryError)):
-            with self.assertRaisesRegex(kind, f"not a folder of images .*{pathlib.Path(images).name}"):
+        for images, kind in (
+            ("videos/%06d.png", FileNotFoundError),
+            (CALIBRATION, NotADirectoryError),
+        ):
+            with self.assertRaisesRegex(
+                kind, f"not a folder of images .*{pathlib.Path(images).name}"
+            ):
                 defrec.track(images, RIGHT, camera)
-        with self.assertRaisesRegex(TypeError, r"^track\(\) got an unexpected keyword argument 'bakend'$"):
+        with self.assertRaisesRegex(
+            TypeError, r"^track\(\) got an unexpected keyword argument 'bakend'$"
+        ):
             start(bakend="cpu")
         with self.assertRaisesRegex((TypeError, ValueError), "^points"):
             start(points=[400, 300])

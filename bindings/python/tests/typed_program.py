@@ -1,4 +1,5 @@
-"""A user's program, for mypy --strict alone: what it names must be exported, and have these types."""
+"""A user's program, for mypy --strict alone: what it names must be exported, and have these
+types."""
 from typing import List, Optional
 
 import defrec
@@ -24,7 +25,9 @@ def states(camera: defrec.Camera, left: bytes, right: bytes) -> List[State]:
 
 
 def plan(tracker: Tracker, left: bytes, right: bytes) -> List[float]:
-    with tracker.submit(left, right, 0, held_motion=[(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0)]) as job:
+    with tracker.submit(
+        left, right, 0, held_motion=[(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0)]
+    ) as job:
         with job.template() as template:
             sphere = defrec.Mesh([(0.0, 0.0, 50.0)], [(0, 0, 0)])
             template.set_body(sphere, [defrec.BodyRegion(sphere, held=True)], poisson_ratio=0.4)

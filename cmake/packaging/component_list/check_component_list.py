@@ -23,7 +23,11 @@ def qualifiers(component):
 
 
 def binary_of(part, libraries, programs):
-    candidates = [libraries / f"{part}.so", libraries / "defrec-conformance" / f"{part}.so", programs / part]
+    candidates = [
+        libraries / f"{part}.so",
+        libraries / "defrec-conformance" / f"{part}.so",
+        programs / part,
+    ]
     found = [path for path in candidates if path.exists()]
     assert found, f"{part} is listed, and there is none of {candidates}"
     return found[0]
@@ -36,23 +40,40 @@ def source_package(library):
     for candidate in (library, path, path.removeprefix("/usr")):
         found = subprocess.run(["dpkg-query", "-S", candidate], capture_output=True, text=True)
         if found.returncode == 0:
-            return run("dpkg-query", "-W", "-f", "${source:Package}", found.stdout.partition(": ")[0].split(",")[0])
+            return run(
+                "dpkg-query",
+                "-W",
+                "-f",
+                "${source:Package}",
+                found.stdout.partition(": ")[0].split(",")[0],
+            )
     return None
 
 
 def linked_sources(binary):
-    """Source packages of the libraries that the binary names itself, not of those that these need."""
+    """Source packages of the libraries that the binary names itself, not of those that these
+    need."""
     needed = re.findall(r"NEEDED +(\S+)", run("objdump", "-p", str(binary)))
     mapped = dict(re.findall(r"(\S+) => (/\S+)", run("ldd", str(binary))))
-    return {name: source_package(mapped[name]) for name in needed if name in mapped and not name.startswith("libdefrec.")}
+    return {
+        name: source_package(mapped[name])
+        for name in needed
+        if name in mapped and not name.startswith("libdefrec.")
+    }
 
 
 def check_references(bom):
     components = bom["components"]
-    refs = [component["bom-ref"] for component in components] + [bom["metadata"]["component"]["bom-ref"]]
+    refs = [component["bom-ref"] for component in components] + [
+        bom["metadata"]["component"]["bom-ref"]
+    ]
     assert len(set(refs)) == len(refs), "a bom-ref is used twice"
-    edges = {dependency["ref"]: dependency.get("dependsOn", []) for dependency in bom["dependencies"]}
-    assert set(edges) == set(refs), f"dependencies are not those of the components: {set(edges) ^ set(refs)}"
+    edges = {
+        dependency["ref"]: dependency.get("dependsOn", []) for dependency in bom["dependencies"]
+    }
+    assert set(edges) == set(
+        refs
+    ), f"dependencies are not those of the components: {set(edges) ^ set(refs)}"
     assert len(edges) == len(bom["dependencies"]), "a component has its dependencies twice"
     named = {ref for targets in edges.values() for ref in targets}
     assert named <= set(refs), f"dependencies on what is not listed: {named - set(refs)}"
@@ -68,44 +89,79 @@ def check_linked(bom, edges, libraries, programs):
         listed = {qualifiers(by_ref[ref]).get("upstream"): ref for ref in edges[part]}
         for library, source in linked_sources(binary_of(part, libraries, programs)).items():
             # libgcc_s and libstdc++ come from one source; the list names both by libstdc++.
-            assert source in listed, f"{part} links {library} (source package {source}), and the list does not say so"
+            assert (
+                source in listed
+            ), f"{part} links {library} (source package {source}), and the list does not say so"
             checked += 1
     assert checked > 0, "no linked library was looked at"
     return checked
 
 
 def check_versions(bom):
-    """What is in the binaries has the version of the Debian package that it is said to come from."""
+    """What is in the binaries has the version of the Debian package that it is said to come
+    from."""
     for component in bom["components"]:
         purl = component.get("purl", "")
         if component["scope"] == "required" and purl.startswith("pkg:deb/"):
             installed = urllib.parse.unquote(purl.partition("@")[2].partition("?")[0])
-            assert component["version"] in installed, f"{component['name']} {component['version']}, from package version {installed}"
+            assert (
+                component["version"] in installed
+            ), f"{component['name']} {component['version']}, from package version {installed}"
 
 
 def licences(component):
-    return [entry.get("expression") or entry["license"].get("id") or entry["license"]["name"] for entry in component["licenses"]]
+    return [
+        entry.get("expression") or entry["license"].get("id") or entry["license"]["name"]
+        for entry in component["licenses"]
+    ]
 
 
 def check_spdx(bom, edges, spdx):
     """The list in SPDX names the same components and the same uses."""
-    expected = sorted([c["name"], c["version"], c["purl"], *licences(c)] for c in [bom["metadata"]["component"], *bom["components"]])
+    expected = sorted(
+        [c["name"], c["version"], c["purl"], *licences(c)]
+        for c in [bom["metadata"]["component"], *bom["components"]]
+    )
     packages = spdx["packages"]
-    found = sorted([p["name"], p["versionInfo"], p["externalRefs"][0]["referenceLocator"], p["licenseDeclared"]] for p in packages)
+    found = sorted(
+        [
+            p["name"],
+            p["versionInfo"],
+            p["externalRefs"][0]["referenceLocator"],
+            p["licenseDeclared"],
+        ]
+        for p in packages
+    )
     assert found == expected, f"SPDX lists {found}, CycloneDX {expected}"
     identifiers = [package["SPDXID"] for package in packages] + [spdx["SPDXID"]]
     assert len(set(identifiers)) == len(identifiers), "an SPDXID is used twice"
-    ends = [relation[end] for relation in spdx["relationships"] for end in ("spdxElementId", "relatedSpdxElement")]
-    assert set(ends) <= set(identifiers), f"relationships with what is not listed: {set(ends) - set(identifiers)}"
+    ends = [
+        relation[end]
+        for relation in spdx["relationships"]
+        for end in ("spdxElementId", "relatedSpdxElement")
+    ]
+    assert set(ends) <= set(
+        identifiers
+    ), f"relationships with what is not listed: {set(ends) - set(identifiers)}"
     uses = sum(len(targets) for targets in edges.values())
-    assert len(spdx["relationships"]) == uses + 1, f"{len(spdx['relationships'])} relationships for {uses} uses and the document's"
-    named = {licence for package in packages for licence in re.findall(r"LicenseRef-[\w.-]+", package["licenseDeclared"])}
+    assert (
+        len(spdx["relationships"]) == uses + 1
+    ), f"{len(spdx['relationships'])} relationships for {uses} uses and the document's"
+    named = {
+        licence
+        for package in packages
+        for licence in re.findall(r"LicenseRef-[\w.-]+", package["licenseDeclared"])
+    }
     explained = {entry["licenseId"] for entry in spdx.get("hasExtractedLicensingInfos", [])}
-    assert named == explained, f"licences without a text, or texts without a use: {named ^ explained}"
+    assert (
+        named == explained
+    ), f"licences without a text, or texts without a use: {named ^ explained}"
 
 
 def main():
-    list_path, schema_path, spdx_path, spdx_schema_path, libraries, programs = map(pathlib.Path, sys.argv[1:])
+    list_path, schema_path, spdx_path, spdx_schema_path, libraries, programs = map(
+        pathlib.Path, sys.argv[1:]
+    )
     bom, spdx = json.loads(list_path.read_text()), json.loads(spdx_path.read_text())
     jsonschema.validate(bom, json.loads(schema_path.read_text()))
     jsonschema.validate(spdx, json.loads(spdx_schema_path.read_text()))

@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
-"""Writes the component list (CycloneDX 1.5 and SPDX 2.3, JSON) and the notices of what is contained in the binaries.
+"""Writes the component list (CycloneDX 1.5 and SPDX 2.3, JSON) and the notices of what is contained
+in the binaries.
 
-component_list.py FOUND.json --list bom.json --spdx bom.spdx.json --notices notices.txt [--page package-lock.json --page-packages node_modules]
-FOUND.json is what CMake found: our parts, and each component's name, version, licence, one of its files, how it takes part and in which
-parts. Which Debian package a file belongs to, dpkg says here. The page is the report of `defrec track`, bundled from npm packages.
+component_list.py FOUND.json --list bom.json --spdx bom.spdx.json --notices notices.txt [--page
+    package-lock.json --page-packages node_modules]
+FOUND.json is what CMake found: our parts, and each component's name, version, licence, one of its
+files, how it takes part and in which parts. Which Debian package a file belongs to, dpkg says here.
+The page is the report of `defrec track`, bundled from npm packages.
 """
 import argparse
 import datetime
@@ -40,7 +43,9 @@ def debian_package(file, sysroot):
         if found.returncode == 0:
             name = found.stdout.partition(": ")[0].split(",")[0]
             fields = "${Package}\t${Version}\t${Architecture}\t${source:Package}"
-            return subprocess.run([*query, "-W", "-f", fields, name], capture_output=True, text=True, check=True).stdout.split("\t")
+            return subprocess.run(
+                [*query, "-W", "-f", fields, name], capture_output=True, text=True, check=True
+            ).stdout.split("\t")
     return None
 
 
@@ -49,7 +54,9 @@ def distribution():
         release = platform.freedesktop_os_release()
     except OSError:
         return "debian", None
-    return release["ID"], f"{release['ID']}-{release['VERSION_ID']}" if "VERSION_ID" in release else None
+    return release["ID"], (
+        f"{release['ID']}-{release['VERSION_ID']}" if "VERSION_ID" in release else None
+    )
 
 
 def package_url(component):
@@ -59,8 +66,11 @@ def package_url(component):
     name, version, architecture, source = package
     vendor, release = distribution()
     qualifiers = {"arch": architecture, "distro": release, "upstream": source}
-    query = "&".join(f"{key}={urllib.parse.quote(value)}" for key, value in qualifiers.items() if value)
-    return f"pkg:deb/{vendor}/{urllib.parse.quote(name)}@{urllib.parse.quote(version, safe='~')}?{query}"
+    query = "&".join(
+        f"{key}={urllib.parse.quote(value)}" for key, value in qualifiers.items() if value
+    )
+    name, version = urllib.parse.quote(name), urllib.parse.quote(version, safe="~")
+    return f"pkg:deb/{vendor}/{name}@{version}?{query}"
 
 
 def licence_entry(licence):
@@ -102,14 +112,23 @@ def page_components(lock, packages):
     for kind, how in (("dependencies", "contained"), ("devDependencies", "tool")):
         for name in root.get(kind, {}):
             package = locked[f"node_modules/{name}"]
-            yield {"name": name, "version": package["version"], "licence": package["license"], "how": how, "used_by": [PAGE_PART],
-                   "purl": f"pkg:npm/{name}@{package['version']}", "licence_file": os.path.join(packages, name, "LICENSE")}
+            yield {
+                "name": name,
+                "version": package["version"],
+                "licence": package["license"],
+                "how": how,
+                "used_by": [PAGE_PART],
+                "purl": f"pkg:npm/{name}@{package['version']}",
+                "licence_file": os.path.join(packages, name, "LICENSE"),
+            }
 
 
 def timestamp():
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
     utc = datetime.timezone.utc
-    moment = datetime.datetime.fromtimestamp(int(epoch), utc) if epoch else datetime.datetime.now(utc)
+    moment = (
+        datetime.datetime.fromtimestamp(int(epoch), utc) if epoch else datetime.datetime.now(utc)
+    )
     return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
@@ -119,13 +138,25 @@ def component_list(parts, version, components):
         "specVersion": "1.5",
         "version": 1,
         "metadata": {
-            "component": {"type": "framework", "bom-ref": "sdk", "name": "defrec", "version": version, "licenses": [licence_entry("Apache-2.0")],
-                          "purl": f"pkg:generic/defrec@{version}"},
+            "component": {
+                "type": "framework",
+                "bom-ref": "sdk",
+                "name": "defrec",
+                "version": version,
+                "licenses": [licence_entry("Apache-2.0")],
+                "purl": f"pkg:generic/defrec@{version}",
+            },
         },
-        "components": [own_entry(part, version) for part in parts] + [entry(component) for component in components],
-        "dependencies": [{"ref": "sdk", "dependsOn": parts}]
-        + [{"ref": part, "dependsOn": [c["ref"] for c in components if part in c["used_by"]]} for part in parts]
-        + [{"ref": component["ref"]} for component in components],
+        "components": [own_entry(part, version) for part in parts]
+        + [entry(component) for component in components],
+        "dependencies": (
+            [{"ref": "sdk", "dependsOn": parts}]
+            + [
+                {"ref": part, "dependsOn": [c["ref"] for c in components if part in c["used_by"]]}
+                for part in parts
+            ]
+            + [{"ref": component["ref"]} for component in components]
+        ),
     }
     # The same content has the same number.
     serial = uuid.uuid5(uuid.NAMESPACE_OID, json.dumps(bom, sort_keys=True))
@@ -153,7 +184,9 @@ def notices(components):
     texts = ["What defrec's binaries contain of others, and under which licences.\n"]
     for component in components:
         if component["how"] == "contained":
-            head = f"{component['name']} {component['version']}, in {', '.join(component['used_by'])}"
+            head = (
+                f"{component['name']} {component['version']}, in {', '.join(component['used_by'])}"
+            )
             texts.append(f"{line}\n{head}\n{line}\n{licence_text(component).strip()}\n")
     return "\n".join(texts)
 
@@ -176,7 +209,11 @@ def main():
         component["sysroot"] = found["sysroot"]
     bom = component_list(found["parts"], found["version"], components)
     pathlib.Path(arguments.list).write_text(json.dumps(bom, indent=2) + "\n")
-    texts = {component["licence"]: licence_text(component) for component in components if component["licence"].startswith("LicenseRef-")}
+    texts = {
+        component["licence"]: licence_text(component)
+        for component in components
+        if component["licence"].startswith("LicenseRef-")
+    }
     pathlib.Path(arguments.spdx).write_text(json.dumps(spdx_document(bom, texts), indent=2) + "\n")
     pathlib.Path(arguments.notices).write_text(notices(components))
 

@@ -1,7 +1,7 @@
 # defrec_read_control(FILE): reads a Debian control file into the caller's variables
 #   control_packages            names of the binary packages
-#   control_<package>_<Field>   a field; of the source package where <package> is "source". Lines of a field that follow its first
-#                               have lost their leading space
+#   control_<package>_<Field>   a field; of the source package where <package> is "source". Lines of
+#                               a field that follow its first have lost their leading space
 function(defrec_read_control file)
   file(READ "${file}" text)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${file}")

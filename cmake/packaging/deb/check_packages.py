@@ -3,9 +3,12 @@
 
 check_packages.py PACKAGES LISTS LIBDIR CONFIGURATION API INSTALLED BACKEND...
 
-What they depend on beside each other is looked for in dpkg's database, DPKG_ADMINDIR where that is set. PACKAGES has the .deb files; LISTS, for each package, NAME.txt with its files, one a line, below /usr, where @LIBDIR@ is the folder of
-libraries, @CONFIG@ the build's configuration, @API@ the version of the C API, and a line that ends in /** names all that lies below;
-libdefrec1-plugin.txt is the list of each backend's package, @BACKEND@ its name; INSTALLED is where `cmake --install` has put everything.
+What they depend on beside each other is looked for in dpkg's database, DPKG_ADMINDIR where that is
+set. PACKAGES has the .deb files; LISTS, for each package, NAME.txt with its files, one a line,
+below /usr, where @LIBDIR@ is the folder of libraries, @CONFIG@ the build's configuration, @API@ the
+version of the C API, and a line that ends in /** names all that lies below; libdefrec1-plugin.txt
+is the list of each backend's package, @BACKEND@ its name; INSTALLED is where `cmake --install` has
+put everything.
 """
 import collections
 import pathlib
@@ -26,7 +29,8 @@ class Package:
         fields = run("dpkg-deb", "-f", str(deb))
         self.fields = dict(re.findall(r"^([A-Z][\w-]+): (.*)$", fields, re.MULTILINE))
         self.name = self.fields["Package"]
-        # -rw-r--r-- root/root 123 2026-01-01 00:00 ./usr/include/defrec_c.h, with " -> target" behind links
+        # -rw-r--r-- root/root 123 2026-01-01 00:00 ./usr/include/defrec_c.h, with " -> target"
+        # behind links
         self.entries = {}
         for line in run("dpkg-deb", "-c", str(deb)).splitlines():
             mode, owner, _, _, _, path = line.split(maxsplit=5)
@@ -35,7 +39,11 @@ class Package:
 
     def depends(self):
         alternatives = self.fields.get("Depends", "").split(", ")
-        return [re.match(r"([^ (]+)(?: \((\S+) (\S+)\))?", choice).groups() for choice in alternatives if choice]
+        return [
+            re.match(r"([^ (]+)(?: \((\S+) (\S+)\))?", choice).groups()
+            for choice in alternatives
+            if choice
+        ]
 
 
 def check_files(package, listed):
@@ -43,25 +51,42 @@ def check_files(package, listed):
     whole = tuple(line.removesuffix("**") for line in expected if line.endswith("/**"))
     found = {path for path in package.files if not (whole and path.startswith(whole))}
     wanted = {line for line in expected if not line.endswith("/**")}
-    assert found == wanted, f"{package.name}: not expected {sorted(found - wanted)}, missing {sorted(wanted - found)}"
+    assert (
+        found == wanted
+    ), f"{package.name}: not expected {sorted(found - wanted)}, missing {sorted(wanted - found)}"
 
 
 def check_modes(package):
     for path, (mode, owner) in package.entries.items():
         assert owner == "root/root", f"{package.name}: {path} belongs to {owner}"
-        executable = path.startswith("usr/bin/") or path.endswith("/") or re.search(r"\.so(\.[0-9.]+)?$", path)
-        allowed = {"d": ["drwxr-xr-x"], "l": ["lrwxrwxrwx"], "-": ["-rwxr-xr-x", "-rw-r--r--"] if executable else ["-rw-r--r--"]}
+        executable = (
+            path.startswith("usr/bin/")
+            or path.endswith("/")
+            or re.search(r"\.so(\.[0-9.]+)?$", path)
+        )
+        allowed = {
+            "d": ["drwxr-xr-x"],
+            "l": ["lrwxrwxrwx"],
+            "-": ["-rwxr-xr-x", "-rw-r--r--"] if executable else ["-rw-r--r--"],
+        }
         assert mode in allowed[mode[0]], f"{package.name}: {path} is {mode}"
         if path.startswith("usr/bin/") and path in package.files:
             assert mode == "-rwxr-xr-x", f"{package.name}: {path} is {mode}"
 
 
 def check_depends(package, packages):
-    has_binaries = any(re.search(r"^usr/(bin/|lib/.*\.so)", path) and mode.startswith("-") for path, (mode, _) in package.entries.items())
-    assert not has_binaries or "libc6" in {name for name, _, _ in package.depends()}, f"{package.name} does not depend on libc6"
+    has_binaries = any(
+        re.search(r"^usr/(bin/|lib/.*\.so)", path) and mode.startswith("-")
+        for path, (mode, _) in package.entries.items()
+    )
+    assert not has_binaries or "libc6" in {
+        name for name, _, _ in package.depends()
+    }, f"{package.name} does not depend on libc6"
     for name, relation, version in package.depends():
         if name in packages:
-            assert relation == "=" and version == packages[name].fields["Version"], f"{package.name} depends on {name} {relation} {version}"
+            assert (
+                relation == "=" and version == packages[name].fields["Version"]
+            ), f"{package.name} depends on {name} {relation} {version}"
         else:
             status = run("dpkg-query", "-W", "-f", "${db:Status-Status}", name)
             assert status == "installed", f"{package.name} depends on {name}, which is {status}"
@@ -74,9 +99,16 @@ def check_together(packages, installed):
             owners[path.removeprefix("usr/")].append(package.name)
     twice = {path: names for path, names in owners.items() if len(names) > 1}
     assert not twice, f"in more than one package: {twice}"
-    everything = {str(path.relative_to(installed)) for path in installed.rglob("*") if path.is_symlink() or not path.is_dir()}
+    everything = {
+        str(path.relative_to(installed))
+        for path in installed.rglob("*")
+        if path.is_symlink() or not path.is_dir()
+    }
     packed = {path for path in owners if not PACKAGE_DOCS.fullmatch(path) or path in everything}
-    assert packed == everything, f"packed and not installed: {sorted(packed - everything)}; installed and in no package: {sorted(everything - packed)}"
+    assert packed == everything, (
+        f"packed and not installed: {sorted(packed - everything)}; installed and in no package:"
+        f" {sorted(everything - packed)}"
+    )
 
 
 def main():
@@ -92,10 +124,15 @@ def main():
         check_modes(package)
         check_depends(package, packages)
     recorded = {path.stem for path in lists.glob("*.txt")} - {"libdefrec1-plugin"}
-    missing = (recorded | {f"libdefrec1-plugin-{backend}" for backend in sys.argv[7:]}) - set(packages)
+    missing = (recorded | {f"libdefrec1-plugin-{backend}" for backend in sys.argv[7:]}) - set(
+        packages
+    )
     assert not missing, f"no package {missing}"
     check_together(packages, installed)
-    print(f"{len(packages)} packages, {sum(len(package.files) for package in packages.values())} files")
+    print(
+        f"{len(packages)} packages,"
+        f" {sum(len(package.files) for package in packages.values())} files"
+    )
 
 
 if __name__ == "__main__":

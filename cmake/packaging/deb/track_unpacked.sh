@@ -1,11 +1,13 @@
 #!/bin/sh
-# Tracks a sequence with the program, library and plugin of unpacked packages; its points must be those that were found before, byte by
-# byte. And defrec-conformance finds what it needs.
+# Tracks a sequence with the program, library and plugin of unpacked packages; its points must be
+# those that were found before, byte by byte. And defrec-conformance finds what it needs.
 #   track_unpacked.sh ROOT SEQUENCE TRACKED WORK_FOLDER
 set -eu
 root=$1 sequence=$2 tracked=$3 work=$4
-"$root/usr/bin/defrec" devices | grep -F "plugin $root/usr/lib" | grep -F "defrec_plugin_cpu.json: loaded"
-"$root/usr/bin/defrec" track --left "$sequence/left" --right "$sequence/right" --calibration "$sequence/calibration.yaml" \
-    --points "$sequence/points.csv" --backend cpu --no-overlay --quiet --out "$work"
+"$root/usr/bin/defrec" devices | grep -F "plugin $root/usr/lib" |
+    grep -F "defrec_plugin_cpu.json: loaded"
+"$root/usr/bin/defrec" track --left "$sequence/left" --right "$sequence/right" \
+    --calibration "$sequence/calibration.yaml" --points "$sequence/points.csv" --backend cpu \
+    --no-overlay --quiet --out "$work"
 cmp "$tracked/points.csv" "$work/points.csv"
 "$root/usr/bin/defrec-conformance" --backend cpu --case abi/table_complete --out "$work/conformance"

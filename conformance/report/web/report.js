@@ -6,7 +6,8 @@ function apply() {
   let shown = 0;
   for (const row of rows) {
     const text = row.textContent.toLowerCase();
-    const fits = ['verdict', 'tier', 'stage'].every((key) => !form.elements[key].value || row.dataset[key] === form.elements[key].value);
+    const fits = ['verdict', 'tier', 'stage'].every(
+        (key) => !form.elements[key].value || row.dataset[key] === form.elements[key].value);
     row.hidden = !fits || !words.every((word) => text.includes(word));
     if (!row.hidden) ++shown;
   }

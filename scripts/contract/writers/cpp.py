@@ -22,14 +22,18 @@ SET_BY_PROGRAM = {"device_id", "seed", "format", "frames_in_flight", "keep_dispa
 def expression(text, struct):
     """An expression of a comment as C++, fields being those of `p`."""
     fields = {field.name for field in struct.fields}
-    return re.sub(r"[A-Za-z_]\w*", lambda word: f"p.{word[0]}" if word[0] in fields else word[0], text)
+    return re.sub(
+        r"[A-Za-z_]\w*", lambda word: f"p.{word[0]}" if word[0] in fields else word[0], text
+    )
 
 
 def literal(text, field, struct):
     if not NUMBER.fullmatch(text):
         return expression(text, struct)
     if field.is_float:
-        return (text if re.search(r"[.e]", text) else f"{text}.0") + ("f" if field.type == "float" else "")
+        return (text if re.search(r"[.e]", text) else f"{text}.0") + (
+            "f" if field.type == "float" else ""
+        )
     return text
 
 
@@ -37,7 +41,10 @@ def fill_defaults(struct):
     lines = [f"inline void fill_defaults({struct.name}& p) {{", "    p.struct_size = sizeof p;"]
     for field in struct.fields:
         if field.default and not field.computed_default:
-            lines.append(f"    if (p.{field.name} == 0) p.{field.name} = {literal(field.default, field, struct)};")
+            lines.append(
+                f"    if (p.{field.name} == 0) p.{field.name} ="
+                f" {literal(field.default, field, struct)};"
+            )
     return [*lines, "}"]
 
 
@@ -54,13 +61,21 @@ def checks_of(contract, struct, field, place, prefix):
         return
     if field.range and field.range.enumerators:
         values = contract.enumerators(field.range.enumerators)
-        known = ", ".join(f"{each['name'].removeprefix(field.range.enumerators[:-1])} ({each['value']})" for each in values)
-        yield (f"check.known({name}, {value},\n        {{" + ",\n         ".join(each["name"] for each in values)
-               + f'}},\n        "{known}");')  # fmt: skip
+        known = ", ".join(
+            f"{each['name'].removeprefix(field.range.enumerators[:-1])} ({each['value']})"
+            for each in values
+        )
+        yield (
+            f"check.known({name}, {value},\n        {{"
+            + ",\n         ".join(each["name"] for each in values)
+            + f'}},\n        "{known}");'
+        )
     elif field.range:
         ends = []
         for end, nothing in ((field.range.low, "kNoMin"), (field.range.high, "kNoMax")):
-            ends.append(nothing if end is None else literal(end, field, struct).replace("p.", f"{place}."))
+            ends.append(
+                nothing if end is None else literal(end, field, struct).replace("p.", f"{place}.")
+            )
         if field.is_float:
             ends.append("true" if field.range.is_open else "false")
             yield f"check.real({name}, {value}, {', '.join(ends)});"
@@ -94,7 +109,10 @@ def limits(struct):
     for field in struct.fields:
         high = field.range.high if field.range and not field.is_float else None
         if high and high.isdigit() and int(high) < 1 << 16:
-            yield f"inline constexpr int32_t k{owner}Max{pascal(field.name.removeprefix('max_'))} = {high};"
+            yield (
+                f"inline constexpr int32_t k{owner}Max{pascal(field.name.removeprefix('max_'))} ="
+                f" {high};"
+            )
 
 
 def parameters(contract):
@@ -102,10 +120,15 @@ def parameters(contract):
     for struct in contract.params:
         body += ["", *fill_defaults(struct), *range_error(contract, struct), *limits(struct)]
     return TOP.format(
-        what="// Stage parameters: fill_defaults replaces every 0 that means default; range_error says which\n"
-        "// field of complete parameters is out of its range, and is empty where none is. Constants are the\n"
-        "// high ends of ranges.",
-        includes='#include "include/defrec_c.h"\n#include "sdk/contract/pixel_format.hpp"\n#include "sdk/contract/range_check.hpp"\n',
+        what=(
+            "// Stage parameters: fill_defaults replaces every 0 that means default; range_error"
+            " says which\n// field of complete parameters is out of its range, and is empty where"
+            " none is. Constants are the\n// high ends of ranges."
+        ),
+        includes=(
+            '#include "include/defrec_c.h"\n#include "sdk/contract/pixel_format.hpp"\n#include'
+            ' "sdk/contract/range_check.hpp"\n'
+        ),
         body="\n".join(body),
     )
 
@@ -116,9 +139,12 @@ def descriptions(contract):
         if struct.is_checked and not struct.is_params:
             body += ["", *fill_defaults(struct), *range_error(contract, struct), *limits(struct)]
     return TOP.format(
-        what="// What contexts and trackers are made with: range_error says which field, as the caller gave it,\n"
-        "// is out of its range, and is empty where none is; fill_defaults replaces every 0 whose default is\n"
-        "// a number. Constants are the high ends of ranges.",
+        what=(
+            "// What contexts and trackers are made with: range_error says which field, as the"
+            " caller gave it,\n// is out of its range, and is empty where none is; fill_defaults"
+            " replaces every 0 whose default is\n// a number. Constants are the high ends of"
+            " ranges."
+        ),
         includes='#include "include/defrec_c.h"\n#include "sdk/contract/range_check.hpp"\n',
         body="\n".join(body),
     )
@@ -129,16 +155,27 @@ def tracker_options(contract):
     for field in options(contract):
         if field.range and field.range.enumerators:
             names = f"k{pascal(field.name)}Choices"
-            choices += [f"inline constexpr TrackerChoice {names}[] = {{", *(
-                f'    {{"{each["name"].removeprefix(field.range.enumerators[:-1]).lower()}", {each["name"]}}},'
-                for each in contract.enumerators(field.range.enumerators)), "};"]
-            rows.append(f'    {{"{field.name}", &defrec_tracker_desc::{field.name}, 0, 0, {names}}},')
+            choices += [
+                f"inline constexpr TrackerChoice {names}[] = {{",
+                *(
+                    f'    {{"{each["name"].removeprefix(field.range.enumerators[:-1]).lower()}",'
+                    f' {each["name"]}}},'
+                    for each in contract.enumerators(field.range.enumerators)
+                ),
+                "};",
+            ]
+            rows.append(
+                f'    {{"{field.name}", &defrec_tracker_desc::{field.name}, 0, 0, {names}}},'
+            )
             continue
         low = field.range.low if field.range and field.range.low else "0"
         low = "0" if not low.startswith("-") else low
         high = field.range.high if field.range and field.range.high else "2147483647"
-        rows.append(f'    {{"{field.name}", &defrec_tracker_desc::{field.name}, {low}, {high}, {{}}}},')
-    body = """
+        rows.append(
+            f'    {{"{field.name}", &defrec_tracker_desc::{field.name}, {low}, {high}, {{}}}},'
+        )
+    body = (
+        """
 struct TrackerChoice {
     const char* name;
     uint32_t value;
@@ -153,20 +190,32 @@ struct TrackerOption {
     std::span<const TrackerChoice> choices;  // of an enumeration, instead of low and high
 };
 
-""" + "\n".join(choices) + """
+"""
+        + "\n".join(choices)
+        + """
 
 inline constexpr TrackerOption kTrackerOptions[] = {
-""" + "\n".join(rows) + "\n};"
+"""
+        + "\n".join(rows)
+        + "\n};"
+    )
     return TOP.format(
         what="// The fields of defrec_tracker_desc that `defrec track --config` sets.",
-        includes='#include <cstdint>\n#include <span>\n#include <variant>\n\n#include "include/defrec_c.h"\n',
+        includes=(
+            "#include <cstdint>\n#include <span>\n#include <variant>\n\n#include"
+            ' "include/defrec_c.h"\n'
+        ),
         body=body,
     )
 
 
 def options(contract):
     fields = contract.struct_of["defrec_tracker_desc"].fields
-    return [field for field in fields if not field.is_hidden and field.name not in SET_BY_PROGRAM | {"flags"}]
+    return [
+        field
+        for field in fields
+        if not field.is_hidden and field.name not in SET_BY_PROGRAM | {"flags"}
+    ]
 
 
 def enumerations(contract):

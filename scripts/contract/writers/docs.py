@@ -14,7 +14,9 @@ def cell(text):
 
 def value(text, field):
     """A default or an end of a range, with names as code."""
-    return text if re.fullmatch(r"[\d.e-]+", text) or field.computed_default == text else f"`{text}`"
+    return (
+        text if re.fullmatch(r"[\d.e-]+", text) or field.computed_default == text else f"`{text}`"
+    )
 
 
 def range_words(field):
@@ -25,21 +27,32 @@ def range_words(field):
     low, high = field.range.low, field.range.high
     low_word, high_word = (end and value(end, field) for end in (low, high))
     if low is None or high is None:
-        return f"at most {high_word}" if low is None else f"{'above' if field.range.is_open else 'at least'} {low_word}"
+        return (
+            f"at most {high_word}"
+            if low is None
+            else f"{'above' if field.range.is_open else 'at least'} {low_word}"
+        )
     return f"{low_word} to {high_word}"
 
 
 def default_words(field):
     if field.default is None:
         return ""
-    return value(field.computed_default or field.default, field) + (f" ({field.remark})" if field.remark else "")
+    return value(field.computed_default or field.default, field) + (
+        f" ({field.remark})" if field.remark else ""
+    )
 
 
 def choices(contract, field):
     """Default and range of an option that `--config` takes as a word."""
     prefix = field.range.enumerators[:-1]
-    words = [value["name"].removeprefix(prefix).lower() for value in contract.enumerators(field.range.enumerators)]
-    return f"`{field.default.removeprefix(prefix).lower()}`", ", ".join(f"`{word}`" for word in words)
+    words = [
+        value["name"].removeprefix(prefix).lower()
+        for value in contract.enumerators(field.range.enumerators)
+    ]
+    return f"`{field.default.removeprefix(prefix).lower()}`", ", ".join(
+        f"`{word}`" for word in words
+    )
 
 
 def table(fields, contract=None):
@@ -49,7 +62,9 @@ def table(fields, contract=None):
     for field in fields:
         summary = re.sub(r"^DEFREC_\w+_\*:? ?", "", field.summary)
         is_word = contract and field.range and field.range.enumerators
-        default, values = choices(contract, field) if is_word else (default_words(field), range_words(field))
+        default, values = (
+            choices(contract, field) if is_word else (default_words(field), range_words(field))
+        )
         row = f"{default} | {values} | {field.unit or ''} | {cell(summary)}"
         if rows and rows[-1] == row:
             names[-1].append(f"`{field.name}`")

@@ -11,14 +11,34 @@ from __future__ import annotations
 '''
 
 C_TYPES = {
-    "int16_t": "I16", "uint16_t": "U16", "int32_t": "I32", "uint32_t": "U32", "int64_t": "I64", "uint64_t": "U64",
-    "size_t": "Size", "float": "F32", "double": "F64", "defrec_status": "I32", "const char *": "Text",
-}  # fmt: skip
+    "int16_t": "I16",
+    "uint16_t": "U16",
+    "int32_t": "I32",
+    "uint32_t": "U32",
+    "int64_t": "I64",
+    "uint64_t": "U64",
+    "size_t": "Size",
+    "float": "F32",
+    "double": "F64",
+    "defrec_status": "I32",
+    "const char *": "Text",
+}
 PARAMETERS = {
-    "defrec_status": "c_int32", "uint32_t": "c_uint32", "int32_t": "c_int32", "uint64_t": "c_uint64", "int64_t": "c_int64",
-    "size_t": "c_size_t", "const char *": "c_char_p",
-}  # fmt: skip
-RESULTS = {"void": "None", "defrec_status": "StatusResult", "uint32_t": "c_uint32", "size_t": "c_size_t", "const char *": "c_char_p"}
+    "defrec_status": "c_int32",
+    "uint32_t": "c_uint32",
+    "int32_t": "c_int32",
+    "uint64_t": "c_uint64",
+    "int64_t": "c_int64",
+    "size_t": "c_size_t",
+    "const char *": "c_char_p",
+}
+RESULTS = {
+    "void": "None",
+    "defrec_status": "StatusResult",
+    "uint32_t": "c_uint32",
+    "size_t": "c_size_t",
+    "const char *": "c_char_p",
+}
 
 # Structs whose plain names are those of the public classes that are made from them.
 COPIED = {"defrec_plugin_info", "defrec_device_info", "defrec_result", "defrec_stage_time"}
@@ -33,15 +53,27 @@ def words(text):
     text = text.removeprefix("defrec_status: ")
     for each in ENUMERATIONS:
         if each.prefix.endswith("_"):
-            text = re.sub(rf"\b{each.prefix}(\*|[A-Z0-9_]+\b)", lambda m, e=each: e.python if m[1] == "*" else f"{e.python}.{m[1]}", text)
-    for prefix, name in (("OK|TIMEOUT|ERROR_[A-Z_]+", "Status"), ("INITIALISING", "State"), ("OBSERVED", "Observation")):
-        text = re.sub(rf"\bDEFREC_({prefix})\b( \.\.\.)?", lambda m, n=name: n if m[2] else f"{n}.{m[1]}", text)
+            text = re.sub(
+                rf"\b{each.prefix}(\*|[A-Z0-9_]+\b)",
+                lambda m, e=each: e.python if m[1] == "*" else f"{e.python}.{m[1]}",
+                text,
+            )
+    for prefix, name in (
+        ("OK|TIMEOUT|ERROR_[A-Z_]+", "Status"),
+        ("INITIALISING", "State"),
+        ("OBSERVED", "Observation"),
+    ):
+        text = re.sub(
+            rf"\bDEFREC_({prefix})\b( \.\.\.)?",
+            lambda m, n=name: n if m[2] else f"{n}.{m[1]}",
+            text,
+        )
     text = re.sub(r"\bDEFREC_(?=[A-Z])", "", text)
     return class_names(text.replace("NULL", "None"), 0)
 
 
 def docstring(text, indent):
-    return textwrap.wrap(f'"""{text}"""', 120 - len(indent), initial_indent=indent, subsequent_indent=indent)
+    return textwrap.wrap(f'"""{text}"""', 100, initial_indent=indent, subsequent_indent=indent)
 
 
 def field_words(field):
@@ -49,34 +81,56 @@ def field_words(field):
 
 
 def enums(contract):
-    lines = [TOP.format(what="The enumerations and limits of the C API: DEFREC_DEVICE_CPU is DeviceKind.CPU here.\n\n"
-             "A later library of the same major version may know more of them than this package; such a value is a member named\n"
-             "UNKNOWN_<value>.\n") + "from enum import IntFlag\n\nfrom ._struct import OpenEnum\n"]  # fmt: skip
+    lines = [
+        TOP.format(
+            what=(
+                "The enumerations and limits of the C API: DEFREC_DEVICE_CPU is DeviceKind.CPU"
+                " here.\n\nA later library of the same major version may know more of them than"
+                " this package; such a value is\na member named UNKNOWN_<value>.\n"
+            )
+        )
+        + "from enum import IntFlag\n\nfrom ._struct import OpenEnum\n"
+    ]
     classes = []
     for enum in contract.enums:
         kind = enumeration_of(enum["values"])
         members = []
         for value in enum["values"]:
-            text = docstring(sentence(words(value["summary"])), "    " if kind and value["name"] not in CONSTANTS else "")
+            text = docstring(
+                sentence(words(value["summary"])),
+                "    " if kind and value["name"] not in CONSTANTS else "",
+            )
             if kind is None or value["name"] in CONSTANTS:
                 lines += [f'{value["name"].removeprefix("DEFREC_")} = {value["value"]}', *text]
             else:
                 members += [f"    {kind.member(value['name'])} = {value['value']}", *text]
         if kind:
-            classes += ["", "", f"class {kind.python}({'IntFlag' if kind.is_flags else 'OpenEnum'}):",
-                        *docstring(sentence(words(enum["summary"])), "    "), "", *members]  # fmt: skip
+            classes += [
+                "",
+                "",
+                f"class {kind.python}({'IntFlag' if kind.is_flags else 'OpenEnum'}):",
+                *docstring(sentence(words(enum["summary"])), "    "),
+                "",
+                *members,
+            ]
     return "\n".join([*lines, *classes]) + "\n"
 
 
 def field_type(contract, field):
-    base = "Address" if field.is_address and field.type != "const char *" else C_TYPES.get(field.type)
+    base = (
+        "Address" if field.is_address and field.type != "const char *" else C_TYPES.get(field.type)
+    )
     if base is None:
         base = "Address" if field.type in contract.handles else class_name(field.type)
     return f"{base}x{field.count}" if field.count else base
 
 
 def defaults_of(struct):
-    return {field.name: field.default for field in struct.fields if field.default and re.fullmatch(r"[\d.e-]+", field.default)}
+    return {
+        field.name: field.default
+        for field in struct.fields
+        if field.default and re.fullmatch(r"[\d.e-]+", field.default)
+    }
 
 
 def structs(contract):
@@ -95,17 +149,60 @@ def structs(contract):
             if f"{kind} = " not in "\n".join(classes):
                 classes += ["", "", f"{kind} = Annotated[Any, {element} * {count}]"]
         defaults = "".join(f", {name}={value}" for name, value in defaults_of(struct).items())
-        declared = textwrap.wrap(f'@c_struct("{struct.name}"{defaults})', 118, subsequent_indent="    ")
-        classes += ["", "", *declared, f"class {class_name(struct.name)}(Struct):", *docstring(sentence(words(struct.summary)), "    "), "", *body]
+        declared = textwrap.wrap(
+            f'@c_struct("{struct.name}"{defaults})', 118, subsequent_indent="    "
+        )
+        classes += [
+            "",
+            "",
+            *declared,
+            f"class {class_name(struct.name)}(Struct):",
+            *docstring(sentence(words(struct.summary)), "    "),
+            "",
+            *body,
+        ]
     plain = {kind: part for kind, part in arrays.items() if part[0] in C_TYPES.values()}
-    top = TOP.format(what="The structs of defrec_c.h, field for field.\n\n"
-        "Records (Feature, Landmark, ...) are what arrays hold: a NumPy array of them has the dtype numpy.dtype(Feature), without\n"
-        "NumPy it is a ctypes array. Parameters (StereoParams, ...) are made with keywords, StereoParams(width=640, height=480);\n"
-        "what is not named is 0, which means default.\n")  # fmt: skip
-    used = sorted({"Address", *(kind for kind in C_TYPES.values() if re.search(rf": {kind}$", "\n".join(classes), re.M))})
+    top = TOP.format(
+        what=(
+            "The structs of defrec_c.h, field for field.\n\nRecords (Feature, Landmark, ...) are"
+            " what arrays hold: a NumPy array of them has the dtype\nnumpy.dtype(Feature), without"
+            " NumPy it is a ctypes array. Parameters (StereoParams, ...) are made\nwith keywords,"
+            " StereoParams(width=640, height=480); what is not named is 0, which means default.\n"
+        )
+    )
+    used = sorted(
+        {
+            "Address",
+            *(
+                kind
+                for kind in C_TYPES.values()
+                if re.search(rf": {kind}$", "\n".join(classes), re.M)
+            ),
+        }
+    )
     elements = sorted({part[0] for part in plain.values()})
-    imports = ["from typing import Annotated, Any", "", "from ._struct import (", *(f"    {name}," for name in [*used, "Struct", "c_struct", "c_type"]), ")", ""]
-    return top + "\n".join([*imports, *(f"{kind} = Annotated[Any, c_type({element}) * {count}]" for kind, (element, count) in sorted(plain.items())), *classes]) + "\n"
+    imports = [
+        "from typing import Annotated, Any",
+        "",
+        "from ._struct import (",
+        *(f"    {name}," for name in [*used, "Struct", "c_struct", "c_type"]),
+        ")",
+        "",
+    ]
+    return (
+        top
+        + "\n".join(
+            [
+                *imports,
+                *(
+                    f"{kind} = Annotated[Any, c_type({element}) * {count}]"
+                    for kind, (element, count) in sorted(plain.items())
+                ),
+                *classes,
+            ]
+        )
+        + "\n"
+    )
 
 
 def prototypes(contract):
@@ -124,19 +221,44 @@ def prototypes(contract):
         parameters = ", ".join(kind(field) for field in function.parameters)
         row = f'    "{function.name}": ({RESULTS[function.returns]}, [{parameters}]),'
         if len(row) > 120:
-            row = f'    "{function.name}": (\n        {RESULTS[function.returns]},\n        [{parameters}],\n    ),'
+            row = (
+                f'    "{function.name}": (\n        {RESULTS[function.returns]},\n       '
+                f" [{parameters}],\n    ),"
+            )
         rows.append(row)
     used = sorted(set(re.findall(r"\bc_\w+", "\n".join(rows))))
     versions = contract.versions
-    return TOP.format(what="Result and parameters of each function of defrec_c.h, in the header's order. Arrays are addresses, whoever made them.") + "\n".join([
-        "import ctypes", f"from ctypes import {', '.join(used)}", "from typing import Any, Dict, Sequence, Tuple, Type", "",
-        "from . import structs", "from ._struct import StatusResult, Struct", "",
-        f"API_MAJOR = {versions['DEFREC_API_MAJOR']}", f"API_MINOR = {versions['DEFREC_API_MINOR']}",
-        '"""The version of defrec_c.h that this package is made from."""', "", "",
-        "def _pointer(struct: Type[Struct]) -> Any:", "    return ctypes.POINTER(struct)", "", "",
-        "_handle_out = ctypes.POINTER(c_void_p)", "",
-        "PROTOTYPES: Dict[str, Tuple[Any, Sequence[Any]]] = {", *rows, "}", "",
-    ])  # fmt: skip
+    return TOP.format(
+        what=(
+            "Result and parameters of each function of defrec_c.h, in the header's order.\n\nArrays"
+            " are addresses, whoever made them.\n"
+        )
+    ) + "\n".join(
+        [
+            "import ctypes",
+            f"from ctypes import {', '.join(used)}",
+            "from typing import Any, Dict, Sequence, Tuple, Type",
+            "",
+            "from . import structs",
+            "from ._struct import StatusResult, Struct",
+            "",
+            f"API_MAJOR = {versions['DEFREC_API_MAJOR']}",
+            f"API_MINOR = {versions['DEFREC_API_MINOR']}",
+            '"""The version of defrec_c.h that this package is made from."""',
+            "",
+            "",
+            "def _pointer(struct: Type[Struct]) -> Any:",
+            "    return ctypes.POINTER(struct)",
+            "",
+            "",
+            "_handle_out = ctypes.POINTER(c_void_p)",
+            "",
+            "PROTOTYPES: Dict[str, Tuple[Any, Sequence[Any]]] = {",
+            *rows,
+            "}",
+            "",
+        ]
+    )
 
 
 def is_option(field):
@@ -153,32 +275,67 @@ def option_type(field):
 
 
 def tracker_options(contract):
-    fields = [field for field in contract.struct_of["defrec_tracker_desc"].fields if is_option(field)]
+    fields = [
+        field for field in contract.struct_of["defrec_tracker_desc"].fields if is_option(field)
+    ]
     flags = tracker_flags(contract)
     constants = {flag["option"]: flag["name"].removeprefix("DEFREC_") for flag in flags}
-    kinds = [*constants.values(), *sorted({kind.python for kind in map(enumeration_of_field, fields) if kind})]
+    kinds = [
+        *constants.values(),
+        *sorted({kind.python for kind in map(enumeration_of_field, fields) if kind}),
+    ]
     explained = []
     for field in fields:
         text = words(field.words().removeprefix("1: "))
-        explained += textwrap.wrap(f"{field.name}: {text}.", 116, subsequent_indent="    ")
+        explained += textwrap.wrap(f"{field.name}: {text}.", 96, subsequent_indent="    ")
     for flag in flags:
-        explained += textwrap.wrap(f"{flag['option']}: {words(flag['summary'])}.", 116, subsequent_indent="    ")
+        explained += textwrap.wrap(
+            f"{flag['option']}: {words(flag['summary'])}.", 96, subsequent_indent="    "
+        )
     given = " | ".join(f"({constant} if {option} else 0)" for option, constant in constants.items())
     lines = [
-        "from typing import Any, Dict, Optional", "", "from ._handle import Handle", "from .context import Context",
-        f"from .enums import {', '.join(kinds)}", "from .rig import Rig", "",
-        'OPTIONS = """' + "\n    ".join(explained) + '"""', "", "",
-        "class TrackerOptions(Handle):", '    """The constructor of Tracker."""', "",
-        "    def __init__(", "        self,", "        context: Context,", "        rig: Rig,",
-        "        device_id: Optional[str] = None,", "        *,",
+        "from typing import Any, Dict, Optional",
+        "",
+        "from ._handle import Handle",
+        "from .context import Context",
+        f"from .enums import {', '.join(kinds)}",
+        "from .rig import Rig",
+        "",
+        'OPTIONS = """' + "\n    ".join(explained) + '"""',
+        "",
+        "",
+        "class TrackerOptions(Handle):",
+        '    """The constructor of Tracker."""',
+        "",
+        "    def __init__(",
+        "        self,",
+        "        context: Context,",
+        "        rig: Rig,",
+        "        device_id: Optional[str] = None,",
+        "        *,",
         *(f"        {field.name}: {option_type(field)[0]}," for field in fields),
         *(f"        {option}: bool = False," for option in constants),
-        "    ) -> None:", "        self._create(", "            context,", "            rig,", "            device_id,",
-        "            dict(", f"                flags={given},", *(f"                {field.name}={option_type(field)[1]}," for field in fields), "            ),", "        )", "",
-        "    def _create(self, context: Context, rig: Rig, device_id: Optional[str], options: Dict[str, Any]) -> None:",
-        "        raise NotImplementedError", "",
-    ]  # fmt: skip
-    return TOP.format(what="The options of Tracker: the fields of defrec_tracker_desc as keywords.") + "\n".join(lines)
+        "    ) -> None:",
+        "        self._create(",
+        "            context,",
+        "            rig,",
+        "            device_id,",
+        "            dict(",
+        f"                flags={given},",
+        *(f"                {field.name}={option_type(field)[1]}," for field in fields),
+        "            ),",
+        "        )",
+        "",
+        (
+            "    def _create(self, context: Context, rig: Rig, device_id: Optional[str], options:"
+            " Dict[str, Any]) -> None:"
+        ),
+        "        raise NotImplementedError",
+        "",
+    ]
+    return TOP.format(
+        what="The options of Tracker: the fields of defrec_tracker_desc as keywords."
+    ) + "\n".join(lines)
 
 
 def files(contract, root):

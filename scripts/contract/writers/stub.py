@@ -1,13 +1,17 @@
-"""The functions of the stub libdefrec (bindings/stub), which computes nothing and writes down how it was called.
+"""The functions of the stub libdefrec (bindings/stub), which computes nothing and writes down how
+it was called.
 
 Each call is one line, name and arguments in the header's order, for example
   defrec_job_wait(job=0x1003, timeout_ns=18446744073709551615)
-  defrec_stage_create(context=0x1001, device_id="cpu", stage=1, params=4c00000040010000..., out=0x1002)
+  defrec_stage_create(context=0x1001, device_id="cpu", stage=1, params=4c00000040010000...,
+      out=0x1002)
 integer                    decimal, as the declared type
 handle                     hexadecimal; NULL
 const char *               in quotes, unchanged; NULL
-const struct *             struct_size bytes in hexadecimal; NULL. Nothing behind the pointers in it.
-const double *             [1.5, 2], as many as the call's count says: two each for names that end in uv, three for xyz, six for covariance; NULL
+const struct *             struct_size bytes in hexadecimal; NULL. Nothing behind the pointers in
+                           it.
+const double *             [1.5, 2], as many as the call's count says: two each for names that end
+                           in uv, three for xyz, six for covariance; NULL
 const defrec_*_buffer *    [size, size, ...] in bytes, NULL for one without data
 handle *                   the handle that was made, "untouched" where the call failed; NULL
 struct *                   {struct_size}; NULL
@@ -30,7 +34,9 @@ def parameter(contract, function, field):
     """What the stub does with one parameter."""
     names = {each.name for each in function.parameters}
     sized = {struct.name for struct in contract.structs if struct.has_struct_size}
-    element = next((n for end, n in (("uv", 2), ("xyz", 3), ("covariance", 6)) if field.name.endswith(end)), 1)
+    element = next(
+        (n for end, n in (("uv", 2), ("xyz", 3), ("covariance", 6)) if field.name.endswith(end)), 1
+    )
     pointed = field.type.removesuffix(" *")
     plain = pointed.removeprefix("const ")
     is_pointer, is_const = field.type.endswith("*"), field.type.startswith("const ")
@@ -43,7 +49,11 @@ def parameter(contract, function, field):
         return f'call.text("{field.name}", {field.name});'
     if field.type == "const void *" or (is_pointer and is_const and plain in sized):
         return f'call.structure("{field.name}", {field.name});'
-    if is_pointer and re.fullmatch(r"(const )?defrec_(const_)?buffer", pointed) and f"{field.name}_count" in names:
+    if (
+        is_pointer
+        and re.fullmatch(r"(const )?defrec_(const_)?buffer", pointed)
+        and f"{field.name}_count" in names
+    ):
         return f'call.buffers("{field.name}", {field.name}, {field.name}_count);'
     if field.type == "const double *" and element > 1 and "count" in names:
         return f'call.doubles("{field.name}", {field.name}, {count});'
@@ -53,7 +63,9 @@ def parameter(contract, function, field):
         return f'call.made_structure("{field.name}", {field.name});'
     if field.type in ("double *", "uint8_t *") and "count" in names:
         return f'call.made_array("{field.name}", {field.name}, {count});'
-    raise HeaderError(f"{function.name}: the stub does not understand the parameter {field.type} {field.name}")
+    raise HeaderError(
+        f"{function.name}: the stub does not understand the parameter {field.type} {field.name}"
+    )
 
 
 def result(function):
@@ -67,7 +79,9 @@ def result(function):
         return ["    return call.version();"]
     if function.returns == "void":
         return []
-    raise HeaderError(f"{function.name}: the stub does not understand what it returns: {function.returns}")
+    raise HeaderError(
+        f"{function.name}: the stub does not understand what it returns: {function.returns}"
+    )
 
 
 def declared(field):

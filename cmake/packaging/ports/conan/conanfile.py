@@ -1,4 +1,5 @@
-"""defrec as the repository has it in which this recipe lies: conan create <repository>/cmake/packaging/ports/conan --build=missing
+"""defrec as the repository has it in which this recipe lies: conan create
+<repository>/cmake/packaging/ports/conan --build=missing
 
 The library and the cpu plugin; not the programs.
 """
@@ -13,7 +14,16 @@ from conan.tools.gnu import PkgConfigDeps
 
 required_conan_version = ">=2.0"
 ROOT = os.path.join("..", "..", "..", "..")
-SOURCES = ("CMakeLists.txt", "LICENSE", "backends/*", "bindings/c/*", "cmake/*", "include/*", "plugins/*", "sdk/*")
+SOURCES = (
+    "CMakeLists.txt",
+    "LICENSE",
+    "backends/*",
+    "bindings/c/*",
+    "cmake/*",
+    "include/*",
+    "plugins/*",
+    "sdk/*",
+)
 
 
 class DefrecConan(ConanFile):

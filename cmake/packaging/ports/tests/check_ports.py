@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""Fails unless vcpkg's port and Conan's recipe name the project's version, and require what the build looks for:
+"""Fails unless vcpkg's port and Conan's recipe name the project's version, and require what the
+build looks for:
 check_ports.py PROJECT_VERSION VCPKG_JSON TRACE REQUIRED
 
-TRACE is what CMake did when it configured the port (run_port.cmake), REQUIRED what the recipe requires, its own reference first (run_recipe.py).
+TRACE is what CMake did when it configured the port (run_port.cmake), REQUIRED what the recipe
+requires, its own reference first (run_recipe.py).
 """
 import json
 import pathlib
 import sys
 
-# What is looked for, and what provides it in vcpkg and in Conan; nothing where the system, or in vcpkg the build, provides it.
+# What is looked for, and what provides it in vcpkg and in Conan; nothing where the system, or in
+# vcpkg the build, provides it.
 PROVIDERS = {
     "ccache": (None, None),
     "Threads": (None, None),
@@ -21,7 +24,14 @@ PROVIDERS = {
     "volk.h": ("volk", None),
     "vulkan/vulkan_core.h": ("vulkan-headers", None),
 }
-LOOKING = {"find_package": 0, "pkg_check_modules": -1, "find_path": 1, "find_file": 1, "find_library": 1, "find_program": 1}
+LOOKING = {
+    "find_package": 0,
+    "pkg_check_modules": -1,
+    "find_path": 1,
+    "find_file": 1,
+    "find_library": 1,
+    "find_program": 1,
+}
 
 
 def looked_for(trace, root):
@@ -38,7 +48,9 @@ def main():
     version = sys.argv[1]
     manifest, trace, required = (pathlib.Path(argument) for argument in sys.argv[2:])
     port = json.loads(manifest.read_text())
-    assert port["version"] == version, f"{manifest} has version {port['version']}, CMakeLists.txt {version}"
+    assert (
+        port["version"] == version
+    ), f"{manifest} has version {port['version']}, CMakeLists.txt {version}"
     dependencies = list(port["dependencies"])
     for feature in port["default-features"]:
         dependencies += port["features"][feature]["dependencies"]
@@ -46,8 +58,14 @@ def main():
     reference, *references = required.read_text().split()
     assert reference == f"defrec/{version}", reference
     names = looked_for(trace, manifest.resolve().parents[5])
-    assert names == set(PROVIDERS), f"looked for and not listed here: {names - set(PROVIDERS)}, or the other way round: {set(PROVIDERS) - names}"
-    expected = {PROVIDERS[name][0] for name in names} - {None} | {"vcpkg-cmake", "vcpkg-cmake-config"}
+    assert names == set(PROVIDERS), (
+        f"looked for and not listed here: {names - set(PROVIDERS)}, or the other way round:"
+        f" {set(PROVIDERS) - names}"
+    )
+    expected = {PROVIDERS[name][0] for name in names} - {None} | {
+        "vcpkg-cmake",
+        "vcpkg-cmake-config",
+    }
     assert ported == expected, f"vcpkg.json: {ported ^ expected}"
     recipes = {reference.partition("/")[0] for reference in references}
     expected = {PROVIDERS[name][1] for name in names} - {None}

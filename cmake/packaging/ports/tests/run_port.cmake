@@ -1,6 +1,7 @@
-# Runs vcpkg's port where there is no vcpkg: with stand-ins for the functions that the portfile calls, which build and install it, Release
-# only, against this machine's libraries. What they take over of vcpkg is what a port is held to: known arguments alone, options that the
-# project knows, the package's files where vcpkg has them.
+# Runs vcpkg's port where there is no vcpkg: with stand-ins for the functions that the portfile
+# calls, which build and install it, Release only, against this machine's libraries. What they take
+# over of vcpkg is what a port is held to: known arguments alone, options that the project knows,
+# the package's files where vcpkg has them.
 #   cmake -DPORT_DIR=<port> -DWORK=<folder> -P run_port.cmake
 # leaves the package in WORK/package, and in WORK/trace.json what CMake looked for.
 cmake_minimum_required(VERSION 3.25)
@@ -16,7 +17,7 @@ endforeach()
 set(CURRENT_PORT_DIR "${PORT_DIR}")
 set(CURRENT_PACKAGES_DIR "${WORK}/package")
 set(CURRENT_HOST_INSTALLED_DIR "${WORK}/host")
-set(VCPKG_LIBRARY_LINKAGE static)  # as in vcpkg's triplets for Linux
+set(VCPKG_LIBRARY_LINKAGE static) # as in vcpkg's triplets for Linux
 set(VCPKG_FIXUP_ELF_RPATH ON)
 file(REMOVE_RECURSE "${WORK}")
 foreach(tool IN ITEMS glslang/glslangValidator spirv-tools/spirv-val)
@@ -72,15 +73,19 @@ function(vcpkg_cmake_configure)
   if(NOT VCPKG_LIBRARY_LINKAGE STREQUAL "dynamic")
     message(FATAL_ERROR "the port does not say that libdefrec is a shared library")
   endif()
-  execute_process(COMMAND "${CMAKE_COMMAND}" -S "${arg_SOURCE_PATH}" -B "${WORK}/build" -G Ninja -DCMAKE_BUILD_TYPE=Release
-      "-DCMAKE_INSTALL_PREFIX=${CURRENT_PACKAGES_DIR}" -DCMAKE_INSTALL_LIBDIR:STRING=lib -DCMAKE_INSTALL_BINDIR:STRING=bin -DBUILD_SHARED_LIBS=ON
-      -DCMAKE_ERROR_ON_ABSOLUTE_INSTALL_DESTINATION=ON ${arg_OPTIONS} --trace --trace-format=json-v1 "--trace-redirect=${WORK}/trace.json"
+  execute_process(
+    COMMAND "${CMAKE_COMMAND}" -S "${arg_SOURCE_PATH}" -B "${WORK}/build" -G Ninja
+            -DCMAKE_BUILD_TYPE=Release "-DCMAKE_INSTALL_PREFIX=${CURRENT_PACKAGES_DIR}"
+            -DCMAKE_INSTALL_LIBDIR:STRING=lib -DCMAKE_INSTALL_BINDIR:STRING=bin
+            -DBUILD_SHARED_LIBS=ON -DCMAKE_ERROR_ON_ABSOLUTE_INSTALL_DESTINATION=ON ${arg_OPTIONS}
+            --trace --trace-format=json-v1 "--trace-redirect=${WORK}/trace.json"
     OUTPUT_VARIABLE printed ERROR_VARIABLE printed COMMAND_ECHO STDOUT RESULT_VARIABLE failed)
   message(STATUS "${printed}")
   if(failed)
     message(FATAL_ERROR "the port cannot be configured")
   endif()
-  string(REGEX MATCH "Manually-specified variables were not used by the project:.*" unused "${printed}")
+  string(REGEX MATCH "Manually-specified variables were not used by the project:.*" unused
+               "${printed}")
   foreach(option IN LISTS arg_OPTIONS)
     string(REGEX MATCH "^-D([^=]+)=" matched "${option}")
     if(unused MATCHES "[ \n]${CMAKE_MATCH_1}[ \n]")
@@ -91,7 +96,8 @@ endfunction()
 
 function(vcpkg_cmake_install)
   no_more(vcpkg_cmake_install ${ARGN})
-  execute_process(COMMAND "${CMAKE_COMMAND}" --build "${WORK}/build" --target install -j 2 COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND "${CMAKE_COMMAND}" --build "${WORK}/build" --target install -j 2
+                          COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
 # vcpkg has the package's CMake files in share/<port>, another number of folders below the prefix.
@@ -112,7 +118,8 @@ function(vcpkg_cmake_config_fixup)
     file(READ "${file}" text)
     string(REPLACE "${up}" "" text "${text}")
     string(REPLACE "${file_path}" "${file_path}${up}${up}" text "${text}")
-    string(REGEX REPLACE "(PACKAGE_PREFIX_DIR \"[^\"]*LIST_DIR})(/\\.\\.)+/?\"" "\\1/../../\"" text "${text}")
+    string(REGEX REPLACE "(PACKAGE_PREFIX_DIR \"[^\"]*LIST_DIR})(/\\.\\.)+/?\"" "\\1/../../\"" text
+                         "${text}")
     file(WRITE "${file}" "${text}")
   endforeach()
 endfunction()

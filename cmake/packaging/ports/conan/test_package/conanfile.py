@@ -1,4 +1,5 @@
-"""Builds a C project against the package, and runs it: it computes a disparity on the CPU device."""
+"""Builds a C project against the package, and runs it: it computes a disparity on the CPU
+device."""
 import os
 
 from conan import ConanFile
@@ -14,7 +15,10 @@ class DefrecTestConan(ConanFile):
         self.requires(self.tested_reference_str)
 
     def layout(self):
-        cmake_layout(self, src_folder=os.path.join("..", "..", "..", "..", "..", "bindings", "c", "projects", "c"))
+        cmake_layout(
+            self,
+            src_folder=os.path.join("..", "..", "..", "..", "..", "bindings", "c", "projects", "c"),
+        )
 
     def build(self):
         cmake = CMake(self)
