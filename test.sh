@@ -13,7 +13,10 @@ case "${1:-}" in
     all) build=release tests=release-all ;;
     asan | tsan) build="$1" tests="$1" ;;
     fuzz) scripts/install_packages.sh fuzz && exec scripts/fuzz.sh 0.0167 ;;
-    *) echo "usage: ./test.sh [all|asan|tsan|fuzz]" >&2; exit 2 ;;
+    *)
+        echo "usage: ./test.sh [all|asan|tsan|fuzz]" >&2
+        exit 2
+        ;;
 esac
 scripts/install_packages.sh
 cmake --preset "$build" -DDEFREC_BUILD_TESTS=ON >/dev/null

@@ -6,7 +6,8 @@ find_program(DEFREC_SPIRV_VAL spirv-val REQUIRED)
 
 function(defrec_embed_shaders target folder)
   file(GLOB sources CONFIGURE_DEPENDS "${folder}/*.comp")
-  file(GLOB includes CONFIGURE_DEPENDS "${folder}/*.glsl" "${folder}/*.h" "${CMAKE_SOURCE_DIR}/backends/shared/*.h" "${CMAKE_SOURCE_DIR}/backends/stages/*.hpp")
+  file(GLOB includes CONFIGURE_DEPENDS "${folder}/*.glsl" "${folder}/*.h"
+       "${CMAKE_SOURCE_DIR}/backends/shared/*.h" "${CMAKE_SOURCE_DIR}/backends/stages/*.hpp")
   set(generated "${CMAKE_CURRENT_BINARY_DIR}/shaders")
   file(MAKE_DIRECTORY "${generated}")
   set(declarations "")

@@ -14,16 +14,16 @@ if(DEFREC_BUILD_TESTS AND NOT CMAKE_CROSSCOMPILING)
   set(layers "${CMAKE_SOURCE_DIR}/scripts/layers")
   add_test(NAME style/layers COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${layers}/check.py")
   add_test(NAME style/layers_check COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${layers}/test_check.py")
-  add_test(NAME style/comments
-    COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${CMAKE_SOURCE_DIR}/scripts/check_comments.py")
-  add_test(NAME style/comments_check
-    COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${CMAKE_SOURCE_DIR}/scripts/test_check_comments.py")
+  add_test(NAME style/comments COMMAND "${DEFREC_SYSTEM_PYTHON}" -B
+                                       "${CMAKE_SOURCE_DIR}/scripts/check_comments.py")
+  add_test(NAME style/comments_check COMMAND "${DEFREC_SYSTEM_PYTHON}" -B
+                                             "${CMAKE_SOURCE_DIR}/scripts/test_check_comments.py")
   set(decisions "${CMAKE_SOURCE_DIR}/scripts/decisions")
   add_test(NAME style/decisions COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${decisions}/check.py")
-  add_test(NAME style/decisions_check
-    COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${decisions}/test_decisions.py")
+  add_test(NAME style/decisions_check COMMAND "${DEFREC_SYSTEM_PYTHON}" -B
+                                              "${decisions}/test_decisions.py")
   set(styles style/markdown style/format style/layers style/layers_check style/comments
-    style/comments_check style/decisions style/decisions_check)
+             style/comments_check style/decisions style/decisions_check)
   # It checks what is compiled, so once is enough: not in builds with sanitizers.
   if(NOT DEFREC_SANITIZE)
     add_test(NAME style/tidy

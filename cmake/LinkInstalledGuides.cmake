@@ -4,7 +4,7 @@ file(GLOB_RECURSE guides "${docs}/*.md")
 foreach(guide IN LISTS guides)
   file(READ "${guide}" text)
   set(linked "${text}")
-  foreach(above IN ITEMS "" "../")  # of guides in docs/ and in a folder of it
+  foreach(above IN ITEMS "" "../") # of guides in docs/ and in a folder of it
     string(REPLACE "](${above}../samples/" "](${above}samples/" linked "${linked}")
     string(REPLACE "](${above}../include/" "](${above}${headers}/" linked "${linked}")
   endforeach()

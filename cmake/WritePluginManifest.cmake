@@ -4,7 +4,7 @@ if(NOT DEFINED ABI_MAJOR)
   set(ABI_MAJOR 1)
 endif()
 if(NOT DEFINED ABI_MINOR)
-  set(ABI_MINOR 0)  # DEFREC_PLUGIN_ABI_MINOR
+  set(ABI_MINOR 0) # DEFREC_PLUGIN_ABI_MINOR
 endif()
 file(SHA256 "${LIBRARY}" hash)
 get_filename_component(file "${LIBRARY}" NAME)

@@ -16,13 +16,26 @@ import tokenize
 from check_markdown import NO_SOURCES
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-SLASHES = {".c", ".comp", ".cpp", ".cs", ".css", ".cu", ".cuh", ".glsl", ".h", ".hpp", ".js",
-           ".mjs"}
+SLASHES = {
+    ".c",
+    ".comp",
+    ".cpp",
+    ".cs",
+    ".css",
+    ".cu",
+    ".cuh",
+    ".glsl",
+    ".h",
+    ".hpp",
+    ".js",
+    ".mjs",
+}
 HASHES = {".cmake", ".sh", ".toml", ".txt", ".yaml", ".yml"}
 
 # A string or a character, so that marks within are none; a comment.
 SLASH_TOKEN = re.compile(
-    r"""(?:"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])')|(?P<comment>//[^\n]*|/\*.*?\*/)""", re.DOTALL)
+    r"""(?:"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])')|(?P<comment>//[^\n]*|/\*.*?\*/)""", re.DOTALL
+)
 HASH_COMMENT = re.compile(r"(?:^|(?<=\s))#[^\n]*", re.MULTILINE)
 MARKS = re.compile(r"^[ \t]*(?:/[/*]+[!<]*|\*+(?!/)|#+!?)", re.MULTILINE)
 SENTENCE = re.compile(r"(?:^|[.!?:]\s)\s*(?:<\w+>)?(?P<word>Of)\s", re.MULTILINE)
@@ -46,8 +59,13 @@ def python_comments(text):
         if token.type == tokenize.COMMENT:
             yield token.start[0], token.string
     for node in ast.walk(ast.parse(text)):
-        is_text = isinstance(node, ast.Expr) or isinstance(node, ast.Assign) and any(
-            isinstance(target, ast.Name) and target.id == "__doc__" for target in node.targets)
+        is_text = (
+            isinstance(node, ast.Expr)
+            or isinstance(node, ast.Assign)
+            and any(
+                isinstance(target, ast.Name) and target.id == "__doc__" for target in node.targets
+            )
+        )
         if is_text and isinstance(node.value, (ast.Constant, ast.JoinedStr)):
             for part in getattr(node.value, "values", [node.value]):
                 if isinstance(part, ast.Constant) and isinstance(part.value, str):
@@ -80,8 +98,10 @@ def check(folder):
             for match in SENTENCE.finditer(words):
                 lines.add(line + words.count("\n", 0, match.start("word")))
         name = path.relative_to(folder).as_posix()
-        faults += [f"{name}:{line}: a sentence begins with Of; name what it speaks of first"
-                   for line in sorted(lines)]
+        faults += [
+            f"{name}:{line}: a sentence begins with Of; name what it speaks of first"
+            for line in sorted(lines)
+        ]
     return files, faults
 
 

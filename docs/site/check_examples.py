@@ -129,7 +129,9 @@ def check_names(root, library, assembly):
     columns = ["C", "C#", "Python"]
     known = {"C": header.__contains__, "C#": set(comments).__contains__}
     names = {column: set() for column in columns}
-    rows = re.findall(r"^\|(?!--).*\|$", (root / "docs" / "languages" / "names.md").read_text(), re.M)[1:]
+    rows = re.findall(
+        r"^\|(?!--).*\|$", (root / "docs" / "languages" / "names.md").read_text(), re.M
+    )[1:]
     for row in rows:
         for column, cell in zip(columns, row.split("|")[2:5]):
             names[column].update(re.findall(r"`([A-Z]\w+(?:\.\w+)?|defrec_\w+|library_\w+)`", cell))

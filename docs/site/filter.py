@@ -76,9 +76,7 @@ def filter_header(text):
             lambda m: ("#" if m[0] in constants else "") + m[0],
             match[0],
         )
-        return re.sub(
-            r"\bdocs/([\w/]+)\.md\b", lambda m: "@ref " + m[1].replace("/", "_"), comment
-        )
+        return re.sub(r"\bdocs/([\w/]+)\.md\b", lambda m: "@ref " + m[1].replace("/", "_"), comment)
 
     text = re.sub(r"/\*\*.*?\*/", link, text, flags=re.S)
     # The tags that only this header has read as words.

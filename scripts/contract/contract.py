@@ -202,11 +202,19 @@ class Contract:
         where = f"{struct.name}.{field.name}"
         known = {other.name for other in struct.fields} | {PIXELS}
         if field.counted_by and field.counted_by not in known:
-            raise header.HeaderError(f"{where}: @count {field.counted_by}: there is no {field.counted_by}")
+            raise header.HeaderError(
+                f"{where}: @count {field.counted_by}: there is no {field.counted_by}"
+            )
         if struct.name == RESULT and field.is_address and not (field.is_text or field.counted_by):
             raise header.HeaderError(f"{where}: @count is missing")
-        if struct.name == RESULT and field.count and not (field.counted_by or math.prod(field.shape) == field.count):
-            raise header.HeaderError(f"{where}: @components that are {field.count}, or @count expected")
+        if (
+            struct.name == RESULT
+            and field.count
+            and not (field.counted_by or math.prod(field.shape) == field.count)
+        ):
+            raise header.HeaderError(
+                f"{where}: @components that are {field.count}, or @count expected"
+            )
 
     def check_reasons(self):
         for value in self.values("DEFREC_REASON_"):
@@ -217,12 +225,22 @@ class Contract:
         """That what is said to be the number of enumerators is."""
         for enum in self.enums:
             for value in enum["values"]:
-                if re.search(r"_COUNT(_V\d+)?$", value["name"]) and value["value"] != len(enum["values"]) - 1:
-                    raise header.HeaderError(f"{value['name']} is {value['value']}: there are {len(enum['values']) - 1}")
+                if (
+                    re.search(r"_COUNT(_V\d+)?$", value["name"])
+                    and value["value"] != len(enum["values"]) - 1
+                ):
+                    raise header.HeaderError(
+                        f"{value['name']} is {value['value']}: there are {len(enum['values']) - 1}"
+                    )
 
     def values(self, prefix):
         """The enumerators whose names begin with it."""
-        return [value for enum in self.enums for value in enum["values"] if value["name"].startswith(prefix)]
+        return [
+            value
+            for enum in self.enums
+            for value in enum["values"]
+            if value["name"].startswith(prefix)
+        ]
 
     def holds_texts(self, field):
         """Whether an array is one of records with texts."""
@@ -235,7 +253,11 @@ class Contract:
 
     def enumeration(self, name):
         """The enumerators of the enumeration that has this one."""
-        return next(enum["values"] for enum in self.enums if any(value["name"] == name for value in enum["values"]))
+        return next(
+            enum["values"]
+            for enum in self.enums
+            if any(value["name"] == name for value in enum["values"])
+        )
 
     def enumerators(self, pattern):
         """The enumeration whose names all begin as DEFREC_FORMAT_* says."""

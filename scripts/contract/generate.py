@@ -17,11 +17,35 @@ import sys
 
 import header
 from contract import Contract
-from writers import abi, cpp, csharp, csharp_result, docs, python_binding, python_package, python_result, samples, stub
+from writers import (
+    abi,
+    cpp,
+    csharp,
+    csharp_result,
+    docs,
+    python_binding,
+    python_package,
+    python_result,
+    samples,
+    stub,
+)
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HEADERS = ("defrec_c.h", "defrec_plugin.h")
-WRITERS = (cpp, abi, stub, csharp, csharp_result, python_binding, python_result, python_package, samples, docs)
+WRITERS = (
+    cpp,
+    abi,
+    stub,
+    csharp,
+    csharp_result,
+    python_binding,
+    python_result,
+    python_package,
+    samples,
+    docs,
+)
+LAID_OUT = (".cs", ".py")
+LAYOUT = re.compile(r"///?|,(?=\s*[)\]}])|\s+")
 
 
 def describe(include):

@@ -210,7 +210,9 @@ class Parser:
                 self.fail(f"{name} has no comment")
             if unknown := set(value_tags) - VALUE_TAGS:
                 self.fail(f"{name}: @{unknown.pop()} of an enumerator is unknown")
-            values.append({"name": name, "value": self.number(join(pieces)), "summary": text, **value_tags})
+            values.append(
+                {"name": name, "value": self.number(join(pieces)), "summary": text, **value_tags}
+            )
         self.take("}")
         self.take(";")
         self.description["enums"].append({"summary": summary, **tags, "values": values})

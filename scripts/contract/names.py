@@ -76,7 +76,9 @@ def enumeration_of_field(field):
 
 def class_names(text, language):
     """Words with the classes of a language: 0 is Python, 1 is C#."""
-    return re.sub(r"\bdefrec_\w+\b(?!\()", lambda word: CLASSES.get(word[0], (word[0],) * 2)[language], text)
+    return re.sub(
+        r"\bdefrec_\w+\b(?!\()", lambda word: CLASSES.get(word[0], (word[0],) * 2)[language], text
+    )
 
 
 def word_of(name, prefix, between):

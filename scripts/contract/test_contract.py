@@ -71,11 +71,17 @@ class Reading(unittest.TestCase):
     def test_arrays_of_a_result(self):
         contract = read(RESULT)
         fields = {field.name: field for field in contract.result.fields}
-        self.assertEqual((fields["vertices"].counted_by, fields["vertices"].shape), ("vertex_count", (3,)))
+        self.assertEqual(
+            (fields["vertices"].counted_by, fields["vertices"].shape), ("vertex_count", (3,))
+        )
         self.assertEqual((fields["motion"].count, fields["motion"].shape), (12, (3, 4)))
         self.assertEqual(contract.result.counts, {"vertex_count"})
-        self.assertEqual(cpp.reason_names(contract, "-"), [("DEFREC_REASON_FEW_MATCHES", "few-matches")])
-        self.assertIn("| `DEFREC_REASON_FEW_MATCHES` | few | degraded | look |", docs.reasons(contract))
+        self.assertEqual(
+            cpp.reason_names(contract, "-"), [("DEFREC_REASON_FEW_MATCHES", "few-matches")]
+        )
+        self.assertIn(
+            "| `DEFREC_REASON_FEW_MATCHES` | few | degraded | look |", docs.reasons(contract)
+        )
 
     def test_arrays_and_counts_that_do_not_fit_are_refused(self):
         for old, new, refusal in (
@@ -174,7 +180,11 @@ class Tree(unittest.TestCase):
         return (self.root / path).read_text()
 
     def test_a_new_reason_is_named_everywhere(self):
-        self.edit("include/defrec_c.h", "    DEFREC_REASON_INTERLACED ", "    DEFREC_REASON_RED_LIGHT = 1u << 24, /**< no green\n @remedy another lamp */\n    DEFREC_REASON_INTERLACED ")
+        self.edit(
+            "include/defrec_c.h",
+            "    DEFREC_REASON_INTERLACED ",
+            "    DEFREC_REASON_RED_LIGHT = 1u << 24, /**< no green\n @remedy another lamp */\n    DEFREC_REASON_INTERLACED ",
+        )
         self.assertEqual(self.run_generator()[0], 0)
         for path, line in (
             ("sdk/contract/enumerations.hpp", '    {DEFREC_REASON_RED_LIGHT, "red-light"},'),
@@ -214,21 +224,38 @@ class Tree(unittest.TestCase):
 
     def test_what_the_python_package_imports_and_what_the_headers_name_is_public(self):
         package = "bindings/python/defrec/__init__.py"
-        self.edit(package, "from .memory import Memory\n", "from .memory import Memory, share as lend, _hidden\n")
-        self.edit("include/defrec_c.h", "enum { DEFREC_DISPARITY_ONE =", "enum { DEFREC_DISPARITY_TWO = 32 /**< twice as much */ };\n/** Unit. */\nenum { DEFREC_DISPARITY_ONE =")
+        self.edit(
+            package,
+            "from .memory import Memory\n",
+            "from .memory import Memory, share as lend, _hidden\n",
+        )
+        self.edit(
+            "include/defrec_c.h",
+            "enum { DEFREC_DISPARITY_ONE =",
+            "enum { DEFREC_DISPARITY_TWO = 32 /**< twice as much */ };\n/** Unit. */\nenum { DEFREC_DISPARITY_ONE =",
+        )
         self.assertEqual(self.run_generator("--verify")[0], 1)
         self.assertEqual(self.run_generator()[0], 0)
-        public = ast.literal_eval(self.generated(package).partition("__all__ = ")[2].partition("]")[0] + "]")
+        public = ast.literal_eval(
+            self.generated(package).partition("__all__ = ")[2].partition("]")[0] + "]"
+        )
         self.assertEqual(public[:2], ["DISPARITY_NONE", "DISPARITY_ONE"])
         self.assertLess({"DISPARITY_TWO", "lend", "Memory", "CutPoint", "track"}, set(public))
         self.assertFalse({"share", "_hidden", "Intrinsics", "ResultStruct"} & set(public))
 
     def test_a_guide_without_its_table_is_named(self):
-        path = next(path for path in (self.root / "docs").rglob("*.md") if "<!-- DEFREC_REASON_*, by" in path.read_text())
+        path = next(
+            path
+            for path in (self.root / "docs").rglob("*.md")
+            if "<!-- DEFREC_REASON_*, by" in path.read_text()
+        )
         self.edit(path.relative_to(self.root), "<!-- DEFREC_REASON_*, by", "<!-- reasons, by")
         self.assertEqual(
             self.run_generator("--verify"),
-            (1, "docs: one guide with the line <!-- DEFREC_REASON_*, by scripts/contract/generate.py --> expected, there are 0\n"),
+            (
+                1,
+                "docs: one guide with the line <!-- DEFREC_REASON_*, by scripts/contract/generate.py --> expected, there are 0\n",
+            ),
         )
 
     def test_what_breaks_the_abi_is_refused(self):

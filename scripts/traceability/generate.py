@@ -58,7 +58,9 @@ def requirements():
                 if path not in known:
                     known[path] = set(test_names(ROOT / path)) if (ROOT / path).is_file() else set()
                 require(name in known[path], f'{number}: {path} has no test "{name}"')
-            heads = [f"{number} | {text} | [{pathlib.Path(definition).stem}]({link(definition)})"] + ["| |"] * (len(tests) - 1)
+            heads = [
+                f"{number} | {text} | [{pathlib.Path(definition).stem}]({link(definition)})"
+            ] + ["| |"] * (len(tests) - 1)
             table += [f"| {head} | {name} | `{path}` |" for head, (path, name) in zip(heads, tests)]
         yield title, table
 
@@ -127,7 +129,9 @@ def main():
     made = page()
     if PAGE.exists() and PAGE.read_text() == made:
         return
-    require(not verify, "docs/safety/traceability.md is stale; run scripts/traceability/generate.py")
+    require(
+        not verify, "docs/safety/traceability.md is stale; run scripts/traceability/generate.py"
+    )
     PAGE.write_text(made)
     print("docs/safety/traceability.md")
 

@@ -5,5 +5,8 @@ cmake_minimum_required(VERSION 3.25)
 execute_process(COMMAND "${ABIDIFF}" --no-corpus-path --no-show-locs "${EXPECTED}" "${LIBRARY}"
                 OUTPUT_VARIABLE printed ERROR_VARIABLE printed RESULT_VARIABLE result)
 if(NOT result EQUAL 0)
-  message(FATAL_ERROR "The ABI is not the one recorded (abidiff: ${result}). What was added may be recorded (docs/api/abi.md); nothing else may change.\n${printed}")
+  message(
+    FATAL_ERROR
+      "The ABI is not the one recorded (abidiff: ${result}). What was added may be recorded (docs/api/abi.md); nothing else may change.\n${printed}"
+  )
 endif()

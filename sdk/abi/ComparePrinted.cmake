@@ -8,5 +8,8 @@ if(NOT result EQUAL 0 OR NOT printed STREQUAL expected)
   list(GET PROGRAM -1 program)
   file(WRITE "${program}.printed" "${printed}")
   execute_process(COMMAND diff -u "${EXPECTED}" "${program}.printed" OUTPUT_VARIABLE difference)
-  message(FATAL_ERROR "The ABI changed. Lines may only be added (docs/api/abi.md); if that is so, add them to ${EXPECTED}.\n${difference}")
+  message(
+    FATAL_ERROR
+      "The ABI changed. Lines may only be added (docs/api/abi.md); if that is so, add them to ${EXPECTED}.\n${difference}"
+  )
 endif()

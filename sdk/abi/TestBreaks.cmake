@@ -60,7 +60,8 @@ function(check_interface name pattern folder)
 endfunction()
 # check_released(NAME PATTERN RELEASED): what sdk/abi/layout_<release> does, with the layout RELEASED.
 function(check_released name pattern released)
-  expect("${name}" "${pattern}" "${CMAKE_COMMAND}" "-DRELEASED=${released}" "-DPRESENT=${ABI_FOLDER}/layout.txt" -P "${ABI_FOLDER}/CompareReleased.cmake")
+  expect("${name}" "${pattern}" "${CMAKE_COMMAND}" "-DRELEASED=${released}"
+         "-DPRESENT=${ABI_FOLDER}/layout.txt" -P "${ABI_FOLDER}/CompareReleased.cmake")
 endfunction()
 # check_exports(NAME PATTERN HIDDEN ADDED): the library without the function HIDDEN, with the function ADDED
 function(check_exports name pattern hidden added)
@@ -86,9 +87,11 @@ list(JOIN lines "\n" released)
 file(WRITE "${WORK}/released.txt" "${released}\n")
 check_released("a release with less in it" "" "${WORK}/released.txt")
 file(APPEND "${WORK}/released.txt" "DEFREC_ERROR_BUSY = -19\n")
-check_released("a release, an enumerator renumbered since" "DEFREC_ERROR_BUSY = -19" "${WORK}/released.txt")
+check_released("a release, an enumerator renumbered since" "DEFREC_ERROR_BUSY = -19"
+               "${WORK}/released.txt")
 
-copy_headers("${WORK}/field" "typedef struct defrec_image {" "typedef struct defrec_image { uint64_t inserted;")
+copy_headers("${WORK}/field" "typedef struct defrec_image {"
+             "typedef struct defrec_image { uint64_t inserted;")
 check_layout("layout, a field inserted" "defrec_image.struct_size: 4 at 8" "${WORK}/field")
 check_interface("abidiff, a field inserted" "defrec_image" "${WORK}/field")
 
@@ -100,7 +103,8 @@ copy_headers("${WORK}/parameter" "defrec_job_wait\\(defrec_job job, uint64_t tim
 check_interface("abidiff, a parameter narrowed" "signature_of_defrec_job_wait" "${WORK}/parameter")
 
 # The other type has the same size, so that the layout does not tell.
-copy_headers("${WORK}/type" "int64_t( +)timestamp_ns; ( */\\*+<? +strictly)" "uint64_t\\1timestamp_ns; \\2")
+copy_headers("${WORK}/type" "int64_t( +)timestamp_ns; ( */\\*+<? +strictly)"
+             "uint64_t\\1timestamp_ns; \\2")
 check_layout("layout, a sign lost" "" "${WORK}/type")
 check_interface("abidiff, a sign lost" "timestamp_ns" "${WORK}/type")
 

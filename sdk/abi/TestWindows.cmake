@@ -6,7 +6,10 @@ cmake_minimum_required(VERSION 3.25)
 set(abi "${ROOT}/sdk/abi")
 file(MAKE_DIRECTORY "${WORK}")
 # The headers use this much of the C library; the rest of what they include comes with clang.
-file(WRITE "${WORK}/string.h" "#include <stddef.h>\n#ifdef __cplusplus\nextern \"C\"\n#endif\nvoid *__cdecl memset(void *, int, size_t);\n")
+file(
+  WRITE "${WORK}/string.h"
+  "#include <stddef.h>\n#ifdef __cplusplus\nextern \"C\"\n#endif\nvoid *__cdecl memset(void *, int, size_t);\n"
+)
 
 function(compile result_variable output_variable)
   execute_process(COMMAND "${CLANG}" "-I${ROOT}" ${ARGN} RESULT_VARIABLE result

@@ -72,7 +72,9 @@ namespace Defrec
         /// <summary>The lowest level that is logged.</summary>
         public LogLevel LogLevel { get; set; } = LogLevel.Info;
 
-        /// <summary>Threads of the library's own pool, the caller's included; 0: one per core.</summary>
+        /// <summary>
+        /// Threads of the library's own pool, the caller's included; 0: one per core.
+        /// </summary>
         public int Threads { get; set; }
 
         /// <summary>

@@ -4,8 +4,9 @@ using Defrec.Native;
 namespace Defrec
 {
     /// <summary>
-    /// The caller's memory, in which a tracker's device works without a copy. The memory stays the caller's, and must outlive this object and
-    /// every job that was given it. Import once what frames use in turn: it allocates. Any thread. docs/api/device_memory.md tells more.
+    /// The caller's memory, in which a tracker's device works without a copy. The memory stays the
+    /// caller's, and must outlive this object and every job that was given it. Import once what
+    /// frames use in turn: it allocates. Any thread. docs/api/device_memory.md tells more.
     /// </summary>
     public sealed unsafe class DeviceMemory : IDisposable
     {

@@ -106,7 +106,8 @@ namespace Defrec
         /// </summary>
         Software = 1u << 1,
         /// <summary>
-        /// Did not answer within PluginDeadlineMs: it is not opened again in this context, and what it holds is left behind.
+        /// Did not answer within PluginDeadlineMs: it is not opened again in this context, and what
+        /// it holds is left behind.
         /// </summary>
         Quarantined = 1u << 2
     }
@@ -257,17 +258,19 @@ namespace Defrec
         /// <summary>Time since the last frame is more than twice the usual.</summary>
         Gap = 1u << 11,
         /// <summary>
-        /// Left and right seem to be exchanged: there is no depth for a template, or the surface is lost without depth, and
-        /// exchanged images would give it.
+        /// Left and right seem to be exchanged: there is no depth for a template, or the surface is
+        /// lost without depth, and exchanged images would give it.
         /// </summary>
         ViewsSwapped = 1u << 12,
-        /// <summary>Few of the patches that are expected are found: smoke, blur, a wet lens.</summary>
+        /// <summary>
+        /// Few of the patches that are expected are found: smoke, blur, a wet lens.
+        /// </summary>
         LowContrast = 1u << 13,
         /// <summary>Left and right view were taken at different times: ViewLagFrames.</summary>
         ViewLate = 1u << 14,
         /// <summary>
-        /// Left and right rows do not agree (VerticalOffsetPx, RollDeg, FocalRatio), or the right view slipped sideways: the
-        /// calibration is not that of the cameras.
+        /// Left and right rows do not agree (VerticalOffsetPx, RollDeg, FocalRatio), or the right
+        /// view slipped sideways: the calibration is not that of the cameras.
         /// </summary>
         Calibration = 1u << 15,
         /// <summary>From this frame on the template has more vertices: tissue joined.</summary>
@@ -287,14 +290,19 @@ namespace Defrec
         /// <summary>Done after its deadline.</summary>
         Overdue = 1u << 20,
         /// <summary>
-        /// From this frame on the template is parted along a line where tissue came apart: see CutPoints of Template.
+        /// From this frame on the template is parted along a line where tissue came apart: see
+        /// CutPoints of Template.
         /// </summary>
         Cut = 1u << 21,
         /// <summary>
-        /// A piece of the surface is not found where it is expected in the image, others are: see pieces of FrameResult.
+        /// A piece of the surface is not found where it is expected in the image, others are: see
+        /// pieces of FrameResult.
         /// </summary>
         PieceLost = 1u << 22,
-        /// <summary>An image's rows alternate between two times, as those of video that was not deinterlaced.</summary>
+        /// <summary>
+        /// An image's rows alternate between two times, as those of video that was not
+        /// deinterlaced.
+        /// </summary>
         Interlaced = 1u << 23
     }
 
@@ -359,7 +367,8 @@ namespace Defrec
         /// <summary>None.</summary>
         None = 0,
         /// <summary>
-        /// What lies in it is held: it moves with HeldMotion of Frame, or with the deep tissue where that is not given.
+        /// What lies in it is held: it moves with HeldMotion of Frame, or with the deep tissue
+        /// where that is not given.
         /// </summary>
         Held = 1u << 0
     }
@@ -395,7 +404,10 @@ namespace Defrec
     {
         /// <summary>The major version of the C API that this assembly is made for.</summary>
         public const int ApiMajor = 1;
-        /// <summary>The minor version of the C API that this assembly is made for; a library must have it or a later one.</summary>
+        /// <summary>
+        /// The minor version of the C API that this assembly is made for; a library must have it or
+        /// a later one.
+        /// </summary>
         public const int ApiMinor = 0;
         /// <summary>How many there are.</summary>
         public const int StageCountV1 = 8;

@@ -214,7 +214,10 @@ namespace Defrec
         public int Inliers;
         /// <summary>Matches within H of the best reference's rigid motion.</summary>
         public int BestSupport;
-        /// <summary>Rotation of the best reference's motion: x_live = rotation * x_template + translation; row-major.</summary>
+        /// <summary>
+        /// Rotation of the best reference's motion: x_live = rotation * x_template + translation;
+        /// row-major.
+        /// </summary>
         public Float3x3 Rotation;
         /// <summary>mm.</summary>
         public Float3 Translation;

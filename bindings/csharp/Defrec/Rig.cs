@@ -54,9 +54,15 @@ namespace Defrec
     /// <summary>Calibration of two cameras, as OpenCV's stereoCalibrate gives it.</summary>
     public sealed class RigDescription
     {
-        /// <summary>Width of the raw images, px, <see cref="Constants.MinWidth"/> to <see cref="Constants.MaxSide"/>.</summary>
+        /// <summary>
+        /// Width of the raw images, px, <see cref="Constants.MinWidth"/> to
+        /// <see cref="Constants.MaxSide"/>.
+        /// </summary>
         public int Width { get; set; }
-        /// <summary>Height of the raw images, px, <see cref="Constants.MinHeight"/> to <see cref="Constants.MaxSide"/>.</summary>
+        /// <summary>
+        /// Height of the raw images, px, <see cref="Constants.MinHeight"/> to
+        /// <see cref="Constants.MaxSide"/>.
+        /// </summary>
         public int Height { get; set; }
         /// <summary>The left camera.</summary>
         public Intrinsics Left { get; set; }

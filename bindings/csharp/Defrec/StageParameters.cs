@@ -20,15 +20,19 @@ namespace Defrec
         /// <summary>Height of the source, px; 1 to Constants.MaxSide.</summary>
         public uint SourceHeight;
         /// <summary>
-        /// Distance from row to row of the source, bytes; SourceWidth * bytes_per_pixel(format) to 1048576; default SourceWidth *
-        /// bytes_per_pixel(format).
+        /// Distance from row to row of the source, bytes; SourceWidth * bytes_per_pixel(format) to
+        /// 1048576; default SourceWidth * bytes_per_pixel(format).
         /// </summary>
         public uint SourceStride;
         /// <summary>Width of the result, px; 1 to Constants.MaxSide; default SourceWidth.</summary>
         public uint Width;
-        /// <summary>Height of the result, px; 1 to Constants.MaxSide; default SourceHeight.</summary>
+        /// <summary>
+        /// Height of the result, px; 1 to Constants.MaxSide; default SourceHeight.
+        /// </summary>
         public uint Height;
-        /// <summary>Distance from row to row of the result, bytes; width to 1048576; default width.</summary>
+        /// <summary>
+        /// Distance from row to row of the result, bytes; width to 1048576; default width.
+        /// </summary>
         public uint Stride;
         /// <summary>
         /// Gray values from here on count as highlights and are masked; 256: none, gray levels; at
@@ -46,19 +50,30 @@ namespace Defrec
     public partial struct StereoParameters
     {
         internal uint StructSize;
-        /// <summary>Width and height of gray images and masks, px; 2 to Constants.MaxSide.</summary>
+        /// <summary>
+        /// Width and height of gray images and masks, px; 2 to Constants.MaxSide.
+        /// </summary>
         public uint Width;
-        /// <summary>Width and height of gray images and masks, px; 2 to Constants.MaxSide.</summary>
+        /// <summary>
+        /// Width and height of gray images and masks, px; 2 to Constants.MaxSide.
+        /// </summary>
         public uint Height;
-        /// <summary>Distance from row to row of gray images and masks, bytes; width to 1048576; default width.</summary>
+        /// <summary>
+        /// Distance from row to row of gray images and masks, bytes; width to 1048576; default
+        /// width.
+        /// </summary>
         public uint Stride;
         /// <summary>Smallest disparity searched, px; 0 to 1024.</summary>
         public int MinDisparity;
         /// <summary>Number of disparities searched, px; 1 to 510; default 128.</summary>
         public uint Disparities;
-        /// <summary>Radius of the search's correlation window, px of half resolution; 2 to 6; default 4.</summary>
+        /// <summary>
+        /// Radius of the search's correlation window, px of half resolution; 2 to 6; default 4.
+        /// </summary>
         public uint Radius;
-        /// <summary>Radius of the correlation window at full resolution, px; 2 to 6; default 4.</summary>
+        /// <summary>
+        /// Radius of the correlation window at full resolution, px; 2 to 6; default 4.
+        /// </summary>
         public uint RefineRadius;
         /// <summary>
         /// ZNCC of the search below this is no evidence, 1/4096; 1 to 4096; default 1600 (0.39).
@@ -89,7 +104,8 @@ namespace Defrec
         /// </summary>
         public uint Edge;
         /// <summary>
-        /// How many of 25 neighbours, at every second pixel, must agree with a disparity, itself included; 1 to 25; default 10.
+        /// How many of 25 neighbours, at every second pixel, must agree with a disparity, itself
+        /// included; 1 to 25; default 10.
         /// </summary>
         public uint Support;
         /// <summary>
@@ -97,7 +113,9 @@ namespace Defrec
         /// px; 1 to 8; default 6.
         /// </summary>
         public uint FillRadius;
-        /// <summary>Radius of the smoothing window, rounded up to an even number, px; 1 to 3; default 3.</summary>
+        /// <summary>
+        /// Radius of the smoothing window, rounded up to an even number, px; 1 to 3; default 3.
+        /// </summary>
         public uint SmoothRadius;
         /// <summary>
         /// Neighbours that differ by more are another surface, 1/16 px; 1 to 256; default 24.
@@ -112,11 +130,17 @@ namespace Defrec
     public partial struct OrbParameters
     {
         internal uint StructSize;
-        /// <summary>Width of gray image and mask, px; Constants.MinWidth to Constants.MaxSide.</summary>
+        /// <summary>
+        /// Width of gray image and mask, px; Constants.MinWidth to Constants.MaxSide.
+        /// </summary>
         public uint Width;
-        /// <summary>Height of gray image and mask, px; Constants.MinHeight to Constants.MaxSide.</summary>
+        /// <summary>
+        /// Height of gray image and mask, px; Constants.MinHeight to Constants.MaxSide.
+        /// </summary>
         public uint Height;
-        /// <summary>Distance from row to row of gray image and mask, bytes; width to 1048576; default width.</summary>
+        /// <summary>
+        /// Distance from row to row of gray image and mask, bytes; width to 1048576; default width.
+        /// </summary>
         public uint Stride;
         /// <summary>Levels of the pyramid, each 4/5 of the one below; 1 to 8; default 4.</summary>
         public uint Levels;
@@ -156,7 +180,10 @@ namespace Defrec
         public uint Width;
         /// <summary>Width and height of the disparity image, px; 2 to Constants.MaxSide.</summary>
         public uint Height;
-        /// <summary>Distance from row to row of the disparity image, elements; width to 1048576; default width.</summary>
+        /// <summary>
+        /// Distance from row to row of the disparity image, elements; width to 1048576; default
+        /// width.
+        /// </summary>
         public uint Stride;
         /// <summary>Rectified.</summary>
         public Camera Camera;
@@ -173,12 +200,19 @@ namespace Defrec
         public uint Nodes;
         /// <summary>Images patches are taken from; 1 to 64; default 1.</summary>
         public uint Views;
-        /// <summary>Width of the live image, the mask and each view, px; Constants.MinWidth to Constants.MaxSide.</summary>
+        /// <summary>
+        /// Width of the live image, the mask and each view, px; Constants.MinWidth to
+        /// Constants.MaxSide.
+        /// </summary>
         public uint Width;
-        /// <summary>Height of the live image, the mask and each view, px; Constants.MinHeight to Constants.MaxSide.</summary>
+        /// <summary>
+        /// Height of the live image, the mask and each view, px; Constants.MinHeight to
+        /// Constants.MaxSide.
+        /// </summary>
         public uint Height;
         /// <summary>
-        /// Distance from row to row of the live image, the mask and each view, bytes; width to 1048576; default width.
+        /// Distance from row to row of the live image, the mask and each view, bytes; width to
+        /// 1048576; default width.
         /// </summary>
         public uint Stride;
         /// <summary>Search on images halved this many times; 0 to 3.</summary>
@@ -249,7 +283,10 @@ namespace Defrec
         public uint Width;
         /// <summary>Width and height of the disparity image, px; 2 to Constants.MaxSide.</summary>
         public uint Height;
-        /// <summary>Distance from row to row of the disparity image, elements; width to 1048576; default width.</summary>
+        /// <summary>
+        /// Distance from row to row of the disparity image, elements; width to 1048576; default
+        /// width.
+        /// </summary>
         public uint Stride;
         /// <summary>Rectified.</summary>
         public Camera Camera;
@@ -316,7 +353,10 @@ namespace Defrec
         public uint Width;
         /// <summary>Width and height of the disparity image, px; 2 to Constants.MaxSide.</summary>
         public uint Height;
-        /// <summary>Distance from row to row of the disparity image, elements; width to 1048576; default width.</summary>
+        /// <summary>
+        /// Distance from row to row of the disparity image, elements; width to 1048576; default
+        /// width.
+        /// </summary>
         public uint Stride;
         internal uint Reserved;
         /// <summary>Rectified.</summary>

@@ -157,7 +157,10 @@ namespace Defrec
             return copy;
         }
 
-        /// <summary>Points of the lines along which tissue came apart (<see cref="Reasons.Cut"/>), one line after the other. A new array.</summary>
+        /// <summary>
+        /// Points of the lines along which tissue came apart (<see cref="Reasons.Cut"/>), one line
+        /// after the other. A new array.
+        /// </summary>
         /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
         public CutPoint[] GetCutPoints()
         {

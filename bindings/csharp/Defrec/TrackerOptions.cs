@@ -11,7 +11,9 @@ namespace Defrec
     {
         /// <summary>Id of the device; null: the first device with every stage.</summary>
         public string DeviceId { get; set; }
-        /// <summary>Seed of random choices: the same seed gives the same results on a repeatable device.</summary>
+        /// <summary>
+        /// Seed of random choices: the same seed gives the same results on a repeatable device.
+        /// </summary>
         public ulong Seed { get; set; }
         /// <summary>PixelFormat of the frames; default PixelFormat.Bgr8.</summary>
         public PixelFormat Format { get; set; }
@@ -38,18 +40,20 @@ namespace Defrec
         /// <summary>Patches of a template; 1 to 65536; default 1024.</summary>
         public uint MaxPatches { get; set; }
         /// <summary>
-        /// Weight of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept at
-        /// others; 0 to 1e9; default 0.55.
+        /// Weight of the smoothness term at the default spacing of control points: the tissue's
+        /// stiffness, which is kept at others; 0 to 1e9; default 0.55.
         /// </summary>
         public float ArapWeight { get; set; }
         /// <summary>Results carry the disparity image; with grow they do.</summary>
         public bool KeepDisparity { get; set; }
         /// <summary>
-        /// Iterations of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 1.
+        /// Iterations of Levenberg-Marquardt on patches that were searched in half-size images; 1
+        /// to 1000; default 1.
         /// </summary>
         public uint CoarseIterations { get; set; }
         /// <summary>
-        /// Iterations of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 2.
+        /// Iterations of Levenberg-Marquardt on patches that were searched in the images; 1 to
+        /// 1000; default 2.
         /// </summary>
         public uint FineIterations { get; set; }
         /// <summary>
@@ -58,8 +62,8 @@ namespace Defrec
         /// </summary>
         public bool Timed { get; set; }
         /// <summary>
-        /// Distance from row to row of left and right images in a DeviceMemory, bytes; at most 1048576; default width * bytes per
-        /// pixel, which is also the min.
+        /// Distance from row to row of left and right images in a DeviceMemory, bytes; at most
+        /// 1048576; default width * bytes per pixel, which is also the min.
         /// </summary>
         public uint MemoryStride { get; set; }
         /// <summary>
@@ -69,7 +73,10 @@ namespace Defrec
         public SelfCalibration SelfCalibration { get; set; }
         /// <summary>Tissue that comes into view joins the template; 0 to 1.</summary>
         public bool Grow { get; set; }
-        /// <summary>Vertices of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.</summary>
+        /// <summary>
+        /// Vertices of a template that grows; what would exceed it does not join; 1 to 1000000;
+        /// default 65536.
+        /// </summary>
         public uint MaxVertices { get; set; }
         /// <summary>
         /// BodyMode: what carries points beneath the surface; default BodyMode.On.

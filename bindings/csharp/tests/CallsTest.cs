@@ -17,10 +17,7 @@ namespace Defrec.Tests
     public unsafe class CallsTest : StubTest
     {
         /// <summary>What the stub writes down for a struct that it fills.</summary>
-        private static string Written<T>()
-        {
-            return "{" + Marshal.SizeOf(typeof(T)) + "}";
-        }
+        private static string Written<T>() { return "{" + Marshal.SizeOf(typeof(T)) + "}"; }
 
         [Test]
         public void Library()
@@ -86,15 +83,26 @@ namespace Defrec.Tests
             PluginInfo[] plugins = Context.GetPlugins();
             DeviceInfo[] devices = Context.GetDevices();
             string handle = Stub.Handle(Context.Handle);
-            Assert.That(Stub.Calls(), Is.EqualTo(new[]
-            {
-                "defrec_plugin_count(context=" + handle + ")", "defrec_plugin_get(context=" + handle + ", index=0, out=" + Written<defrec_plugin_info>() + ")",
-                "defrec_plugin_get(context=" + handle + ", index=1, out=" + Written<defrec_plugin_info>() + ")",
-                "defrec_device_count(context=" + handle + ")", "defrec_device_get(context=" + handle + ", index=0, out=" + Written<defrec_device_info>() + ")"
-            }));
-            Assert.That(plugins.Select(p => p.Name + "," + p.Path + "," + p.Version + "," + p.Reason + "," + p.Verdict),
-                        Is.EqualTo(Enumerable.Repeat("plugin name,plugin path,plugin version,plugin reason,Ok", 2)));
-            Assert.That(devices[0].Id + "," + devices[0].Name + "," + devices[0].Driver, Is.EqualTo("device id,device name,device driver"));
+            Assert.That(
+                Stub.Calls(), Is.EqualTo(new[] {
+                    "defrec_plugin_count(context=" + handle + ")",
+                    "defrec_plugin_get(context=" + handle +
+                        ", index=0, out=" + Written<defrec_plugin_info>() + ")",
+                    "defrec_plugin_get(context=" + handle +
+                        ", index=1, out=" + Written<defrec_plugin_info>() + ")",
+                    "defrec_device_count(context=" + handle + ")",
+                    "defrec_device_get(context=" + handle +
+                        ", index=0, out=" + Written<defrec_device_info>() + ")"
+                }));
+            Assert.That(
+                plugins.Select(
+                    p =>
+                        p.Name + "," + p.Path + "," + p.Version + "," + p.Reason + "," + p.Verdict),
+                Is.EqualTo(Enumerable.Repeat(
+                    "plugin name,plugin path,plugin version,plugin reason,Ok", 2)));
+            Assert.That(
+                devices[0].Id + "," + devices[0].Name + "," + devices[0].Driver,
+                Is.EqualTo("device id,device name,device driver"));
             Context.Dispose();
             Assert.That(
                 Stub.Calls(),
@@ -144,11 +152,12 @@ namespace Defrec.Tests
             using (var rig = new Rig(Context, description))
             {
                 string handle = Stub.Handle(rig.Handle);
-                Assert.That(Stub.Calls(), Is.EqualTo(new[]
-                {
-                    "defrec_rig_create(context=" + Stub.Handle(Context.Handle) + ", desc=" + Stub.Hex(&expected, 416) + ", out=" + handle + ")",
-                    "defrec_rig_get(rig=" + handle + ", out=" + Written<defrec_rig_info>() + ")"
-                }));
+                Assert.That(
+                    Stub.Calls(), Is.EqualTo(new[] {
+                        "defrec_rig_create(context=" + Stub.Handle(Context.Handle) +
+                            ", desc=" + Stub.Hex(&expected, 416) + ", out=" + handle + ")",
+                        "defrec_rig_get(rig=" + handle + ", out=" + Written<defrec_rig_info>() + ")"
+                    }));
                 var mapped = new double[6];
                 rig.RectifyPixels(new[] { 1.5, 2.5, -3, 4 }, mapped);
                 Assert.That(mapped, Is.EqualTo(new double[] { 1, 2, 3, 4, 0, 0 }));
@@ -289,7 +298,11 @@ namespace Defrec.Tests
                 Assert.That(job.GetSummary().VertexCount, Is.EqualTo(0));
                 Assert.That(job.GetResult().Vertices, Is.Empty);
                 Assert.That(job.CopyVertices(new float[0]), Is.EqualTo(0));
-                Assert.That(Stub.Calls(), Is.EqualTo(Enumerable.Repeat("defrec_job_result(job=" + handle + ", out=" + Written<defrec_result>() + ")", 3)));
+                Assert.That(
+                    Stub.Calls(), Is.EqualTo(Enumerable.Repeat(
+                                      "defrec_job_result(job=" + handle +
+                                          ", out=" + Written<defrec_result>() + ")",
+                                      3)));
 
                 var xyz = new double[6];
                 var status = new PointStatus[2];
@@ -312,17 +325,24 @@ namespace Defrec.Tests
                 Assert.That(error, Is.EqualTo(new double[] { 1, 2 }));
                 Assert.That(covariance, Is.EqualTo(new double[] { 1, 2, 3, 4, 5, 6, 0 }));
                 Assert.That(evidence, Is.EqualTo(new[] { Evidence.Depth, Evidence.None }));
-                Assert.That(Stub.Calls(), Is.EqualTo(new[]
-                {
-                    "defrec_job_warp_points(job=" + handle + ", template_xyz=[1.5, -2, 0.25, 4, 5, 6], count=2, xyz=written, status=written, " +
-                    "expected_error_mm=written)",
-                    "defrec_job_warp_points(job=" + handle + ", template_xyz=[1, 2, 3], count=1, xyz=written, status=NULL, expected_error_mm=NULL)",
-                    "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=NULL)",
-                    "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=written)",
-                    "defrec_job_lift_points(job=" + handle + ", uv=[0.5, 1.5], count=1, xyz=written, found=written)",
-                    "defrec_job_get_template(job=" + handle + ", out=" + template + ")", "defrec_template_get(surface=" + template + ", out=" + Written<defrec_template_info>() + ")",
-                    "defrec_template_release(surface=" + template + ")"
-                }));
+                Assert.That(
+                    Stub.Calls(), Is.EqualTo(new[] {
+                        "defrec_job_warp_points(job=" + handle +
+                            ", template_xyz=[1.5, -2, 0.25, 4, 5, 6], count=2, xyz=written, status=written, " +
+                            "expected_error_mm=written)",
+                        "defrec_job_warp_points(job=" + handle +
+                            ", template_xyz=[1, 2, 3], count=1, xyz=written, status=NULL, expected_error_mm=NULL)",
+                        "defrec_job_point_covariances(job=" + handle +
+                            ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=NULL)",
+                        "defrec_job_point_covariances(job=" + handle +
+                            ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=written)",
+                        "defrec_job_lift_points(job=" + handle +
+                            ", uv=[0.5, 1.5], count=1, xyz=written, found=written)",
+                        "defrec_job_get_template(job=" + handle + ", out=" + template + ")",
+                        "defrec_template_get(surface=" + template +
+                            ", out=" + Written<defrec_template_info>() + ")",
+                        "defrec_template_release(surface=" + template + ")"
+                    }));
                 job.Dispose();
                 Assert.That(
                     Stub.Calls(), Is.EqualTo(new[] { "defrec_job_release(job=" + handle + ")" }));
@@ -525,16 +545,24 @@ namespace Defrec.Tests
             Template loaded = Template.Load(Context, "/b");
             string second = Stub.Handle(loaded.Handle);
             loaded.Dispose();
-            Assert.That(Stub.Calls(), Is.EqualTo(new[]
-            {
-                "defrec_tracker_get_template(tracker=" + tracker + ", out=" + handle + ")", "defrec_template_get(surface=" + handle + ", out=" + Written<defrec_template_info>() + ")",
-                "defrec_template_lift(surface=" + handle + ", uv=[0.5, 1.5, 2, 3], count=2, xyz=written, found=written)",
-                "defrec_template_point_pieces(surface=" + handle + ", template_xyz=[1, 2, 3, 4, 5, 6], count=2, pieces=written)",
-                "defrec_template_save(surface=" + handle + ", path=\"/tmp/\u00e9\")",
-                "defrec_tracker_set_template(tracker=" + tracker + ", surface=" + handle + ")", "defrec_template_release(surface=" + handle + ")",
-                "defrec_template_load(context=" + context + ", path=\"/b\", out=" + second + ")", "defrec_template_get(surface=" + second + ", out=" + Written<defrec_template_info>() + ")",
-                "defrec_template_release(surface=" + second + ")"
-            }));
+            Assert.That(
+                Stub.Calls(), Is.EqualTo(new[] {
+                    "defrec_tracker_get_template(tracker=" + tracker + ", out=" + handle + ")",
+                    "defrec_template_get(surface=" + handle +
+                        ", out=" + Written<defrec_template_info>() + ")",
+                    "defrec_template_lift(surface=" + handle +
+                        ", uv=[0.5, 1.5, 2, 3], count=2, xyz=written, found=written)",
+                    "defrec_template_point_pieces(surface=" + handle +
+                        ", template_xyz=[1, 2, 3, 4, 5, 6], count=2, pieces=written)",
+                    "defrec_template_save(surface=" + handle + ", path=\"/tmp/\u00e9\")",
+                    "defrec_tracker_set_template(tracker=" + tracker + ", surface=" + handle + ")",
+                    "defrec_template_release(surface=" + handle + ")",
+                    "defrec_template_load(context=" + context + ", path=\"/b\", out=" + second +
+                        ")",
+                    "defrec_template_get(surface=" + second +
+                        ", out=" + Written<defrec_template_info>() + ")",
+                    "defrec_template_release(surface=" + second + ")"
+                }));
         }
 
         [Test]

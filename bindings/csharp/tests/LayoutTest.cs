@@ -188,9 +188,16 @@ namespace Defrec.Tests
         {
             // Elements of every array have bytes of its own, and counts differ.
             var given = new defrec_result();
-            Func<FieldInfo, int> placeOf = field => (int)Marshal.OffsetOf(typeof(defrec_result), field.Name);
-            FieldInfo[] pointers = FieldsOf(typeof(defrec_result)).Where(field => field.FieldType.IsPointer && field.Name != "device_id").ToArray();
-            IEnumerable<FieldInfo> counts = FieldsOf(typeof(defrec_result)).Where(field => field.Name.EndsWith("_count") && field.FieldType == typeof(ulong));
+            Func<FieldInfo, int> placeOf = field =>
+                (int)Marshal.OffsetOf(typeof(defrec_result), field.Name);
+            FieldInfo[] pointers =
+                FieldsOf(typeof(defrec_result))
+                    .Where(field => field.FieldType.IsPointer && field.Name != "device_id")
+                    .ToArray();
+            IEnumerable<FieldInfo> counts =
+                FieldsOf(typeof(defrec_result))
+                    .Where(
+                        field => field.Name.EndsWith("_count") && field.FieldType == typeof(ulong));
             ulong count = 2;
             foreach (FieldInfo field in counts) *(ulong*)((byte*)&given + placeOf(field)) = count++;
             const int size = 1 << 12;
@@ -203,7 +210,9 @@ namespace Defrec.Tests
             Assert.That(pointers.Length, Is.GreaterThan(10));
             for (int i = 0; i < pointers.Length; ++i)
             {
-                var array = (Array)typeof(FrameResult).GetProperty(Pascal(pointers[i].Name)).GetValue(result, null);
+                var array = (Array) typeof(FrameResult)
+                                .GetProperty(Pascal(pointers[i].Name))
+                                .GetValue(result, null);
                 Assert.That(array.Length, Is.GreaterThan(1), pointers[i].Name);
                 GCHandle pinned = GCHandle.Alloc(array, GCHandleType.Pinned);
                 Type element = array.GetType().GetElementType();
@@ -211,7 +220,10 @@ namespace Defrec.Tests
                 Marshal.Copy(pinned.AddrOfPinnedObject(), bytes, 0, bytes.Length);
                 pinned.Free();
                 Assert.That(bytes, Has.All.EqualTo(i + 1), pointers[i].Name);
-                Assert.That(typeof(Job).GetMethod("Copy" + Pascal(pointers[i].Name), new[] { array.GetType() }), Is.Not.Null, pointers[i].Name);
+                Assert.That(
+                    typeof(Job).GetMethod(
+                        "Copy" + Pascal(pointers[i].Name), new[] { array.GetType() }),
+                    Is.Not.Null, pointers[i].Name);
             }
             Assert.That(result.Vertices.Length, Is.EqualTo(3 * result.Summary.VertexCount));
             Assert.That(result.VertexCovariance.Length, Is.EqualTo(6 * result.Summary.VertexCount));

@@ -7,8 +7,9 @@ using NUnit.Framework;
 namespace Defrec.Tests
 {
     /// <summary>
-    /// Row 50 of docs/safety/faults.md: memory runs out at any one allocation of the library, from context to template file, on every backend.
-    /// LD_PRELOAD is bindings/memory_faults. DEFREC_TEST_ALLOCATION_STEP: one allocation in so many fails.
+    /// Row 50 of docs/safety/faults.md: memory runs out at any one allocation of the library, from
+    /// context to template file, on every backend. LD_PRELOAD is bindings/memory_faults.
+    /// DEFREC_TEST_ALLOCATION_STEP: one allocation in so many fails.
     /// </summary>
     [TestFixture]
     public class MemoryTest

@@ -136,7 +136,9 @@ def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
         landmark_matches=copied(r.landmark_matches, Match, (r.landmark_count,)),
         patch_observations=copied(r.patch_observations, PatchObservation, (r.patch_count,)),
         disparity=None if not r.disparity else copied(r.disparity, "h", (height, width)),
-        times=tuple(StageTime(text(each.name), each.milliseconds) for each in r.times[: r.time_count]),
+        times=tuple(
+            StageTime(text(each.name), each.milliseconds) for each in r.times[: r.time_count]
+        ),
         vertex_covariance=copied(r.vertex_covariance, "f", (r.vertex_count, 6)),
         vertex_evidence=copied(r.vertex_evidence, "B", (r.vertex_count,)),
         view_lag_frames=r.view_lag_frames,

@@ -133,7 +133,10 @@ class Calls(stub.StubTest):
         self.assertEqual(
             [str(call) for call in self.log()],
             [f"defrec_plugin_count(context={c})"]
-            + [f"defrec_plugin_get(context={c}, index={i}, out={WRITTEN['defrec_plugin_info']})" for i in range(2)]
+            + [
+                f"defrec_plugin_get(context={c}, index={i}, out={WRITTEN['defrec_plugin_info']})"
+                for i in range(2)
+            ]
             + [f"defrec_device_count(context={c})"]
             + [f"defrec_device_get(context={c}, index=0, out={WRITTEN['defrec_device_info']})"],
         )
@@ -348,11 +351,17 @@ class Calls(stub.StubTest):
 
     def test_every_field_of_a_result_keeps_its_name(self):
         counted_by = {
-            field["name"]: field["counted_by"] for field in STRUCTS["defrec_result"]["fields"] if "counted_by" in field
+            field["name"]: field["counted_by"]
+            for field in STRUCTS["defrec_result"]["fields"]
+            if "counted_by" in field
         }
-        counts = {count: number for number, count in enumerate(dict.fromkeys(counted_by.values()), 2)}
+        counts = {
+            count: number for number, count in enumerate(dict.fromkeys(counted_by.values()), 2)
+        }
         lengths = {"rigid_motion": 3, **{name: counts[count] for name, count in counted_by.items()}}
-        given = structs.ResultStruct(**{name: number for name, number in counts.items() if name != "pixels"})
+        given = structs.ResultStruct(
+            **{name: number for name, number in counts.items() if name != "pixels"}
+        )
         numbers, memory = {}, []
         for number, field in enumerate(dataclasses.fields(Result), 1):
             numbers[field.name] = number

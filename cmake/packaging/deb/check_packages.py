@@ -17,7 +17,9 @@ import subprocess
 import sys
 
 # Files that a package alone has, and other installations have not.
-PACKAGE_DOCS = re.compile(r"share/doc/[^/]+/(copyright|changelog\.Debian\.gz|bom(\.spdx)?\.json|notices\.txt)|share/lintian/overrides/[^/]+")
+PACKAGE_DOCS = re.compile(
+    r"share/doc/[^/]+/(copyright|changelog\.Debian\.gz|bom(\.spdx)?\.json|notices\.txt)|share/lintian/overrides/[^/]+"
+)
 
 
 def run(*command):

@@ -16,7 +16,15 @@ namespace defrec {{
 """
 
 # Fields of defrec_tracker_desc that the program sets by its own options, or from its input.
-SET_BY_PROGRAM = {"device_id", "seed", "format", "frames_in_flight", "keep_disparity", "timed", "memory_stride"}
+SET_BY_PROGRAM = {
+    "device_id",
+    "seed",
+    "format",
+    "frames_in_flight",
+    "keep_disparity",
+    "timed",
+    "memory_stride",
+}
 
 
 def expression(text, struct):
@@ -220,12 +228,30 @@ def options(contract):
 
 def enumerations(contract):
     statuses = [(value["name"], value["name"]) for value in contract.enumeration("DEFREC_OK")]
-    states = [(value["name"], word_of(value["name"], "DEFREC_", "-")) for value in contract.enumeration("DEFREC_INITIALISING")]
+    states = [
+        (value["name"], word_of(value["name"], "DEFREC_", "-"))
+        for value in contract.enumeration("DEFREC_INITIALISING")
+    ]
     body = ["", "struct EnumeratorName {", "    int64_t value;", "    const char* name;", "};"]
-    for what, names in (("Status", statuses), ("State", states), ("Reason", reason_names(contract, "-"))):
-        body += [f"inline constexpr EnumeratorName k{what}Names[] = {{", *(f'    {{{name}, "{word}"}},' for name, word in names), "};"]
-    stages = [value["name"] for value in contract.values("DEFREC_STAGE_") if value["name"] not in CONSTANTS]
-    body += ["inline constexpr uint32_t kEveryStage =  // in stages of defrec_device_info", "    " + " |\n    ".join(f"1u << {stage}" for stage in stages) + ";"]
+    for what, names in (
+        ("Status", statuses),
+        ("State", states),
+        ("Reason", reason_names(contract, "-")),
+    ):
+        body += [
+            f"inline constexpr EnumeratorName k{what}Names[] = {{",
+            *(f'    {{{name}, "{word}"}},' for name, word in names),
+            "};",
+        ]
+    stages = [
+        value["name"]
+        for value in contract.values("DEFREC_STAGE_")
+        if value["name"] not in CONSTANTS
+    ]
+    body += [
+        "inline constexpr uint32_t kEveryStage =  // in stages of defrec_device_info",
+        "    " + " |\n    ".join(f"1u << {stage}" for stage in stages) + ";",
+    ]
     return TOP.format(
         what="// Names of statuses, states and reasons; the mask of all stages.",
         includes='#include <cstdint>\n\n#include "include/defrec_c.h"\n',
@@ -236,7 +262,10 @@ def enumerations(contract):
 def reason_names(contract, between):
     """Enumerator and word of each reason."""
     prefix = "DEFREC_REASON_"
-    return [(value["name"], word_of(value["name"], prefix, between)) for value in contract.values(prefix)]
+    return [
+        (value["name"], word_of(value["name"], prefix, between))
+        for value in contract.values(prefix)
+    ]
 
 
 def files(contract, root):

@@ -77,7 +77,9 @@ def table(fields, contract=None):
 
 def as_code(text):
     """Words with the API's names as code."""
-    return re.sub(r"\bDEFREC_[A-Z0-9_]+|\b[a-z]+(?:_[a-z0-9]+)+(?:\(\))?", lambda name: f"`{name[0]}`", text)
+    return re.sub(
+        r"\bDEFREC_[A-Z0-9_]+|\b[a-z]+(?:_[a-z0-9]+)+(?:\(\))?", lambda name: f"`{name[0]}`", text
+    )
 
 
 def reasons(contract):
@@ -89,7 +91,10 @@ def reasons(contract):
 
 
 def parts(contract, root):
-    tables = {struct.name: table([field for field in struct.fields if not field.is_hidden]) for struct in contract.params}
+    tables = {
+        struct.name: table([field for field in struct.fields if not field.is_hidden])
+        for struct in contract.params
+    }
     tables["defrec_tracker_desc"] = table(options(contract), contract)
     tables["DEFREC_REASON_*"] = reasons(contract)
     guides = {path: path.read_text().splitlines() for path in sorted((root / "docs").rglob("*.md"))}
@@ -98,7 +103,9 @@ def parts(contract, root):
         mark = START.format(name)
         places = [path for path, lines in guides.items() if mark in lines]
         if len(places) != 1:
-            raise HeaderError(f"docs: one guide with the line {mark} expected, there are {len(places)}")
+            raise HeaderError(
+                f"docs: one guide with the line {mark} expected, there are {len(places)}"
+            )
         made.setdefault(str(places[0].relative_to(root)), []).append((mark, END, text))
     return made
 

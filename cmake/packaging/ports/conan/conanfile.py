@@ -58,7 +58,9 @@ class DefrecConan(ConanFile):
 
     def validate(self):
         if self.settings.os != "Linux":
-            raise ConanInvalidConfiguration("defrec is built for Linux here; docs/deployment/windows.md says how for Windows")
+            raise ConanInvalidConfiguration(
+                "defrec is built for Linux here; docs/deployment/windows.md says how for Windows"
+            )
 
     def generate(self):
         toolchain = CMakeToolchain(self, generator="Ninja")
