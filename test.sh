@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds everything and runs tests.
-#   ./test.sh         release build; the tests that are not slow (label slow: cmake/DefrecTesting.cmake)
+#   ./test.sh         release build; the tests without the label slow (cmake/DefrecTesting.cmake)
 #   ./test.sh all     release build; every test
 #   ./test.sh asan    AddressSanitizer and UndefinedBehaviorSanitizer; every test
 #   ./test.sh tsan    ThreadSanitizer; every test

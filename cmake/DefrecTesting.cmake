@@ -4,13 +4,11 @@
 # SLOW: those of the sources whose tests are slow, see below. LONG: those whose tests take longer than
 # ten seconds and are not slow.
 #
-# In a build for another machine these run by CMAKE_CROSSCOMPILING_EMULATOR. Left out there are
-# tests in which this machine's compilers and interpreters use what was built: of the bindings, of
-# the packages, of the samples. DEFREC_EMULATED_ROOT is what the emulator calls this machine's root
-# folder, where it has another name.
+# In a build for another machine these run by CMAKE_CROSSCOMPILING_EMULATOR. Left out there are tests in which this machine's compilers and
+# interpreters use what was built: of the bindings, of the packages, of the samples. DEFREC_EMULATED_ROOT is what the emulator calls this
+# machine's root folder, where it has another name.
 #
-# Tests are built where all that they need is installed, which is more than the programs need:
-# DEFREC_BUILD_TESTS is OFF elsewhere.
+# Tests are built where all that they need is installed, which is more than the programs need: DEFREC_BUILD_TESTS is OFF elsewhere.
 if(DEFREC_BUILD_TESTS AND NOT EXISTS "${CMAKE_SOURCE_DIR}/cmake/test_main.cpp")
   message(STATUS "Tests: left out, this is a tarball without them")
   set(DEFREC_BUILD_TESTS OFF)
@@ -89,8 +87,7 @@ function(defrec_add_tests target)
       get_filename_component(name "${source}" NAME_WE)
       get_filename_component(room "${source}" DIRECTORY)
       string(REGEX REPLACE "_test$" "" stage "${name}")
-      # Tests from elsewhere (../agreement, generated ones) are named after the folder that runs
-      # them.
+      # Tests from elsewhere (../agreement, generated ones) are named after the folder that runs them.
       if(room STREQUAL "" OR room MATCHES "^(\\.\\.|/)")
         set(test "${folder}/${stage}")
       else()

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# The guide of docs/backends/plugins.md, tried: installs the SDK from a build folder, moves it to show that it can be moved, and runs every
-# command of "Writing a plugin" but those that build the SDK, as they stand, in an empty folder.
+# The guide of docs/backends/plugins.md, tried: installs the SDK from a build folder, moves it to
+# show that it can be moved, and runs every command of "Writing a plugin" but those that build the
+# SDK, as they stand, in an empty folder.
 #   test_guide.sh BUILD_FOLDER GUIDE WORK_FOLDER
 set -euo pipefail
 build=$1 guide=$2 work=$3

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Builds the fuzz targets and runs each for so many hours, as many at a time as there are cores. What they find more is kept in
-# build-fuzz/corpus, what breaks them in build-fuzz/findings (docs/safety/fuzzing.md). At the end a table of how much of the readers all these inputs
-# reach, in build-fuzz/coverage.md.
+# Builds the fuzz targets and runs each for so many hours, as many at a time as there are cores.
+# What they find more is kept in build-fuzz/corpus, what breaks them in build-fuzz/findings
+# (docs/safety/fuzzing.md). At the end a table of how much of the readers all these inputs reach, in
+# build-fuzz/coverage.md.
 #   scripts/fuzz.sh HOURS [TARGET...]
 set -euo pipefail
 cd "$(dirname "$0")/.."

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Packs a folder that checks the GPU of another machine, which needs nothing but its driver and a C library (docs/backends/cuda.md).
+# Packs a folder that checks the GPU of another machine, which needs nothing but its driver and a C
+# library (docs/backends/cuda.md).
 #   scripts/pack_gpu_check.sh [--build FOLDER] OUT
 # OUT is made anew. FOLDER: where the project is configured; default build-packages, which is
 # configured for every GPU (preset packages).

@@ -44,7 +44,7 @@ WRITERS = (
     samples,
     docs,
 )
-LAID_OUT = (".cs", ".py")
+LAID_OUT = (".py",)
 LAYOUT = re.compile(r"///?|,(?=\s*[)\]}])|\s+")
 
 

@@ -1,5 +1,4 @@
-"""What a user may require of defrec: number, requirement, where it is defined, and the tests that
-show it, by file and name."""
+"""What a user may require of defrec: number, requirement, where it is defined, and the tests that show it, by file and name."""
 
 REQUIREMENTS = (
     (

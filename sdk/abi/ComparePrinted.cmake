@@ -1,5 +1,4 @@
-# Fails unless a program prints exactly what a file holds. cmake -DPROGRAM= -DEXPECTED= -P this;
-# PROGRAM may begin with what runs it.
+# Fails unless a program prints exactly what a file holds. cmake -DPROGRAM= -DEXPECTED= -P this; PROGRAM may begin with what runs it.
 cmake_minimum_required(VERSION 3.25)
 execute_process(COMMAND ${PROGRAM} OUTPUT_VARIABLE printed RESULT_VARIABLE result)
 string(REPLACE "\r\n" "\n" printed "${printed}")

@@ -1,7 +1,6 @@
-# The headers under the compilers of Windows, as clang knows them: they compile without a warning,
-# the structs have the layout of layout.txt, and every function and every pointer to one is __cdecl,
-# whatever the application's compiler takes as the default. cmake -DCLANG= -DROOT= -DWORK= -P this;
-# WORK is a folder for files.
+# The headers under the compilers of Windows, as clang knows them: they compile without a warning, the structs have the layout of layout.txt,
+# and every function and every pointer to one is __cdecl, whatever the application's compiler takes as the default.
+# cmake -DCLANG= -DROOT= -DWORK= -P this; WORK is a folder for files.
 cmake_minimum_required(VERSION 3.25)
 set(abi "${ROOT}/sdk/abi")
 file(MAKE_DIRECTORY "${WORK}")
@@ -79,8 +78,7 @@ if(result EQUAL 0)
   message(FATAL_ERROR "a wrong layout was not found")
 endif()
 
-# With -mrtd what names no calling convention is __stdcall on 32-bit x86, the one Windows where it
-# matters.
+# With -mrtd what names no calling convention is __stdcall on 32-bit x86, the one Windows where it matters.
 set(dump --target=i686-pc-windows-msvc -mrtd -ffreestanding -fsyntax-only "-I${WORK}" -Xclang
          -ast-dump "${abi}/interface.c")
 compile(result output ${dump})

@@ -11,8 +11,8 @@ namespace Defrec
     public sealed unsafe partial class Job
     {
         /// <summary>
-        /// Per control point, rectified camera from template frame. Returns how many elements were
-        /// copied; destination may be longer.
+        /// Per control point, rectified camera from template frame. Returns how many elements were copied; destination may be
+        /// longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -26,8 +26,7 @@ namespace Defrec
         }
 
         /// <summary>
-        /// xyz per control point, now, rectified camera, mm. Returns how many elements were copied;
-        /// destination may be longer.
+        /// xyz per control point, now, rectified camera, mm. Returns how many elements were copied; destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -41,8 +40,7 @@ namespace Defrec
         }
 
         /// <summary>
-        /// xyz per template vertex, rectified camera, mm. Returns how many elements were copied;
-        /// destination may be longer.
+        /// xyz per template vertex, rectified camera, mm. Returns how many elements were copied; destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -56,8 +54,8 @@ namespace Defrec
         }
 
         /// <summary>
-        /// xyz per template vertex, unit length, towards the camera. Returns how many elements were
-        /// copied; destination may be longer.
+        /// xyz per template vertex, unit length, towards the camera. Returns how many elements were copied; destination may be
+        /// longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -71,8 +69,8 @@ namespace Defrec
         }
 
         /// <summary>
-        /// PointStatus per template vertex: how far to trust it. Returns how many elements were
-        /// copied; destination may be longer.
+        /// PointStatus per template vertex: how far to trust it. Returns how many elements were copied; destination may be
+        /// longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -86,11 +84,10 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Root mean square of the 3D error to be expected, per template vertex: the root of the
-        /// trace of VertexCovariance. Over a sequence, 55 to 85 % of all vertices of a status have
-        /// an error within it, at least 93 % within twice and at least 98.5 % within three times
-        /// it, unless reasons say otherwise. Returns how many elements were copied; destination may
-        /// be longer.
+        /// Root mean square of the 3D error to be expected, per template vertex: the root of the trace of VertexCovariance. Over
+        /// a sequence, 55 to 85 % of all vertices of a status have an error within it, at least 93 % within twice and at least
+        /// 98.5 % within three times it, unless reasons say otherwise. Returns how many elements were copied; destination may be
+        /// longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -103,10 +100,7 @@ namespace Defrec
             fixed (float* to = destination) return CopyExpectedErrorMm(to, destination.Length);
         }
 
-        /// <summary>
-        /// Landmarks of the template. Returns how many elements were copied; destination may be
-        /// longer.
-        /// </summary>
+        /// <summary>Landmarks of the template. Returns how many elements were copied; destination may be longer.</summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
         /// </exception>
@@ -119,8 +113,7 @@ namespace Defrec
         }
 
         /// <summary>
-        /// One per landmark; weight 0: outlier. Returns how many elements were copied; destination
-        /// may be longer.
+        /// One per landmark; weight 0: outlier. Returns how many elements were copied; destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -133,10 +126,7 @@ namespace Defrec
             fixed (Match* to = destination) return CopyLandmarkMatches(to, destination.Length);
         }
 
-        /// <summary>
-        /// One per template patch. Returns how many elements were copied; destination may be
-        /// longer.
-        /// </summary>
+        /// <summary>One per template patch. Returns how many elements were copied; destination may be longer.</summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
         /// </exception>
@@ -145,13 +135,12 @@ namespace Defrec
         public int CopyPatchObservations(PatchObservation[] destination)
         {
             Check.NotNull(destination, nameof(destination));
-            fixed (PatchObservation* to = destination)
-                return CopyPatchObservations(to, destination.Length);
+            fixed (PatchObservation* to = destination) return CopyPatchObservations(to, destination.Length);
         }
 
         /// <summary>
-        /// One per pixel of the rectified image, row by row, 1/16 px; empty without KeepDisparity
-        /// and grow. Returns how many elements were copied; destination may be longer.
+        /// One per pixel of the rectified image, row by row, 1/16 px; empty without KeepDisparity and grow. Returns how many
+        /// elements were copied; destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -165,9 +154,8 @@ namespace Defrec
         }
 
         /// <summary>
-        /// xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error,
-        /// rectified camera, mm^2. Returns how many elements were copied; destination may be
-        /// longer.
+        /// xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error, rectified camera, mm^2. Returns how
+        /// many elements were copied; destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -181,8 +169,8 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Evidence per template vertex: what was observed of it. Returns how many elements were
-        /// copied; destination may be longer.
+        /// Evidence per template vertex: what was observed of it. Returns how many elements were copied; destination may be
+        /// longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -196,8 +184,7 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Pieces of the surface, see VertexPieces of Template. Returns how many elements were
-        /// copied; destination may be longer.
+        /// Pieces of the surface, see VertexPieces of Template. Returns how many elements were copied; destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -383,8 +370,7 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(
-                    result.node_positions, 3 * result.node_count, sizeof(float), to, capacity);
+                return Copy(result.node_positions, 3 * result.node_count, sizeof(float), to, capacity);
             }
         }
 
@@ -411,8 +397,7 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(
-                    result.vertex_status, result.vertex_count, sizeof(PointStatus), to, capacity);
+                return Copy(result.vertex_status, result.vertex_count, sizeof(PointStatus), to, capacity);
             }
         }
 
@@ -421,8 +406,7 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(
-                    result.expected_error_mm, result.vertex_count, sizeof(float), to, capacity);
+                return Copy(result.expected_error_mm, result.vertex_count, sizeof(float), to, capacity);
             }
         }
 
@@ -431,8 +415,7 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(
-                    result.landmarks, result.landmark_count, sizeof(Landmark), to, capacity);
+                return Copy(result.landmarks, result.landmark_count, sizeof(Landmark), to, capacity);
             }
         }
 
@@ -441,8 +424,7 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(
-                    result.landmark_matches, result.landmark_count, sizeof(Match), to, capacity);
+                return Copy(result.landmark_matches, result.landmark_count, sizeof(Match), to, capacity);
             }
         }
 
@@ -451,9 +433,7 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(
-                    result.patch_observations, result.patch_count, sizeof(PatchObservation), to,
-                    capacity);
+                return Copy(result.patch_observations, result.patch_count, sizeof(PatchObservation), to, capacity);
             }
         }
 
@@ -462,9 +442,7 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(
-                    result.disparity, result.disparity == null ? 0 : (ulong)pixels, sizeof(short),
-                    to, capacity);
+                return Copy(result.disparity, result.disparity == null ? 0 : (ulong)pixels, sizeof(short), to, capacity);
             }
         }
 
@@ -473,8 +451,7 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(
-                    result.vertex_covariance, 6 * result.vertex_count, sizeof(float), to, capacity);
+                return Copy(result.vertex_covariance, 6 * result.vertex_count, sizeof(float), to, capacity);
             }
         }
 
@@ -483,8 +460,7 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(
-                    result.vertex_evidence, result.vertex_count, sizeof(Evidence), to, capacity);
+                return Copy(result.vertex_evidence, result.vertex_count, sizeof(Evidence), to, capacity);
             }
         }
 

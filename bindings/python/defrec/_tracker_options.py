@@ -21,21 +21,22 @@ OPTIONS = """seed: seed of random choices: the same seed gives the same results 
         120, at least 4.
     max_features: found in a frame; 1 to 65535; default 768.
     max_patches: patches of a template; 1 to 65536; default 1024.
-    arap_weight: weight of the smoothness term at the default spacing of control points: the tissue's stiffness, which
-        is kept at others; 0 to 1e9; default 0.55.
+    arap_weight: weight of the smoothness term at the default spacing of control points: the
+        tissue's stiffness, which is kept at others; 0 to 1e9; default 0.55.
     keep_disparity: results carry the disparity image; with grow they do.
-    coarse_iterations: iterations of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000;
-        default 1.
-    fine_iterations: iterations of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default
-        2.
-    timed: the host waits after each stage, so that the times of results are the device's; slower. Otherwise they are
-        those of queueing where a device computes by itself.
-    memory_stride: distance from row to row of left and right images in a Memory, bytes; at most 1048576; default width
-        * bytes per pixel, which is also the min.
+    coarse_iterations: iterations of Levenberg-Marquardt on patches that were searched in half-size
+        images; 1 to 1000; default 1.
+    fine_iterations: iterations of Levenberg-Marquardt on patches that were searched in the images;
+        1 to 1000; default 2.
+    timed: the host waits after each stage, so that the times of results are the device's; slower.
+        Otherwise they are those of queueing where a device computes by itself.
+    memory_stride: distance from row to row of left and right images in a Memory, bytes; at most
+        1048576; default width * bytes per pixel, which is also the min.
     self_calibration: SelfCalibration: what is done about a calibration that has drifted; default
         SelfCalibration.REPORT.
     grow: tissue that comes into view joins the template; 0 to 1.
-    max_vertices: vertices of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.
+    max_vertices: vertices of a template that grows; what would exceed it does not join; 1 to
+        1000000; default 65536.
     body: BodyMode: what carries points beneath the surface; default BodyMode.ON.
     fallback: where the device is quarantined or cannot be opened, take the next one with every
         stage; results name it."""

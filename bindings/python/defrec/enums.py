@@ -252,15 +252,15 @@ class Reason(IntFlag):
     GAP = 2048
     """Time since the last frame is more than twice the usual."""
     VIEWS_SWAPPED = 4096
-    """Left and right seem to be exchanged: there is no depth for a template, or the surface is lost without depth,
-    and exchanged images would give it."""
+    """Left and right seem to be exchanged: there is no depth for a template, or the surface is lost
+    without depth, and exchanged images would give it."""
     LOW_CONTRAST = 8192
     """Few of the patches that are expected are found: smoke, blur, a wet lens."""
     VIEW_LATE = 16384
     """Left and right view were taken at different times: view_lag_frames."""
     CALIBRATION = 32768
-    """Left and right rows do not agree (vertical_offset_px, roll_deg, focal_ratio), or the right view slipped
-    sideways: the calibration is not that of the cameras."""
+    """Left and right rows do not agree (vertical_offset_px, roll_deg, focal_ratio), or the right
+    view slipped sideways: the calibration is not that of the cameras."""
     TEMPLATE_GREW = 65536
     """From this frame on the template has more vertices: tissue joined."""
     TEMPLATE_FULL = 131072
@@ -274,10 +274,11 @@ class Reason(IntFlag):
     OVERDUE = 1048576
     """Done after its deadline."""
     CUT = 2097152
-    """From this frame on the template is parted along a line where tissue came apart: see cut_points of
-    TemplateData."""
+    """From this frame on the template is parted along a line where tissue came apart: see
+    cut_points of TemplateData."""
     PIECE_LOST = 4194304
-    """A piece of the surface is not found where it is expected in the image, others are: see pieces of Result."""
+    """A piece of the surface is not found where it is expected in the image, others are: see pieces
+    of Result."""
     INTERLACED = 8388608
     """An image's rows alternate between two times, as those of video that was not deinterlaced."""
 
@@ -330,5 +331,5 @@ class RegionFlag(IntFlag):
     """Flags of BodyRegion."""
 
     HELD = 1
-    """What lies in it is held: it moves with held_motion of Tracker.submit, or with the deep tissue where that is
-    not given."""
+    """What lies in it is held: it moves with held_motion of Tracker.submit, or with the deep tissue
+    where that is not given."""

@@ -34,7 +34,8 @@ class MovedTargets(NamedTuple):
     status: ByteArray
     """(n,) uint8, PointStatus; never OBSERVED beneath the surface."""
     expected_error_mm: FloatArray
-    """(n,) float64, root mean square of the 3D error to be expected: the root of the covariance's trace."""
+    """(n,) float64, root mean square of the 3D error to be expected: the root of the covariance's
+    trace."""
     covariance: FloatArray
     """(n, 6) float64, xx, xy, xz, yy, yz, zz of the error, mm^2, rectified camera."""
 
@@ -43,6 +44,7 @@ class PointCovariances(NamedTuple):
     """How far off the positions of WarpedPoints may be, by direction, and what was observed there."""
 
     covariance: FloatArray
-    """(n, 6) float64, xx, xy, xz, yy, yz, zz, mm^2, rectified camera; the root of the trace is the expected error."""
+    """(n, 6) float64, xx, xy, xz, yy, yz, zz, mm^2, rectified camera; the root of the trace is the
+    expected error."""
     evidence: ByteArray
     """(n,) uint8, Evidence."""

@@ -54,7 +54,8 @@ class Result:
     patch_residual_px: float
     """RMS distance between found and deformed patches."""
     rigid_motion: FloatArray
-    """(3, 4) float64: rectified camera from template frame, row-major: best rigid fit of all vertices."""
+    """(3, 4) float64: rectified camera from template frame, row-major: best rigid fit of all
+    vertices."""
     motions: RecordArray
     """(nodes,) Motion: per control point, rectified camera from template frame."""
     node_positions: FloatArray
@@ -66,9 +67,10 @@ class Result:
     vertex_status: ByteArray
     """(vertices,) uint8: pointStatus per template vertex: how far to trust it."""
     expected_error_mm: FloatArray
-    """(vertices,) float32: root mean square of the 3D error to be expected, per template vertex: the root of the
-    trace of vertex_covariance. Over a sequence, 55 to 85 % of all vertices of a status have an error within it, at
-    least 93 % within twice and at least 98.5 % within three times it, unless reasons say otherwise."""
+    """(vertices,) float32: root mean square of the 3D error to be expected, per template vertex:
+    the root of the trace of vertex_covariance. Over a sequence, 55 to 85 % of all vertices of a
+    status have an error within it, at least 93 % within twice and at least 98.5 % within three
+    times it, unless reasons say otherwise."""
     landmarks: RecordArray
     """(landmarks,) Landmark: landmarks of the template."""
     landmark_matches: RecordArray
@@ -76,24 +78,24 @@ class Result:
     patch_observations: RecordArray
     """(patches,) PatchObservation: one per template patch."""
     disparity: Optional[DisparityArray]
-    """(height, width) int16: one per pixel of the rectified image, row by row, 1/16 px; None without keep_disparity
-    and grow."""
+    """(height, width) int16: one per pixel of the rectified image, row by row, 1/16 px; None
+    without keep_disparity and grow."""
     times: Tuple[StageTime, ...]
     """In order of execution."""
     vertex_covariance: FloatArray
-    """(vertices, 6) float32: xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error,
-    rectified camera, mm^2."""
+    """(vertices, 6) float32: xx, xy, xz, yy, yz, zz per template vertex: covariance of the
+    position's error, rectified camera, mm^2."""
     vertex_evidence: ByteArray
     """(vertices,) uint8: evidence per template vertex: what was observed of it."""
     view_lag_frames: float
     """By how many frames the right view is late in this frame, negative: early; 0 where that cannot
     be measured."""
     vertical_offset_px: float
-    """Vertical offset of the right view against the left at the image centre, down is positive; mean of the last
-    seconds, 0 where not measured."""
+    """Vertical offset of the right view against the left at the image centre, down is positive;
+    mean of the last seconds, 0 where not measured."""
     roll_deg: float
-    """Roll of the right view against the left about the image centre, clockwise is positive; mean of the last
-    seconds, 0 where not measured."""
+    """Roll of the right view against the left about the image centre, clockwise is positive; mean
+    of the last seconds, 0 where not measured."""
     focal_ratio: float
     """Right focal length to left; mean of the last seconds, 1 where not measured."""
     rig_matches: int

@@ -386,7 +386,8 @@ class RansacSummary(Struct):
     best_support: I32
     """Matches within H of the best reference's rigid motion."""
     rotation: F32x9
-    """Rotation of the best reference's motion: x_live = rotation * x_template + translation; row-major."""
+    """Rotation of the best reference's motion: x_live = rotation * x_template + translation; row-
+    major."""
     translation: F32x3
     """mm."""
 
@@ -441,8 +442,8 @@ class RectifyParams(Struct):
     source_height: U32
     """Height of the source, px; 1 to MAX_SIDE."""
     source_stride: U32
-    """Distance from row to row of the source, bytes; source_width * bytes_per_pixel(format) to 1048576; default
-    source_width * bytes_per_pixel(format)."""
+    """Distance from row to row of the source, bytes; source_width * bytes_per_pixel(format) to
+    1048576; default source_width * bytes_per_pixel(format)."""
     width: U32
     """Width of the result, px; 1 to MAX_SIDE; default source_width."""
     height: U32
@@ -508,8 +509,8 @@ class StereoParams(Struct):
     """A range of disparities in a neighbourhood above this is a depth edge, 1/16 px of half
     resolution; 1 to 4096; default 24."""
     support: U32
-    """How many of 25 neighbours, at every second pixel, must agree with a disparity, itself included; 1 to 25;
-    default 10."""
+    """How many of 25 neighbours, at every second pixel, must agree with a disparity, itself
+    included; 1 to 25; default 10."""
     fill_radius: U32
     """Holes up to about this radius, rounded up to an even number, are filled from their rim, px; 1
     to 8; default 6."""
@@ -565,7 +566,8 @@ class MatchParams(Struct):
     height: U32
     """Width and height of the disparity image, px; 2 to MAX_SIDE."""
     stride: U32
-    """Distance from row to row of the disparity image, elements; width to 1048576; default width."""
+    """Distance from row to row of the disparity image, elements; width to 1048576; default
+    width."""
     camera: Camera
     """Rectified."""
 
@@ -588,8 +590,8 @@ class AlignParams(Struct):
     height: U32
     """Height of the live image, the mask and each view, px; MIN_HEIGHT to MAX_SIDE."""
     stride: U32
-    """Distance from row to row of the live image, the mask and each view, bytes; width to 1048576; default
-    width."""
+    """Distance from row to row of the live image, the mask and each view, bytes; width to 1048576;
+    default width."""
     level: U32
     """Search on images halved this many times; 0 to 3."""
     patch_radius: U32
@@ -667,7 +669,8 @@ class LmParams(Struct):
     height: U32
     """Width and height of the disparity image, px; 2 to MAX_SIDE."""
     stride: U32
-    """Distance from row to row of the disparity image, elements; width to 1048576; default width."""
+    """Distance from row to row of the disparity image, elements; width to 1048576; default
+    width."""
     camera: Camera
     """Rectified."""
     iterations: U32
@@ -724,7 +727,8 @@ class WarpParams(Struct):
     height: U32
     """Width and height of the disparity image, px; 2 to MAX_SIDE."""
     stride: U32
-    """Distance from row to row of the disparity image, elements; width to 1048576; default width."""
+    """Distance from row to row of the disparity image, elements; width to 1048576; default
+    width."""
     reserved: U32
     camera: Camera
     """Rectified."""
@@ -793,27 +797,30 @@ class TrackerDesc(Struct):
     max_patches: U32
     """Patches of a template; 1 to 65536; default 1024."""
     arap_weight: F32
-    """Weight of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept
-    at others; 0 to 1e9; default 0.55."""
+    """Weight of the smoothness term at the default spacing of control points: the tissue's
+    stiffness, which is kept at others; 0 to 1e9; default 0.55."""
     keep_disparity: U32
     """1: results carry the disparity image; with grow they do."""
     coarse_iterations: U32
-    """Iterations of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 1."""
+    """Iterations of Levenberg-Marquardt on patches that were searched in half-size images; 1 to
+    1000; default 1."""
     fine_iterations: U32
-    """Iterations of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 2."""
+    """Iterations of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000;
+    default 2."""
     timed: U32
     """1: the host waits after each stage, so that the times of results are the device's; slower.
     Otherwise they are those of queueing where a device computes by itself."""
     memory_stride: U32
-    """Distance from row to row of left and right images in a Memory, bytes; at most 1048576; default width * bytes
-    per pixel, which is also the min."""
+    """Distance from row to row of left and right images in a Memory, bytes; at most 1048576;
+    default width * bytes per pixel, which is also the min."""
     self_calibration: U32
     """SelfCalibration: what is done about a calibration that has drifted; default
     SelfCalibration.REPORT."""
     grow: U32
     """1: tissue that comes into view joins the template; 0 to 1."""
     max_vertices: U32
-    """Vertices of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536."""
+    """Vertices of a template that grows; what would exceed it does not join; 1 to 1000000; default
+    65536."""
     body: U32
     """BodyMode: what carries points beneath the surface; default BodyMode.ON."""
 
@@ -942,9 +949,10 @@ class ResultStruct(Struct):
     vertex_status: Address
     """PointStatus per template vertex: how far to trust it."""
     expected_error_mm: Address
-    """Root mean square of the 3D error to be expected, per template vertex: the root of the trace of
-    vertex_covariance. Over a sequence, 55 to 85 % of all vertices of a status have an error within it, at least 93
-    % within twice and at least 98.5 % within three times it, unless reasons say otherwise."""
+    """Root mean square of the 3D error to be expected, per template vertex: the root of the trace
+    of vertex_covariance. Over a sequence, 55 to 85 % of all vertices of a status have an error
+    within it, at least 93 % within twice and at least 98.5 % within three times it, unless reasons
+    say otherwise."""
     vertex_count: U64
     """Template vertices."""
     landmarks: Address
@@ -958,7 +966,8 @@ class ResultStruct(Struct):
     patch_count: U64
     """Template patches."""
     disparity: Address
-    """One per pixel of the rectified image, row by row, 1/16 px; None without keep_disparity and grow."""
+    """One per pixel of the rectified image, row by row, 1/16 px; None without keep_disparity and
+    grow."""
     times: StageTimeStructx16
     """In order of execution."""
     time_count: U32
@@ -973,11 +982,11 @@ class ResultStruct(Struct):
     """By how many frames the right view is late in this frame, negative: early; 0 where that cannot
     be measured."""
     vertical_offset_px: F32
-    """Vertical offset of the right view against the left at the image centre, down is positive; mean of the last
-    seconds, 0 where not measured."""
+    """Vertical offset of the right view against the left at the image centre, down is positive;
+    mean of the last seconds, 0 where not measured."""
     roll_deg: F32
-    """Roll of the right view against the left about the image centre, clockwise is positive; mean of the last
-    seconds, 0 where not measured."""
+    """Roll of the right view against the left about the image centre, clockwise is positive; mean
+    of the last seconds, 0 where not measured."""
     focal_ratio: F32
     """Right focal length to left; mean of the last seconds, 1 where not measured."""
     rig_matches: U32
@@ -1089,7 +1098,8 @@ class BodyDesc(Struct):
     flags: U32
     """0."""
     mesh: Mesh
-    """Closed; the whole body's. Without vertices: the tissue beneath the surface, whose extent is not known."""
+    """Closed; the whole body's. Without vertices: the tissue beneath the surface, whose extent is
+    not known."""
     regions: Address
     """Where regions overlap the last one counts."""
     region_count: U64

@@ -126,10 +126,9 @@ class Tracking(LibraryTest):
             with self.assertRaises(Error) as raised:
                 Tracker(context, rig, "misbehaving", format=Format.GRAY8)
             self.assertEqual(raised.exception.status, Status.ERROR_PLUGIN)
-            with (
-                rig,
-                Tracker(context, rig, "misbehaving", format=Format.GRAY8, fallback=True) as tracker,
-            ):
+            with rig, Tracker(
+                context, rig, "misbehaving", format=Format.GRAY8, fallback=True
+            ) as tracker:
                 device = tracker.track(*FRAMES[0], 0).device_id
             self.assertIn(device, {each.id for each in context.devices} - {"misbehaving"})
 
@@ -460,8 +459,7 @@ class Threads(LibraryTest):
         )
 
     def test_fork(self):
-        """The child's handles answer with an error, closing them does nothing, and the parent goes
-        on."""
+        """The child's handles answer with an error, closing them does nothing, and the parent goes on."""
         code = (
             "import defrec, os, plane\n"
             "context = defrec.Context()\n"

@@ -1,12 +1,9 @@
 #!/usr/bin/env python3
-"""Writes the component list (CycloneDX 1.5 and SPDX 2.3, JSON) and the notices of what is contained
-in the binaries.
+"""Writes the component list (CycloneDX 1.5 and SPDX 2.3, JSON) and the notices of what is contained in the binaries.
 
-component_list.py FOUND.json --list bom.json --spdx bom.spdx.json --notices notices.txt [--page
-    package-lock.json --page-packages node_modules]
-FOUND.json is what CMake found: our parts, and each component's name, version, licence, one of its
-files, how it takes part and in which parts. Which Debian package a file belongs to, dpkg says here.
-The page is the report of `defrec track`, bundled from npm packages.
+component_list.py FOUND.json --list bom.json --spdx bom.spdx.json --notices notices.txt [--page package-lock.json --page-packages node_modules]
+FOUND.json is what CMake found: our parts, and each component's name, version, licence, one of its files, how it takes part and in which
+parts. Which Debian package a file belongs to, dpkg says here. The page is the report of `defrec track`, bundled from npm packages.
 """
 import argparse
 import datetime
@@ -54,8 +51,9 @@ def distribution():
         release = platform.freedesktop_os_release()
     except OSError:
         return "debian", None
-    return release["ID"], (
-        f"{release['ID']}-{release['VERSION_ID']}" if "VERSION_ID" in release else None
+    return (
+        release["ID"],
+        f"{release['ID']}-{release['VERSION_ID']}" if "VERSION_ID" in release else None,
     )
 
 
@@ -149,14 +147,12 @@ def component_list(parts, version, components):
         },
         "components": [own_entry(part, version) for part in parts]
         + [entry(component) for component in components],
-        "dependencies": (
-            [{"ref": "sdk", "dependsOn": parts}]
-            + [
-                {"ref": part, "dependsOn": [c["ref"] for c in components if part in c["used_by"]]}
-                for part in parts
-            ]
-            + [{"ref": component["ref"]} for component in components]
-        ),
+        "dependencies": [{"ref": "sdk", "dependsOn": parts}]
+        + [
+            {"ref": part, "dependsOn": [c["ref"] for c in components if part in c["used_by"]]}
+            for part in parts
+        ]
+        + [{"ref": component["ref"]} for component in components],
     }
     # The same content has the same number.
     serial = uuid.uuid5(uuid.NAMESPACE_OID, json.dumps(bom, sort_keys=True))

@@ -1,5 +1,4 @@
-"""defrec as the repository has it in which this recipe lies: conan create
-<repository>/cmake/packaging/ports/conan --build=missing
+"""defrec as the repository has it in which this recipe lies: conan create <repository>/cmake/packaging/ports/conan --build=missing
 
 The library and the cpu plugin; not the programs.
 """
