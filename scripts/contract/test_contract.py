@@ -166,7 +166,6 @@ class Tree(unittest.TestCase):
 
     def test_another_layout_is_current(self):
         self.edit("bindings/python/defrec/structs.py", "\n\n\n@c_struct", "\n@c_struct")
-        self.edit("bindings/csharp/Defrec/Enums.cs", " = 0,", " =\n 0,")
         self.assertEqual(self.run_generator("--verify"), (0, ""))
 
     def test_a_changed_header_makes_copies_stale(self):

@@ -100,7 +100,7 @@ class Struct(ctypes.Structure):
     def __eq__(self, other: object) -> bool:
         if type(self) is not type(other):
             return False
-        return bytes(self) == bytes(other)  # type: ignore[call-overload]
+        return bytes(self) == bytes(other)
 
     __hash__ = None  # type: ignore[assignment]
 

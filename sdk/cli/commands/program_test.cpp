@@ -386,7 +386,7 @@ TEST_CASE("a trace of track: every frame's slices, in one another or apart on ea
 TEST_CASE("bench beside a recorded run: exit code 6 where something is slower beyond the limit") {
     const TestFolder folder;
     const auto bench_beside = [&](const char* median, const char* size = "160x120") {
-        const std::string time = std::string(R"({"median_ms": )") + median + "}";
+        const std::string time = std::string(R"({"noise_ms": 0, "median_ms": )") + median + "}";
         const std::string recorded = folder.write(
             "run.json", std::string(R"({"size": ")") + size +
                             R"(", "sequence": "heartbeat", "stages": {"stereo": )" + time + "}}");
