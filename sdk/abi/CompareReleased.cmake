@@ -6,8 +6,5 @@ file(STRINGS "${PRESENT}" present)
 list(REMOVE_ITEM released ${present})
 if(released)
   list(JOIN released "\n" gone)
-  message(
-    FATAL_ERROR
-      "The ABI changed. ${RELEASED} was released with these lines, which are gone or are others now:\n${gone}"
-  )
+  message(FATAL_ERROR "The ABI changed. Lines of ${RELEASED} are gone or are others now:\n${gone}")
 endif()

@@ -55,7 +55,7 @@ function(check_interface name pattern folder)
          "-DLIBRARY=${folder}/libinterface.so" "-DEXPECTED=${ABI_FOLDER}/interface.abi" -P
          "${ABI_FOLDER}/CompareInterface.cmake")
 endfunction()
-# check_released(NAME PATTERN RELEASED): what sdk/abi/layout_<release> does, with the layout RELEASED.
+# check_released(NAME PATTERN RELEASED): what sdk/abi/layout_<release> does with that layout.
 function(check_released name pattern released)
   expect("${name}" "${pattern}" "${CMAKE_COMMAND}" "-DRELEASED=${released}"
          "-DPRESENT=${ABI_FOLDER}/layout.txt" -P "${ABI_FOLDER}/CompareReleased.cmake")

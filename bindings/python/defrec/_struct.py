@@ -100,7 +100,7 @@ class Struct(ctypes.Structure):
     def __eq__(self, other: object) -> bool:
         if type(self) is not type(other):
             return False
-        return bytes(self) == bytes(other)
+        return bytes(self) == bytes(other)  # type: ignore[no-any-return, call-overload]
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -213,7 +213,7 @@ class Tracking(LibraryTest):
             self.assertEqual(len(template.data().cut_points), 0)
             with open(path, "rb") as file:
                 whole = file.read()[:-8]
-            # The file ends in the number of cuts and in a flag, 0 without a body; here one cut is put there.
+            # The file ends in the number of cuts and in a flag, 0 without a body: one cut is put in.
             line = [(plane.WIDTH / 2, plane.HEIGHT / 2 + v) for v in (-20, 0, 20)]
             cuts = struct.pack("<QBQ6fB", 1, 0, 3, *(x for pixel in line for x in pixel), 0)
             parted = whole[:-9] + cuts
