@@ -40,7 +40,8 @@ SurfaceRegistration::SurfaceRegistration(const std::shared_ptr<const Rig>& rig,
       surface_(settings.body == DEFREC_BODY_ON),
       images_(rig),
       rig_watch_(rig->width(), rig->height(), settings.self_calibration),
-      attempts_{FrameAttempt(rig_watch_.state()), FrameAttempt(rig_watch_.state())} {}
+      attempts_{FrameAttempt(rig_watch_.state()), FrameAttempt(rig_watch_.state())},
+      second_memory_(device) {}
 
 void SurfaceRegistration::compute(TrackerJob& job) noexcept {
     Frame frame{job};
@@ -218,6 +219,7 @@ bool SurfaceRegistration::capture(Frame& frame) {
 // is_observed: it was captured from this very frame.
 void SurfaceRegistration::adopt(std::shared_ptr<const Template> surface, bool is_observed) {
     TrackedSurface::Next next(std::move(surface));
+    second_memory_.make_room(next.data());
     pipeline_.set_template(next.data());
     surface_.adopt(std::move(next), is_observed);
     rig_watch_.forget_template();
@@ -229,6 +231,7 @@ void SurfaceRegistration::adopt(std::shared_ptr<const Template> surface, bool is
 void SurfaceRegistration::change_template(TemplateData changed,
                                           std::vector<defrec_motion> motions) {
     TrackedSurface::Next next(std::move(changed), std::move(motions), surface_);
+    second_memory_.make_room(next.data());
     pipeline_.set_template(next.data());
     surface_.change(std::move(next));
     rig_watch_.forget_vertices();

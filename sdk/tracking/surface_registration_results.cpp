@@ -73,6 +73,8 @@ void SurfaceRegistration::conclude(Frame& frame, FrameAttempt& attempt) {
     if (is_found) place_outside(frame.job, attempt);
     frame.committed = &attempt;
     std::swap(frame.job.result, attempt.result);
+    // Working memory stays where it has grown.
+    std::swap(frame.job.result.confidence.spreading, attempt.result.confidence.spreading);
 }
 
 void SurfaceRegistration::conclude_found(Frame& frame, FrameAttempt& attempt,

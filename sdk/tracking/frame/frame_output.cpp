@@ -61,16 +61,20 @@ size_t rig_patch_count(const TemplateData& data) {
     return (data.patches.size() + step - 1) / step;
 }
 
+void AttemptMemory::make_room(const TemplateData& data) {
+    FrameOutput unused;
+    const uint64_t bytes = carve_fitted({}, data, unused);
+    if (bytes > fitted_.size()) fitted_ = HostMemory(device_, bytes);
+}
+
 FrameMemory::FrameMemory(std::shared_ptr<const Device> device, uint64_t disparities)
-    : device_(std::move(device)), fixed_(device_, carve_fixed({}, disparities, output)) {
+    : fixed_(device, carve_fixed({}, disparities, output)), attempt_(std::move(device)) {
     carve_fixed(fixed_.as<std::byte>(), disparities, output);
 }
 
 void FrameMemory::fit(const TemplateData& data) {
-    HostMemory& memory = attempt_.fitted_;
-    const uint64_t bytes = carve_fitted({}, data, output);
-    if (bytes > memory.size()) memory = HostMemory(device_, bytes);
-    carve_fitted(memory.as<std::byte>(), data, output);
+    attempt_.make_room(data);
+    carve_fitted(attempt_.fitted_.as<std::byte>(), data, output);
 }
 
 void FrameMemory::exchange(AttemptMemory& other, const TemplateData& data) {

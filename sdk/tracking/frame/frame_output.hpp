@@ -39,8 +39,14 @@ size_t rig_patch_count(const TemplateData& data);
 
 // Memory of what registering the surface gives. Must outlive the queue that reads into it.
 class AttemptMemory {
+  public:
+    explicit AttemptMemory(std::shared_ptr<const Device> device) : device_(std::move(device)) {}
+    // As much as the template wants. Allocates where that is more; no work of a queue may use it.
+    void make_room(const TemplateData& data);
+
   private:
     friend class FrameMemory;
+    std::shared_ptr<const Device> device_;
     HostMemory fitted_;
 };
 
@@ -60,7 +66,6 @@ class FrameMemory {
     FrameOutput output;
 
   private:
-    std::shared_ptr<const Device> device_;
     HostMemory fixed_;
     AttemptMemory attempt_;
 };
