@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks that lines of sources have at most 100 characters. A line of one word, such as a URL,
 cannot be broken and may be longer. Markdown has a check of its own, check_markdown.py; Python and
-CMake are left to their formatters, which do not break comments and strings, and C# has none yet.
+CMake are left to their formatters, which do not break comments and strings, and C# and web pages have none.
 
 usage: check_line_length.py FOLDER
 """
@@ -13,7 +13,7 @@ import sys
 from check_markdown import MAX_LINE, NO_SOURCES
 
 KINDS = re.compile(
-    r".*\.(c|h|cpp|hpp|cu|cuh|comp|glsl|sh|js|mjs|css|html|in|map|yaml|yml|toml|xml"
+    r".*\.(c|h|cpp|hpp|cu|cuh|comp|glsl|sh|in|map|yaml|yml|toml|xml"
     r"|csproj|mk)|Snakefile|rules|run|\.clang-(format|tidy)|\.editorconfig"
 )
 # What tools recorded, and lintian's overrides, each of which is a line.
