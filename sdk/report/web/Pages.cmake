@@ -14,12 +14,14 @@ set_property(GLOBAL PROPERTY DEFREC_PAGE_PACKAGES "${packages}")
 function(defrec_add_npm_packages folder packages stamp)
   set(touched "${packages}/packages.stamp")
   if(EXISTS "${touched}" AND NOT EXISTS "${packages}/node_modules")
-    file(REMOVE "${touched}")  # npm failed; it is tried again after each configuration
+    file(REMOVE "${touched}") # npm failed; it is tried again after each configuration
   endif()
   set(install "${CMAKE_CURRENT_FUNCTION_LIST_DIR}/InstallPackages.cmake")
-  add_custom_command(OUTPUT "${touched}" VERBATIM DEPENDS "${folder}/package.json" "${folder}/package-lock.json" "${install}"
-    COMMAND "${CMAKE_COMMAND}" "-DNPM=${DEFREC_NPM}" "-DWEB=${folder}" "-DPACKAGES=${packages}" "-DSTAMP=${touched}" -P "${install}"
-    COMMENT "Installing packages of npm")
+  add_custom_command(
+    OUTPUT "${touched}" VERBATIM DEPENDS "${folder}/package.json" "${folder}/package-lock.json"
+                                         "${install}"
+    COMMAND "${CMAKE_COMMAND}" "-DNPM=${DEFREC_NPM}" "-DWEB=${folder}" "-DPACKAGES=${packages}"
+            "-DSTAMP=${touched}" -P "${install}" COMMENT "Installing packages of npm")
   set(${stamp} "${touched}" PARENT_SCOPE)
 endfunction()
 
@@ -41,20 +43,24 @@ function(defrec_add_page name folder header)
   set(page "${CMAKE_CURRENT_BINARY_DIR}/page.html")
   set(plain_page "${CMAKE_CURRENT_BINARY_DIR}/plain_page.html")
   file(GLOB sources CONFIGURE_DEPENDS "${web}/*" "${folder}/*")
-  add_custom_command(OUTPUT "${plain_page}" VERBATIM DEPENDS ${sources}
+  add_custom_command(
+    OUTPUT "${plain_page}" VERBATIM DEPENDS ${sources}
     COMMAND "${DEFREC_SYSTEM_PYTHON}" "${web}/plain_page.py" "${folder}" "${plain_page}" ${styles})
   if(TARGET defrec_page_packages)
-    add_custom_command(OUTPUT "${page}" VERBATIM DEPENDS defrec_page_packages "${plain_page}" ${sources}
-      COMMAND "${CMAKE_COMMAND}" "-DNODE=${DEFREC_NODE}" "-DPACKAGES=${packages}" "-DFOLDER=${folder}" "-DPLAIN_PAGE=${plain_page}"
-        "-DPAGE=${page}" -P "${web}/BundlePage.cmake"
-      COMMENT "Bundling the ${name} page")
+    add_custom_command(
+      OUTPUT "${page}" VERBATIM DEPENDS defrec_page_packages "${plain_page}" ${sources}
+      COMMAND "${CMAKE_COMMAND}" "-DNODE=${DEFREC_NODE}" "-DPACKAGES=${packages}"
+              "-DFOLDER=${folder}" "-DPLAIN_PAGE=${plain_page}" "-DPAGE=${page}" -P
+              "${web}/BundlePage.cmake" COMMENT "Bundling the ${name} page")
   else()
     set(page "${plain_page}")
   endif()
   foreach(kind page plain_page)
     set(source "${CMAKE_CURRENT_BINARY_DIR}/${kind}.cpp")
-    add_custom_command(OUTPUT "${source}" VERBATIM DEPENDS "${${kind}}" "${web}/embed_page.py"
-      COMMAND "${DEFREC_SYSTEM_PYTHON}" "${web}/embed_page.py" "${${kind}}" "${header}" "${source}" ${ARGN})
+    add_custom_command(
+      OUTPUT "${source}" VERBATIM DEPENDS "${${kind}}" "${web}/embed_page.py"
+      COMMAND "${DEFREC_SYSTEM_PYTHON}" "${web}/embed_page.py" "${${kind}}" "${header}" "${source}"
+              ${ARGN})
     set(${name}_${kind}_source "${source}" PARENT_SCOPE)
   endforeach()
 endfunction()

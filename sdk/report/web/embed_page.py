@@ -38,15 +38,22 @@ def character(byte):
 
 def literals(text):
     content = text.encode()
-    parts = (content[start : start + LITERAL_BYTES] for start in range(0, len(content), LITERAL_BYTES))
+    parts = (
+        content[start : start + LITERAL_BYTES] for start in range(0, len(content), LITERAL_BYTES)
+    )
     return "".join(f'    "{"".join(map(character, part))}"sv,\n' for part in parts)
 
 
 def main():
     page, header, output, *names = sys.argv[1:]
     pieces = pathlib.Path(page).read_text(encoding="utf-8").split("/*DATA*/")
-    functions = (FUNCTION.format(name=name, literals=literals(piece)) for name, piece in zip(names, pieces, strict=True))
-    pathlib.Path(output).write_text(SOURCE.format(header=header, functions="".join(functions)), encoding="utf-8")
+    functions = (
+        FUNCTION.format(name=name, literals=literals(piece))
+        for name, piece in zip(names, pieces, strict=True)
+    )
+    pathlib.Path(output).write_text(
+        SOURCE.format(header=header, functions="".join(functions)), encoding="utf-8"
+    )
 
 
 if __name__ == "__main__":

@@ -23,7 +23,9 @@ def modules(path, before=()):
 
 def script(folder):
     texts = (path.read_text(encoding="utf-8") for path in modules(folder / "main_plain.js"))
-    return "\n".join(re.sub(r"^export ", "", IMPORT.sub("", text), flags=re.MULTILINE) for text in texts)
+    return "\n".join(
+        re.sub(r"^export ", "", IMPORT.sub("", text), flags=re.MULTILINE) for text in texts
+    )
 
 
 def main():
@@ -31,7 +33,9 @@ def main():
     style = "".join(path.read_text(encoding="utf-8") for path in styles)
     page = (folder / "index.html").read_text(encoding="utf-8")
     page = page.replace('<html lang="en">', '<html lang="en" data-plain>')
-    page = page.replace("/*STYLE*/", style).replace("/*SCRIPT*/", f"'use strict';\n{{\n{script(folder.resolve())}}}\n")
+    page = page.replace("/*STYLE*/", style).replace(
+        "/*SCRIPT*/", f"'use strict';\n{{\n{script(folder.resolve())}}}\n"
+    )
     output.write_text(page, encoding="utf-8")
 
 
