@@ -18,6 +18,7 @@ CONTRACT = json.loads((DOCS.parent / "sdk" / "contract" / "contract.json").read_
 PARENTS = {
     "start.md": "",
     "stages.md": "stages/",
+    "numbers.md": "numbers_",
 }  # pages whose links make the navigation tree, and where their children lie
 
 # What begins like this and is not in the headers is a mistake, which Doxygen reports.

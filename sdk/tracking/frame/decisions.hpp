@@ -2,7 +2,7 @@
 // a comment: unit | what it decides | source. A unit of 1 is none. The source is a formula, a
 // measurement or the reasoning that fixed the number; [name] is a page of docs/experiments; "set by
 // hand" says that none is recorded. A struct whose numbers share a source names it, as "Source:".
-// scripts/decisions/generate.py writes the tables of docs/tracker/numbers.md from this file, and
+// scripts/decisions/generate.py writes the tables of docs/tracker/numbers_*.md from this file, and
 // scripts/decisions/check.py finds numbers that stand elsewhere.
 #pragma once
 #include <array>
