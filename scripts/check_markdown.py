@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Checks Markdown files: lines of at most 100 characters, table cells of at most 240, and no link
-to a file or heading that is missing. Code blocks, tables and lines that cannot be broken (one link,
-one URL) may be wider than 100.
+"""Checks Markdown files: lines of at most 100 characters, table cells of at most 240, guides of at
+most 400 lines, and no link to a file or heading that is missing. Code blocks, tables and lines that
+cannot be broken (one link, one URL) may be wider than 100.
 
 usage: check_markdown.py [--links-only] FOLDER
 """
@@ -12,6 +12,8 @@ import sys
 
 MAX_LINE = 100
 MAX_CELL = 240
+MAX_GUIDE = 400  # lines
+NO_GUIDES = re.compile(r"docs/(experiments/|safety/(faults|traceability)\.md$)")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 UNBREAKABLE = re.compile(r"\[[^\]]*\]\([^)]*\)|`[^`]*`")  # a link, inline code
 NO_SOURCES = re.compile(r"^(build.*|out|node_modules|\.(?!github).*)$")  # names of folders
@@ -57,6 +59,13 @@ def width_faults(text):
                 yield number, f"{len(line)} characters, at most {MAX_LINE}"
 
 
+def length_faults(name, text):
+    lines = len(text.splitlines())
+    is_guide = name.startswith("docs/") and not NO_GUIDES.match(name)
+    if is_guide and lines > MAX_GUIDE:
+        yield MAX_GUIDE + 1, f"a guide of {lines} lines, at most {MAX_GUIDE}"
+
+
 def link_faults(path, text):
     for number, line in prose_lines(text):
         for target in LINK.findall(re.sub(r"`[^`]*`", "", line)):
@@ -72,7 +81,7 @@ def link_faults(path, text):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--links-only", action="store_true", help="not the widths")
+    parser.add_argument("--links-only", action="store_true", help="not the lengths")
     parser.add_argument("folder", type=pathlib.Path)
     arguments = parser.parse_args()
 
@@ -80,10 +89,10 @@ def main():
     faults = []
     for path in paths:
         text = path.read_text()
+        name = path.relative_to(arguments.folder).as_posix()
         found = list(link_faults(path, text))
         if not arguments.links_only:
-            found += width_faults(text)
-        name = path.relative_to(arguments.folder)
+            found += [*width_faults(text), *length_faults(name, text)]
         faults += [f"{name}:{number}: {what}" for number, what in sorted(found)]
     print(f"{len(paths)} Markdown files")
     sys.exit("\n".join(faults) or not paths)
