@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Builds the site with Doxygen, warnings being errors, and checks it: every link leads somewhere,
-no unresolved Markdown is left, every guide can be reached, and every sample is named.
+no unresolved Markdown is left, every guide can be reached and shows its pictures, and every sample
+is named.
 
 usage: build_site.py DOXYGEN DOXYFILE GUIDES SITE
 """
@@ -11,6 +12,8 @@ import shutil
 import subprocess
 import sys
 import urllib.parse
+
+PICTURE = re.compile(r"!\[[^\]]*\]\(([^)\s]+)\)")
 
 
 class Page(html.parser.HTMLParser):
@@ -29,7 +32,9 @@ class Page(html.parser.HTMLParser):
         self.anchors.update(
             value for value in (attributes.get("id"), attributes.get("name")) if value
         )
-        self.links += [value for value in (attributes.get("href"), attributes.get("src")) if value]
+        # Doxygen shows an SVG as an object.
+        links = (attributes.get(name) for name in ("href", "src", "data"))
+        self.links += [value for value in links if value]
 
     def handle_endtag(self, tag):
         if self.open and self.open[-1][0] == tag:
@@ -70,9 +75,14 @@ def faults(site, guides):
             reached.add(name)
             waiting += [file for file, _ in targets(name, pages[name])]
     for guide in sorted(guides.rglob("*.md")):
-        name = "_".join(guide.relative_to(guides).with_suffix("").parts) + ".html"
-        if name != "start.html" and name not in reached:
+        parts = guide.relative_to(guides).with_suffix("").parts
+        name = "index.html" if parts == ("start",) else "_".join(parts) + ".html"
+        if name not in reached:
             yield f"{guide.name}: no way leads to it"
+        shown = {file for file, _ in targets(name, pages[name])} if name in pages else set()
+        for picture in PICTURE.findall(guide.read_text()):
+            if pathlib.PurePath(picture).name not in shown:
+                yield f"{guide.name}: {name} does not show {picture}"
 
 
 def faults_of_samples(root):

@@ -147,7 +147,8 @@ class Guide:
             identity = self.page if heading[1] == "#" else self.heading(heading[2])
             title = re.sub(r"#$", "#&zwj;", heading[2])  # Doxygen takes a # at the end away
             return f"{heading[1]} {title} {{#{identity}}}"
-        line = re.sub(r"\[([^\]\[]+)\]\(([^)\s]+)\)", self.link, line)
+        line = re.sub(r"!\[([^\]\[]+)\]\(([^)\s]+)\)", self.picture, line)
+        line = re.sub(r"(?<!!)\[([^\]\[]+)\]\(([^)\s]+)\)", self.link, line)
         line = re.sub(r"`((?:defrec|DEFREC)_[\w.]+)`", self.name, line)
         return re.sub(r"`([^`]+)`", inline_code, line)
 
@@ -165,6 +166,9 @@ class Guide:
             return match[0]
         target = f"{word}::{member}" if member not in ("", "h") else match[1]
         return f'<code>@ref {target} "{match[1]}"</code>'
+
+    def picture(self, match):
+        return f"![{match[1]}]({pathlib.PurePath(match[2]).name})"  # Doxygen has its IMAGE_PATH
 
     def link(self, match):
         label, target = match[1].replace("`", ""), match[2]
