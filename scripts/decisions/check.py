@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Finds numbers that decide something, in sdk/tracking and sdk/body, and stand in no header.
+"""Finds numbers that decide something, in sdk/tracking, sdk/template and sdk/body, and stand
+in no header.
 
 usage: check.py [FOLDER]
 
@@ -47,6 +48,25 @@ ALLOWED = {
     ("body/deep_motion.cpp", "kLeastShare = 1e-3"): "a share that changes nothing is not computed",
     ("body/deep_motion.cpp", "angle > 1e-12"): "no division by 0",
     ("body/lattice.cpp", "BodyCells::kCoarseDistance + 0.5"): "from the middle of a cell",
+    ("template/file.cpp", "kMaxBytes = "): "range of a file",
+    ("template/file.cpp", "kMaxParts = "): "range of a file",
+    ("template/file.cpp", "kMaxCuts = "): "range of a file",
+    ("template/file.cpp", "poisson_ratio, 0.0099, 0.4951"): "range of a parameter of the C API",
+    ("template/file.cpp", "cut_depth_mm, 0.09, 1000"): "range of a parameter of the C API",
+    ("template/file.cpp", "stiffness, 0.009, 1000"): "range of a parameter of the C API",
+    ("template/grid_distance.cpp", "kCorner = 1.41421356f"): "a diagonal",
+    ("template/grid_distance.cpp", "kBlock = 8"): "columns of a vector loop",
+    ("template/new_tissue.cpp", "std::abs(area) < 1e-9"): "no division by 0",
+    ("template/new_tissue.cpp", "< -1e-6"): "rounding",
+    ("template/scattered_skin.cpp", "< -1e-9"): "rounding",
+    ("template/surface.cpp", "Identity() * 1e-6"): "keeps a matrix invertible",
+    ("template/surface.cpp", "kNoPull = 1e-9"): "keeps a matrix invertible",
+    ("template/surface_index.cpp", "determinant > 1e-12"): "no division by 0",
+    ("template/template.cpp", "std::abs(u) < 1e6"): "range of a pixel that an index can hold",
+    ("template/template.cpp", "i < data_.nodes.size() / 3"): "coordinates of a place",
+    ("template/template.cpp", "nearest[k].first + 1e-3"): "no division by 0",
+    ("template/template.cpp", "u >= -0.5 && v >= -0.5"): "border of an image of pixels",
+    ("template/template.cpp", "sum > 1e-6"): "no division by rounding",
     ("tracking/evidence/lateral_evidence.cpp", "> 1e-3f"): "no division by rounding",
     ("tracking/evidence/vertex_confidence.cpp", "kFew = 64"): "vertices of a vector loop",
     ("tracking/evidence/vertex_confidence.cpp", "kFew = 32"): "vertices of a vector loop",

@@ -14,8 +14,12 @@ import re
 import textwrap
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = ("sdk/tracking", "sdk/body")
-HEADERS = ("sdk/tracking/frame/decisions.hpp", "sdk/body/decisions.hpp")
+FOLDERS = ("sdk/tracking", "sdk/template", "sdk/body")
+HEADERS = (
+    "sdk/tracking/frame/decisions.hpp",
+    "sdk/template/decisions.hpp",
+    "sdk/body/decisions.hpp",
+)
 TAGS = {"Source:": "source", "Judged again by:": "command"}
 STRUCT = re.compile(r"^struct (\w+) \{$")
 NUMBER = re.compile(r"static constexpr (?P<type>[^=;]+?) (?P<name>k[A-Z]\w*) = (?P<value>.*);$")

@@ -6,6 +6,7 @@
 
 #include "sdk/base/util/median.hpp"
 #include "sdk/template/check_patches.hpp"
+#include "sdk/template/decisions.hpp"
 #include "sdk/template/node_edges.hpp"
 #include "sdk/template/patch_places.hpp"
 #include "sdk/template/surface.hpp"
@@ -107,13 +108,12 @@ void place_landmarks(TemplateData& data, const CaptureInput& input) {
 }
 
 void place_patches(TemplateData& data, const CaptureInput& input) {
-    constexpr int kBorder = 8;
     const auto has_surface = [&](int u, int v) {
         double disparity = 0, support = 0;
         return grid_disparity(data, u, v, disparity, support) && support <= data.grid.spacing;
     };
     for (const PatchPlace place :
-         trackable_places(input, patch_cell(input), kBorder, has_surface)) {
+         trackable_places(input, patch_cell(input), decisions::PatchPlaces::kBorder, has_surface)) {
         defrec_patch patch{};
         if (surface_patch(data, place.u, place.v, patch)) data.patches.push_back(patch);
     }
@@ -129,13 +129,15 @@ std::optional<TemplateData> capture_template(const CaptureInput& input) {
     const size_t pieces = fit_surface(input, data.grid);
     if (pieces == 0) return std::nullopt;
     place_nodes(data, pieces, input.node_spacing_px);
-    if (data.nodes.size() < 3 * 4) return std::nullopt;
+    const size_t nodes = data.nodes.size() / 3;
+    if (nodes < decisions::TemplateSize::kMinNodes) return std::nullopt;
     measure_node_spacing(data);
     connect_nodes(data, 0);
     place_vertices(data);
     place_landmarks(data, input);
     place_patches(data, input);
-    if (data.vertices.size() < 16 || data.triangles.empty()) return std::nullopt;
+    if (data.vertices.size() < decisions::TemplateSize::kMinVertices || data.triangles.empty())
+        return std::nullopt;
     data.image.assign(input.gray, input.gray + static_cast<size_t>(input.width) * input.height);
     place_checks(data);
     return data;

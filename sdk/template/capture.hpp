@@ -19,9 +19,6 @@ struct CaptureInput {
     uint32_t max_patches = 1024;
 };
 
-// Smallest share of the image that must have disparity before a template is made of it.
-inline constexpr double kMinimumCoverage = 0.15;
-
 // The largest connected surface, smoothed, holes filled and its rim continued a little beyond the
 // measured disparities (vertex_support tells how far). Empty when too little of the image has
 // disparity.

@@ -9,15 +9,13 @@
 namespace defrec {
 namespace {
 
-// Gradients of the image halved `level` times that a sensor's noise alone does not have, squared
-// gray levels.
-constexpr double kMinTexture = 0.5;
+using decisions::CheckPatches;
 
 // Texture of the patch's window, on the image of the check's level; 0 where the window leaves the
 // image.
 double window_texture(const uint8_t* image, int width, int height, double u, double v) {
     const int step = 1 << check_level(static_cast<uint32_t>(width)),
-              radius = static_cast<int>(kCheckRadius);
+              radius = static_cast<int>(CheckPatches::kCheckRadius);
     const int x0 = static_cast<int>(u) - radius * step, y0 = static_cast<int>(v) - radius * step;
     const int reach = (2 * radius + 2) * step;
     if (x0 < step || y0 < step || x0 + reach >= width || y0 + reach >= height) return 0;
@@ -34,12 +32,12 @@ double window_texture(const uint8_t* image, int width, int height, double u, dou
 
 bool has_check_texture(const uint8_t* gray, uint32_t width, uint32_t height, double u, double v) {
     return window_texture(gray, static_cast<int>(width), static_cast<int>(height), u, v) >=
-           kMinTexture;
+           CheckPatches::kMinCheckTexture;
 }
 
 void place_checks(TemplateData& data) {
     const SurfaceGrid& grid = data.grid;
-    const double window = (2 * kCheckRadius + 1) << check_level(data.width);
+    const double window = (2 * CheckPatches::kCheckRadius + 1) << check_level(data.width);
     // Two vertices a side at least, where both lie in the window: at one each, the windows of large
     // images would cover each pixel several times.
     const int least = grid.spacing <= window ? 2 : 1;

@@ -1,12 +1,14 @@
 // Pieces of the template's image at which the deformed surface is compared with the live image.
 #pragma once
+#include "sdk/template/decisions.hpp"
 #include "sdk/template/template.hpp"
 
 namespace defrec {
 
-// How stage align searches for them.
-inline constexpr uint32_t kCheckRadius = 7;  // px of the level
-constexpr uint32_t check_level(uint32_t image_width) { return image_width >= 640 ? 1 : 0; }
+// The level of the image in which stage align searches for them.
+constexpr uint32_t check_level(uint32_t image_width) {
+    return image_width >= decisions::CheckPatches::kLargeImage ? 1 : 0;
+}
 
 // Whether the window round a pixel of an image has texture in both directions.
 bool has_check_texture(const uint8_t* gray, uint32_t width, uint32_t height, double u, double v);

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "sdk/template/decisions.hpp"
+
 using namespace defrec;
 
 namespace {
@@ -43,7 +45,7 @@ double waves(uint32_t x, uint32_t y) { return 120 + 40 * std::sin(0.5 * x) * std
 
 TEST_CASE("texture everywhere: nearly every vertex lies in a check's window") {
     const TemplateData data = flat_template(waves);
-    const double window = 2 * kCheckRadius + 1;
+    const double window = 2 * decisions::CheckPatches::kCheckRadius + 1;
     size_t covered = 0;
     for (size_t i = 0; i < data.vertices.size(); ++i) {
         if (data.check_of_vertex[i] < 0) continue;
@@ -56,7 +58,7 @@ TEST_CASE("texture everywhere: nearly every vertex lies in a check's window") {
 }
 
 TEST_CASE("a check's window that holds two vertices a side is there for both") {
-    const double window = 2 * kCheckRadius + 1;
+    const double window = 2 * decisions::CheckPatches::kCheckRadius + 1;
     for (const int spacing : {8, 10}) {
         CAPTURE(spacing);
         const TemplateData data = flat_template(waves, spacing);
@@ -82,5 +84,6 @@ TEST_CASE("no check where texture does not tell a slide: plain, or in one direct
     CHECK(data.checks.size() > 20);
     // A window that reaches over the border of two kinds of texture has both directions.
     for (const defrec_patch& check : data.checks)
-        CHECK((check.u > 198 - kCheckRadius || std::abs(check.u - 100) <= kCheckRadius + 2));
+        CHECK((check.u > 198 - decisions::CheckPatches::kCheckRadius ||
+               std::abs(check.u - 100) <= decisions::CheckPatches::kCheckRadius + 2));
 }

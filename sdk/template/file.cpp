@@ -20,6 +20,7 @@
 #include "sdk/contract/descs.hpp"
 #include "sdk/device/context.hpp"
 #include "sdk/template/check_patches.hpp"
+#include "sdk/template/decisions.hpp"
 #include "sdk/template/file_checksum.hpp"
 #include "sdk/template/page.hpp"
 #include "sdk/template/template.hpp"
@@ -290,7 +291,7 @@ bool disparity_ok(const TemplateData& data, float value) {
 const char* fault_of(const TemplateData& data) {
     const auto side_ok = [](uint32_t side) { return side > 0 && side <= DEFREC_MAX_SIDE; };
     if (!side_ok(data.width) || !side_ok(data.height)) return "its image size is out of range";
-    if (data.views() == 0 || data.views() > kMaxViews ||
+    if (data.views() == 0 || data.views() > decisions::Pages::kMaxViews ||
         data.image.size() != data.views() * data.width * data.height ||
         (data.parts.empty() && data.views() != 1))
         return "its image has another size than it says";
@@ -318,7 +319,8 @@ const char* fault_of(const TemplateData& data) {
     const size_t nodes = data.nodes.size() / 3, vertices = data.vertices.size();
     if (nodes == 0 || data.nodes.size() % 3 != 0 || !all_finite(data.nodes))
         return "its control points are unusable";
-    if (!data.node_piece.empty() && (data.node_piece.size() != nodes || data.pieces() > kMaxPieces))
+    if (!data.node_piece.empty() &&
+        (data.node_piece.size() != nodes || data.pieces() > decisions::TemplatePieces::kMaxPieces))
         return "the pieces of its control points are out of range";
     if (vertices == 0 || data.vertex_support.size() != vertices || data.triangles.size() % 3 != 0 ||
         !all_finite(data.vertex_support))

@@ -13,6 +13,7 @@
 #include <limits>
 #include <thread>
 
+#include "sdk/template/decisions.hpp"
 #include "sdk/template/template.hpp"
 #include "sdk/testing/test_context.hpp"
 #include "sdk/testing/test_files.hpp"
@@ -207,7 +208,7 @@ TEST_CASE("a file of another layout is refused by its number") {
 TEST_CASE("pieces that do not fit their template are refused") {
     const std::function<void(TemplateData&)> faults[] = {
         [](TemplateData& d) { d.node_piece.push_back(1); },
-        [](TemplateData& d) { d.node_piece[1] = defrec::kMaxPieces; },
+        [](TemplateData& d) { d.node_piece[1] = defrec::decisions::TemplatePieces::kMaxPieces; },
         [](TemplateData& d) { d.node_piece[1] = 0; },
         [](TemplateData& d) { d.node_grid.node.push_back(0); },
         [](TemplateData& d) { std::swap(d.node_grid.node[0], d.node_grid.node[6]); },

@@ -10,6 +10,7 @@
 #include "backends/shared/motion.hpp"
 #include "sdk/base/util/median.hpp"
 #include "sdk/template/check_patches.hpp"
+#include "sdk/template/decisions.hpp"
 #include "sdk/template/grid_distance.hpp"
 #include "sdk/template/new_tissue.hpp"
 #include "sdk/template/node_edges.hpp"
@@ -23,10 +24,9 @@ namespace {
 
 using Motion = DualQuaternion<double>;
 using Point = Vec3<double>;
-
-constexpr int kMargin = 4;          // cells round what is new that a part of the grid keeps
-constexpr double kPatchReach = 48;  // px round a patch that its search may sample
-constexpr int kBorder = 20;         // px; a page has other tissue beyond the image's rim
+using decisions::JoiningTissue;
+using decisions::Pages;
+using decisions::PatchPlaces;
 
 Point as_point(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -71,7 +71,7 @@ void Grower::append_nodes(Growth& growth) {
     const PixelBuckets new_cells(fresh, tissue_.node_spacing);
     for (const defrec_motion& motion : now_.motions) motions_.push_back(Motion::load(motion));
     for (size_t i = 0; i < tissue_.node_at.size(); ++i)
-        if (tissue_.node_at[i].z > 1)
+        if (tissue_.node_at[i].z > JoiningTissue::kMinDepth)
             all[old_.piece_of_node(i)].push_back({static_cast<int32_t>(i),
                                                   tissue_.pixel_u(tissue_.node_at[i]),
                                                   tissue_.pixel_v(tissue_.node_at[i])});
@@ -79,7 +79,8 @@ void Grower::append_nodes(Growth& growth) {
         const auto of_piece = [&](const PixelPoint& point) {
             return tissue_.piece(static_cast<size_t>(point.index)) == node.piece;
         };
-        if (new_cells.nearest(node.u, node.v, 1.5 * tissue_.node_spacing, of_piece) == nullptr)
+        if (new_cells.nearest(node.u, node.v, JoiningTissue::kNewNodeReach * tissue_.node_spacing,
+                              of_piece) == nullptr)
             continue;
         if (!data.node_piece.empty()) data.node_piece.push_back(node.piece);
         all[node.piece].push_back({static_cast<int32_t>(motions_.size()), node.u, node.v});
@@ -167,7 +168,8 @@ void Grower::append_triangles(TemplateData& data) {
     const double spacing = tissue_.seen.grid.spacing;
     for (size_t i = 0; i < tissue_.cells(); ++i)
         if (part_.vertex[i] < 0)
-            if (const PixelPoint* near = tissue_.nearest_vertex(old_, i, 1.5 * spacing))
+            if (const PixelPoint* near =
+                    tissue_.nearest_vertex(old_, i, JoiningTissue::kTouch * spacing))
                 part_.vertex[i] = near->index;
     const auto first_new = static_cast<int32_t>(part_.before.vertices);
     const auto pixel = [&](size_t cell) {
@@ -189,7 +191,8 @@ void Grower::append_triangles(TemplateData& data) {
         const auto [uc, vc] = pixel(c);
         // Counter-clockwise seen from the camera: clockwise where v points down, as here it does.
         const double area = (ub - ua) * (vc - va) - (uc - ua) * (vb - va);
-        if (i == j || j == k || i == k || area > -0.02 * spacing * spacing) return false;
+        if (i == j || j == k || i == k || area > -JoiningTissue::kMinTriangle * spacing * spacing)
+            return false;
         for (const int32_t index : {i, j, k})
             data.triangles.push_back(static_cast<uint32_t>(index));
         return true;
@@ -218,10 +221,10 @@ void Grower::crop_part(TemplateData& data) {
                 x1 = std::max(x1, x + 1);
                 y1 = std::max(y1, y + 1);
             }
-    x0 = std::max(0, x0 - kMargin) / 2 * 2;
-    y0 = std::max(0, y0 - kMargin) / 2 * 2;
-    x1 = std::min(part_.columns, x1 + kMargin);
-    y1 = std::min(part_.rows, y1 + kMargin);
+    x0 = std::max(0, x0 - JoiningTissue::kGridMargin) / 2 * 2;
+    y0 = std::max(0, y0 - JoiningTissue::kGridMargin) / 2 * 2;
+    x1 = std::min(part_.columns, x1 + JoiningTissue::kGridMargin);
+    y1 = std::min(part_.rows, y1 + JoiningTissue::kGridMargin);
     GrownPart& part = data.parts.emplace_back(part_);
     part.columns = x1 - x0;
     part.rows = y1 - y0;
@@ -260,9 +263,10 @@ bool Grower::append_patches(TemplateData& data) {
                grid_disparity(tissue_.seen, u, v, disparity, support) &&
                support <= tissue_.seen.grid.spacing;
     };
-    for (const PatchPlace place :
-         trackable_places(now_.images, std::max(12.0, tissue_.scale * patch_cell(now_.images)),
-                          kBorder, has_new_surface)) {
+    for (const PatchPlace place : trackable_places(
+             now_.images,
+             std::max(PatchPlaces::kMinPatchCell, tissue_.scale * patch_cell(now_.images)),
+             PatchPlaces::kPageBorder, has_new_surface)) {
         defrec_patch patch{};
         if (carry_patch(place.u, place.v, patch)) data.patches.push_back(patch);
     }
@@ -276,7 +280,8 @@ bool Grower::append_patches(TemplateData& data) {
 // As place_checks does for the first view; also for the rim of the surface that was there, which
 // had no whole window in its own view.
 void Grower::append_checks(TemplateData& data, std::vector<defrec_patch>& checks) {
-    const double window = (2 * kCheckRadius + 1) << check_level(tissue_.seen.width);
+    const double window = (2 * decisions::CheckPatches::kCheckRadius + 1)
+                          << check_level(tissue_.seen.width);
     const int step = std::max(1, static_cast<int>(window / tissue_.seen.grid.spacing));
     data.check_of_vertex.resize(data.vertices.size(), -1);
     std::vector<float> distance(tissue_.cells());
@@ -290,7 +295,8 @@ void Grower::append_checks(TemplateData& data, std::vector<defrec_patch>& checks
                     const size_t cell =
                         static_cast<size_t>(y) * tissue_.columns() + static_cast<size_t>(x);
                     if (const int32_t vertex = part_.vertex[cell];
-                        vertex >= 0 && distance[cell] <= static_cast<float>(2 * step) &&
+                        vertex >= 0 &&
+                        distance[cell] <= static_cast<float>(JoiningTissue::kCheckReach * step) &&
                         data.check_of_vertex[static_cast<size_t>(vertex)] < 0)
                         within.push_back(static_cast<size_t>(vertex));
                 }
@@ -314,6 +320,7 @@ void Grower::append_checks(TemplateData& data, std::vector<defrec_patch>& checks
 bool Grower::store_pieces(TemplateData& data, std::span<defrec_patch*> patches,
                           const PixelBox& box) {
     if (patches.empty()) return true;
+    constexpr double kPatchReach = Pages::kPatchReach;
     double u0 = box.x1, v0 = box.y1, u1 = box.x0, v1 = box.y0;
     for (const defrec_patch* patch : patches) {
         u0 = std::min<double>(u0, patch->u);
@@ -323,9 +330,11 @@ bool Grower::store_pieces(TemplateData& data, std::span<defrec_patch*> patches,
     }
     const double across = u1 - u0, down = v1 - v0;
     // Where patches lie as densely as they do in a filled piece, the piece is worth its place.
-    const double cell = std::max(12.0, tissue_.scale * patch_cell(now_.images));
+    const double cell =
+        std::max(PatchPlaces::kMinPatchCell, tissue_.scale * patch_cell(now_.images));
     const double filled = static_cast<double>(patches.size()) * cell * cell;
-    if (across * down > 2 * filled && std::max(across, down) > 4 * kPatchReach) {
+    if (across * down > Pages::kMaxUnfilled * filled &&
+        std::max(across, down) > Pages::kMinHalved * kPatchReach) {
         const bool by_u = across > down;
         const double middle = by_u ? (u0 + u1) / 2 : (v0 + v1) / 2;
         const auto half = std::stable_partition(

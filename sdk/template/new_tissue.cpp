@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "sdk/base/util/median.hpp"
+#include "sdk/template/decisions.hpp"
 #include "sdk/template/surface.hpp"
 
 namespace defrec {
@@ -13,11 +14,7 @@ namespace {
 using Motion = DualQuaternion<double>;
 using Point = Vec3<double>;
 
-constexpr double kMaxMisfitMm = 1;    // median distance of the surface from live depth
-constexpr double kMinOverlap = 0.15;  // share of the image with surface that was found
-constexpr size_t kMinNew = 12;        // vertices of a piece of tissue that joins
-constexpr size_t kMaxHole = 60;       // of a hole that is filled: a highlight, say
-constexpr double kSameDepth = 0.02;   // share of the depth by which two frames may disagree
+using decisions::JoiningTissue;
 
 class TissueFinder {
   public:
@@ -75,17 +72,19 @@ bool TissueFinder::fit_view() {
         const Point p = apply(blend<double>(now_.motions.data(), vertex.node, vertex.weight),
                               load3<double>(vertex.position));
         found_.vertex_at.push_back(p);
-        if (!(p.z > 1)) continue;
+        if (!(p.z > JoiningTissue::kMinDepth)) continue;
         if (found_.vertex_at.size() <= old_.first_counts().vertices)
             rest_depth.push_back(vertex.position[2]);
         const double u = found_.pixel_u(p), v = found_.pixel_v(p);
         if (u >= 0 && v >= 0 && u < old_.width && v < old_.height) depth.push_back(p.z);
     }
     if (depth.empty() || rest_depth.empty()) return false;
-    found_.scale = std::clamp(median(rest_depth) / median(depth), 0.5, 4.0);
+    found_.scale = std::clamp(median(rest_depth) / median(depth), JoiningTissue::kMinScale,
+                              JoiningTissue::kMaxScale);
     found_.node_at = node_positions(old_.nodes, now_.motions);
     CaptureInput input = now_.images;
-    input.vertex_spacing_px = std::max(4.0, found_.scale * old_.grid.spacing);
+    input.vertex_spacing_px =
+        std::max(JoiningTissue::kMinSpacing, found_.scale * old_.grid.spacing);
     found_.node_spacing = found_.scale * old_.node_grid.spacing_u;
     return fit_surface(input, found_.seen.grid) > 0;
 }
@@ -93,7 +92,7 @@ bool TissueFinder::fit_view() {
 void TissueFinder::project_surface() {
     std::vector<PixelPoint> points;
     for (size_t i = 0; i < found_.vertex_at.size(); ++i)
-        if (found_.vertex_at[i].z > 1)
+        if (found_.vertex_at[i].z > JoiningTissue::kMinDepth)
             points.push_back({static_cast<int32_t>(i), found_.pixel_u(found_.vertex_at[i]),
                               found_.pixel_v(found_.vertex_at[i])});
     found_.vertices.emplace(points, found_.seen.grid.spacing);
@@ -107,7 +106,7 @@ void TissueFinder::project_surface() {
 void TissueFinder::cover(const std::array<size_t, 3>& corners) {
     double u[3], v[3];
     for (size_t k = 0; k < 3; ++k) {
-        if (!(found_.vertex_at[corners[k]].z > 1)) return;
+        if (!(found_.vertex_at[corners[k]].z > JoiningTissue::kMinDepth)) return;
         u[k] = found_.pixel_u(found_.vertex_at[corners[k]]);
         v[k] = found_.pixel_v(found_.vertex_at[corners[k]]);
     }
@@ -154,25 +153,26 @@ bool TissueFinder::fits() const {
         misfit.push_back(std::abs(live.z - covered_[i]));
     }
     return static_cast<double>(misfit.size()) >=
-               kMinOverlap * static_cast<double>(found_.cells()) &&
-           median(misfit) <= kMaxMisfitMm;
+               JoiningTissue::kMinOverlap * static_cast<double>(found_.cells()) &&
+           median(misfit) <= JoiningTissue::kMaxMisfit;
 }
 
 // Which of the template's pieces lies where each piece of the surface now is.
 void TissueFinder::find_pieces() {
+    constexpr size_t kMaxPieces = decisions::TemplatePieces::kMaxPieces;
     std::vector<std::array<size_t, kMaxPieces>> votes(kMaxPieces);
     const std::vector<uint8_t>& seen_piece = found_.seen.grid.piece;
     for (size_t i = 0; i < found_.cells(); ++i) {
         if (covered_[i] == 0 || found_.seen.grid.vertex[i] < 0) continue;
         const double depth =
             found_.place_of(found_.cell_u(i), found_.cell_v(i), found_.seen.grid.disparity[i]).z;
-        if (std::abs(depth - covered_[i]) <= kSameDepth * depth)
+        if (std::abs(depth - covered_[i]) <= JoiningTissue::kSameDepth * depth)
             ++votes[seen_piece.empty() ? 0 : size_t{seen_piece[i]}][covering_[i]];
     }
     for (const auto& vote : votes) {
         const auto most = std::max_element(vote.begin(), vote.end());
-        found_.piece_of_seen.push_back(*most >= kMinNew ? static_cast<int>(most - vote.begin())
-                                                        : -1);
+        found_.piece_of_seen.push_back(
+            *most >= JoiningTissue::kMinNew ? static_cast<int>(most - vote.begin()) : -1);
     }
 }
 
@@ -180,22 +180,23 @@ void TissueFinder::find_pieces() {
 void TissueFinder::find_candidates() {
     found_.is_new.assign(found_.cells(), 0);
     for (size_t i = 0; i < found_.cells(); ++i)
-        found_.is_new[i] = found_.seen.grid.vertex[i] >= 0 && found_.piece(i) >= 0 &&
-                           found_.seen.grid.support[i] <= found_.seen.grid.spacing &&
-                           covered_[i] == 0 &&
-                           found_.vertices->nearest(found_.cell_u(i), found_.cell_v(i),
-                                                    0.5 * found_.seen.grid.spacing) == nullptr;
+        found_.is_new[i] =
+            found_.seen.grid.vertex[i] >= 0 && found_.piece(i) >= 0 &&
+            found_.seen.grid.support[i] <= found_.seen.grid.spacing && covered_[i] == 0 &&
+            found_.vertices->nearest(found_.cell_u(i), found_.cell_v(i),
+                                     JoiningTissue::kNewVertexApart * found_.seen.grid.spacing) ==
+                nullptr;
 }
 
-// Control points on a grid over the image, as a template has them, where there is new tissue within
-// one and a half spacings and no control point is near.
+// Control points on a grid over the image, as a template has them, where there is new tissue and no
+// control point is near.
 void TissueFinder::place_nodes() {
     std::vector<PixelPoint> fresh, present;
     for (size_t i = 0; i < found_.cells(); ++i)
         if (found_.is_new[i] != 0)
             fresh.push_back({static_cast<int32_t>(i), found_.cell_u(i), found_.cell_v(i)});
     for (size_t i = 0; i < found_.node_at.size(); ++i)
-        if (found_.node_at[i].z > 1)
+        if (found_.node_at[i].z > JoiningTissue::kMinDepth)
             present.push_back({static_cast<int32_t>(i), found_.pixel_u(found_.node_at[i]),
                                found_.pixel_v(found_.node_at[i])});
     const PixelBuckets new_cells(fresh, found_.node_spacing), nodes(present, found_.node_spacing);
@@ -219,8 +220,10 @@ void TissueFinder::place_nodes() {
             };
             double disparity = 0, support = 0;
             if (!grid_disparity(found_.seen, seen_piece, u, v, disparity, support) ||
-                nodes.nearest(u, v, 0.65 * found_.node_spacing, of_node) != nullptr ||
-                new_cells.nearest(u, v, 1.5 * found_.node_spacing, of_cell) == nullptr)
+                nodes.nearest(u, v, JoiningTissue::kNewNodeApart * found_.node_spacing, of_node) !=
+                    nullptr ||
+                new_cells.nearest(u, v, JoiningTissue::kNewNodeReach * found_.node_spacing,
+                                  of_cell) == nullptr)
                 continue;
             NewTissue::Node node{u,
                                  v,
@@ -279,8 +282,8 @@ bool TissueFinder::was_seen(size_t cell) const {
     }
     const Point p =
         apply(compose(then, inverse(now)), found_.place_of(u, v, found_.seen.grid.disparity[cell]));
-    if (!(p.z > 1)) return false;
-    constexpr int kReach = 2;
+    if (!(p.z > JoiningTissue::kMinDepth)) return false;
+    constexpr int kReach = JoiningTissue::kSeenReach;
     const long x = std::lround(found_.pixel_u(p)), y = std::lround(found_.pixel_v(p));
     const CaptureInput& images = earlier_.images;
     if (x < kReach || y < kReach || x + kReach >= static_cast<long>(images.width) ||
@@ -292,7 +295,8 @@ bool TissueFinder::was_seen(size_t cell) const {
         for (long dx = -kReach; dx <= kReach; ++dx) {
             const int16_t raw = images.disparity[static_cast<size_t>(y + dy) * images.width +
                                                  static_cast<size_t>(x + dx)];
-            if (raw > 0 && std::abs(at_one / raw - p.z) <= kSameDepth * p.z) return true;
+            if (raw > 0 && std::abs(at_one / raw - p.z) <= JoiningTissue::kSameDepth * p.z)
+                return true;
         }
     return false;
 }
@@ -330,12 +334,15 @@ void TissueFinder::keep_whole_pieces() {
     std::vector<uint8_t> done(found_.cells(), 0);
     const auto belongs = [&](size_t cell) { return found_.is_new[cell] == 1; };
     const auto touches = [&](size_t cell) {
-        return found_.nearest_vertex(old_, cell, 1.5 * found_.seen.grid.spacing) != nullptr;
+        return found_.nearest_vertex(old_, cell,
+                                     JoiningTissue::kTouch * found_.seen.grid.spacing) != nullptr;
     };
     for (size_t seed = 0; seed < found_.cells(); ++seed) {
         if (done[seed] != 0 || !belongs(seed)) continue;
         const std::vector<size_t> piece = connected(seed, done, belongs);
-        if (piece.size() >= kMinNew && std::any_of(piece.begin(), piece.end(), touches)) continue;
+        if (piece.size() >= JoiningTissue::kMinNew &&
+            std::any_of(piece.begin(), piece.end(), touches))
+            continue;
         for (const size_t cell : piece) found_.is_new[cell] = 0;
     }
 }
@@ -345,8 +352,9 @@ void TissueFinder::fill_holes() {
     std::vector<uint8_t> done(found_.cells(), 0);
     const auto belongs = [&](size_t cell) {
         return found_.is_new[cell] == 0 && covered_[cell] == 0 &&
-               found_.vertices->nearest(found_.cell_u(cell), found_.cell_v(cell),
-                                        0.5 * found_.seen.grid.spacing) == nullptr;
+               found_.vertices->nearest(
+                   found_.cell_u(cell), found_.cell_v(cell),
+                   JoiningTissue::kNewVertexApart * found_.seen.grid.spacing) == nullptr;
     };
     const auto can_join = [&](size_t cell) {
         const size_t x = cell % found_.columns(), y = cell / found_.columns();
@@ -356,7 +364,9 @@ void TissueFinder::fill_holes() {
     for (size_t seed = 0; seed < found_.cells(); ++seed) {
         if (done[seed] != 0 || !belongs(seed)) continue;
         const std::vector<size_t> hole = connected(seed, done, belongs);
-        if (hole.size() > kMaxHole || !std::all_of(hole.begin(), hole.end(), can_join)) continue;
+        if (hole.size() > JoiningTissue::kMaxHole ||
+            !std::all_of(hole.begin(), hole.end(), can_join))
+            continue;
         for (const size_t cell : hole) found_.is_new[cell] = 1;
     }
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "backends/shared/rigid_fit.hpp"
+#include "sdk/template/decisions.hpp"
 
 namespace defrec {
 
@@ -25,7 +26,7 @@ NodeAnchor anchor_at(std::span<const Vec3<double>> nodes, std::span<const uint8_
     const size_t used = std::min(NodeAnchor::kNodes, near.size());
     std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(used), near.end());
     NodeAnchor anchor;
-    const double spread = 2 * std::pow(2 * spacing_mm, 2);
+    const double spread = 2 * std::pow(decisions::Anchors::kAnchorReach * spacing_mm, 2);
     for (size_t k = 0; k < used; ++k) {
         anchor.node[k] = near[k].second;
         anchor.weight[k] = std::exp((near[0].first - near[k].first) / spread);

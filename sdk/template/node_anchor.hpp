@@ -8,11 +8,12 @@
 
 #include "backends/shared/motion.hpp"
 #include "include/defrec_c.h"
+#include "sdk/template/decisions.hpp"
 
 namespace defrec {
 
 struct NodeAnchor {
-    static constexpr size_t kNodes = 12;
+    static constexpr size_t kNodes = decisions::Anchors::kAnchors;
     std::array<int32_t, kNodes> node{};
     std::array<double, kNodes> weight{};  // 0: none
 };

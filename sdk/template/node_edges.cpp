@@ -4,13 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/template/decisions.hpp"
+
 namespace defrec {
-namespace {
 
-constexpr size_t kNeighbours = 8;
-constexpr double kFarthest = 2.5;  // spacings
-
-}  // namespace
+using decisions::Connections;
 
 double node_distance(const std::vector<float>& nodes, size_t a, size_t b) {
     double squared = 0;
@@ -25,7 +23,8 @@ void connect_nodes(TemplateData& data, size_t first) {
     const size_t count = data.nodes.size() / 3;
     const auto is_near = [&](size_t a, size_t b, double& spacings) {
         spacings = node_distance(data.nodes, a, b) / data.node_spacing_mm;
-        return spacings <= kFarthest && data.piece_of_node(a) == data.piece_of_node(b);
+        return spacings <= Connections::kFarthestEdge &&
+               data.piece_of_node(a) == data.piece_of_node(b);
     };
     struct Pair {
         size_t a, b;
@@ -44,16 +43,17 @@ void connect_nodes(TemplateData& data, size_t first) {
         for (size_t other = 0; other < count; ++other)
             if (double spacings = 0; other != node && is_near(node, other, spacings))
                 near.push_back(spacings);
-        const auto last =
-            near.begin() + static_cast<std::ptrdiff_t>(std::min(kNeighbours, near.size()) - 1);
+        const auto last = near.begin() + static_cast<std::ptrdiff_t>(
+                                             std::min(Connections::kNeighbours, near.size()) - 1);
         std::nth_element(near.begin(), last, near.end());
         return reach[node] = *last;
     };
     for (const auto& [a, b, spacings] : pairs)
-        if (spacings <= std::max(reach_of(a), reach_of(b)))
-            data.edges.push_back(
-                {static_cast<int32_t>(a), static_cast<int32_t>(b),
-                 static_cast<float>(std::exp(-0.5 * (spacings / 1.5) * (spacings / 1.5)))});
+        if (spacings <= std::max(reach_of(a), reach_of(b))) {
+            const double widths = spacings / Connections::kEdgeReach;
+            data.edges.push_back({static_cast<int32_t>(a), static_cast<int32_t>(b),
+                                  static_cast<float>(std::exp(-0.5 * widths * widths))});
+        }
 }
 
 }  // namespace defrec

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "sdk/template/decisions.hpp"
+
 namespace defrec {
 namespace {
 
@@ -26,7 +28,7 @@ std::optional<PagePlace> add_to_pages(TemplateData& data, const uint8_t* gray, P
     const uint32_t width = piece.x1 - piece.x0, height = piece.y1 - piece.y0;
     PageEnd end = data.page_end;
     if (data.views() == 1 || !fits_page(data, end, width, height)) {
-        if (data.views() == kMaxViews) return std::nullopt;
+        if (data.views() == decisions::Pages::kMaxViews) return std::nullopt;
         data.image.resize(data.image.size() + page_bytes);
         end = {};
     }

@@ -7,8 +7,6 @@
 
 namespace defrec {
 
-inline constexpr size_t kMaxViews = 64;  // that stage align takes
-
 // A piece of an image, px; x1, y1: beyond its end.
 struct PixelBox {
     uint32_t x0, y0, x1, y1;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "sdk/template/decisions.hpp"
+
 using namespace defrec;
 
 namespace {
@@ -59,8 +61,8 @@ TEST_CASE("pieces lie side by side on pages, each as it was in its image") {
 TEST_CASE("when no page is left there is no place, and what there is stays") {
     TemplateData data = first_view();
     const std::vector<uint8_t> image(kWidth * kHeight, 9);
-    for (size_t i = 1; i < kMaxViews; ++i)
+    for (size_t i = 1; i < decisions::Pages::kMaxViews; ++i)
         REQUIRE(add_to_pages(data, image.data(), {0, 0, kWidth, kHeight}));
     CHECK_FALSE(add_to_pages(data, image.data(), {0, 0, 8, 8}));
-    CHECK(data.views() == kMaxViews);
+    CHECK(data.views() == decisions::Pages::kMaxViews);
 }

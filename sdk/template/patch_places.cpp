@@ -4,24 +4,24 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/template/decisions.hpp"
 #include "sdk/template/texture.hpp"
 
 namespace defrec {
 namespace {
 
-constexpr double kMinTrackability = 0.15;
+using decisions::PatchPlaces;
 
 double trackability(const CaptureInput& input, int cx, int cy) {
-    constexpr int kRadius = 4;
     const auto gray = [&](int x, int y) {
         return int{input.gray[static_cast<size_t>(y) * input.width + static_cast<size_t>(x)]};
     };
-    return texture(gray, cx, cy, kRadius);
+    return texture(gray, cx, cy, PatchPlaces::kWindowRadius);
 }
 
 bool masked_near(const CaptureInput& input, int cx, int cy, int radius) {
-    for (int y = cy - radius; y <= cy + radius; y += 2)
-        for (int x = cx - radius; x <= cx + radius; x += 2)
+    for (int y = cy - radius; y <= cy + radius; y += PatchPlaces::kPixelStep)
+        for (int x = cx - radius; x <= cx + radius; x += PatchPlaces::kPixelStep)
             if (input.mask != nullptr &&
                 input.mask[static_cast<size_t>(y) * input.width + static_cast<size_t>(x)] == 0)
                 return true;
@@ -31,7 +31,7 @@ bool masked_near(const CaptureInput& input, int cx, int cy, int radius) {
 }  // namespace
 
 double patch_cell(const CaptureInput& input) {
-    return std::max(12.0,
+    return std::max(PatchPlaces::kMinPatchCell,
                     std::sqrt(static_cast<double>(input.width) * input.height / input.max_patches));
 }
 
@@ -48,12 +48,14 @@ std::vector<PatchPlace> trackable_places(const CaptureInput& input, double cell,
             const int y0 = std::max(border, static_cast<int>(row * cell)),
                       y1 = std::min(static_cast<int>(input.height) - border,
                                     static_cast<int>((row + 1) * cell));
-            double best = kMinTrackability;
+            double best = PatchPlaces::kMinTrackability;
             PatchPlace at{-1, -1};
-            for (int y = y0; y < y1; y += 2)
-                for (int x = x0; x < x1; x += 2) {
+            for (int y = y0; y < y1; y += PatchPlaces::kPixelStep)
+                for (int x = x0; x < x1; x += PatchPlaces::kPixelStep) {
                     const double score = trackability(input, x, y);
-                    if (score <= best || masked_near(input, x, y, 5) || !is_wanted(x, y)) continue;
+                    if (score <= best || masked_near(input, x, y, PatchPlaces::kMaskReach) ||
+                        !is_wanted(x, y))
+                        continue;
                     best = score;
                     at = {x, y};
                 }

@@ -5,11 +5,12 @@
 #include <limits>
 
 #include "backends/shared/motion.hpp"
+#include "sdk/template/decisions.hpp"
 
 namespace defrec {
 namespace {
 
-constexpr size_t kNearest = 12;  // a Delaunay triangle round a pixel has its corners among them
+using decisions::BlendWeights;
 
 struct Near {
     int32_t index;
@@ -43,19 +44,19 @@ double nearest_on(const Near& a, const Near& b, double& squared) {
 
 bool scattered_skin(const PixelBuckets& nodes, double spacing, double u, double v, Skin& skin) {
     std::vector<Near> near;
-    nodes.near(u, v, 3 * spacing, [&](const PixelPoint& point, double squared) {
+    nodes.near(u, v, BlendWeights::kReach * spacing, [&](const PixelPoint& point, double squared) {
         near.push_back({point.index, point.u - u, point.v - v, squared});
     });
     if (near.size() < 2) return false;
     std::sort(near.begin(), near.end(), [](const Near& a, const Near& b) {
         return a.squared != b.squared ? a.squared < b.squared : a.index < b.index;
     });
-    if (near.size() > kNearest) near.resize(kNearest);
+    if (near.size() > BlendWeights::kNearest) near.resize(BlendWeights::kNearest);
 
     // The Delaunay triangle is the one round the pixel in which the squared distance from the
     // pixel, interpolated linearly, is least at the pixel.
     double least = std::numeric_limits<double>::infinity();
-    const double smallest = 1e-3 * spacing * spacing;
+    const double smallest = BlendWeights::kMinArea * spacing * spacing;
     for (size_t a = 0; a < near.size(); ++a)
         for (size_t b = a + 1; b < near.size(); ++b)
             for (size_t c = b + 1; c < near.size(); ++c) {
@@ -92,8 +93,7 @@ defrec_patch_slope scattered_slope(std::span<const float> nodes, const defrec_pa
     const Vec3<double> a = corner(1) - corner(0), b = corner(2) - corner(0);
     const double aa = dot(a, a), ab = dot(a, b), bb = dot(b, b), determinant = aa * bb - ab * ab;
     defrec_patch_slope slope{};
-    constexpr double kThin = 1e-3;  // the square of the sine of the angle at a corner
-    if (!(determinant > kThin * aa * bb)) return slope;
+    if (!(determinant > BlendWeights::kThin * aa * bb)) return slope;
     const auto along = [&](const float tangent[3], float weights[DEFREC_SKIN_NODES]) {
         const Vec3<double> t = load3<double>(tangent);
         const double at = dot(a, t), bt = dot(b, t);

@@ -10,10 +10,15 @@
 #include <vector>
 
 #include "sdk/base/util/median.hpp"
+#include "sdk/template/decisions.hpp"
 #include "sdk/template/grid_distance.hpp"
 
 namespace defrec {
 namespace {
+
+using decisions::PlaneFit;
+using decisions::TemplatePieces;
+using decisions::TemplateSurface;
 
 struct Sample {
     double disparity = 0;
@@ -21,8 +26,8 @@ struct Sample {
     double weight = 0;  // share of the window that had disparity; 0: none
 };
 
-// Value at the window's centre of a plane fitted to the window's disparities, twice, the second
-// time without outliers.
+// Value at the window's centre of a plane fitted to the window's disparities, again without those
+// that are outliers.
 Sample fit_window(const CaptureInput& input, int cx, int cy, int radius) {
     const int x0 = std::max(0, cx - radius),
               x1 = std::min(static_cast<int>(input.width) - 1, cx + radius);
@@ -31,7 +36,7 @@ Sample fit_window(const CaptureInput& input, int cx, int cy, int radius) {
     Eigen::Vector3d plane = Eigen::Vector3d::Zero();
     double limit = std::numeric_limits<double>::infinity();
     int used = 0;
-    for (int round = 0; round < 3; ++round) {
+    for (int round = 0; round < PlaneFit::kFits; ++round) {
         Eigen::Matrix3d normal = Eigen::Matrix3d::Identity() * 1e-6;
         Eigen::Vector3d right = Eigen::Vector3d::Zero();
         double squares = 0;
@@ -50,33 +55,25 @@ Sample fit_window(const CaptureInput& input, int cx, int cy, int radius) {
                 squares += residual * residual;
                 ++used;
             }
-        if (used < 12) return {};
+        if (used < PlaneFit::kMinPixels) return {};
         plane = normal.ldlt().solve(right);
-        if (round > 0) limit = std::max(0.5, 2.5 * std::sqrt(squares / used));
-        if (round == 0) limit = 2.0;
+        limit = round == 0 ? PlaneFit::kFirstOutlier
+                           : std::max(PlaneFit::kMinOutlier,
+                                      PlaneFit::kOutlier * std::sqrt(squares / used));
     }
     const double area = static_cast<double>(x1 - x0 + 1) * (y1 - y0 + 1);
-    // The plane must not be an extrapolation of a few pixels at the window's rim.
-    if (used < 0.15 * area || plane[0] < 0.5) return {};
+    if (used < PlaneFit::kMinFit * area || plane[0] < PlaneFit::kMinDisparity) return {};
     return {plane[0], std::hypot(plane[1], plane[2]), used / area};
 }
 
-// Share of the view that another piece of the surface has depth on, at least.
-constexpr double kMinPieceShare = 0.01;
-
-// Surface steeper than this against the line of sight (about 56 degrees) is taken for the blurred
-// edge of something in front.
-constexpr double kSteepest = 1.5;
-
-// Slope of the disparity, px per px and px of disparity, of a surface as steep as that. Where half
-// of the samples are nearly as steep, the tissue is so far away that noise is, and 1.6 times their
-// median is the limit.
+// Slope of the disparity, px per px and px of disparity, of the steepest surface that counts.
 double steepest_disparity(const CaptureInput& input, const std::vector<Sample>& samples) {
     std::vector<double> slopes;
     for (const Sample& sample : samples)
         if (sample.weight > 0) slopes.push_back(sample.slope / sample.disparity);
-    if (slopes.empty()) return kSteepest / input.camera.fx;
-    return std::max(kSteepest / input.camera.fx, 1.6 * median(std::move(slopes)));
+    const double steepest = TemplateSurface::kSteepest / input.camera.fx;
+    if (slopes.empty()) return steepest;
+    return std::max(steepest, TemplateSurface::kSteepestOfMedian * median(std::move(slopes)));
 }
 
 // Sets of neighbouring samples without a step between them.
@@ -121,10 +118,10 @@ Surfaces find_surfaces(const CaptureInput& input, const std::vector<Sample>& sam
     return surfaces;
 }
 
-// The samples of accepted surfaces, but for those next to a rejected one: windows there saw both.
+// The samples of accepted surfaces, but for those next to a rejected one.
 std::vector<Sample> samples_of(const std::vector<Sample>& samples, const Surfaces& surfaces,
                                const std::vector<char>& accepted, int columns, int rows) {
-    constexpr int kMargin = 2;
+    constexpr int kMargin = TemplateSurface::kRejectedMargin;
     const auto belongs = [&](size_t i) {
         return surfaces.label[i] >= 0 && accepted[static_cast<size_t>(surfaces.label[i])];
     };
@@ -176,19 +173,15 @@ std::vector<float> smooth_spline(const std::vector<Sample>& samples, int columns
     return {solution.data(), solution.data() + solution.size()};
 }
 
-// A trend, and the detail that samples add to it. Where there is none, the trend alone goes on: the
-// slope of the last few cells says little of what lies many cells beyond.
+// A trend, and the detail that samples add to it. Where there is none, the trend alone goes on.
 std::vector<float> fit_spline(std::vector<Sample> samples, int columns, int rows) {
-    constexpr double kTrendStiffness = 50;  // smooths below about 17 grid cells
-    // Below about 11: of live depth of beating tissue in later frames a surface smoothed that much
-    // is nearest; with more or less it is farther.
-    constexpr double kDetailStiffness = 8;
-    constexpr double kNoPull = 1e-9, kDetailPull = 4;
-    std::vector<float> spline = smooth_spline(samples, columns, rows, kTrendStiffness, kNoPull);
+    constexpr double kNoPull = 1e-9;
+    std::vector<float> spline =
+        smooth_spline(samples, columns, rows, TemplateSurface::kTrendStiffness, kNoPull);
     for (size_t i = 0; i < samples.size(); ++i)
         samples[i].disparity -= static_cast<double>(spline[i]);
-    const std::vector<float> detail =
-        smooth_spline(samples, columns, rows, kDetailStiffness, kDetailPull);
+    const std::vector<float> detail = smooth_spline(
+        samples, columns, rows, TemplateSurface::kDetailStiffness, TemplateSurface::kDetailPull);
     std::transform(spline.begin(), spline.end(), detail.begin(), spline.begin(), std::plus<>());
     return spline;
 }
@@ -200,9 +193,6 @@ std::vector<float> distance_to_samples(const std::vector<Sample>& samples, int c
     spread_distance(distance, columns, rows);
     return distance;
 }
-
-// Share of the disparity by which a surface that continues another may differ: 3 mm at 80 mm.
-constexpr double kStep = 0.04;
 
 // A piece of the surface.
 struct Piece {
@@ -222,8 +212,6 @@ struct Lead {
 // The lead of each set.
 std::vector<Lead> leads_over(const Piece& piece, const std::vector<Sample>& samples,
                              const Surfaces& surfaces, int columns, int rows) {
-    constexpr float kNear = 8;          // grid steps to the nearest sample of the piece
-    constexpr size_t kFewestNear = 12;  // samples
     const std::vector<float> distance = distance_to_samples(piece.samples, columns, rows);
     std::vector<std::vector<double>> all(surfaces.size.size()), near(all.size());
     for (size_t i = 0; i < samples.size(); ++i) {
@@ -231,18 +219,15 @@ std::vector<Lead> leads_over(const Piece& piece, const std::vector<Sample>& samp
         const auto set = static_cast<size_t>(surfaces.label[i]);
         const double share = samples[i].disparity / static_cast<double>(piece.spline[i]) - 1;
         all[set].push_back(share);
-        if (distance[i] <= kNear) near[set].push_back(share);
+        if (distance[i] <= TemplatePieces::kNearSteps) near[set].push_back(share);
     }
     std::vector<Lead> leads;
     for (size_t set = 0; set < all.size(); ++set) {
-        const bool is_near = near[set].size() >= kFewestNear;
+        const bool is_near = near[set].size() >= TemplatePieces::kMinNear;
         leads.push_back({median(std::move(is_near ? near[set] : all[set])), is_near});
     }
     return leads;
 }
-
-// mm: no instrument is as wide.
-constexpr double kTissueRadius = 10;
 
 // Per sample the set that is nearest to it in steps along the grid; -1: there are none. Holes in a
 // set, such as highlights, are its own.
@@ -294,19 +279,21 @@ std::vector<double> disc_radii(const CaptureInput& input, const std::vector<Samp
 }
 
 // Per set: whether it is other tissue, seen behind the piece's continuation, which would hide it,
-// or in front, and too wide for an instrument. Small sets may be wrong.
+// or in front, and too wide for an instrument.
 std::vector<char> find_other(const CaptureInput& input, const Piece& piece,
                              const std::vector<Sample>& samples, const Surfaces& surfaces,
                              int columns, int rows) {
-    constexpr size_t kMinShare = 50;  // of all samples: one in so many
+    constexpr Ratio kMinShare = TemplatePieces::kMinOtherShare;
+    constexpr double kStep = TemplatePieces::kStep;
     const std::vector<Lead> leads = leads_over(piece, samples, surfaces, columns, rows);
     const std::vector<double> radii = disc_radii(input, samples, surfaces, columns, rows);
     std::vector<char> other(surfaces.size.size(), 0);
     for (size_t set = 0; set < other.size(); ++set)
-        other[set] =
-            piece.accepted[set] == 0 &&
-            static_cast<size_t>(surfaces.size[set]) * kMinShare >= samples.size() &&
-            (leads[set].share < -kStep || (leads[set].share > kStep && radii[set] > kTissueRadius));
+        other[set] = piece.accepted[set] == 0 &&
+                     static_cast<uint64_t>(surfaces.size[set]) * kMinShare.denominator >=
+                         samples.size() * kMinShare.numerator &&
+                     (leads[set].share < -kStep ||
+                      (leads[set].share > kStep && radii[set] > TemplatePieces::kTissueRadius));
     return other;
 }
 
@@ -326,8 +313,6 @@ std::vector<float> distance_to_sets(const Surfaces& surfaces, const std::vector<
 Piece select_piece(const CaptureInput& input, const std::vector<Sample>& samples,
                    const Surfaces& surfaces, size_t seed, const std::vector<char>& taken,
                    int columns, int rows) {
-    constexpr double kBehind = 0.15;
-    constexpr int kMinSize = 3, kMaxRounds = 3;
     Piece piece;
     piece.accepted.assign(surfaces.size.size(), 0);
     piece.accepted[seed] = 1;
@@ -342,12 +327,14 @@ Piece select_piece(const CaptureInput& input, const std::vector<Sample>& samples
         piece.samples = samples_of(samples, surfaces, piece.accepted, columns, rows);
         piece.spline = fit_spline(piece.samples, columns, rows);
         changed = false;
-        if (round == kMaxRounds) break;
+        if (round == TemplatePieces::kMaxRounds) break;
         const std::vector<Lead> leads = leads_over(piece, samples, surfaces, columns, rows);
         for (size_t set = 0; set < piece.accepted.size(); ++set) {
+            const double behind =
+                leads[set].is_near ? TemplatePieces::kStep : TemplatePieces::kBehind;
             if (piece.accepted[set] || taken[set] || nearer[set] < 0 ||
-                surfaces.size[set] < kMinSize || leads[set].share > kStep ||
-                leads[set].share < (leads[set].is_near ? -kStep : -kBehind))
+                surfaces.size[set] < TemplatePieces::kMinSet ||
+                leads[set].share > TemplatePieces::kStep || leads[set].share < -behind)
                 continue;
             piece.accepted[set] = 1;
             changed = true;
@@ -368,7 +355,7 @@ std::vector<Piece> select_pieces(const CaptureInput& input, const std::vector<Sa
             std::count_if(piece.samples.begin(), piece.samples.end(),
                           [](const Sample& sample) { return sample.weight > 0; }));
     };
-    while (pieces.size() < kMaxPieces) {
+    while (pieces.size() < TemplatePieces::kMaxPieces) {
         size_t seed = waiting.size();
         for (size_t set = 0; set < waiting.size(); ++set)
             if (waiting[set] && !taken[set] &&
@@ -378,8 +365,9 @@ std::vector<Piece> select_pieces(const CaptureInput& input, const std::vector<Sa
         Piece piece = select_piece(input, samples, surfaces, seed, taken, columns, rows);
         if (pieces.empty()) waiting = piece.other;
         waiting[seed] = 0;
-        if (!pieces.empty() && static_cast<double>(measured(piece)) <
-                                   kMinPieceShare * static_cast<double>(samples.size()))
+        if (!pieces.empty() &&
+            static_cast<double>(measured(piece)) <
+                TemplatePieces::kMinPieceShare * static_cast<double>(samples.size()))
             continue;
         for (size_t set = 0; set < taken.size(); ++set) taken[set] |= piece.accepted[set];
         pieces.push_back(std::move(piece));
@@ -415,7 +403,8 @@ size_t fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
     const size_t count = static_cast<size_t>(grid.columns) * static_cast<size_t>(grid.rows);
 
     std::vector<Sample> samples(count);
-    const int radius = std::max(3, static_cast<int>(std::lround(grid.spacing * 0.75)));
+    const int radius = std::max(PlaneFit::kMinRadius,
+                                static_cast<int>(std::lround(grid.spacing * PlaneFit::kRadius)));
     for (int y = 0; y < grid.rows; ++y)
         for (int x = 0; x < grid.columns; ++x)
             samples[static_cast<size_t>(y * grid.columns + x)] =
@@ -427,7 +416,8 @@ size_t fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
     size_t measured = 0;
     for (const Piece& piece : pieces)
         for (const Sample& sample : piece.samples) measured += sample.weight > 0;
-    if (static_cast<double>(measured) < kMinimumCoverage * static_cast<double>(count)) return 0;
+    if (static_cast<double>(measured) < TemplateSurface::kMinCoverage * static_cast<double>(count))
+        return 0;
 
     grid.vertex.assign(count, -1);
     grid.piece.assign(pieces.size() > 1 ? count : 0, 0);
@@ -442,7 +432,7 @@ size_t fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
         std::vector<float> support = distance_to_samples(piece.samples, grid.columns, grid.rows);
         const std::vector<float> beside =
             distance_to_sets(surfaces, sets_beside(pieces, index), grid.columns, grid.rows);
-        const double reach = 0.12 * input.width;
+        const double reach = TemplateSurface::kReach * input.width;
         if (index == 0) {
             grid.disparity = piece.spline;
             grid.support.assign(count, 0);
@@ -456,8 +446,9 @@ size_t fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
             if (index > 0 && !is_covered) continue;
             grid.support[i] = support[i];
             // What the spline continues beyond its data must stay a plausible depth.
-            grid.disparity[i] = std::clamp(piece.spline[i], static_cast<float>(0.8 * minimum),
-                                           static_cast<float>(1.25 * maximum));
+            grid.disparity[i] = std::clamp(
+                piece.spline[i], static_cast<float>(TemplateSurface::kMinDisparity * minimum),
+                static_cast<float>(TemplateSurface::kMaxDisparity * maximum));
             if (!is_covered) continue;
             grid.vertex[i] = 0;
             if (index > 0) grid.piece[i] = static_cast<uint8_t>(index);

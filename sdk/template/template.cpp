@@ -7,6 +7,7 @@
 
 #include "sdk/body/body_slot.hpp"
 #include "sdk/template/cut.hpp"
+#include "sdk/template/decisions.hpp"
 #include "sdk/template/surface_index.hpp"
 #include "sdk/template/surroundings.hpp"
 
@@ -255,7 +256,7 @@ bool disparity_at(const SurfaceGrid& grid, const Corners& corners, int piece, do
         value += corners.weight[k] * grid.disparity[index];
         distance += corners.weight[k] * grid.support[index];
     }
-    if (sum < 0.5) return false;
+    if (sum < decisions::BlendWeights::kMinPieceWeight) return false;
     disparity = value / sum;
     support = distance / sum;
     return true;
@@ -276,7 +277,7 @@ int piece_of_corners(const SurfaceGrid& grid, const Corners& corners) {
         most = sum;
         heaviest = piece;
     }
-    return most < 0.5 ? -1 : heaviest;
+    return most < decisions::BlendWeights::kMinPieceWeight ? -1 : heaviest;
 }
 
 }  // namespace
@@ -329,7 +330,7 @@ struct GridCell {
 // Where all control points round a pixel lie beyond a cut: the nearest one of the cells round it
 // that does not; -1: there is none.
 int32_t nearest_joined(const NodeGrid& grid, size_t piece, double u, double v) {
-    constexpr int kReach = 2;  // cells
+    constexpr int kReach = decisions::BlendWeights::kCutReach;
     const GridCell cell(grid, u, v);
     int32_t nearest = -1;
     double least = std::numeric_limits<double>::infinity();

@@ -172,8 +172,6 @@ class Template {
     std::shared_ptr<const int> lineage_;
 };
 
-constexpr size_t kMaxPieces = 8;  // of a surface
-
 // The piece of the grid's surface at a pixel, to which most of the vertices round it belong; -1:
 // outside the surface.
 int grid_piece(const TemplateData& data, double u, double v);

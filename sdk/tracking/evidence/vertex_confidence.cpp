@@ -13,6 +13,7 @@
 #include "backends/shared/rigid_fit.hpp"
 #include "sdk/base/util/array_part.hpp"
 #include "sdk/template/cut.hpp"
+#include "sdk/template/decisions.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
@@ -328,7 +329,7 @@ void forget_lost_pieces(std::span<const defrec_piece> pieces,
 
 uint32_t share_observed(std::span<const uint8_t> vertex_pieces, const VertexConfidence& confidence,
                         std::span<defrec_piece> pieces) {
-    std::array<uint32_t, kMaxPieces> observed{};
+    std::array<uint32_t, decisions::TemplatePieces::kMaxPieces> observed{};
     if (pieces.size() == 1)
         observed[0] = static_cast<uint32_t>(
             std::count(confidence.status.begin(), confidence.status.end(), DEFREC_POINT_OBSERVED));

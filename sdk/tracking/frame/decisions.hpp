@@ -9,6 +9,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "sdk/base/util/ratio.hpp"
+
 namespace defrec::decisions {
 
 // Other evidence is asked for after a frame that was found than after one that was lost.
@@ -26,11 +28,6 @@ struct ByPass {
 template <class T>
 struct BySearch {
     T middle, fine;
-};
-
-// Where counts are compared without rounding.
-struct Ratio {
-    uint64_t numerator, denominator;
 };
 
 // ---- before a frame -----------------------------------------------------------------------------

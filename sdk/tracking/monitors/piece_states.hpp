@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <span>
 
+#include "sdk/base/util/ratio.hpp"
+#include "sdk/template/decisions.hpp"
 #include "sdk/tracking/monitors/frame_state.hpp"
 
 namespace defrec {
@@ -15,12 +17,12 @@ struct PieceEvidence {
 
     // Enough of the piece lies in the image to be found there.
     bool is_expected() const {
-        constexpr decisions::Ratio kShare = decisions::Pieces::kExpectedShare;
+        constexpr Ratio kShare = decisions::Pieces::kExpectedShare;
         return vertices_inside > 0 &&
                kShare.denominator * vertices_inside >= kShare.numerator * vertices;
     }
 };
-using PieceEvidences = std::array<PieceEvidence, kMaxPieces>;
+using PieceEvidences = std::array<PieceEvidence, decisions::TemplatePieces::kMaxPieces>;
 // vertex_pieces: per vertex. whole, patch_px2: of the whole surface, and of measure_patches
 // (frame_state.hpp).
 PieceEvidences weigh_pieces(const TemplateData& data, std::span<const uint8_t> vertex_pieces,
@@ -47,7 +49,7 @@ class PieceStates {
   private:
     bool is_found(size_t piece, const PieceEvidence& evidence, bool uses_depth) const;
 
-    std::array<defrec_piece, kMaxPieces> pieces_{};
+    std::array<defrec_piece, decisions::TemplatePieces::kMaxPieces> pieces_{};
     size_t count_ = 0;
     bool misses_one_ = false;
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "sdk/template/decisions.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/stages/check_output.hpp"
 #include "sdk/tracking/stages/make_stage.hpp"
@@ -324,7 +325,7 @@ bool Pipeline::views_look_swapped(ObservedFrame& frame) {
     };
     const double exchanged = coverage(1, 0), given = coverage(0, 1);
     using decisions::SearchRange;
-    return exchanged > SearchRange::kSwappedCoverage * kMinimumCoverage &&
+    return exchanged > SearchRange::kSwappedCoverage * decisions::TemplateSurface::kMinCoverage &&
            exchanged > SearchRange::kSwappedFactor * given;
 }
 

@@ -5,6 +5,7 @@
 
 #include "backends/shared/motion.hpp"
 #include "sdk/template/check_patches.hpp"
+#include "sdk/template/decisions.hpp"
 #include "sdk/template/scattered_skin.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/stages/make_stage.hpp"
@@ -249,7 +250,7 @@ void TemplateStages::prepare_search(Queue& queue, Pass& pass, const TemplateData
 std::unique_ptr<DeviceStage> TemplateStages::make_check(const TemplateData& data) const {
     defrec_align_params align = align_params(data, count_of(data.checks));
     align.level = check_level(data.width);
-    align.patch_radius = kCheckRadius;
+    align.patch_radius = decisions::CheckPatches::kCheckRadius;
     align.search_radius = StageParameters::kCheckSearchRadius - check_level(data.width);
     align.min_score = 1;
     return make_stage<DEFREC_STAGE_ALIGN>(device_, align);
