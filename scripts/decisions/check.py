@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Finds numbers that decide something, in sdk/tracking, sdk/template and sdk/body, and stand
-in no header.
+"""Finds numbers that decide something, in the rooms that header.py lists, and stand in no
+header.
 
 usage: check.py [FOLDER]
 
@@ -48,6 +48,17 @@ ALLOWED = {
     ("body/deep_motion.cpp", "kLeastShare = 1e-3"): "a share that changes nothing is not computed",
     ("body/deep_motion.cpp", "angle > 1e-12"): "no division by 0",
     ("body/lattice.cpp", "BodyCells::kCoarseDistance + 0.5"): "from the middle of a cell",
+    ("rig/lens.cpp", "kDifference = 1e-6"): "step of a numeric derivative",
+    ("rig/lens.cpp", "kDirections = 64"): "directions in which a fold is looked for",
+    ("rig/lens.cpp", "kSteps = 4096"): "steps in which a fold is looked for",
+    ("rig/lens.cpp", "kLargeSteps = 256"): "steps in which a fold is looked for",
+    ("rig/lens.cpp", "kAccuracy = 1e-12"): "rounds until nothing changes",
+    ("rig/lens.cpp", "share > 1e-4"): "rounds until nothing changes",
+    ("rig/rig.cpp", "< 1e-9"): "rounding of a calibration",
+    ("rig/rig.cpp", "desc_.right.fy, 0.25"): "a mean of four",
+    ("rig/rig_check.cpp", "centre / side - 0.5"): "the middle of a side",
+    ("rig/rig_check.cpp", "kDegree = "): "a unit",
+    ("rig/rig_check.hpp", "kSteps = 16"): "pixels that stand for all",
     ("template/file.cpp", "kMaxBytes = "): "range of a file",
     ("template/file.cpp", "kMaxParts = "): "range of a file",
     ("template/file.cpp", "kMaxCuts = "): "range of a file",

@@ -8,14 +8,13 @@
 #include <string>
 
 #include "sdk/base/util/error.hpp"
+#include "sdk/rig/decisions.hpp"
 #include "sdk/rig/lens.hpp"
 
 namespace defrec {
 namespace {
 
-// Fitted coefficients fold at the image's corners, where a calibration has no data; where less than
-// half is left they are more likely wrong than the corners unused.
-constexpr double kMaxFoldedShare = 0.5;
+using decisions::RigLimits;
 
 template <class... Pieces>
 [[noreturn]] void refuse(const Pieces&... pieces) {
@@ -24,23 +23,21 @@ template <class... Pieces>
 
 void check_focal_length(const char* view, const char* name, double value, uint32_t side) {
     if (!(value > 0)) refuse(view, ".", name, " is ", value, ", a focal length > 0 px expected");
-    if (value < side / 50.0 || value > side * 1000.0)
+    if (value < side / RigLimits::kMaxSide || value > side * RigLimits::kMaxFocalLength)
         refuse(view, ".", name, " is ", value, " px, which does not fit to images of ", side,
                " px");
 }
 
 void check_centre(const char* view, const char* name, double value, uint32_t side) {
-    if (value < -1.0 * side || value > 2.0 * side)
+    if (value < -RigLimits::kMaxBefore * side || value > RigLimits::kMaxBeyond * side)
         refuse(view, ".", name, " is ", value, " px, far outside images of ", side, " px");
 }
 
-// A calibration of images of half or twice the size puts the centre at a quarter of both sides, or
-// at their ends. Cameras with a centre as far off in both directions are hardly built.
+// Cameras with a centre that is far off in both directions are hardly built.
 void doubt_centre(const Services& services, const char* view, const defrec_intrinsics& camera,
                   uint32_t width, uint32_t height) {
-    constexpr double kFarOff = 0.2;  // of a side, from the image's middle
     const auto is_far_off = [](double centre, uint32_t side) {
-        return std::abs(centre / side - 0.5) > kFarOff;
+        return std::abs(centre / side - 0.5) > RigLimits::kFarOff;
     };
     if (is_far_off(camera.cx, width) && is_far_off(camera.cy, height))
         services.log(DEFREC_LOG_WARNING, "sdk",
@@ -64,7 +61,7 @@ double folded_share(const Lens& lens, uint32_t width, uint32_t height) {
 void check_distortion(const Services& services, const char* view, const defrec_intrinsics& camera,
                       uint32_t width, uint32_t height) {
     const double tilt = std::max(std::abs(camera.distortion[12]), std::abs(camera.distortion[13]));
-    if (camera.distortion_count == 14 && tilt > 1)
+    if (camera.distortion_count == 14 && tilt > RigLimits::kMaxTilt)
         refuse(view, ".distortion tilts the sensor by ", tilt, " rad");
     const Lens lens(camera, width, height);
     const double share = folded_share(lens, width, height);
@@ -73,7 +70,7 @@ void check_distortion(const Services& services, const char* view, const defrec_i
         concat(view, ".distortion is not monotone: ", std::round(1000 * share) / 10,
                " % of the image lie beyond ", std::round(1000 * lens.limit()) / 1000,
                " focal lengths off the axis, where two directions share a pixel");
-    if (share > kMaxFoldedShare) refuse(fold, "; wrong order of coefficients?");
+    if (share > RigLimits::kMaxFoldedShare) refuse(fold, "; wrong order of coefficients?");
     services.log(DEFREC_LOG_WARNING, "sdk", (fold + "; they are masked").c_str());
 }
 
@@ -101,17 +98,16 @@ void check_rotation(const Eigen::Matrix3d& rotation) {
     if (!rotation.allFinite()) refuse("rotation holds a number that is not finite");
     const double residual =
         (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-    if (residual > 1e-3 || rotation.determinant() < 0)
+    if (residual > RigLimits::kRotationTolerance || rotation.determinant() < 0)
         refuse("rotation is not a rotation: R^T R differs from the identity by ", residual,
                ", the determinant is ", rotation.determinant());
 }
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kMinBaseline = 0.1, kMaxBaseline = 10000;  // mm
-constexpr double kMaxTurn = 60;                             // degrees
 
 void check_baseline(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation) {
     if (!translation.allFinite()) refuse("translation holds a number that is not finite");
+    constexpr double kMinBaseline = RigLimits::kMinBaseline, kMaxBaseline = RigLimits::kMaxBaseline;
     const double length = translation.norm();
     if (length == 0) refuse("translation is 0: two cameras in one place see no depth");
     const double from_metres = 1000 * length;
@@ -122,17 +118,17 @@ void check_baseline(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& tran
         refuse("the baseline is ", length, " mm, ", kMinBaseline, " to ", kMaxBaseline,
                " expected");
     const Eigen::AngleAxisd turn(rotation);
-    if (turn.angle() > kMaxTurn * kDegree)
+    if (turn.angle() > RigLimits::kMaxTurn * kDegree)
         fail(DEFREC_ERROR_UNSUPPORTED, "the cameras look ",
-             std::round(turn.angle() / kDegree * 10) / 10, " degrees apart, at most ", kMaxTurn,
-             " are supported");
+             std::round(turn.angle() / kDegree * 10) / 10, " degrees apart, at most ",
+             RigLimits::kMaxTurn, " are supported");
     const Eigen::Vector3d half = Eigen::AngleAxisd(-turn.angle() / 2, turn.axis()) * translation;
     const double share = std::abs(half.x()) / length;
-    if (share < std::cos(30 * kDegree))
+    if (share < std::cos(RigLimits::kMaxSlope * kDegree))
         fail(DEFREC_ERROR_UNSUPPORTED, "the baseline is not horizontal: translation is (",
              translation.x(), ", ", translation.y(), ", ", translation.z(), ") mm, ",
-             std::round(std::acos(share) / kDegree * 10) / 10,
-             " degrees from the x axis, at most 30 are supported");
+             std::round(std::acos(share) / kDegree * 10) / 10, " degrees from the x axis, at most ",
+             RigLimits::kMaxSlope, " are supported");
     if (half.x() > 0)
         refuse("translation[0] is ", translation.x(),
                ": the right camera lies to the left of the left one; are the views swapped?");

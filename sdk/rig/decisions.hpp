@@ -1,0 +1,38 @@
+// The numbers by which a calibration is refused or doubted, as in
+// sdk/tracking/frame/decisions.hpp: unit | what it decides | source.
+#pragma once
+
+namespace defrec::decisions {
+
+// What a calibration must fulfil.
+struct RigLimits {
+    // focal lengths | along a side of the image, at most | set by hand
+    static constexpr double kMaxSide = 50;
+    // sides of the image | a longer focal length is refused | set by hand
+    static constexpr double kMaxFocalLength = 1000;
+    // sides of the image | a principal point farther before its first pixel is refused | set by
+    //   hand
+    static constexpr double kMaxBefore = 1;
+    // sides of the image | or one farther beyond that pixel | set by hand
+    static constexpr double kMaxBeyond = 2;
+    // share of both sides | from the image's middle, beyond which a principal point is doubted | a
+    //   calibration of images of half or twice the size puts it at a quarter, or at the end
+    static constexpr double kFarOff = 0.2;
+    // rad | by which a sensor may be tilted | set by hand
+    static constexpr double kMaxTilt = 1;
+    // share of the image | beyond a fold of the distortion; more is refused | coefficients fold at
+    //   the corners, where a calibration has no data; less than half left is more likely an error
+    static constexpr double kMaxFoldedShare = 0.5;
+    // 1 | an element of R^T R - 1, at most | set by hand
+    static constexpr double kRotationTolerance = 1e-3;
+    // mm | a shorter baseline is refused | set by hand
+    static constexpr double kMinBaseline = 0.1;
+    // mm | a longer one is refused | set by hand
+    static constexpr double kMaxBaseline = 10000;
+    // degrees | by which the cameras may look apart | set by hand
+    static constexpr double kMaxTurn = 60;
+    // degrees | from the x axis to the baseline, at most | set by hand
+    static constexpr double kMaxSlope = 30;
+};
+
+}  // namespace defrec::decisions
