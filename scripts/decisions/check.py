@@ -47,7 +47,7 @@ ALLOWED = {
     ("body/deep_motion.cpp", "kLeastShare = 1e-3"): "a share that changes nothing is not computed",
     ("body/deep_motion.cpp", "angle > 1e-12"): "no division by 0",
     ("body/lattice.cpp", "BodyCells::kCoarseDistance + 0.5"): "from the middle of a cell",
-    ("tracking/evidence/lateral_evidence.cpp", "> 1e-3f"): "no division by rounding",
+    ("tracking/evidence/photometric_evidence.cpp", "> 1e-3f"): "no division by rounding",
     ("tracking/evidence/vertex_confidence.cpp", "kFew = 64"): "vertices of a vector loop",
     ("tracking/evidence/vertex_confidence.cpp", "kFew = 32"): "vertices of a vector loop",
     ("tracking/frame/frame_input.cpp", "kBand = "): "how threads share a copy",

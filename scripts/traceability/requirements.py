@@ -352,7 +352,7 @@ REQUIREMENTS = (
                         ),
                     ),
                     (
-                        "sdk/tracking/frame/frame_effort_test.cpp",
+                        "sdk/tracking/frame/quality_level_test.cpp",
                         (
                             "what does not fit is left out, in order, and frames are late only when"
                             " it is tried"

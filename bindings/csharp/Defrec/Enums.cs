@@ -309,7 +309,7 @@ namespace Defrec
     /// <summary>Status of a vertex or point.</summary>
     public enum PointStatus : byte
     {
-        /// <summary>Observed in both directions: Evidence.Depth and Evidence.Lateral.</summary>
+        /// <summary>Observed in both directions: Evidence.Depth and Evidence.Photometric.</summary>
         Observed = 0,
         /// <summary>
         /// From its neighbourhood: occluded, outside, without depth, or not recognised in the
@@ -332,7 +332,7 @@ namespace Defrec
         /// The live image shows there what the template shows: the vertex has not slid along the
         /// surface.
         /// </summary>
-        Lateral = 1 << 1
+        Photometric = 1 << 1
     }
 
     /// <summary>What carries points beneath the surface of a frame.</summary>
@@ -424,7 +424,7 @@ namespace Defrec
         /// <summary>Orientation bin k is the angle k * 2 pi / 32 from x towards y.</summary>
         public const int OrbAngleBins = 32;
         /// <summary>Control points that move one surface point.</summary>
-        public const int SkinNodes = 4;
+        public const int BlendNodes = 4;
         /// <summary>
         /// Where the device is quarantined or cannot be opened, take the next one with every stage;
         /// results name it.

@@ -44,6 +44,7 @@ from .tracking import FollowedPoints, RigEstimate, TrackedFrame, Tracking, track
 
 # By scripts/contract/generate.py: the names of the C API, and everything public.
 from .enums import (
+    BLEND_NODES,
     DISPARITY_NONE,
     DISPARITY_ONE,
     MAX_SIDE,
@@ -51,7 +52,6 @@ from .enums import (
     MIN_HEIGHT,
     MIN_WIDTH,
     ORB_ANGLE_BINS,
-    SKIN_NODES,
     STAGE_COUNT_V1,
     TRACKER_FALLBACK,
     BodyMode,
@@ -103,6 +103,7 @@ from .structs import (
 )
 
 __all__ = [
+    "BLEND_NODES",
     "DISPARITY_NONE",
     "DISPARITY_ONE",
     "MAX_SIDE",
@@ -110,7 +111,6 @@ __all__ = [
     "MIN_HEIGHT",
     "MIN_WIDTH",
     "ORB_ANGLE_BINS",
-    "SKIN_NODES",
     "STAGE_COUNT_V1",
     "TRACKER_FALLBACK",
     "AlignParams",

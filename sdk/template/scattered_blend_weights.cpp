@@ -1,5 +1,5 @@
-// See scattered_skin.hpp.
-#include "sdk/template/scattered_skin.hpp"
+// See scattered_blend_weights.hpp.
+#include "sdk/template/scattered_blend_weights.hpp"
 
 #include <array>
 #include <limits>
@@ -19,13 +19,14 @@ struct Near {
 // Twice the area of the triangle of the origin, a and b.
 double area(const Near& a, const Near& b) { return a.x * b.y - a.y * b.x; }
 
-bool set_skin(Skin& skin, std::initializer_list<std::pair<int32_t, double>> entries) {
-    skin = Skin{};
-    skin.node.fill(entries.begin()->first);
+bool set_blend_weights(BlendWeights& blend_weights,
+                       std::initializer_list<std::pair<int32_t, double>> entries) {
+    blend_weights = BlendWeights{};
+    blend_weights.node.fill(entries.begin()->first);
     size_t k = 0;
     for (const auto& [node, weight] : entries) {
-        skin.node[k] = node;
-        skin.weight[k++] = static_cast<float>(weight);
+        blend_weights.node[k] = node;
+        blend_weights.weight[k++] = static_cast<float>(weight);
     }
     return true;
 }
@@ -41,7 +42,8 @@ double nearest_on(const Near& a, const Near& b, double& squared) {
 
 }  // namespace
 
-bool scattered_skin(const PixelBuckets& nodes, double spacing, double u, double v, Skin& skin) {
+bool scattered_blend_weights(const PixelBuckets& nodes, double spacing, double u, double v,
+                             BlendWeights& blend_weights) {
     std::vector<Near> near;
     nodes.near(u, v, 3 * spacing, [&](const PixelPoint& point, double squared) {
         near.push_back({point.index, point.u - u, point.v - v, squared});
@@ -68,9 +70,9 @@ bool scattered_skin(const PixelBuckets& nodes, double spacing, double u, double 
                     ka * near[a].squared + kb * near[b].squared + kc * near[c].squared;
                 if (value >= least) continue;
                 least = value;
-                set_skin(skin, {{near[a].index, std::max(0.0, ka)},
-                                {near[b].index, std::max(0.0, kb)},
-                                {near[c].index, std::max(0.0, kc)}});
+                set_blend_weights(blend_weights, {{near[a].index, std::max(0.0, ka)},
+                                                  {near[b].index, std::max(0.0, kb)},
+                                                  {near[c].index, std::max(0.0, kc)}});
             }
     if (least < std::numeric_limits<double>::infinity()) return true;
 
@@ -80,7 +82,7 @@ bool scattered_skin(const PixelBuckets& nodes, double spacing, double u, double 
             const double t = nearest_on(near[a], near[b], squared);
             if (squared >= least) continue;
             least = squared;
-            set_skin(skin, {{near[a].index, 1 - t}, {near[b].index, t}});
+            set_blend_weights(blend_weights, {{near[a].index, 1 - t}, {near[b].index, t}});
         }
     return true;
 }
@@ -94,7 +96,7 @@ defrec_patch_slope scattered_slope(std::span<const float> nodes, const defrec_pa
     defrec_patch_slope slope{};
     constexpr double kThin = 1e-3;  // the square of the sine of the angle at a corner
     if (!(determinant > kThin * aa * bb)) return slope;
-    const auto along = [&](const float tangent[3], float weights[DEFREC_SKIN_NODES]) {
+    const auto along = [&](const float tangent[3], float weights[DEFREC_BLEND_NODES]) {
         const Vec3<double> t = load3<double>(tangent);
         const double at = dot(a, t), bt = dot(b, t);
         weights[1] = static_cast<float>((bb * at - ab * bt) / determinant);
