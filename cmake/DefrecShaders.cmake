@@ -1,6 +1,7 @@
 # defrec_embed_shaders(TARGET FOLDER)
-# Compiles every FOLDER/*.comp to SPIR-V for Vulkan 1.2, validates it, and embeds it in TARGET: FOLDER's shaders.hpp declares
-# `extern const Shader <name>;` for each. They include *.glsl and *.h of FOLDER, the contracts of the stages and their constants.
+# Compiles every FOLDER/*.comp to SPIR-V for Vulkan 1.2, validates it, and embeds it in TARGET:
+# FOLDER's shaders.hpp declares `extern const Shader <name>;` for each. They include *.glsl and *.h
+# of FOLDER, the contracts of the stages and their constants.
 find_program(DEFREC_GLSLANG glslangValidator REQUIRED)
 find_program(DEFREC_SPIRV_VAL spirv-val REQUIRED)
 

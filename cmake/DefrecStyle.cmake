@@ -9,6 +9,8 @@ if(DEFREC_BUILD_TESTS AND NOT CMAKE_CROSSCOMPILING)
   add_test(NAME style/lines
            COMMAND "${DEFREC_SYSTEM_PYTHON}" -B "${CMAKE_SOURCE_DIR}/scripts/check_line_length.py"
                    "${CMAKE_SOURCE_DIR}")
+  add_test(NAME style/format_check COMMAND "${DEFREC_SYSTEM_PYTHON}" -B
+                                           "${CMAKE_SOURCE_DIR}/scripts/test_format.py")
   add_test(NAME style/lines_check COMMAND "${DEFREC_SYSTEM_PYTHON}" -B
                                           "${CMAKE_SOURCE_DIR}/scripts/test_check_line_length.py")
   set(layers "${CMAKE_SOURCE_DIR}/scripts/layers")
@@ -23,8 +25,8 @@ if(DEFREC_BUILD_TESTS AND NOT CMAKE_CROSSCOMPILING)
   add_test(NAME style/decisions_check COMMAND "${DEFREC_SYSTEM_PYTHON}" -B
                                               "${decisions}/test_decisions.py")
   set(styles
-      style/markdown style/format style/lines_check style/lines style/layers style/layers_check
-      style/comments style/comments_check style/decisions style/decisions_check)
+      style/markdown style/format style/format_check style/lines_check style/lines style/layers
+      style/layers_check style/comments style/comments_check style/decisions style/decisions_check)
   # It checks what is compiled, so once is enough: not in builds with sanitizers.
   if(NOT DEFREC_SANITIZE)
     add_test(NAME style/tidy

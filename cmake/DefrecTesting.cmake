@@ -1,14 +1,17 @@
-# defrec_add_tests(TARGET SOURCES <name>_test.cpp... [LONG <name>_test.cpp...] [SLOW <name>_test.cpp...]
+# defrec_add_tests(TARGET SOURCES <name>_test.cpp... [LONG <name>_test.cpp...] [SLOW
+# <name>_test.cpp...]
 #                  [LIBRARIES ...] [LABELS ...] [DEFINITIONS ...])
-# One doctest program, and in ctest one test for each source file, named after its path without _test.
-# SLOW: those of the sources whose tests are slow, see below. LONG: those whose tests take longer than
-# ten seconds and are not slow.
+# One doctest program, and in ctest one test for each source file, named after its path without
+# _test. SLOW: those of the sources whose tests are slow, see below. LONG: those whose tests take
+# longer than ten seconds and are not slow.
 #
-# In a build for another machine these run by CMAKE_CROSSCOMPILING_EMULATOR. Left out there are tests in which this machine's compilers and
-# interpreters use what was built: of the bindings, of the packages, of the samples. DEFREC_EMULATED_ROOT is what the emulator calls this
-# machine's root folder, where it has another name.
+# In a build for another machine these run by CMAKE_CROSSCOMPILING_EMULATOR. Left out there are
+# tests in which this machine's compilers and interpreters use what was built: of the bindings, of
+# the packages, of the samples. DEFREC_EMULATED_ROOT is what the emulator calls this machine's root
+# folder, where it has another name.
 #
-# Tests are built where all that they need is installed, which is more than the programs need: DEFREC_BUILD_TESTS is OFF elsewhere.
+# Tests are built where all that they need is installed, which is more than the programs need:
+# DEFREC_BUILD_TESTS is OFF elsewhere.
 if(DEFREC_BUILD_TESTS AND NOT EXISTS "${CMAKE_SOURCE_DIR}/cmake/test_main.cpp")
   message(STATUS "Tests: left out, this is a tarball without them")
   set(DEFREC_BUILD_TESTS OFF)
@@ -47,20 +50,22 @@ if(DEFREC_BUILD_TESTS)
   endif()
 endif()
 
-# COST of tests: ctest starts them in descending order of it, and takes the seconds of earlier runs where it is not set. Long ones come first,
-# so that no core is idle at the end. None claims several PROCESSORS: while single ones are left it would not start, and run last and alone.
-# Presets release and release-all run three tests at a time on two cores, for some tests wait most of their time: for deadlines, or for a browser.
+# COST of tests: ctest starts them in descending order of it, and takes the seconds of earlier runs
+# where it is not set. Long ones come first, so that no core is idle at the end. None claims several
+# PROCESSORS: while single ones are left it would not start, and run last and alone. Presets release
+# and release-all run three tests at a time on two cores, for some tests wait most of their time:
+# for deadlines, or for a browser.
 set(DEFREC_COST_FIRST 1000)
 set(DEFREC_COST_LONG 20)
 
-# Label slow: what ./test.sh leaves to ./test.sh all, so that a newcomer waits four minutes at most for
-# the tests, on two cores. A test is slow
+# Label slow: what ./test.sh leaves to ./test.sh all, so that a newcomer waits four minutes at most
+# for the tests, on two cores. A test is slow
 #   - that builds defrec or a package of it anew, or works with what such a test has built;
 #   - that goes through all sources with a tool that compiles or parses them;
 #   - that takes more than five seconds of a processor, unless no quicker one shows the same part of
 #     defrec at work.
-# ctest runs a slow test all the same where one that is not slow requires its fixture, so that one is
-# slow as well. LABELS are set before this is called.
+# ctest runs a slow test all the same where one that is not slow requires its fixture, so that one
+# is slow as well. LABELS are set before this is called.
 function(defrec_mark_slow)
   foreach(test IN LISTS ARGN)
     set_property(TEST ${test} APPEND PROPERTY LABELS slow)
@@ -87,7 +92,8 @@ function(defrec_add_tests target)
       get_filename_component(name "${source}" NAME_WE)
       get_filename_component(room "${source}" DIRECTORY)
       string(REGEX REPLACE "_test$" "" stage "${name}")
-      # Tests from elsewhere (../agreement, generated ones) are named after the folder that runs them.
+      # Tests from elsewhere (../agreement, generated ones) are named after the folder that runs
+      # them.
       if(room STREQUAL "" OR room MATCHES "^(\\.\\.|/)")
         set(test "${folder}/${stage}")
       else()

@@ -1,5 +1,7 @@
-# Guides link to headers and samples as these lie in the source tree; leads the links to where they are installed.
-#   docs: folder of the installed guides, samples beside them; headers: folder of the headers as seen from there
+# Guides link to headers and samples as these lie in the source tree; leads the links to where they
+# are installed.
+#   docs: folder of the installed guides, samples beside them; headers: folder of the headers as
+#   seen from there
 file(GLOB_RECURSE guides "${docs}/*.md")
 foreach(guide IN LISTS guides)
   file(READ "${guide}" text)

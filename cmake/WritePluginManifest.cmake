@@ -1,4 +1,5 @@
-# Writes the manifest of a plugin beside it. cmake -DNAME= -DVERSION= -DLIBRARY= [-DABI_MAJOR=] [-DABI_MINOR=] -P this
+# Writes the manifest of a plugin beside it. cmake -DNAME= -DVERSION= -DLIBRARY= [-DABI_MAJOR=]
+# [-DABI_MINOR=] -P this
 if(NOT DEFINED ABI_MAJOR)
   set(ABI_MAJOR 1)
 endif()

@@ -390,7 +390,7 @@ enum {
     DEFREC_ORB_ANGLE_BINS = 32 /**< orientation bin k is the angle k * 2 pi / 32 from x towards y */
 };
 /** Size of arrays. */
-enum { DEFREC_SKIN_NODES = 4 /**< control points that move one surface point */ };
+enum { DEFREC_BLEND_NODES = 4 /**< control points that move one surface point */ };
 
 /** A corner with its descriptor, 48 bytes. */
 typedef struct defrec_feature {
@@ -423,32 +423,32 @@ typedef struct defrec_match {
 
 /** A point that control points move, 56 bytes. */
 typedef struct defrec_surface_point {
-    float   position[3];               /**< template frame, mm */
-    float   normal[3];                 /**< unit length, towards the camera */
-    int32_t node[DEFREC_SKIN_NODES];   /**< control points; unused entries repeat one, with weight
+    float   position[3];                /**< template frame, mm */
+    float   normal[3];                  /**< unit length, towards the camera */
+    int32_t node[DEFREC_BLEND_NODES];   /**< control points; unused entries repeat one, with weight
                                             0 */
-    float   weight[DEFREC_SKIN_NODES]; /**< sum 1 */
+    float   weight[DEFREC_BLEND_NODES]; /**< sum 1 */
 } defrec_surface_point;
 
 /** A piece of the template's image that is searched in each frame, 88 bytes. */
 typedef struct defrec_patch {
-    float    u, v;                      /**< its centre in the view it was taken from, px */
-    int32_t  view;                      /**< which view */
-    uint32_t reserved;                  /**< 0 */
-    float    position[3];               /**< template frame, mm */
-    float    tangent_u[3];              /**< how position moves, mm, for one pixel to the right in
+    float    u, v;                       /**< its centre in the view it was taken from, px */
+    int32_t  view;                       /**< which view */
+    uint32_t reserved;                   /**< 0 */
+    float    position[3];                /**< template frame, mm */
+    float    tangent_u[3];               /**< how position moves, mm, for one pixel to the right in
                                              the view, along the surface */
-    float    tangent_v[3];              /**< likewise for one pixel down */
-    int32_t  node[DEFREC_SKIN_NODES];   /**< as a surface point's */
-    float    weight[DEFREC_SKIN_NODES]; /**< as a surface point's */
-    uint32_t reserved2;                 /**< 0 */
+    float    tangent_v[3];               /**< likewise for one pixel down */
+    int32_t  node[DEFREC_BLEND_NODES];   /**< as a surface point's */
+    float    weight[DEFREC_BLEND_NODES]; /**< as a surface point's */
+    uint32_t reserved2;                  /**< 0 */
 } defrec_patch;
 
 /** How the weights of a patch change along its view, per px, 32 bytes; of a patch that its control
     points do not strain all are 0. */
 typedef struct defrec_patch_slope {
-    float weight_u[DEFREC_SKIN_NODES]; /**< for one pixel to the right; sum 0 @unit 1/px */
-    float weight_v[DEFREC_SKIN_NODES]; /**< likewise for one pixel down @unit 1/px */
+    float weight_u[DEFREC_BLEND_NODES]; /**< for one pixel to the right; sum 0 @unit 1/px */
+    float weight_v[DEFREC_BLEND_NODES]; /**< likewise for one pixel down @unit 1/px */
 } defrec_patch_slope;
 
 /** Where a patch is expected, 32 bytes. */
@@ -1062,7 +1062,7 @@ enum {
 /** Status of a vertex or point. */
 enum {
     DEFREC_POINT_OBSERVED     = 0, /**< observed in both directions: DEFREC_EVIDENCE_DEPTH and
-                                        DEFREC_EVIDENCE_LATERAL */
+                                        DEFREC_EVIDENCE_PHOTOMETRIC */
     DEFREC_POINT_EXTRAPOLATED = 1, /**< from its neighbourhood: occluded, outside, without depth, or
                                         not recognised in the image */
     DEFREC_POINT_UNKNOWN      = 2  /**< not to be trusted: the frame is lost, or nothing near it was
@@ -1070,9 +1070,9 @@ enum {
 };
 /** What was observed of a vertex, a mask. */
 enum {
-    DEFREC_EVIDENCE_DEPTH   = 1, /**< live depth was measured there and agrees */
-    DEFREC_EVIDENCE_LATERAL = 2  /**< the live image shows there what the template shows: the vertex
-                                      has not slid along the surface */
+    DEFREC_EVIDENCE_DEPTH       = 1, /**< live depth was measured there and agrees */
+    DEFREC_EVIDENCE_PHOTOMETRIC = 2  /**< the live image shows there what the template shows: the
+                                      vertex has not slid along the surface */
 };
 /** Size of an array. */
 enum { DEFREC_MAX_TIMED_STAGES = 16 /**< entries of defrec_result's times */ };

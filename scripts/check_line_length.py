@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """Checks that lines of sources have at most 100 characters. A line of one word, such as a URL,
-cannot be broken and may be longer. Markdown has a check of its own, check_markdown.py; Python and
-CMake are left to their formatters, which do not break comments and strings, and C# and web pages have none.
+cannot be broken and may be longer. Markdown has a check of its own, check_markdown.py.
 
 usage: check_line_length.py FOLDER
 """
@@ -13,10 +12,11 @@ import sys
 from check_markdown import MAX_LINE, NO_SOURCES
 
 KINDS = re.compile(
-    r".*\.(c|h|cpp|hpp|cu|cuh|comp|glsl|sh|in|map|yaml|yml|toml|xml"
-    r"|csproj|mk)|Snakefile|rules|run|\.clang-(format|tidy)|\.editorconfig"
+    r".*\.(c|h|cpp|hpp|cu|cuh|comp|glsl|cs|py|sh|js|mjs|css|html|cmake|txt|in|map|yaml|yml|toml|xml"
+    r"|csproj|mk)|CMakePresets\.json|.*\.schema\.json|Snakefile|rules|run"
+    r"|\.clang-(format|tidy)|\.editorconfig"
 )
-# What tools recorded, and lintian's overrides, each of which is a line.
+# Tools recorded these, and an override of lintian has to be one line.
 EXCLUDED = re.compile(r"sdk/abi/layout\.txt|sdk/fuzz/corpus/.*|cmake/packaging/deb/lintian/.*")
 COMMENT = re.compile(r"^\W*\s")
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Formats the sources with the formatters of Debian 12; other versions of them format differently.
-# C, C++, CUDA, GLSL: clang-format 14. Python: black 23. Shell: shfmt 3. CMake:
+# C, C++, CUDA, GLSL, JavaScript, C#: clang-format 14. Python: black 23. Shell: shfmt 3. CMake:
 # cmake-format 0.6.
 #   scripts/format.sh [--check] [FILE...]
 # writes those of the files, or of all sources, that differ. --check names them instead; its exit
@@ -9,11 +9,11 @@ set -euo pipefail
 
 if [ "${1:-}" = --check ]; then
     mode=check
-    clang=(--dry-run --Werror --ferror-limit=1) black=(--check) cmake=(--check)
+    clang=(--dry-run --Werror --ferror-limit=1) csharp=(--check) black=(--check) cmake=(--check)
     shift
 else
     mode=write
-    clang=(-i) black=(-q) cmake=(-i)
+    clang=(-i) csharp=() black=(-q) cmake=(-i)
 fi
 if [[ ${1:-} == -* ]]; then
     echo "usage: scripts/format.sh [--check] [FILE...]" >&2
@@ -82,8 +82,9 @@ export -f format_shaders format_shell
 status=0
 if formatter clang-format 14 clang-format-14 clang-format; then
     export clang_format="$formatter"
-    files .c .h .cpp .hpp .cu .cuh | each 32 "$clang_format" "${clang[@]}" || status=1
+    files .c .h .cpp .hpp .cu .cuh .js .mjs | each 32 "$clang_format" "${clang[@]}" || status=1
     files .comp .glsl | each 16 bash -c 'format_shaders "$@"' _ || status=1
+    files .cs | each 16 python3 scripts/format_csharp.py "${csharp[@]}" "$clang_format" || status=1
 fi
 if formatter black 23 black; then
     files .py | each 200 black "${black[@]}" |&

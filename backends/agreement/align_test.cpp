@@ -202,14 +202,14 @@ AlignScene plane(uint32_t level) {
         patch.position[2] = 80;
         patch.tangent_u[0] = patch.tangent_v[1] = 80.0f / 500.0f;
         float sum = 0;
-        for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+        for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
             patch.node[k] = int32_t(random() % 6);
             sum += patch.weight[k] = float(1 + random() % 8);
         }
         for (float& weight : patch.weight) weight /= sum;
         defrec_patch_slope& slope = scene.slopes.emplace_back();
         for (float* weights : {slope.weight_u, slope.weight_v})
-            for (int k = 1; k < DEFREC_SKIN_NODES; ++k)
+            for (int k = 1; k < DEFREC_BLEND_NODES; ++k)
                 weights[0] -= weights[k] = 0.001f * (float(random_slopes() % 9) - 4) / 4;
     }
     return scene;
@@ -284,7 +284,7 @@ TEST_CASE("a motion that is not finite takes no other control point's patches al
                 run(*under_test::make_align(scene.params, host.host()), scene, motions);
             size_t untouched = 0;
             for (size_t i = 0; i < scene.patches.size(); ++i) {
-                if (std::count(scene.patches[i].node, scene.patches[i].node + DEFREC_SKIN_NODES,
+                if (std::count(scene.patches[i].node, scene.patches[i].node + DEFREC_BLEND_NODES,
                                2) != 0)
                     continue;
                 CHECK(std::memcmp(&good.observations[i], &got.observations[i],

@@ -520,9 +520,9 @@ TEST_CASE(
             surface.edges.clear();
             const auto bind = [](auto& items) {
                 for (auto& item : items) {
-                    std::fill(item.node, item.node + DEFREC_SKIN_NODES, 0);
-                    const float all_of_first[DEFREC_SKIN_NODES] = {1};
-                    std::copy(all_of_first, all_of_first + DEFREC_SKIN_NODES, item.weight);
+                    std::fill(item.node, item.node + DEFREC_BLEND_NODES, 0);
+                    const float all_of_first[DEFREC_BLEND_NODES] = {1};
+                    std::copy(all_of_first, all_of_first + DEFREC_BLEND_NODES, item.weight);
                 }
             };
             bind(surface.points);

@@ -1,7 +1,7 @@
 // The ARAP term of stage lm over all edges.
 #pragma once
+#include "backends/cpu/blend_clusters.hpp"
 #include "backends/cpu/lm_system.hpp"
-#include "backends/cpu/skin_clusters.hpp"
 #include "backends/definition/lm_inputs.hpp"
 
 namespace defrec::cpu {

@@ -6,11 +6,11 @@ namespace {
 
 enum List : uint32_t { kPoint, kLandmark, kPatch };
 
-std::vector<SkinKey> sorted_keys(const LmTemplate& surface) {
-    std::vector<SkinKey> keys;
+std::vector<BlendKey> sorted_keys(const LmTemplate& surface) {
+    std::vector<BlendKey> keys;
     const auto add = [&](const auto& items, List list) {
         for (size_t i = 0; i < items.size(); ++i)
-            keys.push_back({Skin(items[i]).node, list, uint32_t(i)});
+            keys.push_back({BlendWeights(items[i]).node, list, uint32_t(i)});
     };
     add(surface.points, kPoint);
     add(surface.landmarks, kLandmark);
@@ -29,7 +29,7 @@ LmGroups::LmGroups(const LmTemplate& surface, const Host& host)
       patch_order_(HostAllocator<uint32_t>(host)),
       landmark_places_(HostAllocator<Place>(host)),
       patch_places_(HostAllocator<Place>(host)) {
-    const std::vector<SkinKey> keys = sorted_keys(surface);
+    const std::vector<BlendKey> keys = sorted_keys(surface);
     std::vector<uint32_t> source;  // of each place for a point
     for (size_t i = 0; i < keys.size(); ++i) {
         if (i == 0 || keys[i].node != keys[i - 1].node) {
@@ -41,9 +41,10 @@ LmGroups::LmGroups(const LmTemplate& surface, const Host& host)
         LmGroup& group = groups_.back();
         if (keys[i].list == kPoint) source.push_back(keys[i].index), ++group.points;
         const auto place = [](const auto& item) {
-            const Skin skin(item);
-            return Place{item.position[0], item.position[1], item.position[2], skin.weight[0],
-                         skin.weight[1],   skin.weight[2],   skin.weight[3]};
+            const BlendWeights blend_weights(item);
+            return Place{item.position[0],        item.position[1],        item.position[2],
+                         blend_weights.weight[0], blend_weights.weight[1], blend_weights.weight[2],
+                         blend_weights.weight[3]};
         };
         if (keys[i].list == kLandmark) {
             landmark_order_.push_back(keys[i].index), ++group.landmarks;
@@ -60,13 +61,13 @@ LmGroups::LmGroups(const LmTemplate& surface, const Host& host)
     points_.assign(size_t(kPointComponents) * point_stride_, 0.0f);
     for (size_t i = 0; i < source.size(); ++i) {
         const defrec_surface_point& point = surface.points[source[i]];
-        const Skin skin(point);
+        const BlendWeights blend_weights(point);
         for (size_t c = 0; c < 3; ++c) {
             points_[(kX + c) * point_stride_ + i] = point.position[c];
             points_[(kNormalX + c) * point_stride_ + i] = point.normal[c];
         }
-        for (size_t k = 0; k < kSkin; ++k)
-            points_[(kWeight + k) * point_stride_ + i] = skin.weight[k];
+        for (size_t k = 0; k < kBlendNodes; ++k)
+            points_[(kWeight + k) * point_stride_ + i] = blend_weights.weight[k];
     }
 
     for (LmGroup& group : groups_) {

@@ -2,21 +2,21 @@
 // move, side by side for SIMD, and the sums over each such group. A group's sums are computed by
 // one thread in one order; only then are groups added, in their order.
 #pragma once
-#include "backends/cpu/skin_clusters.hpp"
+#include "backends/cpu/blend_clusters.hpp"
 #include "backends/definition/lm_inputs.hpp"
 #include "backends/shared/levenberg_marquardt.hpp"
 #include "backends/shared/lm_terms.hpp"
 
 namespace defrec::cpu {
 
-constexpr size_t kJacobian = 6 * kSkin;  // entries of a row
+constexpr size_t kJacobian = 6 * kBlendNodes;  // entries of a row
 // Few groups have more than 8 points or 8 sightings: wider vectors would be mostly empty.
 constexpr size_t kGroupLanes = 8;
 // Rows of the linearised system come in fours (lm_normal_equations-inl.hpp).
 constexpr size_t kRowFloats = kJacobian + 4, kFourRows = 4 * kRowFloats;
 
 struct LmGroup {
-    std::array<int32_t, kSkin> node;
+    std::array<int32_t, kBlendNodes> node;
     uint32_t first_point, points;
     // Sightings of the present frame, matches before patches; room for landmarks + patches.
     uint32_t first_sighting, sightings, matches;
@@ -26,10 +26,10 @@ struct LmGroup {
 // The parts of a group's normal equations, for its own control points: blocks (k, l), k >= l, in
 // the order (0,0) (1,0) (1,1) (2,0) ...
 struct LmGroupSums {
-    static constexpr size_t kPairs = kSkin * (kSkin + 1) / 2;
+    static constexpr size_t kPairs = kBlendNodes * (kBlendNodes + 1) / 2;
     float blocks[kPairs][36];  // column-major
     float gradient[kJacobian];
-    float data[kSkin];  // weight of the data at each control point
+    float data[kBlendNodes];  // weight of the data at each control point
     struct Term {
         float cost, weights, squares;
         int32_t count;
@@ -53,14 +53,14 @@ class LmGroups {
         kNormalY,
         kNormalZ,
         kWeight,
-        kPointComponents = kWeight + int(kSkin)
+        kPointComponents = kWeight + int(kBlendNodes)
     };
     enum {
         kSeenX,
         kSeenY,
         kSeenZ,
         kSeenWeight,
-        kSeenU = kSeenWeight + int(kSkin),
+        kSeenU = kSeenWeight + int(kBlendNodes),
         kSeenV,
         kSeenUU,
         kSeenUV,
@@ -91,7 +91,7 @@ class LmGroups {
     size_t max_rows() const { return max_rows_; }    // of a group, those without weight included
 
   private:
-    using Place = std::array<float, 3 + kSkin>;  // of a landmark or patch: position, weights
+    using Place = std::array<float, 3 + kBlendNodes>;  // of a landmark or patch: position, weights
     void store_sighting(size_t at, const Place& place, const Sighting<float>& seen, float weight,
                         float inverse_a, float inverse_c2, float px_inverse_c2);
     void pad_sightings(LmGroup& group);

@@ -115,7 +115,7 @@ inline void cut_blocks(NormalEquations& equations, LmGroupSums& sums) {
          ++c)  // the part of the diagonal blocks above the pieces on the diagonal
         for (size_t r = c / 6 * 6; r < c / 4 * 4; ++r) m[c * kJacobian + r] = m[r * kJacobian + c];
     size_t pair = 0;
-    for (size_t k = 0; k < kSkin; ++k)
+    for (size_t k = 0; k < kBlendNodes; ++k)
         for (size_t l = 0; l <= k; ++l, ++pair)
             for (size_t c = 0; c < 6; ++c)
                 std::memcpy(&sums.blocks[pair][6 * c], &m[(6 * l + c) * kJacobian + 6 * k],

@@ -34,7 +34,7 @@ LmProblem::LmProblem(const defrec_lm_params& params, const LmTemplate& surface, 
     for (const LmGroup& group : groups_.groups()) {
         auto& places = places_.emplace_back();
         size_t pair = 0;
-        for (size_t k = 0; k < kSkin; ++k)
+        for (size_t k = 0; k < kBlendNodes; ++k)
             for (size_t l = 0; l <= k; ++l, ++pair)
                 places[pair] = uint32_t(k == l || group.node[k] == group.node[l]
                                             ? size_t(group.node[k])
@@ -99,7 +99,7 @@ void LmProblem::list_row_groups() {
     const auto each = [this](auto&& body) {
         for (size_t g = 0; g < groups_.groups().size(); ++g) {
             const auto& node = groups_.groups()[g].node;
-            for (size_t k = 0; k < kSkin; ++k)
+            for (size_t k = 0; k < kBlendNodes; ++k)
                 if (k == 0 || node[k] != node[k - 1])  // a repeated control point has no weight
                     body(size_t(node[k]), RowGroup{uint32_t(g), uint32_t(k)});
         }
@@ -147,7 +147,7 @@ void LmProblem::sum_arap(size_t piece, bool linearise) {
 void LmProblem::measure_data() {
     std::fill(data_.begin(), data_.end(), 0.0);
     for (size_t g = 0; g < sums_.size(); ++g)
-        for (size_t k = 0; k < kSkin; ++k)
+        for (size_t k = 0; k < kBlendNodes; ++k)
             data_[size_t(groups_.groups()[g].node[k])] += double(sums_[g].data[k]);
     double sum = 0, squares = 0;
     for (const double weight : data_) {

@@ -65,13 +65,13 @@ HWY_INLINE void store_four(D d, const V* entry, V residual, float* out) {
 // A residual's derivative by the increments of the four control points is their weight times (arm x
 // gradient, gradient).
 struct Levers {
-    Lanes3<V> arm[kSkin];
-    V weight[kSkin];
+    Lanes3<V> arm[kBlendNodes];
+    V weight[kBlendNodes];
 
-    HWY_INLINE Levers(const NodeMotion* motions, const std::array<int32_t, kSkin>& node,
+    HWY_INLINE Levers(const NodeMotion* motions, const std::array<int32_t, kBlendNodes>& node,
                       const Lanes3<V>& rest, const V* weights) {
         const D d;
-        for (size_t k = 0; k < kSkin; ++k) {
+        for (size_t k = 0; k < kBlendNodes; ++k) {
             const NodeMotion& motion = motions[node[k]];
             const Lanes3<V> from =
                 subtract(rest, {hn::Set(d, motion.rest[0]), hn::Set(d, motion.rest[1]),
@@ -89,7 +89,7 @@ struct Levers {
     // The rows of one vector, in fours, as lm_normal_equations-inl.hpp wants them.
     HWY_INLINE void store(const Lanes3<V>& gradient, V residual, size_t fours, float* out) const {
         V entry[kJacobian];
-        for (size_t k = 0; k < kSkin; ++k) {
+        for (size_t k = 0; k < kBlendNodes; ++k) {
             const Lanes3<V> shift = scale(weight[k], gradient), turn = cross(arm[k], shift);
             const V six[6] = {turn.x, turn.y, turn.z, shift.x, shift.y, shift.z};
             for (size_t i = 0; i < 6; ++i) entry[6 * k + i] = six[i];
@@ -103,7 +103,7 @@ struct Levers {
 struct Rows {
     float* out;
     size_t fours = 0;
-    V data[kSkin];
+    V data[kBlendNodes];
 
     HWY_INLINE explicit Rows(float* where) : out(where) {
         for (V& sum : data) sum = hn::Zero(D());
@@ -114,8 +114,9 @@ struct Rows {
         levers.store(gradient, residual, more, out + fours * kFourRows);
         fours += more;
     }
-    HWY_INLINE void add_data(const V* skin, V weight) {
-        for (size_t k = 0; k < kSkin; ++k) data[k] = hn::MulAdd(skin[k], weight, data[k]);
+    HWY_INLINE void add_data(const V* blend_weights, V weight) {
+        for (size_t k = 0; k < kBlendNodes; ++k)
+            data[k] = hn::MulAdd(blend_weights[k], weight, data[k]);
     }
 };
 
@@ -135,9 +136,10 @@ HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group,
         const auto load = [&](int component) HWY_ATTR {
             return hn::Load(d, groups.point(component) + group.first_point + i);
         };
-        const V skin[kSkin] = {load(LmGroups::kWeight), load(LmGroups::kWeight + 1),
-                               load(LmGroups::kWeight + 2), load(LmGroups::kWeight + 3)};
-        const auto motion = blend_lanes(d, motions, skin);
+        const V blend_weights[kBlendNodes] = {load(LmGroups::kWeight), load(LmGroups::kWeight + 1),
+                                              load(LmGroups::kWeight + 2),
+                                              load(LmGroups::kWeight + 3)};
+        const auto motion = blend_lanes(d, motions, blend_weights);
         const Lanes3<V> rest{load(LmGroups::kX), load(LmGroups::kY), load(LmGroups::kZ)};
         const Lanes3<V> p = motion.point(rest);
         const Lanes3<V> n = motion.direction(Lanes3<V>{
@@ -165,9 +167,9 @@ HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group,
         if (hn::AllTrue(d, hn::Le(weight, zero))) continue;
         const V root = hn::Sqrt(weight);
         const Lanes3<V> gradient = scale(hn::Neg(root), n);
-        rows.add(Levers(task.motions, group.node, rest, skin), gradient, hn::Mul(root, residual),
-                 group.points - i);
-        rows.add_data(skin, weight);
+        rows.add(Levers(task.motions, group.node, rest, blend_weights), gradient,
+                 hn::Mul(root, residual), group.points - i);
+        rows.add_data(blend_weights, weight);
     }
     sums.icp = term.sums();
     sums.missing = float(missing) * task.params->icp_weight * c2 / 3;
@@ -185,9 +187,10 @@ HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group,
         const auto load = [&](int component) HWY_ATTR {
             return hn::Load(d, groups.sighting(component) + group.first_sighting + i);
         };
-        const V skin[kSkin] = {load(LmGroups::kSeenWeight), load(LmGroups::kSeenWeight + 1),
-                               load(LmGroups::kSeenWeight + 2), load(LmGroups::kSeenWeight + 3)};
-        const auto motion = blend_lanes(d, motions, skin);
+        const V blend_weights[kBlendNodes] = {
+            load(LmGroups::kSeenWeight), load(LmGroups::kSeenWeight + 1),
+            load(LmGroups::kSeenWeight + 2), load(LmGroups::kSeenWeight + 3)};
+        const auto motion = blend_lanes(d, motions, blend_weights);
         const Lanes3<V> rest{load(LmGroups::kSeenX), load(LmGroups::kSeenY),
                              load(LmGroups::kSeenZ)};
         const Lanes3<V> p = motion.point(rest);
@@ -227,7 +230,7 @@ HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group,
 
         const V weight = hn::Mul(term_weight, robust);
         const V force = hn::Sqrt(weight);
-        const Levers levers(task.motions, group.node, rest, skin);
+        const Levers levers(task.motions, group.node, rest, blend_weights);
         const auto add_row = [&](const Lanes3<V>& gradient, V residual, size_t count) HWY_ATTR {
             rows.add(levers, scale(force, gradient), hn::Mul(force, residual), count);
         };
@@ -236,7 +239,7 @@ HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group,
         add_row({zero, vv, hn::Neg(hn::Mul(vv, v))}, r1, used);
         // Only matches have depth.
         if (i < group.matches) add_row({zero, zero, root}, r2, group.matches - i);
-        rows.add_data(skin, weight);
+        rows.add_data(blend_weights, weight);
     }
     sums.match = match.sums();
     sums.patch = patch.sums();
@@ -267,7 +270,7 @@ void SumGroups(const LmGroupTask& task, size_t first, size_t last) {
         sum_points(task, group, motions, rows, sums);
         sum_sightings(task, group, motions, rows, sums);
         if (!task.linearise) continue;
-        for (size_t k = 0; k < kSkin; ++k) sums.data[k] = total(rows.data[k]);
+        for (size_t k = 0; k < kBlendNodes; ++k) sums.data[k] = total(rows.data[k]);
         multiply_rows(DWide(), rows.out, rows.fours, *equations);
         cut_blocks(*equations, sums);
     }

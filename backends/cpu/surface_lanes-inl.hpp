@@ -3,7 +3,7 @@
 // Highway's foreach_target.
 #include <hwy/highway.h>
 
-#include "backends/cpu/skin_clusters.hpp"
+#include "backends/cpu/blend_clusters.hpp"
 #include "backends/shared/live_depth.hpp"
 
 #if defined(DEFREC_CPU_SURFACE_LANES) == defined(HWY_TARGET_TOGGLE)
@@ -71,11 +71,11 @@ struct MotionLanes {
 };
 
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE MotionLanes<V> blend_lanes(D d, const GroupMotion& group, const V weight[kSkin]) {
+HWY_INLINE MotionLanes<V> blend_lanes(D d, const GroupMotion& group, const V weight[kBlendNodes]) {
     V sum[8];
     for (size_t i = 0; i < 8; ++i)
         sum[i] = hn::Mul(weight[0], hn::Set(d, group.dual_quaternion[0][i]));
-    for (size_t k = 1; k < kSkin; ++k)
+    for (size_t k = 1; k < kBlendNodes; ++k)
         for (size_t i = 0; i < 8; ++i)
             sum[i] = hn::MulAdd(weight[k], hn::Set(d, group.dual_quaternion[k][i]), sum[i]);
     const V squared =

@@ -48,7 +48,7 @@ void WarpGroups(const WarpTask& task, size_t first, size_t last) {
         for (size_t at = group.first; at < group.first + group.count; at += lanes) {
             const auto load = [&](size_t c)
                                   HWY_ATTR { return hn::Load(d, points.component(c) + at); };
-            const V weight[kSkin] = {load(6), load(7), load(8), load(9)};
+            const V weight[kBlendNodes] = {load(6), load(7), load(8), load(9)};
             const auto motion = blend_lanes(d, motions, weight);
             const Lanes3<V> p = motion.point(Lanes3<V>{load(0), load(1), load(2)});
             const Lanes3<V> n = motion.direction(Lanes3<V>{load(3), load(4), load(5)});
@@ -79,8 +79,9 @@ void warp_groups(const WarpTask& task, size_t first, size_t last) {
 }
 
 void WarpPoints::build(const defrec_surface_point* points, size_t count) {
-    std::vector<SkinKey> keys;
-    for (size_t i = 0; i < count; ++i) keys.push_back({Skin(points[i]).node, 0, uint32_t(i)});
+    std::vector<BlendKey> keys;
+    for (size_t i = 0; i < count; ++i)
+        keys.push_back({BlendWeights(points[i]).node, 0, uint32_t(i)});
     std::sort(keys.begin(), keys.end());
 
     groups.clear();
@@ -99,12 +100,13 @@ void WarpPoints::build(const defrec_surface_point* points, size_t count) {
     values.assign(kComponents * stride, 0.0f);
     for (size_t i = 0; i < stride; ++i) {
         const defrec_surface_point& point = points[source[i]];
-        const Skin skin(point);
+        const BlendWeights blend_weights(point);
         for (size_t c = 0; c < 3; ++c) {
             values[c * stride + i] = point.position[c];
             values[(3 + c) * stride + i] = point.normal[c];
         }
-        for (size_t k = 0; k < kSkin; ++k) values[(6 + k) * stride + i] = skin.weight[k];
+        for (size_t k = 0; k < kBlendNodes; ++k)
+            values[(6 + k) * stride + i] = blend_weights.weight[k];
     }
 }
 

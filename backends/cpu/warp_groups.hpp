@@ -1,19 +1,19 @@
 // The template's points as stage warp stores them: grouped by control points, one array per
 // component.
 #pragma once
-#include "backends/cpu/skin_clusters.hpp"
+#include "backends/cpu/blend_clusters.hpp"
 #include "backends/shared/live_depth.hpp"
 
 namespace defrec::cpu {
 
 struct WarpGroup {
-    std::array<int32_t, kSkin> node;
+    std::array<int32_t, kBlendNodes> node;
     uint32_t first, count;  // points; first is a multiple of kLanes
 };
 
 // Component c of point i is values[c * stride + i]: x y z, normal x y z, four weights.
 struct WarpPoints {
-    static constexpr size_t kComponents = 6 + kSkin;
+    static constexpr size_t kComponents = 6 + kBlendNodes;
     HostVector<float> values;
     HostVector<uint32_t> source;  // where each point stands in the template
     HostVector<WarpGroup> groups;

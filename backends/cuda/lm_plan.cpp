@@ -87,7 +87,7 @@ std::vector<std::vector<uint32_t>> LmPlan::items_of_blocks(const LmLists& lists)
     for (uint32_t item = 0; item < lists.item_nodes.size(); ++item) {
         const auto& node = lists.item_nodes[item];
         of_block[uint32_t(node[0]) / rows].push_back(item);
-        for (size_t k = 1; k < DEFREC_SKIN_NODES; ++k) {
+        for (size_t k = 1; k < DEFREC_BLEND_NODES; ++k) {
             std::vector<uint32_t>& there = of_block[uint32_t(node[k]) / rows];
             if (lists.weight(item, k) == 0 ||
                 (!there.empty() && (there.back() & ~kLmUncounted) == item))
@@ -156,7 +156,7 @@ void LmPlan::add_items(const LmLists& lists, const std::vector<uint32_t>& given,
         const auto vectors = lists.items.begin() + std::ptrdiff_t(LmLists::kItemVectors * which);
         item_vectors.insert(item_vectors.end(), vectors, vectors + LmLists::kItemVectors);
         auto& nodes = item_nodes.emplace_back();
-        for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k)
+        for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k)
             nodes[k] = known_as(share, uint32_t(lists.item_nodes[which][k]));
     }
     share.last_item = uint32_t(items.size());
@@ -168,8 +168,8 @@ void LmPlan::add_chunk(const LmLists& lists, const LmShare& share, uint32_t chun
     const uint32_t last_item = std::min(share.first_item + from + kLmChunk, share.last_item);
     for (uint32_t at = share.first_item + from; at < last_item; ++at) {
         const uint32_t item = items[at] & ~kLmUncounted, slot = at - share.first_item - from;
-        for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k)
-            for (uint32_t l = 0; l < DEFREC_SKIN_NODES; ++l) {
+        for (uint32_t k = 0; k < DEFREC_BLEND_NODES; ++k)
+            for (uint32_t l = 0; l < DEFREC_BLEND_NODES; ++l) {
                 const uint32_t i = item_nodes[at][k], j = item_nodes[at][l];
                 if (i >= count || lists.weight(item, k) == 0 || lists.weight(item, l) == 0)
                     continue;

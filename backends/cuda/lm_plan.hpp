@@ -65,7 +65,7 @@ struct LmPlan {
     std::vector<LmPlace> places;
     std::vector<uint32_t> row_places;  // of each control point: its first place, and the end
     std::vector<uint32_t> items;       // of the template
-    std::vector<std::array<uint32_t, DEFREC_SKIN_NODES>> item_nodes;
+    std::vector<std::array<uint32_t, DEFREC_BLEND_NODES>> item_nodes;
     std::vector<Vector4> item_vectors;  // LmLists::kItemVectors each
     std::vector<LmConnection> connections;
     std::vector<LmChunk> chunks;

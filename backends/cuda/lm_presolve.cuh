@@ -96,9 +96,9 @@ __global__ void __launch_bounds__(kDeformThreads) lm_deform(LmPresolve given) {
     if (i >= given.landmarks) return;
     const float4* vectors = given.items + LmLists::kItemVectors * size_t{i};
     const int4 nodes = given.item_nodes[i];
-    const int32_t node[DEFREC_SKIN_NODES] = {nodes.x, nodes.y, nodes.z, nodes.w};
-    float weight[DEFREC_SKIN_NODES];
-    for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k) weight[k] = vectors[LmLists::kItemArms + k].w;
+    const int32_t node[DEFREC_BLEND_NODES] = {nodes.x, nodes.y, nodes.z, nodes.w};
+    float weight[DEFREC_BLEND_NODES];
+    for (uint32_t k = 0; k < DEFREC_BLEND_NODES; ++k) weight[k] = vectors[LmLists::kItemArms + k].w;
     const auto motion = blend_with<float>(
         [&given](int32_t k) { return usable_motion<float>(given.motions[k]); }, node, weight);
     given.deformed[i] = pack(apply(motion, vector_of(vectors[0])), 0);

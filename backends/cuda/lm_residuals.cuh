@@ -105,12 +105,12 @@ __device__ __forceinline__ void evaluate_item(const LmView& view, const LmMemory
     const LmParameters& p = view.p;
     const float4* vectors = view.surface.item_vectors + LmLists::kItemVectors * size_t{which};
     const uint4 nodes = view.surface.item_nodes[which];
-    const int32_t node[DEFREC_SKIN_NODES] = {
+    const int32_t node[DEFREC_BLEND_NODES] = {
         static_cast<int32_t>(nodes.x), static_cast<int32_t>(nodes.y), static_cast<int32_t>(nodes.z),
         static_cast<int32_t>(nodes.w)};
-    float4 arms[DEFREC_SKIN_NODES];
-    float weight[DEFREC_SKIN_NODES];
-    for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+    float4 arms[DEFREC_BLEND_NODES];
+    float weight[DEFREC_BLEND_NODES];
+    for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
         arms[k] = vectors[LmLists::kItemArms + k];
         weight[k] = arms[k].w;
     }
@@ -139,7 +139,7 @@ __device__ __forceinline__ void evaluate_item(const LmView& view, const LmMemory
     for (uint32_t i = 0; i < 3; ++i) out[kShifts + i] = pack(columns[i], 0);
     out[kPull] = pack(term.pull, 0);
     out[kWeight] = make_float4(term.weight, 0, 0, 0);
-    for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k) {
+    for (uint32_t k = 0; k < DEFREC_BLEND_NODES; ++k) {
         const Vec3<float> arm =
             rotate(quaternion_of(memory.poses[kPose * node[k]]), vector_of(arms[k]));
         out[kArms + k] = pack(weight[k] * arm, weight[k]);

@@ -107,8 +107,9 @@ constexpr uint32_t kPose =
 // gradient gradient^T: for each of its control points where it is from there, times its weight, and
 // that weight; S times each axis' motion there by a turn; then S's columns, the weighted sum of
 // value gradient, and the residual's weight.
-constexpr uint32_t kArms = 0, kTurns = DEFREC_SKIN_NODES, kShifts = kTurns + 3 * DEFREC_SKIN_NODES,
-                   kPull = kShifts + 3, kWeight = kPull + 1, kRecord = kWeight + 1;
+constexpr uint32_t kArms = 0, kTurns = DEFREC_BLEND_NODES,
+                   kShifts = kTurns + 3 * DEFREC_BLEND_NODES, kPull = kShifts + 3,
+                   kWeight = kPull + 1, kRecord = kWeight + 1;
 // A connection as the sums want it, one component after the other for the whole chunk: i's own
 // block as turn-turn (upper triangle), turn-shift, shift-shift (upper triangle), half the gradient.
 constexpr uint32_t kTurn = 0, kLever = 6, kShift = 15, kGradient = 21, kConnectionRecord = 27;

@@ -37,8 +37,8 @@ __global__ void __launch_bounds__(kThreads)
     const float4 place = points.place[i], weights = points.weight[i];
     const float2 facing = points.facing[i];
     const int4 nodes = points.node[i];
-    const int32_t node[DEFREC_SKIN_NODES] = {nodes.x, nodes.y, nodes.z, nodes.w};
-    const float weight[DEFREC_SKIN_NODES] = {weights.x, weights.y, weights.z, weights.w};
+    const int32_t node[DEFREC_BLEND_NODES] = {nodes.x, nodes.y, nodes.z, nodes.w};
+    const float weight[DEFREC_BLEND_NODES] = {weights.x, weights.y, weights.z, weights.w};
     const defrec_motion* const motions = b.motions;
     const auto motion = blend_with<float>(
         [motions](int32_t k) { return usable_motion<float>(motions[k]); }, node, weight);

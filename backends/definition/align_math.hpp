@@ -58,7 +58,7 @@ constexpr defrec_patch_prediction predict(const defrec_patch& patch,
 
     Vec3<T> a = rotate(motion, load3<T>(patch.tangent_u)),
             b = rotate(motion, load3<T>(patch.tangent_v));
-    for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+    for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
         const Vec3<T> apart = apply(DualQuaternion<T>::load(motions[patch.node[k]]), rest) - moved;
         a = a + T(slope.weight_u[k]) * apart;
         b = b + T(slope.weight_v[k]) * apart;

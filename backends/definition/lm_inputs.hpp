@@ -51,13 +51,13 @@ struct LmTemplate {
             visit(edge.a);
             visit(edge.b);
         }
-        const auto visit_skins = [&](auto& items) {
+        const auto visit_blend_weights = [&](auto& items) {
             for (auto& item : items)
                 for (int32_t& node : item.node) visit(node);
         };
-        visit_skins(points);
-        visit_skins(landmarks);
-        visit_skins(patches);
+        visit_blend_weights(points);
+        visit_blend_weights(landmarks);
+        visit_blend_weights(patches);
     }
 
     void take_nodes(const float* given, size_t count, bool only_used) {
@@ -112,7 +112,7 @@ struct LmTemplate {
         for (const defrec_edge& edge : edges) pattern.add(edge.a, edge.b);
         const auto add = [this](const auto& items) {
             for (const auto& item : items)
-                for (int k = 1; k < DEFREC_SKIN_NODES; ++k)
+                for (int k = 1; k < DEFREC_BLEND_NODES; ++k)
                     for (int l = 0; l < k; ++l) pattern.add(item.node[k], item.node[l]);
         };
         add(points);

@@ -24,7 +24,7 @@ struct LmLists {
 
     std::vector<Vector4> rest;   // control points
     std::vector<Vector4> items;  // points, landmarks, patches; kItemVectors each
-    std::vector<std::array<int32_t, DEFREC_SKIN_NODES>> item_nodes;
+    std::vector<std::array<int32_t, DEFREC_BLEND_NODES>> item_nodes;
     std::vector<LmEdge> edges;
 
     LmLists(const defrec_lm_params& params, const LmTemplate& surface) {
@@ -59,7 +59,7 @@ struct LmLists {
             items.push_back(vector(position, 0));
             items.push_back(normal != nullptr ? vector(load3<double>(normal(item)), 0) : Vector4{});
             auto& nodes = item_nodes.emplace_back();
-            for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k) {
+            for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k) {
                 nodes[k] = item.node[k];
                 items.push_back(
                     vector(position - surface.nodes[size_t(item.node[k])], double(item.weight[k])));

@@ -70,25 +70,25 @@ void LmProblem::measure_data() {
 
 template <class Item>
 void LmProblem::add_rows(const Item& item, std::span<const Row<double>> rows, double weight) {
-    Vec3<double> arm[DEFREC_SKIN_NODES];
-    for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+    Vec3<double> arm[DEFREC_BLEND_NODES];
+    for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
         const size_t node = size_t(item.node[k]);
         arm[k] = rotate(poses_[node].rotation, load3<double>(item.position) - surface_.nodes[node]);
         data_[node] += double(item.weight[k]) * weight;
     }
     for (const Row<double>& row : rows) {
-        double jacobian[DEFREC_SKIN_NODES][6];
-        for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+        double jacobian[DEFREC_BLEND_NODES][6];
+        for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
             const Vec3<double> shift = double(item.weight[k]) * row.gradient,
                                turn = cross(arm[k], shift);
             const double j[6] = {turn.x, turn.y, turn.z, shift.x, shift.y, shift.z};
             std::copy(j, j + 6, jacobian[k]);
         }
-        for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+        for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
             for (int r = 0; r < 6; ++r)
                 trial_.gradient[size_t(item.node[k]) * 6 + size_t(r)] +=
                     weight * row.value * jacobian[k][r];
-            for (int l = 0; l < DEFREC_SKIN_NODES; ++l) {
+            for (int l = 0; l < DEFREC_BLEND_NODES; ++l) {
                 double* block =
                     &trial_.blocks[surface_.pattern.find(item.node[k], item.node[l]) * 36];
                 for (int r = 0; r < 6; ++r)

@@ -200,15 +200,15 @@ constexpr void to_rigid(const DualQuaternion<T>& m, T rotation[9], T t[3]) {
     t[2] = v.z;
 }
 
-// The motion of a point moved by DEFREC_SKIN_NODES control points (docs/stages.md): dual quaternion
-// blending (Kavan et al. 2008), real part of length 1. motion_at(k) gives the DualQuaternion<T> of
-// control point k. Where the sum vanishes: the first control point's motion.
+// The motion of a point moved by DEFREC_BLEND_NODES control points (docs/stages.md): dual
+// quaternion blending (Kavan et al. 2008), real part of length 1. motion_at(k) gives the
+// DualQuaternion<T> of control point k. Where the sum vanishes: the first control point's motion.
 template <class T, class MotionAt>
-constexpr DualQuaternion<T> blend_with(MotionAt&& motion_at, const int32_t node[DEFREC_SKIN_NODES],
-                                       const float weight[DEFREC_SKIN_NODES]) {
+constexpr DualQuaternion<T> blend_with(MotionAt&& motion_at, const int32_t node[DEFREC_BLEND_NODES],
+                                       const float weight[DEFREC_BLEND_NODES]) {
     const DualQuaternion<T> first = motion_at(node[0]);
     Quaternion<T> real = T(weight[0]) * first.real, dual = T(weight[0]) * first.dual;
-    for (int k = 1; k < DEFREC_SKIN_NODES; ++k) {
+    for (int k = 1; k < DEFREC_BLEND_NODES; ++k) {
         const DualQuaternion<T> m = motion_at(node[k]);
         const T w = dot(m.real, first.real) < T(0) ? -T(weight[k]) : T(weight[k]);
         real = real + w * m.real;
@@ -221,15 +221,15 @@ constexpr DualQuaternion<T> blend_with(MotionAt&& motion_at, const int32_t node[
 }
 template <class T>
 constexpr DualQuaternion<T> blend(const defrec_motion* motions,
-                                  const int32_t node[DEFREC_SKIN_NODES],
-                                  const float weight[DEFREC_SKIN_NODES]) {
+                                  const int32_t node[DEFREC_BLEND_NODES],
+                                  const float weight[DEFREC_BLEND_NODES]) {
     return blend_with<T>([motions](int32_t k) { return DualQuaternion<T>::load(motions[k]); }, node,
                          weight);
 }
 template <class T>
 constexpr DualQuaternion<T> blend(const DualQuaternion<T>* motions,
-                                  const int32_t node[DEFREC_SKIN_NODES],
-                                  const float weight[DEFREC_SKIN_NODES]) {
+                                  const int32_t node[DEFREC_BLEND_NODES],
+                                  const float weight[DEFREC_BLEND_NODES]) {
     return blend_with<T>([motions](int32_t k) { return motions[k]; }, node, weight);
 }
 

@@ -43,8 +43,8 @@ class TestSurface {
             const defrec_surface_point point = surface_point(across(random), down(random));
             defrec_patch patch{};
             std::copy(point.position, point.position + 3, patch.position);
-            std::copy(point.node, point.node + DEFREC_SKIN_NODES, patch.node);
-            std::copy(point.weight, point.weight + DEFREC_SKIN_NODES, patch.weight);
+            std::copy(point.node, point.node + DEFREC_BLEND_NODES, patch.node);
+            std::copy(point.weight, point.weight + DEFREC_BLEND_NODES, patch.weight);
             patches.push_back(patch);
         }
     }
@@ -153,7 +153,7 @@ class TestSurface {
         store3(normal_at(position), point.normal);
         const double x = u / spec_.node_step, y = v / spec_.node_step;
         const int x0 = std::min(int(x), columns_ - 2), y0 = std::min(int(y), rows_ - 2);
-        for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+        for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
             const int dx = k % 2, dy = k / 2;
             point.node[k] = (y0 + dy) * columns_ + x0 + dx;
             point.weight[k] = float((dx ? x - x0 : 1 - (x - x0)) * (dy ? y - y0 : 1 - (y - y0)));

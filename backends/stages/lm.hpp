@@ -77,9 +77,9 @@ inline LmTemplateBuffers read_template(const defrec_lm_params& params,
     };
     if (!all_finite(given.nodes, size_t(params.nodes) * 3))
         refuse("a control point's position is not finite");
-    check_skinned("lm: point", given.points, params.points, params.nodes);
-    check_skinned("lm: landmark", given.landmarks, params.landmarks, params.nodes);
-    check_skinned("lm: patch", given.patches, params.patches, params.nodes);
+    check_blended("lm: point", given.points, params.points, params.nodes);
+    check_blended("lm: landmark", given.landmarks, params.landmarks, params.nodes);
+    check_blended("lm: patch", given.patches, params.patches, params.nodes);
     for (size_t i = 0; i < params.points; ++i)
         if (!all_finite(given.points[i].normal, 3))
             refuse("the normal of point " + std::to_string(i) + " is not finite");

@@ -54,11 +54,11 @@ constexpr bool all_finite(const float* values, size_t count) {
 
 // Throws unless position, control points and weights of a point or patch can be used.
 template <class Point>
-void check_skinned(const char* what, const Point* points, size_t count, size_t nodes) {
+void check_blended(const char* what, const Point* points, size_t count, size_t nodes) {
     for (size_t i = 0; i < count; ++i) {
         const Point& p = points[i];
-        bool good = all_finite(p.position, 3) && all_finite(p.weight, DEFREC_SKIN_NODES);
-        for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+        bool good = all_finite(p.position, 3) && all_finite(p.weight, DEFREC_BLEND_NODES);
+        for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
             good = good && p.node[k] >= 0 && size_t(p.node[k]) < nodes;
         if (!good)
             throw StageError(

@@ -32,7 +32,7 @@ struct WarpTemplate {
 // Throws unless every point can be moved.
 inline WarpTemplate read_template(const defrec_warp_params& params, std::span<const InBuffer> in) {
     const auto given = view_buffers<WarpTemplate>(params, in);
-    check_skinned("warp: point", given.points, params.points, params.nodes);
+    check_blended("warp: point", given.points, params.points, params.nodes);
     return given;
 }
 

@@ -55,8 +55,8 @@ LmBlocks::LmBlocks(const defrec_lm_params& params, const LmTemplate& surface)
 void LmBlocks::add_item_terms(const BlockPattern& pattern, const std::vector<uint32_t>& block_at) {
     std::vector<std::pair<uint32_t, uint32_t>> terms;
     for (size_t item = 0; item < item_nodes.size(); ++item)
-        for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k)
-            for (uint32_t l = 0; l < DEFREC_SKIN_NODES; ++l) {
+        for (uint32_t k = 0; k < DEFREC_BLEND_NODES; ++k)
+            for (uint32_t l = 0; l < DEFREC_BLEND_NODES; ++l) {
                 const int32_t row = item_nodes[item][k], column = item_nodes[item][l];
                 if (row > column || weight(item, k) == 0 || weight(item, l) == 0) continue;
                 terms.push_back(

@@ -53,7 +53,7 @@ TestSurface one_control_point(double point_step) {
     surface.edges.clear();
     const auto bind = [](auto& items) {
         for (auto& item : items)
-            for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+            for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
                 item.node[k] = 0;
                 item.weight[k] = k == 0 ? 1.0f : 0.0f;
             }

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Prints the platform of a wheel's tag, for the libraries in it: wheel_platform.py PROCESSOR OBJDUMP LIBRARY...
+"""Prints the platform of a wheel's tag, for the libraries in it: wheel_platform.py PROCESSOR
+OBJDUMP LIBRARY...
 
-It is manylinux_2_<minor>_<processor> where they need nothing but what every Linux with that glibc has (PEP 600): glibc, and the libstdc++
-and libgcc_s of a compiler of its time. Where they need more it is linux_<processor>, a system like the one that built them.
+It is manylinux_2_<minor>_<processor> where they need nothing but what every Linux with that glibc
+has (PEP 600): glibc, and the libstdc++ and libgcc_s of a compiler of its time. Where they need more
+it is linux_<processor>, a system like the one that built them.
 """
 import re
 import subprocess
@@ -41,7 +43,8 @@ LIBSTDCXX = {
 
 
 def glibc_minor(symbols):
-    """That of the first glibc 2 that goes with a version of symbols, GLIBC_2.14 or GLIBCXX_3.4.30; None where none is known to."""
+    """That of the first glibc 2 that goes with a version of symbols, GLIBC_2.14 or GLIBCXX_3.4.30;
+    None where none is known to."""
     name, _, numbers = symbols.partition("_")
     if not re.fullmatch(r"[0-9]+(\.[0-9]+)*", numbers):
         return None

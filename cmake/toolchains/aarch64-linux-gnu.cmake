@@ -1,5 +1,6 @@
-# Builds for 64-bit ARM on another machine, with Debian's g++-aarch64-linux-gnu and a sysroot (scripts/make_sysroot.sh). Programs of the
-# build's tests run by qemu-aarch64-static. docs/deployment/arm64.md says how.
+# Builds for 64-bit ARM on another machine, with Debian's g++-aarch64-linux-gnu and a sysroot
+# (scripts/make_sysroot.sh). Programs of the build's tests run by qemu-aarch64-static.
+# docs/deployment/arm64.md says how.
 #   cmake --preset arm64 -DDEFREC_SYSROOT=<folder>, or the environment's DEFREC_SYSROOT
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)

@@ -1,6 +1,9 @@
-# Builds for 64-bit Windows on another machine, with Debian's g++-mingw-w64-x86-64-posix and a prefix of libraries
-# (scripts/make_windows_prefix.sh). Programs of the build's tests run by Wine. docs/deployment/windows.md says how.
-#   cmake --preset windows -DDEFREC_WINDOWS_PREFIX=<folder>, or the environment's DEFREC_WINDOWS_PREFIX
+# Builds for 64-bit Windows on another machine, with Debian's g++-mingw-w64-x86-64-posix and a
+# prefix of libraries
+# (scripts/make_windows_prefix.sh). Programs of the build's tests run by Wine.
+# docs/deployment/windows.md says how.
+#   cmake --preset windows -DDEFREC_WINDOWS_PREFIX=<folder>, or the environment's
+#   DEFREC_WINDOWS_PREFIX
 set(CMAKE_SYSTEM_NAME Windows)
 set(CMAKE_SYSTEM_PROCESSOR x86_64)
 set(CMAKE_C_COMPILER x86_64-w64-mingw32-gcc-posix)
@@ -25,8 +28,9 @@ set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
 set(ENV{PKG_CONFIG_SYSROOT_DIR} "")
 set(ENV{PKG_CONFIG_LIBDIR} "${DEFREC_WINDOWS_PREFIX}/usr/x86_64-w64-mingw32/lib/pkgconfig")
 
-# The stack is aligned to 16 bytes there, and g++ takes it for aligned to a vector (GCC bug 54412): the assembler turns aligned moves of AVX
-# vectors into unaligned ones, which are as fast where the address is aligned.
+# The stack is aligned to 16 bytes there, and g++ takes it for aligned to a vector (GCC bug 54412):
+# the assembler turns aligned moves of AVX vectors into unaligned ones, which are as fast where the
+# address is aligned.
 set(CMAKE_C_FLAGS_INIT "-Wa,-muse-unaligned-vector-move")
 set(CMAKE_CXX_FLAGS_INIT "-Wa,-muse-unaligned-vector-move")
 # The compiler's runtimes inside: each binary stands alone.

@@ -65,7 +65,7 @@ class Wrong final : public Right<defrec_lm_params> {
     }
     template <class Add>
     void add(size_t landmark, Add&& add_to) const {
-        for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+        for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
             add_to(size_t(landmarks_[landmark].node[k]),
                    matches_[landmark].weight * landmarks_[landmark].weight[k]);
     }

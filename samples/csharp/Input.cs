@@ -38,7 +38,9 @@ internal static class Sample
         {
             Console.Error.WriteLine(e.Message + " (" + DefrecLibrary.NameOf(e.Status) + ")");
         }
-        catch (Exception e) when (e is SampleException || e is IOException || e is UnauthorizedAccessException || e is DllNotFoundException)
+        catch (Exception e) when (
+            e is SampleException || e is IOException || e is UnauthorizedAccessException ||
+            e is DllNotFoundException)
         {
             Console.Error.WriteLine(e.Message);
         }
@@ -64,13 +66,17 @@ internal static class Sample
     internal static Camera ParseCamera(string text)
     {
         string[] numbers = text.Split(',');
-        if (numbers.Length != 5) throw new SampleException("the camera is \"" + text + "\"; FX,FY,CX,CY,BASELINE_MM expected");
+        if (numbers.Length != 5)
+            throw new SampleException(
+                "the camera is \"" + text + "\"; FX,FY,CX,CY,BASELINE_MM expected");
         double[] n = Array.ConvertAll(numbers, number => Number(number, "the camera"));
         return new Camera(n[0], n[1], n[2], n[3], n[4]);
     }
 }
 
-/// <summary>Rows from the top without gaps; the array is kept for the next image of the same size.</summary>
+/// <summary>
+/// Rows from the top without gaps; the array is kept for the next image of the same size.
+/// </summary>
 internal sealed class PngImage
 {
     internal int Width, Height;
@@ -84,13 +90,18 @@ internal sealed class PngImage
             using (var bitmap = new Bitmap(path))
             {
                 if (Pixels.Length > 0 && (Width != bitmap.Width || Height != bitmap.Height))
-                    throw new SampleException(path + ": is " + bitmap.Width + "x" + bitmap.Height + ", the images before it were " + Width + "x" + Height);
+                    throw new SampleException(
+                        path + ": is " + bitmap.Width + "x" + bitmap.Height +
+                        ", the images before it were " + Width + "x" + Height);
                 Width = bitmap.Width;
                 Height = bitmap.Height;
                 if (Pixels.Length == 0) Pixels = new byte[3 * Width * Height];
                 var whole = new Rectangle(0, 0, Width, Height);
-                BitmapData data = bitmap.LockBits(whole, ImageLockMode.ReadOnly, System.Drawing.Imaging.PixelFormat.Format24bppRgb);
-                for (int y = 0; y < Height; ++y) Marshal.Copy(data.Scan0 + y * data.Stride, Pixels, 3 * Width * y, 3 * Width);
+                BitmapData data = bitmap.LockBits(
+                    whole, ImageLockMode.ReadOnly,
+                    System.Drawing.Imaging.PixelFormat.Format24bppRgb);
+                for (int y = 0; y < Height; ++y)
+                    Marshal.Copy(data.Scan0 + y * data.Stride, Pixels, 3 * Width * y, 3 * Width);
                 bitmap.UnlockBits(data);
             }
         }
@@ -111,7 +122,10 @@ internal sealed class PngImage
     {
         var gray = new byte[Width * Height];
         for (int i = 0; i < gray.Length; ++i)
-            gray[i] = (byte)((77 * Pixels[3 * i + 2] + 150 * Pixels[3 * i + 1] + 29 * Pixels[3 * i] + 128) >> 8);
+        {
+            int blue = Pixels[3 * i], green = Pixels[3 * i + 1], red = Pixels[3 * i + 2];
+            gray[i] = (byte)((77 * red + 150 * green + 29 * blue + 128) >> 8);
+        }
         return gray;
     }
 }
@@ -128,21 +142,17 @@ internal sealed class StereoSequence
         leftFiles = FilesOf(leftFolder);
         rightFiles = FilesOf(rightFolder);
         if (leftFiles.Length != rightFiles.Length)
-            throw new SampleException(leftFolder + " has " + leftFiles.Length + " images, " + rightFolder + " has " + rightFiles.Length);
+            throw new SampleException(
+                leftFolder + " has " + leftFiles.Length + " images, " + rightFolder + " has " +
+                rightFiles.Length);
         Read(0);
         if (Left.Width != Right.Width || Left.Height != Right.Height)
             throw new SampleException(rightFiles[0] + ": is not of the size of the left image");
     }
 
-    internal int Count
-    {
-        get { return leftFiles.Length; }
-    }
+    internal int Count => leftFiles.Length;
 
-    internal void Read(int frame)
-    {
-        Read(frame, Left, Right);
-    }
+    internal void Read(int frame) { Read(frame, Left, Right); }
 
     internal void Read(int frame, PngImage left, PngImage right)
     {
@@ -150,10 +160,7 @@ internal sealed class StereoSequence
         right.Read(rightFiles[frame]);
     }
 
-    internal static long TimestampOf(int frame)
-    {
-        return frame * 1000000000L / 30;
-    }
+    internal static long TimestampOf(int frame) { return frame * 1000000000L / 30; }
 
     /// <summary>Two rectified cameras of these images' size.</summary>
     internal RigDescription Rig(Camera camera)
@@ -163,7 +170,8 @@ internal sealed class StereoSequence
 
     private static string[] FilesOf(string folder)
     {
-        if (!Directory.Exists(folder)) throw new SampleException(folder + ": cannot be read as a folder");
+        if (!Directory.Exists(folder))
+            throw new SampleException(folder + ": cannot be read as a folder");
         string[] files = Directory.GetFiles(folder, "*.png");
         if (files.Length == 0) throw new SampleException(folder + ": no PNG images in it");
         Array.Sort(files, string.CompareOrdinal);

@@ -7,23 +7,30 @@ internal static class ListDevices
 {
     private static int Main()
     {
-        return Sample.Run(() =>
-        {
-            using (var context = new Context()) // finds the plugins beside the library
+        return Sample.Run(
+            () =>
             {
-                int api = DefrecLibrary.ApiVersion;
-                Console.WriteLine("defrec {0}, API {1}.{2}", DefrecLibrary.Release, api / 1000, api % 1000);
-                foreach (DeviceInfo device in context.GetDevices())
+                using (var context = new Context()) // finds the plugins beside the library
                 {
-                    Console.WriteLine("device {0}: {1} ({2}), driver {3}, {4} MiB, {5} of {6} stages, {7}", device.Id, device.Name, device.Kind,
-                                      device.Driver == "" ? "none" : device.Driver, device.MemoryBytes >> 20, CountBits((uint)device.Stages),
-                                      Constants.StageCountV1,
-                                      device.Conformance != 0 ? "conformance suite " + device.Conformance + " passed" : "no conformance certified");
+                    int api = DefrecLibrary.ApiVersion;
+                    Console.WriteLine(
+                        "defrec {0}, API {1}.{2}", DefrecLibrary.Release, api / 1000, api % 1000);
+                    foreach (DeviceInfo device in context.GetDevices())
+                    {
+                        Console.WriteLine(
+                            "device {0}: {1} ({2}), driver {3}, {4} MiB, {5} of {6} stages, {7}",
+                            device.Id, device.Name, device.Kind,
+                            device.Driver == "" ? "none" : device.Driver, device.MemoryBytes >> 20,
+                            CountBits((uint)device.Stages), Constants.StageCountV1,
+                            device.Conformance != 0
+                                ? "conformance suite " + device.Conformance + " passed"
+                                : "no conformance certified");
+                    }
+                    foreach (PluginInfo plugin in context.GetPlugins())
+                        if (plugin.Verdict < 0)
+                            Console.WriteLine("refused {0}: {1}", plugin.Path, plugin.Reason);
                 }
-                foreach (PluginInfo plugin in context.GetPlugins())
-                    if (plugin.Verdict < 0) Console.WriteLine("refused {0}: {1}", plugin.Path, plugin.Reason);
-            }
-        });
+            });
     }
 
     private static int CountBits(uint mask)

@@ -27,13 +27,11 @@ internal sealed class CameraThread
         thread = new Thread(Deliver) { IsBackground = true };
     }
 
-    internal void Start()
-    {
-        thread.Start();
-    }
+    internal void Start() { thread.Start(); }
 
     /// <summary>Waits for a frame that was not taken yet. False: the camera has ended.</summary>
-    internal bool TakeNewest(ref PngImage intoLeft, ref PngImage intoRight, out int taken, out TimeSpan at)
+    internal bool TakeNewest(
+        ref PngImage intoLeft, ref PngImage intoRight, out int taken, out TimeSpan at)
     {
         lock (thread)
         {
@@ -58,7 +56,8 @@ internal sealed class CameraThread
             for (int i = 0; i < sequence.Count; ++i)
             {
                 sequence.Read(i, nextLeft, nextRight);
-                TimeSpan early = TimeSpan.FromTicks(StereoSequence.TimestampOf(i) / 100) - clock.Elapsed;
+                TimeSpan early =
+                    TimeSpan.FromTicks(StereoSequence.TimestampOf(i) / 100) - clock.Elapsed;
                 if (early > TimeSpan.Zero) Thread.Sleep(early);
                 lock (thread)
                 {
@@ -104,20 +103,27 @@ internal static class LiveLoop
 
     private static int Main(string[] arguments)
     {
-        return Sample.Run(() =>
-        {
-            double deadlineMs = 0;
-            if (arguments.Length < 4 || arguments.Length > 5 ||
-                !double.TryParse(arguments[3], NumberStyles.Float, CultureInfo.InvariantCulture, out deadlineMs) ||
-                !(deadlineMs >= 0 && deadlineMs <= 60000))
-                throw new UsageException("live_loop LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]");
-            Loop(arguments[0], arguments[1], Sample.ParseCamera(arguments[2]),
-                 TimeSpan.FromTicks((long)(deadlineMs * TimeSpan.TicksPerMillisecond)),
-                 arguments.Length > 4 ? arguments[4] : null);
-        });
+        return Sample.Run(
+            () =>
+            {
+                double deadlineMs = 0;
+                if (arguments.Length < 4 || arguments.Length > 5 ||
+                    !double.TryParse(
+                        arguments[3], NumberStyles.Float, CultureInfo.InvariantCulture,
+                        out deadlineMs) ||
+                    !(deadlineMs >= 0 && deadlineMs <= 60000))
+                    throw new UsageException(
+                        "live_loop LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]");
+                Loop(
+                    arguments[0], arguments[1], Sample.ParseCamera(arguments[2]),
+                    TimeSpan.FromTicks((long)(deadlineMs * TimeSpan.TicksPerMillisecond)),
+                    arguments.Length > 4 ? arguments[4] : null);
+            });
     }
 
-    private static void Loop(string leftFolder, string rightFolder, Camera cameraNumbers, TimeSpan patience, string deviceId)
+    private static void Loop(
+        string leftFolder, string rightFolder, Camera cameraNumbers, TimeSpan patience,
+        string deviceId)
     {
         var sequence = new StereoSequence(leftFolder, rightFolder);
         var camera = new CameraThread(sequence);
@@ -128,22 +134,28 @@ internal static class LiveLoop
         // Everything that takes long is done before the camera runs: plugins, device, memory.
         using (var context = new Context())
         using (var rig = new Rig(context, sequence.Rig(cameraNumbers)))
-        using (var tracker = new Tracker(context, rig, new TrackerOptions { DeviceId = deviceId, FramesInFlight = Places }))
+        using (
+            var tracker = new Tracker(
+                context, rig, new TrackerOptions { DeviceId = deviceId, FramesInFlight = Places }))
         {
             camera.Start();
             while (camera.TakeNewest(ref left, ref right, out number, out arrived))
             {
                 TakeResults(pending, TimeSpan.Zero); // late results
                 Job job;
-                if (!tracker.TrySubmit(new Frame(left.View(), right.View(), 100 * arrived.Ticks), out job))
+                if (!tracker.TrySubmit(
+                        new Frame(left.View(), right.View(), 100 * arrived.Ticks), out job))
                     continue; // both places are taken; the frame is dropped
                 ++submitted;
-                pending.Enqueue(new Pending { Job = job, Number = number, Deadline = arrived + patience });
+                pending.Enqueue(
+                    new Pending { Job = job, Number = number, Deadline = arrived + patience });
                 TakeResults(pending, arrived + patience);
             }
             TakeResults(pending, TimeSpan.MaxValue);
         }
-        Console.WriteLine("{0} frames from the camera, {1} tracked, {2} dropped", sequence.Count, submitted, sequence.Count - submitted);
+        Console.WriteLine(
+            "{0} frames from the camera, {1} tracked, {2} dropped", sequence.Count, submitted,
+            sequence.Count - submitted);
     }
 
     // Shows the results that are done by then, oldest first, and releases their places.
@@ -163,7 +175,10 @@ internal static class LiveLoop
     private static void Show(Pending done)
     {
         FrameSummary summary = done.Job.GetSummary();
-        Console.WriteLine("frame {0} {1}: {2}{3}", done.Number, Clock.Elapsed <= done.Deadline ? "in time" : "late",
-                          summary.State.ToString().ToLowerInvariant(), summary.Reasons == Reasons.None ? "" : ": " + summary.Reasons);
+        Console.WriteLine(
+            "frame {0} {1}: {2}{3}", done.Number,
+            Clock.Elapsed <= done.Deadline ? "in time" : "late",
+            summary.State.ToString().ToLowerInvariant(),
+            summary.Reasons == Reasons.None ? "" : ": " + summary.Reasons);
     }
 }

@@ -5,8 +5,8 @@
 // camera of the frame that became the template; an application registers its plan to that).
 // OUT_FOLDER/targets.csv has the position of each target in each frame: mm, rectified left camera.
 // OUT_FOLDER/000000.ppm and so on are the left images with the targets: a dot where each is, and a
-// ring as wide as the error to be expected there, of at least 3 px. Green ones lie on the surface and
-// were observed; those that the tissue carries are orange.
+// ring as wide as the error to be expected there, of at least 3 px. Green ones lie on the surface
+// and were observed; those that the tissue carries are orange.
 using System;
 using System.Collections.Generic;
 using System.IO;
@@ -27,13 +27,16 @@ internal sealed class Plan : IDisposable
         string[] lines = File.ReadAllLines(path);
         List<string> head = new List<string>((lines.Length > 0 ? lines[0] : "").Split(','));
         int[] columns = Array.ConvertAll(new[] { "id", "x", "y", "z" }, name => head.IndexOf(name));
-        if (Array.IndexOf(columns, -1) >= 0) throw new SampleException(path + ": the columns id,x,y,z expected");
+        if (Array.IndexOf(columns, -1) >= 0)
+            throw new SampleException(path + ": the columns id,x,y,z expected");
         var xyz = new List<double>();
         for (int i = 1; i < lines.Length; ++i)
         {
             string[] cells = lines[i].Split(',');
             foreach (int column in columns)
-                if (column >= cells.Length) throw new SampleException(path + ": line " + (i + 1) + " has " + cells.Length + " cells");
+                if (column >= cells.Length)
+                    throw new SampleException(
+                        path + ": line " + (i + 1) + " has " + cells.Length + " cells");
             ids.Add(cells[columns[0]]);
             for (int k = 1; k < 4; ++k) xyz.Add(Sample.Number(cells[columns[k]], path));
         }
@@ -56,7 +59,10 @@ internal sealed class Plan : IDisposable
                 // goes on meanwhile: FrameSummary.Body says whether it is.
                 template.WaitForBody();
             }
-            catch (DefrecException e) when (e.Status == Status.ErrorUnsupported) { } // targets move rigidly
+            // targets move rigidly
+            catch (DefrecException e) when (e.Status == Status.ErrorUnsupported)
+            {
+            }
             targets = new Targets(template, atRest);
         }
     }
@@ -78,8 +84,11 @@ internal sealed class Plan : IDisposable
             if (status[i] == PointStatus.Unknown)
                 file.Write(",,,lost,\n");
             else
-                file.Write("{0},{1},{2},{3},{4}\n", Sample.Decimals(now[3 * i]), Sample.Decimals(now[3 * i + 1]), Sample.Decimals(now[3 * i + 2]),
-                           status[i] == PointStatus.Observed ? "tracked" : "extrapolated", Sample.Decimals(expectedErrorMm[i]));
+                file.Write(
+                    "{0},{1},{2},{3},{4}\n", Sample.Decimals(now[3 * i]),
+                    Sample.Decimals(now[3 * i + 1]), Sample.Decimals(now[3 * i + 2]),
+                    status[i] == PointStatus.Observed ? "tracked" : "extrapolated",
+                    Sample.Decimals(expectedErrorMm[i]));
         }
     }
 
@@ -93,8 +102,9 @@ internal sealed class Plan : IDisposable
             ++known;
             most = Math.Max(most, expectedErrorMm[i]);
         }
-        Console.Write("frame {0}: body {1}, {2} of {3} targets, expected error up to {4} mm\n", frame, body.ToString().ToLowerInvariant(), known,
-                      ids.Count, Sample.Decimals(most));
+        Console.Write(
+            "frame {0}: body {1}, {2} of {3} targets, expected error up to {4} mm\n", frame,
+            body.ToString().ToLowerInvariant(), known, ids.Count, Sample.Decimals(most));
     }
 
     internal void Draw(PngImage picture, Camera camera)
@@ -103,10 +113,13 @@ internal sealed class Plan : IDisposable
         {
             double x = now[3 * i], y = now[3 * i + 1], z = now[3 * i + 2];
             if (status[i] == PointStatus.Unknown || !(z > 0)) continue;
-            double u = camera.Fx * x / z + camera.Cx, v = camera.Fy * y / z + camera.Cy, radius = camera.Fx * expectedErrorMm[i] / z;
-            if (!(u >= 0 && u < picture.Width && v >= 0 && v < picture.Height && radius < 8192)) continue;
-            Draw(picture, Sixteenths(u), Sixteenths(v), Math.Max(Sixteenths(radius), 3 * 16),
-                 status[i] == PointStatus.Observed ? ObservedBgr : CarriedBgr);
+            double u = camera.Fx * x / z + camera.Cx, v = camera.Fy * y / z + camera.Cy,
+                   radius = camera.Fx * expectedErrorMm[i] / z;
+            if (!(u >= 0 && u < picture.Width && v >= 0 && v < picture.Height && radius < 8192))
+                continue;
+            Draw(
+                picture, Sixteenths(u), Sixteenths(v), Math.Max(Sixteenths(radius), 3 * 16),
+                status[i] == PointStatus.Observed ? ObservedBgr : CarriedBgr);
         }
     }
 
@@ -114,8 +127,10 @@ internal sealed class Plan : IDisposable
     private static void Draw(PngImage picture, long u, long v, long radius, byte[] bgr)
     {
         const long dot = 24, halfLine = 12;
-        long reach = Math.Max(radius + halfLine, dot) / 16 + 1, inner = radius - halfLine, outer = radius + halfLine;
-        long right = Math.Min(u / 16 + reach, picture.Width - 1), bottom = Math.Min(v / 16 + reach, picture.Height - 1);
+        long reach = Math.Max(radius + halfLine, dot) / 16 + 1, inner = radius - halfLine,
+             outer = radius + halfLine;
+        long right = Math.Min(u / 16 + reach, picture.Width - 1),
+             bottom = Math.Min(v / 16 + reach, picture.Height - 1);
         for (long y = Math.Max(v / 16 - reach, 0); y <= bottom; ++y)
         {
             for (long x = Math.Max(u / 16 - reach, 0); x <= right; ++x)
@@ -127,10 +142,7 @@ internal sealed class Plan : IDisposable
         }
     }
 
-    private static long Sixteenths(double px)
-    {
-        return (long)(16 * px + 0.5);
-    }
+    private static long Sixteenths(double px) { return (long)(16 * px + 0.5); }
 
     public void Dispose()
     {
@@ -142,29 +154,40 @@ internal static class PlanBeneath
 {
     private static int Main(string[] arguments)
     {
-        return Sample.Run(() =>
-        {
-            if (arguments.Length < 5 || arguments.Length > 6)
-                throw new UsageException("plan_beneath LEFT RIGHT FX,FY,CX,CY,BASELINE_MM TARGETS.csv OUT_FOLDER [DEVICE_ID]");
-            Follow(arguments[0], arguments[1], Sample.ParseCamera(arguments[2]),
-                   arguments[3], arguments[4], arguments.Length > 5 ? arguments[5] : null);
-        });
+        return Sample.Run(
+            () =>
+            {
+                if (arguments.Length < 5 || arguments.Length > 6)
+                    throw new UsageException(
+                        "plan_beneath LEFT RIGHT FX,FY,CX,CY,BASELINE_MM TARGETS.csv OUT_FOLDER " +
+                        "[DEVICE_ID]");
+                Follow(
+                    arguments[0], arguments[1], Sample.ParseCamera(arguments[2]), arguments[3],
+                    arguments[4], arguments.Length > 5 ? arguments[5] : null);
+            });
     }
 
-    private static void Follow(string left, string right, Camera camera, string targets, string folder, string deviceId)
+    private static void Follow(
+        string left, string right, Camera camera, string targets, string folder, string deviceId)
     {
         var sequence = new StereoSequence(left, right);
         using (var plan = new Plan(targets))
         using (var context = new Context())
         using (var rig = new Rig(context, sequence.Rig(camera)))
-        using (var tracker = new Tracker(context, rig, new TrackerOptions { DeviceId = deviceId })) // null: the fastest
-        using (var file = new StreamWriter(Path.Combine(Directory.CreateDirectory(folder).FullName, "targets.csv")))
+            // null: the fastest
+            using (
+                var tracker =
+                    new Tracker(context, rig, new TrackerOptions { DeviceId = deviceId }))
+        using (var file = new StreamWriter(
+                   Path.Combine(Directory.CreateDirectory(folder).FullName, "targets.csv")))
         {
             file.Write("frame,id,x,y,z,status,expected_error_mm\n");
             for (int i = 0; i < sequence.Count; ++i)
             {
                 sequence.Read(i);
-                using (Job job = tracker.Submit(sequence.Left.View(), sequence.Right.View(), StereoSequence.TimestampOf(i)))
+                using (
+                    Job job = tracker.Submit(
+                        sequence.Left.View(), sequence.Right.View(), StereoSequence.TimestampOf(i)))
                 {
                     job.Wait();
                     if (job.GetSummary().VertexCount > 0) plan.Prepare(job); // there is a template
@@ -180,8 +203,11 @@ internal static class PlanBeneath
 
     private static void Write(string path, PngImage picture)
     {
-        byte[] head = Encoding.ASCII.GetBytes("P6\n" + picture.Width + " " + picture.Height + "\n255\n"), rgb = new byte[picture.Pixels.Length];
-        for (int i = 0; i < rgb.Length; ++i) rgb[i] = picture.Pixels[i + 2 - 2 * (i % 3)]; // from blue, green, red
+        byte[] head =
+            Encoding.ASCII.GetBytes("P6\n" + picture.Width + " " + picture.Height + "\n255\n"),
+               rgb = new byte[picture.Pixels.Length];
+        // from blue, green, red
+        for (int i = 0; i < rgb.Length; ++i) rgb[i] = picture.Pixels[i + 2 - 2 * (i % 3)];
         using (FileStream file = File.Create(path))
         {
             file.Write(head, 0, head.Length);

@@ -9,26 +9,33 @@ internal static class StereoOnly
 {
     private static int Main(string[] arguments)
     {
-        return Sample.Run(() =>
-        {
-            if (arguments.Length < 3 || arguments.Length > 4)
-                throw new UsageException("stereo_only LEFT.png RIGHT.png OUT.pgm [DEVICE_ID]");
-            PngImage left = new PngImage(), right = new PngImage();
-            left.Read(arguments[0]);
-            right.Read(arguments[1]);
-            if (left.Width != right.Width || left.Height != right.Height)
-                throw new SampleException(arguments[1] + ": is not of the size of the left image");
-            var disparity = new short[left.Width * left.Height];
-            // 0 selects the default.
-            var parameters = new StereoParameters { Width = (uint)left.Width, Height = (uint)left.Height };
-            using (var context = new Context())
-            using (var stereo = new Stage(context, parameters, arguments.Length > 3 ? arguments[3] : null))
+        return Sample.Run(
+            () =>
             {
-                // docs/stages/stereo.md lists the buffers; optional ones may be left out at the end.
-                stereo.Run(new StageBuffer[] { left.Gray(), right.Gray() }, new StageBuffer[] { disparity });
-            }
-            Write(arguments[2], disparity, left.Width, left.Height);
-        });
+                if (arguments.Length < 3 || arguments.Length > 4)
+                    throw new UsageException("stereo_only LEFT.png RIGHT.png OUT.pgm [DEVICE_ID]");
+                PngImage left = new PngImage(), right = new PngImage();
+                left.Read(arguments[0]);
+                right.Read(arguments[1]);
+                if (left.Width != right.Width || left.Height != right.Height)
+                    throw new SampleException(
+                        arguments[1] + ": is not of the size of the left image");
+                var disparity = new short[left.Width * left.Height];
+                // 0 selects the default.
+                var parameters =
+                    new StereoParameters { Width = (uint)left.Width, Height = (uint)left.Height };
+                using (var context = new Context())
+                using (var stereo = new Stage(
+                           context, parameters, arguments.Length > 3 ? arguments[3] : null))
+                {
+                    // docs/stages/stereo.md lists the buffers; optional ones may be left out at the
+                    // end.
+                    stereo.Run(
+                        new StageBuffer[] { left.Gray(), right.Gray() },
+                        new StageBuffer[] { disparity });
+                }
+                Write(arguments[2], disparity, left.Width, left.Height);
+            });
     }
 
     private static void Write(string path, short[] disparity, int width, int height)

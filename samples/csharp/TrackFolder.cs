@@ -22,7 +22,8 @@ internal sealed class FollowedPoints
         for (int i = 1; i < lines.Length; ++i) // the first line is the header
         {
             string[] cells = lines[i].Split(',');
-            if (cells.Length != 3) throw new SampleException(path + ": id,u,v expected, found \"" + lines[i] + "\"");
+            if (cells.Length != 3)
+                throw new SampleException(path + ": id,u,v expected, found \"" + lines[i] + "\"");
             ids.Add(cells[0]);
             pixels.Add(Sample.Number(cells[1], path));
             pixels.Add(Sample.Number(cells[2], path));
@@ -36,7 +37,9 @@ internal sealed class FollowedPoints
         expectedErrorMm = new double[ids.Count];
     }
 
-    /// <summary>Lifts the pixels to the surface. The first frame with a surface becomes the template.</summary>
+    /// <summary>
+    /// Lifts the pixels to the surface. The first frame with a surface becomes the template.
+    /// </summary>
     internal void Lift(Rig rig, Tracker tracker)
     {
         if (isKnown) return;
@@ -64,8 +67,11 @@ internal sealed class FollowedPoints
             if (!isKnown || !found[i] || status[i] == PointStatus.Unknown)
                 file.Write(",,,lost,\n");
             else
-                file.Write("{0},{1},{2},{3},{4}\n", Sample.Decimals(now[3 * i]), Sample.Decimals(now[3 * i + 1]), Sample.Decimals(now[3 * i + 2]),
-                           status[i] == PointStatus.Observed ? "tracked" : "extrapolated", Sample.Decimals(expectedErrorMm[i]));
+                file.Write(
+                    "{0},{1},{2},{3},{4}\n", Sample.Decimals(now[3 * i]),
+                    Sample.Decimals(now[3 * i + 1]), Sample.Decimals(now[3 * i + 2]),
+                    status[i] == PointStatus.Observed ? "tracked" : "extrapolated",
+                    Sample.Decimals(expectedErrorMm[i]));
         }
     }
 }
@@ -74,22 +80,30 @@ internal static class TrackFolder
 {
     private static int Main(string[] arguments)
     {
-        return Sample.Run(() =>
-        {
-            if (arguments.Length < 5 || arguments.Length > 6)
-                throw new UsageException("track_folder LEFT RIGHT FX,FY,CX,CY,BASELINE_MM POINTS.csv OUT.csv [DEVICE_ID]");
-            Track(arguments[0], arguments[1], Sample.ParseCamera(arguments[2]),
-                 arguments[3], arguments[4], arguments.Length > 5 ? arguments[5] : null);
-        });
+        return Sample.Run(
+            () =>
+            {
+                if (arguments.Length < 5 || arguments.Length > 6)
+                    throw new UsageException(
+                        "track_folder LEFT RIGHT FX,FY,CX,CY,BASELINE_MM POINTS.csv OUT.csv " +
+                        "[DEVICE_ID]");
+                Track(
+                    arguments[0], arguments[1], Sample.ParseCamera(arguments[2]), arguments[3],
+                    arguments[4], arguments.Length > 5 ? arguments[5] : null);
+            });
     }
 
-    private static void Track(string left, string right, Camera camera, string points, string outPath, string deviceId)
+    private static void Track(
+        string left, string right, Camera camera, string points, string outPath, string deviceId)
     {
         var sequence = new StereoSequence(left, right);
         var followed = new FollowedPoints(points);
         using (var context = new Context())
         using (var rig = new Rig(context, sequence.Rig(camera)))
-        using (var tracker = new Tracker(context, rig, new TrackerOptions { DeviceId = deviceId })) // null: the fastest
+            // null: the fastest
+            using (
+                var tracker =
+                    new Tracker(context, rig, new TrackerOptions { DeviceId = deviceId }))
         using (var file = new StreamWriter(outPath))
         {
             file.Write("frame,id,x,y,z,status,expected_error_mm\n");
@@ -97,7 +111,9 @@ internal static class TrackFolder
             {
                 sequence.Read(i);
                 // The pixels are copied; the job holds a place in the queue until it is disposed.
-                using (Job job = tracker.Submit(sequence.Left.View(), sequence.Right.View(), StereoSequence.TimestampOf(i)))
+                using (
+                    Job job = tracker.Submit(
+                        sequence.Left.View(), sequence.Right.View(), StereoSequence.TimestampOf(i)))
                 {
                     job.Wait();
                     if (job.GetSummary().VertexCount > 0) followed.Lift(rig, tracker);

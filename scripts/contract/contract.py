@@ -1,4 +1,5 @@
-"""The description as the writers read it: what a default, a range and a comment of defrec_c.h mean."""
+"""The description as the writers read it: what a default, a range and a comment of defrec_c.h
+mean."""
 import math
 import re
 
@@ -10,7 +11,8 @@ PIXELS = "pixels"  # what @count says of an array as large as the rectified imag
 
 
 class Range:
-    """A range as `1..510`, `>0..`, `width..1048576` or `DEFREC_FORMAT_*`: low and high as expressions or None."""
+    """A range as `1..510`, `>0..`, `width..1048576` or `DEFREC_FORMAT_*`: low and high as
+    expressions or None."""
 
     def __init__(self, text, where):
         self.enumerators = text if text.endswith("_*") else None
@@ -56,7 +58,8 @@ class Field:
         self.counted_by = described.get("counted_by")
         where = f"{owner}.{self.name}"
         self.range = Range(described["range"], where) if "range" in described else None
-        # The shape of an element of an array in a result: () for a number or a record, (3,), (3, 4).
+        # The shape of an element of an array in a result: () for a number or a record, (3,), (3,
+        # 4).
         components = described.get("components", "")
         if components and not re.fullmatch(r"\d+(x\d+)?", components):
             raise header.HeaderError(f"{where}: @components {components} is not understood")
@@ -198,7 +201,8 @@ class Contract:
             self.enumerators(field.range.enumerators)
 
     def check_array(self, struct, field):
-        """That an array of a result says how long it is, and of which numbers its elements consist."""
+        """That an array of a result says how long it is, and of which numbers its elements
+        consist."""
         where = f"{struct.name}.{field.name}"
         known = {other.name for other in struct.fields} | {PIXELS}
         if field.counted_by and field.counted_by not in known:

@@ -44,7 +44,7 @@ WRITERS = (
     samples,
     docs,
 )
-LAID_OUT = (".py",)
+LAID_OUT = (".cs", ".py")
 LAYOUT = re.compile(r"///?|,(?=\s*[)\]}])|\s+")
 
 

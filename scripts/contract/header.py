@@ -1,17 +1,23 @@
-"""Reads the two public headers into one description: every handle, enumeration, struct, callback and function, with comments.
+"""Reads the two public headers into one description: every handle, enumeration, struct, callback
+and function, with comments.
 
-The headers are the source of everything that generate.py writes. What this parser does not understand is an error with
-its line, so that nothing is passed over. The comment of a field or an enumerator may end in tags. A field has:
+The headers are the source of everything that generate.py writes. What this parser does not
+understand is an error with its line, so that nothing is passed over. The comment of a field or an
+enumerator may end in tags. A field has:
 
-    @default 128          of a parameter or option that is 0. A number, an enumerator, or an expression of other fields
-                          (width, source_width * bytes_per_pixel(format)); a remark may follow in brackets: 1600 (0.39).
-                          In quotes: words for a default that the code computes, "found from the first frame".
-    @range 1..510         of a parameter or option, its default filled in. Either end may be left out; ">0.." leaves the
-                          end itself out; ends are expressions as above. DEFREC_FORMAT_*: one of these enumerators.
-                          Floating point without @range is finite.
+    @default 128          of a parameter or option that is 0. A number, an enumerator, or an
+                          expression of other fields (width, source_width *
+                          bytes_per_pixel(format)); a remark may follow in brackets: 1600 (0.39). In
+                          quotes: words for a default that the code computes, "found from the first
+                              frame".
+    @range 1..510         of a parameter or option, its default filled in. Either end may be left
+                          out; ">0.." leaves the end itself out; ends are expressions as above.
+                          DEFREC_FORMAT_*: one of these enumerators. Floating point without @range
+                          is finite.
     @unit px              of the number
-    @count vertex_count   of an array in a result: the field with its number of elements; `pixels`: one per pixel of the
-                          rectified image, and NULL where there is no such image
+    @count vertex_count   of an array in a result: the field with its number of elements; `pixels`:
+                          one per pixel of the rectified image, and NULL where there is no such
+                          image
     @components 3         of an element of such an array, 1 if left out; 3x4: of a matrix, row-major
     @since 1.1            of the API
 
@@ -23,11 +29,22 @@ A reason for a frame's state has:
 """
 import re
 
-# Sizes on every platform that defrec runs on (LP64); sdk/abi/layout compares them with a compiler's.
+# Sizes on every platform that defrec runs on (LP64); sdk/abi/layout compares them with a
+# compiler's.
 SCALARS = {
-    "int8_t": 1, "uint8_t": 1, "int16_t": 2, "uint16_t": 2, "int32_t": 4, "uint32_t": 4, "int64_t": 8, "uint64_t": 8,
-    "size_t": 8, "float": 4, "double": 8, "defrec_status": 4,
-}  # fmt: skip
+    "int8_t": 1,
+    "uint8_t": 1,
+    "int16_t": 2,
+    "uint16_t": 2,
+    "int32_t": 4,
+    "uint32_t": 4,
+    "int64_t": 8,
+    "uint64_t": 8,
+    "size_t": 8,
+    "float": 4,
+    "double": 8,
+    "defrec_status": 4,
+}
 POINTER = 8
 
 TOKEN = re.compile(

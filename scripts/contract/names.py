@@ -3,7 +3,8 @@ import re
 
 
 class Enumeration:
-    """prefix: of its enumerators, or the first one where they have nothing in common. zero: what C# adds for 0."""
+    """prefix: of its enumerators, or the first one where they have nothing in common. zero: what C#
+    adds for 0."""
 
     def __init__(self, prefix, python, csharp, is_flags=False, zero=None, csharp_type="uint"):
         self.prefix, self.python, self.csharp = prefix, python, csharp
@@ -65,7 +66,8 @@ def enumeration_of(values):
 
 
 def enumeration_of_field(field):
-    """The enumeration that a field's comment begins with: DEFREC_FORMAT_*, or `DEFREC_OBSERVED ...`; else None."""
+    """The enumeration that a field's comment begins with: DEFREC_FORMAT_*, or `DEFREC_OBSERVED
+    ...`; else None."""
     if field.summary.startswith("defrec_status: "):
         return ENUMERATIONS[0]
     match = re.match(r"(DEFREC_\w+_)\*|(DEFREC_\w+) \.\.\.", field.summary)
@@ -91,7 +93,8 @@ def plural(word):
 
 
 def tracker_flags(contract):
-    """The flags of defrec_tracker_desc, each an option of its own in the bindings: `option` is its name."""
+    """The flags of defrec_tracker_desc, each an option of its own in the bindings: `option` is its
+    name."""
     prefix = "DEFREC_TRACKER_"
     values = [
         value
@@ -112,7 +115,8 @@ def camel(name):
 
 
 def sentence(text):
-    """Words as one sentence: a capital first, unless they begin with a symbol or a unit, and a full stop."""
+    """Words as one sentence: a capital first, unless they begin with a symbol or a unit, and a full
+    stop."""
     text = text.strip().rstrip(".;")
     first = re.match(r"[\w/]+", text)
     if first and first[0].islower() and first[0] not in ("px", "mm", "uu", "xx", "xyz", "w"):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What the parser reads and refuses, what an addition to the headers makes, and that stale copies and breaks of the ABI
-are found."""
+"""What the parser reads and refuses, what an addition to the headers makes, and that stale copies
+and breaks of the ABI are found."""
 import ast
 import pathlib
 import shutil
@@ -30,7 +30,8 @@ typedef struct defrec_small_params {
 
 # A frame's result, with an enumeration that is counted and a reason.
 RESULT = """
-enum { DEFREC_STAGE_FIRST = 0, /**< one */ DEFREC_STAGE_SECOND = 1, /**< two */ DEFREC_STAGE_COUNT_V1 = 2 /**< all */ };
+enum { DEFREC_STAGE_FIRST = 0, /**< one */ DEFREC_STAGE_SECOND = 1, /**< two */
+       DEFREC_STAGE_COUNT_V1 = 2 /**< all */ };
 enum { DEFREC_REASON_FEW_MATCHES = 1u << 0 /**< few @effect degraded @remedy look @since 1.1 */ };
 typedef struct defrec_result {
     uint32_t     struct_size;  /**< see DEFREC_INIT */
@@ -182,7 +183,10 @@ class Tree(unittest.TestCase):
         self.edit(
             "include/defrec_c.h",
             "    DEFREC_REASON_INTERLACED ",
-            "    DEFREC_REASON_RED_LIGHT = 1u << 24, /**< no green\n @remedy another lamp */\n    DEFREC_REASON_INTERLACED ",
+            (
+                "    DEFREC_REASON_RED_LIGHT = 1u << 24, /**< no green\n @remedy another lamp */\n "
+                "   DEFREC_REASON_INTERLACED "
+            ),
         )
         self.assertEqual(self.run_generator()[0], 0)
         for path, line in (
@@ -196,28 +200,56 @@ class Tree(unittest.TestCase):
         self.assertIn("\n| `DEFREC_REASON_RED_LIGHT` | no green | | another lamp |\n", guides)
 
     def test_a_new_array_of_a_result_is_copied_by_the_bindings(self):
-        self.edit("include/defrec_c.h", "} defrec_result;", """    const float *speeds; /**< xyz per template vertex, mm/s @count vertex_count @components 3 */
+        self.edit(
+            "include/defrec_c.h",
+            "} defrec_result;",
+            """    const float *speeds; /**< xyz per template vertex, mm/s
+                                  @count vertex_count @components 3 */
     const uint8_t *patch_status; /**< DEFREC_POINT_* per patch @count patch_count */
     float mean_speed; /**< of all @unit mm/s */
-} defrec_result;""")  # fmt: skip
+} defrec_result;""",
+        )
         self.assertEqual(self.run_generator()[0], 0)
         for path, lines in (
-            ("bindings/python/defrec/result.py", (
-                "    speeds: FloatArray", "    patch_status: ByteArray", "    mean_speed: float",
-                '        speeds=copied(r.speeds, "f", (r.vertex_count, 3)),',
-                '        patch_status=copied(r.patch_status, "B", (r.patch_count,)),', "        mean_speed=r.mean_speed,",
-            )),
-            ("bindings/csharp/Defrec/FrameResult.cs", (
-                "        public float[] Speeds { get; private set; } = new float[0];",
-                "        public PointStatus[] PatchStatus { get; private set; } = new PointStatus[0];",
-                "            float[] speeds = NativeArray.Sized(Speeds, Check.ArrayLength(result.vertex_count, 3));",
-                "        public float MeanSpeed { get; }", "            MeanSpeed = result.mean_speed;",
-            )),
-            ("bindings/csharp/Defrec/JobArrays.cs", (
-                "        public int CopySpeeds(float[] destination)", "        public int CopyPatchStatus(Span<PointStatus> destination)",
-                "                return Copy(result.speeds, 3 * result.vertex_count, sizeof(float), to, capacity);",
-            )),
-        ):  # fmt: skip
+            (
+                "bindings/python/defrec/result.py",
+                (
+                    "    speeds: FloatArray",
+                    "    patch_status: ByteArray",
+                    "    mean_speed: float",
+                    '        speeds=copied(r.speeds, "f", (r.vertex_count, 3)),',
+                    '        patch_status=copied(r.patch_status, "B", (r.patch_count,)),',
+                    "        mean_speed=r.mean_speed,",
+                ),
+            ),
+            (
+                "bindings/csharp/Defrec/FrameResult.cs",
+                (
+                    "        public float[] Speeds { get; private set; } = new float[0];",
+                    (
+                        "        public PointStatus[] PatchStatus { get; private set; } = new"
+                        " PointStatus[0];"
+                    ),
+                    (
+                        "            float[] speeds = NativeArray.Sized(Speeds,"
+                        " Check.ArrayLength(result.vertex_count, 3));"
+                    ),
+                    "        public float MeanSpeed { get; }",
+                    "            MeanSpeed = result.mean_speed;",
+                ),
+            ),
+            (
+                "bindings/csharp/Defrec/JobArrays.cs",
+                (
+                    "        public int CopySpeeds(float[] destination)",
+                    "        public int CopyPatchStatus(Span<PointStatus> destination)",
+                    (
+                        "                return Copy(result.speeds, 3 * result.vertex_count,"
+                        " sizeof(float), to, capacity);"
+                    ),
+                ),
+            ),
+        ):
             for line in lines:
                 self.assertIn(line, self.generated(path).splitlines(), path)
 
@@ -231,7 +263,10 @@ class Tree(unittest.TestCase):
         self.edit(
             "include/defrec_c.h",
             "enum { DEFREC_DISPARITY_ONE =",
-            "enum { DEFREC_DISPARITY_TWO = 32 /**< twice as much */ };\n/** Unit. */\nenum { DEFREC_DISPARITY_ONE =",
+            (
+                "enum { DEFREC_DISPARITY_TWO = 32 /**< twice as much */ };\n/** Unit. */\nenum {"
+                " DEFREC_DISPARITY_ONE ="
+            ),
         )
         self.assertEqual(self.run_generator("--verify")[0], 1)
         self.assertEqual(self.run_generator()[0], 0)
@@ -253,7 +288,10 @@ class Tree(unittest.TestCase):
             self.run_generator("--verify"),
             (
                 1,
-                "docs: one guide with the line <!-- DEFREC_REASON_*, by scripts/contract/generate.py --> expected, there are 0\n",
+                (
+                    "docs: one guide with the line <!-- DEFREC_REASON_*, by"
+                    " scripts/contract/generate.py --> expected, there are 0\n"
+                ),
             ),
         )
 

@@ -174,8 +174,10 @@ class GenerateTest(TreeTest):
         self.assertNotIn("old", made)
         self.assertIn("Decided in `sdk/tracking/a.cpp`.", made)
         self.assertIn(
-            "| `min_patches` | 30; 60 | patches | that must be confirmed | one in fifty by chance, "
-            "[in vain](../experiments/2026-01-02-in-vain.md) |\n",
+            (
+                "| `min_patches` | 30; 60 | patches | that must be confirmed | one in fifty by"
+                " chance, [in vain](../experiments/2026-01-02-in-vain.md) |\n"
+            ),
             made,
         )
         self.assertIn("| `eighth` | 1/8 | | no unit | set by hand |\n", made)

@@ -3,7 +3,8 @@
 
 usage: generate.py            writes the page where it is stale
        generate.py --verify   writes nothing, and fails where it is stale
-Fails as well where a fault has no test and no reason why, and where a test bears the number of none.
+Fails as well where a fault has no test and no reason why, and where a test bears the number of
+none.
 """
 import argparse
 import collections
@@ -33,7 +34,8 @@ last column names. The test `docs/faults` holds this page to them.
 
 
 def numbers_of(name):
-    """The faults that a test's name bears: of "rows 3-5: ..." 3, 4, 5; also later ones ("and row 4: ...")."""
+    """The faults that a test's name bears: of "rows 3-5: ..." 3, 4, 5; also later ones ("and row 4:
+    ...")."""
     found = set()
     for match in NUMBERS.finditer(name):
         parts = re.split(r"(, | and |-| to )", match.group(1))

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Prints, as a table in Markdown, how much of the code that reads foreign bytes the fuzz targets' inputs reach.
+"""Prints, as a table in Markdown, how much of the code that reads foreign bytes the fuzz targets'
+inputs reach.
 
 usage: coverage.py [TARGET...]
 
-Runs build-coverage/fuzz/defrec_TARGET_replay (preset coverage) on sdk/fuzz/corpus/TARGET and on what the fuzzer has found,
-build-fuzz/corpus/TARGET. Lines and branches are llvm-cov's. Exit status: 0, or 1 where a target fails on one of its inputs.
+Runs build-coverage/fuzz/defrec_TARGET_replay (preset coverage) on sdk/fuzz/corpus/TARGET and on
+what the fuzzer has found, build-fuzz/corpus/TARGET. Lines and branches are llvm-cov's. Exit status:
+0, or 1 where a target fails on one of its inputs.
 """
 import json
 import os
@@ -104,8 +106,8 @@ def main():
         for i, (reader, lines_covered, lines, branches_covered, branches) in enumerate(rows):
             names = (f"`{target}`", f"{inputs:,}") if i == 0 else ("", "")
             print(
-                f"| {names[0]} | {names[1]} | `{reader}` | {share(lines_covered, lines)} of {lines} | "
-                f"{share(branches_covered, branches)} of {branches} |"
+                f"| {names[0]} | {names[1]} | `{reader}` | {share(lines_covered, lines)} of"
+                f" {lines} | {share(branches_covered, branches)} of {branches} |"
             )
     sys.exit(1 if failed else 0)
 

@@ -100,7 +100,10 @@ def page():
         ]
     text += [
         "## Stages\n",
-        "The agreement tests compare every backend with the reference, the conformance cases any plugin.\n",
+        (
+            "The agreement tests compare every backend with the reference, the conformance cases"
+            " any plugin.\n"
+        ),
     ]
     text += [
         "| stage | definition | agreement | conformance |",
@@ -110,7 +113,10 @@ def page():
     ]
     text += [
         "## Functions of the C API\n",
-        "The tests are in `sdk/api`. C# and Python have tests of their own, which name every function.\n",
+        (
+            "The tests are in `sdk/api`. C# and Python have tests of their own, which name every"
+            " function.\n"
+        ),
     ]
     text += ["| function | since | tests that call it |", "|---|---|---|", *functions(contract)]
     return "\n".join(text) + "\n"

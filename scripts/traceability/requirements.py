@@ -1,4 +1,5 @@
-"""What a user may require of defrec: number, requirement, where it is defined, and the tests that show it, by file and name."""
+"""What a user may require of defrec: number, requirement, where it is defined, and the tests that
+show it, by file and name."""
 
 REQUIREMENTS = (
     (
@@ -15,7 +16,10 @@ REQUIREMENTS = (
                     ),
                     (
                         "sdk/rig/rig_test.cpp",
-                        "the maps are OpenCV's initUndistortRectifyMap, for every number of coefficients",
+                        (
+                            "the maps are OpenCV's initUndistortRectifyMap, for every number of"
+                            " coefficients"
+                        ),
                     ),
                 ),
             ),
@@ -57,11 +61,17 @@ REQUIREMENTS = (
                 (
                     (
                         "sdk/api/rendered_test.cpp",
-                        "rows 54 and 76: a right view that is late is measured, and depth from two times is not used",
+                        (
+                            "rows 54 and 76: a right view that is late is measured, and depth from"
+                            " two times is not used"
+                        ),
                     ),
                     (
                         "sdk/api/rendered_test.cpp",
-                        "row 106: a right view that lies askew is measured within ten frames, and named",
+                        (
+                            "row 106: a right view that lies askew is measured within ten frames,"
+                            " and named"
+                        ),
                     ),
                 ),
             ),
@@ -81,7 +91,10 @@ REQUIREMENTS = (
                     ),
                     (
                         "sdk/tracking/tracker_test.cpp",
-                        "row 64: a sudden shift of ten millimetres between two frames is found in the same frame",
+                        (
+                            "row 64: a sudden shift of ten millimetres between two frames is found"
+                            " in the same frame"
+                        ),
                     ),
                 ),
             ),
@@ -108,7 +121,10 @@ REQUIREMENTS = (
                 (
                     (
                         "sdk/tracking/tracker_test.cpp",
-                        "rows 58 and 63: black frames are lost at once, and the surface is found again when it returns",
+                        (
+                            "rows 58 and 63: black frames are lost at once, and the surface is"
+                            " found again when it returns"
+                        ),
                     ),
                 ),
             ),
@@ -119,11 +135,17 @@ REQUIREMENTS = (
                 (
                     (
                         "sdk/tracking/monitors/frame_state_test.cpp",
-                        "a vertex is observed where depth and image agree with the surface, nowhere else",
+                        (
+                            "a vertex is observed where depth and image agree with the surface,"
+                            " nowhere else"
+                        ),
                     ),
                     (
                         "sdk/tracking/monitors/frame_state_test.cpp",
-                        "row 59: half under an instrument is degraded, named occluded, and the hidden half extrapolated",
+                        (
+                            "row 59: half under an instrument is degraded, named occluded, and the"
+                            " hidden half extrapolated"
+                        ),
                     ),
                 ),
             ),
@@ -134,7 +156,10 @@ REQUIREMENTS = (
                 (
                     (
                         "sdk/api/rendered_test.cpp",
-                        "tissue drawn together under a tip: errors of observed points are as expected",
+                        (
+                            "tissue drawn together under a tip: errors of observed points are as"
+                            " expected"
+                        ),
                     ),
                 ),
             ),
@@ -160,7 +185,10 @@ REQUIREMENTS = (
                     ),
                     (
                         "sdk/tracking/overlap_test.cpp",
-                        "a full queue gives the same bits as frames one by one: failures, lost frames and new templates included",
+                        (
+                            "a full queue gives the same bits as frames one by one: failures, lost"
+                            " frames and new templates included"
+                        ),
                     ),
                 ),
             ),
@@ -182,7 +210,10 @@ REQUIREMENTS = (
                 (
                     (
                         "sdk/api/growth_test.cpp",
-                        "a template grows with what comes into view, and held results keep their counts",
+                        (
+                            "a template grows with what comes into view, and held results keep"
+                            " their counts"
+                        ),
                     ),
                 ),
             ),
@@ -198,11 +229,17 @@ REQUIREMENTS = (
                 (
                     (
                         "sdk/api/handles_test.cpp",
-                        "row 16: every function answers NULL, destroyed, random and foreign handles",
+                        (
+                            "row 16: every function answers NULL, destroyed, random and foreign"
+                            " handles"
+                        ),
                     ),
                     (
                         "sdk/api/tracker_test.cpp",
-                        "rows 16 to 24: bad frames are refused with the reason, and the queue stays as it was",
+                        (
+                            "rows 16 to 24: bad frames are refused with the reason, and the queue"
+                            " stays as it was"
+                        ),
                     ),
                 ),
             ),
@@ -213,7 +250,10 @@ REQUIREMENTS = (
                 (
                     (
                         "sdk/api/memory_test.cpp",
-                        "row 50: memory runs out anywhere from context to template file, on every backend",
+                        (
+                            "row 50: memory runs out anywhere from context to template file, on"
+                            " every backend"
+                        ),
                     ),
                 ),
             ),
@@ -224,7 +264,10 @@ REQUIREMENTS = (
                 (
                     (
                         "sdk/tracking/plugin_faults_test.cpp",
-                        "rows 38 and 79: a frame whose device does not answer fails, and the device is quarantined",
+                        (
+                            "rows 38 and 79: a frame whose device does not answer fails, and the"
+                            " device is quarantined"
+                        ),
                     ),
                     (
                         "sdk/tracking/plugin_faults_test.cpp",
@@ -239,7 +282,10 @@ REQUIREMENTS = (
                 (
                     (
                         "sdk/tracking/plugin_faults_test.cpp",
-                        "rows 39 and 82: what a stage never gives fails the frame, which names the stage",
+                        (
+                            "rows 39 and 82: what a stage never gives fails the frame, which names"
+                            " the stage"
+                        ),
                     ),
                 ),
             ),
@@ -256,7 +302,10 @@ REQUIREMENTS = (
                 (
                     (
                         "sdk/api/tracker_test.cpp",
-                        "row 28: frames submitted from several threads are queued whole, or the call is busy",
+                        (
+                            "row 28: frames submitted from several threads are queued whole, or the"
+                            " call is busy"
+                        ),
                     ),
                 ),
             ),
@@ -267,7 +316,10 @@ REQUIREMENTS = (
                 (
                     (
                         "sdk/plugin/search_test.cpp",
-                        "row 43: folders and files that anybody may write to are ignored and logged",
+                        (
+                            "row 43: folders and files that anybody may write to are ignored and"
+                            " logged"
+                        ),
                     ),
                     ("sdk/plugin/loader_test.cpp", "row 34: one flipped bit is refused"),
                 ),
@@ -294,11 +346,17 @@ REQUIREMENTS = (
                 (
                     (
                         "sdk/api/deadline_test.cpp",
-                        "a frame that is late before it begins is followed, late and unchecked, and says so",
+                        (
+                            "a frame that is late before it begins is followed, late and unchecked,"
+                            " and says so"
+                        ),
                     ),
                     (
-                        "sdk/tracking/frame/frame_effort_test.cpp",
-                        "what does not fit is left out, in order, and frames are late only when it is tried",
+                        "sdk/tracking/frame/quality_level_test.cpp",
+                        (
+                            "what does not fit is left out, in order, and frames are late only when"
+                            " it is tried"
+                        ),
                     ),
                 ),
             ),

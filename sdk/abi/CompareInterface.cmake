@@ -7,6 +7,6 @@ execute_process(COMMAND "${ABIDIFF}" --no-corpus-path --no-show-locs "${EXPECTED
 if(NOT result EQUAL 0)
   message(
     FATAL_ERROR
-      "The ABI is not the one recorded (abidiff: ${result}). What was added may be recorded (docs/api/abi.md); nothing else may change.\n${printed}"
-  )
+      "The ABI is not the one recorded (abidiff: ${result}). What was added may be recorded "
+      "(docs/api/abi.md); nothing else may change.\n${printed}")
 endif()

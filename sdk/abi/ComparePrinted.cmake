@@ -1,4 +1,5 @@
-# Fails unless a program prints exactly what a file holds. cmake -DPROGRAM= -DEXPECTED= -P this; PROGRAM may begin with what runs it.
+# Fails unless a program prints exactly what a file holds. cmake -DPROGRAM= -DEXPECTED= -P this;
+# PROGRAM may begin with what runs it.
 cmake_minimum_required(VERSION 3.25)
 execute_process(COMMAND ${PROGRAM} OUTPUT_VARIABLE printed RESULT_VARIABLE result)
 string(REPLACE "\r\n" "\n" printed "${printed}")
@@ -9,6 +10,6 @@ if(NOT result EQUAL 0 OR NOT printed STREQUAL expected)
   execute_process(COMMAND diff -u "${EXPECTED}" "${program}.printed" OUTPUT_VARIABLE difference)
   message(
     FATAL_ERROR
-      "The ABI changed. Lines may only be added (docs/api/abi.md); if that is so, add them to ${EXPECTED}.\n${difference}"
-  )
+      "The ABI changed. Lines may only be added (docs/api/abi.md); if that is so, add them to "
+      "${EXPECTED}.\n${difference}")
 endif()

@@ -1,5 +1,6 @@
-# Breaks a copy of the headers, and a copy of the library, on purpose, and fails unless the test that is there for it fails and says where.
-# cmake -DHEADERS_FOLDER= -DABI_FOLDER= -DWORK= -DCC= -DCXX= -DNM= -DABIDIFF= (or empty) "-DLINK=what the library is linked from" -P this
+# Breaks a copy of the headers, and a copy of the library, on purpose, and fails unless the test
+# that is there for it fails and says where. cmake -DHEADERS_FOLDER= -DABI_FOLDER= -DWORK= -DCC=
+# -DCXX= -DNM= -DABIDIFF= (or empty) "-DLINK=what the library is linked from" -P this
 cmake_minimum_required(VERSION 3.25)
 
 function(run)
@@ -10,7 +11,8 @@ function(run)
   endif()
 endfunction()
 
-# expect(NAME PATTERN COMMAND...): the command fails, and its output matches; with "" for the pattern it succeeds.
+# expect(NAME PATTERN COMMAND...): the command fails, and its output matches; with "" for the
+# pattern it succeeds.
 function(expect name pattern)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE printed
                   ERROR_VARIABLE printed)
@@ -39,7 +41,8 @@ function(copy_headers folder)
   endif()
 endfunction()
 
-# check_layout(NAME PATTERN FOLDER), check_interface(NAME PATTERN FOLDER): what sdk/abi/layout and sdk/abi/interface do, with those headers.
+# check_layout(NAME PATTERN FOLDER), check_interface(NAME PATTERN FOLDER): what sdk/abi/layout and
+# sdk/abi/interface do, with those headers.
 function(check_layout name pattern folder)
   run("${CC}" "-I${folder}" "${ABI_FOLDER}/layout.c" -o "${folder}/layout")
   expect("${name}" "${pattern}" "${CMAKE_COMMAND}" "-DPROGRAM=${folder}/layout"
@@ -60,7 +63,8 @@ function(check_released name pattern released)
   expect("${name}" "${pattern}" "${CMAKE_COMMAND}" "-DRELEASED=${released}"
          "-DPRESENT=${ABI_FOLDER}/layout.txt" -P "${ABI_FOLDER}/CompareReleased.cmake")
 endfunction()
-# check_exports(NAME PATTERN HIDDEN ADDED): the library without the function HIDDEN, with the function ADDED
+# check_exports(NAME PATTERN HIDDEN ADDED): the library without the function HIDDEN, with the
+# function ADDED
 function(check_exports name pattern hidden added)
   file(WRITE "${WORK}/exports.map" "DEFREC_1 { global: defrec_*; local: ${hidden} *; };\n")
   file(WRITE "${WORK}/added.c" "${added}")

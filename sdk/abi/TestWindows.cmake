@@ -1,14 +1,13 @@
-# The headers under the compilers of Windows, as clang knows them: they compile without a warning, the structs have the layout of layout.txt,
-# and every function and every pointer to one is __cdecl, whatever the application's compiler takes as the default.
-# cmake -DCLANG= -DROOT= -DWORK= -P this; WORK is a folder for files.
+# The headers under the compilers of Windows, as clang knows them: they compile without a warning,
+# the structs have the layout of layout.txt, and every function and every pointer to one is __cdecl,
+# whatever the application's compiler takes as the default. cmake -DCLANG= -DROOT= -DWORK= -P this;
+# WORK is a folder for files.
 cmake_minimum_required(VERSION 3.25)
 set(abi "${ROOT}/sdk/abi")
 file(MAKE_DIRECTORY "${WORK}")
 # The headers use this much of the C library; the rest of what they include comes with clang.
-file(
-  WRITE "${WORK}/string.h"
-  "#include <stddef.h>\n#ifdef __cplusplus\nextern \"C\"\n#endif\nvoid *__cdecl memset(void *, int, size_t);\n"
-)
+file(WRITE "${WORK}/string.h" "#include <stddef.h>\n#ifdef __cplusplus\nextern \"C\"\n#endif\n"
+                              "void *__cdecl memset(void *, int, size_t);\n")
 
 function(compile result_variable output_variable)
   execute_process(COMMAND "${CLANG}" "-I${ROOT}" ${ARGN} RESULT_VARIABLE result
@@ -78,7 +77,8 @@ if(result EQUAL 0)
   message(FATAL_ERROR "a wrong layout was not found")
 endif()
 
-# With -mrtd what names no calling convention is __stdcall on 32-bit x86, the one Windows where it matters.
+# With -mrtd what names no calling convention is __stdcall on 32-bit x86, the one Windows where it
+# matters.
 set(dump --target=i686-pc-windows-msvc -mrtd -ffreestanding -fsyntax-only "-I${WORK}" -Xclang
          -ast-dump "${abi}/interface.c")
 compile(result output ${dump})

@@ -1,4 +1,5 @@
-// Frames with a deadline, on the CPU. Which effort is chosen: sdk/tracking/frame_effort_test.cpp.
+// Frames with a deadline, on the CPU. Which quality level is chosen:
+// sdk/tracking/quality_level_test.cpp.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -60,8 +61,9 @@ TEST_CASE("a frame that is late before it begins is followed, late and unchecked
     CHECK(late.observed_share == 0);
     CHECK(std::all_of(late.vertex_status, late.vertex_status + late.vertex_count,
                       [](uint8_t status) { return status == DEFREC_POINT_UNKNOWN; }));
-    CHECK(std::none_of(late.vertex_evidence, late.vertex_evidence + late.vertex_count,
-                       [](uint8_t evidence) { return (evidence & DEFREC_EVIDENCE_LATERAL) != 0; }));
+    CHECK(std::none_of(
+        late.vertex_evidence, late.vertex_evidence + late.vertex_count,
+        [](uint8_t evidence) { return (evidence & DEFREC_EVIDENCE_PHOTOMETRIC) != 0; }));
     CHECK(mean_motion(late, first) == doctest::Approx(mean_motion(next, first)).epsilon(0.1));
     REQUIRE(late.vertex_count == next.vertex_count);
     uint64_t less_sure = 0;

@@ -8,11 +8,11 @@
 #include "sdk/base/util/error.hpp"
 #include "sdk/template/capture.hpp"
 #include "sdk/template/check_patches.hpp"
-#include "sdk/tracking/evidence/lateral_evidence.hpp"
+#include "sdk/tracking/evidence/photometric_evidence.hpp"
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
-#include "sdk/tracking/monitors/disparity_watch.hpp"
+#include "sdk/tracking/monitors/disparity_monitor.hpp"
 #include "sdk/tracking/monitors/frame_state.hpp"
-#include "sdk/tracking/monitors/rig_monitor.hpp"
+#include "sdk/tracking/monitors/row_monitor.hpp"
 #include "sdk/tracking/stages/check_output.hpp"
 
 namespace {
@@ -119,17 +119,17 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const VertexEvidence vertices = weigh_vertices(reply.output.samples);
     static_cast<void>(count_moved_farther(last, reply.output.samples, 5));
     const RigidSums sums = sum_for_rigid_motion(model, reply.output.samples, 0);
-    LateralEvidence lateral;
-    lateral.make_room(model_data);
-    spread_patches(model_data, patch_px2, lateral);
-    spread_checks(model_data, reply.output, lateral);
-    measure_lateral(model_data, reply.output, 0, reply.output.samples.size(), lateral);
-    DisparityWatch disparities;
+    PhotometricEvidence photometric;
+    photometric.make_room(model_data);
+    spread_patches(model_data, patch_px2, photometric);
+    spread_checks(model_data, reply.output, photometric);
+    measure_photometric(model_data, reply.output, 0, reply.output.samples.size(), photometric);
+    DisparityMonitor disparities;
     disparities.make_room();
     disparities.add_frame(model_data, reply.output.samples);
     std::vector<float> last_rows, rows;
     std::vector<RowMatch> row_matches;
-    RigMonitor monitor(kWidth, kHeight);
+    RowMonitor monitor(kWidth, kHeight);
     RigEstimate rig;
     for (int frame = 0; frame < 2; ++frame) {
         match_rows(model_data, reply.output, last_rows, rows, row_matches);
@@ -148,7 +148,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     double motion[12];
     estimate_confidence(
         model,
-        {reply.output, lateral, static_cast<float>(evidence.mean_residual_mm), rig, last, true},
+        {reply.output, photometric, static_cast<float>(evidence.mean_residual_mm), rig, last, true},
         nullptr,
         [&] {
             fit_rigid_motion(model, {&sums, 1}, motion);

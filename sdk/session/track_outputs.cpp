@@ -74,9 +74,9 @@ const char* name_of(PointStatus status) {
 
 const char* evidence_name(std::uint32_t evidence) {
     const bool has_depth = (evidence & DEFREC_EVIDENCE_DEPTH) != 0,
-               is_lateral = (evidence & DEFREC_EVIDENCE_LATERAL) != 0;
-    if (has_depth) return is_lateral ? "both" : "depth";
-    return is_lateral ? "lateral" : "none";
+               is_photometric = (evidence & DEFREC_EVIDENCE_PHOTOMETRIC) != 0;
+    if (has_depth) return is_photometric ? "both" : "depth";
+    return is_photometric ? "photometric" : "none";
 }
 
 PointsFile::PointsFile(const std::filesystem::path& path) : file_(path) {

@@ -16,7 +16,7 @@ namespace defrec::cli {
 
 enum class PointStatus { kTracked, kExtrapolated, kLost };
 const char* name_of(PointStatus status);
-// "both", "depth", "lateral" or "none".
+// "both", "depth", "photometric" or "none".
 const char* evidence_name(std::uint32_t evidence);
 
 // Where a followed point is in a frame.

@@ -27,7 +27,7 @@ TEST_CASE(
               {12.5, 0.0625},
               0.25,
               {0.0125, -0.0012345, -1e-9, 0.01, 0, 0.04},
-              DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_LATERAL,
+              DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_PHOTOMETRIC,
               2});
     file.add({3,
               100,
@@ -51,7 +51,7 @@ TEST_CASE(
           "0.750000,0.000000,0.000000,0.750000,0.000000,0.750000,none,0\n"
           "3,100.000,9,,,,,,lost,,,,,,,,,\n");
     CHECK(evidence_name(DEFREC_EVIDENCE_DEPTH) == std::string("depth"));
-    CHECK(evidence_name(DEFREC_EVIDENCE_LATERAL) == std::string("lateral"));
+    CHECK(evidence_name(DEFREC_EVIDENCE_PHOTOMETRIC) == std::string("photometric"));
 }
 
 TEST_CASE("frames.csv has a column for each stage that ran in any frame, its runs added up") {

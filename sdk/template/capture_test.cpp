@@ -176,7 +176,7 @@ TEST_CASE("an instrument in front is no part of the surface, nor is anything pla
 
 // Whether all that several control points move is moved by those of one piece.
 bool is_of_one_piece(const TemplateData& data, const auto& item) {
-    for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+    for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
         if (item.weight[k] > 0 &&
             data.piece_of_node(static_cast<size_t>(item.node[k])) != data.piece_of(item))
             return false;
@@ -312,13 +312,14 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("skins sum to one and reproduce positions, so that a uniform stretch is no bending") {
+TEST_CASE(
+    "blend weights sum to one and reproduce positions, so that a uniform stretch is no bending") {
     Scene scene(smooth_disparity);
     const auto data = defrec::capture_template(scene.prepared());
     REQUIRE(data.has_value());
     for (const defrec_surface_point& vertex : data->vertices) {
         float sum = 0, blended[3] = {0, 0, 0};
-        for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+        for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
             REQUIRE(vertex.node[k] >= 0);
             REQUIRE(static_cast<size_t>(vertex.node[k]) < data->nodes.size() / 3);
             sum += vertex.weight[k];

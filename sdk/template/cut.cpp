@@ -51,15 +51,17 @@ ViewPixel pixel_of(const defrec_camera& camera, const float xyz[3]) {
 template <class Item>
 void part(const TemplateData& data, const ViewPixel& at, Item& item) {
     bool is_across = false;
-    for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+    for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
         const float* node = &data.nodes[3 * static_cast<size_t>(item.node[k])];
         is_across |= item.weight[k] > 0 && is_parted(data.node_grid.cuts, data.piece_of(item), at,
                                                      pixel_of(data.camera, node));
     }
-    Skin skin;
-    if (!is_across || !grid_skin(data.node_grid, data.piece_of(item), at[0], at[1], skin)) return;
-    std::copy(skin.node.begin(), skin.node.end(), item.node);
-    std::copy(skin.weight.begin(), skin.weight.end(), item.weight);
+    BlendWeights blend_weights;
+    if (!is_across ||
+        !grid_blend_weights(data.node_grid, data.piece_of(item), at[0], at[1], blend_weights))
+        return;
+    std::copy(blend_weights.node.begin(), blend_weights.node.end(), item.node);
+    std::copy(blend_weights.weight.begin(), blend_weights.weight.end(), item.weight);
 }
 
 // Control points of the first view's grid.
@@ -81,7 +83,7 @@ void release_connections(TemplateData& data) {
         return is_on_grid[a] != 0 && is_on_grid[b] != 0 &&
                is_parted(grid.cuts, data.piece_of_node(a), at[a], at[b]);
     };
-    for (GrownPart& grown : data.parts)
+    for (SurfacePatch& grown : data.parts)
         grown.before.edges -= static_cast<uint64_t>(std::count_if(
             data.edges.begin(),
             data.edges.begin() + static_cast<std::ptrdiff_t>(grown.before.edges), is_released));

@@ -50,7 +50,7 @@ int side_of(double u, double v) { return v <= kFrom + 1 || v >= kTo - 1 ? 0 : u 
 // Whether what moves something at a pixel lies on the other side of the cut.
 template <class Item>
 bool is_moved_across(const TemplateData& data, const Item& item, double u, double v) {
-    for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+    for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
         const float* node = &data.nodes[3 * static_cast<size_t>(item.node[k])];
         if (item.weight[k] > 0 && side_of(u, v) * side_of(u_of(node), v_of(node)) < 0) return true;
     }

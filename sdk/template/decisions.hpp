@@ -112,7 +112,7 @@ struct Connections {
 };
 
 // The control points that move a point.
-struct BlendWeights {
+struct PointWeights {
     // share | of the bilinear weights at a pixel that a piece's vertices must have: it lies there |
     //   half
     static constexpr double kMinPieceWeight = 0.5;
@@ -158,7 +158,7 @@ struct PatchPlaces {
     static constexpr int kMaskReach = 5;
     // px | nor so near the rim of the first view | set by hand
     static constexpr int kBorder = 8;
-    // px | nor so near the rim of a later one | a page has other tissue beyond it
+    // px | nor so near the rim of a later one | an atlas image has other tissue beyond it
     static constexpr int kPageBorder = 20;
 };
 
@@ -217,9 +217,9 @@ struct JoiningTissue {
     static constexpr int kGridMargin = 4;
 };
 
-// The images of later views, of which parts lie on pages.
-struct Pages {
-    // images | first view and pages | what stage align takes
+// The images of later views, of which parts lie in the atlas.
+struct AtlasLimits {
+    // images | first view and atlas | what stage align takes
     static constexpr size_t kMaxViews = 64;
     // px | of the image that is kept round a patch | its search may sample as much
     static constexpr double kPatchReach = 48;

@@ -19,10 +19,10 @@
 #include "sdk/body/body_slot.hpp"
 #include "sdk/contract/descs.hpp"
 #include "sdk/device/context.hpp"
+#include "sdk/template/atlas.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/decisions.hpp"
 #include "sdk/template/file_checksum.hpp"
-#include "sdk/template/page.hpp"
 #include "sdk/template/template.hpp"
 
 namespace defrec {
@@ -141,9 +141,9 @@ void visit_part_scalars(Part& part, Visit&& visit) {
 // Checks of the first view are made anew when a file is read, so those of parts are counted from
 // there.
 void write_parts(const TemplateData& data, Writer& writer) {
-    writer.value(data.page_end);
+    writer.value(data.atlas_end);
     writer.value(static_cast<uint64_t>(data.parts.size()));
-    for (const GrownPart& part : data.parts) {
+    for (const SurfacePatch& part : data.parts) {
         visit_part_scalars(part, [&](const auto& value) { writer.value(value); });
         writer.array(part.vertex);
     }
@@ -164,11 +164,11 @@ struct GrownChecks {
 void read_parts(Reader& reader, TemplateData& data, GrownChecks& grown) {
     constexpr uint64_t kMaxParts = 1 << 20;
     uint64_t parts = 0;
-    reader.value(data.page_end);
+    reader.value(data.atlas_end);
     reader.value(parts);
     if (parts > kMaxParts) reader.broken("its number of parts is out of range");
     for (uint64_t i = 0; i < parts; ++i) {
-        GrownPart& part = data.parts.emplace_back();
+        SurfacePatch& part = data.parts.emplace_back();
         visit_part_scalars(part, [&](auto& value) { reader.value(value); });
         reader.array(part.vertex);
     }
@@ -258,8 +258,8 @@ std::shared_ptr<const BodyDescription> read_body(Reader& reader) {
     return body;
 }
 
-bool skin_in_range(const int32_t* node, const float* weight, size_t nodes) {
-    for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+bool blend_weights_in_range(const int32_t* node, const float* weight, size_t nodes) {
+    for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
         if (node[k] < 0 || static_cast<size_t>(node[k]) >= nodes || !std::isfinite(weight[k]))
             return false;
     return true;
@@ -276,7 +276,7 @@ bool all_finite(const std::vector<float>& values) {
 
 bool patch_in_range(const TemplateData& data, const defrec_patch& patch) {
     return patch.view >= 0 && static_cast<size_t>(patch.view) < data.views() &&
-           skin_in_range(patch.node, patch.weight, data.nodes.size() / 3) &&
+           blend_weights_in_range(patch.node, patch.weight, data.nodes.size() / 3) &&
            all_finite(patch.position, 3) && all_finite(patch.tangent_u, 3) &&
            all_finite(patch.tangent_v, 3) && all_finite(&patch.u, 1) && all_finite(&patch.v, 1);
 }
@@ -291,7 +291,7 @@ bool disparity_ok(const TemplateData& data, float value) {
 const char* fault_of(const TemplateData& data) {
     const auto side_ok = [](uint32_t side) { return side > 0 && side <= DEFREC_MAX_SIDE; };
     if (!side_ok(data.width) || !side_ok(data.height)) return "its image size is out of range";
-    if (data.views() == 0 || data.views() > decisions::Pages::kMaxViews ||
+    if (data.views() == 0 || data.views() > decisions::AtlasLimits::kMaxViews ||
         data.image.size() != data.views() * data.width * data.height ||
         (data.parts.empty() && data.views() != 1))
         return "its image has another size than it says";
@@ -351,8 +351,8 @@ const char* fault_of(const TemplateData& data) {
         if (!all_finite(landmark.position, 3)) return "a landmark is out of range";
     for (const auto* points : {&data.vertices, &data.landmark_points})
         for (const defrec_surface_point& point : *points)
-            if (!skin_in_range(point.node, point.weight, nodes) || !all_finite(point.position, 3) ||
-                !all_finite(point.normal, 3))
+            if (!blend_weights_in_range(point.node, point.weight, nodes) ||
+                !all_finite(point.position, 3) || !all_finite(point.normal, 3))
                 return "a surface point is out of range";
     for (const defrec_patch& patch : data.patches)
         if (!patch_in_range(data, patch)) return "a patch is out of range";
@@ -384,9 +384,9 @@ const char* fault_of_parts(const TemplateData& data, const GrownChecks& grown) {
                 return "a part's vertex is out of range";
         end = part->before;
     }
-    if (data.page_end.x > data.width || data.page_end.y > data.height ||
-        data.page_end.shelf > data.height)
-        return "the end of its last page is out of range";
+    if (data.atlas_end.x > data.width || data.atlas_end.y > data.height ||
+        data.atlas_end.shelf > data.height)
+        return "the end of its last atlas image is out of range";
     if (grown.of_vertex.size() != data.vertices.size()) return "its checks are inconsistent";
     for (const int32_t check : grown.of_vertex)
         if (check < -1 || check >= static_cast<int64_t>(grown.checks.size()))
@@ -409,7 +409,7 @@ void restore_grid_pieces(TemplateData& data) {
 void append_checks(TemplateData& data, const GrownChecks& grown) {
     const auto moved =
         static_cast<int64_t>(data.checks.size()) - static_cast<int64_t>(data.first_counts().checks);
-    for (GrownPart& part : data.parts)
+    for (SurfacePatch& part : data.parts)
         part.before.checks =
             static_cast<uint64_t>(static_cast<int64_t>(part.before.checks) + moved);
     const auto first = static_cast<int32_t>(data.checks.size());

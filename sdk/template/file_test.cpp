@@ -54,7 +54,7 @@ TemplateData two_pieces() {
     data.node_piece = {0, 1};
     data.node_grid.node = {0, 0, -1, -1, -1, -1, 1, 1};
     data.grid.piece = {0, 0, 1, 1};
-    for (size_t i = 2; i < 4; ++i) std::fill_n(data.vertices[i].node, DEFREC_SKIN_NODES, 1);
+    for (size_t i = 2; i < 4; ++i) std::fill_n(data.vertices[i].node, DEFREC_BLEND_NODES, 1);
     return data;
 }
 
@@ -132,10 +132,10 @@ TEST_CASE("numbers of a file that are not finite are refused") {
 
 namespace {
 
-// The square with another beside it that joined: two vertices, a control point, a page.
+// The square with another beside it that joined: two vertices, a control point, an atlas image.
 TemplateData grown_square() {
     TemplateData data = square();
-    defrec::GrownPart part;
+    defrec::SurfacePatch part;
     part.columns = 2;
     part.rows = 2;
     part.step_mm = 20;
@@ -160,7 +160,7 @@ TemplateData grown_square() {
     data.check_of_vertex = {-1, 0, -1, -1, 0, -1};
     data.image.resize(2 * 64 * 48, 7);
     data.parts = {part};
-    data.page_end = {16, 0, 24};
+    data.atlas_end = {16, 0, 24};
     return data;
 }
 
@@ -246,7 +246,7 @@ TEST_CASE("parts that do not fit their template are refused") {
         {"part's grid", [](TemplateData& d) { d.parts[0].columns = 3; }},
         {"part's grid", [](TemplateData& d) { d.parts[0].step_mm = 0; }},
         {"part's vertex", [](TemplateData& d) { d.parts[0].vertex[0] = 6; }},
-        {"page", [](TemplateData& d) { d.page_end.x = 65; }},
+        {"atlas", [](TemplateData& d) { d.atlas_end.x = 65; }},
         {"check", [](TemplateData& d) { d.check_of_vertex[4] = 1; }},
         {"check", [](TemplateData& d) { d.check_of_vertex.pop_back(); }},
         {"check", [](TemplateData& d) { d.checks[0].node[0] = 2; }},

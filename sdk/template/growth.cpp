@@ -9,14 +9,14 @@
 
 #include "backends/shared/motion.hpp"
 #include "sdk/base/util/median.hpp"
+#include "sdk/template/atlas.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/decisions.hpp"
 #include "sdk/template/grid_distance.hpp"
 #include "sdk/template/new_tissue.hpp"
 #include "sdk/template/node_edges.hpp"
-#include "sdk/template/page.hpp"
 #include "sdk/template/patch_places.hpp"
-#include "sdk/template/scattered_skin.hpp"
+#include "sdk/template/scattered_blend_weights.hpp"
 #include "sdk/template/surface_point.hpp"
 
 namespace defrec {
@@ -24,8 +24,8 @@ namespace {
 
 using Motion = DualQuaternion<double>;
 using Point = Vec3<double>;
+using decisions::AtlasLimits;
 using decisions::JoiningTissue;
-using decisions::Pages;
 using decisions::PatchPlaces;
 
 Point as_point(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -58,7 +58,7 @@ class Grower {
     NewTissue tissue_;                 // of the frame now
     std::vector<PixelBuckets> nodes_;  // old and new ones, in the image, piece by piece
     std::vector<Motion> motions_;      // of all control points
-    GrownPart part_;                   // over the whole image until it is cropped
+    SurfacePatch part_;                // over the whole image until it is cropped
 };
 
 void Grower::append_nodes(Growth& growth) {
@@ -98,17 +98,18 @@ void Grower::append_nodes(Growth& growth) {
 // The surface under a pixel carried back to the template frame.
 bool Grower::carry(double u, double v, defrec_surface_point& point, SurfacePlace& place,
                    Motion& motion) const {
-    Skin skin;
+    BlendWeights blend_weights;
     const int seen_piece = grid_piece(tissue_.seen, u, v);
     const int piece = seen_piece < 0 ? -1 : tissue_.piece_of_seen[static_cast<size_t>(seen_piece)];
     if (piece < 0 || !surface_place(tissue_.seen, u, v, place) ||
-        !scattered_skin(nodes_[static_cast<size_t>(piece)], tissue_.node_spacing, u, v, skin))
+        !scattered_blend_weights(nodes_[static_cast<size_t>(piece)], tissue_.node_spacing, u, v,
+                                 blend_weights))
         return false;
-    motion = blend<double>(motions_.data(), skin.node.data(), skin.weight.data());
+    motion = blend<double>(motions_.data(), blend_weights.node.data(), blend_weights.weight.data());
     store3(apply(inverse(motion), as_point(place.position)), point.position);
     store3(rotate(conjugate(motion.real), as_point(place.normal)), point.normal);
-    std::copy(skin.node.begin(), skin.node.end(), point.node);
-    std::copy(skin.weight.begin(), skin.weight.end(), point.weight);
+    std::copy(blend_weights.node.begin(), blend_weights.node.end(), point.node);
+    std::copy(blend_weights.weight.begin(), blend_weights.weight.end(), point.weight);
     return true;
 }
 
@@ -208,8 +209,8 @@ void Grower::append_triangles(TemplateData& data) {
         }
 }
 
-// Leaves of the grid what is new and its surroundings. The offset stays even, so that every second
-// cell is the same before and after.
+// Leaves of the grid what is new and its nearest_surface. The offset stays even, so that every
+// second cell is the same before and after.
 void Grower::crop_part(TemplateData& data) {
     int x0 = part_.columns, y0 = part_.rows, x1 = 0, y1 = 0;
     for (int y = 0; y < part_.rows; ++y)
@@ -225,7 +226,7 @@ void Grower::crop_part(TemplateData& data) {
     y0 = std::max(0, y0 - JoiningTissue::kGridMargin) / 2 * 2;
     x1 = std::min(part_.columns, x1 + JoiningTissue::kGridMargin);
     y1 = std::min(part_.rows, y1 + JoiningTissue::kGridMargin);
-    GrownPart& part = data.parts.emplace_back(part_);
+    SurfacePatch& part = data.parts.emplace_back(part_);
     part.columns = x1 - x0;
     part.rows = y1 - y0;
     part.vertex.clear();
@@ -315,12 +316,12 @@ void Grower::append_checks(TemplateData& data, std::vector<defrec_patch>& checks
         }
 }
 
-// Copies the image round the patches to pages, in pieces of which they fill a good part. box: in
-// which they lie.
+// Copies the image round the patches to the atlas, in pieces of which they fill a good part. box:
+// in which they lie.
 bool Grower::store_pieces(TemplateData& data, std::span<defrec_patch*> patches,
                           const PixelBox& box) {
     if (patches.empty()) return true;
-    constexpr double kPatchReach = Pages::kPatchReach;
+    constexpr double kPatchReach = AtlasLimits::kPatchReach;
     double u0 = box.x1, v0 = box.y1, u1 = box.x0, v1 = box.y0;
     for (const defrec_patch* patch : patches) {
         u0 = std::min<double>(u0, patch->u);
@@ -333,8 +334,8 @@ bool Grower::store_pieces(TemplateData& data, std::span<defrec_patch*> patches,
     const double cell =
         std::max(PatchPlaces::kMinPatchCell, tissue_.scale * patch_cell(now_.images));
     const double filled = static_cast<double>(patches.size()) * cell * cell;
-    if (across * down > Pages::kMaxUnfilled * filled &&
-        std::max(across, down) > Pages::kMinHalved * kPatchReach) {
+    if (across * down > AtlasLimits::kMaxUnfilled * filled &&
+        std::max(across, down) > AtlasLimits::kMinHalved * kPatchReach) {
         const bool by_u = across > down;
         const double middle = by_u ? (u0 + u1) / 2 : (v0 + v1) / 2;
         const auto half = std::stable_partition(
@@ -348,7 +349,7 @@ bool Grower::store_pieces(TemplateData& data, std::span<defrec_patch*> patches,
     const PixelBox piece{low(u0), low(v0),
                          std::min(data.width, static_cast<uint32_t>(u1 + kPatchReach) + 1),
                          std::min(data.height, static_cast<uint32_t>(v1 + kPatchReach) + 1)};
-    const std::optional<PagePlace> place = add_to_pages(data, now_.images.gray, piece);
+    const std::optional<AtlasPlace> place = add_to_atlas(data, now_.images.gray, piece);
     if (!place) return false;
     for (defrec_patch* patch : patches) {
         patch->u += static_cast<float>(place->du);
@@ -394,10 +395,10 @@ Growth grow_template(const TemplateData& data, const FoundFrame& earlier, const 
     return Grower(data, earlier, now).grow(max_vertices);
 }
 
-void extend_motions(const std::vector<float>& nodes, std::span<const NodeAnchor> anchors,
+void extend_motions(const std::vector<float>& nodes, std::span<const NearestNodes> anchors,
                     std::vector<defrec_motion>& motions) {
-    for (const NodeAnchor& anchor : anchors)
-        motions.push_back(follow_anchor(anchor, nodes, motions).store());
+    for (const NearestNodes& anchor : anchors)
+        motions.push_back(follow_nearest_nodes(anchor, nodes, motions).store());
 }
 
 }  // namespace defrec

@@ -17,7 +17,7 @@ struct Growth {
     Outcome outcome = Outcome::kNothingNew;
     TemplateData data;  // the template that it joined and what is new, when grown
     // Per new control point: those that it follows until it has evidence of its own.
-    std::vector<NodeAnchor> anchors;
+    std::vector<NearestNodes> anchors;
 };
 
 // The template with the tissue beside it that both frames show at the same place. max_vertices: of
@@ -27,7 +27,7 @@ Growth grow_template(const TemplateData& data, const FoundFrame& earlier, const 
 
 // Appends motions of the control points that have anchors: those of a rigid body with their
 // anchors. nodes: of the grown template.
-void extend_motions(const std::vector<float>& nodes, std::span<const NodeAnchor> anchors,
+void extend_motions(const std::vector<float>& nodes, std::span<const NearestNodes> anchors,
                     std::vector<defrec_motion>& motions);
 
 }  // namespace defrec

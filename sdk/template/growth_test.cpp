@@ -133,7 +133,7 @@ TEST_CASE("each piece grows by its own tissue, and nothing joins the pieces") {
         ++joined[piece];
         CHECK(vertex.position[2] ==
               doctest::Approx(depth_of(first_is_above ? piece : 1 - piece)).epsilon(0.01));
-        for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+        for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
             CHECK(grown.piece_of_node(static_cast<size_t>(vertex.node[k])) == piece);
     }
     CHECK(joined[0] > 50);
@@ -145,8 +145,8 @@ TEST_CASE("each piece grows by its own tissue, and nothing joins the pieces") {
     for (const defrec_edge& edge : grown.edges)
         CHECK(grown.piece_of_node(static_cast<size_t>(edge.a)) ==
               grown.piece_of_node(static_cast<size_t>(edge.b)));
-    for (const NodeAnchor& anchor : growth.anchors)
-        for (size_t k = 0; k < NodeAnchor::kNodes; ++k)
+    for (const NearestNodes& anchor : growth.anchors)
+        for (size_t k = 0; k < NearestNodes::kNodes; ++k)
             if (anchor.weight[k] > 0)
                 CHECK(grown.piece_of_node(static_cast<size_t>(anchor.node[k])) ==
                       grown.piece_of_node(static_cast<size_t>(anchor.node[0])));
@@ -173,7 +173,7 @@ TEST_CASE("what joins lies at rest where it belongs") {
         CHECK(vertex.position[2] == doctest::Approx(kDepth).epsilon(0.005));
         CHECK(vertex.normal[2] < -0.99f);
         double sum = 0;
-        for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+        for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
             CHECK(vertex.node[k] >= 0);
             CHECK(static_cast<size_t>(vertex.node[k]) < grown.nodes.size() / 3);
             sum += vertex.weight[k];

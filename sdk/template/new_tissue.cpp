@@ -33,7 +33,7 @@ class TissueFinder {
     void find_candidates();
     void place_nodes();
     const NewTissue::Node* nearest_new_node(double u, double v, int piece) const;
-    NodeAnchor anchor_of(const Point& place, int piece) const;
+    NearestNodes anchor_of(const Point& place, int piece) const;
     void keep_what_was_seen();
     bool was_seen(size_t cell) const;
     void keep_whole_pieces();
@@ -233,14 +233,14 @@ void TissueFinder::place_nodes() {
                                  Motion::identity(),
                                  static_cast<uint8_t>(piece)};
             node.anchor = anchor_of(node.place, piece);
-            node.motion = follow_anchor(node.anchor, old_.nodes, now_.motions);
-            node.earlier_motion = follow_anchor(node.anchor, old_.nodes, earlier_.motions);
+            node.motion = follow_nearest_nodes(node.anchor, old_.nodes, now_.motions);
+            node.earlier_motion = follow_nearest_nodes(node.anchor, old_.nodes, earlier_.motions);
             found_.nodes.push_back(node);
         }
 }
 
 // The anchor of a place on one of the template's pieces.
-NodeAnchor TissueFinder::anchor_of(const Point& place, int piece) const {
+NearestNodes TissueFinder::anchor_of(const Point& place, int piece) const {
     std::vector<Point> nodes;
     std::vector<int32_t> index;
     for (size_t i = 0; i < found_.node_at.size(); ++i)
@@ -248,7 +248,7 @@ NodeAnchor TissueFinder::anchor_of(const Point& place, int piece) const {
             nodes.push_back(found_.node_at[i]);
             index.push_back(static_cast<int32_t>(i));
         }
-    NodeAnchor anchor = anchor_at(nodes, {}, old_.node_spacing_mm, place);
+    NearestNodes anchor = nearest_nodes_at(nodes, {}, old_.node_spacing_mm, place);
     for (int32_t& node : anchor.node) node = index[static_cast<size_t>(node)];
     return anchor;
 }
@@ -275,10 +275,10 @@ bool TissueFinder::was_seen(size_t cell) const {
         now = node->motion;
         then = node->earlier_motion;
     } else {
-        const NodeAnchor anchor =
+        const NearestNodes anchor =
             anchor_of(found_.place_of(u, v, found_.seen.grid.disparity[cell]), found_.piece(cell));
-        now = follow_anchor(anchor, old_.nodes, now_.motions);
-        then = follow_anchor(anchor, old_.nodes, earlier_.motions);
+        now = follow_nearest_nodes(anchor, old_.nodes, now_.motions);
+        then = follow_nearest_nodes(anchor, old_.nodes, earlier_.motions);
     }
     const Point p =
         apply(compose(then, inverse(now)), found_.place_of(u, v, found_.seen.grid.disparity[cell]));

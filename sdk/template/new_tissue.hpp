@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "sdk/template/capture.hpp"
-#include "sdk/template/node_anchor.hpp"
+#include "sdk/template/nearest_nodes.hpp"
 #include "sdk/template/pixel_buckets.hpp"
 
 namespace defrec {
@@ -24,7 +24,7 @@ struct NewTissue {
     struct Node {
         double u, v;  // px
         Vec3<double> place;
-        NodeAnchor anchor;
+        NearestNodes anchor;
         DualQuaternion<double> motion, earlier_motion;
         uint8_t piece = 0;  // of the template's surface
     };

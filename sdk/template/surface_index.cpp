@@ -40,7 +40,7 @@ std::array<double, 3> nearest_weights(Point a, Point b, Point c) {
 }  // namespace
 
 SurfaceIndex::SurfaceIndex(const TemplateData& data) {
-    for (const GrownPart& part : data.parts) side_ = std::max(side_, 2.0 * part.step_mm);
+    for (const SurfacePatch& part : data.parts) side_ = std::max(side_, 2.0 * part.step_mm);
     for (size_t i = 0; i < data.vertices.size(); ++i) {
         const Point p = load3<double>(data.vertices[i].position);
         const double xyz[3] = {p.x, p.y, p.z};
@@ -109,10 +109,10 @@ DualQuaternion<double> SurfaceIndex::motion_at(const TemplateData& data, int32_t
     }
     DualQuaternion<double> corners[3];
     for (size_t c = 0; c < 3; ++c) corners[c] = motion_of(best[c]);
-    const int32_t node[DEFREC_SKIN_NODES] = {0, 1, 2, 0};
-    const float share[DEFREC_SKIN_NODES] = {static_cast<float>(weight[0]),
-                                            static_cast<float>(weight[1]),
-                                            static_cast<float>(weight[2]), 0};
+    const int32_t node[DEFREC_BLEND_NODES] = {0, 1, 2, 0};
+    const float share[DEFREC_BLEND_NODES] = {static_cast<float>(weight[0]),
+                                             static_cast<float>(weight[1]),
+                                             static_cast<float>(weight[2]), 0};
     return blend<double>(corners, node, share);
 }
 

@@ -50,17 +50,18 @@ Tangents tangents_at(const TemplateData& data, double u, double v) {
 // Where it lies and what moves it.
 bool point_at(const TemplateData& data, double u, double v, defrec_surface_point& out,
               SurfacePlace& place) {
-    Skin skin;
+    BlendWeights blend_weights;
     const int piece = grid_piece(data, u, v);
-    if (piece < 0 || !grid_skin(data.node_grid, static_cast<size_t>(piece), u, v, skin) ||
+    if (piece < 0 ||
+        !grid_blend_weights(data.node_grid, static_cast<size_t>(piece), u, v, blend_weights) ||
         !surface_place(data, u, v, place))
         return false;
     for (int axis = 0; axis < 3; ++axis) {
         out.position[axis] = static_cast<float>(place.position[axis]);
         out.normal[axis] = static_cast<float>(place.normal[axis]);
     }
-    std::copy(skin.node.begin(), skin.node.end(), out.node);
-    std::copy(skin.weight.begin(), skin.weight.end(), out.weight);
+    std::copy(blend_weights.node.begin(), blend_weights.node.end(), out.node);
+    std::copy(blend_weights.weight.begin(), blend_weights.weight.end(), out.weight);
     return true;
 }
 

@@ -8,8 +8,8 @@
 #include "sdk/body/body_slot.hpp"
 #include "sdk/template/cut.hpp"
 #include "sdk/template/decisions.hpp"
+#include "sdk/template/nearest_surface.hpp"
 #include "sdk/template/surface_index.hpp"
-#include "sdk/template/surroundings.hpp"
 
 namespace defrec {
 
@@ -74,7 +74,7 @@ Template::Template(TemplateData data, std::shared_ptr<BodySlot> body,
       cut_points_(cut_points(data_)),
       vertex_pieces_(data_.vertices.size()),
       index_(data_.parts.empty() ? nullptr : std::make_unique<SurfaceIndex>(data_)),
-      surroundings_(std::make_unique<Surroundings>(data_)),
+      nearest_surface_(std::make_unique<NearestSurface>(data_)),
       body_(std::move(body)),
       lineage_(std::move(lineage)) {
     std::transform(data_.vertices.begin(), data_.vertices.end(), vertex_pieces_.begin(),
@@ -169,25 +169,25 @@ uint8_t Template::piece_at(const double xyz[3]) const {
     if (const auto [u, v, is_valid] = pixel_of(data_, xyz); is_valid)
         if (const int piece = grid_piece(data_, u, v); piece >= 0)
             return static_cast<uint8_t>(piece);
-    return data_.piece_of_node(surroundings_->nearest_node({xyz[0], xyz[1], xyz[2]}));
+    return data_.piece_of_node(nearest_surface_->nearest_node({xyz[0], xyz[1], xyz[2]}));
 }
 
 DualQuaternion<double> Template::motion_at(const double xyz[3],
                                            const defrec_motion* motions) const {
     if (const int32_t vertex = grown_vertex(xyz); vertex >= 0)
         return index_->motion_at(data_, vertex, xyz, motions);
-    const Skin skin = skin_of(xyz);
-    return blend<double>(motions, skin.node.data(), skin.weight.data());
+    const BlendWeights blend_weights = blend_weights_of(xyz);
+    return blend<double>(motions, blend_weights.node.data(), blend_weights.weight.data());
 }
 
 // The control points that move a point, on the first view's surface or off it.
-Skin Template::skin_of(const double xyz[3]) const {
-    Skin skin;
+BlendWeights Template::blend_weights_of(const double xyz[3]) const {
+    BlendWeights blend_weights;
     const uint8_t piece = piece_at(xyz);
     if (xyz[2] > 0) {
         const double u = data_.camera.fx * xyz[0] / xyz[2] + data_.camera.cx;
         const double v = data_.camera.fy * xyz[1] / xyz[2] + data_.camera.cy;
-        if (grid_skin(data_.node_grid, piece, u, v, skin)) return skin;
+        if (grid_blend_weights(data_.node_grid, piece, u, v, blend_weights)) return blend_weights;
     }
     // Beside the surface: the nearest control points, by inverse squared distance.
     std::vector<std::pair<double, int32_t>> nearest;
@@ -201,16 +201,17 @@ Skin Template::skin_of(const double xyz[3]) const {
         }
         nearest.emplace_back(squared, static_cast<int32_t>(i));
     }
-    const size_t used = std::min<size_t>(DEFREC_SKIN_NODES, nearest.size());
+    const size_t used = std::min<size_t>(DEFREC_BLEND_NODES, nearest.size());
     std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(used),
                       nearest.end());
     double sum = 0;
     for (size_t k = 0; k < used; ++k) sum += 1 / (nearest[k].first + 1e-3);
-    for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k) {
-        skin.node[k] = k < used ? nearest[k].second : skin.node[0];
-        skin.weight[k] = k < used ? static_cast<float>(1 / (nearest[k].first + 1e-3) / sum) : 0.f;
+    for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k) {
+        blend_weights.node[k] = k < used ? nearest[k].second : blend_weights.node[0];
+        blend_weights.weight[k] =
+            k < used ? static_cast<float>(1 / (nearest[k].first + 1e-3) / sum) : 0.f;
     }
-    return skin;
+    return blend_weights;
 }
 
 namespace {
@@ -256,7 +257,7 @@ bool disparity_at(const SurfaceGrid& grid, const Corners& corners, int piece, do
         value += corners.weight[k] * grid.disparity[index];
         distance += corners.weight[k] * grid.support[index];
     }
-    if (sum < decisions::BlendWeights::kMinPieceWeight) return false;
+    if (sum < decisions::PointWeights::kMinPieceWeight) return false;
     disparity = value / sum;
     support = distance / sum;
     return true;
@@ -277,7 +278,7 @@ int piece_of_corners(const SurfaceGrid& grid, const Corners& corners) {
         most = sum;
         heaviest = piece;
     }
-    return most < decisions::BlendWeights::kMinPieceWeight ? -1 : heaviest;
+    return most < decisions::PointWeights::kMinPieceWeight ? -1 : heaviest;
 }
 
 }  // namespace
@@ -330,7 +331,7 @@ struct GridCell {
 // Where all control points round a pixel lie beyond a cut: the nearest one of the cells round it
 // that does not; -1: there is none.
 int32_t nearest_joined(const NodeGrid& grid, size_t piece, double u, double v) {
-    constexpr int kReach = decisions::BlendWeights::kCutReach;
+    constexpr int kReach = decisions::PointWeights::kCutReach;
     const GridCell cell(grid, u, v);
     int32_t nearest = -1;
     double least = std::numeric_limits<double>::infinity();
@@ -350,12 +351,13 @@ int32_t nearest_joined(const NodeGrid& grid, size_t piece, double u, double v) {
 
 }  // namespace
 
-bool grid_skin(const NodeGrid& grid, size_t piece, double u, double v, Skin& skin) {
+bool grid_blend_weights(const NodeGrid& grid, size_t piece, double u, double v,
+                        BlendWeights& blend_weights) {
     if ((piece + 1) * grid.cells() > grid.node.size()) return false;  // it joined later
     const GridCell cell(grid, u, v);
     double sum = 0;
     int used = 0, parted = 0;
-    skin = Skin{};
+    blend_weights = BlendWeights{};
     for (int dy = 0; dy < 2; ++dy)
         for (int dx = 0; dx < 2; ++dx) {
             const int32_t node = cell.node(grid, piece, dx, dy);
@@ -365,26 +367,27 @@ bool grid_skin(const NodeGrid& grid, size_t piece, double u, double v, Skin& ski
                 ++parted;
                 continue;
             }
-            skin.node[static_cast<size_t>(used)] = node;
-            skin.weight[static_cast<size_t>(used)] = static_cast<float>(weight);
+            blend_weights.node[static_cast<size_t>(used)] = node;
+            blend_weights.weight[static_cast<size_t>(used)] = static_cast<float>(weight);
             sum += weight;
             ++used;
         }
     if (used == 0 && parted > 0) {
         const int32_t node = nearest_joined(grid, piece, u, v);
         if (node < 0) return false;
-        skin.node[0] = node;
+        blend_weights.node[0] = node;
         used = 1;
     }
     if (used == 0) return false;
-    for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+    for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
         const size_t slot = static_cast<size_t>(k);
         if (k >= used) {
-            skin.node[slot] = skin.node[0];
-            skin.weight[slot] = 0;
+            blend_weights.node[slot] = blend_weights.node[0];
+            blend_weights.weight[slot] = 0;
         } else {
-            skin.weight[slot] = sum > 1e-6 ? static_cast<float>(skin.weight[slot] / sum)
-                                           : 1.f / static_cast<float>(used);
+            blend_weights.weight[slot] = sum > 1e-6
+                                             ? static_cast<float>(blend_weights.weight[slot] / sum)
+                                             : 1.f / static_cast<float>(used);
         }
     }
     return true;
@@ -393,7 +396,7 @@ bool grid_skin(const NodeGrid& grid, size_t piece, double u, double v, Skin& ski
 defrec_patch_slope grid_slope(const NodeGrid& grid, size_t piece, double u, double v) {
     const GridCell cell(grid, u, v);
     defrec_patch_slope slope{};
-    for (int k = 0; k < 4; ++k) {  // in the order of grid_skin
+    for (int k = 0; k < 4; ++k) {  // in the order of grid_blend_weights
         const int dx = k % 2, dy = k / 2;
         if (cell.node(grid, piece, dx, dy) < 0 || !cell.joins(grid, piece, u, v, dx, dy)) return {};
         slope.weight_u[k] =

@@ -16,15 +16,15 @@ class BodySlot;  // body_slot.hpp
 struct BodySurface;
 class Context;
 class Services;
-class SurfaceIndex;  // surface_index.hpp
-class Surroundings;  // surroundings.hpp
+class SurfaceIndex;    // surface_index.hpp
+class NearestSurface;  // nearest_surface.hpp
 template <class T>
 struct DualQuaternion;  // motion.hpp
 
-// What moves a point: up to DEFREC_SKIN_NODES control points with weights of sum 1.
-struct Skin {
-    std::array<int32_t, DEFREC_SKIN_NODES> node{};
-    std::array<float, DEFREC_SKIN_NODES> weight{};
+// What moves a point: up to DEFREC_BLEND_NODES control points with weights of sum 1.
+struct BlendWeights {
+    std::array<int32_t, DEFREC_BLEND_NODES> node{};
+    std::array<float, DEFREC_BLEND_NODES> weight{};
 };
 
 // A regular grid over the template's image. Vertices, triangles and lifting all come from it.
@@ -63,7 +63,7 @@ struct TemplateCounts {
 };
 
 // Tissue that joined: a piece of a regular grid over the image of the frame that showed it.
-struct GrownPart {
+struct SurfacePatch {
     int32_t columns = 0, rows = 0;
     float step_mm = 0;                           // between neighbours of the grid, on the surface
     float min_disparity = 0, max_disparity = 0;  // px, of the tissue in that frame
@@ -72,8 +72,8 @@ struct GrownPart {
     TemplateCounts before;        // of the template that it joined; its own follow
 };
 
-// Where the next piece of an image goes in the last of a template's pages (page.hpp).
-struct PageEnd {
+// Where the next piece of an image goes in the last image of a template's atlas (atlas.hpp).
+struct AtlasEnd {
     uint32_t x = 0, y = 0;  // px
     uint32_t shelf = 0;     // height of the row of pieces that begins at y
 };
@@ -93,10 +93,10 @@ struct TemplateData {
     std::vector<defrec_landmark> landmarks;
     std::vector<defrec_surface_point> landmark_points;
     std::vector<defrec_patch> patches;
-    // The image of the first view, then pages with pieces of later ones; width * height each.
+    // The image of the first view, then the atlas of pieces of later ones; width * height each.
     std::vector<uint8_t> image;
-    std::vector<GrownPart> parts;
-    PageEnd page_end;
+    std::vector<SurfacePatch> parts;
+    AtlasEnd atlas_end;
     // Made of the above, not in the file: check_patches.hpp.
     std::vector<defrec_patch> checks;
     std::vector<int32_t> check_of_vertex;  // index of the check whose window it lies in, -1: none
@@ -142,7 +142,7 @@ class Template {
     // The vertex that a point belongs to: nearest to it on tissue that joined, or under its pixel
     // in the first view; -1: there is none within two steps of the grid.
     int32_t vertex_at(const double xyz[3]) const;
-    const Surroundings& surroundings() const { return *surroundings_; }
+    const NearestSurface& nearest_surface() const { return *nearest_surface_; }
 
     // The body beneath it, as defrec_template_set_body and defrec_template_wait_body have it.
     void start_body() const;
@@ -161,13 +161,13 @@ class Template {
     BodySurface body_surface() const;
     // On tissue that joined; -1: it is not.
     int32_t grown_vertex(const double xyz[3]) const;
-    Skin skin_of(const double xyz[3]) const;
+    BlendWeights blend_weights_of(const double xyz[3]) const;
 
     TemplateData data_;
     std::vector<defrec_cut_point> cut_points_;
     std::vector<uint8_t> vertex_pieces_;
     std::unique_ptr<const SurfaceIndex> index_;  // null: it has not grown
-    std::unique_ptr<const Surroundings> surroundings_;
+    std::unique_ptr<const NearestSurface> nearest_surface_;
     std::shared_ptr<BodySlot> body_;
     std::shared_ptr<const int> lineage_;
 };
@@ -183,7 +183,8 @@ bool grid_disparity(const TemplateData& data, double u, double v, double& dispar
                     double& support);
 // The control points of a piece round a pixel, bilinear; beside a cut those on the pixel's side.
 // false where there are none.
-bool grid_skin(const NodeGrid& grid, size_t piece, double u, double v, Skin& skin);
+bool grid_blend_weights(const NodeGrid& grid, size_t piece, double u, double v,
+                        BlendWeights& blend_weights);
 // How the weights there change per pixel; 0 where one of the four control points is missing or lies
 // beyond a cut.
 defrec_patch_slope grid_slope(const NodeGrid& grid, size_t piece, double u, double v);

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <numeric>
 
-#include "sdk/template/node_anchor.hpp"
+#include "sdk/template/nearest_nodes.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/stages/check_output.hpp"
@@ -24,11 +24,11 @@ void place_nodes(const TemplateData& data, std::span<const defrec_motion> motion
         store3(node_position(data.nodes, motions, i), &positions[3 * i]);
 }
 
-void FrameAttempt::begin(const TrackedSurface& surface, const Following& plan,
+void FrameAttempt::begin(const TrackedSurface& surface, const RegistrationPlan& plan,
                          FrameInput::Clock::time_point time) {
     plan_ = plan;
     time_ = time;
-    verdict = {};
+    quality = {};
     const TemplateData& data = surface.data();
     result.surface = surface.surface();
     result.vertices.resize(3 * data.vertices.size());
@@ -37,14 +37,14 @@ void FrameAttempt::begin(const TrackedSurface& surface, const Following& plan,
     result.motions.resize(data.nodes.size() / 3);
 }
 
-void FrameAttempt::prepare_measuring(const TrackedSurface& surface, const RigWatch& rig) {
+void FrameAttempt::prepare_measuring(const TrackedSurface& surface, const RigMonitor& rig) {
     const TemplateData& data = surface.data();
     const size_t runs = vertex_runs(data.vertices.size());
     vertex_evidence_.resize(runs);
     rigid_sums_.resize(runs);
     fast_vertices_.assign(runs, 0);
     patch_px2_.resize(data.patches.size());
-    lateral_.make_room(data);
+    photometric_.make_room(data);
     begin_confidence(surface.model(), result.confidence);
     row_matches_.reserve(rig_patch_count(data));
     const RigState& before = rig.state();
@@ -59,7 +59,7 @@ void FrameAttempt::prepare_measuring(const TrackedSurface& surface, const RigWat
 // nobody sees, and to no undefined operation.
 class FrameAttempt::Measuring {
   public:
-    Measuring(FrameAttempt& attempt, const TrackedSurface& surface, const RigWatch& rig,
+    Measuring(FrameAttempt& attempt, const TrackedSurface& surface, const RigMonitor& rig,
               const Pipeline& pipeline, const FrameOutput& output)
         : attempt_(attempt),
           surface_(surface),
@@ -84,8 +84,9 @@ class FrameAttempt::Measuring {
         attempt_.measure_run(surface_.model(), output_.samples, run);
         const size_t first = run * kVertexRun;
         wait_for([&] { return sums_left_ == 0; });  // those that add them up have begun
-        measure_lateral(data_, output_, first, std::min(first + kVertexRun, output_.samples.size()),
-                        attempt_.lateral_);
+        measure_photometric(data_, output_, first,
+                            std::min(first + kVertexRun, output_.samples.size()),
+                            attempt_.photometric_);
     }
     bool found_wrong() const { return is_wrong_; }
 
@@ -96,11 +97,11 @@ class FrameAttempt::Measuring {
         measure_patches(data_, output_, first,
                         patches.subspan(first, std::min(kPatchRun, patches.size() - first)));
         if (--patch_runs_left_ != 0) return;
-        spread_patches(data_, attempt_.patch_px2_, attempt_.lateral_);
+        spread_patches(data_, attempt_.patch_px2_, attempt_.photometric_);
         --sums_left_;
     }
     void sum_checks() {
-        spread_checks(data_, output_, attempt_.lateral_);
+        spread_checks(data_, output_, attempt_.photometric_);
         --sums_left_;
     }
     void measure_rows() {
@@ -128,7 +129,7 @@ class FrameAttempt::Measuring {
     FrameAttempt& attempt_;
     const TrackedSurface& surface_;
     const TemplateData& data_;
-    const RigWatch& rig_;
+    const RigMonitor& rig_;
     const Pipeline& pipeline_;
     const FrameOutput& output_;
     const size_t patch_runs_;
@@ -137,7 +138,7 @@ class FrameAttempt::Measuring {
 };
 
 // This is most of what the host does while the application waits.
-void FrameAttempt::measure(const TrackedSurface& surface, const RigWatch& rig,
+void FrameAttempt::measure(const TrackedSurface& surface, const RigMonitor& rig,
                            const Pipeline& pipeline, const FrameOutput& output,
                            const Services* helpers) {
     Measuring measuring(*this, surface, rig, pipeline, output);
@@ -146,6 +147,9 @@ void FrameAttempt::measure(const TrackedSurface& surface, const RigWatch& rig,
         vertex_runs(output.samples.size()), [&](size_t run) { measuring.run_vertices(run); });
     if (measuring.found_wrong()) pipeline.check(output, surface.data());
     result.evidence = weigh_evidence(output, vertex_evidence_, patch_px2_);
+    quality = classify(surface.data(), result.evidence, surface.is_tracking(), plan_.uses_depth);
+    quality.reasons |= reasons_of(plan_.quality_level);
+    quality.degraded |= plan_.quality_level != QualityLevel::kFull;
 }
 
 void FrameAttempt::measure_run(const SurfaceModel& model, SurfaceSamples all, size_t run) {

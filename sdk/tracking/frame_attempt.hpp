@@ -9,7 +9,7 @@
 #include "sdk/base/util/array_part.hpp"
 #include "sdk/tracking/frame/frame.hpp"
 #include "sdk/tracking/frame_result.hpp"
-#include "sdk/tracking/monitors/rig_watch.hpp"
+#include "sdk/tracking/monitors/rig_monitor.hpp"
 #include "sdk/tracking/stages/pipeline.hpp"
 #include "sdk/tracking/tracked_surface.hpp"
 
@@ -25,18 +25,18 @@ class FrameAttempt {
     explicit FrameAttempt(const RigState& rig) : rig_(rig) {}
 
     // Begins a try to find the surface, and makes room for its results.
-    void begin(const TrackedSurface& surface, const Following& plan,
+    void begin(const TrackedSurface& surface, const RegistrationPlan& plan,
                FrameInput::Clock::time_point time);
-    const Following& plan() const { return plan_; }
+    const RegistrationPlan& plan() const { return plan_; }
     // Since when its frame is computed by this plan.
     FrameInput::Clock::time_point time() const { return time_; }
 
     // What measuring needs and does not wait for the device.
-    void prepare_measuring(const TrackedSurface& surface, const RigWatch& rig);
-    // Checks what the stages gave, and works out what follows from it alone, in tasks that helpers'
-    // threads share (nullptr: none). Throws Error(DEFREC_ERROR_PLUGIN) where a stage gave what it
-    // never gives.
-    void measure(const TrackedSurface& surface, const RigWatch& rig, const Pipeline& pipeline,
+    void prepare_measuring(const TrackedSurface& surface, const RigMonitor& rig);
+    // Checks what the stages gave, works out what follows from it alone, in tasks that helpers'
+    // threads share (nullptr: none), and classifies the frame by it. Throws
+    // Error(DEFREC_ERROR_PLUGIN) where a stage gave what it never gives.
+    void measure(const TrackedSurface& surface, const RigMonitor& rig, const Pipeline& pipeline,
                  const FrameOutput& output, const Services* helpers);
     // Measures a frame that is lost: the surface as it is in output again.
     void measure_surface(const TrackedSurface& surface, const FrameOutput& output);
@@ -45,24 +45,24 @@ class FrameAttempt {
     bool is_fast(size_t vertices) const;
     // As the rig's monitors would be after this frame.
     RigState& rig() { return rig_; }
-    const LateralEvidence& lateral() const { return lateral_; }
+    const PhotometricEvidence& photometric() const { return photometric_; }
     std::span<const double> patch_px2() const { return patch_px2_; }
     // Best rigid motion of the samples, or of others in their place.
     void fit_rigid_motion(const SurfaceModel& model);
     void fit_rigid_motion(const SurfaceModel& model, SurfaceSamples samples);
 
-    Verdict verdict;
+    FrameQuality quality;
     FrameResult result;
 
   private:
     class Measuring;
     void measure_run(const SurfaceModel& model, SurfaceSamples samples, size_t run);
 
-    Following plan_;
+    RegistrationPlan plan_;
     FrameInput::Clock::time_point time_;
     RigState rig_;
     std::vector<RowMatch> row_matches_;
-    LateralEvidence lateral_;
+    PhotometricEvidence photometric_;
     std::vector<double> patch_px2_;  // of measure_patches
     // Per run of vertices.
     std::vector<VertexEvidence> vertex_evidence_;

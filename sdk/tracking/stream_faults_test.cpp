@@ -57,7 +57,7 @@ TEST_CASE("row 55: from the third repeated frame on nothing is seen, until the s
 TEST_CASE("row 55: in a part of the picture that stands while the rest moves on nothing is seen") {
     constexpr int kEdge = kWidth * 3 / 8;
     const Pair first = render(0, 0);
-    const auto standing_part = [&](Pair pair) {
+    const auto frozen_part = [&](Pair pair) {
         for (int y = 0; y < kHeight; ++y) {
             std::copy_n(&first.left[static_cast<size_t>(y * kWidth)], kEdge,
                         &pair.left[static_cast<size_t>(y * kWidth)]);
@@ -70,7 +70,7 @@ TEST_CASE("row 55: in a part of the picture that stands while the rest moves on 
     session.track(first);
     for (int i = 1; i <= 4; ++i) {
         CAPTURE(i);
-        const Session::Frame frame = session.track(standing_part(render(0.6 * i, 0)));
+        const Session::Frame frame = session.track(frozen_part(render(0.6 * i, 0)));
         CHECK((frame.reasons & DEFREC_REASON_FROZEN) != 0);
         CHECK(frame.state == DEFREC_DEGRADED);
         int observed_there = 0, observed_elsewhere = 0;

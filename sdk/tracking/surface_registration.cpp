@@ -39,24 +39,15 @@ SurfaceRegistration::SurfaceRegistration(const std::shared_ptr<const Rig>& rig,
       pipeline_(rig, device, settings),
       surface_(settings.body == DEFREC_BODY_ON),
       images_(rig),
-      rig_watch_(rig->width(), rig->height(), settings.self_calibration),
-      attempts_{FrameAttempt(rig_watch_.state()), FrameAttempt(rig_watch_.state())},
+      rig_monitor_(rig->width(), rig->height(), settings.self_calibration),
+      attempts_{FrameAttempt(rig_monitor_.state()), FrameAttempt(rig_monitor_.state())},
       second_memory_(device) {}
 
 void SurfaceRegistration::compute(TrackerJob& job) noexcept {
     Frame frame{job};
     try {
         process(frame);
-        const FrameInput::Clock::time_point end = FrameInput::Clock::now();
-        if (const FrameAttempt* last = frame.last_attempt)
-            effort_times_.add(last->plan().effort, end - last->time());
-        if (end > job.input.deadline) job.result.reasons |= DEFREC_REASON_OVERDUE;
-        job.finish(DEFREC_OK, "");
-        // Nobody waits for this. The arrays stay as they are until this thread computes another
-        // frame.
-        if (surface_.is_tracking()) surface_.keep_samples(job.memory.output.samples);
-        if (frame.shows_cuts) watch_for_cuts(job, *frame.committed);
-        if (frame.may_grow) plan_growth(job);
+        end(frame);
     } catch (const Error& error) {
         job.finish(error.status(), error.what());
     } catch (const std::bad_alloc&) {
@@ -67,20 +58,20 @@ void SurfaceRegistration::compute(TrackerJob& job) noexcept {
 }
 
 void SurfaceRegistration::cancel(TrackerJob& job) noexcept {
-    if (ahead_ && ahead_->job == &job) ahead_.reset();
+    if (prefetched_ && prefetched_->job == &job) prefetched_.reset();
     job.finish(DEFREC_ERROR_STATE, "the tracker was destroyed before this frame was computed");
 }
 
 void SurfaceRegistration::process(Frame& frame) {
     stale_.clear();
-    rig_watch_.begin_frame();
-    frame.rig_estimate = rig_watch_.estimate();
+    rig_monitor_.begin_frame();
+    frame.rig_estimate = rig_monitor_.estimate();
     // The device begins while the host looks; frames in which there is nothing to observe are few.
     begin(frame);
     look_at_images(frame);
     const bool shows_nothing = (frame.reasons & kUselessImages) != 0;
     if (shows_nothing || (frame.is_of_two_times && !surface_.is_tracking()))
-        return conclude_unseen(frame);
+        return conclude_unusable(frame);
     if (frame.captures) return capture_and_register(frame);
     if (release_cut()) frame.reasons |= DEFREC_REASON_CUT;
     if (grow()) frame.reasons |= DEFREC_REASON_TEMPLATE_GREW;
@@ -92,9 +83,9 @@ void SurfaceRegistration::process(Frame& frame) {
 // The device observes the frame, and registers it unless the host has to see it first.
 void SurfaceRegistration::begin(Frame& frame) {
     TrackerJob& job = frame.job;
-    if (ahead_ && ahead_->job == &job) {
-        auto result = std::move(ahead_->result);
-        ahead_.reset();
+    if (prefetched_ && prefetched_->job == &job) {
+        auto result = std::move(prefetched_->result);
+        prefetched_.reset();
         if (const auto* failure = std::get_if<std::exception_ptr>(&result))
             std::rethrow_exception(*failure);
         frame.images.emplace(std::get<ObservedFrame>(std::move(result)));
@@ -102,8 +93,8 @@ void SurfaceRegistration::begin(Frame& frame) {
         if (job.template_to_set != nullptr) to_adopt_ = std::exchange(job.template_to_set, nullptr);
         if (to_adopt_ != nullptr) adopt_set_template(job);
     }
-    if (can_begin_unseen(job))
-        begin_unseen(frame);
+    if (can_begin_speculatively(job))
+        begin_speculatively(frame);
     else if (!frame.images)
         frame.images.emplace(pipeline_.observe(task_of(job)));
 }
@@ -123,28 +114,28 @@ void SurfaceRegistration::adopt_set_template(const TrackerJob& job) {
 // Queues the images of the next frame, if it was submitted, behind the work on this one, so that
 // the device has something to do while the host concludes this one. A device that computes in this
 // thread is done by now, and its results are not kept waiting. false: such a frame may still come.
-bool SurfaceRegistration::observe_ahead(const FollowedFrame& followed) {
-    if (ahead_ || !pipeline_.can_observe() || pipeline_.done(followed, 0)) return true;
+bool SurfaceRegistration::prefetch(const RegisteredFrame& registered) {
+    if (prefetched_ || !pipeline_.can_observe() || pipeline_.done(registered, 0)) return true;
     const FrameQueue::Next next = frames_.next();
     if (next.job == nullptr) return !next.may_come;
     if (next.job->template_to_set != nullptr) return true;  // may change what stereo searches
     try {
-        ahead_.emplace(Ahead{next.job, pipeline_.observe(task_of(*next.job))});
+        prefetched_.emplace(Prefetched{next.job, pipeline_.observe(task_of(*next.job))});
     } catch (const std::exception&) {
-        ahead_.emplace(Ahead{next.job, std::current_exception()});
+        prefetched_.emplace(Prefetched{next.job, std::current_exception()});
     }
     return true;
 }
 
 // Most frames are as expected: a device that works by itself goes on with theirs while the host
 // still looks at the images. Not where more than the images decides how they are registered.
-bool SurfaceRegistration::can_begin_unseen(const TrackerJob& job) const {
+bool SurfaceRegistration::can_begin_speculatively(const TrackerJob& job) const {
     return surface_.is_tracking() && !asks_for_template(job) && !cut_ && growth_.rests() &&
-           pipeline_.can_follow_unseen();
+           pipeline_.can_follow_speculatively();
 }
 
 // Where it fails the frame is observed after all: its images decide whether the failure matters.
-void SurfaceRegistration::begin_unseen(Frame& frame) {
+void SurfaceRegistration::begin_speculatively(Frame& frame) {
     TrackerJob& job = frame.job;
     FrameAttempt& attempt =
         begin_attempt(frame, attempts_[0], {.uses_depth = !is_depth_spoilt_, .whole_map = false});
@@ -163,16 +154,17 @@ void SurfaceRegistration::begin_unseen(Frame& frame) {
 // The frame is as if no attempt had begun.
 void SurfaceRegistration::take_back(Frame& frame) {
     if (!frame.begun) return;
-    if (auto* followed = std::get_if<FollowedFrame>(&*frame.begun))
-        frame.images.emplace(pipeline_.take_back(std::move(*followed)));
+    if (auto* registered = std::get_if<RegisteredFrame>(&*frame.begun))
+        frame.images.emplace(pipeline_.take_back(std::move(*registered)));
     frame.begun.reset();
     frame.last_attempt = nullptr;
 }
 
 void SurfaceRegistration::look_at_images(Frame& frame) {
     TrackerJob& job = frame.job;
-    if (const auto* followed = frame.begun ? std::get_if<FollowedFrame>(&*frame.begun) : nullptr)
-        pipeline_.await_gray(*followed);
+    if (const auto* registered =
+            frame.begun ? std::get_if<RegisteredFrame>(&*frame.begun) : nullptr)
+        pipeline_.await_gray(*registered);
     else
         pipeline_.await_gray(*frame.images);
     const auto view = [&](size_t i) -> ImageCheck::View {
@@ -180,9 +172,9 @@ void SurfaceRegistration::look_at_images(Frame& frame) {
     };
     frame.reasons = images_.look_at(job.frame, job.input.timestamp_ns, {view(0), view(1)},
                                     job.services()->own_threads());
-    frame.one_stands = (frame.reasons & DEFREC_REASON_VIEW_LATE) != 0;
+    frame.one_is_frozen = (frame.reasons & DEFREC_REASON_VIEW_LATE) != 0;
     // What an interlaced frame shows is of two times as well, but its depth is better than none.
-    frame.is_of_two_times = frame.one_stands || (frame.reasons & DEFREC_REASON_INTERLACED) != 0;
+    frame.is_of_two_times = frame.one_is_frozen || (frame.reasons & DEFREC_REASON_INTERLACED) != 0;
     frame.captures = !frame.is_of_two_times && (!surface_.has_template() || asks_for_template(job));
 }
 
@@ -222,9 +214,9 @@ void SurfaceRegistration::adopt(std::shared_ptr<const Template> surface, bool is
     second_memory_.make_room(next.data());
     pipeline_.set_template(next.data());
     surface_.adopt(std::move(next), is_observed);
-    rig_watch_.forget_template();
+    rig_monitor_.forget_template();
     growth_.reset();
-    cut_watch_.reset();
+    cut_monitor_.reset();
     cut_.reset();
 }
 
@@ -234,7 +226,7 @@ void SurfaceRegistration::change_template(TemplateData changed,
     second_memory_.make_room(next.data());
     pipeline_.set_template(next.data());
     surface_.change(std::move(next));
-    rig_watch_.forget_vertices();
+    rig_monitor_.forget_vertices();
 }
 
 // Releases what connects the sides of a cut that the frames before showed; false where there is
@@ -244,7 +236,7 @@ bool SurfaceRegistration::release_cut() {
     const std::span<const defrec_motion> motions = surface_.motions();
     change_template(release_across(surface_.data(), *cut_), {motions.begin(), motions.end()});
     cut_.reset();
-    cut_watch_.reset();
+    cut_monitor_.reset();
     growth_.reset();
     return true;
 }
@@ -265,7 +257,7 @@ FrameAttempt& SurfaceRegistration::register_surface(Frame& frame) {
     FrameAttempt* attempt = &attempt_first(frame);
     // The frame jumped to another part of the map than it was expected in.
     if (pipeline_.solved_part() &&
-        (!attempt->verdict.found || !pipeline_.solved_all_seen(frame.job.memory.output.motions)))
+        (!attempt->quality.found || !pipeline_.solved_all_seen(frame.job.memory.output.motions)))
         attempt = &attempt_whole_map(frame, attempt->plan());
     commit_rig(frame, *attempt);
     is_depth_spoilt_ =
@@ -276,16 +268,16 @@ FrameAttempt& SurfaceRegistration::register_surface(Frame& frame) {
              wide_search_.is_due())
         attempt = &attempt_widely(frame, *attempt);
     if (!frame.is_of_two_times) find_stale_parts(frame, *attempt);
-    frame.reasons |= attempt->verdict.reasons;
-    if (!attempt->verdict.found && attempt->plan().uses_depth) look_for_swapped_views(frame);
+    frame.reasons |= attempt->quality.reasons;
+    if (!attempt->quality.found && attempt->plan().uses_depth) look_for_swapped_views(frame);
     return *attempt;
 }
 
-// Its plan gets the effort that the frame's time allows from here on.
+// Its plan gets the quality level that the frame's time allows from here on.
 FrameAttempt& SurfaceRegistration::begin_attempt(Frame& frame, FrameAttempt& attempt,
-                                                 Following plan) {
+                                                 RegistrationPlan plan) {
     const FrameInput::Clock::time_point now = FrameInput::Clock::now();
-    plan.effort = effort_times_.choose(frame.job.input.deadline - now);
+    plan.quality_level = level_times_.choose(frame.job.input.deadline - now);
     attempt.begin(surface_, plan, now);
     frame.last_attempt = &attempt;
     return attempt;
@@ -293,7 +285,7 @@ FrameAttempt& SurfaceRegistration::begin_attempt(Frame& frame, FrameAttempt& att
 
 FrameAttempt& SurfaceRegistration::attempt_first(Frame& frame) {
     const bool uses_depth =
-        !frame.one_stands && (frame.captures || !surface_.is_tracking() || !is_depth_spoilt_);
+        !frame.one_is_frozen && (frame.captures || !surface_.is_tracking() || !is_depth_spoilt_);
     FrameAttempt& attempt = attempts_[0];
     if (frame.begun && attempt.plan().uses_depth != uses_depth) take_back(frame);
     if (!frame.begun) {
@@ -303,22 +295,22 @@ FrameAttempt& SurfaceRegistration::attempt_first(Frame& frame) {
     }
     if (const auto* failure = std::get_if<std::exception_ptr>(&*frame.begun))
         std::rethrow_exception(*failure);
-    return finish(frame, std::get<FollowedFrame>(std::move(*frame.begun)), attempt);
+    return finish(frame, std::get<RegisteredFrame>(std::move(*frame.begun)), attempt);
 }
 
-FrameAttempt& SurfaceRegistration::attempt_whole_map(Frame& frame, Following plan) {
+FrameAttempt& SurfaceRegistration::attempt_whole_map(Frame& frame, RegistrationPlan plan) {
     plan.whole_map = true;
     return follow(frame, surface_.motions(), begin_attempt(frame, attempts_[0], plan));
 }
 
 FrameAttempt& SurfaceRegistration::attempt_without_depth(Frame& frame, const FrameAttempt& before) {
-    Following plan = before.plan();
+    RegistrationPlan plan = before.plan();
     plan.uses_depth = false;
-    const uint32_t of_rig = before.verdict.reasons & kReasonsOfRig;
+    const uint32_t of_rig = before.quality.reasons & kReasonsOfRig;
     FrameAttempt& attempt =
         follow(frame, surface_.motions(), begin_attempt(frame, attempts_[0], plan));
-    attempt.verdict.reasons |= of_rig;
-    attempt.verdict.degraded = true;
+    attempt.quality.reasons |= of_rig;
+    attempt.quality.degraded = true;
     return attempt;
 }
 
@@ -328,25 +320,25 @@ FrameAttempt& SurfaceRegistration::attempt_without_depth(Frame& frame, const Fra
 FrameAttempt& SurfaceRegistration::attempt_widely(Frame& frame, FrameAttempt& before) {
     TrackerJob& job = frame.job;
     const FrameAttempt* const last = frame.last_attempt;
-    Following plan = before.plan();
+    RegistrationPlan plan = before.plan();
     plan.searches_widely = true;
     FrameAttempt& wide = begin_attempt(frame, attempts_[1], plan);
-    if (wide.plan().effort != Effort::kFull) {
+    if (wide.plan().quality_level != QualityLevel::kFull) {
         frame.last_attempt = last;
-        before.verdict.reasons |= DEFREC_REASON_COARSE;
+        before.quality.reasons |= DEFREC_REASON_COARSE;
         return before;
     }
     const std::span<const defrec_motion> start =
-        before.verdict.found ? job.memory.output.motions : surface_.motions();
+        before.quality.found ? job.memory.output.motions : surface_.motions();
     job.memory.exchange(second_memory_, surface_.data());
     follow(frame, start, wide);
-    const bool is_better = wide.verdict.found && wide.result.evidence.confirmed_share() >
+    const bool is_better = wide.quality.found && wide.result.evidence.confirmed_share() >
                                                      before.result.evidence.confirmed_share();
     wide_search_.end(is_better);
     if (is_better) {
-        wide.verdict.reasons |=
-            before.verdict.reasons & (DEFREC_REASON_LOW_CONTRAST | kReasonsOfRig);
-        wide.verdict.degraded = true;
+        wide.quality.reasons |=
+            before.quality.reasons & (DEFREC_REASON_LOW_CONTRAST | kReasonsOfRig);
+        wide.quality.degraded = true;
         return wide;
     }
     job.memory.exchange(second_memory_, surface_.data());
@@ -362,60 +354,56 @@ FrameAttempt& SurfaceRegistration::follow(Frame& frame, std::span<const defrec_m
                   attempt);
 }
 
-FrameAttempt& SurfaceRegistration::finish(Frame& frame, FollowedFrame followed,
+FrameAttempt& SurfaceRegistration::finish(Frame& frame, RegisteredFrame registered,
                                           FrameAttempt& attempt) {
     TrackerJob& job = frame.job;
     const FrameOutput& output = job.memory.output;
     const Services* helpers = job.services()->own_threads();
-    attempt.prepare_measuring(surface_, rig_watch_);
-    wait_.wait({[&](uint64_t timeout_ns) { return pipeline_.done(followed, timeout_ns); },
-                [&] { return observe_ahead(followed); },
+    attempt.prepare_measuring(surface_, rig_monitor_);
+    wait_.wait({[&](uint64_t timeout_ns) { return pipeline_.done(registered, timeout_ns); },
+                [&] { return prefetch(registered); },
                 [&] {
                     if (helpers != nullptr) helpers->rouse(kMaxVertexThreads - 1);
                     job.announce_end();
                 }},
                pipeline_.deadline());
-    frame.images.emplace(pipeline_.finish(std::move(followed)));
+    frame.images.emplace(pipeline_.finish(std::move(registered)));
     wait_.end();
     job.announce_end();
-    attempt.measure(surface_, rig_watch_, pipeline_, output, helpers);
+    attempt.measure(surface_, rig_monitor_, pipeline_, output, helpers);
     if (const FrontImages* images = growth_.images()) pipeline_.check(*images);
-    const Following& plan = attempt.plan();
-    attempt.verdict =
-        classify(surface_.data(), attempt.result.evidence, surface_.is_tracking(), plan.uses_depth);
-    attempt.verdict.reasons |= reasons_of(plan.effort);
-    attempt.verdict.degraded |= plan.effort != Effort::kFull;
     return attempt;
 }
 
 void SurfaceRegistration::commit_rig(Frame& frame, FrameAttempt& attempt) {
-    Verdict& verdict = attempt.verdict;
+    FrameQuality& quality = attempt.quality;
     if (frame.is_of_two_times) {
-        rig_watch_.skip_frame();
-        verdict.degraded = true;
+        rig_monitor_.skip_frame();
+        quality.degraded = true;
         return;
     }
-    if (!verdict.found || !rig_watch_.is_on()) return;
+    if (!quality.found || !rig_monitor_.is_on()) return;
     // Nothing moves in the picture of the frame before, and it has been measured.
     if (!is_frozen(frame.reasons)) {
         const bool shows_disparities = surface_.is_tracking() && attempt.plan().uses_depth &&
-                                       attempt.plan().effort == Effort::kFull;
-        rig_watch_.commit(attempt.rig(), shows_disparities ? RigWatch::Disparities::kCount
-                                                           : RigWatch::Disparities::kSayNothing);
-        frame.rig_estimate = rig_watch_.estimate();
+                                       attempt.plan().quality_level == QualityLevel::kFull;
+        rig_monitor_.commit(attempt.rig(), shows_disparities
+                                               ? RigMonitor::Disparities::kCount
+                                               : RigMonitor::Disparities::kSayNothing);
+        frame.rig_estimate = rig_monitor_.estimate();
     }
-    const uint32_t reasons = rig_watch_.reasons();
-    verdict.reasons |= reasons;
-    verdict.degraded |= reasons != 0;
+    const uint32_t reasons = rig_monitor_.reasons();
+    quality.reasons |= reasons;
+    quality.degraded |= reasons != 0;
 }
 
 // Whether depth errs more by what moved between the views' times than it does when the left image
 // alone tells where the surface is.
 bool SurfaceRegistration::lag_spoils_depth(const TrackerJob& job) const {
     constexpr double kError = decisions::RigRows::kOneViewError;
-    if (!rig_watch_.state().monitor.is_late()) return false;
+    if (!rig_monitor_.state().monitor.is_late()) return false;
     const defrec_camera& camera = surface_.data().camera;
-    const double lag = rig_watch_.state().left.lag_frames;
+    const double lag = rig_monitor_.state().left.lag_frames;
     const SurfaceSamples before = surface_.samples(), after = job.memory.output.samples;
     double squares = 0;
     size_t count = 0;
@@ -434,14 +422,14 @@ void SurfaceRegistration::find_stale_parts(const Frame& frame, FrameAttempt& att
     const SurfaceSamples samples = frame.job.memory.output.samples;
     if (stale_.count_frozen(is_frozen(frame.reasons)) > FrozenImages::kMostRepeated) {
         stale_.set_all(samples.size());
-        attempt.verdict.degraded = true;
+        attempt.quality.degraded = true;
     }
-    if (!attempt.verdict.found || !surface_.is_tracking() || is_frozen(frame.reasons)) return;
+    if (!attempt.quality.found || !surface_.is_tracking() || is_frozen(frame.reasons)) return;
     stale_.find(*rig_, images_.blocks(), {is_in_memory(frame.job, 0), is_in_memory(frame.job, 1)},
                 surface_.samples(), samples);
     if (stale_.share() < FrozenImages::kMinStaleShare) return;
-    attempt.verdict.reasons |= DEFREC_REASON_FROZEN;
-    attempt.verdict.degraded = true;
+    attempt.quality.reasons |= DEFREC_REASON_FROZEN;
+    attempt.quality.degraded = true;
 }
 
 // A frame that is lost, without depth, although the exchanged views would have some.
@@ -454,11 +442,11 @@ void SurfaceRegistration::look_for_swapped_views(Frame& frame) {
 
 // Takes what the monitor has found into the right view's map; false where that is too little.
 bool SurfaceRegistration::correct_rig() {
-    const std::optional<Rig::ViewShift> shift = rig_watch_.due_correction();
+    const std::optional<Rig::ViewShift> shift = rig_monitor_.due_correction();
     if (!shift) return false;
-    ahead_.reset();  // it was observed without
+    prefetched_.reset();  // it was observed without
     pipeline_.shift_right_view(*shift);
-    rig_watch_.correct(*shift);
+    rig_monitor_.correct(*shift);
     return true;
 }
 

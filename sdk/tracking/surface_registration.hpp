@@ -15,7 +15,7 @@
 #include "sdk/tracking/frame_queue.hpp"
 #include "sdk/tracking/map/map_growth.hpp"
 #include "sdk/tracking/monitors/backoff.hpp"
-#include "sdk/tracking/monitors/cut_watch.hpp"
+#include "sdk/tracking/monitors/cut_monitor.hpp"
 #include "sdk/tracking/monitors/image_check.hpp"
 #include "sdk/tracking/monitors/stale_vertices.hpp"
 #include "sdk/tracking/tracked_surface.hpp"
@@ -48,20 +48,20 @@ class SurfaceRegistration {
         std::optional<ObservedFrame> images{};
         // What the device is at, or why it is not: an attempt that began before the images were
         // looked at.
-        std::optional<std::variant<FollowedFrame, std::exception_ptr>> begun{};
-        const FrameAttempt* last_attempt = nullptr;  // by which its effort counts
+        std::optional<std::variant<RegisteredFrame, std::exception_ptr>> begun{};
+        const FrameAttempt* last_attempt = nullptr;  // by which its quality level counts
         const FrameAttempt* committed = nullptr;
         RigEstimate rig_estimate{};
         bool captures = false;  // a template
         // One view stands still: nothing is known of now that both show.
-        bool one_stands = false;
+        bool one_is_frozen = false;
         // The views, or the rows of each, are of two times.
         bool is_of_two_times = false;
         // For what follows the end of the job.
         bool shows_cuts = false, may_grow = false;
     };
     // A frame that was observed while the one before it was computed, or why it could not be.
-    struct Ahead {
+    struct Prefetched {
         const TrackerJob* job;
         std::variant<ObservedFrame, std::exception_ptr> result;
     };
@@ -69,12 +69,12 @@ class SurfaceRegistration {
     void process(Frame& frame);
     void begin(Frame& frame);
     void adopt_set_template(const TrackerJob& job);
-    bool observe_ahead(const FollowedFrame& followed);
-    bool can_begin_unseen(const TrackerJob& job) const;
-    void begin_unseen(Frame& frame);
+    bool prefetch(const RegisteredFrame& registered);
+    bool can_begin_speculatively(const TrackerJob& job) const;
+    void begin_speculatively(Frame& frame);
     void take_back(Frame& frame);
     void look_at_images(Frame& frame);
-    void conclude_unseen(Frame& frame);
+    void conclude_unusable(Frame& frame);
     static void conclude_without_template(Frame& frame);
 
     void capture_and_register(Frame& frame);
@@ -85,13 +85,13 @@ class SurfaceRegistration {
     bool grow();
 
     FrameAttempt& register_surface(Frame& frame);
-    FrameAttempt& begin_attempt(Frame& frame, FrameAttempt& attempt, Following plan);
+    FrameAttempt& begin_attempt(Frame& frame, FrameAttempt& attempt, RegistrationPlan plan);
     FrameAttempt& attempt_first(Frame& frame);
-    FrameAttempt& attempt_whole_map(Frame& frame, Following plan);
+    FrameAttempt& attempt_whole_map(Frame& frame, RegistrationPlan plan);
     FrameAttempt& attempt_without_depth(Frame& frame, const FrameAttempt& before);
     FrameAttempt& attempt_widely(Frame& frame, FrameAttempt& before);
     FrameAttempt& follow(Frame& frame, std::span<const defrec_motion> start, FrameAttempt& attempt);
-    FrameAttempt& finish(Frame& frame, FollowedFrame followed, FrameAttempt& attempt);
+    FrameAttempt& finish(Frame& frame, RegisteredFrame registered, FrameAttempt& attempt);
     void commit_rig(Frame& frame, FrameAttempt& attempt);
     bool lag_spoils_depth(const TrackerJob& job) const;
     void find_stale_parts(const Frame& frame, FrameAttempt& attempt);
@@ -103,6 +103,7 @@ class SurfaceRegistration {
     void conclude_lost(Frame& frame, FrameAttempt& attempt, const PieceEvidences& pieces);
     void place_outside(const TrackerJob& job, FrameAttempt& attempt);
     void describe_surface(const TrackerJob& job, FrameAttempt& attempt);
+    void end(Frame& frame);
     void watch_for_cuts(const TrackerJob& job, const FrameAttempt& attempt) noexcept;
     void plan_growth(const TrackerJob& job) noexcept;
 
@@ -112,12 +113,12 @@ class SurfaceRegistration {
     Pipeline pipeline_;
     TrackedSurface surface_;
     std::shared_ptr<const Template> to_adopt_;  // one that was set, until that succeeds
-    std::optional<Ahead> ahead_;
+    std::optional<Prefetched> prefetched_;
 
     ImageCheck images_;
-    RigWatch rig_watch_;
+    RigMonitor rig_monitor_;
     StaleVertices stale_;  // of this frame
-    CutWatch cut_watch_;
+    CutMonitor cut_monitor_;
     std::optional<CutLine> cut_;    // that is released with the next frame
     bool is_depth_spoilt_ = false;  // in the last frame, by the right view's lag
 
@@ -125,7 +126,7 @@ class SurfaceRegistration {
     AttemptMemory second_memory_;           // of its results, or of those of the first
     Backoff wide_search_{decisions::WideSearch::kLongestPause},
         swapped_search_{decisions::RigRows::kLongestPause};
-    EffortTimes effort_times_;
+    QualityLevelTimes level_times_;
     DeviceWait wait_;
     std::vector<defrec_surface_sample> placed_;  // of this frame, with what is not in the image
 };

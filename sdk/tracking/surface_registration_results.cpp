@@ -27,7 +27,7 @@ void clear_observations(FrameOutput& output) {
 }  // namespace
 
 // A frame whose images are of no use.
-void SurfaceRegistration::conclude_unseen(Frame& frame) {
+void SurfaceRegistration::conclude_unusable(Frame& frame) {
     take_back(frame);
     pipeline_.forget(std::move(*frame.images));
     if (!surface_.has_template()) return conclude_without_template(frame);
@@ -51,11 +51,11 @@ void SurfaceRegistration::conclude_without_template(Frame& frame) {
 void SurfaceRegistration::conclude(Frame& frame, FrameAttempt& attempt) {
     const bool uses_depth = attempt.plan().uses_depth;
     const PieceEvidences pieces =
-        attempt.verdict.found
+        attempt.quality.found
             ? weigh_pieces(surface_.data(), surface_.surface()->vertex_pieces(),
                            frame.job.memory.output, attempt.result.evidence, attempt.patch_px2())
             : PieceEvidences{};
-    const bool is_found = attempt.verdict.found && surface_.pieces().shows_any(pieces, uses_depth);
+    const bool is_found = attempt.quality.found && surface_.pieces().shows_any(pieces, uses_depth);
     if (is_found)
         conclude_found(frame, attempt, pieces);
     else
@@ -83,11 +83,11 @@ void SurfaceRegistration::conclude_found(Frame& frame, FrameAttempt& attempt,
     const bool uses_depth = attempt.plan().uses_depth,
                is_interlaced = (frame.reasons & DEFREC_REASON_INTERLACED) != 0,
                sees_depth = uses_depth && !is_interlaced && frame.last_attempt != nullptr &&
-                            frame.last_attempt->plan().effort == Effort::kFull;
+                            frame.last_attempt->plan().quality_level == QualityLevel::kFull;
     if (surface_.is_tracking() && attempt.is_fast(output.samples.size()))
         frame.reasons |= DEFREC_REASON_FAST_MOTION;
     attempt.result.state =
-        surface_.found(output.motions, attempt.verdict.degraded, pieces, uses_depth);
+        surface_.found(output.motions, attempt.quality.degraded, pieces, uses_depth);
     const bool misses_piece = surface_.pieces().misses_one();
     if (misses_piece) {
         frame.reasons |= DEFREC_REASON_PIECE_LOST;
@@ -107,7 +107,7 @@ void SurfaceRegistration::conclude_lost(Frame& frame, FrameAttempt& attempt,
     surface_.lost(pieces, attempt.plan().uses_depth);
     attempt.result.state = DEFREC_LOST;
     growth_.end_lost_frame();
-    rig_watch_.skip_frame();
+    rig_monitor_.skip_frame();
     std::copy(surface_.motions().begin(), surface_.motions().end(), output.motions.begin());
     std::copy(surface_.samples().begin(), surface_.samples().end(), output.samples.begin());
     if (frame.job.input.samples != nullptr)
@@ -146,10 +146,10 @@ void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& 
             result.state == DEFREC_RELOCALISED ? SurfaceSamples() : surface_.samples();
         estimate_confidence(
             surface_.model(),
-            {job.memory.output, attempt.lateral(),
-             static_cast<float>(result.evidence.mean_residual_mm), rig_watch_.state().left, before,
-             attempt.plan().uses_depth, result.is_interlaced(),
-             rig_watch_.state().disparities.slip_px(), stale_.views()},
+            {job.memory.output, attempt.photometric(),
+             static_cast<float>(result.evidence.mean_residual_mm), rig_monitor_.state().left,
+             before, attempt.plan().uses_depth, result.is_interlaced(),
+             rig_monitor_.state().disparities.baseline_drift_px(), stale_.views()},
             job.services()->own_threads(), [&] { attempt.fit_rigid_motion(surface_.model()); },
             result.confidence);
         forget_lost_pieces(surface_.pieces().pieces(), surface.vertex_pieces(), result.confidence);
@@ -164,15 +164,29 @@ void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& 
                             static_cast<float>(std::max(1u, result.evidence.vertices_inside));
 }
 
+// Ends the job, and then does what nobody waits for. The arrays stay as they are until this thread
+// computes another frame.
+void SurfaceRegistration::end(Frame& frame) {
+    TrackerJob& job = frame.job;
+    const FrameInput::Clock::time_point now = FrameInput::Clock::now();
+    if (const FrameAttempt* last = frame.last_attempt)
+        level_times_.add(last->plan().quality_level, now - last->time());
+    if (now > job.input.deadline) job.result.reasons |= DEFREC_REASON_OVERDUE;
+    job.finish(DEFREC_OK, "");
+    if (surface_.is_tracking()) surface_.keep_samples(job.memory.output.samples);
+    if (frame.shows_cuts) watch_for_cuts(job, *frame.committed);
+    if (frame.may_grow) plan_growth(job);
+}
+
 // After the job has ended, which must hear of no failure any more.
 void SurfaceRegistration::watch_for_cuts(const TrackerJob& job,
                                          const FrameAttempt& attempt) noexcept {
     if (cut_) return;
     try {
-        cut_ = cut_watch_.add_frame(surface_.data(), job.memory.output.samples,
-                                    attempt.lateral().is_confirmed);
+        cut_ = cut_monitor_.add_frame(surface_.data(), job.memory.output.samples,
+                                      attempt.photometric().is_confirmed);
     } catch (const std::exception&) {
-        cut_watch_.reset();  // the gap, if there is one, is still there in later frames
+        cut_monitor_.reset();  // the gap, if there is one, is still there in later frames
     }
 }
 

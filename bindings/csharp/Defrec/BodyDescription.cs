@@ -7,7 +7,10 @@ namespace Defrec
     {
         /// <summary>xyz each, mm; at most 1,000,000 vertices.</summary>
         public float[] Vertices { get; set; } = new float[0];
-        /// <summary>Three vertex indices each, counter-clockwise seen from outside; at most 1,000,000 triangles.</summary>
+        /// <summary>
+        /// Three vertex indices each, counter-clockwise seen from outside; at most 1,000,000
+        /// triangles.
+        /// </summary>
         public uint[] Triangles { get; set; } = new uint[0];
 
         /// <summary>Without vertices.</summary>
@@ -26,16 +29,27 @@ namespace Defrec
     {
         /// <summary>Closed; what lies in it.</summary>
         public TriangleMesh Mesh { get; set; } = new TriangleMesh();
-        /// <summary>Young's modulus relative to the rest of the body; 0.01 to 1000; default 1.</summary>
+        /// <summary>
+        /// Young's modulus relative to the rest of the body; 0.01 to 1000; default 1.
+        /// </summary>
         public float Stiffness { get; set; }
-        /// <summary>What lies in it moves with <see cref="Frame.HeldMotion"/>, or with the deep tissue where that is not given.</summary>
+        /// <summary>
+        /// What lies in it moves with <see cref="Frame.HeldMotion"/>, or with the deep tissue where
+        /// that is not given.
+        /// </summary>
         public bool IsHeld { get; set; }
     }
 
-    /// <summary>The elastic body that a template belongs to: <see cref="Template.SetBody"/>. Zero means the default.</summary>
+    /// <summary>
+    /// The elastic body that a template belongs to: <see cref="Template.SetBody"/>. Zero means the
+    /// default.
+    /// </summary>
     public sealed class BodyDescription
     {
-        /// <summary>Closed; of the whole body. null or without vertices: the tissue beneath the surface, whose extent is not known.</summary>
+        /// <summary>
+        /// Closed; of the whole body. null or without vertices: the tissue beneath the surface,
+        /// whose extent is not known.
+        /// </summary>
         public TriangleMesh Mesh { get; set; }
         /// <summary>Where regions overlap the last one counts; at most 64.</summary>
         public IList<BodyRegion> Regions { get; } = new List<BodyRegion>();

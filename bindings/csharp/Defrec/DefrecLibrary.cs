@@ -7,7 +7,9 @@ namespace Defrec
     public static unsafe class DefrecLibrary
     {
         /// <summary>Version of the C API that the library offers: major * 1000 + minor.</summary>
-        /// <exception cref="DllNotFoundException">There is no library; the error message says where it is looked for.</exception>
+        /// <exception cref="DllNotFoundException">
+        /// There is no library; the error message says where it is looked for.
+        /// </exception>
         public static int ApiVersion
         {
             get
@@ -18,15 +20,21 @@ namespace Defrec
                 }
                 catch (DllNotFoundException e)
                 {
-                    throw new DllNotFoundException(NativeMethods.Library + " was not found, or a library that it needs. It is looked for beside " +
-                                                   "Defrec.dll, in the folders of LD_LIBRARY_PATH and in those of the system.", e);
+                    throw new DllNotFoundException(
+                        NativeMethods.Library +
+                            " was not found, or a library that it needs. It is looked for beside " +
+                            "Defrec.dll, in the folders of LD_LIBRARY_PATH and in those of the " +
+                            "system.",
+                        e);
                 }
             }
         }
 
         /// <summary>The library's release, for people: "0.1.0".</summary>
         /// <exception cref="DllNotFoundException">There is no library.</exception>
-        /// <exception cref="DefrecException">The library is of another version than this assembly needs.</exception>
+        /// <exception cref="DefrecException">
+        /// The library is of another version than this assembly needs.
+        /// </exception>
         public static string Release
         {
             get
@@ -36,9 +44,13 @@ namespace Defrec
             }
         }
 
-        /// <summary>The name of a status in the C API, "DEFREC_ERROR_ARGUMENT"; "unknown status" for others.</summary>
+        /// <summary>
+        /// The name of a status in the C API, "DEFREC_ERROR_ARGUMENT"; "unknown status" for others.
+        /// </summary>
         /// <exception cref="DllNotFoundException">There is no library.</exception>
-        /// <exception cref="DefrecException">The library is of another version than this assembly needs.</exception>
+        /// <exception cref="DefrecException">
+        /// The library is of another version than this assembly needs.
+        /// </exception>
         public static string NameOf(Status status)
         {
             RequireVersion();
@@ -49,10 +61,13 @@ namespace Defrec
         internal static void RequireVersion()
         {
             int version = ApiVersion;
-            if (version / 1000 == Constants.ApiMajor && version % 1000 >= Constants.ApiMinor) return;
-            throw new DefrecException(Status.ErrorVersion,
-                NativeMethods.Library + " offers version " + version / 1000 + "." + version % 1000 + " of the C API; this Defrec.dll needs " +
-                Constants.ApiMajor + "." + Constants.ApiMinor + " or a later " + Constants.ApiMajor + ".x.");
+            if (version / 1000 == Constants.ApiMajor && version % 1000 >= Constants.ApiMinor)
+                return;
+            throw new DefrecException(
+                Status.ErrorVersion,
+                NativeMethods.Library + " offers version " + version / 1000 + "." + version % 1000 +
+                    " of the C API; this Defrec.dll needs " + Constants.ApiMajor + "." +
+                    Constants.ApiMinor + " or a later " + Constants.ApiMajor + ".x.");
         }
     }
 }

@@ -18,7 +18,9 @@ namespace Defrec
         ErrorUnsupported = -3,
         /// <summary>Memory of the process or of the device is used up.</summary>
         ErrorOutOfMemory = -4,
-        /// <summary>Gone, or did not answer in time: destroy the tracker and open another device.</summary>
+        /// <summary>
+        /// Gone, or did not answer in time: destroy the tracker and open another device.
+        /// </summary>
         ErrorDeviceLost = -5,
         /// <summary>A plugin broke its contract, or was refused.</summary>
         ErrorPlugin = -6,
@@ -99,10 +101,13 @@ namespace Defrec
         None = 0,
         /// <summary>The same input gives the same bits.</summary>
         Repeatable = 1u << 0,
-        /// <summary>A graphics driver that computes on the processor, slower than the CPU backend.</summary>
+        /// <summary>
+        /// A graphics driver that computes on the processor, slower than the CPU backend.
+        /// </summary>
         Software = 1u << 1,
         /// <summary>
-        /// Did not answer within PluginDeadlineMs: it is not opened again in this context, and what it holds is left behind.
+        /// Did not answer within PluginDeadlineMs: it is not opened again in this context, and what
+        /// it holds is left behind.
         /// </summary>
         Quarantined = 1u << 2
     }
@@ -112,7 +117,9 @@ namespace Defrec
     {
         /// <summary>The processor's memory, for devices that compute in it.</summary>
         Host = 1,
-        /// <summary>Memory of a CUDA device (cudaMalloc), of the process's primary context.</summary>
+        /// <summary>
+        /// Memory of a CUDA device (cudaMalloc), of the process's primary context.
+        /// </summary>
         Cuda = 2
     }
 
@@ -160,9 +167,14 @@ namespace Defrec
     /// <summary>What a tracker does with the calibration that it measures.</summary>
     public enum SelfCalibration : uint
     {
-        /// <summary>Measured; given in results and reasons, and expected errors grow by what it causes.</summary>
+        /// <summary>
+        /// Measured; given in results and reasons, and expected errors grow by what it causes.
+        /// </summary>
         Report = 0,
-        /// <summary>As reported; vertical offset, roll and ratio of focal lengths are also corrected in rectification.</summary>
+        /// <summary>
+        /// As reported; vertical offset, roll and ratio of focal lengths are also corrected in
+        /// rectification.
+        /// </summary>
         Correct = 1,
         /// <summary>Not measured.</summary>
         Off = 2
@@ -173,7 +185,9 @@ namespace Defrec
     {
         /// <summary>On a thread of its own, from when there is a template.</summary>
         On = 0,
-        /// <summary>Never: points beneath the surface move with the rigid motion of the tissue that is seen.</summary>
+        /// <summary>
+        /// Never: points beneath the surface move with the rigid motion of the tissue that is seen.
+        /// </summary>
         Off = 1
     }
 
@@ -183,7 +197,9 @@ namespace Defrec
     {
         /// <summary>None.</summary>
         None = 0,
-        /// <summary>Make this frame the template (the first usable frame is, unless one was set).</summary>
+        /// <summary>
+        /// Make this frame the template (the first usable frame is, unless one was set).
+        /// </summary>
         CaptureTemplate = 1u << 0,
         /// <summary>HeldMotion is given.</summary>
         HeldMotion = 1u << 1,
@@ -218,7 +234,9 @@ namespace Defrec
         Saturated = 1u << 1,
         /// <summary>Both images have hardly any contrast.</summary>
         NoTexture = 1u << 2,
-        /// <summary>Few features agree with the template's landmarks; no harm while patches are found.</summary>
+        /// <summary>
+        /// Few features agree with the template's landmarks; no harm while patches are found.
+        /// </summary>
         FewMatches = 1u << 3,
         /// <summary>Something lies in front of a quarter of the surface.</summary>
         Occluded = 1u << 4,
@@ -233,53 +251,70 @@ namespace Defrec
         /// <summary>One image is black and the other is not.</summary>
         OneView = 1u << 9,
         /// <summary>
-        /// The same pixels as the frame before, in all of the picture, or in a part of it while the rest moves.
+        /// The same pixels as the frame before, in all of the picture, or in a part of it while the
+        /// rest moves.
         /// </summary>
         Frozen = 1u << 10,
         /// <summary>Time since the last frame is more than twice the usual.</summary>
         Gap = 1u << 11,
         /// <summary>
-        /// Left and right seem to be exchanged: there is no depth for a template, or the surface is lost without depth, and
-        /// exchanged images would give it.
+        /// Left and right seem to be exchanged: there is no depth for a template, or the surface is
+        /// lost without depth, and exchanged images would give it.
         /// </summary>
         ViewsSwapped = 1u << 12,
-        /// <summary>Few of the patches that are expected are found: smoke, blur, a wet lens.</summary>
+        /// <summary>
+        /// Few of the patches that are expected are found: smoke, blur, a wet lens.
+        /// </summary>
         LowContrast = 1u << 13,
         /// <summary>Left and right view were taken at different times: ViewLagFrames.</summary>
         ViewLate = 1u << 14,
         /// <summary>
-        /// Left and right rows do not agree (VerticalOffsetPx, RollDeg, FocalRatio), or the right view slipped sideways: the
-        /// calibration is not that of the cameras.
+        /// Left and right rows do not agree (VerticalOffsetPx, RollDeg, FocalRatio), or the right
+        /// view slipped sideways: the calibration is not that of the cameras.
         /// </summary>
         Calibration = 1u << 15,
         /// <summary>From this frame on the template has more vertices: tissue joined.</summary>
         TemplateGrew = 1u << 16,
         /// <summary>The template has reached its limit and grows no more.</summary>
         TemplateFull = 1u << 17,
-        /// <summary>For want of time the surface was not refined in the images' full size, or not searched widely.</summary>
+        /// <summary>
+        /// For want of time the surface was not refined in the images' full size, or not searched
+        /// widely.
+        /// </summary>
         Coarse = 1u << 18,
-        /// <summary>For want of time the surface was not compared with the image: no vertex counts as observed.</summary>
+        /// <summary>
+        /// For want of time the surface was not compared with the image: no vertex counts as
+        /// observed.
+        /// </summary>
         Unchecked = 1u << 19,
         /// <summary>Done after its deadline.</summary>
         Overdue = 1u << 20,
         /// <summary>
-        /// From this frame on the template is parted along a line where tissue came apart: see CutPoints of Template.
+        /// From this frame on the template is parted along a line where tissue came apart: see
+        /// CutPoints of Template.
         /// </summary>
         Cut = 1u << 21,
         /// <summary>
-        /// A piece of the surface is not found where it is expected in the image, others are: see pieces of FrameResult.
+        /// A piece of the surface is not found where it is expected in the image, others are: see
+        /// pieces of FrameResult.
         /// </summary>
         PieceLost = 1u << 22,
-        /// <summary>An image's rows alternate between two times, as those of video that was not deinterlaced.</summary>
+        /// <summary>
+        /// An image's rows alternate between two times, as those of video that was not
+        /// deinterlaced.
+        /// </summary>
         Interlaced = 1u << 23
     }
 
     /// <summary>Status of a vertex or point.</summary>
     public enum PointStatus : byte
     {
-        /// <summary>Observed in both directions: Evidence.Depth and Evidence.Lateral.</summary>
+        /// <summary>Observed in both directions: Evidence.Depth and Evidence.Photometric.</summary>
         Observed = 0,
-        /// <summary>From its neighbourhood: occluded, outside, without depth, or not recognised in the image.</summary>
+        /// <summary>
+        /// From its neighbourhood: occluded, outside, without depth, or not recognised in the
+        /// image.
+        /// </summary>
         Extrapolated = 1,
         /// <summary>Not to be trusted: the frame is lost, or nothing near it was seen.</summary>
         Unknown = 2
@@ -293,8 +328,11 @@ namespace Defrec
         None = 0,
         /// <summary>Live depth was measured there and agrees.</summary>
         Depth = 1 << 0,
-        /// <summary>The live image shows there what the template shows: the vertex has not slid along the surface.</summary>
-        Lateral = 1 << 1
+        /// <summary>
+        /// The live image shows there what the template shows: the vertex has not slid along the
+        /// surface.
+        /// </summary>
+        Photometric = 1 << 1
     }
 
     /// <summary>What carries points beneath the surface of a frame.</summary>
@@ -303,8 +341,8 @@ namespace Defrec
         /// <summary>No template, or no body can be made of it, or BodyMode.Off.</summary>
         None = 0,
         /// <summary>
-        /// It is being computed: until then such points move with the rigid motion of the tissue that is seen, or with the body
-        /// before the template grew or was cut.
+        /// It is being computed: until then such points move with the rigid motion of the tissue
+        /// that is seen, or with the body before the template grew or was cut.
         /// </summary>
         Pending = 1,
         /// <summary>The elastic body.</summary>
@@ -329,7 +367,8 @@ namespace Defrec
         /// <summary>None.</summary>
         None = 0,
         /// <summary>
-        /// What lies in it is held: it moves with HeldMotion of Frame, or with the deep tissue where that is not given.
+        /// What lies in it is held: it moves with HeldMotion of Frame, or with the deep tissue
+        /// where that is not given.
         /// </summary>
         Held = 1u << 0
     }
@@ -365,7 +404,10 @@ namespace Defrec
     {
         /// <summary>The major version of the C API that this assembly is made for.</summary>
         public const int ApiMajor = 1;
-        /// <summary>The minor version of the C API that this assembly is made for; a library must have it or a later one.</summary>
+        /// <summary>
+        /// The minor version of the C API that this assembly is made for; a library must have it or
+        /// a later one.
+        /// </summary>
         public const int ApiMinor = 0;
         /// <summary>How many there are.</summary>
         public const int StageCountV1 = 8;
@@ -382,9 +424,10 @@ namespace Defrec
         /// <summary>Orientation bin k is the angle k * 2 pi / 32 from x towards y.</summary>
         public const int OrbAngleBins = 32;
         /// <summary>Control points that move one surface point.</summary>
-        public const int SkinNodes = 4;
+        public const int BlendNodes = 4;
         /// <summary>
-        /// Where the device is quarantined or cannot be opened, take the next one with every stage; results name it.
+        /// Where the device is quarantined or cannot be opened, take the next one with every stage;
+        /// results name it.
         /// </summary>
         public const int TrackerFallback = 1;
         /// <summary>Entries of FrameResult's times.</summary>

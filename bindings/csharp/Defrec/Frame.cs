@@ -4,8 +4,8 @@ using Defrec.Native;
 namespace Defrec
 {
     /// <summary>
-    /// Pixels, rows from the top: in an array, somewhere else in host memory, or in a <see cref="DeviceMemory"/>. Holds them, copies nothing;
-    /// <c>default(Image)</c> is no image.
+    /// Pixels, rows from the top: in an array, somewhere else in host memory, or in a
+    /// <see cref="DeviceMemory"/>. Holds them, copies nothing; <c>default(Image)</c> is no image.
     /// </summary>
     public unsafe struct Image
     {
@@ -23,25 +23,39 @@ namespace Defrec
         /// <summary>Where the pixels lie, from its first byte; null: in host memory.</summary>
         public DeviceMemory Memory { get; }
 
-        /// <summary>Pixels in an array of stride * (height - 1) + width * bytes per pixel bytes, or more. stride in bytes; 0: rows without gaps.</summary>
-        /// <exception cref="ArgumentException">pixels is null or too short, or a number is out of its range.</exception>
+        /// <summary>
+        /// Pixels in an array of stride * (height - 1) + width * bytes per pixel bytes, or more.
+        /// stride in bytes; 0: rows without gaps.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// pixels is null or too short, or a number is out of its range.
+        /// </exception>
         public Image(byte[] pixels, int width, int height, PixelFormat format, long stride = 0)
             : this(width, height, format, stride)
         {
             Check.NotNull(pixels, nameof(pixels));
             long row = (long)width * BytesPerPixel(format);
             if (stride != 0 && stride < row)
-                throw new ArgumentException("The stride is " + stride + "; a row has " + row + " bytes.", nameof(stride));
+                throw new ArgumentException(
+                    "The stride is " + stride + "; a row has " + row + " bytes.", nameof(stride));
             long step = stride == 0 ? row : stride;
-            // A row's worth per row is there whatever the stride, so that the product below stays within 64 bits.
+            // A row's worth per row is there whatever the stride, so that the product below stays
+            // within 64 bits.
             if (step > pixels.Length && height > 1)
-                throw new ArgumentException("The array has " + pixels.Length + " bytes; rows are " + step + " bytes apart.", nameof(pixels));
+                throw new ArgumentException(
+                    "The array has " + pixels.Length + " bytes; rows are " + step + " bytes apart.",
+                    nameof(pixels));
             Check.Length(pixels.Length, step * (height - 1) + row, nameof(pixels));
             array = pixels;
         }
 
-        /// <summary>Pixels in host memory that is not the garbage collector's: a grabber's buffer. The caller answers for its size.</summary>
-        /// <exception cref="ArgumentException">pixels is zero, or a number is out of its range.</exception>
+        /// <summary>
+        /// Pixels in host memory that is not the garbage collector's: a grabber's buffer. The
+        /// caller answers for its size.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// pixels is zero, or a number is out of its range.
+        /// </exception>
         public Image(IntPtr pixels, int width, int height, PixelFormat format, long stride = 0)
             : this(width, height, format, stride)
         {
@@ -49,9 +63,15 @@ namespace Defrec
             address = pixels;
         }
 
-        /// <summary>Pixels that the tracker's device reads where they lie. stride 0: the tracker's <see cref="TrackerOptions.MemoryStride"/>.</summary>
-        /// <exception cref="ArgumentException">memory is null, or a number is out of its range.</exception>
-        public Image(DeviceMemory memory, int width, int height, PixelFormat format, long stride = 0)
+        /// <summary>
+        /// Pixels that the tracker's device reads where they lie. stride 0: the tracker's
+        /// <see cref="TrackerOptions.MemoryStride"/>.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// memory is null, or a number is out of its range.
+        /// </exception>
+        public Image(
+            DeviceMemory memory, int width, int height, PixelFormat format, long stride = 0)
             : this(width, height, format, stride)
         {
             Check.NotNull(memory, nameof(memory));
@@ -63,9 +83,11 @@ namespace Defrec
             if (width < 1 || width > Constants.MaxSide)
                 throw new ArgumentOutOfRangeException(nameof(width), width, "1 to 8192 expected.");
             if (height < 1 || height > Constants.MaxSide)
-                throw new ArgumentOutOfRangeException(nameof(height), height, "1 to 8192 expected.");
+                throw new ArgumentOutOfRangeException(
+                    nameof(height), height, "1 to 8192 expected.");
             if (stride < 0)
-                throw new ArgumentOutOfRangeException(nameof(stride), stride, "0 or more expected: rows come from the top.");
+                throw new ArgumentOutOfRangeException(
+                    nameof(stride), stride, "0 or more expected: rows come from the top.");
             BytesPerPixel(format);
             array = null;
             address = IntPtr.Zero;
@@ -77,28 +99,21 @@ namespace Defrec
         }
 
         /// <summary>Whether there is an image.</summary>
-        public bool IsGiven
-        {
-            get { return Width > 0; }
-        }
+        public bool IsGiven => Width > 0;
 
-        internal byte[] Array
-        {
-            get { return array; }
-        }
+        internal byte[] Array => array;
 
         /// <summary>pinned: where Array lies, null if there is none.</summary>
         internal defrec_image Native(byte* pinned, IntPtr memory)
         {
-            return new defrec_image
-            {
+            return new defrec_image {
                 struct_size = (uint)sizeof(defrec_image),
                 format = Format,
                 width = (uint)Width,
                 height = (uint)Height,
                 stride = (ulong)Stride,
                 pixels = pinned != null ? pinned : (void*)address,
-                memory = memory
+                memory = memory,
             };
         }
 
@@ -110,7 +125,9 @@ namespace Defrec
                 case PixelFormat.Bgr8:
                 case PixelFormat.Rgb8: return 3;
                 case PixelFormat.Bgra8: return 4;
-                default: throw new ArgumentOutOfRangeException(nameof(format), format, "Gray8, Bgr8, Rgb8 or Bgra8 expected.");
+                default:
+                    throw new ArgumentOutOfRangeException(
+                        nameof(format), format, "Gray8, Bgr8, Rgb8 or Bgra8 expected.");
             }
         }
     }
@@ -124,27 +141,37 @@ namespace Defrec
         public Image Left { get; set; }
         /// <summary>The rig's size, the tracker's format.</summary>
         public Image Right { get; set; }
-        /// <summary>Gray8, the rig's size: nonzero pixels of the left image are not tissue. <c>default</c>: none.</summary>
+        /// <summary>
+        /// Gray8, the rig's size: nonzero pixels of the left image are not tissue. <c>default</c>:
+        /// none.
+        /// </summary>
         public Image Ignore { get; set; }
-        /// <summary>Make this frame the template. The first usable frame is, unless one was set.</summary>
+        /// <summary>
+        /// Make this frame the template. The first usable frame is, unless one was set.
+        /// </summary>
         public bool CaptureTemplate { get; set; }
         /// <summary>
-        /// Where the device leaves a <see cref="SurfaceSample"/> per template vertex; null: nowhere. Too small is how the job fails.
+        /// Where the device leaves a <see cref="SurfaceSample"/> per template vertex; null:
+        /// nowhere. Too small is how the job fails.
         /// </summary>
         public DeviceMemory Samples { get; set; }
         /// <summary>
-        /// ns from the call of <see cref="Tracker.Submit(Frame)"/> until the job is to be done; 0: no deadline. What is not expected to fit is left
-        /// out: <see cref="Reasons.Coarse"/>, <see cref="Reasons.Unchecked"/>, in this order. A late job has <see cref="Reasons.Overdue"/>.
+        /// ns from the call of <see cref="Tracker.Submit(Frame)"/> until the job is to be done; 0:
+        /// no deadline. What is not expected to fit is left out: <see cref="Reasons.Coarse"/>,
+        /// <see cref="Reasons.Unchecked"/>, in this order. A late job has
+        /// <see cref="Reasons.Overdue"/>.
         /// </summary>
         public ulong DeadlineNs { get; set; }
         /// <summary>
-        /// Rectified camera from template frame, of what holds the body (a bone, the base of the tissue). It carries the depth beneath the surface,
-        /// instead of what is estimated from the surface; null: not known.
+        /// Rectified camera from template frame, of what holds the body (a bone, the base of the
+        /// tissue). It carries the depth beneath the surface, instead of what is estimated from the
+        /// surface; null: not known.
         /// </summary>
         public RigidTransform? HeldMotion { get; set; }
         /// <summary>
-        /// Fixed frame (a navigation system's) from rectified camera, at the frame's time. Given with every frame from the template's on, it tells the
-        /// motion of the tissue from that of the camera; null: not known.
+        /// Fixed frame (a navigation system's) from rectified camera, at the frame's time. Given
+        /// with every frame from the template's on, it tells the motion of the tissue from that of
+        /// the camera; null: not known.
         /// </summary>
         public RigidTransform? CameraPose { get; set; }
 

@@ -33,7 +33,9 @@ namespace Defrec
         public float MeanResidualMm { get; }
         /// <summary>RMS distance between found and deformed patches.</summary>
         public float PatchResidualPx { get; }
-        /// <summary>Rectified camera from template frame, row-major: best rigid fit of all vertices.</summary>
+        /// <summary>
+        /// Rectified camera from template frame, row-major: best rigid fit of all vertices.
+        /// </summary>
         public RigidTransform RigidMotion { get; }
         /// <summary>Control points.</summary>
         public int NodeCount { get; }
@@ -46,24 +48,31 @@ namespace Defrec
         /// <summary>Whether there is a disparity.</summary>
         public bool HasDisparity { get; }
         /// <summary>
-        /// By how many frames the right view is late in this frame, negative: early; 0 where that cannot be measured.
+        /// By how many frames the right view is late in this frame, negative: early; 0 where that
+        /// cannot be measured.
         /// </summary>
         public float ViewLagFrames { get; }
         /// <summary>
-        /// Vertical offset of the right view against the left at the image centre, down is positive; mean of the last seconds, 0
-        /// where not measured.
+        /// Vertical offset of the right view against the left at the image centre, down is
+        /// positive; mean of the last seconds, 0 where not measured.
         /// </summary>
         public float VerticalOffsetPx { get; }
         /// <summary>
-        /// Roll of the right view against the left about the image centre, clockwise is positive; mean of the last seconds, 0
-        /// where not measured.
+        /// Roll of the right view against the left about the image centre, clockwise is positive;
+        /// mean of the last seconds, 0 where not measured.
         /// </summary>
         public float RollDeg { get; }
-        /// <summary>Right focal length to left; mean of the last seconds, 1 where not measured.</summary>
+        /// <summary>
+        /// Right focal length to left; mean of the last seconds, 1 where not measured.
+        /// </summary>
         public float FocalRatio { get; }
-        /// <summary>Matches between left and right view, behind the last three; 0 where not measured.</summary>
+        /// <summary>
+        /// Matches between left and right view, behind the last three; 0 where not measured.
+        /// </summary>
         public uint RigMatches { get; }
-        /// <summary>Counts the tracker's templates, and how often tissue joined them; 0 without a template.</summary>
+        /// <summary>
+        /// Counts the tracker's templates, and how often tissue joined them; 0 without a template.
+        /// </summary>
         public uint TemplateEpoch { get; }
         /// <summary>Pieces; 1 for most templates.</summary>
         public int PieceCount { get; }
@@ -126,8 +135,8 @@ namespace Defrec
 
     /// <summary>
     /// A whole result, copied: it stays when the job is disposed. Give one object to
-    /// <see cref="Job.GetResult(FrameResult)"/> again and again, then arrays are made anew only when a
-    /// template with other counts comes. One thread at a time.
+    /// <see cref="Job.GetResult(FrameResult)"/> again and again, then arrays are made anew only
+    /// when a template with other counts comes. One thread at a time.
     /// </summary>
     public sealed unsafe class FrameResult
     {
@@ -144,9 +153,10 @@ namespace Defrec
         /// <summary>PointStatus per template vertex: how far to trust it.</summary>
         public PointStatus[] VertexStatus { get; private set; } = new PointStatus[0];
         /// <summary>
-        /// Root mean square of the 3D error to be expected, per template vertex: the root of the trace of VertexCovariance. Over
-        /// a sequence, 55 to 85 % of all vertices of a status have an error within it, at least 93 % within twice and at least
-        /// 98.5 % within three times it, unless reasons say otherwise.
+        /// Root mean square of the 3D error to be expected, per template vertex: the root of the
+        /// trace of VertexCovariance. Over a sequence, 55 to 85 % of all vertices of a status have
+        /// an error within it, at least 93 % within twice and at least 98.5 % within three times
+        /// it, unless reasons say otherwise.
         /// </summary>
         public float[] ExpectedErrorMm { get; private set; } = new float[0];
         /// <summary>Landmarks of the template.</summary>
@@ -155,12 +165,16 @@ namespace Defrec
         public Match[] LandmarkMatches { get; private set; } = new Match[0];
         /// <summary>One per template patch.</summary>
         public PatchObservation[] PatchObservations { get; private set; } = new PatchObservation[0];
-        /// <summary>One per pixel of the rectified image, row by row, 1/16 px; empty without KeepDisparity and grow.</summary>
+        /// <summary>
+        /// One per pixel of the rectified image, row by row, 1/16 px; empty without KeepDisparity
+        /// and grow.
+        /// </summary>
         public short[] Disparity { get; private set; } = new short[0];
         /// <summary>In order of execution.</summary>
         public StageTime[] Times { get; private set; } = new StageTime[0];
         /// <summary>
-        /// xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error, rectified camera, mm^2.
+        /// xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error,
+        /// rectified camera, mm^2.
         /// </summary>
         public float[] VertexCovariance { get; private set; } = new float[0];
         /// <summary>Evidence per template vertex: what was observed of it.</summary>
@@ -175,18 +189,28 @@ namespace Defrec
             var summary = new FrameSummary(ref result);
             // All arrays before anything is changed: an allocation may fail.
             Motion[] motions = NativeArray.Sized(Motions, Check.ArrayLength(result.node_count, 1));
-            float[] nodePositions = NativeArray.Sized(NodePositions, Check.ArrayLength(result.node_count, 3));
-            float[] vertices = NativeArray.Sized(Vertices, Check.ArrayLength(result.vertex_count, 3));
+            float[] nodePositions =
+                NativeArray.Sized(NodePositions, Check.ArrayLength(result.node_count, 3));
+            float[] vertices =
+                NativeArray.Sized(Vertices, Check.ArrayLength(result.vertex_count, 3));
             float[] normals = NativeArray.Sized(Normals, Check.ArrayLength(result.vertex_count, 3));
-            PointStatus[] vertexStatus = NativeArray.Sized(VertexStatus, Check.ArrayLength(result.vertex_count, 1));
-            float[] expectedErrorMm = NativeArray.Sized(ExpectedErrorMm, Check.ArrayLength(result.vertex_count, 1));
-            Landmark[] landmarks = NativeArray.Sized(Landmarks, Check.ArrayLength(result.landmark_count, 1));
-            Match[] landmarkMatches = NativeArray.Sized(LandmarkMatches, Check.ArrayLength(result.landmark_count, 1));
-            PatchObservation[] patchObservations = NativeArray.Sized(PatchObservations, Check.ArrayLength(result.patch_count, 1));
+            PointStatus[] vertexStatus =
+                NativeArray.Sized(VertexStatus, Check.ArrayLength(result.vertex_count, 1));
+            float[] expectedErrorMm =
+                NativeArray.Sized(ExpectedErrorMm, Check.ArrayLength(result.vertex_count, 1));
+            Landmark[] landmarks =
+                NativeArray.Sized(Landmarks, Check.ArrayLength(result.landmark_count, 1));
+            Match[] landmarkMatches =
+                NativeArray.Sized(LandmarkMatches, Check.ArrayLength(result.landmark_count, 1));
+            PatchObservation[] patchObservations =
+                NativeArray.Sized(PatchObservations, Check.ArrayLength(result.patch_count, 1));
             short[] disparity = NativeArray.Sized(Disparity, result.disparity != null ? pixels : 0);
-            StageTime[] times = NativeArray.Sized(Times, (int)Math.Min(result.time_count, defrec_stage_times.Length));
-            float[] vertexCovariance = NativeArray.Sized(VertexCovariance, Check.ArrayLength(result.vertex_count, 6));
-            Evidence[] vertexEvidence = NativeArray.Sized(VertexEvidence, Check.ArrayLength(result.vertex_count, 1));
+            StageTime[] times = NativeArray.Sized(
+                Times, (int)Math.Min(result.time_count, defrec_stage_times.Length));
+            float[] vertexCovariance =
+                NativeArray.Sized(VertexCovariance, Check.ArrayLength(result.vertex_count, 6));
+            Evidence[] vertexEvidence =
+                NativeArray.Sized(VertexEvidence, Check.ArrayLength(result.vertex_count, 1));
             string deviceId = Utf8.Read(result.device_id, DeviceId);
             Piece[] pieces = NativeArray.Sized(Pieces, Check.ArrayLength(result.piece_count, 1));
 
@@ -199,23 +223,29 @@ namespace Defrec
             fixed (float* to = normals)
                 NativeArray.Copy(result.normals, to, normals.Length, sizeof(float));
             fixed (PointStatus* to = vertexStatus)
-                NativeArray.Copy(result.vertex_status, to, vertexStatus.Length, sizeof(PointStatus));
+                NativeArray.Copy(
+                    result.vertex_status, to, vertexStatus.Length, sizeof(PointStatus));
             fixed (float* to = expectedErrorMm)
-                NativeArray.Copy(result.expected_error_mm, to, expectedErrorMm.Length, sizeof(float));
+                NativeArray.Copy(
+                    result.expected_error_mm, to, expectedErrorMm.Length, sizeof(float));
             fixed (Landmark* to = landmarks)
                 NativeArray.Copy(result.landmarks, to, landmarks.Length, sizeof(Landmark));
             fixed (Match* to = landmarkMatches)
-                NativeArray.Copy(result.landmark_matches, to, landmarkMatches.Length, sizeof(Match));
+                NativeArray.Copy(
+                    result.landmark_matches, to, landmarkMatches.Length, sizeof(Match));
             fixed (PatchObservation* to = patchObservations)
-                NativeArray.Copy(result.patch_observations, to, patchObservations.Length, sizeof(PatchObservation));
+                NativeArray.Copy(
+                    result.patch_observations, to, patchObservations.Length,
+                    sizeof(PatchObservation));
             fixed (short* to = disparity)
                 NativeArray.Copy(result.disparity, to, disparity.Length, sizeof(short));
-            fixed (defrec_stage_time* from = &result.times.first)
-                StageTime.Copy(from, times);
+            fixed (defrec_stage_time* from = &result.times.first) StageTime.Copy(from, times);
             fixed (float* to = vertexCovariance)
-                NativeArray.Copy(result.vertex_covariance, to, vertexCovariance.Length, sizeof(float));
+                NativeArray.Copy(
+                    result.vertex_covariance, to, vertexCovariance.Length, sizeof(float));
             fixed (Evidence* to = vertexEvidence)
-                NativeArray.Copy(result.vertex_evidence, to, vertexEvidence.Length, sizeof(Evidence));
+                NativeArray.Copy(
+                    result.vertex_evidence, to, vertexEvidence.Length, sizeof(Evidence));
             fixed (Piece* to = pieces)
                 NativeArray.Copy(result.pieces, to, pieces.Length, sizeof(Piece));
 

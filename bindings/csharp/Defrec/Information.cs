@@ -13,8 +13,10 @@ namespace Defrec
         public string Path { get; }
         /// <summary>Its own version.</summary>
         public string Version { get; }
-        /// <summary>Why it was refused, an error message; when loaded, which of its devices are
-        /// left out and why, "" where none is.</summary>
+        /// <summary>
+        /// Why it was refused, an error message; when loaded, which of its devices are left out and
+        /// why, "" where none is.
+        /// </summary>
         public string Reason { get; }
 
         internal PluginInfo(ref defrec_plugin_info info)
@@ -32,7 +34,9 @@ namespace Defrec
     {
         /// <summary>What computes.</summary>
         public DeviceKind Kind { get; }
-        /// <summary>Stable and unique: "cpu", "reference", "cuda:GPU-1a2b", "vulkan:10005:0000".</summary>
+        /// <summary>
+        /// Stable and unique: "cpu", "reference", "cuda:GPU-1a2b", "vulkan:10005:0000".
+        /// </summary>
         public string Id { get; }
         /// <summary>For people.</summary>
         public string Name { get; }
@@ -40,7 +44,9 @@ namespace Defrec
         public string Driver { get; }
         /// <summary>Its memory, bytes.</summary>
         public ulong MemoryBytes { get; }
-        /// <summary>The stages that it offers; a tracker needs <see cref="StageMask.All"/>.</summary>
+        /// <summary>
+        /// The stages that it offers; a tracker needs <see cref="StageMask.All"/>.
+        /// </summary>
         public StageMask Stages { get; }
         /// <summary>Properties.</summary>
         public DeviceFeatures Features { get; }

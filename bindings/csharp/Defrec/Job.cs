@@ -5,8 +5,9 @@ using Defrec.Native;
 namespace Defrec
 {
     /// <summary>
-    /// A submitted frame, and its result. Any thread. It holds a place in the tracker's queue until it is disposed, so dispose it as soon as the
-    /// result is read; left to the finaliser, the queue stays full until the next collection.
+    /// A submitted frame, and its result. Any thread. It holds a place in the tracker's queue until
+    /// it is disposed, so dispose it as soon as the result is read; left to the finaliser, the
+    /// queue stays full until the next collection.
     /// </summary>
     public sealed unsafe partial class Job : IDisposable
     {
@@ -22,14 +23,12 @@ namespace Defrec
         /// <summary>Waits until the frame is computed.</summary>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">How the job failed.</exception>
-        public void Wait()
-        {
-            Wait(Timeout.InfiniteTimeSpan);
-        }
+        public void Wait() { Wait(Timeout.InfiniteTimeSpan); }
 
         /// <summary>
-        /// Waits until the frame is computed, or the time is over: then false. Zero only asks; Timeout.InfiniteTimeSpan waits for ever. Dispose
-        /// on another thread does not end a wait: the job is released when the wait returns.
+        /// Waits until the frame is computed, or the time is over: then false. Zero only asks;
+        /// Timeout.InfiniteTimeSpan waits for ever. Dispose on another thread does not end a wait:
+        /// the job is released when the wait returns.
         /// </summary>
         /// <exception cref="ArgumentOutOfRangeException">The time is negative.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
@@ -67,10 +66,15 @@ namespace Defrec
             return result;
         }
 
-        /// <summary>The whole result of a job that is done. Arrays that have the right length are used again: with one template, always.</summary>
+        /// <summary>
+        /// The whole result of a job that is done. Arrays that have the right length are used
+        /// again: with one template, always.
+        /// </summary>
         /// <exception cref="ArgumentNullException">into is null.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
-        /// <exception cref="DefrecException">The job is not done, or failed; into is as it was.</exception>
+        /// <exception cref="DefrecException">
+        /// The job is not done, or failed; into is as it was.
+        /// </exception>
         public void GetResult(FrameResult into)
         {
             Check.NotNull(into, nameof(into));
@@ -81,30 +85,43 @@ namespace Defrec
             }
         }
 
-        /// <summary>The template of the job's frame, with as many vertices as its result: the tracker's present one may have grown since.</summary>
+        /// <summary>
+        /// The template of the job's frame, with as many vertices as its result: the tracker's
+        /// present one may have grown since.
+        /// </summary>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
-        /// <exception cref="DefrecException">The job is not done, failed, or its tracker has no template.</exception>
+        /// <exception cref="DefrecException">
+        /// The job is not done, failed, or its tracker has no template.
+        /// </exception>
         public Template GetTemplate()
         {
             var template = new TemplateHandle(Handle.Log);
             using (var use = new HandleUse(Handle))
             {
                 IntPtr native;
-                DefrecException.ThrowIfFailed(NativeMethods.defrec_job_get_template(use.Native, &native));
+                DefrecException.ThrowIfFailed(
+                    NativeMethods.defrec_job_get_template(use.Native, &native));
                 template.Adopt(native);
             }
             return Template.Of(template);
         }
 
         /// <summary>
-        /// Finds the points under pixels (u, v, u, ...) of the rectified left image of the job's frame: x, y, z each, mm, template frame, from
-        /// where <see cref="WarpPoints(double[], double[], PointStatus[], double[])"/> follows them; 0 where found is None, in a lost frame
-        /// everywhere. A point that is found Beside the surface moves with the tissue next to it, extrapolated, until the surface reaches it; to
-        /// have it lie on the surface from then on, lift it again where WarpPoints has it in a later frame. Arrays may be longer than needed.
+        /// Finds the points under pixels (u, v, u, ...) of the rectified left image of the job's
+        /// frame: x, y, z each, mm, template frame, from where
+        /// <see cref="WarpPoints(double[], double[], PointStatus[], double[])"/> follows them; 0
+        /// where found is None, in a lost frame everywhere. A point that is found Beside the
+        /// surface moves with the tissue next to it, extrapolated, until the surface reaches it; to
+        /// have it lie on the surface from then on, lift it again where WarpPoints has it in a
+        /// later frame. Arrays may be longer than needed.
         /// </summary>
-        /// <exception cref="ArgumentException">An array is null or too short, or uv of odd length.</exception>
+        /// <exception cref="ArgumentException">
+        /// An array is null or too short, or uv of odd length.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
-        /// <exception cref="DefrecException">The job is not done, failed, or its tracker has no template.</exception>
+        /// <exception cref="DefrecException">
+        /// The job is not done, failed, or its tracker has no template.
+        /// </exception>
         public void LiftPoints(double[] uv, double[] xyz, Found[] found)
         {
             Check.NotNull(uv, nameof(uv));
@@ -118,39 +135,57 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 if (count == 0) return;
-                DefrecException.ThrowIfFailed(NativeMethods.defrec_job_lift_points(use.Native, from, (UIntPtr)(uint)count, to, (byte*)flags));
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_job_lift_points(
+                    use.Native, from, (UIntPtr)(uint)count, to, (byte*)flags));
             }
         }
 
         /// <summary>
-        /// Moves points (x, y, z, x, ...), mm, given in the template frame (a preoperative model, say) to the frame of this job, in the rectified
-        /// camera, mm. Points on the surface move with it; points beneath it are carried by the elastic body and never Observed. status, how far to
-        /// trust each, and expectedErrorMm, the root mean square of the 3D error to be expected of each, may be null. Arrays may be longer than
-        /// needed.
+        /// Moves points (x, y, z, x, ...), mm, given in the template frame (a preoperative model,
+        /// say) to the frame of this job, in the rectified camera, mm. Points on the surface move
+        /// with it; points beneath it are carried by the elastic body and never Observed. status,
+        /// how far to trust each, and expectedErrorMm, the root mean square of the 3D error to be
+        /// expected of each, may be null. Arrays may be longer than needed.
         /// </summary>
-        /// <exception cref="ArgumentException">templateXyz or xyz is null, an array is too short, or templateXyz not a multiple of 3 long.</exception>
+        /// <exception cref="ArgumentException">
+        /// templateXyz or xyz is null, an array is too short, or templateXyz not a multiple of 3
+        /// long.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
-        /// <exception cref="DefrecException">The job is not done, failed, or its tracker has no template.</exception>
-        public void WarpPoints(double[] templateXyz, double[] xyz, PointStatus[] status = null, double[] expectedErrorMm = null)
+        /// <exception cref="DefrecException">
+        /// The job is not done, failed, or its tracker has no template.
+        /// </exception>
+        public void WarpPoints(
+            double[] templateXyz, double[] xyz, PointStatus[] status = null,
+            double[] expectedErrorMm = null)
         {
             Check.NotNull(templateXyz, nameof(templateXyz));
             Check.NotNull(xyz, nameof(xyz));
             int count = Check.Groups(templateXyz.Length, 3, nameof(templateXyz));
             Check.Length(xyz.Length, templateXyz.Length, nameof(xyz));
             if (status != null) Check.Length(status.Length, count, nameof(status));
-            if (expectedErrorMm != null) Check.Length(expectedErrorMm.Length, count, nameof(expectedErrorMm));
+            if (expectedErrorMm != null)
+                Check.Length(expectedErrorMm.Length, count, nameof(expectedErrorMm));
             fixed (double* from = templateXyz, to = xyz, error = expectedErrorMm)
             fixed (PointStatus* statuses = status) Warp(from, count, to, statuses, error);
         }
 
         /// <summary>
-        /// Covariances of the errors of what <see cref="WarpPoints(double[], double[], PointStatus[], double[])"/> gives for points (x, y, z, x, ...),
-        /// mm: xx, xy, xz, yy, yz, zz each, rectified camera, mm^2. evidence, what was observed there, may be null. Arrays may be longer than needed.
+        /// Covariances of the errors of what
+        /// <see cref="WarpPoints(double[], double[], PointStatus[], double[])"/> gives for points
+        /// (x, y, z, x, ...), mm: xx, xy, xz, yy, yz, zz each, rectified camera, mm^2. evidence,
+        /// what was observed there, may be null. Arrays may be longer than needed.
         /// </summary>
-        /// <exception cref="ArgumentException">templateXyz or covariance is null, an array is too short, or templateXyz not a multiple of 3 long.</exception>
+        /// <exception cref="ArgumentException">
+        /// templateXyz or covariance is null, an array is too short, or templateXyz not a multiple
+        /// of 3 long.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
-        /// <exception cref="DefrecException">The job is not done, failed, or its tracker has no template.</exception>
-        public void GetPointCovariances(double[] templateXyz, double[] covariance, Evidence[] evidence = null)
+        /// <exception cref="DefrecException">
+        /// The job is not done, failed, or its tracker has no template.
+        /// </exception>
+        public void GetPointCovariances(
+            double[] templateXyz, double[] covariance, Evidence[] evidence = null)
         {
             Check.NotNull(templateXyz, nameof(templateXyz));
             Check.NotNull(covariance, nameof(covariance));
@@ -162,42 +197,49 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Moves prepared targets to the frame of this job, as <see cref="WarpPoints(double[], double[], PointStatus[], double[])"/> and
-        /// <see cref="GetPointCovariances(double[], double[], Evidence[])"/> do, faster: x, y, z each, rectified camera, mm. status, how far to trust
-        /// each, expectedErrorMm, the root mean square of the 3D error to be expected of each, and covariance, of each the error's xx, xy, xz, yy,
-        /// yz, zz, mm^2, may be null. Arrays may be longer than needed.
+        /// Moves prepared targets to the frame of this job, as
+        /// <see cref="WarpPoints(double[], double[], PointStatus[], double[])"/> and
+        /// <see cref="GetPointCovariances(double[], double[], Evidence[])"/> do, faster: x, y, z
+        /// each, rectified camera, mm. status, how far to trust each, expectedErrorMm, the root
+        /// mean square of the 3D error to be expected of each, and covariance, of each the error's
+        /// xx, xy, xz, yy, yz, zz, mm^2, may be null. Arrays may be longer than needed.
         /// </summary>
-        /// <exception cref="ArgumentException">targets or xyz is null, or an array is too short.</exception>
-        /// <exception cref="ObjectDisposedException">The job was disposed, or the targets were.</exception>
-        /// <exception cref="DefrecException">
-        /// The job is not done, failed, or its tracker has no template; or the targets are of a template that this frame's did not become of.
+        /// <exception cref="ArgumentException">
+        /// targets or xyz is null, or an array is too short.
         /// </exception>
-        public void MoveTargets(Targets targets, double[] xyz, PointStatus[] status = null, double[] expectedErrorMm = null, double[] covariance = null)
+        /// <exception cref="ObjectDisposedException">
+        /// The job was disposed, or the targets were.
+        /// </exception>
+        /// <exception cref="DefrecException">
+        /// The job is not done, failed, or its tracker has no template; or the targets are of a
+        /// template that this frame's did not become of.
+        /// </exception>
+        public void MoveTargets(
+            Targets targets, double[] xyz, PointStatus[] status = null,
+            double[] expectedErrorMm = null, double[] covariance = null)
         {
             Check.NotNull(targets, nameof(targets));
             Check.NotNull(xyz, nameof(xyz));
             int count = targets.Count;
             Check.Length(xyz.Length, 3L * count, nameof(xyz));
             if (status != null) Check.Length(status.Length, count, nameof(status));
-            if (expectedErrorMm != null) Check.Length(expectedErrorMm.Length, count, nameof(expectedErrorMm));
+            if (expectedErrorMm != null)
+                Check.Length(expectedErrorMm.Length, count, nameof(expectedErrorMm));
             if (covariance != null) Check.Length(covariance.Length, 6L * count, nameof(covariance));
             fixed (double* to = xyz, error = expectedErrorMm, errors = covariance)
             fixed (PointStatus* statuses = status) Move(targets, to, statuses, error, errors);
         }
 
         /// <summary>Gives the job's place in the queue back; waits if it is running.</summary>
-        public void Dispose()
-        {
-            Handle.Dispose();
-        }
+        public void Dispose() { Handle.Dispose(); }
 
         private void Warp(double* from, int count, double* to, PointStatus* status, double* error)
         {
             using (var use = new HandleUse(Handle))
             {
                 if (count == 0) return;
-                DefrecException.ThrowIfFailed(
-                    NativeMethods.defrec_job_warp_points(use.Native, from, (UIntPtr)(uint)count, to, (byte*)status, error));
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_job_warp_points(
+                    use.Native, from, (UIntPtr)(uint)count, to, (byte*)status, error));
             }
         }
 
@@ -206,19 +248,21 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 if (count == 0) return;
-                DefrecException.ThrowIfFailed(
-                    NativeMethods.defrec_job_point_covariances(use.Native, from, (UIntPtr)(uint)count, covariance, (byte*)evidence));
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_job_point_covariances(
+                    use.Native, from, (UIntPtr)(uint)count, covariance, (byte*)evidence));
             }
         }
 
-        private void Move(Targets targets, double* to, PointStatus* status, double* error, double* covariance)
+        private void Move(
+            Targets targets, double* to, PointStatus* status, double* error, double* covariance)
         {
             using (var use = new HandleUse(Handle))
             using (var targetsUse = new HandleUse(targets.Handle))
             {
                 if (targets.Count == 0) return;
-                DefrecException.ThrowIfFailed(NativeMethods.defrec_job_move_targets(use.Native, targetsUse.Native, (UIntPtr)(uint)targets.Count, to,
-                                                                                    covariance, (byte*)status, error));
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_job_move_targets(
+                    use.Native, targetsUse.Native, (UIntPtr)(uint)targets.Count, to, covariance,
+                    (byte*)status, error));
             }
         }
 

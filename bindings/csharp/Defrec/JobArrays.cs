@@ -11,8 +11,8 @@ namespace Defrec
     public sealed unsafe partial class Job
     {
         /// <summary>
-        /// Per control point, rectified camera from template frame. Returns how many elements were copied; destination may be
-        /// longer.
+        /// Per control point, rectified camera from template frame. Returns how many elements were
+        /// copied; destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -26,7 +26,8 @@ namespace Defrec
         }
 
         /// <summary>
-        /// xyz per control point, now, rectified camera, mm. Returns how many elements were copied; destination may be longer.
+        /// xyz per control point, now, rectified camera, mm. Returns how many elements were copied;
+        /// destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -40,7 +41,8 @@ namespace Defrec
         }
 
         /// <summary>
-        /// xyz per template vertex, rectified camera, mm. Returns how many elements were copied; destination may be longer.
+        /// xyz per template vertex, rectified camera, mm. Returns how many elements were copied;
+        /// destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -54,8 +56,8 @@ namespace Defrec
         }
 
         /// <summary>
-        /// xyz per template vertex, unit length, towards the camera. Returns how many elements were copied; destination may be
-        /// longer.
+        /// xyz per template vertex, unit length, towards the camera. Returns how many elements were
+        /// copied; destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -69,8 +71,8 @@ namespace Defrec
         }
 
         /// <summary>
-        /// PointStatus per template vertex: how far to trust it. Returns how many elements were copied; destination may be
-        /// longer.
+        /// PointStatus per template vertex: how far to trust it. Returns how many elements were
+        /// copied; destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -84,10 +86,11 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Root mean square of the 3D error to be expected, per template vertex: the root of the trace of VertexCovariance. Over
-        /// a sequence, 55 to 85 % of all vertices of a status have an error within it, at least 93 % within twice and at least
-        /// 98.5 % within three times it, unless reasons say otherwise. Returns how many elements were copied; destination may be
-        /// longer.
+        /// Root mean square of the 3D error to be expected, per template vertex: the root of the
+        /// trace of VertexCovariance. Over a sequence, 55 to 85 % of all vertices of a status have
+        /// an error within it, at least 93 % within twice and at least 98.5 % within three times
+        /// it, unless reasons say otherwise. Returns how many elements were copied; destination may
+        /// be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -100,7 +103,10 @@ namespace Defrec
             fixed (float* to = destination) return CopyExpectedErrorMm(to, destination.Length);
         }
 
-        /// <summary>Landmarks of the template. Returns how many elements were copied; destination may be longer.</summary>
+        /// <summary>
+        /// Landmarks of the template. Returns how many elements were copied; destination may be
+        /// longer.
+        /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
         /// </exception>
@@ -113,7 +119,8 @@ namespace Defrec
         }
 
         /// <summary>
-        /// One per landmark; weight 0: outlier. Returns how many elements were copied; destination may be longer.
+        /// One per landmark; weight 0: outlier. Returns how many elements were copied; destination
+        /// may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -126,7 +133,10 @@ namespace Defrec
             fixed (Match* to = destination) return CopyLandmarkMatches(to, destination.Length);
         }
 
-        /// <summary>One per template patch. Returns how many elements were copied; destination may be longer.</summary>
+        /// <summary>
+        /// One per template patch. Returns how many elements were copied; destination may be
+        /// longer.
+        /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
         /// </exception>
@@ -135,12 +145,13 @@ namespace Defrec
         public int CopyPatchObservations(PatchObservation[] destination)
         {
             Check.NotNull(destination, nameof(destination));
-            fixed (PatchObservation* to = destination) return CopyPatchObservations(to, destination.Length);
+            fixed (PatchObservation* to = destination)
+                return CopyPatchObservations(to, destination.Length);
         }
 
         /// <summary>
-        /// One per pixel of the rectified image, row by row, 1/16 px; empty without KeepDisparity and grow. Returns how many
-        /// elements were copied; destination may be longer.
+        /// One per pixel of the rectified image, row by row, 1/16 px; empty without KeepDisparity
+        /// and grow. Returns how many elements were copied; destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -154,8 +165,9 @@ namespace Defrec
         }
 
         /// <summary>
-        /// xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error, rectified camera, mm^2. Returns how
-        /// many elements were copied; destination may be longer.
+        /// xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error,
+        /// rectified camera, mm^2. Returns how many elements were copied; destination may be
+        /// longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -169,8 +181,8 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Evidence per template vertex: what was observed of it. Returns how many elements were copied; destination may be
-        /// longer.
+        /// Evidence per template vertex: what was observed of it. Returns how many elements were
+        /// copied; destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -184,7 +196,8 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Pieces of the surface, see VertexPieces of Template. Returns how many elements were copied; destination may be longer.
+        /// Pieces of the surface, see VertexPieces of Template. Returns how many elements were
+        /// copied; destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.
@@ -370,7 +383,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.node_positions, 3 * result.node_count, sizeof(float), to, capacity);
+                return Copy(
+                    result.node_positions, 3 * result.node_count, sizeof(float), to, capacity);
             }
         }
 
@@ -397,7 +411,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.vertex_status, result.vertex_count, sizeof(PointStatus), to, capacity);
+                return Copy(
+                    result.vertex_status, result.vertex_count, sizeof(PointStatus), to, capacity);
             }
         }
 
@@ -406,7 +421,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.expected_error_mm, result.vertex_count, sizeof(float), to, capacity);
+                return Copy(
+                    result.expected_error_mm, result.vertex_count, sizeof(float), to, capacity);
             }
         }
 
@@ -415,7 +431,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.landmarks, result.landmark_count, sizeof(Landmark), to, capacity);
+                return Copy(
+                    result.landmarks, result.landmark_count, sizeof(Landmark), to, capacity);
             }
         }
 
@@ -424,7 +441,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.landmark_matches, result.landmark_count, sizeof(Match), to, capacity);
+                return Copy(
+                    result.landmark_matches, result.landmark_count, sizeof(Match), to, capacity);
             }
         }
 
@@ -433,7 +451,9 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.patch_observations, result.patch_count, sizeof(PatchObservation), to, capacity);
+                return Copy(
+                    result.patch_observations, result.patch_count, sizeof(PatchObservation), to,
+                    capacity);
             }
         }
 
@@ -442,7 +462,9 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.disparity, result.disparity == null ? 0 : (ulong)pixels, sizeof(short), to, capacity);
+                return Copy(
+                    result.disparity, result.disparity == null ? 0 : (ulong)pixels, sizeof(short),
+                    to, capacity);
             }
         }
 
@@ -451,7 +473,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.vertex_covariance, 6 * result.vertex_count, sizeof(float), to, capacity);
+                return Copy(
+                    result.vertex_covariance, 6 * result.vertex_count, sizeof(float), to, capacity);
             }
         }
 
@@ -460,7 +483,8 @@ namespace Defrec
             using (var use = new HandleUse(Handle))
             {
                 defrec_result result = Read(use);
-                return Copy(result.vertex_evidence, result.vertex_count, sizeof(Evidence), to, capacity);
+                return Copy(
+                    result.vertex_evidence, result.vertex_count, sizeof(Evidence), to, capacity);
             }
         }
 

@@ -63,9 +63,13 @@ namespace Defrec
         public float U;
         /// <summary>The live feature's pixel.</summary>
         public float V;
-        /// <summary>The live feature in the rectified camera, mm; 0 0 0 where depth is unknown.</summary>
+        /// <summary>
+        /// The live feature in the rectified camera, mm; 0 0 0 where depth is unknown.
+        /// </summary>
         public Float3 Position;
-        /// <summary>0..1 after preselection (stage ransac), before it 1 for a match with depth.</summary>
+        /// <summary>
+        /// 0..1 after preselection (stage ransac), before it 1 for a match with depth.
+        /// </summary>
         public float Weight;
         internal uint Reserved;
     }
@@ -97,7 +101,9 @@ namespace Defrec
         internal uint Reserved;
         /// <summary>Template frame, mm.</summary>
         public Float3 Position;
-        /// <summary>How position moves, mm, for one pixel to the right in the view, along the surface.</summary>
+        /// <summary>
+        /// How position moves, mm, for one pixel to the right in the view, along the surface.
+        /// </summary>
         public Float3 TangentU;
         /// <summary>Likewise for one pixel down.</summary>
         public Float3 TangentV;
@@ -109,8 +115,8 @@ namespace Defrec
     }
 
     /// <summary>
-    /// How the weights of a patch change along its view, per px, 32 bytes; of a patch that its control points do not strain all
-    /// are 0.
+    /// How the weights of a patch change along its view, per px, 32 bytes; of a patch that its
+    /// control points do not strain all are 0.
     /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public partial struct PatchSlope
@@ -129,9 +135,13 @@ namespace Defrec
         public int U;
         /// <summary>Predicted centre in the live image, 1/256 px.</summary>
         public int V;
-        /// <summary>2x2 row-major, 1/65536: offset in the view = matrix * offset in the live image.</summary>
+        /// <summary>
+        /// 2x2 row-major, 1/65536: offset in the view = matrix * offset in the live image.
+        /// </summary>
         public Int4 ViewFromLive;
-        /// <summary>1: inside the image, facing the camera, not stretched out of all proportion.</summary>
+        /// <summary>
+        /// 1: inside the image, facing the camera, not stretched out of all proportion.
+        /// </summary>
         public int Valid;
         internal int Reserved;
     }
@@ -148,7 +158,10 @@ namespace Defrec
         public int Score;
         /// <summary>1: found.</summary>
         public int Valid;
-        /// <summary>uu, uv, vv: curvature of the score at the peak, per px^2; 0 along a direction without texture.</summary>
+        /// <summary>
+        /// uu, uv, vv: curvature of the score at the peak, per px^2; 0 along a direction without
+        /// texture.
+        /// </summary>
         public Float3 Information;
         internal uint Reserved;
     }
@@ -201,7 +214,10 @@ namespace Defrec
         public int Inliers;
         /// <summary>Matches within H of the best reference's rigid motion.</summary>
         public int BestSupport;
-        /// <summary>Rotation of the best reference's motion: x_live = rotation * x_template + translation; row-major.</summary>
+        /// <summary>
+        /// Rotation of the best reference's motion: x_live = rotation * x_template + translation;
+        /// row-major.
+        /// </summary>
         public Float3x3 Rotation;
         /// <summary>mm.</summary>
         public Float3 Translation;
@@ -245,8 +261,8 @@ namespace Defrec
     }
 
     /// <summary>
-    /// A piece of the surface in one frame: tissue that nothing joins to the other pieces, which is found, lost and relocalised
-    /// by itself, 24 bytes.
+    /// A piece of the surface in one frame: tissue that nothing joins to the other pieces, which is
+    /// found, lost and relocalised by itself, 24 bytes.
     /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public partial struct Piece
@@ -270,7 +286,10 @@ namespace Defrec
     {
         /// <summary>On the surface at rest, template frame, mm.</summary>
         public Float3 Position;
-        /// <summary>Which line, from 0; a line's points follow one another, those of earlier lines come first.</summary>
+        /// <summary>
+        /// Which line, from 0; a line's points follow one another, those of earlier lines come
+        /// first.
+        /// </summary>
         public uint Cut;
     }
 }

@@ -5,8 +5,9 @@ using Defrec.Native;
 namespace Defrec
 {
     /// <summary>
-    /// One stage on one device, by itself. Which buffers it takes, in which order and of which sizes, stands in docs/stages.md. One thread at a
-    /// time: a second caller is answered with <see cref="Status.ErrorBusy"/>.
+    /// One stage on one device, by itself. Which buffers it takes, in which order and of which
+    /// sizes, stands in docs/stages.md. One thread at a time: a second caller is answered with
+    /// <see cref="Status.ErrorBusy"/>.
     /// </summary>
     public sealed unsafe class Stage : IDisposable
     {
@@ -16,8 +17,11 @@ namespace Defrec
         /// <summary>Stage rectify. deviceId null: the first device that offers the stage.</summary>
         /// <exception cref="ArgumentNullException">context is null.</exception>
         /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">A parameter is out of its range, or there is no such device.</exception>
-        public Stage(Context context, RectifyParameters parameters, string deviceId = null) : this(context)
+        /// <exception cref="DefrecException">
+        /// A parameter is out of its range, or there is no such device.
+        /// </exception>
+        public Stage(Context context, RectifyParameters parameters, string deviceId = null)
+            : this(context)
         {
             parameters.StructSize = (uint)sizeof(RectifyParameters);
             Create(context, StageKind.Rectify, &parameters, deviceId);
@@ -26,8 +30,11 @@ namespace Defrec
         /// <summary>Stage stereo. deviceId null: the first device that offers the stage.</summary>
         /// <exception cref="ArgumentNullException">context is null.</exception>
         /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">A parameter is out of its range, or there is no such device.</exception>
-        public Stage(Context context, StereoParameters parameters, string deviceId = null) : this(context)
+        /// <exception cref="DefrecException">
+        /// A parameter is out of its range, or there is no such device.
+        /// </exception>
+        public Stage(Context context, StereoParameters parameters, string deviceId = null)
+            : this(context)
         {
             parameters.StructSize = (uint)sizeof(StereoParameters);
             Create(context, StageKind.Stereo, &parameters, deviceId);
@@ -36,8 +43,11 @@ namespace Defrec
         /// <summary>Stage orb. deviceId null: the first device that offers the stage.</summary>
         /// <exception cref="ArgumentNullException">context is null.</exception>
         /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">A parameter is out of its range, or there is no such device.</exception>
-        public Stage(Context context, OrbParameters parameters, string deviceId = null) : this(context)
+        /// <exception cref="DefrecException">
+        /// A parameter is out of its range, or there is no such device.
+        /// </exception>
+        public Stage(Context context, OrbParameters parameters, string deviceId = null)
+            : this(context)
         {
             parameters.StructSize = (uint)sizeof(OrbParameters);
             Create(context, StageKind.Orb, &parameters, deviceId);
@@ -46,8 +56,11 @@ namespace Defrec
         /// <summary>Stage match. deviceId null: the first device that offers the stage.</summary>
         /// <exception cref="ArgumentNullException">context is null.</exception>
         /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">A parameter is out of its range, or there is no such device.</exception>
-        public Stage(Context context, MatchParameters parameters, string deviceId = null) : this(context)
+        /// <exception cref="DefrecException">
+        /// A parameter is out of its range, or there is no such device.
+        /// </exception>
+        public Stage(Context context, MatchParameters parameters, string deviceId = null)
+            : this(context)
         {
             parameters.StructSize = (uint)sizeof(MatchParameters);
             Create(context, StageKind.Match, &parameters, deviceId);
@@ -56,8 +69,11 @@ namespace Defrec
         /// <summary>Stage align. deviceId null: the first device that offers the stage.</summary>
         /// <exception cref="ArgumentNullException">context is null.</exception>
         /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">A parameter is out of its range, or there is no such device.</exception>
-        public Stage(Context context, AlignParameters parameters, string deviceId = null) : this(context)
+        /// <exception cref="DefrecException">
+        /// A parameter is out of its range, or there is no such device.
+        /// </exception>
+        public Stage(Context context, AlignParameters parameters, string deviceId = null)
+            : this(context)
         {
             parameters.StructSize = (uint)sizeof(AlignParameters);
             Create(context, StageKind.Align, &parameters, deviceId);
@@ -66,8 +82,11 @@ namespace Defrec
         /// <summary>Stage ransac. deviceId null: the first device that offers the stage.</summary>
         /// <exception cref="ArgumentNullException">context is null.</exception>
         /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">A parameter is out of its range, or there is no such device.</exception>
-        public Stage(Context context, RansacParameters parameters, string deviceId = null) : this(context)
+        /// <exception cref="DefrecException">
+        /// A parameter is out of its range, or there is no such device.
+        /// </exception>
+        public Stage(Context context, RansacParameters parameters, string deviceId = null)
+            : this(context)
         {
             parameters.StructSize = (uint)sizeof(RansacParameters);
             Create(context, StageKind.Ransac, &parameters, deviceId);
@@ -76,8 +95,11 @@ namespace Defrec
         /// <summary>Stage lm. deviceId null: the first device that offers the stage.</summary>
         /// <exception cref="ArgumentNullException">context is null.</exception>
         /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">A parameter is out of its range, or there is no such device.</exception>
-        public Stage(Context context, LmParameters parameters, string deviceId = null) : this(context)
+        /// <exception cref="DefrecException">
+        /// A parameter is out of its range, or there is no such device.
+        /// </exception>
+        public Stage(Context context, LmParameters parameters, string deviceId = null)
+            : this(context)
         {
             parameters.StructSize = (uint)sizeof(LmParameters);
             Create(context, StageKind.Lm, &parameters, deviceId);
@@ -86,8 +108,11 @@ namespace Defrec
         /// <summary>Stage warp. deviceId null: the first device that offers the stage.</summary>
         /// <exception cref="ArgumentNullException">context is null.</exception>
         /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">A parameter is out of its range, or there is no such device.</exception>
-        public Stage(Context context, WarpParameters parameters, string deviceId = null) : this(context)
+        /// <exception cref="DefrecException">
+        /// A parameter is out of its range, or there is no such device.
+        /// </exception>
+        public Stage(Context context, WarpParameters parameters, string deviceId = null)
+            : this(context)
         {
             parameters.StructSize = (uint)sizeof(WarpParameters);
             Create(context, StageKind.Warp, &parameters, deviceId);
@@ -99,8 +124,13 @@ namespace Defrec
             Handle = new StageHandle(context.Handle.Log);
         }
 
-        /// <summary>Gives the inputs that stay the same from run to run (a template); match, align, lm and warp need it before their first run.</summary>
-        /// <exception cref="ArgumentException">inputs is null or has more than 64 buffers.</exception>
+        /// <summary>
+        /// Gives the inputs that stay the same from run to run (a template); match, align, lm and
+        /// warp need it before their first run.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// inputs is null or has more than 64 buffers.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The stage was disposed.</exception>
         /// <exception cref="DefrecException">The buffers are not those of the stage.</exception>
         public void Prepare(params StageBuffer[] inputs)
@@ -110,12 +140,17 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Runs it and waits. An optional buffer that is not given is <c>default(StageBuffer)</c>. A buffer that is too small is an argument error whose
-        /// error message names the size needed.
+        /// Runs it and waits. An optional buffer that is not given is <c>default(StageBuffer)</c>.
+        /// A buffer that is too small is an argument error whose error message names the size
+        /// needed.
         /// </summary>
-        /// <exception cref="ArgumentException">inputs or outputs is null, or they have more than 64 buffers.</exception>
+        /// <exception cref="ArgumentException">
+        /// inputs or outputs is null, or they have more than 64 buffers.
+        /// </exception>
         /// <exception cref="ObjectDisposedException">The stage was disposed.</exception>
-        /// <exception cref="DefrecException">The buffers are not those of the stage, or the device failed.</exception>
+        /// <exception cref="DefrecException">
+        /// The buffers are not those of the stage, or the device failed.
+        /// </exception>
         public void Run(StageBuffer[] inputs, StageBuffer[] outputs)
         {
             Check.NotNull(inputs, nameof(inputs));
@@ -124,10 +159,7 @@ namespace Defrec
         }
 
         /// <summary>Destroys the stage; a run on another thread ends first.</summary>
-        public void Dispose()
-        {
-            Handle.Dispose();
-        }
+        public void Dispose() { Handle.Dispose(); }
 
         private void Create(Context context, StageKind kind, void* parameters, string deviceId)
         {
@@ -135,7 +167,8 @@ namespace Defrec
             using (var use = new HandleUse(context.Handle))
             {
                 IntPtr native;
-                DefrecException.ThrowIfFailed(NativeMethods.defrec_stage_create(use.Native, device, (uint)kind, parameters, &native));
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_stage_create(
+                    use.Native, device, (uint)kind, parameters, &native));
                 Handle.Adopt(native);
             }
         }
@@ -145,7 +178,9 @@ namespace Defrec
         {
             int inputCount = inputs.Length, outputCount = outputs == null ? 0 : outputs.Length;
             if (inputCount + outputCount > MostBuffers)
-                throw new ArgumentException((inputCount + outputCount) + " buffers; at most " + MostBuffers + " expected.", nameof(inputs));
+                throw new ArgumentException(
+                    (inputCount + outputCount) + " buffers; at most " + MostBuffers + " expected.",
+                    nameof(inputs));
             defrec_buffer* native = stackalloc defrec_buffer[MostBuffers];
             GCHandle* pins = stackalloc GCHandle[MostBuffers];
             int pinned = 0;
@@ -154,7 +189,9 @@ namespace Defrec
                 for (int i = 0; i < inputCount + outputCount; ++i)
                 {
                     StageBuffer buffer = i < inputCount ? inputs[i] : outputs[i - inputCount];
-                    native[i] = new defrec_buffer { data = (void*)buffer.Address, size = (ulong)buffer.Size };
+                    native[i] = new defrec_buffer {
+                        data = (void*)buffer.Address, size = (ulong)buffer.Size
+                    };
                     if (buffer.Array == null) continue;
                     GCHandle pin = GCHandle.Alloc(buffer.Array, GCHandleType.Pinned);
                     pins[pinned++] = pin;
@@ -162,10 +199,14 @@ namespace Defrec
                 }
                 using (var use = new HandleUse(Handle))
                 {
-                    DefrecException.ThrowIfFailed(outputs == null
-                        ? NativeMethods.defrec_stage_prepare(use.Native, (defrec_const_buffer*)native, (UIntPtr)(uint)inputCount)
-                        : NativeMethods.defrec_stage_run(use.Native, (defrec_const_buffer*)native, (UIntPtr)(uint)inputCount,
-                                                         native + inputCount, (UIntPtr)(uint)outputCount));
+                    DefrecException.ThrowIfFailed(
+                        outputs == null ? NativeMethods.defrec_stage_prepare(
+                                              use.Native, (defrec_const_buffer*)native,
+                                              (UIntPtr)(uint)inputCount)
+                                        : NativeMethods.defrec_stage_run(
+                                              use.Native, (defrec_const_buffer*)native,
+                                              (UIntPtr)(uint)inputCount, native + inputCount,
+                                              (UIntPtr)(uint)outputCount));
                 }
             }
             finally

@@ -3,8 +3,9 @@ using System;
 namespace Defrec
 {
     /// <summary>
-    /// What a <see cref="Stage"/> reads or writes: an array of numbers or records, or host memory that is not the garbage collector's. Arrays
-    /// convert by themselves; nothing is copied. <c>default(StageBuffer)</c> is an optional buffer that is not given.
+    /// What a <see cref="Stage"/> reads or writes: an array of numbers or records, or host memory
+    /// that is not the garbage collector's. Arrays convert by themselves; nothing is copied.
+    /// <c>default(StageBuffer)</c> is an optional buffer that is not given.
     /// </summary>
     public unsafe struct StageBuffer
     {
@@ -17,7 +18,9 @@ namespace Defrec
         public StageBuffer(IntPtr address, long size)
         {
             if (address == IntPtr.Zero) throw new ArgumentNullException(nameof(address));
-            if (size < 0) throw new ArgumentOutOfRangeException(nameof(size), size, "Memory has no negative size.");
+            if (size < 0)
+                throw new ArgumentOutOfRangeException(
+                    nameof(size), size, "Memory has no negative size.");
             Array = null;
             Address = address;
             Size = size;
@@ -81,7 +84,8 @@ namespace Defrec
         /// <summary>The whole array; null: not given.</summary>
         public static implicit operator StageBuffer(Landmark[] array)
         {
-            return new StageBuffer(array, array == null ? 0 : (long)array.Length * sizeof(Landmark));
+            return new StageBuffer(
+                array, array == null ? 0 : (long)array.Length * sizeof(Landmark));
         }
 
         /// <summary>The whole array; null: not given.</summary>
@@ -93,7 +97,8 @@ namespace Defrec
         /// <summary>The whole array; null: not given.</summary>
         public static implicit operator StageBuffer(SurfacePoint[] array)
         {
-            return new StageBuffer(array, array == null ? 0 : (long)array.Length * sizeof(SurfacePoint));
+            return new StageBuffer(
+                array, array == null ? 0 : (long)array.Length * sizeof(SurfacePoint));
         }
 
         /// <summary>The whole array; null: not given.</summary>
@@ -105,13 +110,15 @@ namespace Defrec
         /// <summary>The whole array; null: not given.</summary>
         public static implicit operator StageBuffer(PatchPrediction[] array)
         {
-            return new StageBuffer(array, array == null ? 0 : (long)array.Length * sizeof(PatchPrediction));
+            return new StageBuffer(
+                array, array == null ? 0 : (long)array.Length * sizeof(PatchPrediction));
         }
 
         /// <summary>The whole array; null: not given.</summary>
         public static implicit operator StageBuffer(PatchObservation[] array)
         {
-            return new StageBuffer(array, array == null ? 0 : (long)array.Length * sizeof(PatchObservation));
+            return new StageBuffer(
+                array, array == null ? 0 : (long)array.Length * sizeof(PatchObservation));
         }
 
         /// <summary>The whole array; null: not given.</summary>
@@ -129,19 +136,22 @@ namespace Defrec
         /// <summary>The whole array; null: not given.</summary>
         public static implicit operator StageBuffer(SurfaceSample[] array)
         {
-            return new StageBuffer(array, array == null ? 0 : (long)array.Length * sizeof(SurfaceSample));
+            return new StageBuffer(
+                array, array == null ? 0 : (long)array.Length * sizeof(SurfaceSample));
         }
 
         /// <summary>The whole array; null: not given.</summary>
         public static implicit operator StageBuffer(RansacSummary[] array)
         {
-            return new StageBuffer(array, array == null ? 0 : (long)array.Length * sizeof(RansacSummary));
+            return new StageBuffer(
+                array, array == null ? 0 : (long)array.Length * sizeof(RansacSummary));
         }
 
         /// <summary>The whole array; null: not given.</summary>
         public static implicit operator StageBuffer(LmSummary[] array)
         {
-            return new StageBuffer(array, array == null ? 0 : (long)array.Length * sizeof(LmSummary));
+            return new StageBuffer(
+                array, array == null ? 0 : (long)array.Length * sizeof(LmSummary));
         }
     }
 }

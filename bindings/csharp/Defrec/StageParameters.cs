@@ -6,8 +6,8 @@ using System.Runtime.InteropServices;
 namespace Defrec
 {
     /// <summary>
-    /// Parameters of stage rectify. As in all parameters, zero means default wherever a default is named; a plugin gets them with
-    /// every default filled in and every range checked.
+    /// Parameters of stage rectify. As in all parameters, zero means default wherever a default is
+    /// named; a plugin gets them with every default filled in and every range checked.
     /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public partial struct RectifyParameters
@@ -20,21 +20,28 @@ namespace Defrec
         /// <summary>Height of the source, px; 1 to Constants.MaxSide.</summary>
         public uint SourceHeight;
         /// <summary>
-        /// Distance from row to row of the source, bytes; SourceWidth * bytes_per_pixel(format) to 1048576; default SourceWidth *
-        /// bytes_per_pixel(format).
+        /// Distance from row to row of the source, bytes; SourceWidth * bytes_per_pixel(format) to
+        /// 1048576; default SourceWidth * bytes_per_pixel(format).
         /// </summary>
         public uint SourceStride;
         /// <summary>Width of the result, px; 1 to Constants.MaxSide; default SourceWidth.</summary>
         public uint Width;
-        /// <summary>Height of the result, px; 1 to Constants.MaxSide; default SourceHeight.</summary>
+        /// <summary>
+        /// Height of the result, px; 1 to Constants.MaxSide; default SourceHeight.
+        /// </summary>
         public uint Height;
-        /// <summary>Distance from row to row of the result, bytes; width to 1048576; default width.</summary>
+        /// <summary>
+        /// Distance from row to row of the result, bytes; width to 1048576; default width.
+        /// </summary>
         public uint Stride;
         /// <summary>
-        /// Gray values from here on count as highlights and are masked; 256: none, gray levels; at least 1; default 235.
+        /// Gray values from here on count as highlights and are masked; 256: none, gray levels; at
+        /// least 1; default 235.
         /// </summary>
         public uint Saturation;
-        /// <summary>(Chebyshev) that the mask grows round highlights, px; 1 to 16; default 4.</summary>
+        /// <summary>
+        /// (Chebyshev) that the mask grows round highlights, px; 1 to 16; default 4.
+        /// </summary>
         public uint HighlightRadius;
     }
 
@@ -43,52 +50,76 @@ namespace Defrec
     public partial struct StereoParameters
     {
         internal uint StructSize;
-        /// <summary>Width and height of gray images and masks, px; 2 to Constants.MaxSide.</summary>
+        /// <summary>
+        /// Width and height of gray images and masks, px; 2 to Constants.MaxSide.
+        /// </summary>
         public uint Width;
-        /// <summary>Width and height of gray images and masks, px; 2 to Constants.MaxSide.</summary>
+        /// <summary>
+        /// Width and height of gray images and masks, px; 2 to Constants.MaxSide.
+        /// </summary>
         public uint Height;
-        /// <summary>Distance from row to row of gray images and masks, bytes; width to 1048576; default width.</summary>
+        /// <summary>
+        /// Distance from row to row of gray images and masks, bytes; width to 1048576; default
+        /// width.
+        /// </summary>
         public uint Stride;
         /// <summary>Smallest disparity searched, px; 0 to 1024.</summary>
         public int MinDisparity;
         /// <summary>Number of disparities searched, px; 1 to 510; default 128.</summary>
         public uint Disparities;
-        /// <summary>Radius of the search's correlation window, px of half resolution; 2 to 6; default 4.</summary>
+        /// <summary>
+        /// Radius of the search's correlation window, px of half resolution; 2 to 6; default 4.
+        /// </summary>
         public uint Radius;
-        /// <summary>Radius of the correlation window at full resolution, px; 2 to 6; default 4.</summary>
+        /// <summary>
+        /// Radius of the correlation window at full resolution, px; 2 to 6; default 4.
+        /// </summary>
         public uint RefineRadius;
-        /// <summary>ZNCC of the search below this is no evidence, 1/4096; 1 to 4096; default 1600 (0.39).</summary>
+        /// <summary>
+        /// ZNCC of the search below this is no evidence, 1/4096; 1 to 4096; default 1600 (0.39).
+        /// </summary>
         public uint MinScore;
         /// <summary>
-        /// ZNCC at full resolution that a pixel needs which the search left open, 1/4096; 1 to 4096; default 2000 (0.49).
+        /// ZNCC at full resolution that a pixel needs which the search left open, 1/4096; 1 to
+        /// 4096; default 2000 (0.49).
         /// </summary>
         public uint RefineScore;
         /// <summary>
-        /// Lead of the best score over any other that is not close to it, 1/4096; 1 to 4096; default 40 (0.01).
+        /// Lead of the best score over any other that is not close to it, 1/4096; 1 to 4096;
+        /// default 40 (0.01).
         /// </summary>
         public uint Uniqueness;
-        /// <summary>Min standard deviation of gray in the window, 1/16 gray level; 1 to 2048; default 8.</summary>
+        /// <summary>
+        /// Min standard deviation of gray in the window, 1/16 gray level; 1 to 2048; default 8.
+        /// </summary>
         public uint Texture;
         /// <summary>
-        /// Max difference between left and right winner, which is even, px of half resolution; at least 1; default 1.
+        /// Max difference between left and right winner, which is even, px of half resolution; at
+        /// least 1; default 1.
         /// </summary>
         public uint LeftRight;
         /// <summary>
-        /// A range of disparities in a neighbourhood above this is a depth edge, 1/16 px of half resolution; 1 to 4096; default
-        /// 24.
+        /// A range of disparities in a neighbourhood above this is a depth edge, 1/16 px of half
+        /// resolution; 1 to 4096; default 24.
         /// </summary>
         public uint Edge;
         /// <summary>
-        /// How many of 25 neighbours, at every second pixel, must agree with a disparity, itself included; 1 to 25; default 10.
+        /// How many of 25 neighbours, at every second pixel, must agree with a disparity, itself
+        /// included; 1 to 25; default 10.
         /// </summary>
         public uint Support;
         /// <summary>
-        /// Holes up to about this radius, rounded up to an even number, are filled from their rim, px; 1 to 8; default 6.
+        /// Holes up to about this radius, rounded up to an even number, are filled from their rim,
+        /// px; 1 to 8; default 6.
         /// </summary>
         public uint FillRadius;
-        /// <summary>Radius of the smoothing window, rounded up to an even number, px; 1 to 3; default 3.</summary>
+        /// <summary>
+        /// Radius of the smoothing window, rounded up to an even number, px; 1 to 3; default 3.
+        /// </summary>
         public uint SmoothRadius;
-        /// <summary>Neighbours that differ by more are another surface, 1/16 px; 1 to 256; default 24.</summary>
+        /// <summary>
+        /// Neighbours that differ by more are another surface, 1/16 px; 1 to 256; default 24.
+        /// </summary>
         public uint SmoothRange;
         /// <summary>Passes of the smoothing; 1 to 8; default 4.</summary>
         public uint SmoothPasses;
@@ -99,23 +130,31 @@ namespace Defrec
     public partial struct OrbParameters
     {
         internal uint StructSize;
-        /// <summary>Width of gray image and mask, px; Constants.MinWidth to Constants.MaxSide.</summary>
+        /// <summary>
+        /// Width of gray image and mask, px; Constants.MinWidth to Constants.MaxSide.
+        /// </summary>
         public uint Width;
-        /// <summary>Height of gray image and mask, px; Constants.MinHeight to Constants.MaxSide.</summary>
+        /// <summary>
+        /// Height of gray image and mask, px; Constants.MinHeight to Constants.MaxSide.
+        /// </summary>
         public uint Height;
-        /// <summary>Distance from row to row of gray image and mask, bytes; width to 1048576; default width.</summary>
+        /// <summary>
+        /// Distance from row to row of gray image and mask, bytes; width to 1048576; default width.
+        /// </summary>
         public uint Stride;
         /// <summary>Levels of the pyramid, each 4/5 of the one below; 1 to 8; default 4.</summary>
         public uint Levels;
-        /// <summary>Max one corner for each cell of this side, px of its level; 4 to 16; default 8.</summary>
+        /// <summary>
+        /// Max one corner for each cell of this side, px of its level; 4 to 16; default 8.
+        /// </summary>
         public uint Cell;
         /// <summary>FAST's threshold, gray levels; 1 to 254; default 3.</summary>
         public uint Threshold;
         /// <summary>Max number of features; 1 to 65535; default 2048.</summary>
         public uint Capacity;
         /// <summary>
-        /// Min distance between features of one level; grows until the features fit the capacity, px of the level; 1 to 63;
-        /// default 4.
+        /// Min distance between features of one level; grows until the features fit the capacity,
+        /// px of the level; 1 to 63; default 4.
         /// </summary>
         public uint Spacing;
         /// <summary>How often the image is halved before the pyramid; 0 to 3.</summary>
@@ -133,13 +172,18 @@ namespace Defrec
         public uint Features;
         /// <summary>Max Hamming distance of a match, bits; 1 to 256; default 64.</summary>
         public uint MaxDistance;
-        /// <summary>Max of best / second best; 256: no ratio test, 1/256; 1 to 256; default 218 (0.85).</summary>
+        /// <summary>
+        /// Max of best / second best; 256: no ratio test, 1/256; 1 to 256; default 218 (0.85).
+        /// </summary>
         public uint Ratio;
         /// <summary>Width and height of the disparity image, px; 2 to Constants.MaxSide.</summary>
         public uint Width;
         /// <summary>Width and height of the disparity image, px; 2 to Constants.MaxSide.</summary>
         public uint Height;
-        /// <summary>Distance from row to row of the disparity image, elements; width to 1048576; default width.</summary>
+        /// <summary>
+        /// Distance from row to row of the disparity image, elements; width to 1048576; default
+        /// width.
+        /// </summary>
         public uint Stride;
         /// <summary>Rectified.</summary>
         public Camera Camera;
@@ -156,27 +200,40 @@ namespace Defrec
         public uint Nodes;
         /// <summary>Images patches are taken from; 1 to 64; default 1.</summary>
         public uint Views;
-        /// <summary>Width of the live image, the mask and each view, px; Constants.MinWidth to Constants.MaxSide.</summary>
+        /// <summary>
+        /// Width of the live image, the mask and each view, px; Constants.MinWidth to
+        /// Constants.MaxSide.
+        /// </summary>
         public uint Width;
-        /// <summary>Height of the live image, the mask and each view, px; Constants.MinHeight to Constants.MaxSide.</summary>
+        /// <summary>
+        /// Height of the live image, the mask and each view, px; Constants.MinHeight to
+        /// Constants.MaxSide.
+        /// </summary>
         public uint Height;
         /// <summary>
-        /// Distance from row to row of the live image, the mask and each view, bytes; width to 1048576; default width.
+        /// Distance from row to row of the live image, the mask and each view, bytes; width to
+        /// 1048576; default width.
         /// </summary>
         public uint Stride;
         /// <summary>Search on images halved this many times; 0 to 3.</summary>
         public uint Level;
         /// <summary>Half the side of a patch, px of that level; 1 to 7; default 5.</summary>
         public uint PatchRadius;
-        /// <summary>Found is what lies less far away than this, px of that level; 1 to 16; default 4.</summary>
+        /// <summary>
+        /// Found is what lies less far away than this, px of that level; 1 to 16; default 4.
+        /// </summary>
         public uint SearchRadius;
         /// <summary>ZNCC below this is not found, 1/4096; at least 1; default 2867 (0.7).</summary>
         public uint MinScore;
-        /// <summary>Min standard deviation of the patch, 1/16 gray level; at least 1; default 16.</summary>
+        /// <summary>
+        /// Min standard deviation of the patch, 1/16 gray level; at least 1; default 16.
+        /// </summary>
         public uint Texture;
         /// <summary>Rectified.</summary>
         public Camera Camera;
-        /// <summary>1: live image, mask, predictions and observations are the right view's; 0 to 1.</summary>
+        /// <summary>
+        /// 1: live image, mask, predictions and observations are the right view's; 0 to 1.
+        /// </summary>
         public uint RightView;
     }
 
@@ -192,11 +249,13 @@ namespace Defrec
         /// <summary>Iterations of reweighting, for each reference; 1 to 100; default 10.</summary>
         public uint Iterations;
         /// <summary>
-        /// The paper's H, mm; at least 0; default a tenth of the RMS radius of each frame's live points, at least 1 mm.
+        /// The paper's H, mm; at least 0; default a tenth of the RMS radius of each frame's live
+        /// points, at least 1 mm.
         /// </summary>
         public float ThresholdMm;
         /// <summary>
-        /// Matches within H that a reference needs, itself included; 1/32 of all matches is added; at least 1; default 6.
+        /// Matches within H that a reference needs, itself included; 1/32 of all matches is added;
+        /// at least 1; default 6.
         /// </summary>
         public uint MinSupport;
         /// <summary>Seed of the choice of references.</summary>
@@ -224,17 +283,24 @@ namespace Defrec
         public uint Width;
         /// <summary>Width and height of the disparity image, px; 2 to Constants.MaxSide.</summary>
         public uint Height;
-        /// <summary>Distance from row to row of the disparity image, elements; width to 1048576; default width.</summary>
+        /// <summary>
+        /// Distance from row to row of the disparity image, elements; width to 1048576; default
+        /// width.
+        /// </summary>
         public uint Stride;
         /// <summary>Rectified.</summary>
         public Camera Camera;
         /// <summary>Iterations of Levenberg-Marquardt; 1 to 4194304; default 10.</summary>
         public uint Iterations;
-        /// <summary>Max conjugate gradient steps in one iteration; 1 to 4194304; default 20.</summary>
+        /// <summary>
+        /// Max conjugate gradient steps in one iteration; 1 to 4194304; default 20.
+        /// </summary>
         public uint CgIterations;
         /// <summary>1: first move everything rigidly onto the weighted matches.</summary>
         public uint Presolve;
-        /// <summary>Typical; lengths in the ARAP term are divided by it, mm; at least 0; default 5.</summary>
+        /// <summary>
+        /// Typical; lengths in the ARAP term are divided by it, mm; at least 0; default 5.
+        /// </summary>
         public float NodeSpacingMm;
         /// <summary>Weight of the ICP term; at least 0; default 1.</summary>
         public float IcpWeight;
@@ -256,13 +322,21 @@ namespace Defrec
         public float MatchTukeyMm;
         /// <summary>Width of the patch term's Tukey kernel, px; at least 0; default 4.</summary>
         public float PatchTukeyPx;
-        /// <summary>Live surface farther than this along the ray is another surface, mm; at least 0; default 10.</summary>
+        /// <summary>
+        /// Live surface farther than this along the ray is another surface, mm; at least 0; default
+        /// 10.
+        /// </summary>
         public float AssociationMm;
         /// <summary>First lambda; at least 0; default 1e-3.</summary>
         public float Damping;
-        /// <summary>H in the weight 1 - d / (5 H) of matches that preselection left at 0, mm; at least 0; default 2.</summary>
+        /// <summary>
+        /// H in the weight 1 - d / (5 H) of matches that preselection left at 0, mm; at least 0;
+        /// default 2.
+        /// </summary>
         public float MatchThresholdMm;
-        /// <summary>1: the last iteration's step is taken without evaluating its cost; 0 to 1.</summary>
+        /// <summary>
+        /// 1: the last iteration's step is taken without evaluating its cost; 0 to 1.
+        /// </summary>
         public uint TrustLastStep;
     }
 
@@ -279,12 +353,17 @@ namespace Defrec
         public uint Width;
         /// <summary>Width and height of the disparity image, px; 2 to Constants.MaxSide.</summary>
         public uint Height;
-        /// <summary>Distance from row to row of the disparity image, elements; width to 1048576; default width.</summary>
+        /// <summary>
+        /// Distance from row to row of the disparity image, elements; width to 1048576; default
+        /// width.
+        /// </summary>
         public uint Stride;
         internal uint Reserved;
         /// <summary>Rectified.</summary>
         public Camera Camera;
-        /// <summary>Live depth within this of the point's is an observation, mm; at least 0; default 2.</summary>
+        /// <summary>
+        /// Live depth within this of the point's is an observation, mm; at least 0; default 2.
+        /// </summary>
         public float ToleranceMm;
     }
 }

@@ -3,12 +3,17 @@ using Defrec.Native;
 
 namespace Defrec
 {
-    /// <summary>How a tracker works. Zero means the default; it is read once, by the constructor of <see cref="Tracker"/>.</summary>
+    /// <summary>
+    /// How a tracker works. Zero means the default; it is read once, by the constructor of
+    /// <see cref="Tracker"/>.
+    /// </summary>
     public sealed class TrackerOptions
     {
         /// <summary>Id of the device; null: the first device with every stage.</summary>
         public string DeviceId { get; set; }
-        /// <summary>Seed of random choices: the same seed gives the same results on a repeatable device.</summary>
+        /// <summary>
+        /// Seed of random choices: the same seed gives the same results on a repeatable device.
+        /// </summary>
         public ulong Seed { get; set; }
         /// <summary>PixelFormat of the frames; default PixelFormat.Bgr8.</summary>
         public PixelFormat Format { get; set; }
@@ -20,10 +25,14 @@ namespace Defrec
         public int MinDisparity { get; set; }
         /// <summary>Nearest surface expected, mm; 0.1 to 100000; default 20.</summary>
         public float MinDepthMm { get; set; }
-        /// <summary>Between control points in the template's image, px; 4 to Constants.MaxSide; default width / 32.</summary>
+        /// <summary>
+        /// Between control points in the template's image, px; 4 to Constants.MaxSide; default
+        /// width / 32.
+        /// </summary>
         public float NodeSpacingPx { get; set; }
         /// <summary>
-        /// Between template vertices in its image, px; 1 to Constants.MaxSide; default width / 120, at least 4.
+        /// Between template vertices in its image, px; 1 to Constants.MaxSide; default width / 120,
+        /// at least 4.
         /// </summary>
         public float VertexSpacingPx { get; set; }
         /// <summary>Found in a frame; 1 to 65535; default 768.</summary>
@@ -31,40 +40,51 @@ namespace Defrec
         /// <summary>Patches of a template; 1 to 65536; default 1024.</summary>
         public uint MaxPatches { get; set; }
         /// <summary>
-        /// Weight of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept at
-        /// others; 0 to 1e9; default 0.55.
+        /// Weight of the smoothness term at the default spacing of control points: the tissue's
+        /// stiffness, which is kept at others; 0 to 1e9; default 0.55.
         /// </summary>
         public float ArapWeight { get; set; }
         /// <summary>Results carry the disparity image; with grow they do.</summary>
         public bool KeepDisparity { get; set; }
         /// <summary>
-        /// Iterations of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 1.
+        /// Iterations of Levenberg-Marquardt on patches that were searched in half-size images; 1
+        /// to 1000; default 1.
         /// </summary>
         public uint CoarseIterations { get; set; }
         /// <summary>
-        /// Iterations of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 2.
+        /// Iterations of Levenberg-Marquardt on patches that were searched in the images; 1 to
+        /// 1000; default 2.
         /// </summary>
         public uint FineIterations { get; set; }
         /// <summary>
-        /// The host waits after each stage, so that the times of results are the device's; slower. Otherwise they are those of
-        /// queueing where a device computes by itself.
+        /// The host waits after each stage, so that the times of results are the device's; slower.
+        /// Otherwise they are those of queueing where a device computes by itself.
         /// </summary>
         public bool Timed { get; set; }
         /// <summary>
-        /// Distance from row to row of left and right images in a DeviceMemory, bytes; at most 1048576; default width * bytes per
-        /// pixel, which is also the min.
+        /// Distance from row to row of left and right images in a DeviceMemory, bytes; at most
+        /// 1048576; default width * bytes per pixel, which is also the min.
         /// </summary>
         public uint MemoryStride { get; set; }
-        /// <summary>SelfCalibration: what is done about a calibration that has drifted; default SelfCalibration.Report.</summary>
+        /// <summary>
+        /// SelfCalibration: what is done about a calibration that has drifted; default
+        /// SelfCalibration.Report.
+        /// </summary>
         public SelfCalibration SelfCalibration { get; set; }
         /// <summary>Tissue that comes into view joins the template; 0 to 1.</summary>
         public bool Grow { get; set; }
-        /// <summary>Vertices of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.</summary>
+        /// <summary>
+        /// Vertices of a template that grows; what would exceed it does not join; 1 to 1000000;
+        /// default 65536.
+        /// </summary>
         public uint MaxVertices { get; set; }
-        /// <summary>BodyMode: what carries points beneath the surface; default BodyMode.On.</summary>
+        /// <summary>
+        /// BodyMode: what carries points beneath the surface; default BodyMode.On.
+        /// </summary>
         public BodyMode Body { get; set; }
         /// <summary>
-        /// Where the device is quarantined or cannot be opened, take the next one with every stage; results name it.
+        /// Where the device is quarantined or cannot be opened, take the next one with every stage;
+        /// results name it.
         /// </summary>
         public bool Fallback { get; set; }
 

@@ -10,16 +10,20 @@ namespace Defrec
     {
         private uint MaxPending
         {
-            get { return framesInFlight == 0 ? uint.MaxValue : framesInFlight; } // TrySubmit knows the library's default
+            // TrySubmit knows the library's default
+            get => framesInFlight == 0 ? uint.MaxValue : framesInFlight;
         }
 
         /// <summary>
-        /// Tracks a sequence: gives the job of each frame, done, in order, and disposes it when the next is asked for. Meanwhile the frames behind
-        /// it are computed, as many as <see cref="TrackerOptions.FramesInFlight"/> allows. With 1, each job is given before the next frame is
-        /// taken, as a camera needs it.
+        /// Tracks a sequence: gives the job of each frame, done, in order, and disposes it when the
+        /// next is asked for. Meanwhile the frames behind it are computed, as many as
+        /// <see cref="TrackerOptions.FramesInFlight"/> allows. With 1, each job is given before the
+        /// next frame is taken, as a camera needs it.
         /// </summary>
         /// <exception cref="ArgumentNullException">frames is null.</exception>
-        /// <exception cref="DefrecException">While it is enumerated: as of <see cref="Submit(Frame)"/> and <see cref="Job.Wait()"/>.</exception>
+        /// <exception cref="DefrecException">
+        /// While it is enumerated: as of <see cref="Submit(Frame)"/> and <see cref="Job.Wait()"/>.
+        /// </exception>
         public IEnumerable<Job> Process(IEnumerable<Frame> frames)
         {
             Check.NotNull(frames, nameof(frames));
@@ -71,9 +75,14 @@ namespace Defrec
         }
 
 #if NETSTANDARD2_1
-        /// <summary>As <see cref="Process"/>, of frames that come asynchronously; no thread waits for them, and none of the caller's for jobs.</summary>
+        /// <summary>
+        /// As <see cref="Process"/>, of frames that come asynchronously; no thread waits for them,
+        /// and none of the caller's for jobs.
+        /// </summary>
         /// <exception cref="ArgumentNullException">frames is null.</exception>
-        /// <exception cref="DefrecException">While it is enumerated: as of <see cref="Submit(Frame)"/> and <see cref="Job.Wait()"/>.</exception>
+        /// <exception cref="DefrecException">
+        /// While it is enumerated: as of <see cref="Submit(Frame)"/> and <see cref="Job.Wait()"/>.
+        /// </exception>
         public IAsyncEnumerable<Job> ProcessAsync(IAsyncEnumerable<Frame> frames)
         {
             Check.NotNull(frames, nameof(frames));
@@ -93,7 +102,8 @@ namespace Defrec
 
             public IAsyncEnumerator<Job> GetAsyncEnumerator(CancellationToken cancellation)
             {
-                return new AsyncJobs(tracker, frames.GetAsyncEnumerator(cancellation), cancellation);
+                return new AsyncJobs(
+                    tracker, frames.GetAsyncEnumerator(cancellation), cancellation);
             }
         }
 
@@ -106,7 +116,8 @@ namespace Defrec
             private bool hasFrame; // frames.Current waits for a place
             private bool hasEnded;
 
-            internal AsyncJobs(Tracker tracker, IAsyncEnumerator<Frame> frames, CancellationToken cancellation)
+            internal AsyncJobs(
+                Tracker tracker, IAsyncEnumerator<Frame> frames, CancellationToken cancellation)
             {
                 this.tracker = tracker;
                 this.frames = frames;
@@ -115,10 +126,7 @@ namespace Defrec
 
             public Job Current { get; private set; }
 
-            public ValueTask<bool> MoveNextAsync()
-            {
-                return new ValueTask<bool>(MoveNext());
-            }
+            public ValueTask<bool> MoveNextAsync() { return new ValueTask<bool>(MoveNext()); }
 
             public ValueTask DisposeAsync()
             {
@@ -147,7 +155,8 @@ namespace Defrec
                     if (!tracker.TrySubmit(frames.Current, out job))
                     {
                         if (pending.Count > 0) break;
-                        job = tracker.Submit(frames.Current); // jobs of others fill the queue: throws
+                        // jobs of others fill the queue: throws
+                        job = tracker.Submit(frames.Current);
                     }
                     hasFrame = false;
                     pending.Enqueue(job);
@@ -166,16 +175,21 @@ namespace Defrec
         // How soon a cancelled wait ends.
         private static readonly TimeSpan CancellationInterval = TimeSpan.FromMilliseconds(20);
 
-        /// <summary>Waits on a thread of the pool until the frame is computed. Cancelled, the wait ends within 20 ms and the job goes on.</summary>
+        /// <summary>
+        /// Waits on a thread of the pool until the frame is computed. Cancelled, the wait ends
+        /// within 20 ms and the job goes on.
+        /// </summary>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="OperationCanceledException">cancellation was requested.</exception>
         /// <exception cref="DefrecException">How the job failed.</exception>
         public Task WaitAsync(CancellationToken cancellation = default(CancellationToken))
         {
-            return Task.Run(() =>
-            {
-                while (!Wait(CancellationInterval)) cancellation.ThrowIfCancellationRequested();
-            }, cancellation);
+            return Task.Run(
+                () =>
+                {
+                    while (!Wait(CancellationInterval)) cancellation.ThrowIfCancellationRequested();
+                },
+                cancellation);
         }
     }
 }

@@ -2,7 +2,8 @@ using System;
 using System.Runtime.InteropServices;
 using Defrec.Native;
 
-// The small arrays inside records. Fields, so that records stay plain memory and need no unsafe code.
+// The small arrays inside records. Fields, so that records stay plain memory and need no unsafe
+// code.
 namespace Defrec
 {
     /// <summary>Three floats: a position or a direction.</summary>
@@ -137,23 +138,31 @@ namespace Defrec
         }
     }
 
-    /// <summary>A rigid motion <c>x -> R x + t</c> in doubles, 3x4 row by row: rotation and translation, mm.</summary>
+    /// <summary>
+    /// A rigid motion <c>x -> R x + t</c> in doubles, 3x4 row by row: rotation and translation, mm.
+    /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct RigidTransform
     {
         internal fixed double elements[12];
 
-        /// <summary>12 numbers, row by row: three of the rotation and one of the translation, mm, in each.</summary>
+        /// <summary>
+        /// 12 numbers, row by row: three of the rotation and one of the translation, mm, in each.
+        /// </summary>
         /// <exception cref="ArgumentException">rows is null, or not of 12 numbers.</exception>
         public RigidTransform(params double[] rows)
         {
             Check.NotNull(rows, nameof(rows));
-            if (rows.Length != 12) throw new ArgumentException("The length is " + rows.Length + "; 12 expected.", nameof(rows));
+            if (rows.Length != 12)
+                throw new ArgumentException(
+                    "The length is " + rows.Length + "; 12 expected.", nameof(rows));
             fixed (double* first = elements)
                 for (int i = 0; i < 12; ++i) first[i] = rows[i];
         }
 
-        /// <summary>Row 0 to 2; columns 0 to 2 are the rotation, 3 is the translation in mm.</summary>
+        /// <summary>
+        /// Row 0 to 2; columns 0 to 2 are the rotation, 3 is the translation in mm.
+        /// </summary>
         public double this[int row, int column]
         {
             get

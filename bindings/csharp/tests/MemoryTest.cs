@@ -7,8 +7,9 @@ using NUnit.Framework;
 namespace Defrec.Tests
 {
     /// <summary>
-    /// Row 50 of docs/safety/faults.md: memory runs out at any one allocation of the library, from context to template file, on every backend.
-    /// LD_PRELOAD is bindings/memory_faults. DEFREC_TEST_ALLOCATION_STEP: one allocation in so many fails.
+    /// Row 50 of docs/safety/faults.md: memory runs out at any one allocation of the library, from
+    /// context to template file, on every backend. LD_PRELOAD is bindings/memory_faults.
+    /// DEFREC_TEST_ALLOCATION_STEP: one allocation in so many fails.
     /// </summary>
     [TestFixture]
     public class MemoryTest
@@ -16,7 +17,8 @@ namespace Defrec.Tests
         // A window of the sequence's frames, for the reference takes its time.
         private const int Left = 96, Top = 72, Width = 128, Height = 96;
         private const int FrameCount = 3, None = -1;
-        private static readonly string Asked = Environment.GetEnvironmentVariable("DEFREC_TEST_ALLOCATION_STEP");
+        private static readonly string Asked =
+            Environment.GetEnvironmentVariable("DEFREC_TEST_ALLOCATION_STEP");
 
         [DllImport("defrec_memory_faults")]
         private static extern void defrec_fail_allocation(IntPtr number);
@@ -25,12 +27,15 @@ namespace Defrec.Tests
         [DllImport("defrec_memory_faults")]
         private static extern IntPtr defrec_live_allocations();
 
-        private readonly Image[] left = new Image[FrameCount + 1], right = new Image[FrameCount + 1];
+        private readonly Image[] left = new Image[FrameCount + 1],
+                                 right = new Image[FrameCount + 1];
         private string file, plugin, device;
 
         public MemoryTest()
         {
-            var frames = new StereoSequence(Path.Combine(TestPaths.Sequence, "left"), Path.Combine(TestPaths.Sequence, "right"));
+            var frames = new StereoSequence(
+                Path.Combine(TestPaths.Sequence, "left"),
+                Path.Combine(TestPaths.Sequence, "right"));
             for (int i = 0; i <= FrameCount; ++i)
             {
                 frames.Read(i);
@@ -49,13 +54,15 @@ namespace Defrec.Tests
         private static Image Window(PngImage image)
         {
             byte[] gray = image.Gray(), window = new byte[Width * Height];
-            for (int y = 0; y < Height; ++y) Array.Copy(gray, (Top + y) * image.Width + Left, window, y * Width, Width);
+            for (int y = 0; y < Height; ++y)
+                Array.Copy(gray, (Top + y) * image.Width + Left, window, y * Width, Width);
             return new Image(window, Width, Height, PixelFormat.Gray8);
         }
 
         private FrameState Follow(Tracker tracker, int frame)
         {
-            using (Job job = tracker.Submit(left[frame], right[frame], StereoSequence.TimestampOf(frame)))
+            using (Job job =
+                       tracker.Submit(left[frame], right[frame], StereoSequence.TimestampOf(frame)))
             {
                 job.Wait();
                 return job.GetSummary().State;
@@ -70,10 +77,18 @@ namespace Defrec.Tests
 
         private Tracker OpenTracker(Context context, Rig rig)
         {
-            return new Tracker(context, rig, new TrackerOptions { DeviceId = device, Format = PixelFormat.Gray8, Disparities = 32, Body = BodyMode.Off });
+            return new Tracker(
+                context, rig,
+                new TrackerOptions {
+                    DeviceId = device, Format = PixelFormat.Gray8, Disparities = 32,
+                    Body = BodyMode.Off
+                });
         }
 
-        /// <summary>Everything that is made is disposed, whatever fails; a tracker that was made stays usable.</summary>
+        /// <summary>
+        /// Everything that is made is disposed, whatever fails; a tracker that was made stays
+        /// usable.
+        /// </summary>
         private void Scenario()
         {
             using (Context context = Open())
@@ -82,20 +97,26 @@ namespace Defrec.Tests
             {
                 try
                 {
-                    for (int i = 0; i < FrameCount; ++i) Assert.That(Follow(tracker, i), Is.EqualTo(FrameState.Tracking));
+                    for (int i = 0; i < FrameCount; ++i)
+                        Assert.That(Follow(tracker, i), Is.EqualTo(FrameState.Tracking));
                     using (Template template = tracker.GetTemplate()) template.Save(file);
-                    using (Template loaded = Template.Load(context, file)) tracker.SetTemplate(loaded);
+                    using (Template loaded = Template.Load(context, file))
+                        tracker.SetTemplate(loaded);
                 }
                 catch (DefrecException)
                 {
                     defrec_fail_allocation((IntPtr)None);
-                    Assert.That(Follow(tracker, FrameCount), Is.Not.EqualTo(FrameState.Lost)); // frames are missing
+                    // frames are missing
+                    Assert.That(Follow(tracker, FrameCount), Is.Not.EqualTo(FrameState.Lost));
                     throw;
                 }
             }
         }
 
-        /// <summary>What the scenario ended with; whether so many allocations were made; growth of those alive.</summary>
+        /// <summary>
+        /// What the scenario ended with; whether so many allocations were made; growth of those
+        /// alive.
+        /// </summary>
         private Status Fail(long number, out bool wasMade, out long growth)
         {
             long before = (long)defrec_live_allocations();
@@ -117,34 +138,24 @@ namespace Defrec.Tests
 
         // A failure costs a few frames.
         [Test]
-        public void OneAfterTheOtherFailsOnReference()
-        {
-            Check("reference", 397);
-        }
+        public void OneAfterTheOtherFailsOnReference() { Check("reference", 397); }
 
         [Test]
-        public void OneAfterTheOtherFailsOnCpu()
-        {
-            Check("cpu", 29);
-        }
+        public void OneAfterTheOtherFailsOnCpu() { Check("cpu", 29); }
 
         [Test]
-        public void OneAfterTheOtherFailsOnVulkan()
-        {
-            Check("vulkan", 797);
-        }
+        public void OneAfterTheOtherFailsOnVulkan() { Check("vulkan", 797); }
 
         [Test]
-        public void OneAfterTheOtherFailsOnCuda()
-        {
-            Check("cuda", 397);
-        }
+        public void OneAfterTheOtherFailsOnCuda() { Check("cuda", 397); }
 
         private void Check(string backend, int step)
         {
             if (Asked != null) step = int.Parse(Asked);
             file = Path.Combine(TestPaths.Scratch, "surface");
-            for (int i = 0; i < 20; ++i) new Context(new ContextOptions { OnlyGivenPlugins = true }).Dispose(); // the table of handles has grown then
+            // the table of handles has grown then
+            for (int i = 0; i < 20; ++i)
+                new Context(new ContextOptions { OnlyGivenPlugins = true }).Dispose();
             plugin = Path.Combine(TestPaths.Plugins, "defrec_plugin_" + backend + ".json");
             using (Context context = Open())
             {
@@ -152,7 +163,8 @@ namespace Defrec.Tests
                 if (devices.Length == 0) return;
                 device = devices[0].Id;
             }
-            // sdk/api/memory_test.cpp lets memory run out while shaders are compiled; here, a tracker keeps them.
+            // sdk/api/memory_test.cpp lets memory run out while shaders are compiled; here, a
+            // tracker keeps them.
             using (Context context = Open())
             using (Rig rig = OpenRig(context))
             using (OpenTracker(context, rig)) CheckEveryFailure(step);
@@ -162,12 +174,15 @@ namespace Defrec.Tests
         {
             for (int i = 0; i < 2; ++i) Scenario();
             long number = 0, failures = 0;
-            for (bool wasMade = true; ; number += step)
+            for (bool wasMade = true;; number += step)
             {
                 long growth;
                 Status status = Fail(number, out wasMade, out growth);
-                if (growth != 0) status = Fail(number, out wasMade, out growth); // what is kept for ever is kept once
-                Assert.That(status, Is.EqualTo(Status.Ok).Or.EqualTo(Status.ErrorOutOfMemory), "allocation " + number);
+                // what is kept for ever is kept once
+                if (growth != 0) status = Fail(number, out wasMade, out growth);
+                Assert.That(
+                    status, Is.EqualTo(Status.Ok).Or.EqualTo(Status.ErrorOutOfMemory),
+                    "allocation " + number);
                 Assert.That(growth, Is.EqualTo(0), "allocation " + number);
                 if (!wasMade) break;
                 if (status != Status.Ok) ++failures;

@@ -6,8 +6,8 @@ using NUnit.Framework;
 namespace Defrec.Tests
 {
     /// <summary>
-    /// Runs the tests of one fixture. nunit-console is not used: it leaves by Environment.Exit, in which Mono now and then waits for ever for
-    /// nunit-console's own threads.
+    /// Runs the tests of one fixture. nunit-console is not used: it leaves by Environment.Exit, in
+    /// which Mono now and then waits for ever for nunit-console's own threads.
     /// </summary>
     internal static class Runner
     {
@@ -23,14 +23,17 @@ namespace Defrec.Tests
                 {
                     object tests = Activator.CreateInstance(type);
                     // Those of a base class first, and at the end last.
-                    foreach (MethodInfo prepare in With<SetUpAttribute>(methods).OrderBy(Depth)) prepare.Invoke(tests, null);
+                    foreach (MethodInfo prepare in With<SetUpAttribute>(methods).OrderBy(Depth))
+                        prepare.Invoke(tests, null);
                     try
                     {
                         test.Invoke(tests, null);
                     }
                     finally
                     {
-                        foreach (MethodInfo clear in With<TearDownAttribute>(methods).OrderByDescending(Depth)) clear.Invoke(tests, null);
+                        foreach (MethodInfo clear in With<TearDownAttribute>(methods)
+                                     .OrderByDescending(Depth))
+                            clear.Invoke(tests, null);
                     }
                     Console.WriteLine("passed " + test.Name);
                 }

@@ -11,7 +11,8 @@ namespace Defrec.Tests
     [TestFixture]
     public class SequenceTest : StubTest
     {
-        private static readonly Image Picture = new Image(new byte[3 * Width * Height], Width, Height, PixelFormat.Bgr8);
+        private static readonly Image Picture =
+            new Image(new byte[3 * Width * Height], Width, Height, PixelFormat.Bgr8);
 
         private static IEnumerable<Frame> Frames(int count, List<string> log)
         {
@@ -43,7 +44,10 @@ namespace Defrec.Tests
             Assert.That(count, Is.EqualTo(3));
             Assert.Throws<ObjectDisposedException>(() => last.Wait());
             string[] calls = JobCalls();
-            foreach (string call in new[] { "defrec_tracker_submit", "defrec_job_wait", "defrec_job_result", "defrec_job_release" })
+            foreach (string call in new[] {
+                         "defrec_tracker_submit", "defrec_job_wait", "defrec_job_result",
+                         "defrec_job_release"
+                     })
                 Assert.That(calls.Count(each => each == call), Is.EqualTo(3), call);
         }
 
@@ -51,10 +55,11 @@ namespace Defrec.Tests
         public void WithOneFrameInFlightEachJobComesBeforeTheNextFrameIsTaken()
         {
             var log = new List<string>();
-            using (var tracker = new Tracker(Context, Rig, new TrackerOptions { FramesInFlight = 1 }))
-                foreach (Job job in tracker.Process(Frames(3, log)))
-                    log.Add("job");
-            Assert.That(log, Is.EqualTo(new[] { "frame 0", "job", "frame 1", "job", "frame 2", "job" }));
+            using (var tracker =
+                       new Tracker(Context, Rig, new TrackerOptions { FramesInFlight = 1 }))
+                foreach (Job job in tracker.Process(Frames(3, log))) log.Add("job");
+            Assert.That(
+                log, Is.EqualTo(new[] { "frame 0", "job", "frame 1", "job", "frame 2", "job" }));
         }
 
         [Test]
@@ -64,7 +69,9 @@ namespace Defrec.Tests
             foreach (Job job in Tracker.Process(Frames(9, log))) break;
             string[] calls = JobCalls();
             Assert.That(calls.Count(call => call == "defrec_tracker_submit"), Is.GreaterThan(1));
-            Assert.That(calls.Count(call => call == "defrec_job_release"), Is.EqualTo(calls.Count(call => call == "defrec_tracker_submit")));
+            Assert.That(
+                calls.Count(call => call == "defrec_job_release"),
+                Is.EqualTo(calls.Count(call => call == "defrec_tracker_submit")));
         }
 
         [Test]
@@ -74,7 +81,10 @@ namespace Defrec.Tests
             {
                 Assert.That(job.WaitAsync().Wait(TimeSpan.FromMinutes(1)));
                 var cancelled = new CancellationToken(true);
-                Assert.That(Assert.Throws<AggregateException>(() => job.WaitAsync(cancelled).Wait()).InnerException, Is.InstanceOf<OperationCanceledException>());
+                Assert.That(
+                    Assert.Throws<AggregateException>(() => job.WaitAsync(cancelled).Wait())
+                        .InnerException,
+                    Is.InstanceOf<OperationCanceledException>());
             }
         }
 

@@ -7,7 +7,9 @@ using NUnit.Framework;
 
 namespace Defrec.Tests
 {
-    /// <summary>The stub libdefrec (bindings/stub): what it was called with, and what it shall answer.</summary>
+    /// <summary>
+    /// The stub libdefrec (bindings/stub): what it was called with, and what it shall answer.
+    /// </summary>
     internal static unsafe class Stub
     {
         /// <summary>The stub's functions.</summary>
@@ -22,13 +24,16 @@ namespace Defrec.Tests
 
         internal static void Answer(string function, Status status, string message)
         {
-            fixed (byte* name = Utf8.Bytes(function, "function"), text = Utf8.Bytes(message, "message")) defrec_stub_answer(name, status, text);
+            fixed (byte* name = Utf8.Bytes(function, "function"),
+                   text = Utf8.Bytes(message, "message"))
+                defrec_stub_answer(name, status, text);
         }
 
         /// <summary>Every call since the last time, one a line.</summary>
         internal static string[] Calls()
         {
-            return Utf8.Read(defrec_stub_calls()).Split(new[] { '\n' }, StringSplitOptions.RemoveEmptyEntries);
+            return Utf8.Read(defrec_stub_calls())
+                .Split(new[] { '\n' }, StringSplitOptions.RemoveEmptyEntries);
         }
 
         /// <summary>The one call of this function since the last time.</summary>
@@ -39,16 +44,13 @@ namespace Defrec.Tests
             return calls[0];
         }
 
-        internal static void Reset()
-        {
-            defrec_stub_reset();
-        }
+        internal static void Reset() { defrec_stub_reset(); }
 
         /// <summary>A struct as the stub writes it down.</summary>
         internal static string Hex(void* data, int size)
         {
             var text = new StringBuilder();
-            for (int i = 0; i < size; ++i) text.Append(((byte*)data)[i].ToString("x2"));
+            for (int i = 0; i < size; ++i) text.Append(((byte*)data) [i].ToString("x2"));
             return text.ToString();
         }
 
@@ -57,7 +59,10 @@ namespace Defrec.Tests
             return "0x" + handle.DangerousGetHandle().ToInt64().ToString("x");
         }
 
-        /// <summary>Handles that these calls made and that were not destroyed, or not once, with the function that made or destroyed them.</summary>
+        /// <summary>
+        /// Handles that these calls made and that were not destroyed, or not once, with the
+        /// function that made or destroyed them.
+        /// </summary>
         internal static List<string> Unbalanced(IEnumerable<string> calls)
         {
             var open = new Dictionary<string, string>();
@@ -69,10 +74,12 @@ namespace Defrec.Tests
                 if (made >= 0) open.Add(call.Substring(made + 4, call.Length - made - 5), function);
                 if (!function.EndsWith("_destroy") && !function.EndsWith("_release")) continue;
                 string handle = call.Substring(call.IndexOf('=') + 1).TrimEnd(')');
-                if (!open.ContainsKey(handle) || DestroyerOf(open[handle]) != function) wrong.Add(call);
+                if (!open.ContainsKey(handle) || DestroyerOf(open[handle]) != function)
+                    wrong.Add(call);
                 open.Remove(handle);
             }
-            foreach (KeyValuePair<string, string> left in open) wrong.Add(left.Value + ": " + left.Key);
+            foreach (KeyValuePair<string, string> left in open)
+                wrong.Add(left.Value + ": " + left.Key);
             return wrong;
         }
 
@@ -94,7 +101,9 @@ namespace Defrec.Tests
         }
     }
 
-    /// <summary>A test with a context, a rig and a tracker of the stub, and no calls written down yet.</summary>
+    /// <summary>
+    /// A test with a context, a rig and a tracker of the stub, and no calls written down yet.
+    /// </summary>
     public abstract class StubTest
     {
         internal Context Context;

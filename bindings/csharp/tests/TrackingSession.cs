@@ -5,10 +5,13 @@ using System.Linq;
 
 namespace Defrec.Tests
 {
-    /// <summary>The rendered sequence, tracked through the binding, on device "cpu" unless told otherwise.</summary>
+    /// <summary>
+    /// The rendered sequence, tracked through the binding, on device "cpu" unless told otherwise.
+    /// </summary>
     internal sealed class TrackingSession : IDisposable
     {
-        internal readonly StereoSequence Frames = new StereoSequence(Path.Combine(TestPaths.Sequence, "left"), Path.Combine(TestPaths.Sequence, "right"));
+        internal readonly StereoSequence Frames = new StereoSequence(
+            Path.Combine(TestPaths.Sequence, "left"), Path.Combine(TestPaths.Sequence, "right"));
         internal readonly Context Context;
         internal readonly Rig Rig;
         internal readonly Tracker Tracker;
@@ -16,7 +19,10 @@ namespace Defrec.Tests
         internal TrackingSession(TrackerOptions options, ContextOptions contextOptions = null)
         {
             Context = new Context(contextOptions ?? new ContextOptions());
-            Rig = new Rig(Context, Frames.Rig(new Camera(333.33333333333331, 333.33333333333331, 159.5, 119.5, 4.5999999999999996)));
+            Rig = new Rig(
+                Context,
+                Frames.Rig(new Camera(
+                    333.33333333333331, 333.33333333333331, 159.5, 119.5, 4.5999999999999996)));
             options = options ?? new TrackerOptions();
             options.DeviceId = options.DeviceId ?? "cpu";
             Tracker = new Tracker(Context, Rig, options);
@@ -26,7 +32,8 @@ namespace Defrec.Tests
         internal Job Track(int frame)
         {
             Frames.Read(frame);
-            Job job = Tracker.Submit(Frames.Left.View(), Frames.Right.View(), StereoSequence.TimestampOf(frame));
+            Job job = Tracker.Submit(
+                Frames.Left.View(), Frames.Right.View(), StereoSequence.TimestampOf(frame));
             job.Wait();
             return job;
         }
@@ -40,8 +47,12 @@ namespace Defrec.Tests
         /// <summary>The pixels to follow: u, v, u, ...</summary>
         internal static double[] Pixels()
         {
-            return File.ReadAllLines(Path.Combine(TestPaths.Sequence, "points.csv")).Skip(1)
-                       .SelectMany(line => line.Split(',').Skip(1).Select(cell => double.Parse(cell, CultureInfo.InvariantCulture))).ToArray();
+            return File.ReadAllLines(Path.Combine(TestPaths.Sequence, "points.csv"))
+                .Skip(1)
+                .SelectMany(
+                    line => line.Split(',').Skip(1).Select(
+                        cell => double.Parse(cell, CultureInfo.InvariantCulture)))
+                .ToArray();
         }
 
         public void Dispose()

@@ -10,7 +10,10 @@ using NUnit.Framework;
 
 namespace Defrec.Tests
 {
-    /// <summary>A real library and a real sequence: what comes out is what `defrec track` wrote, and the parts of a result fit together.</summary>
+    /// <summary>
+    /// A real library and a real sequence: what comes out is what `defrec track` wrote, and the
+    /// parts of a result fit together.
+    /// </summary>
     [TestFixture]
     public class TrackingTest
     {
@@ -20,7 +23,8 @@ namespace Defrec.Tests
         private static List<string> Points(TrackingSession session)
         {
             var rows = new List<string>();
-            double[] uv = TrackingSession.Pixels(), atRest = null, now = new double[uv.Length / 2 * 3], error = new double[uv.Length / 2];
+            double[] uv = TrackingSession.Pixels(), atRest = null,
+                     now = new double[uv.Length / 2 * 3], error = new double[uv.Length / 2];
             var found = new bool[uv.Length / 2];
             var status = new PointStatus[found.Length];
             for (int frame = 0; frame < FrameCount; ++frame)
@@ -42,33 +46,43 @@ namespace Defrec.Tests
                 for (int i = 0; i < found.Length; ++i)
                 {
                     bool isLost = !found[i] || status[i] == PointStatus.Unknown;
-                    rows.Add(frame + (isLost ? ",,,,lost," : string.Join("", now.Skip(3 * i).Take(3).Select(Text)) +
-                             (status[i] == PointStatus.Observed ? ",tracked" : ",extrapolated") + Text(error[i])));
+                    rows.Add(
+                        frame + (isLost
+                                     ? ",,,,lost,"
+                                     : string.Join("", now.Skip(3 * i).Take(3).Select(Text)) +
+                                           (status[i] == PointStatus.Observed ? ",tracked"
+                                                                              : ",extrapolated") +
+                                           Text(error[i])));
                 }
             }
             return rows;
         }
 
-        private static string Text(double value)
-        {
-            return "," + Sample.Decimals(value);
-        }
+        private static string Text(double value) { return "," + Sample.Decimals(value); }
 
         private static List<string> PointsOfProgram()
         {
             string[] lines = File.ReadAllLines(Path.Combine(TestPaths.Tracked, "points.csv"));
             List<string> head = lines[0].Split(',').ToList();
-            int[] columns = new[] { "frame", "x", "y", "z", "status", "expected_error_mm" }.Select(name => head.IndexOf(name)).ToArray();
-            return lines.Skip(1).Select(line => line.Split(',')).Where(cells => int.Parse(cells[columns[0]]) < FrameCount)
-                        .Select(cells => string.Join(",", columns.Select(column => cells[column]))).ToList();
+            int[] columns = new[] { "frame", "x", "y", "z", "status", "expected_error_mm" }
+                                .Select(name => head.IndexOf(name))
+                                .ToArray();
+            return lines.Skip(1)
+                .Select(line => line.Split(','))
+                .Where(cells => int.Parse(cells[columns[0]]) < FrameCount)
+                .Select(cells => string.Join(",", columns.Select(column => cells[column])))
+                .ToList();
         }
 
         [Test]
         public void PointsEqualThoseOfTheProgram()
         {
             List<string> expected = PointsOfProgram();
-            Assert.That(expected.Count(row => row.Contains(",tracked,")), Is.GreaterThan(expected.Count / 2));
-            using (var session = new TrackingSession(null)) Assert.That(Points(session), Is.EqualTo(expected));
+            Assert.That(
+                expected.Count(row => row.Contains(",tracked,")),
+                Is.GreaterThan(expected.Count / 2));
+            using (var session = new TrackingSession(null))
+                Assert.That(Points(session), Is.EqualTo(expected));
         }
 
         [Test]
@@ -76,10 +90,15 @@ namespace Defrec.Tests
         {
             List<string> expected = PointsOfProgram();
             var results = new List<string>[2];
-            Thread[] threads = Enumerable.Range(0, 2).Select(i => new Thread(() =>
-            {
-                using (var session = new TrackingSession(null)) results[i] = Points(session);
-            })).ToArray();
+            Thread[] threads = Enumerable.Range(0, 2)
+                                   .Select(
+                                       i => new Thread(
+                                           () =>
+                                           {
+                                               using (var session = new TrackingSession(null))
+                                                   results[i] = Points(session);
+                                           }))
+                                   .ToArray();
             foreach (Thread thread in threads) thread.Start();
             foreach (Thread thread in threads) thread.Join();
             foreach (List<string> result in results) Assert.That(result, Is.EqualTo(expected));
@@ -91,14 +110,21 @@ namespace Defrec.Tests
             const string Spread = "several_devices:*";
             var options = new ContextOptions { OnlyGivenPlugins = true };
             options.PluginPaths.Add(TestPaths.SeveralDevicesPlugin);
-            using (var session = new TrackingSession(new TrackerOptions { DeviceId = Spread }, options))
-            using (var second = new Tracker(session.Context, session.Rig, new TrackerOptions { DeviceId = Spread }))
+            using (
+                var session =
+                    new TrackingSession(new TrackerOptions { DeviceId = Spread }, options))
+            using (
+                var second = new Tracker(
+                    session.Context, session.Rig, new TrackerOptions { DeviceId = Spread }))
             using (Job job = session.Track(0))
-            using (Job other = second.Submit(session.Frames.Left.View(), session.Frames.Right.View(), 0))
+            using (Job other =
+                       second.Submit(session.Frames.Left.View(), session.Frames.Right.View(), 0))
             {
                 other.Wait();
                 Assert.That(job.GetResult().DeviceId, Is.EqualTo("several_devices:0"));
-                Assert.That(other.GetResult().DeviceId, Is.EqualTo("several_devices:2"), "number 1 cannot be opened");
+                Assert.That(
+                    other.GetResult().DeviceId, Is.EqualTo("several_devices:2"),
+                    "number 1 cannot be opened");
             }
         }
 
@@ -115,20 +141,30 @@ namespace Defrec.Tests
                 {
                     Float3 at = vertices[i].Position;
                     double depth = 1 + i % 5; // mm, along the line of sight
-                    for (int k = 0; k < 3; ++k) plan[3 * i + k] = new[] { at.X, at.Y, at.Z }[k] * (1 + depth / at.Z);
+                    for (int k = 0; k < 3; ++k)
+                        plan[3 * i + k] = new[] { at.X, at.Y, at.Z }[k] * (1 + depth / at.Z);
                 }
                 plan[4] = double.NaN;
                 template.SetBody(new BodyDescription { PoissonRatio = 0.45f });
                 template.WaitForBody();
-                var open = new BodyDescription { Mesh = new TriangleMesh(new float[] { 0, 0, 50, 9, 0, 50, 0, 9, 50 }, new uint[] { 0, 1, 2 }) };
-                Assert.That(Assert.Throws<DefrecException>(() => template.SetBody(open)).Status, Is.EqualTo(Status.ErrorArgument));
+                var open = new BodyDescription {
+                    Mesh = new TriangleMesh(
+                        new float[] { 0, 0, 50, 9, 0, 50, 0, 9, 50 }, new uint[] { 0, 1, 2 })
+                };
+                Assert.That(
+                    Assert.Throws<DefrecException>(() => template.SetBody(open)).Status,
+                    Is.EqualTo(Status.ErrorArgument));
                 using (var targets = new Targets(template, plan))
                 {
                     template.Dispose();
                     Assert.That(targets.Count, Is.EqualTo(vertices.Length));
-                    double[] xyz = new double[plan.Length], error = new double[targets.Count], covariance = new double[2 * plan.Length];
-                    double[] expectedXyz = new double[plan.Length], expectedError = new double[targets.Count], expectedCovariance = new double[2 * plan.Length];
-                    PointStatus[] status = new PointStatus[targets.Count], expectedStatus = new PointStatus[targets.Count];
+                    double[] xyz = new double[plan.Length], error = new double[targets.Count],
+                             covariance = new double[2 * plan.Length];
+                    double[] expectedXyz = new double[plan.Length],
+                             expectedError = new double[targets.Count],
+                             expectedCovariance = new double[2 * plan.Length];
+                    PointStatus[] status = new PointStatus[targets.Count],
+                                  expectedStatus = new PointStatus[targets.Count];
                     for (int frame = 1; frame < 4; ++frame)
                     {
                         using (Job job = session.Track(frame))
@@ -169,14 +205,24 @@ namespace Defrec.Tests
                 Assert.That(result.Vertices.Length, Is.EqualTo(3 * template.VertexCount));
                 Assert.That(result.LandmarkMatches.Length, Is.EqualTo(template.LandmarkCount));
                 Assert.That(result.PatchObservations.Length, Is.EqualTo(template.PatchCount));
-                Assert.That(result.Disparity.Length, Is.EqualTo(session.Rig.Width * session.Rig.Height));
-                Assert.That(result.Disparity.Count(d => d != Constants.DisparityNone), Is.GreaterThan(result.Disparity.Length / 2));
-                Assert.That(result.Times.Select(time => time.Name).ToList(), Contains.Item("stereo").And.Contains("lm coarse"));
-                Assert.That(result.LandmarkMatches.Count(match => match.Weight > 0), Is.GreaterThan(10));
+                Assert.That(
+                    result.Disparity.Length, Is.EqualTo(session.Rig.Width * session.Rig.Height));
+                Assert.That(
+                    result.Disparity.Count(d => d != Constants.DisparityNone),
+                    Is.GreaterThan(result.Disparity.Length / 2));
+                Assert.That(
+                    result.Times.Select(time => time.Name).ToList(),
+                    Contains.Item("stereo").And.Contains("lm coarse"));
+                Assert.That(
+                    result.LandmarkMatches.Count(match => match.Weight > 0), Is.GreaterThan(10));
                 foreach (Motion motion in result.Motions)
-                    Assert.That(Enumerable.Range(0, 4).Sum(i => motion.Real[i] * motion.Real[i]), Is.EqualTo(1).Within(1e-4), "a unit quaternion");
+                    Assert.That(
+                        Enumerable.Range(0, 4).Sum(i => motion.Real[i] * motion.Real[i]),
+                        Is.EqualTo(1).Within(1e-4), "a unit quaternion");
                 for (int i = 0; i < result.Normals.Length; i += 3)
-                    Assert.That(Math.Sqrt(result.Normals.Skip(i).Take(3).Sum(n => n * n)), Is.EqualTo(1).Within(1e-4), "a unit normal");
+                    Assert.That(
+                        Math.Sqrt(result.Normals.Skip(i).Take(3).Sum(n => n * n)),
+                        Is.EqualTo(1).Within(1e-4), "a unit normal");
 
                 // The same through the caller's arrays.
                 var vertices = new float[result.Vertices.Length + 1];
@@ -192,7 +238,10 @@ namespace Defrec.Tests
                 Assert.That(job.CopyVertexCovariance(covariance), Is.EqualTo(covariance.Length));
                 Assert.That(covariance, Is.EqualTo(result.VertexCovariance));
                 for (int i = 0; i < errors.Length; ++i)
-                    Assert.That(Math.Sqrt(covariance[6 * i] + covariance[6 * i + 3] + covariance[6 * i + 5]), Is.EqualTo(errors[i]).Within(1e-4));
+                    Assert.That(
+                        Math.Sqrt(
+                            covariance[6 * i] + covariance[6 * i + 3] + covariance[6 * i + 5]),
+                        Is.EqualTo(errors[i]).Within(1e-4));
                 var evidence = new Evidence[template.VertexCount];
                 Assert.That(job.CopyVertexEvidence(evidence), Is.EqualTo(evidence.Length));
                 Assert.That(evidence, Is.EqualTo(result.VertexEvidence));
@@ -201,26 +250,41 @@ namespace Defrec.Tests
                 Assert.That(job.CopyPieces(pieces), Is.EqualTo(1));
                 Assert.That(pieces[0], Is.EqualTo(result.Pieces[0]));
                 Assert.That(pieces[0].State, Is.EqualTo(result.Summary.State));
-                Assert.That(pieces[0].VerticesInside, Is.GreaterThan(template.VertexCount / 2).And.LessThanOrEqualTo(template.VertexCount));
-                Assert.That(pieces[0].ObservedShare, Is.EqualTo(result.Summary.ObservedShare).Within(1e-6));
-                Assert.That(template.GetVertexPieces(), Has.Length.EqualTo(template.VertexCount).And.All.EqualTo(0));
+                Assert.That(
+                    pieces[0].VerticesInside, Is.GreaterThan(template.VertexCount / 2)
+                                                  .And.LessThanOrEqualTo(template.VertexCount));
+                Assert.That(
+                    pieces[0].ObservedShare, Is.EqualTo(result.Summary.ObservedShare).Within(1e-6));
+                Assert.That(
+                    template.GetVertexPieces(),
+                    Has.Length.EqualTo(template.VertexCount).And.All.EqualTo(0));
                 var disparity = new short[result.Disparity.Length];
                 Assert.That(job.CopyDisparity(disparity), Is.EqualTo(disparity.Length));
                 Assert.That(disparity, Is.EqualTo(result.Disparity));
                 var tooShort = new float[result.Vertices.Length - 1];
                 var refusal = Assert.Throws<ArgumentException>(() => job.CopyNormals(tooShort));
-                Assert.That(refusal.Message, Is.StringContaining(result.Vertices.Length.ToString()));
+                Assert.That(
+                    refusal.Message, Is.StringContaining(result.Vertices.Length.ToString()));
                 Assert.That(tooShort, Has.All.EqualTo(0));
 
                 // Vertices warp to where the result has them.
                 template.WaitForBody();
-                double[] atRest = template.GetVertices().SelectMany(v => new double[] { v.Position.X, v.Position.Y, v.Position.Z }).ToArray(), now = new double[atRest.Length];
+                double[] atRest =
+                    template.GetVertices()
+                        .SelectMany(v => new double[] { v.Position.X, v.Position.Y, v.Position.Z })
+                        .ToArray(),
+                         now = new double[atRest.Length];
                 job.WarpPoints(atRest, now);
                 var pointCovariances = new double[2 * atRest.Length];
                 job.GetPointCovariances(atRest, pointCovariances, evidence);
-                Assert.That(evidence.Zip(result.VertexEvidence, (a, b) => a == b).Count(same => same), Is.GreaterThan(evidence.Length / 2));
-                Assert.That(pointCovariances.Zip(result.VertexCovariance, (a, b) => Math.Abs(a - b)).Max(), Is.LessThan(1e-4));
-                Assert.That(now.Zip(result.Vertices, (a, b) => Math.Abs(a - b)).Max(), Is.LessThan(0.5));
+                Assert.That(
+                    evidence.Zip(result.VertexEvidence, (a, b) => a == b).Count(same => same),
+                    Is.GreaterThan(evidence.Length / 2));
+                Assert.That(
+                    pointCovariances.Zip(result.VertexCovariance, (a, b) => Math.Abs(a - b)).Max(),
+                    Is.LessThan(1e-4));
+                Assert.That(
+                    now.Zip(result.Vertices, (a, b) => Math.Abs(a - b)).Max(), Is.LessThan(0.5));
 
                 // A result outlives its job.
                 float x = result.Vertices[0];
@@ -253,7 +317,9 @@ namespace Defrec.Tests
                     int collections = GC.CollectionCount(0);
                     long before = GC.GetTotalMemory(false);
                     for (int i = 0; i < 200; ++i) frame();
-                    Assert.That(GC.GetTotalMemory(false) - before, Is.LessThan(200 * 24), "not even one object a round");
+                    Assert.That(
+                        GC.GetTotalMemory(false) - before, Is.LessThan(200 * 24),
+                        "not even one object a round");
                     Assert.That(GC.CollectionCount(0), Is.EqualTo(collections));
                     Assert.That(result.Vertices, Is.SameAs(vertices));
                 }
@@ -279,13 +345,17 @@ namespace Defrec.Tests
                     Assert.That(loaded.GetEdges(), Is.EqualTo(saved.GetEdges()));
                     Assert.That(loaded.GetLandmarks(), Is.EqualTo(saved.GetLandmarks()));
                     Assert.That(loaded.GetPatches(), Is.EqualTo(saved.GetPatches()));
-                    Assert.That(loaded.GetCutPoints(), Is.EqualTo(saved.GetCutPoints()).And.Length.EqualTo(loaded.CutPointCount));
+                    Assert.That(
+                        loaded.GetCutPoints(),
+                        Is.EqualTo(saved.GetCutPoints()).And.Length.EqualTo(loaded.CutPointCount));
                     Assert.That(loaded.GetImage(), Is.EqualTo(saved.GetImage()));
                     Assert.That(loaded.Camera, Is.EqualTo(session.Rig.Camera));
                     session.Tracker.SetTemplate(loaded);
-                    using (Job job = session.Track(1)) Assert.That(job.GetSummary().VertexCount, Is.EqualTo(loaded.VertexCount));
+                    using (Job job = session.Track(1))
+                        Assert.That(job.GetSummary().VertexCount, Is.EqualTo(loaded.VertexCount));
                 }
-                var missing = Assert.Throws<DefrecException>(() => Template.Load(session.Context, file + " that is not there"));
+                var missing = Assert.Throws<DefrecException>(
+                    () => Template.Load(session.Context, file + " that is not there"));
                 Assert.That(missing.Status, Is.EqualTo(Status.ErrorIo));
                 Assert.That(missing.Message, Is.StringContaining("that is not there"));
             }
@@ -300,16 +370,26 @@ namespace Defrec.Tests
                 PngImage left = session.Frames.Left, right = session.Frames.Right;
                 session.Frames.Read(1);
                 int size = left.Pixels.Length, sampleBytes;
-                using (Template template = session.Tracker.GetTemplate()) sampleBytes = 32 * template.VertexCount;
-                IntPtr block = Marshal.AllocHGlobal(2 * size + sampleBytes + 64), leftAt = Align(block), rightAt = Align(leftAt + size), samplesAt = Align(rightAt + size);
+                using (Template template = session.Tracker.GetTemplate())
+                    sampleBytes = 32 * template.VertexCount;
+                IntPtr block = Marshal.AllocHGlobal(2 * size + sampleBytes + 64),
+                       leftAt = Align(block), rightAt = Align(leftAt + size),
+                       samplesAt = Align(rightAt + size);
                 Marshal.Copy(left.Pixels, 0, leftAt, size);
                 Marshal.Copy(right.Pixels, 0, rightAt, size);
-                using (var leftMemory = new DeviceMemory(session.Tracker, MemoryKind.Host, leftAt, size))
-                using (var rightMemory = new DeviceMemory(session.Tracker, MemoryKind.Host, rightAt, size))
-                using (var samples = new DeviceMemory(session.Tracker, MemoryKind.Host, samplesAt, sampleBytes))
-                using (Job job = session.Tracker.Submit(new Frame(new Image(leftMemory, left.Width, left.Height, PixelFormat.Bgr8),
-                                                                  new Image(rightMemory, left.Width, left.Height, PixelFormat.Bgr8),
-                                                                  StereoSequence.TimestampOf(1)) { Samples = samples }))
+                using (
+                    var leftMemory =
+                        new DeviceMemory(session.Tracker, MemoryKind.Host, leftAt, size))
+                using (
+                    var rightMemory =
+                        new DeviceMemory(session.Tracker, MemoryKind.Host, rightAt, size))
+                using (
+                    var samples =
+                        new DeviceMemory(session.Tracker, MemoryKind.Host, samplesAt, sampleBytes))
+                using (Job job = session.Tracker.Submit(new Frame(
+                           new Image(leftMemory, left.Width, left.Height, PixelFormat.Bgr8),
+                           new Image(rightMemory, left.Width, left.Height, PixelFormat.Bgr8),
+                           StereoSequence.TimestampOf(1)) { Samples = samples }))
                 {
                     job.Wait();
                     var positions = new float[3];
@@ -317,7 +397,8 @@ namespace Defrec.Tests
                     Assert.That(job.GetResult().Vertices.Take(3), Is.EqualTo(positions));
                 }
                 Marshal.FreeHGlobal(block);
-                var refusal = Assert.Throws<DefrecException>(() => new DeviceMemory(session.Tracker, MemoryKind.Cuda, (IntPtr)4096, 4096));
+                var refusal = Assert.Throws<DefrecException>(
+                    () => new DeviceMemory(session.Tracker, MemoryKind.Cuda, (IntPtr)4096, 4096));
                 Assert.That(refusal.Status, Is.EqualTo(Status.ErrorUnsupported));
             }
         }
@@ -333,7 +414,9 @@ namespace Defrec.Tests
             using (var session = new TrackingSession(new TrackerOptions { FramesInFlight = 1 }))
             {
                 Job job = session.Track(0), second;
-                var frame = new Frame(session.Frames.Left.View(), session.Frames.Right.View(), StereoSequence.TimestampOf(1));
+                var frame = new Frame(
+                    session.Frames.Left.View(), session.Frames.Right.View(),
+                    StereoSequence.TimestampOf(1));
                 Assert.That(session.Tracker.TrySubmit(frame, out second), Is.False);
                 var busy = Assert.Throws<DefrecException>(() => session.Tracker.Submit(frame));
                 Assert.That(busy.Status, Is.EqualTo(Status.ErrorBusy));
@@ -358,14 +441,21 @@ namespace Defrec.Tests
         {
             using (var context = new Context())
             {
-                var description = RigDescription.Rectified(320, 240, new Camera(-1, 300, 160, 120, 4));
+                var description =
+                    RigDescription.Rectified(320, 240, new Camera(-1, 300, 160, 120, 4));
                 var refusal = Assert.Throws<DefrecException>(() => new Rig(context, description));
                 Assert.That(refusal.Status, Is.EqualTo(Status.ErrorArgument));
                 Assert.That(refusal.Message, Is.StringContaining("-1"));
-                Assert.That(DefrecLibrary.NameOf(refusal.Status), Is.EqualTo("DEFREC_ERROR_ARGUMENT"));
-                Assert.That(DefrecLibrary.NameOf(Status.ErrorBusy), Is.EqualTo("DEFREC_ERROR_BUSY"));
-                Assert.That(Regex.IsMatch(DefrecLibrary.Release, @"^\d+\.\d+\.\d+$"), DefrecLibrary.Release);
-                var noDevice = Assert.Throws<DefrecException>(() => new Stage(context, new StereoParameters { Width = 64, Height = 48 }, "\u00fcber"));
+                Assert.That(
+                    DefrecLibrary.NameOf(refusal.Status), Is.EqualTo("DEFREC_ERROR_ARGUMENT"));
+                Assert.That(
+                    DefrecLibrary.NameOf(Status.ErrorBusy), Is.EqualTo("DEFREC_ERROR_BUSY"));
+                Assert.That(
+                    Regex.IsMatch(DefrecLibrary.Release, @"^\d+\.\d+\.\d+$"),
+                    DefrecLibrary.Release);
+                var noDevice = Assert.Throws<DefrecException>(
+                    () => new Stage(
+                        context, new StereoParameters { Width = 64, Height = 48 }, "\u00fcber"));
                 Assert.That(noDevice.Message, Is.StringContaining("\u00fcber"));
             }
         }
@@ -378,26 +468,26 @@ namespace Defrec.Tests
                 session.Frames.Read(0);
                 for (int i = 0; i < 12; ++i)
                 {
-                    Job job = session.Tracker.Submit(session.Frames.Left.View(), session.Frames.Right.View(), 1000 + i);
+                    Job job = session.Tracker.Submit(
+                        session.Frames.Left.View(), session.Frames.Right.View(), 1000 + i);
                     Exception seen = null;
                     var waiter = new Thread(() =>
                     {
                         try
                         {
                             job.Wait();
-                        }
-                        catch (Exception e)
-                        {
-                            seen = e;
-                        }
-                    });
-                    waiter.Start();
-                    if (i % 2 == 0) Thread.Yield();
-                    job.Dispose();
-                    waiter.Join();
-                    Assert.That(seen == null || seen is ObjectDisposedException, seen == null ? "" : seen.ToString());
                 }
-            }
+                catch (Exception e) { seen = e; }
+            });
+            waiter.Start();
+            if (i % 2 == 0) Thread.Yield();
+            job.Dispose();
+            waiter.Join();
+            Assert.That(
+                seen == null || seen is ObjectDisposedException,
+                seen == null ? "" : seen.ToString());
         }
     }
+}
+}
 }

@@ -1,4 +1,5 @@
-"""defrec recovers, in real time, how a tissue surface deforms in stereo video. docs/languages/python.md is the guide.
+"""defrec recovers, in real time, how a tissue surface deforms in stereo video.
+docs/languages/python.md is the guide.
 
     for frame in defrec.track("left/", "right/", "calibration.yaml"):
         print(frame)                                    # state, points, expected error
@@ -8,13 +9,15 @@ and, with everything in one's own hands:
     with defrec.Context() as context:
         rig = defrec.Rig(context, 960, 540, M1, D1, M2, D2, R, T)
         tracker = defrec.Tracker(context, rig)
-        for job in tracker.process(frames):             # (left, right, timestamp_ns); images are uint8 arrays, BGR
+        # (left, right, timestamp_ns); images are uint8 arrays, BGR
+        for job in tracker.process(frames):
             result = job.result()                       # state, reasons, surface, expected error
             if len(result.vertices) > 0:                # there is a template
                 moved = job.warp_points(tumour_xyz)     # (n, 3), mm
 
-Lengths are mm. Cameras: x right, y down, z forward. Pixel (0, 0) is the centre of the top-left pixel. What fails in the
-library raises Error; what cannot be passed to it raises TypeError or ValueError.
+Lengths are mm. Cameras: x right, y down, z forward. Pixel (0, 0) is the centre of the top-left
+pixel. What fails in the library raises Error; what cannot be passed to it raises TypeError or
+ValueError.
 """
 from .body import BodyRegion, Mesh
 from .calibration import Calibration
@@ -41,6 +44,7 @@ from .tracking import FollowedPoints, RigEstimate, TrackedFrame, Tracking, track
 
 # By scripts/contract/generate.py: the names of the C API, and everything public.
 from .enums import (
+    BLEND_NODES,
     DISPARITY_NONE,
     DISPARITY_ONE,
     MAX_SIDE,
@@ -48,7 +52,6 @@ from .enums import (
     MIN_HEIGHT,
     MIN_WIDTH,
     ORB_ANGLE_BINS,
-    SKIN_NODES,
     STAGE_COUNT_V1,
     TRACKER_FALLBACK,
     BodyMode,
@@ -100,6 +103,7 @@ from .structs import (
 )
 
 __all__ = [
+    "BLEND_NODES",
     "DISPARITY_NONE",
     "DISPARITY_ONE",
     "MAX_SIDE",
@@ -107,7 +111,6 @@ __all__ = [
     "MIN_HEIGHT",
     "MIN_WIDTH",
     "ORB_ANGLE_BINS",
-    "SKIN_NODES",
     "STAGE_COUNT_V1",
     "TRACKER_FALLBACK",
     "AlignParams",

@@ -1,7 +1,8 @@
-"""Arrays in and out of the library, with NumPy where it is installed and with memoryview and ctypes arrays where it is
-not.
+"""Arrays in and out of the library, with NumPy where it is installed and with memoryview and ctypes
+arrays where it is not.
 
-Everything that comes in is checked for its type, shape and size before the library sees its address.
+Everything that comes in is checked for its type, shape and size before the library sees its
+address.
 """
 from __future__ import annotations
 
@@ -91,7 +92,8 @@ _WRITABLE = 0x01
 
 
 class BufferView:
-    """Someone else's memory, which stays in place until close(): address, shape, strides (bytes), type code."""
+    """Someone else's memory, which stays in place until close(): address, shape, strides (bytes),
+    type code."""
 
     def __init__(self, name: str, value: BufferLike, writable: bool = False) -> None:
         self.name = name
@@ -113,7 +115,8 @@ class BufferView:
         if buffer.strides:
             self.strides = tuple(buffer.strides[i] for i in range(buffer.ndim))
         layout = (buffer.format or b"B").decode("utf-8", "replace")
-        # A field's name stands between colons. The library would write bytes where Python's references are.
+        # A field's name stands between colons. The library would write bytes where Python's
+        # references are.
         if "O" in re.sub(":[^:]*:", "", layout):
             raise TypeError(f"{name} has elements that are Python objects, numbers expected")
         self.code: str = layout.lstrip("<=@|")
@@ -129,7 +132,8 @@ class BufferView:
         if self.code not in codes or self.code == "":
             expected = " or ".join(_NAMES[code] for code in codes)
             raise TypeError(
-                f"{self.name} has elements of type {_NAMES.get(self.code, repr(self.code))}, {expected} expected"
+                f"{self.name} has elements of type {_NAMES.get(self.code, repr(self.code))},"
+                f" {expected} expected"
             )
 
     def expect_contiguous(self) -> None:
@@ -138,7 +142,8 @@ class BufferView:
         )
         if unlike and self.size > 0:
             raise ValueError(
-                f"{self.name} has gaps or another order in memory: give numpy.ascontiguousarray({self.name})"
+                f"{self.name} has gaps or another order in memory: give"
+                f" numpy.ascontiguousarray({self.name})"
             )
 
     def _without_gaps(self) -> Tuple[int, ...]:
@@ -150,9 +155,11 @@ class BufferView:
 def image(
     name: str, value: BufferLike, width: int, height: int, channels: int, codes: str = "B"
 ) -> Tuple[BufferView, int]:
-    """An image of that size where it lies, and its stride in bytes. Rows may have gaps between them, pixels not.
+    """An image of that size where it lies, and its stride in bytes. Rows may have gaps between
+    them, pixels not.
 
-    The shape is (height, width), or (height, width, channels), or flat, height * width * channels bytes without gaps.
+    The shape is (height, width), or (height, width, channels), or flat, height * width * channels
+    bytes without gaps.
     """
     view = BufferView(name, value)
     view.expect_code(codes)
@@ -161,7 +168,8 @@ def image(
         view.expect_contiguous()
         if view.size != row * height:
             raise ValueError(
-                f"{name} has {view.size} bytes, {width} x {height} pixels of {channels} bytes are {row * height}"
+                f"{name} has {view.size} bytes, {width} x {height} pixels of {channels} bytes are"
+                f" {row * height}"
             )
         return view, row
     shapes = [(height, width, channels)] + ([(height, width)] if channels == 1 else [])
@@ -172,7 +180,8 @@ def image(
         )
     if view.strides[-1] != 1 or view.strides[1] != channels or view.strides[0] < row:
         raise ValueError(
-            f"{name} has rows whose pixels do not lie one after the other: give numpy.ascontiguousarray({name})"
+            f"{name} has rows whose pixels do not lie one after the other: give"
+            f" numpy.ascontiguousarray({name})"
         )
     return view, view.strides[0]
 
@@ -206,8 +215,8 @@ def check_records(
     count: Optional[int] = None,
     most: Optional[int] = None,
 ) -> Tuple[BufferLike, int]:
-    """Records and their number: a NumPy or ctypes array of them, their bytes, or a list, of which a ctypes array is
-    made. count, most: how many are expected."""
+    """Records and their number: a NumPy or ctypes array of them, their bytes, or a list, of which a
+    ctypes array is made. count, most: how many are expected."""
     if isinstance(value, (list, tuple)):
         if not all(isinstance(record, struct) for record in value):
             raise TypeError(f"{name}: a list of {struct.__name__} expected")
@@ -218,7 +227,8 @@ def check_records(
     size = ctypes.sizeof(struct)
     if view.size > 0 and (view.item_size not in (size, 1) or view.size % size != 0):
         raise TypeError(
-            f"{name}: an array of {struct.__name__} expected, {size} bytes each; its elements have {view.item_size}"
+            f"{name}: an array of {struct.__name__} expected, {size} bytes each; its elements have"
+            f" {view.item_size}"
         )
     if count is not None and view.size != count * size:
         raise ValueError(f"{name} has {view.size // size} elements, {count} expected")
@@ -228,8 +238,8 @@ def check_records(
 
 
 class Points:
-    """Rows of numbers of that type code without gaps: those given where that is what they are, else a copy. They stay
-    where they are as long as this object lives."""
+    """Rows of numbers of that type code without gaps: those given where that is what they are, else
+    a copy. They stay where they are as long as this object lives."""
 
     def __init__(self, name: str, value: ArrayLike, columns: int, code: str = "d") -> None:
         if numpy is not None:
@@ -284,7 +294,8 @@ def _rows(name: str, value: ArrayLike, columns: int, code: str) -> Any:
 
 
 def flat(name: str, value: ArrayLike, counts: Sequence[int]) -> List[float]:
-    """The numbers in a small array or nested sequence, row by row; as many as one of counts says."""
+    """The numbers in a small array or nested sequence, row by row; as many as one of counts
+    says."""
     found: List[float] = []
 
     def collect(item: Any) -> None:
@@ -309,8 +320,8 @@ def flat(name: str, value: ArrayLike, counts: Sequence[int]) -> List[float]:
 
 
 def empty(element: Element, shape: Sequence[int]) -> Any:
-    """A new array, zeros. Without NumPy: of records a ctypes array; of numbers a memoryview of that shape (where
-    nothing is in it, of one dimension, since a memoryview knows no other)."""
+    """A new array, zeros. Without NumPy: of records a ctypes array; of numbers a memoryview of that
+    shape (where nothing is in it, of one dimension, since a memoryview knows no other)."""
     if numpy is not None:
         return numpy.zeros(tuple(shape), _dtype(element))
     count = math.prod(shape)

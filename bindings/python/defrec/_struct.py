@@ -59,7 +59,8 @@ def fitting(name: str, value: Any, c_type: Any) -> int:
 
 
 class Struct(ctypes.Structure):
-    """Refuses names that are no field and numbers that do not fit their field, which ctypes would take."""
+    """Refuses names that are no field and numbers that do not fit their field, which ctypes would
+    take."""
 
     _c_types_: Dict[str, Any] = {}
     _defaults_: Dict[str, float] = {}

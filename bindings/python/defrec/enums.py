@@ -24,7 +24,7 @@ DISPARITY_NONE = -32768
 """No evidence at this pixel."""
 ORB_ANGLE_BINS = 32
 """Orientation bin k is the angle k * 2 pi / 32 from x towards y."""
-SKIN_NODES = 4
+BLEND_NODES = 4
 """Control points that move one surface point."""
 TRACKER_FALLBACK = 1
 """Where the device is quarantined or cannot be opened, take the next one with every stage; results
@@ -287,7 +287,7 @@ class PointStatus(OpenEnum):
     """Status of a vertex or point."""
 
     OBSERVED = 0
-    """Observed in both directions: Evidence.DEPTH and Evidence.LATERAL."""
+    """Observed in both directions: Evidence.DEPTH and Evidence.PHOTOMETRIC."""
     EXTRAPOLATED = 1
     """From its neighbourhood: occluded, outside, without depth, or not recognised in the image."""
     UNKNOWN = 2
@@ -299,7 +299,7 @@ class Evidence(IntFlag):
 
     DEPTH = 1
     """Live depth was measured there and agrees."""
-    LATERAL = 2
+    PHOTOMETRIC = 2
     """The live image shows there what the template shows: the vertex has not slid along the
     surface."""
 

@@ -5,7 +5,8 @@ from .enums import Status
 
 
 class Error(Exception):
-    """A call of libdefrec failed. str() is the library's error message: what was given, what was expected."""
+    """A call of libdefrec failed. str() is the library's error message: what was given, what was
+    expected."""
 
     def __init__(self, status: Status, message: str) -> None:
         super().__init__(status, message)
@@ -17,7 +18,8 @@ class Error(Exception):
 
 
 class BusyError(Error):
-    """The queue is full, or another thread is inside this object: the one failure that a live loop meets every day."""
+    """The queue is full, or another thread is inside this object: the one failure that a live loop
+    meets every day."""
 
 
 def closed(what: str) -> Error:

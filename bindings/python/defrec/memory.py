@@ -10,8 +10,8 @@ from .enums import MemoryKind
 
 
 class Memory(Handle):
-    """Made by Tracker.import_memory, for frames of that tracker. Frames that were submitted with it are computed even
-    after close()."""
+    """Made by Tracker.import_memory, for frames of that tracker. Frames that were submitted with it
+    are computed even after close()."""
 
 
 def memory_desc(source: Any) -> Tuple[structs.MemoryDesc, Any]:

@@ -41,7 +41,8 @@ class MovedTargets(NamedTuple):
 
 
 class PointCovariances(NamedTuple):
-    """How far off the positions of WarpedPoints may be, by direction, and what was observed there."""
+    """How far off the positions of WarpedPoints may be, by direction, and what was observed
+    there."""
 
     covariance: FloatArray
     """(n, 6) float64, xx, xy, xz, yy, yz, zz, mm^2, rectified camera; the root of the trace is the

@@ -16,13 +16,14 @@ class Rig(Handle):
     """Two calibrated cameras, as OpenCV's stereoCalibrate gives them.
 
     width, height: of the raw images, px, 64 x 48 to 8192 x 8192.
-    M1, M2: 3 x 3 camera matrices, px, without skew. D1, D2: 0, 4, 5, 8, 12 or 14 distortion coefficients in OpenCV's
+    M1, M2: 3 x 3 camera matrices, px, without skew. D1, D2: 0, 4, 5, 8, 12 or 14 distortion
+        coefficients in OpenCV's
     order, None: none.
     R (3 x 3), T (3, mm): x_right = R x_left + T; T[0] < 0 for a right camera on the right.
 
-    Pixel (0, 0) is the centre of the top-left pixel. Cameras that are rectified already are used as they are. Raises
-    ValueError for arrays of another size, Error for a calibration that cannot be (a baseline of 0, an R that is no
-    rotation, ...). threads: any.
+    Pixel (0, 0) is the centre of the top-left pixel. Cameras that are rectified already are used as
+    they are. Raises ValueError for arrays of another size, Error for a calibration that cannot be
+    (a baseline of 0, an R that is no rotation, ...). threads: any.
     """
 
     def __init__(
@@ -48,12 +49,13 @@ class Rig(Handle):
         self._create(context, desc)
 
     def __repr__(self) -> str:
-        return f"<Rig of {self._raw_size[0]}x{self._raw_size[1]} images{', closed' if self.is_closed else ''}>"
+        closed = ", closed" if self.is_closed else ""
+        return f"<Rig of {self._raw_size[0]}x{self._raw_size[1]} images{closed}>"
 
     @classmethod
     def rectified(cls, context: Context, width: int, height: int, camera: Camera) -> "Rig":
-        """A pair whose images are rectified already: both views have this camera, the right one baseline_mm to the
-        right."""
+        """A pair whose images are rectified already: both views have this camera, the right one
+        baseline_mm to the right."""
         if not isinstance(camera, Camera):
             raise TypeError(f"camera is a Camera, {camera!r} given")
         matrix = [camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1]
@@ -107,13 +109,13 @@ class Rig(Handle):
         return bool(self._info.identity)
 
     def rectify_pixels(self, raw_uv: ArrayLike) -> FloatArray:
-        """Maps (n, 2) pixels of the raw left image to the rectified left image; NaN where there is no answer. threads:
-        any"""
+        """Maps (n, 2) pixels of the raw left image to the rectified left image; NaN where there is
+        no answer. threads: any"""
         return self._rectify_pixels("raw_uv", raw_uv)
 
     def distort_pixels(self, rectified_uv: ArrayLike) -> FloatArray:
-        """Maps (n, 2) pixels of the rectified left image to the raw left image; NaN where there is no answer. threads:
-        any"""
+        """Maps (n, 2) pixels of the rectified left image to the raw left image; NaN where there is
+        no answer. threads: any"""
         return self._map("rectified_uv", rectified_uv, native.defrec_rig_distort_pixels)
 
     def _rectify_pixels(self, name: str, uv: ArrayLike) -> FloatArray:

@@ -1,9 +1,9 @@
 """The eight stages, each taking and giving arrays. docs/stages.md defines what they compute.
 
-Images are (height, width) and have no gaps between rows; for strides, and for the results of sub-stages, use Stage.
-What is None is left out. Records come as arrays of them (structs.py). Results are new arrays. threads: any for
-different stages, one at a time for the same one (BusyError). Raises Error; TypeError and ValueError for arrays of
-another type or shape.
+Images are (height, width) and have no gaps between rows; for strides, and for the results of
+sub-stages, use Stage. What is None is left out. Records come as arrays of them (structs.py).
+Results are new arrays. threads: any for different stages, one at a time for the same one
+(BusyError). Raises Error; TypeError and ValueError for arrays of another type or shape.
 """
 from __future__ import annotations
 
@@ -133,7 +133,8 @@ class RectifyStage(_ArrayStage):
             raise ValueError(f"format is {p.format}, a Format expected")
         if p.source_stride not in (0, p.source_width * BYTES_PER_PIXEL[p.format]):
             raise ValueError(
-                f"source_stride is {p.source_stride}; images have no gaps between rows here, use Stage"
+                f"source_stride is {p.source_stride}; images have no gaps between rows here, use"
+                " Stage"
             )
 
     def run(
@@ -142,9 +143,9 @@ class RectifyStage(_ArrayStage):
         map: Optional[BufferLike] = None,
         ignore: Optional[BufferLike] = None,
     ) -> Rectified:
-        """source: uint8, (source_height, source_width, channels). map: (height, width, 2) int32, where in the source
-        each pixel comes from (x, y), 1/128 px; None: from the same place. ignore: (source_height, source_width) uint8
-        or bool, nonzero: not tissue."""
+        """source: uint8, (source_height, source_width, channels). map: (height, width, 2) int32,
+        where in the source each pixel comes from (x, y), 1/128 px; None: from the same place.
+        ignore: (source_height, source_width) uint8 or bool, nonzero: not tissue."""
         p = self.params
         check_image("source", source, p.source_width, p.source_height, BYTES_PER_PIXEL[p.format])
         if map is not None:
@@ -168,7 +169,8 @@ class StereoStage(_ArrayStage):
         left_mask: Optional[BufferLike] = None,
         right_mask: Optional[BufferLike] = None,
     ) -> Disparity:
-        """left, right: (height, width) uint8, rectified gray. Masks: likewise, nonzero usable; None: all is."""
+        """left, right: (height, width) uint8, rectified gray. Masks: likewise, nonzero usable;
+        None: all is."""
         inputs = [
             self._image("left", left),
             self._image("right", right),
@@ -226,8 +228,8 @@ class AlignStage(_ArrayStage):
         self.params.views = self.params.views or self.params._defaults_["views"]
 
     def prepare(self, patches: BufferLike, views: BufferLike) -> None:
-        """patches: (n,) Patch, at most params.patches. views: (views, height, width) uint8, one alone
-        (height, width)."""
+        """patches: (n,) Patch, at most params.patches. views: (views, height, width) uint8, one
+        alone (height, width)."""
         given, count = check_records("patches", patches, Patch, most=self.params.patches)
         shape = (self.params.views, *self._shape)
         check_numbers(
@@ -244,7 +246,8 @@ class AlignStage(_ArrayStage):
         motions: Optional[BufferLike] = None,
         predictions: Optional[BufferLike] = None,
     ) -> Aligned:
-        """gray, mask: (height, width) uint8. One of: motions, (nodes,) Motion; predictions, (n,) PatchPrediction."""
+        """gray, mask: (height, width) uint8. One of: motions, (nodes,) Motion; predictions, (n,)
+        PatchPrediction."""
         inputs = [
             self._image("gray", gray),
             self._mask("mask", mask),
@@ -290,8 +293,8 @@ class LmStage(_ArrayStage):
         landmarks: BufferLike,
         patches: BufferLike,
     ) -> None:
-        """nodes: (nodes, 3) float32, mm. edges: Edge. points, landmarks: SurfacePoint. patches: Patch. As many as the
-        parameters say."""
+        """nodes: (nodes, 3) float32, mm. edges: Edge. points, landmarks: SurfacePoint. patches:
+        Patch. As many as the parameters say."""
         p = self.params
         check_numbers("nodes", nodes, "f", (p.nodes, 3))
         self.prepare_buffers(
@@ -311,8 +314,9 @@ class LmStage(_ArrayStage):
         observations: Optional[BufferLike] = None,
         disparity: Optional[BufferLike] = None,
     ) -> Solved:
-        """motions: (nodes,) Motion, where to start. matches: (landmarks,) Match, of ransac. observations: (patches,)
-        PatchObservation, of align. disparity: (height, width) int16, 1/16 px."""
+        """motions: (nodes,) Motion, where to start. matches: (landmarks,) Match, of ransac.
+        observations: (patches,) PatchObservation, of align. disparity: (height, width) int16, 1/16
+            px."""
         p = self.params
         inputs = [
             check_records("motions", motions, Motion, p.nodes)[0],
@@ -335,7 +339,8 @@ class WarpStage(_ArrayStage):
         self.prepare_buffers([check_records("points", points, SurfacePoint, self.params.points)[0]])
 
     def run(self, motions: BufferLike, disparity: Optional[BufferLike] = None) -> RecordArray:
-        """motions: (nodes,) Motion. disparity: (height, width) int16, 1/16 px. Gives (points,) SurfaceSample."""
+        """motions: (nodes,) Motion. disparity: (height, width) int16, 1/16 px. Gives (points,)
+        SurfaceSample."""
         given, _ = check_records("motions", motions, Motion, self.params.nodes)
         samples = empty(SurfaceSample, (self.params.points,))
         self.run_buffers([given, self._disparity(disparity)], [samples])

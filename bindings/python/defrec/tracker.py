@@ -24,7 +24,8 @@ TrackerOptions.__init__.__qualname__ = "Tracker.__init__"
 
 
 class Job(Handle):
-    """A frame that was submitted. Closing it gives its place in the queue back, and waits if it is being computed."""
+    """A frame that was submitted. Closing it gives its place in the queue back, and waits if it is
+    being computed."""
 
     def __init__(
         self, create: Callable[[ctypes.c_void_p], Any], keep: Any, size: Tuple[int, int]
@@ -33,14 +34,16 @@ class Job(Handle):
         self._size = size
 
     def wait(self, timeout: Optional[float] = None) -> bool:
-        """Waits until the frame is computed, at most timeout seconds; None: for ever. False: not yet.
+        """Waits until the frame is computed, at most timeout seconds; None: for ever. False: not
+        yet.
 
         threads: any. Raises Error where the job failed.
         """
         return bool(native.defrec_job_wait(self._native, nanoseconds(timeout)) != Status.TIMEOUT)
 
     def result(self) -> Result:
-        """Waits for the frame, and copies what it gave. threads: any. Raises Error where the job failed."""
+        """Waits for the frame, and copies what it gave. threads: any. Raises Error where the job
+        failed."""
         self.wait()
         found = structs.ResultStruct()
         with self._copying() as handle:
@@ -48,8 +51,8 @@ class Job(Handle):
             return copy_result(found, self._size)
 
     def template(self) -> Template:
-        """Waits for the frame, and gives its template, which has as many vertices as its result: the tracker's present
-        one may have grown since.
+        """Waits for the frame, and gives its template, which has as many vertices as its result:
+        the tracker's present one may have grown since.
 
         threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet.
         """
@@ -62,11 +65,12 @@ class Job(Handle):
         )
 
     def lift_points(self, uv: ArrayLike) -> LiftedPoints:
-        """Waits for the frame, and finds what lies under (n, 2) pixels of its rectified left image: points of the
-        template frame, from where warp_points follows them.
+        """Waits for the frame, and finds what lies under (n, 2) pixels of its rectified left image:
+        points of the template frame, from where warp_points follows them.
 
-        What is found BESIDE the surface moves with the tissue next to it, extrapolated, until the surface reaches
-        it; to have it lie on the surface from then on, lift it again where warp_points has it in a later frame.
+        What is found BESIDE the surface moves with the tissue next to it, extrapolated, until the
+        surface reaches it; to have it lie on the surface from then on, lift it again where
+        warp_points has it in a later frame.
 
         threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet.
         """
@@ -79,8 +83,9 @@ class Job(Handle):
         return LiftedPoints(xyz, found)
 
     def warp_points(self, template_xyz: ArrayLike) -> WarpedPoints:
-        """Waits for the frame, and moves (n, 3) points to it, mm, given in the template frame (a preoperative model).
-        Points on the surface move with it; points beneath it are carried by the elastic body and never OBSERVED.
+        """Waits for the frame, and moves (n, 3) points to it, mm, given in the template frame (a
+        preoperative model). Points on the surface move with it; points beneath it are carried by
+        the elastic body and never OBSERVED.
 
         threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet.
         """
@@ -102,7 +107,8 @@ class Job(Handle):
         return WarpedPoints(xyz, status, errors)
 
     def point_covariances(self, template_xyz: ArrayLike) -> PointCovariances:
-        """Waits for the frame, and gives the covariances of the errors of what warp_points gives for (n, 3) points, mm.
+        """Waits for the frame, and gives the covariances of the errors of what warp_points gives
+        for (n, 3) points, mm.
 
         threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet.
         """
@@ -115,10 +121,12 @@ class Job(Handle):
         return PointCovariances(covariance, evidence)
 
     def move_targets(self, targets: Targets) -> MovedTargets:
-        """Waits for the frame, and moves prepared targets to it, as warp_points and point_covariances do, faster.
+        """Waits for the frame, and moves prepared targets to it, as warp_points and
+        point_covariances do, faster.
 
-        threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet, and with Status.ERROR_ARGUMENT
-        where the targets are of a template that this frame's did not become of.
+        threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet, and with
+        Status.ERROR_ARGUMENT where the targets are of a template that this frame's did not become
+        of.
         """
         if not isinstance(targets, Targets):
             raise TypeError(f"targets is a Targets, {targets!r} given")
@@ -142,7 +150,8 @@ class Job(Handle):
 class Tracker(TrackerOptions):
     __doc__ = f"""Follows the surface that a rig observes.
 
-    Opens the device and allocates everything that a frame needs. The library takes its default for what is 0, or None.
+    Opens the device and allocates everything that a frame needs. The library takes its default
+    for what is 0, or None.
 
     device_id: of one of Context.devices; "cuda:*": that backend's device with the fewest trackers
         of the context; None: the first device with every stage.
@@ -194,23 +203,27 @@ class Tracker(TrackerOptions):
     ) -> Job:
         """Queues a frame and returns at once; jobs run in order.
 
-        left, right: uint8 images of the rig's raw size in the tracker's format, (height, width, channels), gray
-            (height, width); rows may have gaps between them. Nothing is converted; the library copies the pixels before
-            this returns. Bytes without shape are taken as rows without gaps. Or a Memory, whose pixels stay as they are
-            until the job is done.
+        left, right: uint8 images of the rig's raw size in the tracker's format, (height, width,
+            channels), gray (height, width); rows may have gaps between them. Nothing is converted;
+            the library copies the pixels before this returns. Bytes without shape are taken as rows
+            without gaps. Or a Memory, whose pixels stay as they are until the job is done.
         timestamp_ns: strictly growing, of any clock.
         ignore: (height, width) uint8 or bool; nonzero pixels of the left image are not tissue.
-        capture_template: make this frame the template (the first usable frame is, unless one was set).
+        capture_template: make this frame the template (the first usable frame is, unless one was
+            set).
         samples: where the device leaves a SurfaceSample per template vertex.
-        deadline_ns: from this call until the job is to be done; 0: no deadline. What is not expected to fit is left out:
-            Reason.COARSE, Reason.UNCHECKED, in this order. A late job has Reason.OVERDUE.
-        held_motion: (3, 4), a rotation and mm: rectified camera from template frame, of what holds the body (a bone, the
-            base of the tissue). It carries the depth beneath the surface, instead of what is estimated from the surface.
-        camera_pose: (3, 4), a rotation and mm: fixed frame (a navigation system's) from rectified camera, at the frame's
-            time. Given with every frame from the template's on, it tells the motion of the tissue from that of the camera.
+        deadline_ns: from this call until the job is to be done; 0: no deadline. What is not
+            expected to fit is left out: Reason.COARSE, Reason.UNCHECKED, in this order. A late job
+            has Reason.OVERDUE.
+        held_motion: (3, 4), a rotation and mm: rectified camera from template frame, of what holds
+            the body (a bone, the base of the tissue). It carries the depth beneath the surface,
+            instead of what is estimated from the surface.
+        camera_pose: (3, 4), a rotation and mm: fixed frame (a navigation system's) from rectified
+            camera, at the frame's time. Given with every frame from the template's on, it tells the
+            motion of the tissue from that of the camera.
 
-        threads: one. Raises BusyError with a full queue, Error for a timestamp that does not grow; TypeError and
-        ValueError for images of another type or shape.
+        threads: one. Raises BusyError with a full queue, Error for a timestamp that does not grow;
+        TypeError and ValueError for images of another type or shape.
         """
         handle, tracker_keep = self._open()
         frame = structs.Frame(
@@ -258,16 +271,16 @@ class Tracker(TrackerOptions):
     def track(
         self, left: BufferLike, right: BufferLike, timestamp_ns: int, **options: Any
     ) -> Result:
-        """Submits a frame, waits for it, and returns what it gave: for those who have time. Arguments and errors:
-        submit."""
+        """Submits a frame, waits for it, and returns what it gave: for those who have time.
+        Arguments and errors: submit."""
         with self.submit(left, right, timestamp_ns, **options) as job:
             return job.result()
 
     def process(self, frames: Iterable[Tuple[BufferLike, BufferLike, int]]) -> Iterator[Job]:
-        """Tracks a sequence: takes (left, right, timestamp_ns), gives each frame's job, done, in order, and closes it
-        when the next is asked for. Meanwhile the frames behind it are computed, as many as frames_in_flight allows;
-        with 1, each frame's job is given before the next frame is taken, as a camera needs it. Errors: submit and
-        Job.wait."""
+        """Tracks a sequence: takes (left, right, timestamp_ns), gives each frame's job, done, in
+        order, and closes it when the next is asked for. Meanwhile the frames behind it are
+        computed, as many as frames_in_flight allows; with 1, each frame's job is given before the
+        next frame is taken, as a camera needs it. Errors: submit and Job.wait."""
         pending: Deque[Job] = collections.deque()
         try:
             for left, right, timestamp_ns in frames:
@@ -285,7 +298,8 @@ class Tracker(TrackerOptions):
                 job.close()
 
     def template(self) -> Template:
-        """The present template. threads: any. Raises Error with Status.ERROR_STATE before there is one."""
+        """The present template. threads: any. Raises Error with Status.ERROR_STATE before there is
+        one."""
         handle, keep = self._open()
         return Template(
             lambda out: native.defrec_tracker_get_template(handle, out),
@@ -294,8 +308,8 @@ class Tracker(TrackerOptions):
         )
 
     def set_template(self, template: Template) -> None:
-        """Tracks this template from the next submitted frame on; the rig must have the same rectified camera and size.
-        threads: one"""
+        """Tracks this template from the next submitted frame on; the rig must have the same
+        rectified camera and size. threads: one"""
         if not isinstance(template, Template):
             raise TypeError(f"template is a Template, {template!r} given")
         native.defrec_tracker_set_template(self._native, template._native)
@@ -303,10 +317,10 @@ class Tracker(TrackerOptions):
     def import_memory(self, source: Any) -> Memory:
         """Lets this tracker's device work in an array's memory, without a copy.
 
-        source: a writable array or buffer in the processor's memory, for devices that compute in it; or an array of a
-            CUDA device, whatever has __cuda_array_interface__ (CuPy, PyTorch, Numba), for that device. It begins at its
-            first element, which lies at a multiple of 16 bytes. It is kept alive until the Memory and the jobs that
-            were given it are closed.
+        source: a writable array or buffer in the processor's memory, for devices that compute in
+            it; or an array of a CUDA device, whatever has __cuda_array_interface__ (CuPy, PyTorch,
+            Numba), for that device. It begins at its first element, which lies at a multiple of 16
+            bytes. It is kept alive until the Memory and the jobs that were given it are closed.
         threads: any. Raises Error with Status.ERROR_UNSUPPORTED for what the device cannot reach.
         """
         return self._import(*memory_desc(source))
@@ -314,7 +328,8 @@ class Tracker(TrackerOptions):
     def import_memory_at(
         self, address: int, size: int, kind: MemoryKind, owner: Any = None
     ) -> Memory:
-        """Likewise of a bare address; size in bytes. owner, whatever it is, is kept alive as source would be."""
+        """Likewise of a bare address; size in bytes. owner, whatever it is, is kept alive as source
+        would be."""
         return self._import(structs.MemoryDesc(kind=kind, address=address, size=size), owner)
 
     def _import(self, desc: structs.MemoryDesc, owner: Any) -> Memory:

@@ -131,13 +131,14 @@ class TrackedFrame:
         observed, extrapolated, lost = self.counts()
         reasons = f" ({', '.join(self.reasons)})" if self.reasons else ""
         return (
-            f"<TrackedFrame {self.index}: {self.state.name}{reasons}, {observed} points tracked, {extrapolated} "
-            f"extrapolated, {lost} lost, expected error {self.median_expected_error_mm():.2f} mm>"
+            f"<TrackedFrame {self.index}: {self.state.name}{reasons}, {observed} points tracked,"
+            f" {extrapolated} extrapolated, {lost} lost, expected error"
+            f" {self.median_expected_error_mm():.2f} mm>"
         )
 
     def picture(self) -> Any:
-        """The left image with the points, as a Pillow image: tracked ones green, extrapolated ones orange. Raises
-        ImportError without Pillow."""
+        """The left image with the points, as a Pillow image: tracked ones green, extrapolated ones
+        orange. Raises ImportError without Pillow."""
         draws = _pillow("PIL.ImageDraw")
         picture = _pillow_image(self.image, self.format)
         draw = draws.Draw(picture)
@@ -151,8 +152,8 @@ class TrackedFrame:
         return picture
 
     def plot(self, axes: Any = None) -> Any:
-        """Draws the left image, and the points coloured by their expected error, with matplotlib; returns the axes.
-        Raises ImportError without matplotlib."""
+        """Draws the left image, and the points coloured by their expected error, with matplotlib;
+        returns the axes. Raises ImportError without matplotlib."""
         if axes is None:
             axes = importlib.import_module("matplotlib.pyplot").subplots()[1]
         axes.imshow(_pillow_image(self.image, self.format))
@@ -195,7 +196,10 @@ class TrackedFrame:
             ("expected error, median", f"{self.median_expected_error_mm():.2f} mm"),
             (
                 "surface",
-                f"{len(self.result.vertices)} vertices, {100 * self.result.observed_share:.0f} % observed",
+                (
+                    f"{len(self.result.vertices)} vertices,"
+                    f" {100 * self.result.observed_share:.0f} % observed"
+                ),
             ),
         ]
         estimate = self.rig_estimate
@@ -203,7 +207,10 @@ class TrackedFrame:
             rows.append(
                 (
                     "rig",
-                    f"right view {estimate.vertical_offset_px:+.2f} px low, rolled {estimate.roll_deg:+.3f} degrees",
+                    (
+                        f"right view {estimate.vertical_offset_px:+.2f} px low, rolled"
+                        f" {estimate.roll_deg:+.3f} degrees"
+                    ),
                 )
             )
         table = "".join(
@@ -215,12 +222,15 @@ class TrackedFrame:
         except ImportError:
             return f"<table>{table}</table>"
         data = base64.b64encode(file.getvalue()).decode()
-        return f'<table>{table}</table><img alt="left image with points" src="data:image/png;base64,{data}">'
+        return (
+            f'<table>{table}</table><img alt="left image with points"'
+            f' src="data:image/png;base64,{data}">'
+        )
 
 
 class Tracking(Iterator[TrackedFrame]):
-    """What track() returns: iterates over the frames. rig and tracker may be used meanwhile; close(), or with, frees
-    them before the sequence has ended."""
+    """What track() returns: iterates over the frames. rig and tracker may be used meanwhile;
+    close(), or with, frees them before the sequence has ended."""
 
     def __init__(
         self,
@@ -350,19 +360,21 @@ def track(
     device_id: Optional[str] = None,
     **options: Any,
 ) -> Tracking:
-    """Tracks a sequence, and gives a TrackedFrame for each pair of images. The first with a surface waits for the elastic
-    body beneath it (Template.wait_body), unless body is BodyMode.OFF.
+    """Tracks a sequence, and gives a TrackedFrame for each pair of images. The first with a surface
+    waits for the elastic body beneath it (Template.wait_body), unless body is BodyMode.OFF.
 
-    left, right: a folder of images, files, or uint8 arrays, each (height, width) or (height, width, 3 or 4). Files are
-        read with Pillow, as gray or RGB8. Arrays of 3 channels are BGR8 unless format says otherwise. Arrays may come
-        from a camera; frames_in_flight=1 then keeps the tracker from waiting for the next one.
-    calibration: a file of OpenCV or a mapping with M1 D1 M2 D2 R T (mm), a Calibration, or the Camera of rectified
-        images.
+    left, right: a folder of images, files, or uint8 arrays, each (height, width) or (height, width,
+        3 or 4). Files are read with Pillow, as gray or RGB8. Arrays of 3 channels are BGR8 unless
+        format says otherwise. Arrays may come from a camera; frames_in_flight=1 then keeps the
+        tracker from waiting for the next one.
+    calibration: a file of OpenCV or a mapping with M1 D1 M2 D2 R T (mm), a Calibration, or the
+        Camera of rectified images.
     points: (n, 2) pixels of the first left image to follow; None: a grid of 16 x 9.
     fps, timestamps_ns: times of the frames, by their rate or each by itself, ns.
     device_id, options: of Tracker.
 
-    Raises ValueError and TypeError for images and arguments that do not fit together, OSError for files, and Error.
+    Raises ValueError and TypeError for images and arguments that do not fit together, OSError for
+    files, and Error.
     """
     for name in options:
         if name not in _OPTIONS:

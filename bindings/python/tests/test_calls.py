@@ -1,5 +1,5 @@
-"""Every function of the C API, called once through the binding with distinctive values: the stub received each of them,
-in its place."""
+"""Every function of the C API, called once through the binding with distinctive values: the stub
+received each of them, in its place."""
 import ctypes
 import dataclasses
 import gc
@@ -169,8 +169,14 @@ class Calls(stub.StubTest):
         self.assertEqual(
             [str(call) for call in rest],
             [
-                f"defrec_rig_rectify_pixels(rig={r}, raw_uv=[1.5, 2.5, 3.5, 4.5], count=2, rectified_uv=written)",
-                f"defrec_rig_distort_pixels(rig={r}, rectified_uv=[5.5, 6.5], count=1, raw_uv=written)",
+                (
+                    f"defrec_rig_rectify_pixels(rig={r}, raw_uv=[1.5, 2.5, 3.5, 4.5], count=2,"
+                    " rectified_uv=written)"
+                ),
+                (
+                    f"defrec_rig_distort_pixels(rig={r}, rectified_uv=[5.5, 6.5], count=1,"
+                    " raw_uv=written)"
+                ),
                 f"defrec_rig_destroy(rig={r})",
             ],
         )
@@ -214,7 +220,10 @@ class Calls(stub.StubTest):
             [str(call) for call in rest],
             [
                 f"defrec_stage_prepare(stage={s}, in=[5, NULL], in_count=2)",
-                f"defrec_stage_run(stage={s}, in=[6, NULL, 7], in_count=3, out=[9, NULL], out_count=2)",
+                (
+                    f"defrec_stage_run(stage={s}, in=[6, NULL, 7], in_count=3, out=[9, NULL],"
+                    " out_count=2)"
+                ),
                 f"defrec_stage_destroy(stage={s})",
             ],
         )
@@ -319,13 +328,20 @@ class Calls(stub.StubTest):
                 for_ever,
                 f"defrec_job_result(job={j}, out={WRITTEN['defrec_result']})",
                 for_ever,
-                f"defrec_job_warp_points(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5], count=2, xyz=written, "
-                "status=written, expected_error_mm=written)",
+                (
+                    f"defrec_job_warp_points(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5],"
+                    " count=2, xyz=written, status=written, expected_error_mm=written)"
+                ),
                 for_ever,
-                f"defrec_job_point_covariances(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5], count=2, "
-                "covariance=written, evidence=written)",
+                (
+                    f"defrec_job_point_covariances(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5,"
+                    " 6.5], count=2, covariance=written, evidence=written)"
+                ),
                 for_ever,
-                f"defrec_job_lift_points(job={j}, uv=[1.5, 2.5], count=1, xyz=written, found=written)",
+                (
+                    f"defrec_job_lift_points(job={j}, uv=[1.5, 2.5], count=1, xyz=written,"
+                    " found=written)"
+                ),
                 for_ever,
                 f"defrec_job_get_template(job={j}, out={s})",
                 f"defrec_template_release(surface={s})",
@@ -424,9 +440,10 @@ class Calls(stub.StubTest):
         buffer = bytearray(96 * 80 * 3)
         tracker = Tracker(self.context, make_rig(self.context))
         self.log()
-        with tracker.import_memory(buffer) as memory, tracker.import_memory_at(
-            0x7000, 0x123456789, MemoryKind.CUDA
-        ) as device_memory:
+        with (
+            tracker.import_memory(buffer) as memory,
+            tracker.import_memory_at(0x7000, 0x123456789, MemoryKind.CUDA) as device_memory,
+        ):
             handles = memory._native, device_memory._native
             frames = []
 
@@ -485,9 +502,10 @@ class Calls(stub.StubTest):
         tracker = Tracker(self.context, make_rig(self.context))
         t = hex(tracker._native)
         self.log()
-        with tracker.template() as template, Template.load(
-            self.context, pathlib.Path("/in é")
-        ) as loaded:
+        with (
+            tracker.template() as template,
+            Template.load(self.context, pathlib.Path("/in é")) as loaded,
+        ):
             s, n = hex(template._native), hex(loaded._native)
             tracker.set_template(loaded)
             lifted = template.lift([(1.5, 2.5), (3.5, 4.5)])
@@ -503,8 +521,14 @@ class Calls(stub.StubTest):
                 f"defrec_tracker_get_template(tracker={t}, out={s})",
                 f'defrec_template_load(context={self.c}, path="/in é", out={n})',
                 f"defrec_tracker_set_template(tracker={t}, surface={n})",
-                f"defrec_template_lift(surface={s}, uv=[1.5, 2.5, 3.5, 4.5], count=2, xyz=written, found=written)",
-                f"defrec_template_point_pieces(surface={s}, template_xyz=[1, 2, 3, 4, 5, 6], count=2, pieces=written)",
+                (
+                    f"defrec_template_lift(surface={s}, uv=[1.5, 2.5, 3.5, 4.5], count=2,"
+                    " xyz=written, found=written)"
+                ),
+                (
+                    f"defrec_template_point_pieces(surface={s}, template_xyz=[1, 2, 3, 4, 5, 6],"
+                    " count=2, pieces=written)"
+                ),
                 f'defrec_template_save(surface={s}, path="/out")',
                 f"defrec_template_get(surface={s}, out={WRITTEN['defrec_template_info']})",
                 f"defrec_template_release(surface={n})",
@@ -540,7 +564,8 @@ class Calls(stub.StubTest):
         self.assertEqual((desc.regions, desc.region_count), (None, 0))
 
     def test_meshes_of_a_body(self):
-        """What the description points to is there while the library reads it, whatever is collected meanwhile."""
+        """What the description points to is there while the library reads it, whatever is collected
+        meanwhile."""
         received = []
 
         def numbers(c_type, address, count):
@@ -618,12 +643,17 @@ class Calls(stub.StubTest):
         self.assertEqual(
             [str(call).replace("-nan", "nan") for call in self.log()][:-1],
             [
-                f"defrec_targets_create(surface={s}, template_xyz=[1.5, 2.5, 3.5, nan, 5.5, -inf], count=2, out={t})",
+                (
+                    f"defrec_targets_create(surface={s}, template_xyz=[1.5, 2.5, 3.5, nan, 5.5,"
+                    f" -inf], count=2, out={t})"
+                ),
                 f"defrec_targets_count(targets={t})",
                 f"defrec_template_release(surface={s})",
                 f"defrec_job_wait(job={j}, timeout_ns=18446744073709551615)",
-                f"defrec_job_move_targets(job={j}, targets={t}, count=2, xyz=written, covariance=written, "
-                "status=written, expected_error_mm=written)",
+                (
+                    f"defrec_job_move_targets(job={j}, targets={t}, count=2, xyz=written,"
+                    " covariance=written, status=written, expected_error_mm=written)"
+                ),
                 f"defrec_targets_destroy(targets={t})",
             ],
         )

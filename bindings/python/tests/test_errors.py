@@ -1,5 +1,5 @@
-"""Failures: status and error message reach the exception, and what was made is given back, once, in any order. Against the
-stub."""
+"""Failures: status and error message reach the exception, and what was made is given back, once, in
+any order. Against the stub."""
 import copy
 import gc
 import pickle
@@ -256,7 +256,8 @@ class Lifetimes(stub.StubTest):
         self.assertEqual(received, [(3, "sdk", "ä")])
 
     def copies(self):
-        """Every copy of what the library points to: the function that tells where, the object, and the call."""
+        """Every copy of what the library points to: the function that tells where, the object, and
+        the call."""
         things = make_all()
         stub.answer("defrec_plugin_count", 1)
         stub.answer("defrec_device_count", 1)
@@ -268,7 +269,8 @@ class Lifetimes(stub.StubTest):
         }
 
     def test_not_closed_while_copying(self):
-        """What the library points to is gone when the handle is: another thread's close() waits for the copy."""
+        """What the library points to is gone when the handle is: another thread's close() waits for
+        the copy."""
         for name, (thing, copy_out) in self.copies().items():
             called = []
 
@@ -284,7 +286,8 @@ class Lifetimes(stub.StubTest):
         thing._lock.__enter__.assert_called_once_with()
 
     def test_closed_in_the_middle_of_a_copy(self):
-        """By a signal handler or a finaliser, on the thread that copies: it cannot wait for the copy."""
+        """By a signal handler or a finaliser, on the thread that copies: it cannot wait for the
+        copy."""
         for name in self.copies():
             thing, copy_out = self.copies()[name]
             handle = hex(thing._native)

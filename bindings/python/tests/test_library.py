@@ -126,9 +126,10 @@ class Tracking(LibraryTest):
             with self.assertRaises(Error) as raised:
                 Tracker(context, rig, "misbehaving", format=Format.GRAY8)
             self.assertEqual(raised.exception.status, Status.ERROR_PLUGIN)
-            with rig, Tracker(
-                context, rig, "misbehaving", format=Format.GRAY8, fallback=True
-            ) as tracker:
+            with (
+                rig,
+                Tracker(context, rig, "misbehaving", format=Format.GRAY8, fallback=True) as tracker,
+            ):
                 device = tracker.track(*FRAMES[0], 0).device_id
             self.assertIn(device, {each.id for each in context.devices} - {"misbehaving"})
 
@@ -213,7 +214,8 @@ class Tracking(LibraryTest):
             self.assertEqual(len(template.data().cut_points), 0)
             with open(path, "rb") as file:
                 whole = file.read()[:-8]
-            # The file ends in the number of cuts and in a flag, 0 without a body: one cut is put in.
+            # The file ends in the number of cuts and in a flag, 0 without a body: one cut is put
+            # in.
             line = [(plane.WIDTH / 2, plane.HEIGHT / 2 + v) for v in (-20, 0, 20)]
             cuts = struct.pack("<QBQ6fB", 1, 0, 3, *(x for pixel in line for x in pixel), 0)
             parted = whole[:-9] + cuts
@@ -459,7 +461,8 @@ class Threads(LibraryTest):
         )
 
     def test_fork(self):
-        """The child's handles answer with an error, closing them does nothing, and the parent goes on."""
+        """The child's handles answer with an error, closing them does nothing, and the parent goes
+        on."""
         code = (
             "import defrec, os, plane\n"
             "context = defrec.Context()\n"

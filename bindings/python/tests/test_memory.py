@@ -1,6 +1,8 @@
-"""Row 50 of docs/safety/faults.md: memory runs out at any one allocation of the library, from context to template file.
+"""Row 50 of docs/safety/faults.md: memory runs out at any one allocation of the library, from
+context to template file.
 
-LD_PRELOAD, from the environment, is bindings/memory_faults. DEFREC_TEST_ALLOCATION_STEP: one allocation in so many fails, on every backend.
+LD_PRELOAD, from the environment, is bindings/memory_faults. DEFREC_TEST_ALLOCATION_STEP: one
+allocation in so many fails, on every backend.
 """
 import contextlib
 import ctypes
@@ -43,7 +45,8 @@ class EveryAllocation(unittest.TestCase):
                     yield context, tracker
 
     def scenario(self):
-        """Everything that is made is closed, whatever fails; a tracker that was made stays usable."""
+        """Everything that is made is closed, whatever fails; a tracker that was made stays
+        usable."""
         with self.tracker() as (context, tracker):
             try:
                 for frame in range(len(FRAMES)):
@@ -60,7 +63,8 @@ class EveryAllocation(unittest.TestCase):
                 raise
 
     def fail(self, number):
-        """Status.OK, or what the scenario ended with; whether so many allocations were made; growth of those alive."""
+        """Status.OK, or what the scenario ended with; whether so many allocations were made; growth
+        of those alive."""
         before, status = FAULTS.defrec_live_allocations(), Status.OK
         FAULTS.defrec_fail_allocation(number)
         try:
@@ -78,7 +82,8 @@ class EveryAllocation(unittest.TestCase):
         if not devices:
             return
         self.device = devices[0]
-        # sdk/api/memory_test.cpp lets memory run out while shaders are compiled; here, a tracker keeps them.
+        # sdk/api/memory_test.cpp lets memory run out while shaders are compiled; here, a tracker
+        # keeps them.
         with self.tracker():
             self.check_every_failure(backend, step)
 

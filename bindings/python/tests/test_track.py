@@ -20,7 +20,7 @@ from defrec._arrays import numpy
 SEQUENCE, TRACKED = (pathlib.Path(os.environ[name]) for name in ("SEQUENCE", "TRACKED"))
 COVARIANCE = ["xx", "xy", "xz", "yy", "yz", "zz"]
 COLUMNS = ["frame", "id", "x", "y", "z", "status", "expected_error_mm", *COVARIANCE, "evidence"]
-EVIDENCE = ["none", "depth", "lateral", "both"]
+EVIDENCE = ["none", "depth", "photometric", "both"]
 
 
 def calibration():

@@ -51,7 +51,8 @@ def source_package(library):
 
 
 def linked_sources(binary):
-    """Source packages of the libraries that the binary names itself, not of those that these need."""
+    """Source packages of the libraries that the binary names itself, not of those that these
+    need."""
     needed = re.findall(r"NEEDED +(\S+)", run("objdump", "-p", str(binary)))
     mapped = dict(re.findall(r"(\S+) => (/\S+)", run("ldd", str(binary))))
     return {
@@ -97,7 +98,8 @@ def check_linked(bom, edges, libraries, programs):
 
 
 def check_versions(bom):
-    """What is in the binaries has the version of the Debian package that it is said to come from."""
+    """What is in the binaries has the version of the Debian package that it is said to come
+    from."""
     for component in bom["components"]:
         purl = component.get("purl", "")
         if component["scope"] == "required" and purl.startswith("pkg:deb/"):

@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
-"""Writes the component list (CycloneDX 1.5 and SPDX 2.3, JSON) and the notices of what is contained in the binaries.
+"""Writes the component list (CycloneDX 1.5 and SPDX 2.3, JSON) and the notices of what is contained
+in the binaries.
 
-component_list.py FOUND.json --list bom.json --spdx bom.spdx.json --notices notices.txt [--page package-lock.json --page-packages node_modules]
-FOUND.json is what CMake found: our parts, and each component's name, version, licence, one of its files, how it takes part and in which
-parts. Which Debian package a file belongs to, dpkg says here. The page is the report of `defrec track`, bundled from npm packages.
+component_list.py FOUND.json --list bom.json --spdx bom.spdx.json --notices notices.txt [--page
+    package-lock.json --page-packages node_modules]
+FOUND.json is what CMake found: our parts, and each component's name, version, licence, one of its
+files, how it takes part and in which parts. Which Debian package a file belongs to, dpkg says here.
+The page is the report of `defrec track`, bundled from npm packages.
 """
 import argparse
 import datetime
@@ -24,7 +27,8 @@ TYPES = {"linked": "library", "contained": "library", "tool": "application"}
 
 @functools.lru_cache(maxsize=None)
 def debian_package(file, sysroot):
-    """Name, version, architecture and source of a file's package; None if it has none. A file below the sysroot is of a package there."""
+    """Name, version, architecture and source of a file's package; None if it has none. A file below
+    the sysroot is of a package there."""
     path = os.path.realpath(file)
     query = ["dpkg-query"]
     if sysroot and path.startswith(f"{os.path.realpath(sysroot)}/"):
@@ -147,12 +151,14 @@ def component_list(parts, version, components):
         },
         "components": [own_entry(part, version) for part in parts]
         + [entry(component) for component in components],
-        "dependencies": [{"ref": "sdk", "dependsOn": parts}]
-        + [
-            {"ref": part, "dependsOn": [c["ref"] for c in components if part in c["used_by"]]}
-            for part in parts
-        ]
-        + [{"ref": component["ref"]} for component in components],
+        "dependencies": (
+            [{"ref": "sdk", "dependsOn": parts}]
+            + [
+                {"ref": part, "dependsOn": [c["ref"] for c in components if part in c["used_by"]]}
+                for part in parts
+            ]
+            + [{"ref": component["ref"]} for component in components]
+        ),
     }
     # The same content has the same number.
     serial = uuid.uuid5(uuid.NAMESPACE_OID, json.dumps(bom, sort_keys=True))

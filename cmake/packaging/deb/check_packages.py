@@ -3,9 +3,12 @@
 
 check_packages.py PACKAGES LISTS LIBDIR CONFIGURATION API INSTALLED BACKEND...
 
-What they depend on beside each other is looked for in dpkg's database, DPKG_ADMINDIR where that is set. PACKAGES has the .deb files; LISTS, for each package, NAME.txt with its files, one a line, below /usr, where @LIBDIR@ is the folder of
-libraries, @CONFIG@ the build's configuration, @API@ the version of the C API, and a line that ends in /** names all that lies below;
-libdefrec1-plugin.txt is the list of each backend's package, @BACKEND@ its name; INSTALLED is where `cmake --install` has put everything.
+What they depend on beside each other is looked for in dpkg's database, DPKG_ADMINDIR where that is
+set. PACKAGES has the .deb files; LISTS, for each package, NAME.txt with its files, one a line,
+below /usr, where @LIBDIR@ is the folder of libraries, @CONFIG@ the build's configuration, @API@ the
+version of the C API, and a line that ends in /** names all that lies below; libdefrec1-plugin.txt
+is the list of each backend's package, @BACKEND@ its name; INSTALLED is where `cmake --install` has
+put everything.
 """
 import collections
 import pathlib
@@ -28,7 +31,8 @@ class Package:
         fields = run("dpkg-deb", "-f", str(deb))
         self.fields = dict(re.findall(r"^([A-Z][\w-]+): (.*)$", fields, re.MULTILINE))
         self.name = self.fields["Package"]
-        # -rw-r--r-- root/root 123 2026-01-01 00:00 ./usr/include/defrec_c.h, with " -> target" behind links
+        # -rw-r--r-- root/root 123 2026-01-01 00:00 ./usr/include/defrec_c.h, with " -> target"
+        # behind links
         self.entries = {}
         for line in run("dpkg-deb", "-c", str(deb)).splitlines():
             mode, owner, _, _, _, path = line.split(maxsplit=5)
@@ -103,9 +107,10 @@ def check_together(packages, installed):
         if path.is_symlink() or not path.is_dir()
     }
     packed = {path for path in owners if not PACKAGE_DOCS.fullmatch(path) or path in everything}
-    assert (
-        packed == everything
-    ), f"packed and not installed: {sorted(packed - everything)}; installed and in no package: {sorted(everything - packed)}"
+    assert packed == everything, (
+        f"packed and not installed: {sorted(packed - everything)}; installed and in no package:"
+        f" {sorted(everything - packed)}"
+    )
 
 
 def main():
@@ -127,7 +132,8 @@ def main():
     assert not missing, f"no package {missing}"
     check_together(packages, installed)
     print(
-        f"{len(packages)} packages, {sum(len(package.files) for package in packages.values())} files"
+        f"{len(packages)} packages,"
+        f" {sum(len(package.files) for package in packages.values())} files"
     )
 
 

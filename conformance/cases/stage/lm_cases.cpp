@@ -47,7 +47,7 @@ void part_in_two(Scene& s) {
     const auto part = [&](auto& items) {
         for (auto& item : items) {
             const bool side = is_right(item.node[0]);
-            for (int k = 1; k < DEFREC_SKIN_NODES; ++k) {
+            for (int k = 1; k < DEFREC_BLEND_NODES; ++k) {
                 if (is_right(item.node[k]) == side) continue;
                 item.weight[0] += item.weight[k];
                 item.weight[k] = 0;

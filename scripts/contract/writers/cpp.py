@@ -1,5 +1,5 @@
-"""C++: fill_defaults and range_error of every struct that a caller fills in, the table of the tracker's options, names
-of enumerators."""
+"""C++: fill_defaults and range_error of every struct that a caller fills in, the table of the
+tracker's options, names of enumerators."""
 import re
 
 from contract import NUMBER
@@ -50,7 +50,8 @@ def fill_defaults(struct):
     for field in struct.fields:
         if field.default and not field.computed_default:
             lines.append(
-                f"    if (p.{field.name} == 0) p.{field.name} = {literal(field.default, field, struct)};"
+                f"    if (p.{field.name} == 0) p.{field.name} ="
+                f" {literal(field.default, field, struct)};"
             )
     return [*lines, "}"]
 
@@ -72,8 +73,11 @@ def checks_of(contract, struct, field, place, prefix):
             f"{each['name'].removeprefix(field.range.enumerators[:-1])} ({each['value']})"
             for each in values
         )
-        yield (f"check.known({name}, {value},\n        {{" + ",\n         ".join(each["name"] for each in values)
-               + f'}},\n        "{known}");')  # fmt: skip
+        yield (
+            f"check.known({name}, {value},\n        {{"
+            + ",\n         ".join(each["name"] for each in values)
+            + f'}},\n        "{known}");'
+        )
     elif field.range:
         ends = []
         for end, nothing in ((field.range.low, "kNoMin"), (field.range.high, "kNoMax")):
@@ -113,7 +117,10 @@ def limits(struct):
     for field in struct.fields:
         high = field.range.high if field.range and not field.is_float else None
         if high and high.isdigit() and int(high) < 1 << 16:
-            yield f"inline constexpr int32_t k{owner}Max{pascal(field.name.removeprefix('max_'))} = {high};"
+            yield (
+                f"inline constexpr int32_t k{owner}Max{pascal(field.name.removeprefix('max_'))} ="
+                f" {high};"
+            )
 
 
 def parameters(contract):
@@ -121,10 +128,15 @@ def parameters(contract):
     for struct in contract.params:
         body += ["", *fill_defaults(struct), *range_error(contract, struct), *limits(struct)]
     return TOP.format(
-        what="// Stage parameters: fill_defaults replaces every 0 that means default; range_error says which\n"
-        "// field of complete parameters is out of its range, and is empty where none is. Constants are the\n"
-        "// high ends of ranges.",
-        includes='#include "include/defrec_c.h"\n#include "sdk/contract/pixel_format.hpp"\n#include "sdk/contract/range_check.hpp"\n',
+        what=(
+            "// Stage parameters: fill_defaults replaces every 0 that means default; range_error"
+            " says which\n// field of complete parameters is out of its range, and is empty where"
+            " none is. Constants are the\n// high ends of ranges."
+        ),
+        includes=(
+            '#include "include/defrec_c.h"\n#include "sdk/contract/pixel_format.hpp"\n#include'
+            ' "sdk/contract/range_check.hpp"\n'
+        ),
         body="\n".join(body),
     )
 
@@ -135,9 +147,12 @@ def descriptions(contract):
         if struct.is_checked and not struct.is_params:
             body += ["", *fill_defaults(struct), *range_error(contract, struct), *limits(struct)]
     return TOP.format(
-        what="// What contexts and trackers are made with: range_error says which field, as the caller gave it,\n"
-        "// is out of its range, and is empty where none is; fill_defaults replaces every 0 whose default is\n"
-        "// a number. Constants are the high ends of ranges.",
+        what=(
+            "// What contexts and trackers are made with: range_error says which field, as the"
+            " caller gave it,\n// is out of its range, and is empty where none is; fill_defaults"
+            " replaces every 0 whose default is\n// a number. Constants are the high ends of"
+            " ranges."
+        ),
         includes='#include "include/defrec_c.h"\n#include "sdk/contract/range_check.hpp"\n',
         body="\n".join(body),
     )
@@ -151,7 +166,8 @@ def tracker_options(contract):
             choices += [
                 f"inline constexpr TrackerChoice {names}[] = {{",
                 *(
-                    f'    {{"{each["name"].removeprefix(field.range.enumerators[:-1]).lower()}", {each["name"]}}},'
+                    f'    {{"{each["name"].removeprefix(field.range.enumerators[:-1]).lower()}",'
+                    f' {each["name"]}}},'
                     for each in contract.enumerators(field.range.enumerators)
                 ),
                 "};",
@@ -193,7 +209,10 @@ inline constexpr TrackerOption kTrackerOptions[] = {
     )
     return TOP.format(
         what="// The fields of defrec_tracker_desc that `defrec track --config` sets.",
-        includes='#include <cstdint>\n#include <span>\n#include <variant>\n\n#include "include/defrec_c.h"\n',
+        includes=(
+            "#include <cstdint>\n#include <span>\n#include <variant>\n\n#include"
+            ' "include/defrec_c.h"\n'
+        ),
         body=body,
     )
 

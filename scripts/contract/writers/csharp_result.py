@@ -204,9 +204,11 @@ def text_records(contract, field):
     struct = contract.struct_of[field.element]
     types = {each: "string" if each.is_text else SCALARS[each.type] for each in struct.fields}
     members = [
-        f"Utf8.Read(from[i].{each.name}, to[i].{pascal(each.name)})"
-        if each.is_text
-        else f"from[i].{each.name}"
+        (
+            f"Utf8.Read(from[i].{each.name}, to[i].{pascal(each.name)})"
+            if each.is_text
+            else f"from[i].{each.name}"
+        )
         for each in struct.fields
     ]
     return RECORD.format(

@@ -20,13 +20,27 @@ from __future__ import annotations
 '''
 
 C_TYPES = {
-    "int16_t": "I16", "uint16_t": "U16", "int32_t": "I32", "uint32_t": "U32", "int64_t": "I64", "uint64_t": "U64",
-    "size_t": "Size", "float": "F32", "double": "F64", "defrec_status": "I32", "const char *": "Text",
-}  # fmt: skip
+    "int16_t": "I16",
+    "uint16_t": "U16",
+    "int32_t": "I32",
+    "uint32_t": "U32",
+    "int64_t": "I64",
+    "uint64_t": "U64",
+    "size_t": "Size",
+    "float": "F32",
+    "double": "F64",
+    "defrec_status": "I32",
+    "const char *": "Text",
+}
 PARAMETERS = {
-    "defrec_status": "c_int32", "uint32_t": "c_uint32", "int32_t": "c_int32", "uint64_t": "c_uint64", "int64_t": "c_int64",
-    "size_t": "c_size_t", "const char *": "c_char_p",
-}  # fmt: skip
+    "defrec_status": "c_int32",
+    "uint32_t": "c_uint32",
+    "int32_t": "c_int32",
+    "uint64_t": "c_uint64",
+    "int64_t": "c_int64",
+    "size_t": "c_size_t",
+    "const char *": "c_char_p",
+}
 RESULTS = {
     "void": "None",
     "defrec_status": "StatusResult",
@@ -76,9 +90,16 @@ def field_words(field):
 
 
 def enums(contract):
-    lines = [TOP.format(what="The enumerations and limits of the C API: DEFREC_DEVICE_CPU is DeviceKind.CPU here.\n\n"
-             "A later library of the same major version may know more of them than this package; such a value is\n"
-             "a member named UNKNOWN_<value>.\n") + "from enum import IntFlag\n\nfrom ._struct import OpenEnum\n"]  # fmt: skip
+    lines = [
+        TOP.format(
+            what=(
+                "The enumerations and limits of the C API: DEFREC_DEVICE_CPU is DeviceKind.CPU"
+                " here.\n\nA later library of the same major version may know more of them than"
+                " this package; such a value is\na member named UNKNOWN_<value>.\n"
+            )
+        )
+        + "from enum import IntFlag\n\nfrom ._struct import OpenEnum\n"
+    ]
     classes = []
     for enum in contract.enums:
         kind = enumeration_of(enum["values"])
@@ -93,8 +114,14 @@ def enums(contract):
             else:
                 members += [f"    {kind.member(value['name'])} = {value['value']}", *text]
         if kind:
-            classes += ["", "", f"class {kind.python}({'IntFlag' if kind.is_flags else 'OpenEnum'}):",
-                        *docstring(sentence(words(enum["summary"])), "    "), "", *members]  # fmt: skip
+            classes += [
+                "",
+                "",
+                f"class {kind.python}({'IntFlag' if kind.is_flags else 'OpenEnum'}):",
+                *docstring(sentence(words(enum["summary"])), "    "),
+                "",
+                *members,
+            ]
     return "\n".join([*lines, *classes]) + "\n"
 
 
@@ -144,10 +171,14 @@ def structs(contract):
             *body,
         ]
     plain = {kind: part for kind, part in arrays.items() if part[0] in C_TYPES.values()}
-    top = TOP.format(what="The structs of defrec_c.h, field for field.\n\n"
-        "Records (Feature, Landmark, ...) are what arrays hold: a NumPy array of them has the dtype\n"
-        "numpy.dtype(Feature), without NumPy it is a ctypes array. Parameters (StereoParams, ...) are made\n"
-        "with keywords, StereoParams(width=640, height=480); what is not named is 0, which means default.\n")  # fmt: skip
+    top = TOP.format(
+        what=(
+            "The structs of defrec_c.h, field for field.\n\nRecords (Feature, Landmark, ...) are"
+            " what arrays hold: a NumPy array of them has the dtype\nnumpy.dtype(Feature), without"
+            " NumPy it is a ctypes array. Parameters (StereoParams, ...) are made\nwith keywords,"
+            " StereoParams(width=640, height=480); what is not named is 0, which means default.\n"
+        )
+    )
     used = sorted(
         {
             "Address",
@@ -199,19 +230,44 @@ def prototypes(contract):
         parameters = ", ".join(kind(field) for field in function.parameters)
         row = f'    "{function.name}": ({RESULTS[function.returns]}, [{parameters}]),'
         if len(row) > 120:
-            row = f'    "{function.name}": (\n        {RESULTS[function.returns]},\n        [{parameters}],\n    ),'
+            row = (
+                f'    "{function.name}": (\n        {RESULTS[function.returns]},\n       '
+                f" [{parameters}],\n    ),"
+            )
         rows.append(row)
     used = sorted(set(re.findall(r"\bc_\w+", "\n".join(rows))))
     versions = contract.versions
-    return TOP.format(what="Result and parameters of each function of defrec_c.h, in the header's order.\n\nArrays are addresses, whoever made them.\n") + "\n".join([
-        "import ctypes", f"from ctypes import {', '.join(used)}", "from typing import Any, Dict, Sequence, Tuple, Type", "",
-        "from . import structs", "from ._struct import StatusResult, Struct", "",
-        f"API_MAJOR = {versions['DEFREC_API_MAJOR']}", f"API_MINOR = {versions['DEFREC_API_MINOR']}",
-        '"""The version of defrec_c.h that this package is made from."""', "", "",
-        "def _pointer(struct: Type[Struct]) -> Any:", "    return ctypes.POINTER(struct)", "", "",
-        "_handle_out = ctypes.POINTER(c_void_p)", "",
-        "PROTOTYPES: Dict[str, Tuple[Any, Sequence[Any]]] = {", *rows, "}", "",
-    ])  # fmt: skip
+    return TOP.format(
+        what=(
+            "Result and parameters of each function of defrec_c.h, in the header's order.\n\nArrays"
+            " are addresses, whoever made them.\n"
+        )
+    ) + "\n".join(
+        [
+            "import ctypes",
+            f"from ctypes import {', '.join(used)}",
+            "from typing import Any, Dict, Sequence, Tuple, Type",
+            "",
+            "from . import structs",
+            "from ._struct import StatusResult, Struct",
+            "",
+            f"API_MAJOR = {versions['DEFREC_API_MAJOR']}",
+            f"API_MINOR = {versions['DEFREC_API_MINOR']}",
+            '"""The version of defrec_c.h that this package is made from."""',
+            "",
+            "",
+            "def _pointer(struct: Type[Struct]) -> Any:",
+            "    return ctypes.POINTER(struct)",
+            "",
+            "",
+            "_handle_out = ctypes.POINTER(c_void_p)",
+            "",
+            "PROTOTYPES: Dict[str, Tuple[Any, Sequence[Any]]] = {",
+            *rows,
+            "}",
+            "",
+        ]
+    )
 
 
 def is_option(field):
@@ -247,19 +303,45 @@ def tracker_options(contract):
         )
     given = " | ".join(f"({constant} if {option} else 0)" for option, constant in constants.items())
     lines = [
-        "from typing import Any, Dict, Optional", "", "from ._handle import Handle", "from .context import Context",
-        f"from .enums import {', '.join(kinds)}", "from .rig import Rig", "",
-        'OPTIONS = """' + "\n    ".join(explained) + '"""', "", "",
-        "class TrackerOptions(Handle):", '    """The constructor of Tracker."""', "",
-        "    def __init__(", "        self,", "        context: Context,", "        rig: Rig,",
-        "        device_id: Optional[str] = None,", "        *,",
+        "from typing import Any, Dict, Optional",
+        "",
+        "from ._handle import Handle",
+        "from .context import Context",
+        f"from .enums import {', '.join(kinds)}",
+        "from .rig import Rig",
+        "",
+        'OPTIONS = """' + "\n    ".join(explained) + '"""',
+        "",
+        "",
+        "class TrackerOptions(Handle):",
+        '    """The constructor of Tracker."""',
+        "",
+        "    def __init__(",
+        "        self,",
+        "        context: Context,",
+        "        rig: Rig,",
+        "        device_id: Optional[str] = None,",
+        "        *,",
         *(f"        {field.name}: {option_type(field)[0]}," for field in fields),
         *(f"        {option}: bool = False," for option in constants),
-        "    ) -> None:", "        self._create(", "            context,", "            rig,", "            device_id,",
-        "            dict(", f"                flags={given},", *(f"                {field.name}={option_type(field)[1]}," for field in fields), "            ),", "        )", "",
-        "    def _create(self, context: Context, rig: Rig, device_id: Optional[str], options: Dict[str, Any]) -> None:",
-        "        raise NotImplementedError", "",
-    ]  # fmt: skip
+        "    ) -> None:",
+        "        self._create(",
+        "            context,",
+        "            rig,",
+        "            device_id,",
+        "            dict(",
+        f"                flags={given},",
+        *(f"                {field.name}={option_type(field)[1]}," for field in fields),
+        "            ),",
+        "        )",
+        "",
+        (
+            "    def _create(self, context: Context, rig: Rig, device_id: Optional[str], options:"
+            " Dict[str, Any]) -> None:"
+        ),
+        "        raise NotImplementedError",
+        "",
+    ]
     return TOP.format(
         what="The options of Tracker: the fields of defrec_tracker_desc as keywords."
     ) + "\n".join(lines)

@@ -28,7 +28,7 @@ struct StirMark {
 std::vector<StirMark> stir_marks(const cv::Mat& segmentation);
 
 // Marks of both views in the same image of the tissue. Each left mark's right centre is the one
-// whose surroundings, of the size of the left mark, correlate best, among those at most 10 rows
+// whose nearest_surface, of the size of the left mark, correlate best, among those at most 10 rows
 // away and 8 to 105 px of disparity; where there is none the mark has no place in 3D.
 struct StirStereo {
     double fx = 0, cx = 0, cy = 0, right_cx = 0, baseline_mm = 0;

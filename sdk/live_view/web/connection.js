@@ -1,7 +1,8 @@
 // What the page asks of the program that shows it.
 const token = new URLSearchParams(location.search).get('token') ?? '';
 
-const ask = (path, options = {}) => fetch(path, { ...options, cache: 'no-store', headers: { 'X-Token': token } });
+const ask = (path, options = {}) =>
+    fetch(path, {...options, cache: 'no-store', headers: {'X-Token': token}});
 
 /** The header and the sections, as view_packet.hpp lays them out. */
 async function packet(response) {
@@ -14,12 +15,17 @@ async function packet(response) {
     sections[name] = body.slice(at, at + bytes);
     at += Math.ceil(bytes / 4) * 4;
   }
-  return { header, sections };
+  return {header, sections};
 }
 
-const pause = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
+const pause = (ms) => new Promise((resolve) => {
+  setTimeout(resolve, ms);
+});
 
-/** Asks for one frame after the other until the run ends. options(): { overlay }; show: async, of a packet. */
+/**
+ * Asks for one frame after the other until the run ends. options(): { overlay }; show: async, of a
+ * packet.
+ */
 export async function watchFrames(options, show, connected) {
   let after = -1;
   let failures = 0;
@@ -49,7 +55,7 @@ export const fetchSurface = async () => packet(await ask('/surface'));
 /** The answer's text, or why there is none. */
 export async function post(path, value) {
   try {
-    const response = await ask(path, { method: 'POST', body: JSON.stringify(value) });
+    const response = await ask(path, {method: 'POST', body: JSON.stringify(value)});
     return (await response.text()).trim();
   } catch {
     return 'The program does not answer.';

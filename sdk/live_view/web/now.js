@@ -1,8 +1,16 @@
 // What is said in words: the state now, changes of state, points followed by click, the recording.
-import { byId, element, milliseconds, number, percent, seconds, table } from '../../report/web/data.js';
-import { statuses } from '../../report/web/colours.js';
-import { stateChip } from '../../report/web/summary.js';
-import { post } from './connection.js';
+import {
+  byId,
+  element,
+  milliseconds,
+  number,
+  percent,
+  seconds,
+  table
+} from '../../report/web/data.js';
+import {statuses} from '../../report/web/colours.js';
+import {stateChip} from '../../report/web/summary.js';
+import {post} from './connection.js';
 
 const kMaxChanges = 200;
 
@@ -11,10 +19,14 @@ export function showNow(header, moment, shownPerSecond) {
   byId('sequence').textContent = header.sequence;
   byId('lead').textContent = `${header.device}; defrec ${header.version}`;
   const entries = [
-    ['State', stateChip(moment[2])], ['Reasons', moment[3] || 'none'], ['Frame', String(header.frame)], ['Time', seconds(header.timestamp_ms)],
-    ['Frame time', milliseconds(moment[4])], ['Observed', percent(moment[5])], ['Residual', `${number(header.residual_mm)} mm`],
-    ['Shown', `${number(shownPerSecond, 0)} frames/s`]];
-  byId('cards').replaceChildren(...entries.map(([name, value]) => element('div', {}, element('dt', {}, name), element('dd', {}, value))));
+    ['State', stateChip(moment[2])], ['Reasons', moment[3] || 'none'],
+    ['Frame', String(header.frame)], ['Time', seconds(header.timestamp_ms)],
+    ['Frame time', milliseconds(moment[4])], ['Observed', percent(moment[5])],
+    ['Residual', `${number(header.residual_mm)} mm`],
+    ['Shown', `${number(shownPerSecond, 0)} frames/s`]
+  ];
+  byId('cards').replaceChildren(...entries.map(
+      ([name, value]) => element('div', {}, element('dt', {}, name), element('dd', {}, value))));
 }
 
 /** header.stages: [name, ms] in the order of execution; a stage that ran twice comes twice. */
@@ -23,9 +35,12 @@ export function showStages(stages) {
   for (const [name, ms] of stages) total.set(name, (total.get(name) ?? 0) + ms);
   const longest = Math.max(...total.values(), Number.MIN_VALUE);
   byId('stages').replaceChildren(...[...total].flatMap(([name, ms]) => {
-    const bar = element('span', { class: 'bar' });
+    const bar = element('span', {class: 'bar'});
     bar.style.width = `${(100 * ms) / longest}%`;
-    return [element('dt', {}, name), element('dd', {}, element('span', { class: 'time' }, milliseconds(ms)), bar)];
+    return [
+      element('dt', {}, name),
+      element('dd', {}, element('span', {class: 'time'}, milliseconds(ms)), bar)
+    ];
   }));
 }
 
@@ -46,10 +61,15 @@ export class Changes {
 }
 
 export function showPoints(points, clicked) {
-  const rows = points.filter(([id]) => clicked.has(id)).map(([id, status, , , x, y, z, error]) => [
-    String(id), statuses[status].name, x === undefined ? '' : `${number(x)}, ${number(y)}, ${number(z)}`,
-    error === undefined ? '' : `${number(error)} mm`]);
-  byId('points').replaceChildren(rows.length ? table(['Point', 'Status', 'x, y, z in mm', 'Expected error'], rows) : element('p', { class: 'hint' }, 'None yet.'));
+  const rows = points.filter(([id]) => clicked.has(id))
+                   .map(
+                       ([id, status, , , x, y, z, error]) =>
+                           [String(id), statuses[status].name,
+                            x === undefined ? '' : `${number(x)}, ${number(y)}, ${number(z)}`,
+                            error === undefined ? '' : `${number(error)} mm`]);
+  byId('points').replaceChildren(
+      rows.length ? table(['Point', 'Status', 'x, y, z in mm', 'Expected error'], rows) :
+                    element('p', {class: 'hint'}, 'None yet.'));
 }
 
 export function showRecording(name) {
@@ -71,6 +91,6 @@ export async function request(path, value) {
 export function listenToRecord() {
   byId('record').addEventListener('click', () => {
     const isOn = byId('record').getAttribute('aria-pressed') === 'true';
-    request('/recording', { on: !isOn });
+    request('/recording', {on: !isOn});
   });
 }

@@ -1,8 +1,8 @@
 // The left view with the followed points and the targets; a click follows another one.
-import { statuses } from '../../report/web/colours.js';
-import { byId } from '../../report/web/data.js';
-import { request } from './now.js';
-import { drawTargets } from './targets.js';
+import {statuses} from '../../report/web/colours.js';
+import {byId} from '../../report/web/data.js';
+import {request} from './now.js';
+import {drawTargets} from './targets.js';
 
 const kRadius = 3.5;
 
@@ -15,7 +15,7 @@ export class Picture {
       const box = this.canvas.getBoundingClientRect();
       const u = ((event.clientX - box.left) / box.width) * this.size[0] - 0.5;
       const v = ((event.clientY - box.top) / box.height) * this.size[1] - 0.5;
-      request('/points', { u, v });
+      request('/points', {u, v});
     });
   }
 

@@ -1,10 +1,18 @@
 // The surface in 3D as it is now.
 import * as THREE from 'three';
-import { rampGradient, statuses } from '../../report/web/colours.js';
-import { byId, element } from '../../report/web/data.js';
-import { completeTriangles, copies, place, seeThrough, Stage, statusColours, valueColour } from '../../report/web/stage.js';
-import { fetchSurface } from './connection.js';
-import { targetColour } from './targets.js';
+import {rampGradient, statuses} from '../../report/web/colours.js';
+import {byId, element} from '../../report/web/data.js';
+import {
+  completeTriangles,
+  copies,
+  place,
+  seeThrough,
+  Stage,
+  statusColours,
+  valueColour
+} from '../../report/web/stage.js';
+import {fetchSurface} from './connection.js';
+import {targetColour} from './targets.js';
 
 const kTopErrorMm = 2;
 
@@ -16,8 +24,11 @@ class LiveSurface extends Stage {
     this.geometry = new THREE.BufferGeometry();
     this.texture = new THREE.CanvasTexture(document.createElement('canvas'));
     this.texture.colorSpace = THREE.SRGBColorSpace;
-    this.material = new THREE.MeshLambertMaterial({ vertexColors: true, side: THREE.DoubleSide });
-    this.wires = new THREE.Mesh(this.geometry, new THREE.MeshBasicMaterial({ color: 0x0f172a, wireframe: true, transparent: true, opacity: 0.28 }));
+    this.material = new THREE.MeshLambertMaterial({vertexColors: true, side: THREE.DoubleSide});
+    this.wires = new THREE.Mesh(
+        this.geometry,
+        new THREE.MeshBasicMaterial(
+            {color: 0x0f172a, wireframe: true, transparent: true, opacity: 0.28}));
     this.mesh = new THREE.Mesh(this.geometry, this.material);
     this.mesh.frustumCulled = this.wires.frustumCulled = false;
     this.group.add(this.mesh, this.wires);
@@ -28,7 +39,7 @@ class LiveSurface extends Stage {
   }
 
   async take(number) {
-    const { header, sections } = await fetchSurface();
+    const {header, sections} = await fetchSurface();
     this.number = header.surface;
     this.triangles = new Uint32Array(sections.triangles);
     return this.number === number;
@@ -38,7 +49,8 @@ class LiveSurface extends Stage {
     if (this.geometry.attributes.position?.count === vertices) return;
     this.geometry.dispose();
     for (const [name, size] of [['position', 3], ['color', 3], ['uv', 2]])
-      this.geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(size * vertices), size));
+      this.geometry.setAttribute(
+          name, new THREE.BufferAttribute(new Float32Array(size * vertices), size));
   }
 
   makeTargets(room) {
@@ -59,7 +71,7 @@ class LiveSurface extends Stage {
     this.makeTargets(targets.length);
     const ball = (size) => [size, 0, 0, 0, size, 0, 0, 0, size];
     place(this.marks, targets, () => ball(1), () => targetColour);
-    place(this.errors, targets, ({ error }) => ball(error ?? 0), () => targetColour);
+    place(this.errors, targets, ({error}) => ball(error ?? 0), () => targetColour);
     seeThrough(this.material, targets.length > 0 && byId('see-through').checked);
     this.canvas.dataset.targets = targets.length;
   }
@@ -69,7 +81,8 @@ class LiveSurface extends Stage {
     const xyz = new Float32Array(sections.xyz);
     byId('no-surface').hidden = xyz.length > 0;
     this.group.visible = xyz.length > 0;
-    if (xyz.length && (header.surface === this.number || await this.take(header.surface))) this.draw(xyz, header, sections, bitmap, targets);
+    if (xyz.length && (header.surface === this.number || await this.take(header.surface)))
+      this.draw(xyz, header, sections, bitmap, targets);
     this.showTargets(targets);
     this.render();
   }
@@ -77,11 +90,16 @@ class LiveSurface extends Stage {
   draw(xyz, header, sections, bitmap, targets) {
     const by = byId('colour-by').value;
     this.makeRoom(xyz.length / 3);
-    const { position, color, uv } = this.geometry.attributes;
+    const {position, color, uv} = this.geometry.attributes;
     position.array.set(xyz);
-    const errors = new Float32Array(sections.error), status = new Uint8Array(sections.status), pixels = new Float32Array(sections.uv);
+    const errors = new Float32Array(sections.error), status = new Uint8Array(sections.status),
+          pixels = new Float32Array(sections.uv);
     for (let v = 0; v < status.length; ++v) {
-      color.array.set(by === 'tissue' ? [1, 1, 1] : by === 'status' ? statusColours[status[v]] : valueColour(errors[v] / kTopErrorMm), 3 * v);
+      color.array.set(
+          by === 'tissue'     ? [1, 1, 1] :
+              by === 'status' ? statusColours[status[v]] :
+                                valueColour(errors[v] / kTopErrorMm),
+          3 * v);
       uv.array[2 * v] = (pixels[2 * v] + 0.5) / header.width;
       uv.array[2 * v + 1] = 1 - (pixels[2 * v + 1] + 0.5) / header.height;
     }
@@ -93,7 +111,7 @@ class LiveSurface extends Stage {
     this.showScale(by, targets.length > 0);
     if (this.isPlaced) return;
     this.isPlaced = true;
-    this.enclose(xyz, ...targets.map(({ centre }) => centre));
+    this.enclose(xyz, ...targets.map(({centre}) => centre));
     this.look(0.4, 0.45);
   }
 
@@ -118,11 +136,21 @@ class LiveSurface extends Stage {
     if (this.scale === by && this.scaleHasTargets === withTargets) return;
     this.scale = by;
     this.scaleHasTargets = withTargets;
-    const swatch = (colour) => element('span', { class: 'swatch', style: `background: ${colour}` });
-    const targets = withTargets ? [element('span', {}, swatch(targetColour), 'targets: expected error, true size')] : [];
-    byId('legend').replaceChildren(...targets, ...(by === 'status'
-      ? statuses.map(({ name, colour }) => element('span', {}, swatch(colour), name))
-      : by === 'error' ? [element('span', {}, '0'), element('span', { class: 'ramp', style: `background: ${rampGradient}` }), element('span', {}, `${kTopErrorMm} mm`)] : []));
+    const swatch = (colour) => element('span', {class: 'swatch', style: `background: ${colour}`});
+    const targets = withTargets ?
+        [element('span', {}, swatch(targetColour), 'targets: expected error, true size')] :
+        [];
+    byId('legend').replaceChildren(
+        ...targets,
+        ...(by === 'status' ?
+                statuses.map(({name, colour}) => element('span', {}, swatch(colour), name)) :
+                by === 'error' ?
+                [
+                  element('span', {}, '0'),
+                  element('span', {class: 'ramp', style: `background: ${rampGradient}`}),
+                  element('span', {}, `${kTopErrorMm} mm`)
+                ] :
+                []));
   }
 }
 
@@ -131,7 +159,8 @@ export function openSurface() {
   try {
     return new LiveSurface(byId('view'));
   } catch {
-    byId('no-surface').textContent = 'This browser has no WebGL, which the 3D view needs. The rest of the page works without.';
+    byId('no-surface').textContent =
+        'This browser has no WebGL, which the 3D view needs. The rest of the page works without.';
     return null;
   }
 }

@@ -1,7 +1,7 @@
 // Frame time and observed share of the last frames.
 import uPlot from 'uplot';
-import { lineColours } from '../../report/web/colours.js';
-import { byId } from '../../report/web/data.js';
+import {lineColours} from '../../report/web/colours.js';
+import {byId} from '../../report/web/data.js';
 
 const kMaxMoments = 600;
 const kDrawMs = 250;
@@ -9,22 +9,32 @@ const kDrawMs = 250;
 export class Timeline {
   constructor() {
     const ink = getComputedStyle(document.documentElement).getPropertyValue('--muted').trim();
-    const axis = (scale, side) => ({ scale, side, stroke: ink, size: 52, grid: { show: side === 3 } });
+    const axis = (scale, side) => ({scale, side, stroke: ink, size: 52, grid: {show: side === 3}});
     this.values = [[], [], []];
     this.drawn = 0;
     const container = byId('plots');
     const width = () => Math.max(300, container.clientWidth - 2);
-    this.plot = new uPlot({
-      width: width(), height: 170,
-      scales: { x: { time: false }, ms: { range: (_, __, high) => [0, high > 0 ? high * 1.1 : 1] }, share: { range: [0, 100] } },
-      axes: [{ stroke: ink, size: 30, values: (_, ticks) => ticks.map((t) => `${+t.toFixed(2)} s`) }, axis('ms', 3), axis('share', 1)],
-      series: [
-        { label: 'Time', value: (_, value) => (value === null ? '–' : `${value.toFixed(2)} s`) },
-        { label: 'frame time, ms', scale: 'ms', stroke: lineColours[0], width: 1.6 },
-        { label: 'observed, %', scale: 'share', stroke: lineColours[2], width: 1.6 },
-      ],
-    }, this.values, container);
-    addEventListener('resize', () => this.plot.setSize({ width: width(), height: 170 }));
+    this.plot = new uPlot(
+        {
+          width: width(),
+          height: 170,
+          scales: {
+            x: {time: false},
+            ms: {range: (_, __, high) => [0, high > 0 ? high * 1.1 : 1]},
+            share: {range: [0, 100]}
+          },
+          axes: [
+            {stroke: ink, size: 30, values: (_, ticks) => ticks.map((t) => `${+ t.toFixed(2)} s`)},
+            axis('ms', 3), axis('share', 1)
+          ],
+          series: [
+            {label: 'Time', value: (_, value) => (value === null ? '–' : `${value.toFixed(2)} s`)},
+            {label: 'frame time, ms', scale: 'ms', stroke: lineColours[0], width: 1.6},
+            {label: 'observed, %', scale: 'share', stroke: lineColours[2], width: 1.6},
+          ],
+        },
+        this.values, container);
+    addEventListener('resize', () => this.plot.setSize({width: width(), height: 170}));
   }
 
   add(moments) {

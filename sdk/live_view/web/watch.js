@@ -1,10 +1,11 @@
-// Puts together what a page shows of each frame; surface and timeline are null where the packages that draw them are not inside.
-import { byId } from '../../report/web/data.js';
-import { ready } from '../../report/web/health.js';
-import { watchFrames } from './connection.js';
-import { Changes, listenToRecord, showNow, showPoints, showRecording, showStages } from './now.js';
-import { Picture } from './picture.js';
-import { placedTargets, readTargets, showTargetList } from './targets.js';
+// Puts together what a page shows of each frame; surface and timeline are null where the packages
+// that draw them are not inside.
+import {byId} from '../../report/web/data.js';
+import {ready} from '../../report/web/health.js';
+import {watchFrames} from './connection.js';
+import {Changes, listenToRecord, showNow, showPoints, showRecording, showStages} from './now.js';
+import {Picture} from './picture.js';
+import {placedTargets, readTargets, showTargetList} from './targets.js';
 
 export async function watch(surface, timeline) {
   const picture = new Picture();
@@ -15,9 +16,11 @@ export async function watch(surface, timeline) {
   let isFirst = true;
   listenToRecord();
 
-  async function show({ header, sections }) {
-    const [left, overlay] = await Promise.all([sections.left, sections.overlay].map((jpeg) => jpeg && createImageBitmap(new Blob([jpeg], { type: 'image/jpeg' }))));
-    for (const [id] of header.points) if (isFirst) given.add(id);
+  async function show({header, sections}) {
+    const [left, overlay] = await Promise.all([sections.left, sections.overlay].map(
+        (jpeg) => jpeg && createImageBitmap(new Blob([jpeg], {type: 'image/jpeg'}))));
+    for (const [id] of header.points)
+      if (isFirst) given.add(id);
     isFirst = false;
     const clicked = new Set(header.points.map(([id]) => id).filter((id) => !given.has(id)));
     const moments = header.moments.filter(([frame]) => frame > newest);
@@ -34,7 +37,8 @@ export async function watch(surface, timeline) {
     const targets = readTargets(header);
     showTargetList(targets, header.target_count);
     picture.show(overlay ?? left, header, clicked, targets);
-    await surface?.show(header, sections, left, byId('show-targets').checked ? placedTargets(targets) : []);
+    await surface?.show(
+        header, sections, left, byId('show-targets').checked ? placedTargets(targets) : []);
     timeline?.add(moments);
     document.documentElement.dataset.frame = header.frame;
     document.documentElement.dataset.clicked = clicked.size;
@@ -42,7 +46,7 @@ export async function watch(surface, timeline) {
     overlay?.close();
   }
 
-  const reason = await watchFrames(() => ({ overlay: byId('overlay').checked }), show, ready);
+  const reason = await watchFrames(() => ({overlay: byId('overlay').checked}), show, ready);
   byId('message').textContent = reason;
   document.documentElement.dataset.ended = 'true';
 }

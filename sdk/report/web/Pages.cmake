@@ -1,5 +1,5 @@
-# Pages that are compiled in. Their scripts are bundled with packages of npm at build time; without node, npm or their registry a page
-# is a plain one, which lacks what those packages draw.
+# Pages that are compiled in. Their scripts are bundled with packages of npm at build time; without
+# node, npm or their registry a page is a plain one, which lacks what those packages draw.
 find_program(DEFREC_NODE NAMES node nodejs)
 find_program(DEFREC_NPM NAMES npm)
 
@@ -9,8 +9,8 @@ file(MAKE_DIRECTORY "${packages}")
 define_property(GLOBAL PROPERTY DEFREC_PAGE_PACKAGES BRIEF_DOCS "the folder of node_modules")
 set_property(GLOBAL PROPERTY DEFREC_PAGE_PACKAGES "${packages}")
 # defrec_add_npm_packages(FOLDER PACKAGES STAMP)
-# FOLDER: with package.json and package-lock.json. Makes a rule that installs them in the folder PACKAGES, and sets STAMP, the file that
-# the rule touches.
+# FOLDER: with package.json and package-lock.json. Makes a rule that installs them in the folder
+# PACKAGES, and sets STAMP, the file that the rule touches.
 function(defrec_add_npm_packages folder packages stamp)
   set(touched "${packages}/packages.stamp")
   if(EXISTS "${touched}" AND NOT EXISTS "${packages}/node_modules")
@@ -33,8 +33,9 @@ else()
 endif()
 
 # defrec_add_page(NAME FOLDER HEADER FUNCTION...)
-# FOLDER: with index.html, main.js, main_plain.js and NAME.css, which comes after report.css. Sets NAME_page_source, the C++ source of functions that return the
-# page's pieces, and NAME_plain_page_source, that of the page without packages of npm.
+# FOLDER: with index.html, main.js, main_plain.js and NAME.css, which comes after report.css. Sets
+# NAME_page_source, the C++ source of functions that return the page's pieces, and
+# NAME_plain_page_source, that of the page without packages of npm.
 function(defrec_add_page name folder header)
   set(web "${CMAKE_CURRENT_FUNCTION_LIST_DIR}")
   get_property(packages GLOBAL PROPERTY DEFREC_PAGE_PACKAGES)

@@ -18,15 +18,20 @@ export const stateMeanings = {
 
 // Indexed by VertexStatus, as DEFREC_POINT_* of the C API.
 export const statuses = [
-  { name: 'observed', colour: '#2dd4bf', meaning: 'seen in this frame, in depth and in the image' },
-  { name: 'extrapolated', colour: '#fbbf24', meaning: 'hidden, without data or not recognised: moved along by the model' },
-  { name: 'unknown', colour: '#9ca3af', meaning: 'no claim is made about this place' },
+  {name: 'observed', colour: '#2dd4bf', meaning: 'seen in this frame, in depth and in the image'},
+  {
+    name: 'extrapolated',
+    colour: '#fbbf24',
+    meaning: 'hidden, without data or not recognised: moved along by the model'
+  },
+  {name: 'unknown', colour: '#9ca3af', meaning: 'no claim is made about this place'},
 ];
 
 export const observedStatus = 0;
 export const unknownStatus = 2;
 
-// Dark blue to yellow, readable without red-green vision (a coarse table of the viridis map's course).
+// Dark blue to yellow, readable without red-green vision (a coarse table of the viridis map's
+// course).
 const ramp = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
 export function rampColour(share) {
   const place = Math.min(Math.max(share, 0), 1) * (ramp.length - 1);
@@ -35,4 +40,5 @@ export function rampColour(share) {
 }
 export const rampGradient = `linear-gradient(90deg, ${ramp.map((c) => `rgb(${c})`).join(', ')})`;
 
-export const lineColours = ['#2563eb', '#d97706', '#16a05e', '#db2777', '#7c3aed', '#0891b2', '#84cc16', '#b45309'];
+export const lineColours =
+    ['#2563eb', '#d97706', '#16a05e', '#db2777', '#7c3aed', '#0891b2', '#84cc16', '#b45309'];

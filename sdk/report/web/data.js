@@ -19,18 +19,26 @@ export function positions(points) {
   return result;
 }
 
-/** Per point status, centre, the affine matrix that maps the unit sphere to its ellipsoid, and the expected error (mm). A lost point's centre is NaN. */
+/**
+ * Per point status, centre, the affine matrix that maps the unit sphere to its ellipsoid, and the
+ * expected error (mm). A lost point's centre is NaN.
+ */
 export function decodeEllipsoids(ellipsoids, step) {
   if (!ellipsoids) return [];
   const centres = positions(ellipsoids.points);
   return Array.from(ellipsoids.status, (status, i) => {
     const lower = Array.from(ellipsoids.shapes.subarray(6 * i, 6 * i + 6), (s) => s * step);
     const [a, b, d, c, e, f] = lower;
-    return { status, centre: centres.subarray(3 * i, 3 * i + 3), shape: [a, 0, 0, b, d, 0, c, e, f], error: Math.hypot(...lower) };
+    return {
+      status,
+      centre: centres.subarray(3 * i, 3 * i + 3),
+      shape: [a, 0, 0, b, d, 0, c, e, f],
+      error: Math.hypot(...lower)
+    };
   });
 }
 
-export const isPlaced = ({ centre }) => !Number.isNaN(centre[0]);
+export const isPlaced = ({centre}) => !Number.isNaN(centre[0]);
 
 /** A round number at or above the value: 1, 2 or 5 times a power of ten. */
 export function roundUp(value) {
@@ -72,14 +80,18 @@ export function element(name, attributes = {}, ...children) {
 }
 
 export function number(value, digits = 2) {
-  return value === null || value === undefined || !Number.isFinite(value) ? '–' : value.toFixed(digits);
+  return value === null || value === undefined || !Number.isFinite(value) ? '–' :
+                                                                            value.toFixed(digits);
 }
 export const seconds = (ms) => `${number(ms / 1000, ms < 100000 ? 2 : 1)} s`;
 export const milliseconds = (ms) => `${number(ms, ms < 1 ? 3 : ms < 10 ? 2 : 1)} ms`;
-export const percent = (share) => (share > 0.9995 || share < 0.0005 ? number(100 * share, 0) : number(100 * share, 1)) + ' %';
+export const percent = (share) =>
+    (share > 0.9995 || share < 0.0005 ? number(100 * share, 0) : number(100 * share, 1)) + ' %';
 
 export function table(head, rows) {
   const body = rows.map((row) => element('tr', {}, ...row.map((cell) => element('td', {}, cell))));
-  const heads = head.map((text) => element('th', { scope: 'col' }, text));
-  return element('table', {}, element('thead', {}, element('tr', {}, ...heads)), element('tbody', {}, ...body));
+  const heads = head.map((text) => element('th', {scope: 'col'}, text));
+  return element(
+      'table', {}, element('thead', {}, element('tr', {}, ...heads)),
+      element('tbody', {}, ...body));
 }

@@ -1,4 +1,5 @@
-// Says on <html> how the page fares: data-errors counts what went wrong, data-ready is there when all of the page stands.
+// Says on <html> how the page fares: data-errors counts what went wrong, data-ready is there when
+// all of the page stands.
 const root = document.documentElement;
 function failed(reason) {
   root.dataset.errors = Number(root.dataset.errors ?? 0) + 1;

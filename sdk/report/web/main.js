@@ -1,13 +1,13 @@
 // Puts the page together.
 import 'uplot/dist/uPlot.min.css';
 import './report.css';
-import { readData } from './data.js';
-import { ready, watchErrors } from './health.js';
-import { showPictures } from './pictures.js';
-import { showPlots } from './plots.js';
-import { showChanges, showLicences, showReading, showSummary } from './summary.js';
-import { showSurface } from './surface.js';
-import { showTargets } from './targets.js';
+import {readData} from './data.js';
+import {ready, watchErrors} from './health.js';
+import {showPictures} from './pictures.js';
+import {showPlots} from './plots.js';
+import {showChanges, showLicences, showReading, showSummary} from './summary.js';
+import {showSurface} from './surface.js';
+import {showTargets} from './targets.js';
 
 watchErrors();
 const data = readData();
@@ -19,7 +19,10 @@ showPictures(data.key_frames);
 let surface;
 const plots = showPlots(data, (frame) => surface?.select(frame));
 const targets = showTargets(data);
-showSurface(data, (frame) => { plots.mark(frame); targets.select(frame); }).then((shown) => {
+showSurface(data, (frame) => {
+  plots.mark(frame);
+  targets.select(frame);
+}).then((shown) => {
   surface = shown;
   ready();
 });

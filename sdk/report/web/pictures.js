@@ -1,31 +1,37 @@
 // The key frames and their enlarged view.
-import { stateChip } from './summary.js';
-import { byId, element, seconds } from './data.js';
+import {stateChip} from './summary.js';
+import {byId, element, seconds} from './data.js';
 
 const source = (picture) => `data:image/jpeg;base64,${picture.jpeg}`;
-const describe = (picture) => `Overlay of frame ${picture.frame}, state ${picture.state || 'unknown'}`;
+const describe = (picture) =>
+    `Overlay of frame ${picture.frame}, state ${picture.state || 'unknown'}`;
 
 function caption(picture) {
-  const result = element('figcaption', {}, `frame ${picture.frame} · ${seconds(picture.ms)} `, stateChip(picture.state));
+  const result = element(
+      'figcaption', {}, `frame ${picture.frame} · ${seconds(picture.ms)} `,
+      stateChip(picture.state));
   if (picture.changed) result.append(' state changed');
-  if (picture.reasons) result.append(element('span', { class: 'reasons' }, picture.reasons));
+  if (picture.reasons) result.append(element('span', {class: 'reasons'}, picture.reasons));
   return result;
 }
 
 function enlarge(picture) {
-  const close = element('button', { type: 'button' }, 'Close');
+  const close = element('button', {type: 'button'}, 'Close');
   close.addEventListener('click', () => byId('large').close());
   byId('large').replaceChildren(
-    element('figure', {}, element('img', { src: source(picture), alt: describe(picture) }), caption(picture)), close);
+      element(
+          'figure', {}, element('img', {src: source(picture), alt: describe(picture)}),
+          caption(picture)),
+      close);
   byId('large').showModal();
 }
 
 export function showPictures(pictures) {
   const list = byId('pictures');
-  if (!pictures.length) list.append(element('p', { class: 'hint' }, 'No frame was kept.'));
+  if (!pictures.length) list.append(element('p', {class: 'hint'}, 'No frame was kept.'));
   for (const picture of pictures) {
-    const image = element('img', { src: source(picture), alt: describe(picture), loading: 'lazy' });
-    const button = element('button', { type: 'button', class: 'picture' }, image);
+    const image = element('img', {src: source(picture), alt: describe(picture), loading: 'lazy'});
+    const button = element('button', {type: 'button', class: 'picture'}, image);
     button.addEventListener('click', () => enlarge(picture));
     list.append(element('figure', {}, button, caption(picture)));
   }

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Writes a page of a build without npm: the modules that main_plain.js needs as one script, in index.html.
+"""Writes a page of a build without npm: the modules that main_plain.js needs as one script, in
+index.html.
 
 plain_page.py FOLDER OUTPUT.html STYLE.css...
 FOLDER: with index.html and main_plain.js
 
-The modules share one scope there, so that no two may have a function or a constant of the same name.
+The modules share one scope there, so that no two may have a function or a constant of the same
+name.
 """
 import pathlib
 import re

@@ -1,24 +1,29 @@
 // The plots over time, with one cursor.
 import uPlot from 'uplot';
-import { lineColours, stateColour } from './colours.js';
-import { byId, element, number } from './data.js';
+import {lineColours, stateColour} from './colours.js';
+import {byId, element, number} from './data.js';
 
-const cssColour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-const shown = (digits, unit) => (_, value) => (value === null ? '–' : `${number(value, digits)}${unit}`);
+const cssColour = (name) =>
+    getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const shown = (digits, unit) => (_, value) =>
+    (value === null ? '–' : `${number(value, digits)}${unit}`);
 
 function axis(label) {
   return {
-    ...(label && { label, labelSize: 22 }), size: 56, font: '12px system-ui, sans-serif', labelFont: '12px system-ui, sans-serif',
+    ...(label && {label, labelSize: 22}),
+    size: 56,
+    font: '12px system-ui, sans-serif',
+    labelFont: '12px system-ui, sans-serif',
     stroke: cssColour('--muted'),
-    grid: { stroke: cssColour('--line'), width: 1 },
-    ticks: { stroke: cssColour('--line'), width: 1, size: 4 },
+    grid: {stroke: cssColour('--line'), width: 1},
+    ticks: {stroke: cssColour('--line'), width: 1, size: 4},
   };
 }
 
 /** Bands of the state's colour behind a plot. */
 function stateBands(states, names) {
   return (plot) => {
-    const { ctx, bbox } = plot;
+    const {ctx, bbox} = plot;
     const times = plot.data[0];
     ctx.save();
     ctx.beginPath();
@@ -29,7 +34,8 @@ function stateBands(states, names) {
       while (end < states.length && states[end] === states[start]) ++end;
       const name = names[states[start]] ?? 'other';
       const left = plot.valToPos(times[start], 'x', true);
-      const right = end < times.length ? plot.valToPos(times[end], 'x', true) : bbox.left + bbox.width;
+      const right =
+          end < times.length ? plot.valToPos(times[end], 'x', true) : bbox.left + bbox.width;
       ctx.globalAlpha = plot.stateStrip ? 1 : name === 'tracking' ? 0 : 0.16;
       ctx.fillStyle = stateColour(name);
       ctx.fillRect(left, bbox.top, Math.max(1, right - left), bbox.height);
@@ -39,40 +45,57 @@ function stateBands(states, names) {
   };
 }
 
-export function showPlots({ series, summary }, onSelect) {
+export function showPlots({series, summary}, onSelect) {
   const line = (name) => series.lines.get(name) ?? [];
   const times = series.ms.map((ms) => ms / 1000);
   const states = line('state');
   const container = byId('plots');
   if (!times.length) {
-    container.append(element('p', { class: 'hint' }, 'No frames.'));
-    return { mark() {} };
+    container.append(element('p', {class: 'hint'}, 'No frames.'));
+    return {mark() {}};
   }
   if (series.stride > 1)
-    byId('stride-note').textContent = `Each point stands for ${series.stride} frames and shows the worst of them.`;
+    byId('stride-note').textContent =
+        `Each point stands for ${series.stride} frames and shows the worst of them.`;
 
   let plots = [];
   let marked = 0;
   const width = () => Math.max(300, container.clientWidth - 2);
 
-  function plot(title, label, lines, { height = 150, strip = false } = {}) {
+  function plot(title, label, lines, {height = 150, strip = false} = {}) {
     const options = {
-      title, width: width(), height,
-      cursor: { sync: { key: 'time' }, points: { size: 6 } },
-      scales: { x: { time: false }, y: strip ? { range: [0, 1] } : { range: (_, low, high) => [Math.min(0, low), high > 0 ? high * 1.08 : 1] } },
+      title,
+      width: width(),
+      height,
+      cursor: {sync: {key: 'time'}, points: {size: 6}},
+      scales: {
+        x: {time: false},
+        y: strip ? {range: [0, 1]} :
+                   {range: (_, low, high) => [Math.min(0, low), high > 0 ? high * 1.08 : 1]}
+      },
       axes: [
-        { ...axis(''), size: 30, values: (_, ticks) => ticks.map((t) => `${+t.toFixed(3)} s`) },
-        strip ? { ...axis(' '), values: () => [], grid: { show: false }, ticks: { show: false } } : axis(label),
+        {...axis(''), size: 30, values: (_, ticks) => ticks.map((t) => `${+ t.toFixed(3)} s`)},
+        strip ? {...axis(' '), values: () => [], grid: {show: false}, ticks: {show: false}} :
+                axis(label),
       ],
       series: [
-        { label: 'Frame', value: (_, value, __, i) => (i === null || i === undefined ? '–' : `${series.frames[i]} (${number(value, 2)} s)`) },
-        ...lines.map(({ name, format }, i) => ({
-          label: name, stroke: strip ? 'transparent' : lineColours[i % lineColours.length], width: strip ? 0 : 1.6,
-          points: { show: !strip && times.length < 2 }, value: format,
-        })),
+        {
+          label: 'Frame',
+          value: (_, value, __, i) =>
+              (i === null || i === undefined ? '–' : `${series.frames[i]} (${number(value, 2)} s)`)
+        },
+        ...lines.map(({name, format}, i) => ({
+                       label: name,
+                       stroke: strip ? 'transparent' : lineColours[i % lineColours.length],
+                       width: strip ? 0 : 1.6,
+                       points: {show: !strip && times.length < 2},
+                       value: format,
+                     })),
       ],
       hooks: {
-        init: [(u) => { u.stateStrip = strip; }],
+        init: [(u) => {
+          u.stateStrip = strip;
+        }],
         drawClear: [stateBands(states, summary.state_order)],
         draw: [(u) => {
           const x = u.valToPos(times[marked], 'x', true);
@@ -84,10 +107,13 @@ export function showPlots({ series, summary }, onSelect) {
     };
     const made = new uPlot(options, [times, ...lines.map((l) => l.values)], container);
     let pressed = null;
-    made.over.addEventListener('mousedown', (event) => { pressed = event.clientX; });
+    made.over.addEventListener('mousedown', (event) => {
+      pressed = event.clientX;
+    });
     made.over.addEventListener('click', (event) => {
       const index = made.cursor.idx;
-      if (index !== null && index !== undefined && Math.abs(event.clientX - pressed) < 4) onSelect(series.frames[index]);
+      if (index !== null && index !== undefined && Math.abs(event.clientX - pressed) < 4)
+        onSelect(series.frames[index]);
     });
     plots.push(made);
   }
@@ -97,20 +123,40 @@ export function showPlots({ series, summary }, onSelect) {
     plots = [];
     container.replaceChildren();
     const stateName = (_, value) => (value === null ? '–' : summary.state_order[value] ?? 'other');
-    plot('State', '', [{ name: 'state', values: states, format: stateName }], { height: 66, strip: true });
-    plot('Residual', 'mm', [{ name: 'mean residual', values: line('residual_mm'), format: shown(3, ' mm') }]);
-    plot('Features', 'count', ['features', 'matches', 'inliers'].map((name) => ({ name, values: line(name), format: shown(0, '') })));
-    plot('Share of the surface observed', '%', [{ name: 'observed', values: line('observed_share').map((v) => v === null ? null : 100 * v), format: shown(1, ' %') }]);
+    plot(
+        'State', '', [{name: 'state', values: states, format: stateName}],
+        {height: 66, strip: true});
+    plot(
+        'Residual', 'mm',
+        [{name: 'mean residual', values: line('residual_mm'), format: shown(3, ' mm')}]);
+    plot('Features', 'count', [
+      'features', 'matches', 'inliers'
+    ].map((name) => ({name, values: line(name), format: shown(0, '')})));
+    plot('Share of the surface observed', '%', [{
+           name: 'observed',
+           values: line('observed_share').map((v) => v === null ? null : 100 * v),
+           format: shown(1, ' %')
+         }]);
     const stages = [...series.lines.keys()].filter((name) => name.startsWith('stage '));
-    const all = line('frame_ms').some((v) => v !== null) ? [{ name: 'whole frame', values: line('frame_ms'), format: shown(2, ' ms') }] : [];
-    plot('Time per stage', 'ms', [...all, ...stages.map((name) => ({ name: name.slice(6), values: line(name), format: shown(2, ' ms') }))], { height: 210 });
+    const all = line('frame_ms').some((v) => v !== null) ?
+        [{name: 'whole frame', values: line('frame_ms'), format: shown(2, ' ms')}] :
+        [];
+    plot(
+        'Time per stage', 'ms',
+        [
+          ...all,
+          ...stages.map(
+              (name) => ({name: name.slice(6), values: line(name), format: shown(2, ' ms')}))
+        ],
+        {height: 210});
   }
 
   draw();
   let resized = 0;
   addEventListener('resize', () => {
     clearTimeout(resized);
-    resized = setTimeout(() => plots.forEach((each) => each.setSize({ width: width(), height: each.height })), 150);
+    resized = setTimeout(
+        () => plots.forEach((each) => each.setSize({width: width(), height: each.height})), 150);
   });
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
 

@@ -1,13 +1,14 @@
-// A canvas in 3D for a surface in the rectified left camera (mm): light, grid, and a view that the mouse turns.
+// A canvas in 3D for a surface in the rectified left camera (mm): light, grid, and a view that the
+// mouse turns.
 import * as THREE from 'three';
-import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { rampColour, statuses } from './colours.js';
+import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import {rampColour, statuses} from './colours.js';
 
 export class Stage {
   /** Throws where there is no WebGL. The surface belongs into group. */
   constructor(canvas) {
     this.canvas = canvas;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, alpha: true});
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(35, 1, 0.5, 5000);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -42,11 +43,16 @@ export class Stage {
     this.scene.add(this.grid);
   }
 
-  /** Looks at all that is enclosed; the angles (radians) lead right and up from the camera's side. */
+  /**
+   * Looks at all that is enclosed; the angles (radians) lead right and up from the camera's side.
+   */
   look(right, up) {
     const half = Math.tan((this.camera.fov * Math.PI) / 360);
-    const distance = 1.15 * Math.max(this.size.y / 2 / half, this.size.x / 2 / half / this.camera.aspect) + this.size.z / 2;
-    const direction = new THREE.Vector3(Math.sin(right) * Math.cos(up), Math.sin(up), Math.cos(right) * Math.cos(up));
+    const distance =
+        1.15 * Math.max(this.size.y / 2 / half, this.size.x / 2 / half / this.camera.aspect) +
+        this.size.z / 2;
+    const direction = new THREE.Vector3(
+        Math.sin(right) * Math.cos(up), Math.sin(up), Math.cos(right) * Math.cos(up));
     this.camera.position.copy(this.centre).addScaledVector(direction, distance);
     this.controls.target.copy(this.centre);
     this.controls.update();
@@ -59,7 +65,7 @@ export class Stage {
   }
 
   resize() {
-    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+    const {clientWidth: width, clientHeight: height} = this.canvas.parentElement;
     if (!width || !height) return;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
@@ -68,7 +74,9 @@ export class Stage {
     this.render();
   }
 
-  render() { this.renderer.render(this.scene, this.camera); }
+  render() {
+    this.renderer.render(this.scene, this.camera);
+  }
 }
 
 /** Shows what lies behind a material, or does not. */
@@ -82,7 +90,8 @@ export function seeThrough(material, on) {
 
 /** As many copies of a shape as there is room for, each with a place and a colour of its own. */
 export function copies(shape, room, opacity) {
-  const material = new THREE.MeshLambertMaterial({ transparent: opacity < 1, opacity, depthWrite: opacity === 1 });
+  const material =
+      new THREE.MeshLambertMaterial({transparent: opacity < 1, opacity, depthWrite: opacity === 1});
   const made = new THREE.InstancedMesh(shape, material, Math.max(1, room));
   made.frustumCulled = false;
   made.count = 0;
@@ -106,7 +115,8 @@ export function place(made, list, shapeOf, colourOf) {
 export function completeTriangles(triangles, xyz) {
   const complete = [];
   for (let t = 0; t < triangles.length; t += 3)
-    if (![0, 1, 2].some((k) => Number.isNaN(xyz[3 * triangles[t + k]]))) complete.push(triangles[t], triangles[t + 1], triangles[t + 2]);
+    if (![0, 1, 2].some((k) => Number.isNaN(xyz[3 * triangles[t + k]])))
+      complete.push(triangles[t], triangles[t + 1], triangles[t + 2]);
   return complete;
 }
 
@@ -115,4 +125,4 @@ export function valueColour(share) {
   return new THREE.Color().setRGB(...rampColour(share), THREE.SRGBColorSpace).toArray();
 }
 
-export const statusColours = statuses.map(({ colour }) => new THREE.Color(colour).toArray());
+export const statusColours = statuses.map(({colour}) => new THREE.Color(colour).toArray());

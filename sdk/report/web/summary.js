@@ -1,48 +1,62 @@
 // The head of the page, the list of state changes, how to read it, and the licences.
-import { stateColour, stateMeanings, statuses, unknownStatus } from './colours.js';
-import { byId, element, milliseconds, number, percent, seconds, table } from './data.js';
+import {stateColour, stateMeanings, statuses, unknownStatus} from './colours.js';
+import {byId, element, milliseconds, number, percent, seconds, table} from './data.js';
 
-export const stateChip = (state) => element('span', { class: 'chip', style: `--chip: ${stateColour(state)}` }, state || 'no state');
+export const stateChip = (state) =>
+    element('span', {class: 'chip', style: `--chip: ${stateColour(state)}`}, state || 'no state');
 
 /** Cell with the status of what is followed. */
 export function statusCell(status) {
-  const { name, colour } = statuses[status];
-  return element('span', {}, element('span', { class: 'swatch', style: `background: ${colour}` }), status === unknownStatus ? 'lost' : name);
+  const {name, colour} = statuses[status];
+  return element(
+      'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}),
+      status === unknownStatus ? 'lost' : name);
 }
 
 function card(name, value, unit, note) {
   const shown = element('dd', {}, value);
   if (unit) shown.append(element('small', {}, ` ${unit}`));
   const result = element('div', {}, element('dt', {}, name), shown);
-  if (note) result.append(element('dd', { class: 'note-line' }, note));
+  if (note) result.append(element('dd', {class: 'note-line'}, note));
   return result;
 }
 
 function cards(summary) {
-  const followed = summary.states
-    .filter((s) => s.name === 'tracking' || s.name === 'degraded' || s.name === 'relocalised')
-    .reduce((sum, s) => sum + s.frames, 0);
-  const result = [card('Frames', String(summary.frames), '', `${seconds(summary.duration_ms)} of video`)];
-  if (summary.frames) result.push(card('Followed', percent(followed / summary.frames), '', 'of all frames'));
+  const followed =
+      summary.states
+          .filter((s) => s.name === 'tracking' || s.name === 'degraded' || s.name === 'relocalised')
+          .reduce((sum, s) => sum + s.frames, 0);
+  const result =
+      [card('Frames', String(summary.frames), '', `${seconds(summary.duration_ms)} of video`)];
+  if (summary.frames)
+    result.push(card('Followed', percent(followed / summary.frames), '', 'of all frames'));
   const time = summary.frame_ms;
   if (time) {
-    result.push(card('Speed', number(1000 / time.median, 1), 'frames/s', `${milliseconds(time.median)} a frame (median)`));
+    result.push(card(
+        'Speed', number(1000 / time.median, 1), 'frames/s',
+        `${milliseconds(time.median)} a frame (median)`));
     result.push(card('Slowest', number(time.p99, 1), 'ms', '99 % of frames are faster'));
   }
   const residual = summary.residual_mm;
-  if (residual) result.push(card('Residual', number(residual.median), 'mm', `median; 99 % below ${number(residual.p99)} mm`));
+  if (residual)
+    result.push(card(
+        'Residual', number(residual.median), 'mm',
+        `median; 99 % below ${number(residual.p99)} mm`));
   if (summary.observed_share)
-    result.push(card('Observed', percent(summary.observed_share.median), '', 'of the surface (median)'));
+    result.push(
+        card('Observed', percent(summary.observed_share.median), '', 'of the surface (median)'));
   return result;
 }
 
 function shareBar(summary) {
-  const order = [...summary.states].sort((a, b) => summary.state_order.indexOf(a.name) - summary.state_order.indexOf(b.name));
-  const bar = element('div', { class: 'share-bar', 'aria-hidden': 'true' });
-  const legend = element('ul', { class: 'share-legend' });
-  for (const { name, frames } of order) {
-    bar.append(element('span', { style: `flex: ${frames}; background: ${stateColour(name)}` }));
-    legend.append(element('li', {}, stateChip(name), ` ${frames} (${percent(frames / summary.frames)})`));
+  const order = [...summary.states].sort(
+      (a, b) => summary.state_order.indexOf(a.name) - summary.state_order.indexOf(b.name));
+  const bar = element('div', {class: 'share-bar', 'aria-hidden': 'true'});
+  const legend = element('ul', {class: 'share-legend'});
+  for (const {name, frames} of order) {
+    bar.append(element('span', {style: `flex: ${frames}; background: ${stateColour(name)}`}));
+    legend.append(
+        element('li', {}, stateChip(name), ` ${frames} (${percent(frames / summary.frames)})`));
   }
   return [bar, legend];
 }
@@ -53,53 +67,80 @@ function facts(meta, summary) {
   if (meta.device) rows.push(['Device', meta.device]);
   if (meta.version) rows.push(['defrec', meta.version]);
   rows.push(...meta.facts);
-  const list = element('dl', { class: 'fact-list' });
+  const list = element('dl', {class: 'fact-list'});
   for (const [name, value] of rows) list.append(element('dt', {}, name), element('dd', {}, value));
   const parts = [list];
   if (summary.stages.length)
-    parts.push(table(['Stage', 'Median', '99th percentile'], summary.stages.map((s) =>
-      [s.name, milliseconds(s.ms?.median ?? NaN), milliseconds(s.ms?.p99 ?? NaN)])));
+    parts.push(table(
+        ['Stage', 'Median', '99th percentile'],
+        summary.stages.map(
+            (s) => [s.name, milliseconds(s.ms?.median ?? NaN), milliseconds(s.ms?.p99 ?? NaN)])));
   return parts;
 }
 
-export function showSummary({ meta, summary }) {
+export function showSummary({meta, summary}) {
   byId('sequence').textContent = meta.sequence || 'Unnamed sequence';
   document.title = `${meta.sequence || 'Sequence'} – tracking report`;
   byId('lead').textContent =
-    `How the tissue surface moved and deformed, recovered from stereo video${meta.backend ? ` on the ${meta.backend} backend` : ''}.`;
-  byId('notes').append(...meta.notes.map((note) => element('li', { class: 'note' }, note)));
+      `How the tissue surface moved and deformed, recovered from stereo video${
+          meta.backend ? ` on the ${meta.backend} backend` : ''}.`;
+  byId('notes').append(...meta.notes.map((note) => element('li', {class: 'note'}, note)));
   byId('cards').append(...cards(summary));
   if (summary.frames) byId('share').append(...shareBar(summary));
   byId('facts').append(...facts(meta, summary));
   if (meta.overlay_file)
-    byId('video-link').append('All frames: ', element('a', { href: encodeURIComponent(meta.overlay_file) }, meta.overlay_file), '.');
-  byId('made-by').textContent = `Written by defrec ${meta.version}. Not a medical device; for engineering use.`;
+    byId('video-link')
+        .append(
+            'All frames: ',
+            element('a', {href: encodeURIComponent(meta.overlay_file)}, meta.overlay_file), '.');
+  byId('made-by').textContent =
+      `Written by defrec ${meta.version}. Not a medical device; for engineering use.`;
 }
 
-export function showChanges({ summary }) {
-  const rows = summary.changes.map((c) =>
-    [String(c.frame), seconds(c.ms), stateChip(c.state), c.reasons || '–']);
-  byId('changes').append(rows.length ? table(['Frame', 'Time', 'State', 'Reasons'], rows) : 'No frames.');
-  if (summary.unlisted_changes) byId('changes').append(element('p', { class: 'hint' }, `and ${summary.unlisted_changes} more`));
+export function showChanges({summary}) {
+  const rows = summary.changes.map(
+      (c) => [String(c.frame), seconds(c.ms), stateChip(c.state), c.reasons || '–']);
+  byId('changes').append(
+      rows.length ? table(['Frame', 'Time', 'State', 'Reasons'], rows) : 'No frames.');
+  if (summary.unlisted_changes)
+    byId('changes').append(element('p', {class: 'hint'}, `and ${summary.unlisted_changes} more`));
 }
 
 export function showReading() {
-  const list = element('dl', { class: 'reading' });
+  const list = element('dl', {class: 'reading'});
   const add = (term, text) => list.append(element('dt', {}, term), element('dd', {}, text));
-  for (const { name, colour, meaning } of statuses)
-    add(element('span', {}, element('span', { class: 'swatch', style: `background: ${colour}` }), name), `${meaning}.`);
-  for (const [state, meaning] of Object.entries(stateMeanings)) add(stateChip(state), `${meaning}.`);
-  add('Units', 'Lengths are millimetres in the left rectified camera (x right, y down, z away from it); times are milliseconds.');
-  add('Residual', 'Mean difference in depth between the deformed surface and what stereo measured in that frame, over the vertices whose depth agrees: how well the model fits, not how far it is from the truth.');
-  add('Expected error', 'The tracker\'s own estimate of how far a point may be off (root mean square).');
-  add('Error ellipsoid', 'In which direction a followed point may be off: one standard deviation, enlarged as chosen.');
-  add('Target', 'A place beneath the surface that was given in the template\'s frame. A ring in the overlay is as wide as its expected error, dashed where the surface above it is not observed.');
+  for (const {name, colour, meaning} of statuses)
+    add(element(
+            'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}), name),
+        `${meaning}.`);
+  for (const [state, meaning] of Object.entries(stateMeanings))
+    add(stateChip(state), `${meaning}.`);
+  add('Units',
+      'Lengths are millimetres in the left rectified camera (x right, y down, z ' +
+          'away from it); times are milliseconds.');
+  add('Residual',
+      'Mean difference in depth between the deformed surface and what stereo measured ' +
+          'in that frame, over the vertices whose depth agrees: how well the model fits, not how ' +
+          'far it is from the truth.');
+  add('Expected error',
+      'The tracker\'s own estimate of how far a point may be off (root mean square).');
+  add('Error ellipsoid',
+      'In which direction a followed point may be off: one standard deviation, enlarged as ' +
+          'chosen.');
+  add('Target',
+      'A place beneath the surface that was given in the template\'s frame. A ring in ' +
+          'the overlay is as wide as its expected error, dashed where the surface above it is ' +
+          'not observed.');
   add('Deformation', 'Displacement from the template with the rigid motion taken out.');
-  add('Overlay', 'Grid: the surface\'s lines in the colours above. Crosses: control points. Blue: feature matches that were kept, from their place in the template to now; dark: matches that were refused.');
+  add('Overlay',
+      'Grid: the surface\'s lines in the colours above. Crosses: control points. Blue: ' +
+          'feature matches that were kept, from their place in the template to now; dark: ' +
+          'matches that were refused.');
   byId('reading').append(list);
 }
 
 export function showLicences(licences) {
-  for (const { name, version, licence, text } of licences)
-    byId('licences').append(element('h3', {}, `${name} ${version} (${licence})`), element('pre', {}, text));
+  for (const {name, version, licence, text} of licences)
+    byId('licences')
+        .append(element('h3', {}, `${name} ${version} (${licence})`), element('pre', {}, text));
 }

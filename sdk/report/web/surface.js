@@ -1,9 +1,26 @@
 // The surface in 3D: turned with the mouse, stepped through time with the slider.
 import * as THREE from 'three';
-import { rampGradient, statuses, unknownStatus } from './colours.js';
-import { byId, decodeEllipsoids, element, isPlaced, number, positions, roundUp, seconds } from './data.js';
-import { completeTriangles, copies, place, seeThrough, Stage, statusColours, valueColour } from './stage.js';
-import { stateChip } from './summary.js';
+import {rampGradient, statuses, unknownStatus} from './colours.js';
+import {
+  byId,
+  decodeEllipsoids,
+  element,
+  isPlaced,
+  number,
+  positions,
+  roundUp,
+  seconds
+} from './data.js';
+import {
+  completeTriangles,
+  copies,
+  place,
+  seeThrough,
+  Stage,
+  statusColours,
+  valueColour
+} from './stage.js';
+import {stateChip} from './summary.js';
 
 const kFrameMs = 90;
 
@@ -19,36 +36,55 @@ function withoutRigidMotion(xyz, m) {
 
 function largest(values) {
   let result = 0;
-  for (const value of values) if (value > result) result = value;
+  for (const value of values)
+    if (value > result) result = value;
   return result;
 }
 
-/** Decodes the moments once: positions, deformation from the template, expected error (mm; NaN not known). */
+/**
+ * Decodes the moments once: positions, deformation from the template, expected error (mm; NaN not
+ * known).
+ */
 function decode(surface) {
   const rest = positions(surface.rest);
   const moments = surface.moments.map((moment) => {
-    if (!moment.points) return { ...moment, xyz: null };
+    if (!moment.points) return {...moment, xyz: null};
     const xyz = positions(moment.points);
     const still = withoutRigidMotion(xyz, moment.rigid);
     const deformation = new Float32Array(xyz.length / 3);
     for (let v = 0; v < deformation.length; ++v)
-      deformation[v] = Math.hypot(still[3 * v] - rest[3 * v], still[3 * v + 1] - rest[3 * v + 1], still[3 * v + 2] - rest[3 * v + 2]);
-    const error = moment.error && Float32Array.from(moment.error, (e) => (e === 255 ? NaN : e * surface.error_step_mm));
+      deformation[v] = Math.hypot(
+          still[3 * v] - rest[3 * v], still[3 * v + 1] - rest[3 * v + 1],
+          still[3 * v + 2] - rest[3 * v + 2]);
+    const error = moment.error &&
+        Float32Array.from(moment.error, (e) => (e === 255 ? NaN : e * surface.error_step_mm));
     const ellipsoids = decodeEllipsoids(moment.ellipsoids, surface.shape_step_mm).filter(isPlaced);
-    return { ...moment, xyz, still, deformation, error, ellipsoids, targets: moment.targets.filter(isPlaced) };
+    return {
+      ...moment,
+      xyz,
+      still,
+      deformation,
+      error,
+      ellipsoids,
+      targets: moment.targets.filter(isPlaced)
+    };
   });
-  return { rest, moments };
+  return {rest, moments};
 }
 
 function colourings(surface, moments) {
   const list = [];
-  if (surface.texture) list.push({ key: 'texture', name: 'tissue (template image)' });
-  list.push({ key: 'status', name: 'status' });
+  if (surface.texture) list.push({key: 'texture', name: 'tissue (template image)'});
+  list.push({key: 'status', name: 'status'});
   if (moments.some((m) => m.error)) {
     const values = moments.flatMap((m) => (m.error ? [largest(m.error)] : []));
-    list.push({ key: 'error', name: 'expected error', top: roundUp(largest(values)) });
+    list.push({key: 'error', name: 'expected error', top: roundUp(largest(values))});
   }
-  list.push({ key: 'deformation', name: 'deformation', top: roundUp(largest(moments.flatMap((m) => (m.xyz ? [largest(m.deformation)] : [])))) });
+  list.push({
+    key: 'deformation',
+    name: 'deformation',
+    top: roundUp(largest(moments.flatMap((m) => (m.xyz ? [largest(m.deformation)] : []))))
+  });
   return list;
 }
 
@@ -63,13 +99,19 @@ function vertexColour(coloring, moment, vertex) {
 function showLegend(coloring, enlarged, withTargets) {
   const legend = byId('legend');
   legend.replaceChildren();
-  if (enlarged) legend.append(element('span', {}, `ellipsoids: one standard deviation${enlarged > 1 ? `, ${enlarged} ×` : ''}`));
+  if (enlarged)
+    legend.append(element(
+        'span', {}, `ellipsoids: one standard deviation${enlarged > 1 ? `, ${enlarged} ×` : ''}`));
   if (withTargets) legend.append(element('span', {}, 'targets: one standard deviation, true size'));
   if (coloring.key === 'status')
-    for (const { name, colour } of statuses)
-      legend.append(element('span', {}, element('span', { class: 'swatch', style: `background: ${colour}` }), name));
+    for (const {name, colour} of statuses)
+      legend.append(element(
+          'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}), name));
   else if (coloring.key !== 'texture')
-    legend.append(element('span', {}, '0'), element('span', { class: 'ramp', style: `background: ${rampGradient}` }), element('span', {}, `${coloring.top} mm`));
+    legend.append(
+        element('span', {}, '0'),
+        element('span', {class: 'ramp', style: `background: ${rampGradient}`}),
+        element('span', {}, `${coloring.top} mm`));
 }
 
 /** Copies of a shape, as many as are to be shown in any moment, that may be held still. */
@@ -81,7 +123,7 @@ function movable(shape, lists, opacity) {
 
 /** shapeOf: from an ellipsoid to the matrix of its copy. */
 function placeIn(made, list, shapeOf, moment, holdStill) {
-  place(made, list, shapeOf, ({ status }) => statuses[status].colour);
+  place(made, list, shapeOf, ({status}) => statuses[status].colour);
   made.matrix.identity();
   if (holdStill && moment.rigid) made.matrix.set(...moment.rigid, 0, 0, 0, 1).invert();
   made.matrixWorldNeedsUpdate = true;
@@ -91,11 +133,15 @@ class Scene extends Stage {
   constructor(canvas, surface, rest, moments) {
     super(canvas);
     this.geometry = new THREE.BufferGeometry();
-    this.geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(rest.length), 3));
-    this.geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(rest.length), 3));
-    if (surface.texture) this.geometry.setAttribute('uv', new THREE.BufferAttribute(surface.texture_uv, 2));
-    this.material = new THREE.MeshLambertMaterial({ vertexColors: true, side: THREE.DoubleSide });
-    this.lines = new THREE.MeshBasicMaterial({ color: 0x0f172a, wireframe: true, transparent: true, opacity: 0.28 });
+    this.geometry.setAttribute(
+        'position', new THREE.BufferAttribute(new Float32Array(rest.length), 3));
+    this.geometry.setAttribute(
+        'color', new THREE.BufferAttribute(new Float32Array(rest.length), 3));
+    if (surface.texture)
+      this.geometry.setAttribute('uv', new THREE.BufferAttribute(surface.texture_uv, 2));
+    this.material = new THREE.MeshLambertMaterial({vertexColors: true, side: THREE.DoubleSide});
+    this.lines = new THREE.MeshBasicMaterial(
+        {color: 0x0f172a, wireframe: true, transparent: true, opacity: 0.28});
     this.mesh = new THREE.Mesh(this.geometry, this.material);
     this.wires = new THREE.Mesh(this.geometry, this.lines);
     this.wires.visible = false;
@@ -105,7 +151,9 @@ class Scene extends Stage {
     this.targets = movable(sphere, targets, 0.35);
     this.marks = movable(new THREE.OctahedronGeometry(0.5), targets, 1);
     this.group.add(this.mesh, this.wires, this.ellipsoids, this.marks, this.targets);
-    this.enclose(rest, ...moments.flatMap((m) => (m.xyz ? [m.xyz] : [])), ...targets.flat().map(({ centre }) => centre));
+    this.enclose(
+        rest, ...moments.flatMap((m) => (m.xyz ? [m.xyz] : [])),
+        ...targets.flat().map(({centre}) => centre));
     this.fill();
     this.look(0.4, 0.45);
   }
@@ -145,14 +193,14 @@ class Scene extends Stage {
   /** enlarged: factor on their axes; 0: none. */
   showEllipsoids(moment, enlarged, holdStill) {
     const list = enlarged && moment.xyz ? moment.ellipsoids : [];
-    placeIn(this.ellipsoids, list, ({ shape }) => shape.map((s) => s * enlarged), moment, holdStill);
+    placeIn(this.ellipsoids, list, ({shape}) => shape.map((s) => s * enlarged), moment, holdStill);
     this.canvas.dataset.ellipsoids = list.length;
     this.render();
   }
 
   showTargets(moment, shown, holdStill) {
     const list = shown && moment.xyz ? moment.targets : [];
-    placeIn(this.targets, list, ({ shape }) => shape, moment, holdStill);
+    placeIn(this.targets, list, ({shape}) => shape, moment, holdStill);
     placeIn(this.marks, list, () => [1, 0, 0, 0, 1, 0, 0, 0, 1], moment, holdStill);
     this.canvas.dataset.targets = list.length;
     this.render();
@@ -172,33 +220,39 @@ function noSurface(reason) {
   byId('no-surface').hidden = false;
   byId('no-surface').textContent = reason;
   byId('surface').classList.add('empty');
-  for (const id of ['play', 'moment', 'colour-by', 'mesh-lines', 'hold-still', 'ellipsoids', 'show-targets', 'see-through', 'front-view']) byId(id).disabled = true;
-  return { select() {} };
+  for (const id
+           of ['play', 'moment', 'colour-by', 'mesh-lines', 'hold-still', 'ellipsoids',
+               'show-targets', 'see-through', 'front-view'])
+    byId(id).disabled = true;
+  return {select() {}};
 }
 
 function readout(moment) {
   byId('readout').replaceChildren(
-    stateChip(moment.state), element('span', {}, `frame ${moment.frame}`), element('span', {}, seconds(moment.ms)),
-    element('span', {}, `residual ${number(moment.residual_mm)} mm`));
+      stateChip(moment.state), element('span', {}, `frame ${moment.frame}`),
+      element('span', {}, seconds(moment.ms)),
+      element('span', {}, `residual ${number(moment.residual_mm)} mm`));
   byId('moment-label').textContent = `frame ${moment.frame} · ${seconds(moment.ms)}`;
   byId('moment').setAttribute('aria-valuetext', `frame ${moment.frame}, ${moment.state}`);
   byId('no-surface').hidden = Boolean(moment.xyz);
   byId('no-surface').textContent = `No surface in this frame (${moment.state})`;
 }
 
-export async function showSurface({ surface }, onMoment) {
-  if (!surface || !surface.moments.length) return noSurface('No template was captured, so there is no surface to show.');
-  const { rest, moments } = decode(surface);
+export async function showSurface({surface}, onMoment) {
+  if (!surface || !surface.moments.length)
+    return noSurface('No template was captured, so there is no surface to show.');
+  const {rest, moments} = decode(surface);
   let scene;
   try {
     scene = new Scene(byId('view'), surface, rest, moments);
   } catch {
-    return noSurface('This browser has no WebGL, which the 3D view needs. The rest of the page works without.');
+    return noSurface(
+        'This browser has no WebGL, which the 3D view needs. The rest of the page works without.');
   }
   if (surface.texture) scene.setTexture(await loadImage(surface.texture));
 
   const choices = colourings(surface, moments);
-  byId('colour-by').append(...choices.map((c) => element('option', { value: c.key }, c.name)));
+  byId('colour-by').append(...choices.map((c) => element('option', {value: c.key}, c.name)));
   const slider = byId('moment');
   slider.max = moments.length - 1;
   const update = () => {
@@ -233,9 +287,15 @@ export async function showSurface({ surface }, onMoment) {
       update();
     }, kFrameMs);
   });
-  slider.addEventListener('input', () => { stop(); update(); });
+  slider.addEventListener('input', () => {
+    stop();
+    update();
+  });
   byId('target-controls').hidden = !surface.targets;
-  for (const id of ['colour-by', 'mesh-lines', 'hold-still', 'ellipsoids', 'show-targets', 'see-through']) byId(id).addEventListener('change', update);
+  for (const id
+           of ['colour-by', 'mesh-lines', 'hold-still', 'ellipsoids', 'show-targets',
+               'see-through'])
+    byId(id).addEventListener('change', update);
   byId('front-view').addEventListener('click', () => scene.look(0, 0));
   const first = moments.findIndex((m) => m.xyz);
   slider.value = Math.max(first, 0);
@@ -246,7 +306,9 @@ export async function showSurface({ surface }, onMoment) {
     select(frame) {
       stop();
       let nearest = 0;
-      moments.forEach((m, i) => { if (Math.abs(m.frame - frame) < Math.abs(moments[nearest].frame - frame)) nearest = i; });
+      moments.forEach((m, i) => {
+        if (Math.abs(m.frame - frame) < Math.abs(moments[nearest].frame - frame)) nearest = i;
+      });
       slider.value = nearest;
       update();
     },

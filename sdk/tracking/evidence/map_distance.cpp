@@ -60,7 +60,7 @@ MapGrids::MapGrids(const TemplateData& data)
         if (first.is_own(x, y)) whole.own.emplace_back(x, y);
     });
     add_cells(first, whole);
-    for (const GrownPart& part : data.parts)
+    for (const SurfacePatch& part : data.parts)
         add_part({part.columns, part.rows, part.vertex, part.before.vertices});
     if (data.pieces() == 1) return;
     cells_of_piece_.resize(data.pieces());

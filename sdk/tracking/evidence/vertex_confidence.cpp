@@ -23,7 +23,7 @@ namespace {
 using decisions::Confidence;
 using Share = decisions::ExpectedError;
 
-constexpr uint8_t kBoth = DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_LATERAL;
+constexpr uint8_t kBoth = DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_PHOTOMETRIC;
 
 // Sets the covariance of an error that is the same in all directions. covariance: xx, xy, xz, yy,
 // yz, zz.
@@ -81,7 +81,7 @@ SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), grids(give
         support_mm[index] = static_cast<float>(given.vertex_support[index] * z / given.camera.fx);
         centre += Eigen::Map<const Eigen::Vector3f>(vertex.position).cast<double>();
     }
-    for (const GrownPart& part : given.parts)
+    for (const SurfacePatch& part : given.parts)
         std::fill(step_mm.begin() + static_cast<std::ptrdiff_t>(part.before.vertices),
                   step_mm.end(), part.step_mm);
     centre /= static_cast<double>(std::max<Eigen::Index>(1, count));
@@ -110,11 +110,12 @@ class RigDoubt {
         const double roll =
                          std::tan(evidence.rig.roll_deg * std::numbers::pi / 180) * data.width / 2,
                      ratio = (evidence.rig.focal_ratio - 1) * data.height / 2,
-                     offset = evidence.rig.vertical_offset_px, twist = evidence.rig.twist_px;
-        rows_ = Share::kRowShare *
-                static_cast<float>(offset * offset + roll * roll + ratio * ratio + twist * twist);
+                     offset = evidence.rig.vertical_offset_px,
+                     distortion = evidence.rig.distortion_px;
+        rows_ = Share::kRowShare * static_cast<float>(offset * offset + roll * roll +
+                                                      ratio * ratio + distortion * distortion);
         if (evidence.is_interlaced) rows_ += Share::kInterlaced;
-        rows_ += static_cast<float>(evidence.slip_px * evidence.slip_px);
+        rows_ += static_cast<float>(evidence.baseline_drift_px * evidence.baseline_drift_px);
     }
     float at(const FrameEvidence& evidence, size_t vertex) const {
         if (lag_ == 0) return rows_;
@@ -162,7 +163,7 @@ class ConfidenceEstimate {
           camera_(model.data->camera),
           evidence_(evidence),
           samples_(evidence.output.samples),
-          lateral_(evidence.lateral),
+          photometric_(evidence.photometric),
           rig_(*model.data, evidence),
           noise_(Share::kNoiseShare * evidence.mean_residual_mm * evidence.mean_residual_mm),
           confidence_(confidence) {}
@@ -178,13 +179,14 @@ class ConfidenceEstimate {
                    agrees = !is_stale &&
                             (samples_[i].observation == DEFREC_OBSERVED ||
                              (!evidence_.uses_depth && samples_[i].observation != DEFREC_OUTSIDE)),
-                   is_confirmed = lateral_.is_confirmed[i] != 0 && (stale & kLeftView) == 0,
+                   is_confirmed = photometric_.is_confirmed[i] != 0 && (stale & kLeftView) == 0,
                    has_depth = evidence_.uses_depth && !evidence_.is_interlaced && agrees &&
                                rig_px2 * per_px * per_px <=
                                    Confidence::kMaxRigDoubt * Confidence::kMaxRigDoubt;
-        confidence_.evidence[i] = static_cast<uint8_t>(
-            (has_depth ? DEFREC_EVIDENCE_DEPTH : 0) | (is_confirmed ? DEFREC_EVIDENCE_LATERAL : 0));
-        if (is_confirmed) set_known(confidence_.to_lateral[model_.grids.cell(i)]);
+        confidence_.evidence[i] =
+            static_cast<uint8_t>((has_depth ? DEFREC_EVIDENCE_DEPTH : 0) |
+                                 (is_confirmed ? DEFREC_EVIDENCE_PHOTOMETRIC : 0));
+        if (is_confirmed) set_known(confidence_.to_photometric[model_.grids.cell(i)]);
         if (is_confirmed && agrees) set_known(confidence_.to_observed[model_.grids.cell(i)]);
     }
 
@@ -205,8 +207,8 @@ class ConfidenceEstimate {
         const auto values = [first, count](const std::vector<float>& of_all) {
             return Values(&of_all[first], count);
         };
-        Few x(count), y(count), z(count), residual(count), to_lateral(count), to_observed(count),
-            mismatch(count);
+        Few x(count), y(count), z(count), residual(count), to_photometric(count),
+            to_observed(count), mismatch(count);
         for (Eigen::Index k = 0; k < count; ++k) {
             const size_t i = first + static_cast<size_t>(k);
             const defrec_surface_sample& sample = samples_[i];
@@ -214,23 +216,24 @@ class ConfidenceEstimate {
             y[k] = sample.position[1];
             z[k] = sample.position[2];
             residual[k] = sample.observation == DEFREC_OBSERVED ? sample.residual : 0;
-            to_lateral[k] = confidence_.to_lateral[model_.grids.cell(i)];
+            to_photometric[k] = confidence_.to_photometric[model_.grids.cell(i)];
             to_observed[k] = confidence_.to_observed[model_.grids.cell(i)];
-            mismatch[k] = lateral_.is_confirmed[i] != 0 ? 1 - lateral_.check_score[i] : 0;
+            mismatch[k] = photometric_.is_confirmed[i] != 0 ? 1 - photometric_.check_score[i] : 0;
         }
-        const Values patches = values(lateral_.patch_px2), check = values(lateral_.check_px2),
-                     step = values(model_.step_mm), support = values(model_.support_mm);
+        const Values patches = values(photometric_.patch_px2),
+                     check = values(photometric_.check_px2), step = values(model_.step_mm),
+                     support = values(model_.support_mm);
         to_observed *= step;
         for (Eigen::Index k = 0; k < count; ++k)
             set_status(first + static_cast<size_t>(k), to_observed[k]);
 
         const Few mm_per_px = z / static_cast<float>(camera_.fx), per_px = depth_per_px(camera_, z);
-        const Few far_lateral = (to_lateral * step).min(Confidence::kFarthestGrowth),
+        const Few far_photometric = (to_photometric * step).min(Confidence::kFarthestGrowth),
                   far_observed = to_observed.min(Confidence::kFarthestGrowth);
         const Few across = mm_per_px * mm_per_px *
                                (Share::kPatchShare * patches + Share::kCheckShare * check +
                                 Share::kMismatchShare * mismatch) +
-                           Share::kFarLateral * far_lateral * far_lateral;
+                           Share::kFarPhotometric * far_photometric * far_photometric;
         const Few along = per_px * per_px *
                               (Share::kDisparityShare + Share::kDisparityPatchShare * patches +
                                values(confidence_.rig_px2)) +
@@ -267,7 +270,7 @@ class ConfidenceEstimate {
     const defrec_camera& camera_;
     const FrameEvidence& evidence_;
     const SurfaceSamples samples_;
-    const LateralEvidence& lateral_;
+    const PhotometricEvidence& photometric_;
     const RigDoubt rig_;
     const float noise_;
     VertexConfidence& confidence_;
@@ -279,7 +282,7 @@ void begin_confidence(const SurfaceModel& model, VertexConfidence& confidence) {
     const size_t count = model.data->vertices.size();
     make_room(confidence, count);
     confidence.rig_px2.resize(count);
-    for (std::vector<float>* distance : {&confidence.to_lateral, &confidence.to_observed})
+    for (std::vector<float>* distance : {&confidence.to_photometric, &confidence.to_observed})
         distance->assign(model.grids.cells(), 1e6f);
     for (MapGrids::Workspace& spreading : confidence.spreading) model.grids.make_room(spreading);
 }
@@ -288,7 +291,7 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
                          const Services* helpers, const std::function<void()>& beside,
                          VertexConfidence& confidence) {
     const size_t count = evidence.output.samples.size();
-    std::vector<float>* const distances[2] = {&confidence.to_lateral, &confidence.to_observed};
+    std::vector<float>* const distances[2] = {&confidence.to_photometric, &confidence.to_observed};
     const ConfidenceEstimate estimate(model, evidence, confidence);
     enum : size_t { kLooks, kSpreads, kConcludes };
     const size_t parts = vertex_parts(helpers, count);
@@ -388,7 +391,7 @@ SurfaceConfidence confidence_beside(const VertexConfidence& confidence, size_t v
         static_cast<float>(std::min<double>(distance_mm, Confidence::kFarthestGrowth));
     using One = Eigen::Array<float, 1, 1>;
     const One x(static_cast<float>(place.x)), y(static_cast<float>(place.y)),
-        z(static_cast<float>(place.z)), across(Share::kFarLateral * away * away),
+        z(static_cast<float>(place.z)), across(Share::kFarPhotometric * away * away),
         along(Share::kFarObserved * away * away);
     Eigen::Array<float, 1, 6> further;
     set_covariance(One(x / z), One(y / z), across, along, further);

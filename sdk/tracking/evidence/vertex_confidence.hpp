@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "backends/shared/motion.hpp"
-#include "sdk/tracking/evidence/lateral_evidence.hpp"
 #include "sdk/tracking/evidence/map_distance.hpp"
+#include "sdk/tracking/evidence/photometric_evidence.hpp"
 #include "sdk/tracking/frame/rig_estimate.hpp"
 
 namespace defrec {
@@ -37,9 +37,9 @@ struct VertexConfidence {
     std::vector<uint8_t> evidence;      // DEFREC_EVIDENCE_*
     std::vector<float> covariance;      // xx, xy, xz, yy, yz, zz each, mm^2, rectified camera
     std::vector<float> expected_error;  // mm, root of the covariance's trace
-    // Working memory, per cell of the grids: steps to the nearest vertex with lateral evidence, and
-    // to the nearest one with depth that agrees as well.
-    std::vector<float> to_lateral, to_observed;
+    // Working memory, per cell of the grids: steps to the nearest vertex with photometric evidence,
+    // and to the nearest one with depth that agrees as well.
+    std::vector<float> to_photometric, to_observed;
     MapGrids::Workspace spreading[2];
     std::vector<float> rig_px2;  // working memory, per vertex: disparity that the rig gets wrong
 };
@@ -50,13 +50,13 @@ inline constexpr uint8_t kLeftView = 1, kRightView = 2, kBothViews = kLeftView |
 // wrong.
 struct FrameEvidence {
     const FrameOutput& output;
-    const LateralEvidence& lateral;
+    const PhotometricEvidence& photometric;
     float mean_residual_mm;  // of live depth, of its absolute values
     const RigEstimate& rig;
-    SurfaceSamples last_samples;  // of the frame before; empty where there is none
-    bool uses_depth = true;       // else the surface was followed by the left image alone
-    bool is_interlaced = false;   // rows of an image are of two times
-    double slip_px = 0;           // by which disparities are off
+    SurfaceSamples last_samples;   // of the frame before; empty where there is none
+    bool uses_depth = true;        // else the surface was followed by the left image alone
+    bool is_interlaced = false;    // rows of an image are of two times
+    double baseline_drift_px = 0;  // by which disparities are off
     // Per vertex, kLeftView and kRightView: that view shows it as it was. Empty: none does.
     std::span<const uint8_t> stale_views = {};
 };

@@ -399,8 +399,8 @@ struct ExpectedError {
     static constexpr float kCheckShare = 0.38f;
     // px^2 | a3: 1 - ZNCC there
     static constexpr float kMismatchShare = 0.14f;
-    // 1 | a4: the squared distance from the nearest lateral evidence
-    static constexpr float kFarLateral = 0.047f;
+    // 1 | a4: the squared distance from the nearest photometric evidence
+    static constexpr float kFarPhotometric = 0.047f;
     // px^2 | b1: disparity by itself
     static constexpr float kDisparityShare = 0.0013f;
     // 1 | b2: the squared distance of patches | doubled after the fit

@@ -1,5 +1,5 @@
 // A frame on its way through a pipeline. Each step takes the object that the step before gave:
-// observe makes an ObservedFrame, which capture reads; follow makes a FollowedFrame of it, which
+// observe makes an ObservedFrame, which capture reads; follow makes a RegisteredFrame of it, which
 // finish ends or take_back undoes. observe_and_follow makes one at once.
 #pragma once
 #include <array>
@@ -7,8 +7,8 @@
 #include <memory>
 #include <utility>
 
-#include "sdk/tracking/frame/frame_effort.hpp"
 #include "sdk/tracking/frame/frame_input.hpp"
+#include "sdk/tracking/frame/quality_level.hpp"
 #include "sdk/tracking/frame/stage_timer.hpp"
 
 namespace defrec {
@@ -25,11 +25,11 @@ struct FrameTask {
 };
 
 // How a template is followed into a frame.
-struct Following {
+struct RegistrationPlan {
     bool uses_depth = true;  // false: by the left image alone
     bool whole_map = true;   // false: what lies far outside of the image need not be solved finely
     bool searches_widely = false;  // patches are searched farther away, in coarser images
-    Effort effort = Effort::kFull;
+    QualityLevel quality_level = QualityLevel::kFull;
 };
 
 // What one frame's images become on the device. raw and ignore are empty where it reads the frame's
@@ -60,10 +60,10 @@ class ObservedFrame {
 };
 
 // The template is followed into the frame, or the device is at it.
-class FollowedFrame {
+class RegisteredFrame {
   private:
     friend class Pipeline;
-    FollowedFrame(ObservedFrame frame, uint64_t end_point, uint32_t times_before)
+    RegisteredFrame(ObservedFrame frame, uint64_t end_point, uint32_t times_before)
         : frame_(std::move(frame)), end_point_(end_point), times_before_(times_before) {}
 
     ObservedFrame frame_;

@@ -11,7 +11,7 @@ struct RigEstimate {
     float focal_ratio = 1;         // right to left
     // Shift of rows in the corners of the image, down and up in turn: distortion that the
     // calibration does not know shifts the rows of near things so. 0: none, or not measured.
-    float twist_px = 0;
+    float distortion_px = 0;
     uint32_t matches = 0;  // between left and right, behind the last four; 0: not measured
 };
 

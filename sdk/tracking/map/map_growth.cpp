@@ -21,15 +21,15 @@ MapGrowth::MapGrowth(const TrackerSettings& settings)
 void MapGrowth::reset() {
     if (worker_.joinable()) worker_.join();
     work_ = {};
-    look_at_ = due_at_ = not_before_ = pause_ = 0;
-    looks_ = has_earlier_ = is_full_ = false;
+    keyframe_at_ = due_at_ = not_before_ = pause_ = 0;
+    is_keyframe_ = has_earlier_ = is_full_ = false;
 }
 
 std::optional<Growth> MapGrowth::begin_frame() {
     if (!is_on_) return std::nullopt;
     ++frame_;
-    looks_ = look_at_ == frame_;
-    if (looks_) look_at_ = 0;
+    is_keyframe_ = keyframe_at_ == frame_;
+    if (is_keyframe_) keyframe_at_ = 0;
     if (due_at_ == 0 || frame_ < due_at_) return std::nullopt;
     due_at_ = 0;
     worker_.join();
@@ -41,17 +41,17 @@ std::optional<Growth> MapGrowth::begin_frame() {
     is_full_ |= growth.outcome == Growth::Outcome::kFull;
     pause_ = std::clamp<uint64_t>(2 * pause_, 2 * Decision::kBetweenLooks, Decision::kMaxPause);
     not_before_ = frame_ + pause_;
-    look_at_ = 0;
-    looks_ = has_earlier_ = false;
+    keyframe_at_ = 0;
+    is_keyframe_ = has_earlier_ = false;
     return std::nullopt;
 }
 
 bool MapGrowth::rests() const {
     const uint64_t next = frame_ + 1;
-    return !is_on_ || (look_at_ != next && (due_at_ == 0 || next < due_at_));
+    return !is_on_ || (keyframe_at_ != next && (due_at_ == 0 || next < due_at_));
 }
 
-void MapGrowth::joined(const TemplateData& data, std::span<const NodeAnchor> anchors) {
+void MapGrowth::joined(const TemplateData& data, std::span<const NearestNodes> anchors) {
     if (has_earlier_) extend_motions(data.nodes, anchors, earlier_.motions);
 }
 
@@ -59,19 +59,19 @@ void MapGrowth::end_found_frame(const Pipeline& pipeline,
                                 const std::shared_ptr<const Template>& surface,
                                 const FrameOutput& output) {
     if (!is_on_) return;
-    if (looks_) {
+    if (is_keyframe_) {
         present_.motions.assign(output.motions.begin(), output.motions.end());
-        std::swap(earlier_, present_);  // this frame is the earlier one of the next look
+        std::swap(earlier_, present_);  // it is the earlier one when the next comes
         if (std::exchange(has_earlier_, true)) start(pipeline, surface);
         not_before_ = frame_ + Decision::kBetweenLooks;
-        look_at_ = not_before_;
-        looks_ = false;
+        keyframe_at_ = not_before_;
+        is_keyframe_ = false;
     }
 }
 
 void MapGrowth::end_lost_frame() {
-    look_at_ = 0;
-    looks_ = has_earlier_ = false;
+    keyframe_at_ = 0;
+    is_keyframe_ = has_earlier_ = false;
 }
 
 void MapGrowth::plan(const TemplateData& data, const FrameOutput& output) {
@@ -82,10 +82,10 @@ void MapGrowth::plan(const TemplateData& data, const FrameOutput& output) {
         !is_full_ && (uncovered > Decision::kUncoveredMoving ||
                       (uncovered > Decision::kUncoveredResting && (has_rested || has_earlier_)));
     if (!wants) {
-        look_at_ = 0;
+        keyframe_at_ = 0;
         has_earlier_ = false;
-    } else if (look_at_ == 0) {
-        look_at_ = std::max(frame_ + 1, not_before_);
+    } else if (keyframe_at_ == 0) {
+        keyframe_at_ = std::max(frame_ + 1, not_before_);
     }
 }
 
@@ -106,7 +106,7 @@ double MapGrowth::uncovered_share(const TemplateData& data, const FrameOutput& o
     return static_cast<double>(uncovered) / static_cast<double>(covered_.size());
 }
 
-// The work on the two last looks: present_ is the earlier of them until the work is done.
+// The work on the two last keyframes: present_ is the earlier of them until the work is done.
 void MapGrowth::start(const Pipeline& pipeline, std::shared_ptr<const Template> surface) {
     const FoundFrame earlier{pipeline.capture_input(present_.images), present_.motions},
         now{pipeline.capture_input(earlier_.images), earlier_.motions};

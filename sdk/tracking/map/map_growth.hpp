@@ -1,6 +1,6 @@
-// When a template grows: which frames are looked at for new tissue, and from which frame on it has
-// joined. The work is done on a thread of its own, beside the frames; which frames it is taken from
-// and when it is there does not depend on how long it takes.
+// When a template grows: which frames are keyframes, in which new tissue is looked for, and from
+// which frame on it has joined. The work is done on a thread of its own, beside the frames; which
+// frames it is taken from and when it is there does not depend on how long it takes.
 #pragma once
 #include <cstdint>
 #include <future>
@@ -29,23 +29,23 @@ class MapGrowth {
     // Whether begin_frame() will find nothing to do for the next frame, neither now nor as it is
     // followed.
     bool rests() const;
-    // Where the images of this frame are to be read to; nullptr: it is not looked at.
-    FrontImages* images() { return looks_ ? &present_.images : nullptr; }
+    // Where the images of this frame are to be read to; nullptr: it is no keyframe.
+    FrontImages* images() { return is_keyframe_ ? &present_.images : nullptr; }
     // The template has grown by what begin_frame() gave: data.
-    void joined(const TemplateData& data, std::span<const NodeAnchor> anchors);
+    void joined(const TemplateData& data, std::span<const NearestNodes> anchors);
 
     // Once for each such frame, after it. The surface was found: template, its motions and its
     // vertices in the frame. Before the next frame, plan() follows.
     void end_found_frame(const Pipeline& pipeline, const std::shared_ptr<const Template>& surface,
                          const FrameOutput& output);
-    // Which frame is looked at next, by what the surface leaves uncovered in this one.
+    // Which frame is the next keyframe, by what the surface leaves uncovered in this one.
     void plan(const TemplateData& data, const FrameOutput& output);
     void end_lost_frame();
 
     bool is_full() const { return is_full_; }
 
   private:
-    struct Look {
+    struct Keyframe {
         FrontImages images;
         std::vector<defrec_motion> motions;
     };
@@ -56,14 +56,14 @@ class MapGrowth {
     const bool is_on_;
     const size_t max_vertices_;
     uint64_t frame_ = 0;        // that is followed, counted from 1
-    uint64_t look_at_ = 0;      // the next frame to be looked at; 0: none is planned
+    uint64_t keyframe_at_ = 0;  // the next keyframe; 0: none is planned
     uint64_t due_at_ = 0;       // the frame before which the work is to be there; 0: none
-    uint64_t not_before_ = 0;   // no look before this frame
-    uint64_t pause_ = 0;        // frames after a look that found nothing
-    bool looks_ = false;        // at the present frame
-    bool has_earlier_ = false;  // earlier_ is of the look before this one
+    uint64_t not_before_ = 0;   // no keyframe before this frame
+    uint64_t pause_ = 0;        // frames after a keyframe that showed nothing new
+    bool is_keyframe_ = false;  // the present frame
+    bool has_earlier_ = false;  // earlier_ is the keyframe before this one
     bool is_full_ = false;
-    Look earlier_, present_;
+    Keyframe earlier_, present_;
     std::vector<uint8_t> covered_;  // cells of the image
     std::future<Growth> work_;
     std::thread worker_;

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "sdk/template/node_anchor.hpp"
+#include "sdk/template/nearest_nodes.hpp"
 
 using namespace defrec;
 

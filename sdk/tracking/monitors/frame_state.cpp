@@ -182,9 +182,9 @@ Evidence weigh_evidence(const FrameOutput& output, std::span<const VertexEvidenc
     return evidence;
 }
 
-Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_found,
-                 bool uses_depth) {
-    Verdict verdict;
+FrameQuality classify(const TemplateData& data, const Evidence& evidence, bool was_found,
+                      bool uses_depth) {
+    FrameQuality quality;
     // Share of what an image can show: tissue that joined lies beside the first view.
     const auto inside_share =
         static_cast<double>(evidence.vertices_inside) /
@@ -203,22 +203,22 @@ Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_fo
     const bool features_agree = evidence.patches_confirmed >= FrameFound::kMinPatchesWithMatches &&
                                 confirmed >= min_share &&
                                 evidence.inliers >= FrameFound::kMinMatches;
-    verdict.found = !is_other_tissue && (patches_agree || features_agree) &&
+    quality.found = !is_other_tissue && (patches_agree || features_agree) &&
                     (observed >= FrameFound::kMinDepthShare || !uses_depth) &&
                     inside_share >= FrameFound::kMinInsideShare;
 
-    if (evidence.confirms_few()) verdict.reasons |= DEFREC_REASON_LOW_CONTRAST;
-    if (has_few_matches) verdict.reasons |= DEFREC_REASON_FEW_MATCHES;
+    if (evidence.confirms_few()) quality.reasons |= DEFREC_REASON_LOW_CONTRAST;
+    if (has_few_matches) quality.reasons |= DEFREC_REASON_FEW_MATCHES;
     const double inside = std::max(1u, evidence.vertices_inside);
     if (evidence.vertices_occluded / inside > Reasons::kOccludedShare)
-        verdict.reasons |= DEFREC_REASON_OCCLUDED;
+        quality.reasons |= DEFREC_REASON_OCCLUDED;
     if (uses_depth && evidence.vertices_without_depth / inside > Reasons::kNoDepthShare)
-        verdict.reasons |= DEFREC_REASON_NO_DEPTH;
+        quality.reasons |= DEFREC_REASON_NO_DEPTH;
     if (evidence.mean_residual_mm > Reasons::kLargeResidual)
-        verdict.reasons |= DEFREC_REASON_LARGE_RESIDUAL;
-    if (inside_share < Reasons::kOutOfViewShare) verdict.reasons |= DEFREC_REASON_OUT_OF_VIEW;
-    verdict.degraded = (verdict.reasons & ~static_cast<uint32_t>(DEFREC_REASON_FEW_MATCHES)) != 0;
-    return verdict;
+        quality.reasons |= DEFREC_REASON_LARGE_RESIDUAL;
+    if (inside_share < Reasons::kOutOfViewShare) quality.reasons |= DEFREC_REASON_OUT_OF_VIEW;
+    quality.degraded = (quality.reasons & ~static_cast<uint32_t>(DEFREC_REASON_FEW_MATCHES)) != 0;
+    return quality;
 }
 
 }  // namespace defrec

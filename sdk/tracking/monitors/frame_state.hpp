@@ -19,7 +19,7 @@ struct ImageStatistics {
     // Difference of rows beside each other over that of rows two apart, means of the absolute
     // values: large where every other row is of another time. 0: not known.
     double row_ratio = 0;
-    double standing = 0;  // of the blocks with texture, those that are as in the frame before
+    double frozen = 0;  // of the blocks with texture, those that are as in the frame before
     bool dark() const { return mean < decisions::Images::kDark; }
     bool saturated() const { return saturated_share > decisions::Images::kSaturatedShare; }
     bool interlaced() const { return row_ratio > decisions::Images::kInterlacedRatio; }
@@ -80,14 +80,14 @@ inline bool is_confirmed(double patch_px2) {
 Evidence weigh_evidence(const FrameOutput& output, std::span<const VertexEvidence> runs,
                         std::span<const double> patch_px2);
 
-struct Verdict {
+struct FrameQuality {
     bool found = false;  // the surface was followed into this frame
     bool degraded = false;
     uint32_t reasons = 0;  // DEFREC_REASON_*
 };
 // was_found: the surface was followed into the frame before. uses_depth: else it was followed by
 // the left image alone.
-Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_found,
-                 bool uses_depth = true);
+FrameQuality classify(const TemplateData& data, const Evidence& evidence, bool was_found,
+                      bool uses_depth = true);
 
 }  // namespace defrec

@@ -79,20 +79,21 @@ struct Fixture {
         const VertexEvidence vertices = weigh_vertices(output.samples);
         return weigh_evidence(output, {&vertices, 1}, patch_px2());
     }
-    Verdict verdict(bool was_found = true) { return classify(data, evidence(), was_found); }
+    FrameQuality quality(bool was_found = true) { return classify(data, evidence(), was_found); }
     VertexConfidence confidence(const RigEstimate& rig = {}, SurfaceSamples last = {},
                                 bool uses_depth = true, const Services* helpers = nullptr) {
-        LateralEvidence lateral;
-        lateral.make_room(data);
-        spread_patches(data, patch_px2(), lateral);
-        spread_checks(data, output, lateral);
-        measure_lateral(data, output, 0, output.samples.size(), lateral);
+        PhotometricEvidence photometric;
+        photometric.make_room(data);
+        spread_patches(data, patch_px2(), photometric);
+        spread_checks(data, output, photometric);
+        measure_photometric(data, output, 0, output.samples.size(), photometric);
         VertexConfidence result;
         const auto mean_residual = static_cast<float>(evidence().mean_residual_mm);
         const SurfaceModel model(data);
         begin_confidence(model, result);
         estimate_confidence(
-            model, {output, lateral, mean_residual, rig, last, uses_depth}, helpers, [] {}, result);
+            model, {output, photometric, mean_residual, rig, last, uses_depth}, helpers, [] {},
+            result);
         return result;
     }
 };
@@ -107,9 +108,9 @@ TEST_CASE("a surface seen whole is found, without reasons") {
     CHECK(evidence.observed_share() == 1);
     CHECK(evidence.patches_confirmed == f.data.patches.size());
     CHECK(evidence.patch_rms_px < 1e-3);
-    CHECK(f.verdict().found);
-    CHECK_FALSE(f.verdict().degraded);
-    CHECK(f.verdict().reasons == 0);
+    CHECK(f.quality().found);
+    CHECK_FALSE(f.quality().degraded);
+    CHECK(f.quality().reasons == 0);
 }
 
 TEST_CASE("confidence is the same to the last bit whatever threads take part") {
@@ -138,7 +139,7 @@ TEST_CASE("patches found elsewhere than the surface has them confirm nothing") {
     Fixture f;
     for (defrec_patch_observation& observation : f.output.observations) observation.u += 5 * 256;
     CHECK(f.evidence().patches_confirmed == 0);
-    CHECK_FALSE(f.verdict().found);
+    CHECK_FALSE(f.quality().found);
 }
 
 TEST_CASE(
@@ -148,10 +149,10 @@ TEST_CASE(
     for (size_t i = 0; i < f.output.observations.size(); ++i)
         if (i % 11 > 3) f.output.observations[i].valid = 0;
     f.summary.ransac.inliers = 0;
-    CHECK(f.verdict(true).found);
-    CHECK(f.verdict(true).degraded);
-    CHECK((f.verdict(true).reasons & DEFREC_REASON_LOW_CONTRAST) != 0);
-    CHECK_FALSE(f.verdict(false).found);
+    CHECK(f.quality(true).found);
+    CHECK(f.quality(true).degraded);
+    CHECK((f.quality(true).reasons & DEFREC_REASON_LOW_CONTRAST) != 0);
+    CHECK_FALSE(f.quality(false).found);
 }
 
 TEST_CASE(
@@ -166,20 +167,20 @@ TEST_CASE("row 58: without depth and without patches the frame is lost") {
     Fixture f;
     for (defrec_surface_sample& sample : f.output.samples) sample.observation = DEFREC_NO_DEPTH;
     for (defrec_patch_observation& observation : f.output.observations) observation.valid = 0;
-    const Verdict verdict = f.verdict();
-    CHECK_FALSE(verdict.found);
-    CHECK((verdict.reasons & DEFREC_REASON_NO_DEPTH) != 0);
+    const FrameQuality quality = f.quality();
+    CHECK_FALSE(quality.found);
+    CHECK((quality.reasons & DEFREC_REASON_NO_DEPTH) != 0);
 }
 
 TEST_CASE("row 66: a surface that depth lies far from is degraded, and says so") {
     Fixture f;
     for (defrec_surface_sample& sample : f.output.samples) sample.residual = 0.9f;
-    CHECK((f.verdict().reasons & DEFREC_REASON_LARGE_RESIDUAL) == 0);
+    CHECK((f.quality().reasons & DEFREC_REASON_LARGE_RESIDUAL) == 0);
     for (defrec_surface_sample& sample : f.output.samples) sample.residual = -1.1f;
-    const Verdict verdict = f.verdict();
-    CHECK(verdict.found);
-    CHECK(verdict.degraded);
-    CHECK((verdict.reasons & DEFREC_REASON_LARGE_RESIDUAL) != 0);
+    const FrameQuality quality = f.quality();
+    CHECK(quality.found);
+    CHECK(quality.degraded);
+    CHECK((quality.reasons & DEFREC_REASON_LARGE_RESIDUAL) != 0);
 }
 
 TEST_CASE(
@@ -191,10 +192,10 @@ TEST_CASE(
             f.output.samples[i].observation = DEFREC_OCCLUDED;
             f.output.observations[i].valid = 0;
         }
-    const Verdict verdict = f.verdict();
-    CHECK(verdict.found);
-    CHECK(verdict.degraded);
-    CHECK((verdict.reasons & DEFREC_REASON_OCCLUDED) != 0);
+    const FrameQuality quality = f.quality();
+    CHECK(quality.found);
+    CHECK(quality.degraded);
+    CHECK((quality.reasons & DEFREC_REASON_OCCLUDED) != 0);
 
     const VertexConfidence confidence = f.confidence();
     CHECK(confidence.status[0] == DEFREC_POINT_EXTRAPOLATED);
@@ -202,7 +203,7 @@ TEST_CASE(
     CHECK(confidence.expected_error[0] > confidence.expected_error[3]);
     CHECK(confidence.expected_error[3] > confidence.expected_error[10]);
     CHECK((confidence.evidence[0] & DEFREC_EVIDENCE_DEPTH) == 0);
-    CHECK(confidence.evidence[10] == (DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_LATERAL));
+    CHECK(confidence.evidence[10] == (DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_PHOTOMETRIC));
     for (size_t i = 0; i < confidence.expected_error.size(); ++i) {
         const float* covariance = &confidence.covariance[6 * i];
         CHECK(std::sqrt(covariance[0] + covariance[3] + covariance[5]) ==
@@ -217,7 +218,7 @@ TEST_CASE("a vertex is observed where depth and image agree with the surface, no
     f.checks[2].score = 1600;
     f.data.check_of_vertex[3] = -1;
     const VertexConfidence confidence = f.confidence();
-    CHECK(confidence.evidence[0] == DEFREC_EVIDENCE_LATERAL);
+    CHECK(confidence.evidence[0] == DEFREC_EVIDENCE_PHOTOMETRIC);
     for (size_t i = 1; i < 4; ++i) CHECK(confidence.evidence[i] == DEFREC_EVIDENCE_DEPTH);
     for (size_t i = 0; i < 4; ++i) {
         CHECK(confidence.status[i] == DEFREC_POINT_EXTRAPOLATED);
@@ -241,7 +242,8 @@ TEST_CASE("checks that fit here and there, among checks that do not, are no evid
     Fixture f;
     for (size_t i = 0; i < f.checks.size(); ++i)
         if (i % 3 == 0) f.checks[i].score = 1600;
-    CHECK(f.confidence().evidence[kMiddle] == (DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_LATERAL));
+    CHECK(f.confidence().evidence[kMiddle] ==
+          (DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_PHOTOMETRIC));
     for (size_t i = 0; i < f.checks.size(); ++i)
         if (i % 2 == 0) f.checks[i].score = 1600;
     CHECK(f.confidence().evidence[kMiddle] == DEFREC_EVIDENCE_DEPTH);
@@ -265,7 +267,7 @@ TEST_CASE("a late view takes the depth of what moves, and leaves that of what re
     const VertexConfidence confidence = f.confidence(rig, last);
     CHECK(confidence.status[0] == DEFREC_POINT_OBSERVED);
     CHECK(confidence.status[10] == DEFREC_POINT_EXTRAPOLATED);
-    CHECK(confidence.evidence[10] == DEFREC_EVIDENCE_LATERAL);
+    CHECK(confidence.evidence[10] == DEFREC_EVIDENCE_PHOTOMETRIC);
     // The lag moved the right view by 5 px, and a px of disparity is 6.4 mm.
     CHECK(confidence.expected_error[10] > 15);
     CHECK(f.confidence(rig, {}).status[10] == DEFREC_POINT_OBSERVED);
@@ -275,13 +277,14 @@ TEST_CASE("without depth the image alone finds a surface, and no vertex is obser
     Fixture f;
     const float before = f.confidence().expected_error[40];
     for (defrec_surface_sample& sample : f.samples) sample.observation = DEFREC_NO_DEPTH;
-    CHECK_FALSE(f.verdict().found);
-    const Verdict verdict = classify(f.data, f.evidence(), true, false);
-    CHECK(verdict.found);
-    CHECK((verdict.reasons & DEFREC_REASON_NO_DEPTH) == 0);
+    CHECK_FALSE(f.quality().found);
+    const FrameQuality quality = classify(f.data, f.evidence(), true, false);
+    CHECK(quality.found);
+    CHECK((quality.reasons & DEFREC_REASON_NO_DEPTH) == 0);
     const VertexConfidence confidence = f.confidence({}, {}, false);
     for (const uint8_t status : confidence.status) CHECK(status == DEFREC_POINT_EXTRAPOLATED);
-    for (const uint8_t evidence : confidence.evidence) CHECK(evidence == DEFREC_EVIDENCE_LATERAL);
+    for (const uint8_t evidence : confidence.evidence)
+        CHECK(evidence == DEFREC_EVIDENCE_PHOTOMETRIC);
     CHECK(confidence.expected_error[40] > before + 1);
     CHECK(f.confidence().status[40] == DEFREC_POINT_UNKNOWN);
 }

@@ -8,12 +8,12 @@ namespace defrec {
 
 ImageCheck::ImageCheck(std::shared_ptr<const Rig> rig)
     : rig_(std::move(rig)),
-      blocks_{StandingBlocks(rig_->width(), rig_->height()),
-              StandingBlocks(rig_->width(), rig_->height())} {}
+      blocks_{FrozenRegions(rig_->width(), rig_->height()),
+              FrozenRegions(rig_->width(), rig_->height())} {}
 
 uint32_t ImageCheck::look_at(uint64_t frame, int64_t timestamp_ns, const std::array<View, 2>& views,
                              const Services* helpers) {
-    constexpr size_t kParts = StandingBlocks::kParts;
+    constexpr size_t kParts = FrozenRegions::kParts;
     std::array<GraySums, kParts> sums[2];
     // The part's pixels come from memory once.
     for_each_task(helpers, 2 * kParts, [&](size_t task) {
@@ -28,7 +28,7 @@ uint32_t ImageCheck::look_at(uint64_t frame, int64_t timestamp_ns, const std::ar
     for (size_t i = 0; i < 2; ++i) {
         statistics[i] = image_statistics(sums[i]);
         blocks_[i].end_image();
-        statistics[i].standing = blocks_[i].share();
+        statistics[i].frozen = blocks_[i].share();
     }
     return stream_.reasons(frame, timestamp_ns, statistics[0], statistics[1]);
 }

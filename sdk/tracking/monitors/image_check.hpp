@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "sdk/rig/rig.hpp"
-#include "sdk/tracking/monitors/standing_blocks.hpp"
+#include "sdk/tracking/monitors/frozen_regions.hpp"
 #include "sdk/tracking/monitors/stream_check.hpp"
 
 namespace defrec {
@@ -26,12 +26,12 @@ class ImageCheck {
     uint32_t look_at(uint64_t frame, int64_t timestamp_ns, const std::array<View, 2>& views,
                      const Services* helpers);
     // Blocks of the views.
-    std::array<StandingBlocks, 2>& blocks() { return blocks_; }
+    std::array<FrozenRegions, 2>& blocks() { return blocks_; }
 
   private:
     std::shared_ptr<const Rig> rig_;
     StreamCheck stream_;
-    std::array<StandingBlocks, 2> blocks_;
+    std::array<FrozenRegions, 2> blocks_;
 };
 
 }  // namespace defrec

@@ -1,66 +1,61 @@
-// Watches how the right view lies against the left in time and space: a right view that is taken
-// late, and a calibration that has drifted. Both show in the rows where a piece of tissue is seen
-// in the two views, which agree in a rectified pair.
+// What the frames so far tell of the rig, and what is corrected of it.
 #pragma once
-#include <Eigen/Core>
-#include <cmath>
 #include <cstdint>
-#include <span>
+#include <optional>
 #include <vector>
 
-#include "sdk/tracking/frame/decisions.hpp"
-#include "sdk/tracking/frame/frame_output.hpp"
-#include "sdk/tracking/frame/rig_estimate.hpp"
+#include "sdk/rig/rig.hpp"
+#include "sdk/tracking/monitors/disparity_monitor.hpp"
+#include "sdk/tracking/monitors/row_monitor.hpp"
 
 namespace defrec {
 
-// A piece of tissue that is seen in both views.
-struct RowMatch {
-    double x, y;   // in the left view, px from the image's centre
-    double step;   // row in the right view less that in the left, px
-    double speed;  // of the row in the left view, px per frame; 0 where it is not known
-};
+// Reasons that the rig gives.
+constexpr uint32_t kReasonsOfRig = DEFREC_REASON_VIEW_LATE | DEFREC_REASON_CALIBRATION;
 
-// The frame's matches. last_rows: those of the rig's patches in the left view of the frame before,
-// empty where there is none; rows: on return this frame's. Throws nothing if rows and matches have
-// room for them.
-void match_rows(const TemplateData& data, const FrameOutput& output,
-                std::span<const float> last_rows, std::vector<float>& rows,
-                std::vector<RowMatch>& matches);
+// The monitors after a frame.
+struct RigState {
+    RowMonitor monitor;  // of what is left after the correction
+    RigEstimate left;    // its last estimate
+    DisparityMonitor disparities;
+    // Rows of the patches of the rig in the left view; NaN: not found. Empty: there is no such
+    // frame.
+    std::vector<float> rows;
+};
 
 class RigMonitor {
   public:
-    RigMonitor(uint32_t width, uint32_t height) : width_(width), height_(height) {}
+    // self_calibration: DEFREC_SELF_CALIBRATION_*.
+    RigMonitor(uint32_t width, uint32_t height, uint32_t self_calibration);
 
-    // One frame's matches, in the order of the frames.
-    RigEstimate update(std::span<const RowMatch> matches);
-    void reset() { *this = RigMonitor(width_, height_); }
+    bool is_on() const { return is_on_; }
+    const RigState& state() const { return state_; }
+    // What is left of the rig's error, and what is corrected of it.
+    RigEstimate estimate() const;
+    // DEFREC_REASON_* after the last frame.
+    uint32_t reasons() const;
 
-    // Whether the right view was taken at another time in the frame of the last update.
-    bool is_late() const { return is_late_; }
-    // Whether rows have disagreed by more than stereo bears, over the last frames.
-    bool is_out_of_calibration() const {
-        return std::hypot(row_error(), twist_error()) > decisions::RigRows::kMaxRowError;
-    }
-    // Whether offset, roll and ratio are worth a new map.
-    bool wants_correction() const { return row_error() > decisions::RigRows::kCorrectedRowError; }
+    // Once for each frame, first of all.
+    void begin_frame() { state_.left = state_.monitor.update({}); }
+    // What a frame's disparities say.
+    enum class Disparities { kCount, kSayNothing };
+    // The frame was found. next: begun as state(), after the frame's measurements; left with the
+    // state before. Disparities of a view that is late do not count.
+    void commit(RigState& next, Disparities disparities);
+    // The frame says nothing of disparities, and none of rows for the next.
+    void skip_frame();
+    // From the next frame on the template, or only the vertices, are others.
+    void forget_template();
+    void forget_vertices() { state_.disparities.forget_vertices(); }
+
+    // The correction that is due, in place of the one before; none where the error is small.
+    std::optional<Rig::ViewShift> due_correction() const;
+    void correct(const Rig::ViewShift& shift);
 
   private:
-    RigEstimate estimate(double lag) const;
-    void add_twist(std::span<const RowMatch> matches, const Eigen::Vector3d& fit);
-    // Root mean squares over the image, px, by offset, roll and ratio, and by the twist; 0 where
-    // too little was seen.
-    double row_error() const;
-    double twist_error() const;
-
-    uint32_t width_, height_;
-    // Estimate of the step at the centre, and its growth along x and y: information and information
-    // times mean, of a normal distribution.
-    Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d weighted_ = Eigen::Vector3d::Zero();
-    double twist_squares_ = 0, twist_weighted_ = 0;
-    double matches_ = 0;  // behind them, older ones counting less
-    bool is_late_ = false;
+    RigState state_;
+    Rig::ViewShift shift_;  // that the right view is corrected by
+    const bool is_on_, corrects_;
 };
 
 }  // namespace defrec

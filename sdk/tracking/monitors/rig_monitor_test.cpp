@@ -1,129 +1,79 @@
-// A right view that is late or lies askew, from rows alone.
+// What frames tell of the rig is committed once, or dropped.
 #include "sdk/tracking/monitors/rig_monitor.hpp"
 
 #include <doctest/doctest.h>
 
-#include <cmath>
-#include <random>
+#include "include/defrec_c.h"
 
 using namespace defrec;
 
 namespace {
 
-constexpr uint32_t kWidth = 960, kHeight = 540;
+constexpr uint32_t kWidth = 640, kHeight = 480;
 
-// How the right view lies, and how the tissue moves: rows by speed px per frame where the wave
-// is 1.
-struct Setting {
-    double offset = 0, roll = 0, ratio = 0, lag = 0, speed = 6;
-    double twist = 0;        // px in the corners
-    double outliers = 0.15;  // share of the matches that are wrong
-};
-
-std::vector<RowMatch> matches_of(const Setting& setting, uint32_t seed, size_t count = 150) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> share(0, 1);
-    std::normal_distribution<double> noise(0, 0.2);
+// The right view lies that much lower everywhere.
+std::vector<RowMatch> shifted_rows(double px) {
     std::vector<RowMatch> matches;
-    for (size_t i = 0; i < count; ++i) {
-        RowMatch match{};
-        match.x = (share(random) - 0.5) * kWidth;
-        match.y = (share(random) - 0.5) * kHeight;
-        match.speed = setting.speed * std::sin(0.01 * match.x + 0.013 * match.y);
-        match.step = setting.offset + setting.roll * match.x + setting.ratio * match.y -
-                     setting.lag * match.speed + noise(random) +
-                     setting.twist * 4 * match.x * match.y / (kWidth * kHeight);
-        if (share(random) < setting.outliers) match.step += 30 * (share(random) - 0.5);
-        matches.push_back(match);
-    }
+    for (int x = -300; x <= 300; x += 30)
+        for (int y = -220; y <= 220; y += 40)
+            matches.push_back({static_cast<double>(x), static_cast<double>(y), px, 0});
     return matches;
 }
 
+// The state after a frame with these matches.
+RigState after(const RigMonitor& watch, const std::vector<RowMatch>& matches) {
+    RigState next = watch.state();
+    next.left = next.monitor.update(matches);
+    next.rows = {1, 2};
+    return next;
+}
+
+RigMonitor watch_of(uint32_t self_calibration) { return {kWidth, kHeight, self_calibration}; }
+
 }  // namespace
 
-TEST_CASE("a right rig is neither late nor out of calibration, whatever moves") {
-    RigMonitor monitor(kWidth, kHeight);
-    for (uint32_t frame = 0; frame < 40; ++frame) {
-        const RigEstimate estimate = monitor.update(matches_of({}, frame));
-        CHECK_FALSE(monitor.is_late());
-        CHECK_FALSE(monitor.is_out_of_calibration());
-        CHECK(estimate.lag_frames == 0);
-        CHECK(std::abs(estimate.vertical_offset_px) < 0.1);
+TEST_CASE("a state that is not committed changes nothing") {
+    RigMonitor watch = watch_of(DEFREC_SELF_CALIBRATION_CORRECT);
+    for (int frame = 0; frame < 10; ++frame) {
+        watch.begin_frame();
+        after(watch, shifted_rows(1));
     }
+    CHECK(watch.reasons() == 0);
+    CHECK(watch.state().rows.empty());
+    CHECK_FALSE(watch.due_correction());
 }
 
-TEST_CASE("a lag shows in the frames that have it, whole or fractional, late or early") {
-    for (const double lag : {1.0, 0.4, -0.7}) {
-        CAPTURE(lag);
-        RigMonitor monitor(kWidth, kHeight);
-        for (uint32_t frame = 0; frame < 30; ++frame) {
-            Setting setting;
-            const bool is_late = frame >= 10 && frame < 20;
-            if (is_late) setting.lag = lag;
-            const RigEstimate estimate = monitor.update(matches_of(setting, frame));
-            CHECK(monitor.is_late() == is_late);
-            CHECK(estimate.lag_frames == doctest::Approx(setting.lag).epsilon(0.05));
-            CHECK(std::abs(estimate.vertical_offset_px) < 0.1);
-        }
+TEST_CASE("rows that disagree are a reason, and corrected where that is asked for") {
+    RigMonitor watch = watch_of(DEFREC_SELF_CALIBRATION_CORRECT);
+    for (int frame = 0; frame < 10; ++frame) {
+        watch.begin_frame();
+        RigState next = after(watch, shifted_rows(1));
+        watch.commit(next, RigMonitor::Disparities::kSayNothing);
     }
-}
+    CHECK(watch.reasons() == DEFREC_REASON_CALIBRATION);
+    CHECK(watch.estimate().vertical_offset_px == doctest::Approx(1).epsilon(0.05));
+    const std::optional<Rig::ViewShift> shift = watch.due_correction();
+    REQUIRE(shift);
+    CHECK(shift->offset_px == doctest::Approx(1).epsilon(0.05));
+    watch.correct(*shift);
+    CHECK(watch.reasons() == 0);
+    CHECK_FALSE(watch.due_correction());
 
-TEST_CASE("nothing can be said of a lag while rows rest") {
-    RigMonitor monitor(kWidth, kHeight);
-    Setting setting;
-    setting.lag = 1;
-    setting.speed = 0.02;
-    for (uint32_t frame = 0; frame < 10; ++frame)
-        CHECK(monitor.update(matches_of(setting, frame)).lag_frames == 0);
-}
-
-TEST_CASE("offset, roll and ratio of focal lengths are measured together, within ten frames") {
-    RigMonitor monitor(kWidth, kHeight);
-    const Setting setting{.offset = 1.2, .roll = 0.0026, .ratio = 0.001};
-    RigEstimate estimate;
-    for (uint32_t frame = 0; frame < 10; ++frame)
-        estimate = monitor.update(matches_of(setting, frame));
-    CHECK(monitor.is_out_of_calibration());
-    CHECK_FALSE(monitor.is_late());
-    CHECK(estimate.vertical_offset_px == doctest::Approx(1.2).epsilon(0.03));
-    CHECK(estimate.roll_deg == doctest::Approx(0.149).epsilon(0.05));
-    CHECK(estimate.focal_ratio == doctest::Approx(1.001).epsilon(1e-4));
-    CHECK(estimate.matches > 1000);
-}
-
-TEST_CASE("distortion that the calibration leaves out shows in the corners within ten frames") {
-    for (const double twist : {-3.5, 2.0, 0.3}) {
-        CAPTURE(twist);
-        RigMonitor monitor(kWidth, kHeight);
-        const Setting setting{.twist = twist};
-        RigEstimate estimate;
-        for (uint32_t frame = 0; frame < 10; ++frame)
-            estimate = monitor.update(matches_of(setting, frame));
-        CHECK(std::abs(estimate.twist_px - twist) < 0.5);
-        CHECK(monitor.is_out_of_calibration() == (std::abs(twist) > 1));
-        CHECK_FALSE(monitor.wants_correction());
-        CHECK(std::abs(estimate.vertical_offset_px) < 0.1);
+    RigMonitor other = watch_of(DEFREC_SELF_CALIBRATION_REPORT);
+    for (int frame = 0; frame < 10; ++frame) {
+        other.begin_frame();
+        RigState next = after(other, shifted_rows(1));
+        other.commit(next, RigMonitor::Disparities::kSayNothing);
     }
+    CHECK(other.reasons() == DEFREC_REASON_CALIBRATION);
+    CHECK_FALSE(other.due_correction());
 }
 
-TEST_CASE("a drift is followed within a second or two, and a lag is told from it") {
-    RigMonitor monitor(kWidth, kHeight);
-    RigEstimate estimate;
-    for (uint32_t frame = 0; frame < 150; ++frame) {
-        Setting setting;
-        setting.offset = 0.01 * frame;
-        setting.lag = frame >= 140 ? 1 : 0;
-        estimate = monitor.update(matches_of(setting, frame));
-        CHECK(monitor.is_late() == (setting.lag > 0));
-    }
-    CHECK(estimate.vertical_offset_px == doctest::Approx(1.2).epsilon(0.2));
-}
-
-TEST_CASE("few matches, or none, say nothing") {
-    RigMonitor monitor(kWidth, kHeight);
-    Setting setting;
-    setting.offset = 3;
-    CHECK(monitor.update(matches_of(setting, 1, 10)).matches == 0);
-    CHECK(monitor.update({}).matches == 0);
-    CHECK_FALSE(monitor.is_out_of_calibration());
+TEST_CASE("a frame that says nothing leaves no rows for the next") {
+    RigMonitor watch = watch_of(DEFREC_SELF_CALIBRATION_REPORT);
+    RigState next = after(watch, shifted_rows(0));
+    watch.commit(next, RigMonitor::Disparities::kSayNothing);
+    CHECK(watch.state().rows == std::vector<float>{1, 2});
+    watch.skip_frame();
+    CHECK(watch.state().rows.empty());
 }

@@ -35,7 +35,7 @@ std::optional<Pixel> pixel_in(const Rig& rig, int view, bool is_rectified,
 
 }  // namespace
 
-void StaleVertices::find(const Rig& rig, std::array<StandingBlocks, 2>& blocks,
+void StaleVertices::find(const Rig& rig, std::array<FrozenRegions, 2>& blocks,
                          const std::array<bool, 2>& is_rectified,
                          std::span<const defrec_surface_sample> before,
                          std::span<const defrec_surface_sample> now) {
@@ -56,8 +56,8 @@ void StaleVertices::find(const Rig& rig, std::array<StandingBlocks, 2>& blocks,
         if (now[i].observation == DEFREC_OUTSIDE) continue;
         ++inside;
         if (now[i].observation == DEFREC_OBSERVED &&
-            in_blocks(i, [](const StandingBlocks& of_view, const Pixel& at) {
-                return of_view.stands(at.x, at.y);
+            in_blocks(i, [](const FrozenRegions& of_view, const Pixel& at) {
+                return of_view.is_frozen(at.x, at.y);
             }) == 0)
             steps_.push_back(squared_step(rig.camera(), before[i], now[i]));
     }
@@ -66,11 +66,11 @@ void StaleVertices::find(const Rig& rig, std::array<StandingBlocks, 2>& blocks,
         return;
     const auto middle = steps_.begin() + static_cast<std::ptrdiff_t>(steps_.size() / 2);
     std::nth_element(steps_.begin(), middle, steps_.end());
-    for (StandingBlocks& of_view : blocks) of_view.others_moved(std::sqrt(*middle));
+    for (FrozenRegions& of_view : blocks) of_view.others_moved(std::sqrt(*middle));
     size_t stale = 0;
     views_.resize(now.size());
     for (size_t i = 0; i < now.size(); ++i) {
-        views_[i] = in_blocks(i, [](const StandingBlocks& of_view, const Pixel& at) {
+        views_[i] = in_blocks(i, [](const FrozenRegions& of_view, const Pixel& at) {
             return of_view.is_stale(at.x, at.y);
         });
         stale += views_[i] != 0 && now[i].observation != DEFREC_OUTSIDE;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sdk/rig/rig.hpp"
-#include "sdk/tracking/monitors/standing_blocks.hpp"
+#include "sdk/tracking/monitors/frozen_regions.hpp"
 
 namespace defrec {
 
@@ -14,7 +14,7 @@ class StaleVertices {
   public:
     // Finds those of a frame that was followed from the one before; is_rectified: the blocks are of
     // the view's rectified image, else of the raw one. The blocks are told how far the rest moved.
-    void find(const Rig& rig, std::array<StandingBlocks, 2>& blocks,
+    void find(const Rig& rig, std::array<FrozenRegions, 2>& blocks,
               const std::array<bool, 2>& is_rectified,
               std::span<const defrec_surface_sample> before,
               std::span<const defrec_surface_sample> now);

@@ -26,13 +26,13 @@ uint32_t StreamCheck::reasons(uint64_t frame, int64_t timestamp_ns, const ImageS
         reasons |= DEFREC_REASON_NO_TEXTURE;
     if (left.interlaced() || right.interlaced()) reasons |= DEFREC_REASON_INTERLACED;
     if (frame > 0) {
-        const bool left_stands =
-                       left.hash == last_hash_[0] || left.standing >= FrozenImages::kFrozenShare,
-                   right_stands =
-                       right.hash == last_hash_[1] || right.standing >= FrozenImages::kFrozenShare;
-        if (left_stands && right_stands) reasons |= DEFREC_REASON_FROZEN;
-        if (left_stands != right_stands &&
-            (left_stands ? right : left).standing < FrozenImages::kMovingShare)
+        const bool left_is_frozen =
+                       left.hash == last_hash_[0] || left.frozen >= FrozenImages::kFrozenShare,
+                   right_is_frozen =
+                       right.hash == last_hash_[1] || right.frozen >= FrozenImages::kFrozenShare;
+        if (left_is_frozen && right_is_frozen) reasons |= DEFREC_REASON_FROZEN;
+        if (left_is_frozen != right_is_frozen &&
+            (left_is_frozen ? right : left).frozen < FrozenImages::kMovingShare)
             reasons |= DEFREC_REASON_VIEW_LATE;
         const int64_t step = step_between(last_timestamp_, timestamp_ns);
         if (frame > 1 && usual_step_ > 0 && step - usual_step_ > usual_step_)

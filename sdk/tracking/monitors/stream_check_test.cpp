@@ -59,12 +59,12 @@ TEST_CASE("a stream is frozen where both views are those of the frame before") {
 }
 
 TEST_CASE("row 55: a stream is frozen where nearly all of both views is as in the frame before") {
-    const auto reasons = [](double left_standing, double right_standing) {
+    const auto reasons = [](double left_frozen, double right_frozen) {
         StreamCheck check;
         check.reasons(0, 0, image(0), image(1));
         ImageStatistics left = image(2), right = image(3);
-        left.standing = left_standing;
-        right.standing = right_standing;
+        left.frozen = left_frozen;
+        right.frozen = right_frozen;
         return check.reasons(1, 33, left, right);
     };
     CHECK(reasons(0, 0) == 0);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "backends/shared/motion.hpp"
-#include "sdk/template/node_anchor.hpp"
+#include "sdk/template/nearest_nodes.hpp"
 #include "sdk/template/pixel_buckets.hpp"
 #include "sdk/template/surface.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
@@ -99,9 +99,10 @@ class Beside {
         if (!disparity) return false;
         const auto [x, y, z] = back_project(data.camera, u, v, *disparity);
         const Point place{x, y, z};
-        const NodeAnchor anchor = anchor_at(nodes_, data.node_piece, data.node_spacing_mm, place);
+        const NearestNodes anchor =
+            nearest_nodes_at(nodes_, data.node_piece, data.node_spacing_mm, place);
         const Point guess =
-            apply(inverse(follow_anchor(anchor, data.nodes, frame_.motions)), place);
+            apply(inverse(follow_nearest_nodes(anchor, data.nodes, frame_.motions)), place);
         point = carry_back(surface_, frame_.motions, place, guess, true);
         const double xyz[3] = {point.x, point.y, point.z};
         return point_motion(surface_, frame_.motions, point, true).is_near &&

@@ -352,7 +352,7 @@ void OutsideMotion::find_moves(const TemplateData& data, SurfaceSamples samples)
     for (size_t i = 0; i < samples.size(); ++i) {
         const Moves moves =
             samples[i].observation == DEFREC_OUTSIDE ? Moves::kOutside : Moves::kSeen;
-        for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k) {
+        for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k) {
             if (!(data.vertices[i].weight[k] > 0)) continue;
             Moves& of_node = moves_[static_cast<size_t>(data.vertices[i].node[k])];
             of_node = std::max(of_node, moves);
@@ -394,7 +394,7 @@ void OutsideMotion::move_outside(const Template& surface, const Results& results
         const uint8_t piece = surface.vertex_pieces()[i];
         if (is_apart_[piece] == 0) continue;
         double share = 0;  // of what moves it
-        for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k)
+        for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k)
             if (moves_[static_cast<size_t>(vertex.node[k])] == Moves::kOutside)
                 share += static_cast<double>(vertex.weight[k]);
         if (share <= 0) continue;

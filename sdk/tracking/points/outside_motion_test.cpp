@@ -183,7 +183,7 @@ TEST_CASE("what is in the image stays as it is, to the bit, with what moves it")
         CHECK(frames.expected_mm(i) == doctest::Approx(0.05));
         const defrec_surface_point& vertex = frames.surface().data().vertices[i];
         const defrec_motion still = DualQuaternion<float>::identity().store();
-        for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+        for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
             if (vertex.weight[k] > 0)
                 CHECK(std::memcmp(&frames.motions()[static_cast<size_t>(vertex.node[k])], &still,
                                   sizeof still) == 0);

@@ -10,7 +10,7 @@
 #include "sdk/base/os/services.hpp"
 #include "sdk/body/decisions.hpp"
 #include "sdk/body/deep_motion.hpp"
-#include "sdk/template/surroundings.hpp"
+#include "sdk/template/nearest_surface.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
@@ -63,7 +63,7 @@ int32_t nearest_vertex(const Template& surface, const Body* body, const BodyPoin
         const double xyz[3] = {at.x, at.y, at.z};
         const int32_t under = surface.vertex_at(xyz);
         return under >= 0 ? under
-                          : static_cast<int32_t>(surface.surroundings().beside(data, at).vertex);
+                          : static_cast<int32_t>(surface.nearest_surface().beside(data, at).vertex);
     }
     // Squares of what is very far away are not finite: any vertex does then.
     const std::span<const Handle> handles = body->pieces()[in_body.piece].handles();

@@ -1,7 +1,7 @@
 // See point_motion.hpp.
 #include "sdk/tracking/points/point_motion.hpp"
 
-#include "sdk/template/surroundings.hpp"
+#include "sdk/template/nearest_surface.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
@@ -12,12 +12,12 @@ PointMotion point_motion(const Template& surface, std::span<const defrec_motion>
     PointMotion moves{surface.motion_at(xyz, motions.data())};
     if (!may_be_beside || surface.vertex_at(xyz) >= 0) return moves;
     const TemplateData& data = surface.data();
-    const Surroundings::Neighbours near = surface.surroundings().beside(data, point);
+    const NearestSurface::Neighbours near = surface.nearest_surface().beside(data, point);
     moves.is_beside = true;
     moves.vertex = near.vertex;
     moves.distance_mm = near.distance_mm;
     moves.is_near = near.distance_mm <= decisions::Confidence::kFarthest;
-    if (moves.is_near) moves.motion = follow_anchor(near.anchor, data.nodes, motions);
+    if (moves.is_near) moves.motion = follow_nearest_nodes(near.anchor, data.nodes, motions);
     return moves;
 }
 

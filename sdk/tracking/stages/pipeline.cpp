@@ -181,9 +181,9 @@ ObservedFrame Pipeline::observe(const FrameTask& task) {
 
 // Copies before the first stage and behind the last: between two they would keep a device from
 // taking the stages as one.
-FollowedFrame Pipeline::observe_and_follow(const FrameTask& task,
-                                           std::span<const defrec_motion> start,
-                                           const Following& following) {
+RegisteredFrame Pipeline::observe_and_follow(const FrameTask& task,
+                                             std::span<const defrec_motion> start,
+                                             const RegistrationPlan& following) {
     expect_template();
     ObservedFrame frame = take_observation(task);
     const Uploaded images = upload_images(frame);
@@ -196,7 +196,7 @@ FollowedFrame Pipeline::observe_and_follow(const FrameTask& task,
                        frame.timer_, task.output);
     read_observed(frame);
     const uint64_t end = queue_.signal();
-    return FollowedFrame(std::move(frame), end, times);
+    return RegisteredFrame(std::move(frame), end, times);
 }
 
 Pipeline::Uploaded Pipeline::upload_images(ObservedFrame& frame) {
@@ -339,8 +339,8 @@ void Pipeline::expect_template() const {
     if (template_ == nullptr) fail(DEFREC_ERROR_INTERNAL, "there is no template to follow");
 }
 
-FollowedFrame Pipeline::follow(ObservedFrame&& frame, std::span<const defrec_motion> start,
-                               const Following& following) {
+RegisteredFrame Pipeline::follow(ObservedFrame&& frame, std::span<const defrec_motion> start,
+                                 const RegistrationPlan& following) {
     expect_template();
     FrameOutput& output = frame.task_.output;
     const uint32_t times = output.time_count;
@@ -351,7 +351,7 @@ FollowedFrame Pipeline::follow(ObservedFrame&& frame, std::span<const defrec_mot
         template_->enqueue(queue_, *frame.observation_, following, frame.task_.input.samples.get(),
                            frame.timer_, output);
         const uint64_t end = queue_.signal();
-        return FollowedFrame(std::move(frame), end, times);
+        return RegisteredFrame(std::move(frame), end, times);
     } catch (...) {
         drain();
         frame.observation_->has_work = false;
@@ -360,21 +360,21 @@ FollowedFrame Pipeline::follow(ObservedFrame&& frame, std::span<const defrec_mot
     }
 }
 
-bool Pipeline::can_follow_unseen() const {
+bool Pipeline::can_follow_speculatively() const {
     return !settings_.timed && !device_->copies_at_once() && template_ != nullptr &&
            !template_->has_region();
 }
 
-ObservedFrame Pipeline::take_back(FollowedFrame followed) {
-    const uint32_t times = followed.times_before_;
-    ObservedFrame frame = finish(std::move(followed));
+ObservedFrame Pipeline::take_back(RegisteredFrame registered) {
+    const uint32_t times = registered.times_before_;
+    ObservedFrame frame = finish(std::move(registered));
     frame.task_.output.time_count = times;
     return frame;
 }
 
-ObservedFrame Pipeline::finish(FollowedFrame followed) {
-    queue_.wait(followed.end_point_);
-    ObservedFrame& frame = followed.frame_;
+ObservedFrame Pipeline::finish(RegisteredFrame registered) {
+    queue_.wait(registered.end_point_);
+    ObservedFrame& frame = registered.frame_;
     frame.observation_->has_work = false;
     frame.timer_.end("download");
     return std::move(frame);

@@ -44,7 +44,7 @@ class Pipeline {
     // may be on its way.
     void shift_right_view(const Rig::ViewShift& shift);
     void await_gray(const ObservedFrame& frame);
-    void await_gray(const FollowedFrame& frame) { await_gray(frame.frame_); }
+    void await_gray(const RegisteredFrame& frame) { await_gray(frame.frame_); }
 
     // Queues reading what a template is made of.
     void read_front(const ObservedFrame& frame, FrontImages& images);
@@ -69,28 +69,28 @@ class Pipeline {
     // Follows the template into the frame, starting from these motions. The device may still be at
     // it on return. Where that fails, the frame stays the caller's, as it was. Throws
     // Error(DEFREC_ERROR_INTERNAL) without a template.
-    FollowedFrame follow(ObservedFrame&& frame, std::span<const defrec_motion> start,
-                         const Following& following = {});
+    RegisteredFrame follow(ObservedFrame&& frame, std::span<const defrec_motion> start,
+                           const RegistrationPlan& following = {});
     // Whether follow leaves the host free to look at the images, and can be taken back. Not where
     // the host chooses a part of the map, which later frames keep.
-    bool can_follow_unseen() const;
+    bool can_follow_speculatively() const;
     // observe and follow by one submission; two where a view in memory is read back.
-    FollowedFrame observe_and_follow(const FrameTask& task, std::span<const defrec_motion> start,
-                                     const Following& following);
+    RegisteredFrame observe_and_follow(const FrameTask& task, std::span<const defrec_motion> start,
+                                       const RegistrationPlan& following);
     // Waits for what a frame is followed by, and drops it: the frame is as it was before.
-    ObservedFrame take_back(FollowedFrame frame);
+    ObservedFrame take_back(RegisteredFrame frame);
     // Whether the last frame was solved in part; whether all that its motions show was.
     bool solved_part() const { return template_->solved_part(); }
     bool solved_all_seen(std::span<const defrec_motion> motions) const {
         return template_->solved_all_seen(motions);
     }
-    bool done(const FollowedFrame& frame, uint64_t timeout_ns) {
+    bool done(const RegisteredFrame& frame, uint64_t timeout_ns) {
         return queue_.wait(frame.end_point_, timeout_ns);
     }
     // For the device's work on a frame.
     std::chrono::nanoseconds deadline() const { return device_->deadline(); }
     // Waits for the end of the frame's work. The frame can be followed once more.
-    ObservedFrame finish(FollowedFrame frame);
+    ObservedFrame finish(RegisteredFrame frame);
 
     // Writes samples that did not come from follow into the memory where the device would have left
     // them.

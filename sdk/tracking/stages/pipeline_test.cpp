@@ -84,15 +84,15 @@ TEST_CASE("a template is captured from one frame and followed into the next, sta
     }
 }
 
-TEST_CASE("a smaller effort leaves stages out, and they have found nothing") {
+TEST_CASE("a smaller quality level leaves stages out, and they have found nothing") {
     const TestDevice on("cpu");
     Pipeline pipeline(on.rig, on.device, on.settings(1));
     const TemplateData data = set_template(on, pipeline);
     TestFrame frame(on, render(1.5, 0));
     frame.memory.fit(data);
-    const auto follow = [&](Effort effort) {
-        Following following;
-        following.effort = effort;
+    const auto follow = [&](QualityLevel quality_level) {
+        RegistrationPlan following;
+        following.quality_level = quality_level;
         pipeline.finish(
             pipeline.follow(pipeline.observe(frame.task()), no_motion(data), following));
         std::vector<std::string> names = time_names(frame.output());
@@ -104,15 +104,15 @@ TEST_CASE("a smaller effort leaves stages out, and they have found nothing") {
                              [](const auto& record) { return record.valid != 0; });
     };
     const FrameOutput& output = frame.output();
-    CHECK(follow(Effort::kCoarse) == std::vector<std::string>{"lm coarse", "align coarse",
-                                                              "lm middle", "check", "align right",
-                                                              "warp", "download"});
+    CHECK(follow(QualityLevel::kCoarse) ==
+          std::vector<std::string>{"lm coarse", "align coarse", "lm middle", "check", "align right",
+                                   "warp", "download"});
     CHECK(found(output.predictions) > 0);
     CHECK(found(output.checks) > 0);
     CHECK(found(output.right_observations) > 0);
     const std::string surface = bytes_of(output.samples);
 
-    CHECK(follow(Effort::kUnchecked) ==
+    CHECK(follow(QualityLevel::kUnchecked) ==
           std::vector<std::string>{"lm coarse", "align coarse", "lm middle", "warp", "download"});
     CHECK(found(output.predictions) > 0);
     CHECK(found(output.checks) == 0);
@@ -129,10 +129,11 @@ TEST_CASE(
         const TemplateData data = set_template(on, pipeline);
         TestFrame first(on, render(0.5, 0)), second(on, render(1, 0.5));
         first.memory.fit(data);
-        FollowedFrame followed = pipeline.follow(pipeline.observe(first.task()), no_motion(data));
-        if (!ahead) pipeline.finish(std::move(followed));
+        RegisteredFrame registered =
+            pipeline.follow(pipeline.observe(first.task()), no_motion(data));
+        if (!ahead) pipeline.finish(std::move(registered));
         ObservedFrame observed = pipeline.observe(second.task());
-        if (ahead) pipeline.finish(std::move(followed));
+        if (ahead) pipeline.finish(std::move(registered));
         second.memory.fit(data);
         pipeline.finish(pipeline.follow(std::move(observed), first.output().motions));
         return std::pair{results_of(first.output()), results_of(second.output())};
@@ -225,11 +226,11 @@ TEST_CASE(
     const TemplateData data = set_template(on, pipeline);
     const auto start = no_motion(data);
     good.memory.fit(data);
-    FollowedFrame followed = pipeline.follow(pipeline.observe(good.task()), start);
+    RegisteredFrame registered = pipeline.follow(pipeline.observe(good.task()), start);
     CHECK(error_of([&] { pipeline.observe(bad.task()); }).find("these pixels are refused") !=
           std::string::npos);
     CHECK(pipeline.can_observe());
-    pipeline.finish(std::move(followed));
+    pipeline.finish(std::move(registered));
     CHECK(error_of([&] { pipeline.observe(bad.task()); }).find("these pixels are refused") !=
           std::string::npos);
 
@@ -242,7 +243,7 @@ TEST_CASE("a frame that could not be followed, or is taken back, is as it was be
     const TestDevice on("asynchronous");
     Pipeline pipeline(on.rig, on.device, on.settings(1));
     const TemplateData data = set_template(on, pipeline);
-    CHECK(pipeline.can_follow_unseen());
+    CHECK(pipeline.can_follow_speculatively());
     TestFrame alone(on, render(0.5, 0)), again(on, render(0.5, 0));
     alone.memory.fit(data);
     pipeline.finish(pipeline.follow(pipeline.observe(alone.task()), no_motion(data)));
@@ -253,7 +254,7 @@ TEST_CASE("a frame that could not be followed, or is taken back, is as it was be
     CHECK(!error_of([&] { pipeline.follow(std::move(frame), too_many); }).empty());
     const std::vector<std::string> observed{"upload", "rectify", "stereo", "orb"};
     CHECK(time_names(again.output()) == observed);
-    Following other;
+    RegistrationPlan other;
     other.uses_depth = false;
     ObservedFrame back =
         pipeline.take_back(pipeline.follow(std::move(frame), alone.output().motions, other));
@@ -280,7 +281,7 @@ TEST_CASE(
     CHECK((results_of(one.output()) == results_of(other.output())));
     CHECK(time_names(one.output()) == time_names(other.output()));
 
-    Following without_depth;
+    RegistrationPlan without_depth;
     without_depth.uses_depth = false;
     ObservedFrame back = pipeline.take_back(
         pipeline.observe_and_follow(other.task(), no_motion(data), without_depth));
@@ -290,12 +291,13 @@ TEST_CASE(
     CHECK((results_of(one.output()) == results_of(other.output())));
 }
 
-TEST_CASE("what is followed unseen costs the host no time: not where it computes, or waits") {
+TEST_CASE(
+    "what is followed speculatively costs the host no time: not where it computes, or waits") {
     const TestDevice beside("asynchronous"), at_once("cpu");
     const auto can = [](const TestDevice& on, bool timed) {
         Pipeline pipeline(on.rig, on.device, on.settings(1, timed));
         set_template(on, pipeline);
-        return pipeline.can_follow_unseen();
+        return pipeline.can_follow_speculatively();
     };
     CHECK(can(beside, false));
     CHECK_FALSE(can(beside, true));

@@ -32,7 +32,7 @@ SearchRange narrowed_search_range(const TemplateData& data, const SearchRange& w
             minimum = std::min(minimum, grid.disparity[i]);
             maximum = std::max(maximum, grid.disparity[i]);
         }
-    for (const GrownPart& part : data.parts) {
+    for (const SurfacePatch& part : data.parts) {
         minimum = std::min(minimum, part.min_disparity);
         maximum = std::max(maximum, part.max_disparity);
     }

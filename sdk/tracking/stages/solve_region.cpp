@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "backends/shared/motion.hpp"
-#include "sdk/template/node_anchor.hpp"
+#include "sdk/template/nearest_nodes.hpp"
 
 namespace defrec {
 namespace {
@@ -33,7 +33,7 @@ size_t point_room(const TemplateData& data, size_t points) {
 // Moved by one control point alone.
 template <class Item>
 Item moved_by(Item item, int32_t node) {
-    for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+    for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
         item.node[k] = node;
         item.weight[k] = k == 0 ? 1.f : 0.f;
     }
@@ -119,7 +119,7 @@ SolveRegion::Choice SolveRegion::choose(std::span<const defrec_motion> motions) 
 
 template <class Item>
 bool SolveRegion::is_solved(const Item& item) const {
-    for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+    for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
         if (item.weight[k] > 0 && solved_[static_cast<size_t>(item.node[k])] == 0) return false;
     return true;
 }

@@ -65,7 +65,7 @@ struct Map {
             const auto place = [&](auto& item) {
                 std::copy_n(&data.nodes[3 * i], 3, item.position);
                 item.position[1] += ends_column ? 0.f : float(kSpacingMm / 2);
-                std::fill_n(item.node, DEFREC_SKIN_NODES, static_cast<int32_t>(i));
+                std::fill_n(item.node, DEFREC_BLEND_NODES, static_cast<int32_t>(i));
                 item.node[1] = other;
                 item.weight[0] = item.weight[1] = 0.5f;
             };

@@ -6,7 +6,7 @@
 #include "backends/shared/motion.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/decisions.hpp"
-#include "sdk/template/scattered_skin.hpp"
+#include "sdk/template/scattered_blend_weights.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/stages/make_stage.hpp"
 
@@ -68,7 +68,7 @@ std::vector<defrec_surface_point> sparse_vertices(const TemplateData& data) {
             const int32_t vertex = data.grid.vertex[static_cast<size_t>(y * data.grid.columns + x)];
             if (vertex >= 0) points.push_back(data.vertices[static_cast<size_t>(vertex)]);
         }
-    for (const GrownPart& part : data.parts)
+    for (const SurfacePatch& part : data.parts)
         for (int y = 0; y < part.rows; y += StageParameters::kSparseStep)
             for (int x = 0; x < part.columns; x += StageParameters::kSparseStep) {
                 const int32_t vertex = part.vertex[static_cast<size_t>(y * part.columns + x)];
@@ -295,13 +295,14 @@ defrec_lm_params TemplateStages::solve_params(const SolverPass& pass,
 }
 
 void TemplateStages::start(Queue& queue, std::span<const defrec_motion> motions,
-                           const Following& following) {
+                           const RegistrationPlan& following) {
     uses_region_ = region_ && !following.whole_map && choose_region(queue, motions);
     queue.write(start_, motions.data(), motions.size_bytes());
 }
 
-void TemplateStages::enqueue(Queue& queue, const Observation& observed, const Following& following,
-                             const DeviceBuffer* samples, StageTimer& timer, FrameOutput& output) {
+void TemplateStages::enqueue(Queue& queue, const Observation& observed,
+                             const RegistrationPlan& following, const DeviceBuffer* samples,
+                             StageTimer& timer, FrameOutput& output) {
     if (samples == nullptr) samples = &samples_;
     // What lies outside of the image follows a whole solution, and in between the rigid motion of
     // the matches alone.
@@ -318,7 +319,7 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed, const Fo
         timer.end("ransac");
     }
     const DeviceBuffer* motions = &start_;
-    const size_t passes = passes_.size() - (following.effort == Effort::kFull ? 0 : 1);
+    const size_t passes = passes_.size() - (following.quality_level == QualityLevel::kFull ? 0 : 1);
     for (const auto& [pass, align, align_widely, solve, solve_region, result] :
          std::span(passes_).first(passes)) {
         if (pass.search) {
@@ -336,7 +337,7 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed, const Fo
         timer.end(pass.time_name);
         motions = &result;
     }
-    const bool is_checked = following.effort != Effort::kUnchecked;
+    const bool is_checked = following.quality_level != QualityLevel::kUnchecked;
     if (is_checked) check_surface(queue, observed, motions, timer);
     warp_->enqueue(queue, {motions, disparity}, {samples});
     timer.end("warp");

@@ -6,8 +6,9 @@ using System.Threading;
 namespace Defrec.Native
 {
     /// <summary>
-    /// The log of one context. The library is given a number, not an address, and one static function: whatever is collected and however late
-    /// a line comes, it finds its log or none. The log lives until the last handle of its context is destroyed.
+    /// The log of one context. The library is given a number, not an address, and one static
+    /// function: whatever is collected and however late a line comes, it finds its log or none. The
+    /// log lives until the last handle of its context is destroyed.
     /// </summary>
     internal sealed unsafe class ContextLog
     {
@@ -18,7 +19,8 @@ namespace Defrec.Native
         private static readonly Callback Forward = Write;
         internal static readonly IntPtr Function = Marshal.GetFunctionPointerForDelegate(Forward);
 
-        private static readonly Dictionary<IntPtr, ContextLog> Logs = new Dictionary<IntPtr, ContextLog>();
+        private static readonly Dictionary<IntPtr, ContextLog> Logs =
+            new Dictionary<IntPtr, ContextLog>();
         private static long last;
 
         private readonly LogHandler handler;
@@ -44,10 +46,7 @@ namespace Defrec.Native
             }
         }
 
-        internal void AddReference()
-        {
-            Interlocked.Increment(ref references);
-        }
+        internal void AddReference() { Interlocked.Increment(ref references); }
 
         internal void Release()
         {
@@ -57,7 +56,8 @@ namespace Defrec.Native
 
         private static void Write(IntPtr user, int level, byte* source, byte* text)
         {
-            // An exception must not run into native code: a line that cannot be delivered is dropped, as the library does with its own.
+            // An exception must not run into native code: a line that cannot be delivered is
+            // dropped, as the library does with its own.
             try
             {
                 ContextLog log;

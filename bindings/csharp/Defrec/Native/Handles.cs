@@ -4,36 +4,31 @@ using System.Runtime.InteropServices;
 namespace Defrec.Native
 {
     /// <summary>
-    /// Owns one native handle and destroys it once: by Dispose, or by the finaliser. The library keeps what a handle was made from alive by
-    /// itself, so handles may be destroyed in any order, and a finaliser needs no other.
+    /// Owns one native handle and destroys it once: by Dispose, or by the finaliser. The library
+    /// keeps what a handle was made from alive by itself, so handles may be destroyed in any order,
+    /// and a finaliser needs no other.
     /// </summary>
     internal abstract class DefrecHandle : SafeHandle
     {
         private readonly string owner;
         private readonly ContextLog log;
 
-        /// <summary>Made before the native handle is, so that nothing can fail between the two. log: of the context, may be null.</summary>
+        /// <summary>
+        /// Made before the native handle is, so that nothing can fail between the two. log: of the
+        /// context, may be null.
+        /// </summary>
         protected DefrecHandle(string owner, ContextLog log) : base(IntPtr.Zero, true)
         {
             this.owner = owner;
             this.log = log;
         }
 
-        public sealed override bool IsInvalid
-        {
-            get { return handle == IntPtr.Zero; }
-        }
+        public sealed override bool IsInvalid => handle == IntPtr.Zero;
 
         /// <summary>The class that a user knows it by.</summary>
-        internal string Owner
-        {
-            get { return owner; }
-        }
+        internal string Owner => owner;
 
-        internal ContextLog Log
-        {
-            get { return log; }
-        }
+        internal ContextLog Log => log;
 
         internal void Adopt(IntPtr native)
         {
@@ -51,7 +46,10 @@ namespace Defrec.Native
         protected abstract void Destroy(IntPtr native);
     }
 
-    /// <summary>While it lives, Dispose on another thread does not destroy the native handle. Made for `using`.</summary>
+    /// <summary>
+    /// While it lives, Dispose on another thread does not destroy the native handle. Made for
+    /// `using`.
+    /// </summary>
     internal struct HandleUse : IDisposable
     {
         internal readonly IntPtr Native;
@@ -85,7 +83,10 @@ namespace Defrec.Native
     internal sealed class ContextHandle : DefrecHandle
     {
         internal ContextHandle(ContextLog log) : base(nameof(Context), log) { }
-        protected override void Destroy(IntPtr native) { NativeMethods.defrec_context_destroy(native); }
+        protected override void Destroy(IntPtr native)
+        {
+            NativeMethods.defrec_context_destroy(native);
+        }
     }
 
     internal sealed class RigHandle : DefrecHandle
@@ -97,19 +98,28 @@ namespace Defrec.Native
     internal sealed class StageHandle : DefrecHandle
     {
         internal StageHandle(ContextLog log) : base(nameof(Stage), log) { }
-        protected override void Destroy(IntPtr native) { NativeMethods.defrec_stage_destroy(native); }
+        protected override void Destroy(IntPtr native)
+        {
+            NativeMethods.defrec_stage_destroy(native);
+        }
     }
 
     internal sealed class TrackerHandle : DefrecHandle
     {
         internal TrackerHandle(ContextLog log) : base(nameof(Tracker), log) { }
-        protected override void Destroy(IntPtr native) { NativeMethods.defrec_tracker_destroy(native); }
+        protected override void Destroy(IntPtr native)
+        {
+            NativeMethods.defrec_tracker_destroy(native);
+        }
     }
 
     internal sealed class MemoryHandle : DefrecHandle
     {
         internal MemoryHandle(ContextLog log) : base(nameof(DeviceMemory), log) { }
-        protected override void Destroy(IntPtr native) { NativeMethods.defrec_memory_release(native); }
+        protected override void Destroy(IntPtr native)
+        {
+            NativeMethods.defrec_memory_release(native);
+        }
     }
 
     internal sealed class JobHandle : DefrecHandle
@@ -121,12 +131,18 @@ namespace Defrec.Native
     internal sealed class TemplateHandle : DefrecHandle
     {
         internal TemplateHandle(ContextLog log) : base(nameof(Template), log) { }
-        protected override void Destroy(IntPtr native) { NativeMethods.defrec_template_release(native); }
+        protected override void Destroy(IntPtr native)
+        {
+            NativeMethods.defrec_template_release(native);
+        }
     }
 
     internal sealed class TargetsHandle : DefrecHandle
     {
         internal TargetsHandle(ContextLog log) : base(nameof(Targets), log) { }
-        protected override void Destroy(IntPtr native) { NativeMethods.defrec_targets_destroy(native); }
+        protected override void Destroy(IntPtr native)
+        {
+            NativeMethods.defrec_targets_destroy(native);
+        }
     }
 }

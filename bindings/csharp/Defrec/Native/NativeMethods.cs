@@ -4,10 +4,15 @@ using System.Runtime.InteropServices;
 
 namespace Defrec.Native
 {
-    /// <summary>The functions of defrec_c.h, as they are: pointers and numbers, nothing that the runtime would convert or copy.</summary>
+    /// <summary>
+    /// The functions of defrec_c.h, as they are: pointers and numbers, nothing that the runtime
+    /// would convert or copy.
+    /// </summary>
     internal static unsafe class NativeMethods
     {
-        /// <summary>With the major version in it: a library with another major version is another file.</summary>
+        /// <summary>
+        /// With the major version in it: a library with another major version is another file.
+        /// </summary>
         internal const string Library = "libdefrec.so.1";
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
@@ -23,7 +28,8 @@ namespace Defrec.Native
         internal static extern byte* defrec_last_error();
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_context_create(defrec_context_desc* desc, IntPtr* @out);
+        internal static extern Status defrec_context_create(
+            defrec_context_desc* desc, IntPtr* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern void defrec_context_destroy(IntPtr context);
@@ -32,16 +38,19 @@ namespace Defrec.Native
         internal static extern UIntPtr defrec_plugin_count(IntPtr context);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_plugin_get(IntPtr context, UIntPtr index, defrec_plugin_info* @out);
+        internal static extern Status defrec_plugin_get(
+            IntPtr context, UIntPtr index, defrec_plugin_info* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern UIntPtr defrec_device_count(IntPtr context);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_device_get(IntPtr context, UIntPtr index, defrec_device_info* @out);
+        internal static extern Status defrec_device_get(
+            IntPtr context, UIntPtr index, defrec_device_info* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_rig_create(IntPtr context, defrec_rig_desc* desc, IntPtr* @out);
+        internal static extern Status defrec_rig_create(
+            IntPtr context, defrec_rig_desc* desc, IntPtr* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern void defrec_rig_destroy(IntPtr rig);
@@ -50,38 +59,46 @@ namespace Defrec.Native
         internal static extern Status defrec_rig_get(IntPtr rig, defrec_rig_info* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_rig_rectify_pixels(IntPtr rig, double* rawUv, UIntPtr count, double* rectifiedUv);
+        internal static extern Status defrec_rig_rectify_pixels(
+            IntPtr rig, double* rawUv, UIntPtr count, double* rectifiedUv);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_rig_distort_pixels(IntPtr rig, double* rectifiedUv, UIntPtr count, double* rawUv);
+        internal static extern Status defrec_rig_distort_pixels(
+            IntPtr rig, double* rectifiedUv, UIntPtr count, double* rawUv);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_stage_create(IntPtr context, byte* deviceId, uint stage, void* @params, IntPtr* @out);
+        internal static extern Status defrec_stage_create(
+            IntPtr context, byte* deviceId, uint stage, void* @params, IntPtr* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern void defrec_stage_destroy(IntPtr stage);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_stage_prepare(IntPtr stage, defrec_const_buffer* @in, UIntPtr inCount);
+        internal static extern Status defrec_stage_prepare(
+            IntPtr stage, defrec_const_buffer* @in, UIntPtr inCount);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_stage_run(IntPtr stage, defrec_const_buffer* @in, UIntPtr inCount,
-            defrec_buffer* @out, UIntPtr outCount);
+        internal static extern Status defrec_stage_run(
+            IntPtr stage, defrec_const_buffer* @in, UIntPtr inCount, defrec_buffer* @out,
+            UIntPtr outCount);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_tracker_create(IntPtr context, IntPtr rig, defrec_tracker_desc* desc, IntPtr* @out);
+        internal static extern Status defrec_tracker_create(
+            IntPtr context, IntPtr rig, defrec_tracker_desc* desc, IntPtr* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern void defrec_tracker_destroy(IntPtr tracker);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_memory_import(IntPtr tracker, defrec_memory_desc* desc, IntPtr* @out);
+        internal static extern Status defrec_memory_import(
+            IntPtr tracker, defrec_memory_desc* desc, IntPtr* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern void defrec_memory_release(IntPtr memory);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_tracker_submit(IntPtr tracker, defrec_frame* frame, IntPtr* @out);
+        internal static extern Status defrec_tracker_submit(
+            IntPtr tracker, defrec_frame* frame, IntPtr* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_job_wait(IntPtr job, ulong timeoutNs);
@@ -96,19 +113,22 @@ namespace Defrec.Native
         internal static extern Status defrec_job_get_template(IntPtr job, IntPtr* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_job_lift_points(IntPtr job, double* uv, UIntPtr count, double* xyz, byte* found);
+        internal static extern Status defrec_job_lift_points(
+            IntPtr job, double* uv, UIntPtr count, double* xyz, byte* found);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_job_warp_points(IntPtr job, double* templateXyz, UIntPtr count, double* xyz,
+        internal static extern Status defrec_job_warp_points(
+            IntPtr job, double* templateXyz, UIntPtr count, double* xyz, byte* status,
+            double* expectedErrorMm);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_job_point_covariances(
+            IntPtr job, double* templateXyz, UIntPtr count, double* covariance, byte* evidence);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_job_move_targets(
+            IntPtr job, IntPtr targets, UIntPtr count, double* xyz, double* covariance,
             byte* status, double* expectedErrorMm);
-
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_job_point_covariances(IntPtr job, double* templateXyz, UIntPtr count,
-            double* covariance, byte* evidence);
-
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_job_move_targets(IntPtr job, IntPtr targets, UIntPtr count, double* xyz,
-            double* covariance, byte* status, double* expectedErrorMm);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_tracker_get_template(IntPtr tracker, IntPtr* @out);
@@ -120,23 +140,27 @@ namespace Defrec.Native
         internal static extern void defrec_template_release(IntPtr surface);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_template_get(IntPtr surface, defrec_template_info* @out);
+        internal static extern Status defrec_template_get(
+            IntPtr surface, defrec_template_info* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_template_lift(IntPtr surface, double* uv, UIntPtr count, double* xyz, byte* found);
+        internal static extern Status defrec_template_lift(
+            IntPtr surface, double* uv, UIntPtr count, double* xyz, byte* found);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_template_point_pieces(IntPtr surface, double* templateXyz, UIntPtr count,
-            byte* pieces);
+        internal static extern Status defrec_template_point_pieces(
+            IntPtr surface, double* templateXyz, UIntPtr count, byte* pieces);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_template_set_body(IntPtr surface, defrec_body_desc* desc);
+        internal static extern Status defrec_template_set_body(
+            IntPtr surface, defrec_body_desc* desc);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_template_wait_body(IntPtr surface, ulong timeoutNs);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_targets_create(IntPtr surface, double* templateXyz, UIntPtr count, IntPtr* @out);
+        internal static extern Status defrec_targets_create(
+            IntPtr surface, double* templateXyz, UIntPtr count, IntPtr* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern UIntPtr defrec_targets_count(IntPtr targets);
@@ -148,6 +172,7 @@ namespace Defrec.Native
         internal static extern Status defrec_template_save(IntPtr surface, byte* path);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        internal static extern Status defrec_template_load(IntPtr context, byte* path, IntPtr* @out);
+        internal static extern Status defrec_template_load(
+            IntPtr context, byte* path, IntPtr* @out);
     }
 }

@@ -172,7 +172,9 @@ namespace Defrec.Native
         internal double milliseconds;
     }
 
-    /// <summary>defrec_stage_time[DEFREC_MAX_TIMED_STAGES]: a fixed buffer holds nothing but numbers.</summary>
+    /// <summary>
+    /// defrec_stage_time[DEFREC_MAX_TIMED_STAGES]: a fixed buffer holds nothing but numbers.
+    /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     internal struct defrec_stage_times
     {

@@ -4,7 +4,10 @@ using System.Runtime.InteropServices;
 
 namespace Defrec.Native
 {
-    /// <summary>A body's description as the library reads it. Its arrays stay in their places until it is disposed.</summary>
+    /// <summary>
+    /// A body's description as the library reads it. Its arrays stay in their places until it is
+    /// disposed.
+    /// </summary>
     internal sealed unsafe class PinnedBody : IDisposable
     {
         private readonly List<GCHandle> pins = new List<GCHandle>();
@@ -54,12 +57,11 @@ namespace Defrec.Native
             uint[] triangles = mesh.Triangles;
             Check.NotNull(vertices, name + ".Vertices");
             Check.NotNull(triangles, name + ".Triangles");
-            return new defrec_mesh
-            {
+            return new defrec_mesh {
                 vertex_count = (ulong)Check.Groups(vertices.Length, 3, name + ".Vertices"),
                 triangle_count = (ulong)Check.Groups(triangles.Length, 3, name + ".Triangles"),
                 vertices = (float*)Pin(vertices),
-                triangles = (uint*)Pin(triangles)
+                triangles = (uint*)Pin(triangles),
             };
         }
 

@@ -8,11 +8,15 @@ namespace Defrec.Native
     {
         private static readonly UTF8Encoding Strict = new UTF8Encoding(false, true);
 
-        /// <summary>With the zero byte; null for null. A zero inside, which would cut the text, and half a character are argument errors.</summary>
+        /// <summary>
+        /// With the zero byte; null for null. A zero inside, which would cut the text, and half a
+        /// character are argument errors.
+        /// </summary>
         internal static byte[] Bytes(string text, string name)
         {
             if (text == null) return null;
-            if (text.IndexOf('\0') >= 0) throw new ArgumentException("The text has a zero character inside.", name);
+            if (text.IndexOf('\0') >= 0)
+                throw new ArgumentException("The text has a zero character inside.", name);
             try
             {
                 var bytes = new byte[Strict.GetByteCount(text) + 1];

@@ -1,4 +1,5 @@
-"""defrec as the repository has it in which this recipe lies: conan create <repository>/cmake/packaging/ports/conan --build=missing
+"""defrec as the repository has it in which this recipe lies: conan create
+<repository>/cmake/packaging/ports/conan --build=missing
 
 The library and the cpu plugin; not the programs.
 """

@@ -1,4 +1,4 @@
-#include "sdk/template/page.hpp"
+#include "sdk/template/atlas.hpp"
 
 #include <doctest/doctest.h>
 
@@ -26,11 +26,11 @@ uint8_t gray_at(const TemplateData& data, int32_t view, int64_t u, int64_t v) {
 
 }  // namespace
 
-TEST_CASE("pieces lie side by side on pages, each as it was in its image") {
+TEST_CASE("pieces lie side by side in the atlas, each as it was in its image") {
     TemplateData data = first_view();
     struct Piece {
         PixelBox box;
-        PagePlace place;
+        AtlasPlace place;
         uint8_t gray;
     };
     std::vector<Piece> pieces;
@@ -39,7 +39,7 @@ TEST_CASE("pieces lie side by side on pages, each as it was in its image") {
     for (const PixelBox& box : boxes) {
         const auto gray = static_cast<uint8_t>(10 + 10 * pieces.size());
         const std::vector<uint8_t> image(kWidth * kHeight, gray);
-        const auto place = add_to_pages(data, image.data(), box);
+        const auto place = add_to_atlas(data, image.data(), box);
         REQUIRE(place);
         CHECK(place->view >= 1);
         CHECK(static_cast<size_t>(place->view) < data.views());
@@ -58,11 +58,11 @@ TEST_CASE("pieces lie side by side on pages, each as it was in its image") {
     CHECK(data.views() < 1 + std::size(boxes));
 }
 
-TEST_CASE("when no page is left there is no place, and what there is stays") {
+TEST_CASE("when no view is left there is no place, and what there is stays") {
     TemplateData data = first_view();
     const std::vector<uint8_t> image(kWidth * kHeight, 9);
-    for (size_t i = 1; i < decisions::Pages::kMaxViews; ++i)
-        REQUIRE(add_to_pages(data, image.data(), {0, 0, kWidth, kHeight}));
-    CHECK_FALSE(add_to_pages(data, image.data(), {0, 0, 8, 8}));
-    CHECK(data.views() == decisions::Pages::kMaxViews);
+    for (size_t i = 1; i < decisions::AtlasLimits::kMaxViews; ++i)
+        REQUIRE(add_to_atlas(data, image.data(), {0, 0, kWidth, kHeight}));
+    CHECK_FALSE(add_to_atlas(data, image.data(), {0, 0, 8, 8}));
+    CHECK(data.views() == decisions::AtlasLimits::kMaxViews);
 }

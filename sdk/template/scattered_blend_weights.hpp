@@ -12,7 +12,8 @@ namespace defrec {
 // weights of the nearest pixel between them. nodes: their index is that of the control point.
 // spacing: usual distance between neighbours, px. False with less than two of them within 3
 // spacings.
-bool scattered_skin(const PixelBuckets& nodes, double spacing, double u, double v, Skin& skin);
+bool scattered_blend_weights(const PixelBuckets& nodes, double spacing, double u, double v,
+                             BlendWeights& blend_weights);
 
 // How such weights change along a patch's tangents: as those of the triangle of the control points
 // at rest, in its plane. 0 beyond the control points. nodes: xyz of all.

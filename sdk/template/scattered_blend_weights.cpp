@@ -1,5 +1,5 @@
-// See scattered_skin.hpp.
-#include "sdk/template/scattered_skin.hpp"
+// See scattered_blend_weights.hpp.
+#include "sdk/template/scattered_blend_weights.hpp"
 
 #include <array>
 #include <limits>
@@ -10,7 +10,7 @@
 namespace defrec {
 namespace {
 
-using decisions::BlendWeights;
+using decisions::PointWeights;
 
 struct Near {
     int32_t index;
@@ -20,13 +20,14 @@ struct Near {
 // Twice the area of the triangle of the origin, a and b.
 double area(const Near& a, const Near& b) { return a.x * b.y - a.y * b.x; }
 
-bool set_skin(Skin& skin, std::initializer_list<std::pair<int32_t, double>> entries) {
-    skin = Skin{};
-    skin.node.fill(entries.begin()->first);
+bool set_blend_weights(BlendWeights& blend_weights,
+                       std::initializer_list<std::pair<int32_t, double>> entries) {
+    blend_weights = BlendWeights{};
+    blend_weights.node.fill(entries.begin()->first);
     size_t k = 0;
     for (const auto& [node, weight] : entries) {
-        skin.node[k] = node;
-        skin.weight[k++] = static_cast<float>(weight);
+        blend_weights.node[k] = node;
+        blend_weights.weight[k++] = static_cast<float>(weight);
     }
     return true;
 }
@@ -42,21 +43,22 @@ double nearest_on(const Near& a, const Near& b, double& squared) {
 
 }  // namespace
 
-bool scattered_skin(const PixelBuckets& nodes, double spacing, double u, double v, Skin& skin) {
+bool scattered_blend_weights(const PixelBuckets& nodes, double spacing, double u, double v,
+                             BlendWeights& blend_weights) {
     std::vector<Near> near;
-    nodes.near(u, v, BlendWeights::kReach * spacing, [&](const PixelPoint& point, double squared) {
+    nodes.near(u, v, PointWeights::kReach * spacing, [&](const PixelPoint& point, double squared) {
         near.push_back({point.index, point.u - u, point.v - v, squared});
     });
     if (near.size() < 2) return false;
     std::sort(near.begin(), near.end(), [](const Near& a, const Near& b) {
         return a.squared != b.squared ? a.squared < b.squared : a.index < b.index;
     });
-    if (near.size() > BlendWeights::kNearest) near.resize(BlendWeights::kNearest);
+    if (near.size() > PointWeights::kNearest) near.resize(PointWeights::kNearest);
 
     // The Delaunay triangle is the one round the pixel in which the squared distance from the
     // pixel, interpolated linearly, is least at the pixel.
     double least = std::numeric_limits<double>::infinity();
-    const double smallest = BlendWeights::kMinArea * spacing * spacing;
+    const double smallest = PointWeights::kMinArea * spacing * spacing;
     for (size_t a = 0; a < near.size(); ++a)
         for (size_t b = a + 1; b < near.size(); ++b)
             for (size_t c = b + 1; c < near.size(); ++c) {
@@ -69,9 +71,9 @@ bool scattered_skin(const PixelBuckets& nodes, double spacing, double u, double 
                     ka * near[a].squared + kb * near[b].squared + kc * near[c].squared;
                 if (value >= least) continue;
                 least = value;
-                set_skin(skin, {{near[a].index, std::max(0.0, ka)},
-                                {near[b].index, std::max(0.0, kb)},
-                                {near[c].index, std::max(0.0, kc)}});
+                set_blend_weights(blend_weights, {{near[a].index, std::max(0.0, ka)},
+                                                  {near[b].index, std::max(0.0, kb)},
+                                                  {near[c].index, std::max(0.0, kc)}});
             }
     if (least < std::numeric_limits<double>::infinity()) return true;
 
@@ -81,7 +83,7 @@ bool scattered_skin(const PixelBuckets& nodes, double spacing, double u, double 
             const double t = nearest_on(near[a], near[b], squared);
             if (squared >= least) continue;
             least = squared;
-            set_skin(skin, {{near[a].index, 1 - t}, {near[b].index, t}});
+            set_blend_weights(blend_weights, {{near[a].index, 1 - t}, {near[b].index, t}});
         }
     return true;
 }
@@ -93,8 +95,8 @@ defrec_patch_slope scattered_slope(std::span<const float> nodes, const defrec_pa
     const Vec3<double> a = corner(1) - corner(0), b = corner(2) - corner(0);
     const double aa = dot(a, a), ab = dot(a, b), bb = dot(b, b), determinant = aa * bb - ab * ab;
     defrec_patch_slope slope{};
-    if (!(determinant > BlendWeights::kThin * aa * bb)) return slope;
-    const auto along = [&](const float tangent[3], float weights[DEFREC_SKIN_NODES]) {
+    if (!(determinant > PointWeights::kThin * aa * bb)) return slope;
+    const auto along = [&](const float tangent[3], float weights[DEFREC_BLEND_NODES]) {
         const Vec3<double> t = load3<double>(tangent);
         const double at = dot(a, t), bt = dot(b, t);
         weights[1] = static_cast<float>((bb * at - ab * bt) / determinant);

@@ -11,7 +11,7 @@
 namespace defrec {
 
 // Per vertex.
-struct LateralEvidence {
+struct PhotometricEvidence {
     // The live image shows there what the template shows, and does so at most checks round it.
     std::vector<uint8_t> is_confirmed;
     std::vector<float> check_px2;    // squared distance at which it fits best; where confirmed
@@ -27,10 +27,11 @@ struct LateralEvidence {
 // Their own two of the sums, so that both may run at once; patch_px2: of measure_patches. Throw
 // nothing once there is room.
 void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
-                    LateralEvidence& evidence);
-void spread_checks(const TemplateData& data, const FrameOutput& output, LateralEvidence& evidence);
+                    PhotometricEvidence& evidence);
+void spread_checks(const TemplateData& data, const FrameOutput& output,
+                   PhotometricEvidence& evidence);
 // All else of the vertices begin to end, from the sums.
-void measure_lateral(const TemplateData& data, const FrameOutput& output, size_t begin, size_t end,
-                     LateralEvidence& evidence);
+void measure_photometric(const TemplateData& data, const FrameOutput& output, size_t begin,
+                         size_t end, PhotometricEvidence& evidence);
 
 }  // namespace defrec

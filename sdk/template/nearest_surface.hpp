@@ -4,17 +4,17 @@
 #include <span>
 #include <vector>
 
-#include "sdk/template/node_anchor.hpp"
+#include "sdk/template/nearest_nodes.hpp"
 #include "sdk/template/template.hpp"
 
 namespace defrec {
 
-class Surroundings {
+class NearestSurface {
   public:
-    explicit Surroundings(const TemplateData& data);
+    explicit NearestSurface(const TemplateData& data);
 
     struct Neighbours {
-        NodeAnchor anchor;
+        NearestNodes anchor;
         size_t vertex = 0;  // about the nearest
         double distance_mm = 0;
     };

@@ -1,5 +1,5 @@
-// See lateral_evidence.hpp.
-#include "sdk/tracking/evidence/lateral_evidence.hpp"
+// See photometric_evidence.hpp.
+#include "sdk/tracking/evidence/photometric_evidence.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ void clear(std::vector<Eigen::Array4f>& sums) {
 // Spreads a patch's value over the control points that move it.
 template <SumsOf kOf>
 void add(const defrec_patch& patch, float value, std::vector<Eigen::Array4f>& sums) {
-    for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+    for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
         sums[static_cast<size_t>(patch.node[k])].segment<2>(kOf) +=
             patch.weight[k] * Eigen::Array2f(value, 1);
 }
@@ -29,7 +29,7 @@ void add(const defrec_patch& patch, float value, std::vector<Eigen::Array4f>& su
 Eigen::Array4f sums_at(const defrec_surface_point& vertex,
                        const std::vector<Eigen::Array4f>& sums) {
     Eigen::Array4f sum = Eigen::Array4f::Zero();
-    for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+    for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
         sum += vertex.weight[k] * sums[static_cast<size_t>(vertex.node[k])];
     return sum;
 }
@@ -45,7 +45,7 @@ bool fits(const defrec_patch_observation& found) {
 
 // From the sums.
 void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t vertex,
-                    LateralEvidence& evidence) {
+                    PhotometricEvidence& evidence) {
     const defrec_surface_point& point = data.vertices[vertex];
     const Eigen::Array4f sums = sums_at(point, evidence.sums);
     evidence.patch_px2[vertex] = mean_of<kPatches>(sums);
@@ -66,7 +66,7 @@ void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t 
 
 }  // namespace
 
-void LateralEvidence::make_room(const TemplateData& data) {
+void PhotometricEvidence::make_room(const TemplateData& data) {
     const size_t vertices = data.vertices.size();
     is_confirmed.resize(vertices);
     for (std::vector<float>* values : {&check_px2, &check_score, &patch_px2})
@@ -75,7 +75,7 @@ void LateralEvidence::make_room(const TemplateData& data) {
 }
 
 void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
-                    LateralEvidence& evidence) {
+                    PhotometricEvidence& evidence) {
     constexpr float kFarthest2 = Confidence::kFarthestPatch * Confidence::kFarthestPatch;
     clear<kPatches>(evidence.sums);
     for (size_t i = 0; i < data.patches.size(); ++i)
@@ -85,14 +85,15 @@ void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
                           evidence.sums);
 }
 
-void spread_checks(const TemplateData& data, const FrameOutput& output, LateralEvidence& evidence) {
+void spread_checks(const TemplateData& data, const FrameOutput& output,
+                   PhotometricEvidence& evidence) {
     clear<kChecks>(evidence.sums);
     for (size_t i = 0; i < data.checks.size(); ++i)
         add<kChecks>(data.checks[i], fits(output.checks[i]) ? 1 : 0, evidence.sums);
 }
 
-void measure_lateral(const TemplateData& data, const FrameOutput& output, size_t begin, size_t end,
-                     LateralEvidence& evidence) {
+void measure_photometric(const TemplateData& data, const FrameOutput& output, size_t begin,
+                         size_t end, PhotometricEvidence& evidence) {
     for (size_t i = begin; i < end; ++i) measure_vertex(data, output, i, evidence);
 }
 

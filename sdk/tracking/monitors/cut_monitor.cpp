@@ -1,5 +1,5 @@
-// See cut_watch.hpp.
-#include "sdk/tracking/monitors/cut_watch.hpp"
+// See cut_monitor.hpp.
+#include "sdk/tracking/monitors/cut_monitor.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
@@ -190,9 +190,9 @@ class Watcher {
 
 }  // namespace
 
-std::optional<CutLine> CutWatch::add_frame(const TemplateData& data,
-                                           std::span<const defrec_surface_sample> samples,
-                                           std::span<const uint8_t> is_confirmed) {
+std::optional<CutLine> CutMonitor::add_frame(const TemplateData& data,
+                                             std::span<const defrec_surface_sample> samples,
+                                             std::span<const uint8_t> is_confirmed) {
     const SurfaceGrid& grid = data.grid;
     const Watcher watcher(data, samples, is_confirmed);
     frames_.resize(grid.vertex.size(), 0);

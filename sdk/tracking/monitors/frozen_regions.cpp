@@ -1,5 +1,5 @@
-// See standing_blocks.hpp.
-#include "sdk/tracking/monitors/standing_blocks.hpp"
+// See frozen_regions.hpp.
+#include "sdk/tracking/monitors/frozen_regions.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -19,22 +19,22 @@ size_t place(double at, uint32_t blocks) {
 
 }  // namespace
 
-StandingBlocks::StandingBlocks(uint32_t width, uint32_t height)
+FrozenRegions::FrozenRegions(uint32_t width, uint32_t height)
     : width_(width),
       height_(height),
       columns_(std::max(1u, width / kSide)),
       rows_(std::max(1u, height / kSide)),
       blocks_(size_t{columns_} * rows_) {}
 
-uint32_t StandingBlocks::first_row(size_t part) const {
+uint32_t FrozenRegions::first_row(size_t part) const {
     return static_cast<uint32_t>(rows_ * part / kParts);
 }
 
-RowRange StandingBlocks::rows_of(size_t part) const {
+RowRange FrozenRegions::rows_of(size_t part) const {
     return {kSide * first_row(part), part + 1 < kParts ? kSide * first_row(part + 1) : height_};
 }
 
-void StandingBlocks::add_part(const uint8_t* gray, size_t part) {
+void FrozenRegions::add_part(const uint8_t* gray, size_t part) {
     const uint32_t side_x = std::min(kSide, width_), side_y = std::min(kSide, height_);
     for (uint32_t row = first_row(part); row < first_row(part + 1); ++row) {
         for (uint32_t column = 0; column < columns_; ++column) {
@@ -53,35 +53,35 @@ void StandingBlocks::add_part(const uint8_t* gray, size_t part) {
             Block& block = blocks_[size_t{row} * columns_ + column];
             const bool had_texture =
                 std::exchange(block.has_texture, most - least >= FrozenImages::kMinContrast);
-            block.stands =
+            block.is_frozen =
                 has_image_ && had_texture && block.has_texture && hash.value() == block.hash;
-            if (!block.stands) block.others_px = 0;
+            if (!block.is_frozen) block.others_px = 0;
             block.hash = hash.value();
         }
     }
 }
 
-void StandingBlocks::end_image() {
-    size_t textured = 0, standing = 0;
+void FrozenRegions::end_image() {
+    size_t textured = 0, frozen = 0;
     for (const Block& block : blocks_) {
         textured += block.has_texture;
-        standing += block.stands;
+        frozen += block.is_frozen;
     }
     has_image_ = true;
-    share_ = textured > 0 ? static_cast<double>(standing) / static_cast<double>(textured) : 0;
+    share_ = textured > 0 ? static_cast<double>(frozen) / static_cast<double>(textured) : 0;
 }
 
-void StandingBlocks::others_moved(double px) {
+void FrozenRegions::others_moved(double px) {
     for (Block& block : blocks_)
-        if (block.stands) block.others_px += static_cast<float>(px);
+        if (block.is_frozen) block.others_px += static_cast<float>(px);
 }
 
-bool StandingBlocks::is_stale(double x, double y) const {
+bool FrozenRegions::is_stale(double x, double y) const {
     const Block& block = blocks_[block_of(x, y)];
-    return block.stands && block.others_px >= FrozenImages::kStaleMotion;
+    return block.is_frozen && block.others_px >= FrozenImages::kStaleMotion;
 }
 
-size_t StandingBlocks::block_of(double x, double y) const {
+size_t FrozenRegions::block_of(double x, double y) const {
     return place(y, rows_) * columns_ + place(x, columns_);
 }
 

@@ -1,4 +1,4 @@
-#include "sdk/tracking/monitors/standing_blocks.hpp"
+#include "sdk/tracking/monitors/frozen_regions.hpp"
 
 #include <doctest/doctest.h>
 
@@ -22,8 +22,8 @@ std::vector<uint8_t> image(uint32_t frame) {
     return gray;
 }
 
-void add_image(StandingBlocks& blocks, const std::vector<uint8_t>& gray) {
-    for (size_t part = 0; part < StandingBlocks::kParts; ++part) blocks.add_part(gray.data(), part);
+void add_image(FrozenRegions& blocks, const std::vector<uint8_t>& gray) {
+    for (size_t part = 0; part < FrozenRegions::kParts; ++part) blocks.add_part(gray.data(), part);
     blocks.end_image();
 }
 
@@ -37,7 +37,7 @@ std::vector<uint8_t> left_half_of(const std::vector<uint8_t>& other, std::vector
 }  // namespace
 
 TEST_CASE("blocks stand where they are, bit for bit, as in the frame before") {
-    StandingBlocks blocks(kWidth, kHeight);
+    FrozenRegions blocks(kWidth, kHeight);
     const std::vector<uint8_t> first = image(0), second = image(1);
     add_image(blocks, first);
     CHECK(blocks.share() == 0);  // there is none before
@@ -47,14 +47,14 @@ TEST_CASE("blocks stand where they are, bit for bit, as in the frame before") {
     CHECK(blocks.share() == 0);
     add_image(blocks, left_half_of(second, image(2)));
     CHECK(blocks.share() == doctest::Approx(0.5));
-    CHECK(blocks.stands(10, 50));
-    CHECK(!blocks.stands(70, 50));
-    CHECK(blocks.stands(-1000, -1000));  // that of the nearest pixel
-    CHECK(!blocks.stands(1e9, 1e9));
+    CHECK(blocks.is_frozen(10, 50));
+    CHECK(!blocks.is_frozen(70, 50));
+    CHECK(blocks.is_frozen(-1000, -1000));  // that of the nearest pixel
+    CHECK(!blocks.is_frozen(1e9, 1e9));
 }
 
 TEST_CASE("images without texture stand nowhere") {
-    StandingBlocks blocks(kWidth, kHeight);
+    FrozenRegions blocks(kWidth, kHeight);
     const std::vector<uint8_t> flat(size_t{kWidth} * kHeight, uint8_t{90});
     add_image(blocks, flat);
     add_image(blocks, flat);
@@ -63,7 +63,7 @@ TEST_CASE("images without texture stand nowhere") {
 }
 
 TEST_CASE("a block is stale once half a pixel of motion was seen elsewhere while it stood") {
-    StandingBlocks blocks(kWidth, kHeight);
+    FrozenRegions blocks(kWidth, kHeight);
     const std::vector<uint8_t> first = image(0);
     const auto next = [&](uint32_t frame, double motion) {
         add_image(blocks, left_half_of(first, image(frame)));
@@ -72,7 +72,7 @@ TEST_CASE("a block is stale once half a pixel of motion was seen elsewhere while
     next(1, 5);
     CHECK(!blocks.is_stale(10, 50));  // it is new
     next(2, 0.3);
-    CHECK(blocks.stands(10, 50));
+    CHECK(blocks.is_frozen(10, 50));
     CHECK(!blocks.is_stale(10, 50));
     next(3, 0.3);
     CHECK(blocks.is_stale(10, 50));
@@ -86,9 +86,9 @@ TEST_CASE("a block is stale once half a pixel of motion was seen elsewhere while
 TEST_CASE("the parts of an image are all its rows, one after the other, however few") {
     for (const uint32_t height : {20u, 64u, 96u, 540u}) {
         CAPTURE(height);
-        const StandingBlocks blocks(kWidth, height);
+        const FrozenRegions blocks(kWidth, height);
         uint32_t row = 0;
-        for (size_t part = 0; part < StandingBlocks::kParts; ++part) {
+        for (size_t part = 0; part < FrozenRegions::kParts; ++part) {
             const RowRange rows = blocks.rows_of(part);
             CHECK(rows.first == row);
             row = rows.last;

@@ -1,4 +1,4 @@
-#include "sdk/tracking/monitors/disparity_watch.hpp"
+#include "sdk/tracking/monitors/disparity_monitor.hpp"
 
 #include <doctest/doctest.h>
 
@@ -28,16 +28,16 @@ TemplateData surface() {
 }
 
 // Turned about the view's axis, moved, and seen by a right view that slipped: with disparities that
-// are larger by slip_px.
+// are larger by baseline_drift_px.
 std::vector<defrec_surface_sample> seen(const TemplateData& data, double turn,
-                                        const double (&shift)[3], double slip_px) {
+                                        const double (&shift)[3], double baseline_drift_px) {
     std::vector<defrec_surface_sample> samples;
     for (const defrec_surface_point& vertex : data.vertices) {
         const float* p = vertex.position;
         const double x = std::cos(turn) * p[0] - std::sin(turn) * p[1] + shift[0],
                      y = std::sin(turn) * p[0] + std::cos(turn) * p[1] + shift[1],
                      z = p[2] + shift[2],
-                     z_seen = kFocal * kBaseline / (kFocal * kBaseline / z + slip_px);
+                     z_seen = kFocal * kBaseline / (kFocal * kBaseline / z + baseline_drift_px);
         defrec_surface_sample sample{};
         sample.position[0] = static_cast<float>(x * z_seen / z);
         sample.position[1] = static_cast<float>(y * z_seen / z);
@@ -52,11 +52,11 @@ std::vector<defrec_surface_sample> seen(const TemplateData& data, double turn,
 
 TEST_CASE("tissue that moves, comes nearer and turns is no slip of the right view") {
     const TemplateData data = surface();
-    DisparityWatch watch;
+    DisparityMonitor watch;
     for (const double depth : {0.0, 0.0, -12.0, -5.0, 5.0, 12.0}) {
         CAPTURE(depth);
         watch.add_frame(data, seen(data, 0.02 * depth, {0.3 * depth, -2, depth}, 0));
-        CHECK(watch.slip_px() == 0);
+        CHECK(watch.baseline_drift_px() == 0);
     }
 }
 
@@ -66,15 +66,15 @@ TEST_CASE("a right view that slips sideways is noticed, how far, and that it is 
     for (const double slip : {-8.0, -2.5, 2.5, 6.0}) {
         CAPTURE(slip);
         const auto slipped = seen(data, 0.02, {1, 0, -1}, slip);
-        DisparityWatch watch;
+        DisparityMonitor watch;
         watch.add_frame(data, rest);
         watch.add_frame(data, rest);
         watch.add_frame(data, slipped);
-        CHECK(watch.slip_px() == doctest::Approx(slip).epsilon(0.1));
+        CHECK(watch.baseline_drift_px() == doctest::Approx(slip).epsilon(0.1));
         for (int i = 0; i < 100; ++i) watch.add_frame(data, slipped);
-        CHECK(watch.slip_px() == doctest::Approx(slip).epsilon(0.1));
+        CHECK(watch.baseline_drift_px() == doctest::Approx(slip).epsilon(0.1));
         watch.add_frame(data, seen(data, 0, {0, 2, 2}, 0));
-        CHECK(watch.slip_px() == 0);
+        CHECK(watch.baseline_drift_px() == 0);
     }
 }
 
@@ -83,25 +83,25 @@ TEST_CASE("a slip after which the surface is observed only some frames later is 
     const auto rest = seen(data, 0, {0, 0, 0}, 0);
     auto hidden = rest;
     for (defrec_surface_sample& sample : hidden) sample.observation = DEFREC_INCONSISTENT;
-    DisparityWatch watch;
+    DisparityMonitor watch;
     watch.add_frame(data, rest);
     watch.add_frame(data, rest);
     watch.add_frame(data, hidden);
     watch.skip_frame();
     watch.add_frame(data, seen(data, 0.02, {1, 0, -1}, 8));
-    CHECK(watch.slip_px() == doctest::Approx(8).epsilon(0.1));
+    CHECK(watch.baseline_drift_px() == doctest::Approx(8).epsilon(0.1));
 }
 
 TEST_CASE("what is no slip, but looked like one, is forgotten within a second") {
     const TemplateData data = surface();
     const auto rest = seen(data, 0, {0, 0, 0}, 0), other = seen(data, 0, {0, 0, 0}, -4);
-    DisparityWatch watch;
+    DisparityMonitor watch;
     watch.add_frame(data, other);
     watch.add_frame(data, other);
     watch.add_frame(data, rest);
-    CHECK(watch.slip_px() > 2);
+    CHECK(watch.baseline_drift_px() > 2);
     for (int i = 0; i < 30; ++i) watch.add_frame(data, rest);
-    CHECK(watch.slip_px() == 0);
+    CHECK(watch.baseline_drift_px() == 0);
 }
 
 TEST_CASE("vertices that are not observed say nothing of a slip") {
@@ -109,9 +109,9 @@ TEST_CASE("vertices that are not observed say nothing of a slip") {
     const auto rest = seen(data, 0, {0, 0, 0}, 0);
     auto slipped = seen(data, 0, {0, 0, 0}, 4);
     for (size_t i = 40; i < slipped.size(); ++i) slipped[i].observation = DEFREC_NO_DEPTH;
-    DisparityWatch watch;
+    DisparityMonitor watch;
     watch.add_frame(data, rest);
     watch.add_frame(data, rest);
     watch.add_frame(data, slipped);
-    CHECK(watch.slip_px() == 0);
+    CHECK(watch.baseline_drift_px() == 0);
 }

@@ -1,5 +1,5 @@
-// See node_anchor.hpp.
-#include "sdk/template/node_anchor.hpp"
+// See nearest_nodes.hpp.
+#include "sdk/template/nearest_nodes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,8 +10,8 @@
 
 namespace defrec {
 
-NodeAnchor anchor_at(std::span<const Vec3<double>> nodes, std::span<const uint8_t> piece,
-                     double spacing_mm, const Vec3<double>& place) {
+NearestNodes nearest_nodes_at(std::span<const Vec3<double>> nodes, std::span<const uint8_t> piece,
+                              double spacing_mm, const Vec3<double>& place) {
     std::vector<std::pair<double, int32_t>> near;
     near.reserve(nodes.size());
     for (size_t i = 0; i < nodes.size(); ++i) {
@@ -23,9 +23,9 @@ NodeAnchor anchor_at(std::span<const Vec3<double>> nodes, std::span<const uint8_
         const uint8_t nearest = of(*std::min_element(near.begin(), near.end()));
         std::erase_if(near, [&](const auto& entry) { return of(entry) != nearest; });
     }
-    const size_t used = std::min(NodeAnchor::kNodes, near.size());
+    const size_t used = std::min(NearestNodes::kNodes, near.size());
     std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(used), near.end());
-    NodeAnchor anchor;
+    NearestNodes anchor;
     const double spread = 2 * std::pow(decisions::Anchors::kAnchorReach * spacing_mm, 2);
     for (size_t k = 0; k < used; ++k) {
         anchor.node[k] = near[k].second;
@@ -34,10 +34,10 @@ NodeAnchor anchor_at(std::span<const Vec3<double>> nodes, std::span<const uint8_
     return anchor;
 }
 
-DualQuaternion<double> follow_anchor(const NodeAnchor& anchor, std::span<const float> rest,
-                                     std::span<const defrec_motion> motions) {
+DualQuaternion<double> follow_nearest_nodes(const NearestNodes& anchor, std::span<const float> rest,
+                                            std::span<const defrec_motion> motions) {
     RigidFit fit;
-    for (size_t k = 0; k < NodeAnchor::kNodes; ++k) {
+    for (size_t k = 0; k < NearestNodes::kNodes; ++k) {
         const auto node = static_cast<size_t>(anchor.node[k]);
         fit.add(anchor.weight[k], load3<double>(&rest[3 * node]),
                 node_position(rest, motions, node));

@@ -1,5 +1,5 @@
 // What lies beside the surface of a plane, and how it moves.
-#include "sdk/template/surroundings.hpp"
+#include "sdk/template/nearest_surface.hpp"
 
 #include <doctest/doctest.h>
 
@@ -29,10 +29,10 @@ TemplateData plane() {
 
 TEST_CASE("the nearest vertex beside a surface is about at its rim") {
     const TemplateData data = plane();
-    const Surroundings surroundings(data);
+    const NearestSurface nearest_surface(data);
     for (const double away : {3.0, 10.0, 30.0}) {
         CAPTURE(away);
-        const auto near = surroundings.beside(data, {kRim + away, 4, kDepth});
+        const auto near = nearest_surface.beside(data, {kRim + away, 4, kDepth});
         CHECK(near.distance_mm == doctest::Approx(away).epsilon(0.1));
         const float* vertex = data.vertices[near.vertex].position;
         CHECK(vertex[0] > kRim - 2);
@@ -42,10 +42,10 @@ TEST_CASE("the nearest vertex beside a surface is about at its rim") {
 
 TEST_CASE("a place beside a surface moves rigidly with the control points next to it") {
     const TemplateData data = plane();
-    const Surroundings surroundings(data);
+    const NearestSurface nearest_surface(data);
     const Vec3<double> place{kRim + 5, 10, kDepth};
-    const auto near = surroundings.beside(data, place);
-    for (size_t k = 0; k < NodeAnchor::kNodes; ++k) {
+    const auto near = nearest_surface.beside(data, place);
+    for (size_t k = 0; k < NearestNodes::kNodes; ++k) {
         const float* node = &data.nodes[3 * static_cast<size_t>(near.anchor.node[k])];
         CHECK(std::hypot(node[0] - place.x, node[1] - place.y) < 25);
         CHECK(near.anchor.weight[k] > 0);
@@ -59,6 +59,6 @@ TEST_CASE("a place beside a surface moves rigidly with the control points next t
         motions.push_back(
             (data.nodes[i] < 0 ? DualQuaternion<double>::identity() : turned).store());
     const Vec3<double> off =
-        apply(follow_anchor(near.anchor, data.nodes, motions), place) - apply(turned, place);
+        apply(follow_nearest_nodes(near.anchor, data.nodes, motions), place) - apply(turned, place);
     CHECK(std::sqrt(dot(off, off)) < 1e-3);
 }

@@ -9,7 +9,7 @@
 
 namespace defrec::cpu {
 
-constexpr size_t kSkin = DEFREC_SKIN_NODES;
+constexpr size_t kBlendNodes = DEFREC_BLEND_NODES;
 constexpr size_t kLanes = 16;  // most that are used; groups begin at multiples
 
 inline size_t padded(size_t count, size_t lanes = kLanes) {
@@ -17,21 +17,21 @@ inline size_t padded(size_t count, size_t lanes = kLanes) {
 }
 
 // Control points ascending; of one that is named more than once, only the first has a weight.
-struct Skin {
-    std::array<int32_t, kSkin> node;
-    std::array<float, kSkin> weight;
+struct BlendWeights {
+    std::array<int32_t, kBlendNodes> node;
+    std::array<float, kBlendNodes> weight;
 
     template <class Item>
-    explicit Skin(const Item& item) {
-        std::array<size_t, kSkin> order{0, 1, 2, 3};
+    explicit BlendWeights(const Item& item) {
+        std::array<size_t, kBlendNodes> order{0, 1, 2, 3};
         std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
             return std::pair(item.node[a], a) < std::pair(item.node[b], b);
         });
-        for (size_t k = 0; k < kSkin; ++k) {
+        for (size_t k = 0; k < kBlendNodes; ++k) {
             node[k] = item.node[order[k]];
             weight[k] = item.weight[order[k]];
         }
-        for (size_t k = kSkin - 1; k > 0; --k)
+        for (size_t k = kBlendNodes - 1; k > 0; --k)
             if (node[k] == node[k - 1]) {
                 weight[k - 1] += weight[k];
                 weight[k] = 0;
@@ -40,10 +40,10 @@ struct Skin {
 };
 
 // One item of a group: which, and of which list.
-struct SkinKey {
-    std::array<int32_t, kSkin> node;
+struct BlendKey {
+    std::array<int32_t, kBlendNodes> node;
     uint32_t list, index;
-    auto operator<=>(const SkinKey&) const = default;
+    auto operator<=>(const BlendKey&) const = default;
 };
 
 // A control point's motion in single precision, ready to be broadcast.
@@ -65,11 +65,11 @@ struct NodeMotion {
 
 // The motions of a group's control points, all in the hemisphere of the first.
 struct GroupMotion {
-    float dual_quaternion[kSkin][8];
+    float dual_quaternion[kBlendNodes][8];
 
-    GroupMotion(const NodeMotion* motions, const std::array<int32_t, kSkin>& node) {
+    GroupMotion(const NodeMotion* motions, const std::array<int32_t, kBlendNodes>& node) {
         const float* first = motions[node[0]].dual_quaternion;
-        for (size_t k = 0; k < kSkin; ++k) {
+        for (size_t k = 0; k < kBlendNodes; ++k) {
             const float* q = motions[node[k]].dual_quaternion;
             const float cosine =
                 q[0] * first[0] + q[1] * first[1] + q[2] * first[2] + q[3] * first[3];

@@ -1,5 +1,5 @@
 // A flat surface that opens along a line: what the frames say of it is made up.
-#include "sdk/tracking/monitors/cut_watch.hpp"
+#include "sdk/tracking/monitors/cut_monitor.hpp"
 
 #include <doctest/doctest.h>
 
@@ -71,14 +71,14 @@ struct Surface {
             }
     }
 
-    std::optional<CutLine> watch(CutWatch& watcher, int frames) const {
+    std::optional<CutLine> watch(CutMonitor& watcher, int frames) const {
         std::optional<CutLine> cut;
         for (int i = 0; i < frames && !cut; ++i)
             cut = watcher.add_frame(data, samples, is_confirmed);
         return cut;
     }
     std::optional<CutLine> watch() const {
-        CutWatch watcher;
+        CutMonitor watcher;
         return watch(watcher, 20);
     }
 };
@@ -87,7 +87,7 @@ struct Surface {
 
 TEST_CASE("a surface that opens along a line is cut there") {
     const Surface surface{Opening{}};
-    CutWatch watcher;
+    CutMonitor watcher;
     CHECK(!surface.watch(watcher, 4));
     const std::optional<CutLine> cut = surface.watch(watcher, 1);
     REQUIRE(cut);
@@ -135,7 +135,7 @@ TEST_CASE(
     closed_gap.observation = DEFREC_OBSERVED;
     closed_gap.residual = 0;
     const Surface closed{closed_gap};
-    CutWatch watcher;
+    CutMonitor watcher;
     for (int i = 0; i < 20; ++i) {
         CHECK(!open.watch(watcher, 1));
         CHECK(!closed.watch(watcher, 1));

@@ -11,7 +11,7 @@
 
 namespace defrec {
 
-class DisparityWatch {
+class DisparityMonitor {
   public:
     // Once there is room, add_frame() throws nothing.
     void make_room();
@@ -24,7 +24,7 @@ class DisparityWatch {
     void reset() { *this = {}; }
 
     // px by which disparities are off since the template was taken; 0: by none that shows.
-    double slip_px() const;
+    double baseline_drift_px() const;
 
     // Logarithms of how much more disparities grew than the left image did, and than lengths on the
     // surface shrank.
@@ -40,7 +40,7 @@ class DisparityWatch {
     std::vector<Places> places_, places_now_;  // in the last frame in which many were observed
     int age_ = 0;                              // frames since then
     std::optional<Change> usual_;              // change per frame
-    double slip_ = 0;                          // logarithm of the factor on disparities
+    double drift_ = 0;                         // logarithm of the factor on disparities
     double mean_disparity_ = 0;                // px
     int frames_that_fit_ = 0;                  // the template without a slip, one after the other
 };

@@ -10,7 +10,7 @@
 namespace defrec {
 
 // One thread, the tracker's.
-class CutWatch {
+class CutMonitor {
   public:
     // Begins with another template, or with the same one after a cut was released.
     void reset() { frames_.clear(); }

@@ -1,5 +1,5 @@
-// See surroundings.hpp.
-#include "sdk/template/surroundings.hpp"
+// See nearest_surface.hpp.
+#include "sdk/template/nearest_surface.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@ size_t main_node(const defrec_surface_point& vertex) {
 
 }  // namespace
 
-Surroundings::Surroundings(const TemplateData& data)
+NearestSurface::NearestSurface(const TemplateData& data)
     : first_(data.nodes.size() / 3 + 1, 0), vertex_(data.vertices.size()) {
     for (size_t i = 0; i < data.nodes.size(); i += 3)
         nodes_.push_back(load3<double>(&data.nodes[i]));
@@ -28,7 +28,7 @@ Surroundings::Surroundings(const TemplateData& data)
         vertex_[next[main_node(data.vertices[i])]++] = static_cast<uint32_t>(i);
 }
 
-size_t Surroundings::nearest_node(const Vec3<double>& place) const {
+size_t NearestSurface::nearest_node(const Vec3<double>& place) const {
     const auto squared = [&](const Vec3<double>& node) { return dot(node - place, node - place); };
     const auto nearest =
         std::min_element(nodes_.begin(), nodes_.end(),
@@ -36,10 +36,10 @@ size_t Surroundings::nearest_node(const Vec3<double>& place) const {
     return static_cast<size_t>(nearest - nodes_.begin());
 }
 
-Surroundings::Neighbours Surroundings::beside(const TemplateData& data,
-                                              const Vec3<double>& place) const {
+NearestSurface::Neighbours NearestSurface::beside(const TemplateData& data,
+                                                  const Vec3<double>& place) const {
     Neighbours found;
-    found.anchor = anchor_at(nodes_, data.node_piece, data.node_spacing_mm, place);
+    found.anchor = nearest_nodes_at(nodes_, data.node_piece, data.node_spacing_mm, place);
     double least = std::numeric_limits<double>::infinity();
     for (const int32_t node : found.anchor.node) {
         const auto index = static_cast<size_t>(node);

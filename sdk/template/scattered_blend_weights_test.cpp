@@ -1,4 +1,4 @@
-#include "sdk/template/scattered_skin.hpp"
+#include "sdk/template/scattered_blend_weights.hpp"
 
 #include <doctest/doctest.h>
 
@@ -25,12 +25,13 @@ std::vector<PixelPoint> scattered() {
 }
 
 // The pixel that the weights give.
-std::pair<double, double> pixel_of(const std::vector<PixelPoint>& points, const Skin& skin) {
+std::pair<double, double> pixel_of(const std::vector<PixelPoint>& points,
+                                   const BlendWeights& blend_weights) {
     double u = 0, v = 0;
-    for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k) {
-        const PixelPoint& point = points[static_cast<size_t>(skin.node[k])];
-        u += skin.weight[k] * point.u;
-        v += skin.weight[k] * point.v;
+    for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k) {
+        const PixelPoint& point = points[static_cast<size_t>(blend_weights.node[k])];
+        u += blend_weights.weight[k] * point.u;
+        v += blend_weights.weight[k] * point.v;
     }
     return {u, v};
 }
@@ -42,15 +43,15 @@ TEST_CASE("weights between scattered control points reproduce positions") {
     const PixelBuckets buckets(points, kSpacing);
     for (double v = 6; v < 44; v += 1.7)
         for (double u = 6; u < 44; u += 1.3) {
-            Skin skin;
-            REQUIRE(scattered_skin(buckets, kSpacing, u, v, skin));
+            BlendWeights blend_weights;
+            REQUIRE(scattered_blend_weights(buckets, kSpacing, u, v, blend_weights));
             double sum = 0;
-            for (const float weight : skin.weight) {
+            for (const float weight : blend_weights.weight) {
                 CHECK(weight >= 0);
                 sum += weight;
             }
             CHECK(sum == doctest::Approx(1));
-            const auto [at_u, at_v] = pixel_of(points, skin);
+            const auto [at_u, at_v] = pixel_of(points, blend_weights);
             CHECK(std::hypot(at_u - u, at_v - v) < 1e-4);
         }
 }
@@ -60,11 +61,11 @@ TEST_CASE("of the triangles round a pixel the Delaunay triangle is taken") {
     const std::vector<PixelPoint> rhombus = {{0, -8, 0}, {1, 8, 0}, {2, 0, -5}, {3, 0, 5}};
     const PixelBuckets buckets(rhombus, kSpacing);
     for (const double u : {-2.0, 2.0}) {
-        Skin skin;
-        REQUIRE(scattered_skin(buckets, kSpacing, u, 1, skin));
+        BlendWeights blend_weights;
+        REQUIRE(scattered_blend_weights(buckets, kSpacing, u, 1, blend_weights));
         std::set<int32_t> used;
-        for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k)
-            if (skin.weight[k] > 0) used.insert(skin.node[k]);
+        for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k)
+            if (blend_weights.weight[k] > 0) used.insert(blend_weights.node[k]);
         CHECK(used == std::set<int32_t>{u < 0 ? 0 : 1, 2, 3});
     }
 }
@@ -85,10 +86,10 @@ TEST_CASE("slopes are how the weights change from pixel to pixel") {
         for (double u = 8; u < 42; u += 3.3) {
             CAPTURE(u);
             CAPTURE(v);
-            Skin here, right, below;
-            REQUIRE(scattered_skin(buckets, kSpacing, u, v, here));
-            REQUIRE(scattered_skin(buckets, kSpacing, u + 0.1, v, right));
-            REQUIRE(scattered_skin(buckets, kSpacing, u, v + 0.1, below));
+            BlendWeights here, right, below;
+            REQUIRE(scattered_blend_weights(buckets, kSpacing, u, v, here));
+            REQUIRE(scattered_blend_weights(buckets, kSpacing, u + 0.1, v, right));
+            REQUIRE(scattered_blend_weights(buckets, kSpacing, u, v + 0.1, below));
             if (right.node != here.node || below.node != here.node) continue;
             ++compared;
             defrec_patch patch{};
@@ -100,7 +101,7 @@ TEST_CASE("slopes are how the weights change from pixel to pixel") {
                     static_cast<float>(on_plane(u, v + 1)[axis] - on_plane(u, v)[axis]);
             }
             const defrec_patch_slope slope = scattered_slope(nodes, patch);
-            for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k) {
+            for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k) {
                 CHECK(slope.weight_u[k] == doctest::Approx((right.weight[k] - here.weight[k]) / 0.1)
                                                .scale(0.1)
                                                .epsilon(1e-2));
@@ -119,12 +120,12 @@ TEST_CASE("slopes are how the weights change from pixel to pixel") {
 TEST_CASE("beyond the control points the nearest place between two of them counts") {
     const std::vector<PixelPoint> points = scattered();
     const PixelBuckets buckets(points, kSpacing);
-    Skin skin;
-    REQUIRE(scattered_skin(buckets, kSpacing, 25, 60, skin));
-    const auto [u, v] = pixel_of(points, skin);
+    BlendWeights blend_weights;
+    REQUIRE(scattered_blend_weights(buckets, kSpacing, 25, 60, blend_weights));
+    const auto [u, v] = pixel_of(points, blend_weights);
     CHECK(std::abs(u - 25) < 5);
     CHECK(v > 45);
-    CHECK_FALSE(scattered_skin(buckets, kSpacing, 25, 500, skin));
+    CHECK_FALSE(scattered_blend_weights(buckets, kSpacing, 25, 500, blend_weights));
     const PixelBuckets alone({{7, 3, 3}}, kSpacing);
-    CHECK_FALSE(scattered_skin(alone, kSpacing, 3, 3, skin));
+    CHECK_FALSE(scattered_blend_weights(alone, kSpacing, 3, 3, blend_weights));
 }

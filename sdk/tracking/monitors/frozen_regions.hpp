@@ -1,4 +1,4 @@
-// Which parts of a view stand still: they show, bit for bit, what they showed in the frame before.
+// Which parts of a view are frozen: they show, bit for bit, what they showed in the frame before.
 // A camera's noise leaves no textured block as it was; a transmission that lost packets does, and
 // so does what is drawn over the picture.
 #pragma once
@@ -10,9 +10,9 @@
 
 namespace defrec {
 
-class StandingBlocks {
+class FrozenRegions {
   public:
-    StandingBlocks(uint32_t width, uint32_t height);
+    FrozenRegions(uint32_t width, uint32_t height);
 
     // The next frame's image, tight rows of gray values, in parts that threads share: each once, in
     // any order.
@@ -22,22 +22,22 @@ class StandingBlocks {
     void end_image();
     // The rows of a part. Those below the last blocks are the last part's.
     RowRange rows_of(size_t part) const;
-    // Share of the blocks with texture that stand; 0 where none has any.
+    // Share of the blocks with texture that are frozen; 0 where none has any.
     double share() const { return share_; }
     bool any() const { return share_ > 0; }
-    // Whether the block of a pixel stands. Beyond the image: that of the nearest pixel.
-    bool stands(double x, double y) const { return blocks_[block_of(x, y)].stands; }
+    // Whether the block of a pixel is frozen. Beyond the image: that of the nearest pixel.
+    bool is_frozen(double x, double y) const { return blocks_[block_of(x, y)].is_frozen; }
 
     // What is seen elsewhere has moved by so much, px, since the frame before.
     void others_moved(double px);
-    // Whether what is seen elsewhere has moved on since the block of a pixel stands.
+    // Whether what is seen elsewhere has moved on since the block of a pixel is frozen.
     bool is_stale(double x, double y) const;
 
   private:
     struct Block {
         uint64_t hash = 0;
-        bool has_texture = false, stands = false;
-        float others_px = 0;  // motion elsewhere since it stands
+        bool has_texture = false, is_frozen = false;
+        float others_px = 0;  // motion elsewhere since it is frozen
     };
     uint32_t first_row(size_t part) const;  // of blocks
     size_t block_of(double x, double y) const;

@@ -12,7 +12,7 @@
 
 namespace defrec {
 
-struct NodeAnchor {
+struct NearestNodes {
     static constexpr size_t kNodes = decisions::Anchors::kAnchors;
     std::array<int32_t, kNodes> node{};
     std::array<double, kNodes> weight{};  // 0: none
@@ -21,13 +21,13 @@ struct NodeAnchor {
 // The nearest one and the nearest of its piece of the surface, with weights that fall off with the
 // distance. nodes: where they are. piece: of the surface, per node; empty: there is one.
 // spacing_mm: between neighbouring nodes.
-NodeAnchor anchor_at(std::span<const Vec3<double>> nodes, std::span<const uint8_t> piece,
-                     double spacing_mm, const Vec3<double>& place);
+NearestNodes nearest_nodes_at(std::span<const Vec3<double>> nodes, std::span<const uint8_t> piece,
+                              double spacing_mm, const Vec3<double>& place);
 
 // The rigid motion (Kabsch) that takes an anchor's control points at rest to where they are. rest:
 // xyz of all. motions: of all.
-DualQuaternion<double> follow_anchor(const NodeAnchor& anchor, std::span<const float> rest,
-                                     std::span<const defrec_motion> motions);
+DualQuaternion<double> follow_nearest_nodes(const NearestNodes& anchor, std::span<const float> rest,
+                                            std::span<const defrec_motion> motions);
 
 // Where a control point is; where all are. rest: xyz of all.
 inline Vec3<double> node_position(std::span<const float> rest,

@@ -1,5 +1,5 @@
-// See disparity_watch.hpp.
-#include "sdk/tracking/monitors/disparity_watch.hpp"
+// See disparity_monitor.hpp.
+#include "sdk/tracking/monitors/disparity_monitor.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,8 +15,8 @@ namespace defrec {
 namespace {
 
 using decisions::BaselineDrift;
-using Change = DisparityWatch::Change;
-using Places = DisparityWatch::Places;
+using Change = DisparityMonitor::Change;
+using Places = DisparityMonitor::Places;
 
 size_t step_of(size_t vertices) {
     return std::max<size_t>(
@@ -96,13 +96,13 @@ std::optional<Change> change_of(const Sums& sums) {
 
 }  // namespace
 
-void DisparityWatch::make_room() {
+void DisparityMonitor::make_room() {
     places_.reserve(BaselineDrift::kMaxVertices);
     places_now_.reserve(BaselineDrift::kMaxVertices);
 }
 
-void DisparityWatch::add_frame(const TemplateData& data,
-                               std::span<const defrec_surface_sample> samples) {
+void DisparityMonitor::add_frame(const TemplateData& data,
+                                 std::span<const defrec_surface_sample> samples) {
     take_places(samples, places_now_);
     ++age_;
     if (age_ > BaselineDrift::kOldest) {
@@ -119,24 +119,24 @@ void DisparityWatch::add_frame(const TemplateData& data,
     }
     places_.swap(places_now_);
     age_ = 0;
-    if (slip_ == 0) return;
+    if (drift_ == 0) return;
     // What was taken for a slip, and was none, does not last.
     take_places(data.vertices, places_now_);
     const std::optional<Change> since_template = change_of(sum_change(data, places_now_, places_));
-    const bool fits = since_template && std::abs(since_template->by_length) < std::abs(slip_) / 2;
+    const bool fits = since_template && std::abs(since_template->by_length) < std::abs(drift_) / 2;
     frames_that_fit_ = fits ? frames_that_fit_ + 1 : 0;
-    if (frames_that_fit_ == BaselineDrift::kFramesToFit) slip_ = 0;
+    if (frames_that_fit_ == BaselineDrift::kFramesToFit) drift_ = 0;
 }
 
-void DisparityWatch::judge(const Change& change) {
+void DisparityMonitor::judge(const Change& change) {
     const double frames = age_;
     if (usual_) {
         const double by_scale = change.by_scale - frames * usual_->by_scale,
                      by_length = change.by_length - frames * usual_->by_length;
         if (by_scale * by_length > 0 &&
             std::min(std::abs(by_scale), std::abs(by_length)) > frames * BaselineDrift::kMinJump) {
-            slip_ += by_scale;  // lengths on slopes change by more
-            if (std::abs(slip_) < BaselineDrift::kMinJump) slip_ = 0;
+            drift_ += by_scale;  // lengths on slopes change by more
+            if (std::abs(drift_) < BaselineDrift::kMinJump) drift_ = 0;
             frames_that_fit_ = 0;
             return;
         }
@@ -144,6 +144,8 @@ void DisparityWatch::judge(const Change& change) {
     usual_ = {change.by_scale / frames, change.by_length / frames};
 }
 
-double DisparityWatch::slip_px() const { return mean_disparity_ * (1 - std::exp(-slip_)); }
+double DisparityMonitor::baseline_drift_px() const {
+    return mean_disparity_ * (1 - std::exp(-drift_));
+}
 
 }  // namespace defrec
