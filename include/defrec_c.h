@@ -32,7 +32,7 @@
  *    camera after rectification; "template frame" is the rectified camera of the frame that gave
  *    the template.
  *  - **Disparity.** A left pixel (x, y) matches the right pixel (x - d, y), d >= 0; depth = f *
- *    baseline / d.
+ *    baseline / (d + offset), with the camera's disparity offset.
  */
 #ifndef DEFREC_C_H
 #define DEFREC_C_H
@@ -327,11 +327,15 @@ typedef struct defrec_rig_desc {
     double            translation[3]; /**< mm; x < 0 for a right camera on the right */
 } defrec_rig_desc;
 
-/** The pinhole that both rectified images share. Frozen. */
+/** The pinhole of the rectified images, which share all but the principal point's x: the right
+ *  image's is cx + disparity_offset_px. Frozen. */
 typedef struct defrec_camera {
     double fx, fy;      /**< focal lengths @range >0.. @unit px */
     double cx, cy;      /**< principal point @unit px */
     double baseline_mm; /**< distance of the two cameras @range >0.. @unit mm */
+    /** Right view's cx less the left one's: 0 where the views look in parallel, above 0 where they
+     *  converge. @range -4096..4096 @unit px */
+    double disparity_offset_px;
 } defrec_camera;
 
 /** Checks the calibration in desc (finite, focal lengths > 0, a rotation, a horizontal baseline,

@@ -36,7 +36,7 @@ Scene random_scene(uint32_t landmarks, uint32_t features, uint32_t seed) {
     scene.params.width = 97;
     scene.params.height = 71;
     scene.params.stride = 101;
-    scene.params.camera = {180, 180, 47.3, 36.1, 4.6};
+    scene.params.camera = {180, 180, 47.3, 36.1, 4.6, 0};
     fill_defaults(scene.params);
     scene.count = features;
     scene.landmarks.resize(landmarks);

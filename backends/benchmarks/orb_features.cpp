@@ -53,7 +53,7 @@ std::vector<defrec_match> match_features(const std::vector<defrec_feature>& firs
     params.landmarks = uint32_t(first.size());
     params.features = uint32_t(second.size());
     params.width = params.height = 2;
-    params.camera = {1, 1, 0, 0, 1};
+    params.camera = {1, 1, 0, 0, 1, 0};
     fill_defaults(params);
     const auto stage = cpu::make_match(params, host.host());
     std::vector<defrec_landmark> landmarks(first.size());

@@ -156,12 +156,14 @@ HWY_INLINE DepthLanes<D> depth_lanes(D d, const defrec_camera& camera, const Dis
                                         hn::IfThenElse(to_right, d01, d00));
     const V disparity =
         hn::IfThenElse(hn::RebindMask(d, smooth), between, hn::ConvertTo(d, nearest));
-    const auto known = hn::And(inside, hn::Gt(disparity, zero));
+    const V whole =
+        hn::Add(disparity, hn::Set(d, float(kDisparityOne * camera.disparity_offset_px)));
+    const auto known = hn::And(inside, hn::And(hn::Gt(disparity, zero), hn::Gt(whole, zero)));
     const V product = hn::Set(d, float(double(kDisparityOne) * camera.fx * camera.baseline_mm));
-    return {inside, known,
-            hn::IfThenElseZero(
-                known, hn::Div(product, hn::IfThenElse(known, disparity, hn::Set(d, 1.0f)))),
-            inverse_z, offset};
+    return {
+        inside, known,
+        hn::IfThenElseZero(known, hn::Div(product, hn::IfThenElse(known, whole, hn::Set(d, 1.0f)))),
+        inverse_z, offset};
 }
 
 }  // namespace defrec::cpu::HWY_NAMESPACE

@@ -44,13 +44,15 @@ constexpr defrec_patch_prediction predict(const defrec_patch& patch,
     defrec_patch_prediction out{};
     const defrec_camera& camera = params.camera;
     const DualQuaternion<T> motion = blend<T>(motions, patch.node, patch.weight);
-    const T live_x = params.right_view != 0 ? T(camera.baseline_mm) : T(0);
+    const bool right = params.right_view != 0;
+    const T live_x = right ? T(camera.baseline_mm) : T(0),
+            live_cx = T(right ? camera.cx + camera.disparity_offset_px : camera.cx);
     const Vec3<T> rest = load3<T>(patch.position), moved = apply(motion, rest),
                   p = moved - Vec3<T>{live_x, 0, 0};
     if (!(p.z > T(kMinPatchDepthMm))) return out;
     const T fx = T(camera.fx) / p.z, fy = T(camera.fy) / p.z;
     const T x = p.x / p.z, y = p.y / p.z;
-    const T u = T(camera.fx) * x + T(camera.cx), v = T(camera.fy) * y + T(camera.cy);
+    const T u = T(camera.fx) * x + live_cx, v = T(camera.fy) * y + T(camera.cy);
     const T margin = T((params.patch_radius + 2) << params.level);
     if (!(u >= margin && v >= margin && u <= T(params.width - 1) - margin &&
           v <= T(params.height - 1) - margin))

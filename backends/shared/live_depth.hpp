@@ -54,7 +54,9 @@ constexpr T live_depth(const defrec_camera& camera, const DisparityImage& image,
         disparity = T(to_below ? (to_right ? d11 : d10) : (to_right ? d01 : d00));
     }
     if (!(disparity > T(0))) return T(0);
-    return T(double(kDisparityOne) * camera.fx * camera.baseline_mm) / disparity;
+    const T whole = disparity + T(kDisparityOne * camera.disparity_offset_px);
+    if (!(whole > T(0))) return T(0);
+    return T(double(kDisparityOne) * camera.fx * camera.baseline_mm) / whole;
 }
 
 }  // namespace defrec

@@ -59,7 +59,7 @@ TEST_CASE("a kernel's cost is the integral of twice the distance times its weigh
 
 TEST_CASE("the gradient of a sighting is the derivative of its residual by the point") {
     Random random;
-    const defrec_camera camera{500, 500, 240, 130, 4.6};
+    const defrec_camera camera{500, 500, 240, 130, 4.6, 0};
     defrec_patch_observation seen{};
     seen.u = 250 * 256;
     seen.v = 140 * 256;
@@ -91,7 +91,7 @@ TEST_CASE("the gradient of a sighting is the derivative of its residual by the p
 TEST_CASE(
     "a patch's residual is what its information says, in mm at its depth, and never more than a "
     "sure patch's") {
-    const defrec_camera camera{500, 500, 240, 130, 4.6};
+    const defrec_camera camera{500, 500, 240, 130, 4.6, 0};
     defrec_patch_observation seen{};
     seen.u = 240 * 256;
     seen.v = 130 * 256;
@@ -115,7 +115,7 @@ TEST_CASE(
 TEST_CASE(
     "the ICP residual is the distance along the normal, and its gradient moves it for a flat live "
     "surface") {
-    const defrec_camera camera{500, 500, 120, 80, 4.6};
+    const defrec_camera camera{500, 500, 120, 80, 4.6, 0};
     const std::vector<int16_t> flat(240 * 160, int16_t(16 * 500 * 4.6 / 80));
     const double depth = 16 * 500 * 4.6 / flat[0];
     const DisparityImage image{flat.data(), 240, 160, 240};

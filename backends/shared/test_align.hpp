@@ -70,7 +70,7 @@ inline AlignScene make_align_scene(const AlignSceneOptions& o) {
     p.level = o.level;
     p.patch_radius = o.patch_radius;
     p.search_radius = o.search_radius;
-    p.camera = {500, 500, 105, 78, 4.6};
+    p.camera = {500, 500, 105, 78, 4.6, 0};
     fill_defaults(p);
 
     const Texture texture(o.seed);

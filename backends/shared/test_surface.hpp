@@ -23,8 +23,8 @@ using Deformation = std::function<Vec3<double>(Vec3<double>)>;
 class TestSurface {
   public:
     explicit TestSurface(const SurfaceSpec& spec) : spec_(spec) {
-        camera = {spec.focal, spec.focal, (spec.width - 1) / 2.0, (spec.height - 1) / 2.0,
-                  spec.baseline};
+        camera = {spec.focal,    spec.focal, (spec.width - 1) / 2.0, (spec.height - 1) / 2.0,
+                  spec.baseline, 0};
         columns_ = int(std::ceil((spec.width - 1) / spec.node_step)) + 1;
         rows_ = int(std::ceil((spec.height - 1) / spec.node_step)) + 1;
         spacing_mm = float(spec.node_step * spec.depth / spec.focal);

@@ -14,7 +14,8 @@ namespace defrec {
 
 struct AlignConstants {
     FloatCamera camera;
-    float live_x;  // of the live image's camera in the rectified camera's frame, mm
+    float live_x;   // of the live image's camera in the rectified camera's frame, mm
+    float live_cx;  // of the live image, px
     float max_x, max_y,
         margin;         // of a prediction: largest coordinates, and how far from the border, px
     int max_u, max_v;   // largest coordinates of a prediction, 1/256 px
@@ -35,6 +36,8 @@ constexpr AlignConstants constants_of(const defrec_align_params& p) {
     const int32_t width = int32_t(p.width >> p.level), height = int32_t(p.height >> p.level);
     return {.camera = float_camera(p.camera),
             .live_x = p.right_view != 0 ? float(p.camera.baseline_mm) : 0.0f,
+            .live_cx =
+                float(p.right_view != 0 ? p.camera.cx + p.camera.disparity_offset_px : p.camera.cx),
             .max_x = float(p.width - 1),
             .max_y = float(p.height - 1),
             .margin = float((p.patch_radius + 2) << p.level),

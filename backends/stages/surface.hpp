@@ -18,6 +18,7 @@ namespace defrec {
 // A rectified camera in single precision.
 struct FloatCamera {
     float fx, fy, cx, cy, baseline_mm;
+    float disparity_offset;  // units of a disparity image
 };
 
 // The size of a disparity image, px; given 0: no depth anywhere.
@@ -28,8 +29,9 @@ struct DisparityGrid {
 
 #ifdef __cplusplus
 constexpr FloatCamera float_camera(const defrec_camera& camera) {
-    return {float(camera.fx), float(camera.fy), float(camera.cx), float(camera.cy),
-            float(camera.baseline_mm)};
+    return {float(camera.fx),          float(camera.fy),
+            float(camera.cx),          float(camera.cy),
+            float(camera.baseline_mm), float(kDisparityOne * camera.disparity_offset_px)};
 }
 
 // Params: of a stage that has the disparity image's size.

@@ -191,10 +191,14 @@ TEST_CASE("align: constants of a level, and templates that name what does not ex
     CHECK(c.view_height == 46);
     CHECK(c.max_u == 62 * 256);
     CHECK(c.margin == 14);
+    p.camera.cx = 30;
     p.camera.baseline_mm = 4;
+    p.camera.disparity_offset_px = 500;
     CHECK(constants_of(p).live_x == 0);
+    CHECK(constants_of(p).live_cx == 30);
     p.right_view = 1;
     CHECK(constants_of(p).live_x == 4);
+    CHECK(constants_of(p).live_cx == 530);
 
     std::vector<defrec_patch> patches(4);
     const std::vector<uint8_t> views(kStride * kHeight + kImage);

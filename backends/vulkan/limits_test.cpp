@@ -73,7 +73,7 @@ TEST_CASE("warp and align refuse more than a dispatch has work groups for") {
     a.width = a.stride = 64;
     a.height = 48;
     a.patch_radius = a.search_radius = 1;
-    a.camera = {100, 100, 32, 24, 5};
+    a.camera = {100, 100, 32, 24, 5, 0};
     fill_defaults(a);
     a.patches = uint32_t(maximum);
     CHECK(refusal([&] { vulkan::make_align(a, under_test::device()); }) == "");

@@ -154,7 +154,7 @@ TEST_CASE("row 48: the loops of match") {
         p.features = many_features ? 65535 : 64;
         p.width = 64;
         p.height = 48;
-        p.camera = {100, 100, 32, 24, 5};
+        p.camera = {100, 100, 32, 24, 5, 0};
         fill_defaults(p);
         counting.run(make_match(p, counting.device()),
                      {noise(p.landmarks * sizeof(defrec_landmark))},
@@ -175,7 +175,7 @@ TEST_CASE("row 48: the loops of align") {
     p.height = 160;
     p.patch_radius = 7;
     p.search_radius = 16;
-    p.camera = {200, 200, 100, 80, 5};
+    p.camera = {200, 200, 100, 80, 5, 0};
     fill_defaults(p);
     defrec_patch patch{};
     patch.u = 100;

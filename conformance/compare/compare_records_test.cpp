@@ -50,7 +50,7 @@ TEST_CASE("align: a prediction that is no number in int32 is far from any") {
     params.width = 640;
     params.height = 480;
     params.patches = params.nodes = params.views = 1;
-    params.camera = {300, 300, 320, 240, 4};
+    params.camera = {300, 300, 320, 240, 4, 0};
     const StageJob job = job_of(DEFREC_STAGE_ALIGN, params);
     const defrec_patch_observation none{};
     const auto near_to = [&](const defrec_patch_prediction& a, const defrec_patch_prediction& b) {
@@ -95,7 +95,7 @@ TEST_CASE(
 
 TEST_CASE("warp: a point at a border may fall on either side of it, but not anywhere") {
     defrec_warp_params params{};
-    params.camera = {100, 100, 50.5f, 40, 4};
+    params.camera = {100, 100, 50.5f, 40, 4, 0};
     params.width = 100;
     params.height = 80;
     params.points = params.nodes = 1;

@@ -33,7 +33,7 @@ MatchScene match_scene(uint64_t seed, uint32_t landmarks, uint32_t features, uin
     scene.params.features = features;
     scene.params.width = width;
     scene.params.height = height;
-    scene.params.camera = {110, 112, width / 2.0 - 0.3, height / 2.0 + 0.6, 4.6};
+    scene.params.camera = {110, 112, width / 2.0 - 0.3, height / 2.0 + 0.6, 4.6, 0};
     scene.count = features;
     Random random(seed);
     for (uint32_t i = 0; i < features; ++i) {
@@ -96,7 +96,7 @@ AlignScene align_scene(const defrec_align_params& params, uint64_t seed, const A
     p.views = o.views;
     p.nodes = 1;
     const double cx = o.width / 2.0, cy = o.height / 2.0;
-    p.camera = {kFocal, kFocal, cx, cy, 4.6};
+    p.camera = {kFocal, kFocal, cx, cy, 4.6, 0};
     const Vec3<double> turn{0, 0, o.angle}, step{0.3, -0.4, kDepth / o.scale - kDepth};
     const auto motion = from_rigid(rotation_from_vector(turn), step);
     scene.motions = {motion.store()};
@@ -242,6 +242,14 @@ test::TestSurface test_surface(uint64_t seed, uint32_t width, uint32_t height) {
                             p.z + c * std::sin(p.x / 16 + p.y / 18)};
     });
     return surface;
+}
+
+void converge(defrec_camera& camera, std::vector<int16_t>& disparity, double offset_px) {
+    camera.disparity_offset_px = offset_px;
+    const auto offset = static_cast<int>(std::lround(double{DEFREC_DISPARITY_ONE} * offset_px));
+    for (int16_t& value : disparity)
+        if (value > 0)
+            value = static_cast<int16_t>(value > offset ? value - offset : DEFREC_DISPARITY_NONE);
 }
 
 std::vector<defrec_motion> loose_motions(const test::TestSurface& surface, uint64_t seed,

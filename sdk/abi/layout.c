@@ -68,6 +68,7 @@ int main(void) {
     FIELD(defrec_camera, cx);
     FIELD(defrec_camera, cy);
     FIELD(defrec_camera, baseline_mm);
+    FIELD(defrec_camera, disparity_offset_px);
     FIELD(defrec_rig_info, struct_size);
     FIELD(defrec_rig_info, identity);
     FIELD(defrec_rig_info, width);

@@ -186,7 +186,7 @@ TEST_CASE("row 17: parameters that a shorter struct lacks have their defaults") 
     DEFREC_INIT(&params);
     params.width = 80;
     params.height = 60;
-    params.camera = {500, 500, 40, 30, 4};
+    params.camera = {500, 500, 40, 30, 4, 0};
     params.right_view = 2;  // behind the end of the shorter struct
     defrec_stage stage = nullptr;
     CHECK(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_ALIGN, &params, &stage) ==

@@ -63,7 +63,7 @@ TEST_CASE("floating point, cameras and formats") {
     defrec_warp_params warp;
     DEFREC_INIT(&warp);
     warp.width = warp.height = 2;
-    warp.camera = {1, 1, 0, 0, 1};
+    warp.camera = {1, 1, 0, 0, 1, 0};
     fill_defaults(warp);
     CHECK(range_error(warp) == "");
     warp.tolerance_mm = -0.5f;

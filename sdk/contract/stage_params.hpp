@@ -144,6 +144,7 @@ inline std::string range_error(const defrec_match_params& p) {
     check.finite("camera.cx", p.camera.cx);
     check.finite("camera.cy", p.camera.cy);
     check.real("camera.baseline_mm", p.camera.baseline_mm, 0.0, kNoMax, true);
+    check.real("camera.disparity_offset_px", p.camera.disparity_offset_px, -4096.0, 4096.0, false);
     return check.error();
 }
 inline constexpr int32_t kMatchMaxLandmarks = 65535;
@@ -178,6 +179,7 @@ inline std::string range_error(const defrec_align_params& p) {
     check.finite("camera.cx", p.camera.cx);
     check.finite("camera.cy", p.camera.cy);
     check.real("camera.baseline_mm", p.camera.baseline_mm, 0.0, kNoMax, true);
+    check.real("camera.disparity_offset_px", p.camera.disparity_offset_px, -4096.0, 4096.0, false);
     check.integer("right_view", p.right_view, 0, 1);
     return check.error();
 }
@@ -245,6 +247,7 @@ inline std::string range_error(const defrec_lm_params& p) {
     check.finite("camera.cx", p.camera.cx);
     check.finite("camera.cy", p.camera.cy);
     check.real("camera.baseline_mm", p.camera.baseline_mm, 0.0, kNoMax, true);
+    check.real("camera.disparity_offset_px", p.camera.disparity_offset_px, -4096.0, 4096.0, false);
     check.integer("iterations", p.iterations, 1, 4194304);
     check.integer("cg_iterations", p.cg_iterations, 1, 4194304);
     check.real("node_spacing_mm", p.node_spacing_mm, 0.0f, kNoMax, false);
@@ -283,6 +286,7 @@ inline std::string range_error(const defrec_warp_params& p) {
     check.finite("camera.cx", p.camera.cx);
     check.finite("camera.cy", p.camera.cy);
     check.real("camera.baseline_mm", p.camera.baseline_mm, 0.0, kNoMax, true);
+    check.real("camera.disparity_offset_px", p.camera.disparity_offset_px, -4096.0, 4096.0, false);
     check.real("tolerance_mm", p.tolerance_mm, 0.0f, kNoMax, false);
     return check.error();
 }

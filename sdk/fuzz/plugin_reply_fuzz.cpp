@@ -32,7 +32,7 @@ Template make_template() {
     CaptureInput input;
     input.width = kWidth;
     input.height = kHeight;
-    input.camera = {100, 100, kWidth / 2.0, kHeight / 2.0, 5};
+    input.camera = {100, 100, kWidth / 2.0, kHeight / 2.0, 5, 0};
     input.gray = gray.data();
     input.mask = mask.data();
     input.disparity = disparity.data();

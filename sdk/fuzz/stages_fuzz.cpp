@@ -40,7 +40,7 @@ T with_sizes(T params) {
 template <class T>
 T with_camera(T params) {
     params = with_sizes(params);
-    params.camera = {100, 100, 32, 24, 5};
+    params.camera = {100, 100, 32, 24, 5, 0};
     return params;
 }
 

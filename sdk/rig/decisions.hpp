@@ -35,4 +35,15 @@ struct RigLimits {
     static constexpr double kMaxSlope = 30;
 };
 
+// Cameras that look at one place: a stereo microscope, or an endoscope with toe-in.
+struct Convergence {
+    // share of the width | disparity of what both views see in their middle, up to which they share
+    //   a principal point | da Vinci endoscopes of the public data sets have at most 0.07
+    static constexpr double kShared = 0.1;
+    // share of the width | of disparity is left for tissue behind that place; so much of the left
+    //   view is seen by it alone | a microscope 300 mm away that is focused on the tissue's far
+    //   side
+    static constexpr double kBehind = 0.03;
+};
+
 }  // namespace defrec::decisions

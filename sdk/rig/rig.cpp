@@ -10,6 +10,7 @@
 
 #include "backends/stages/rectify.hpp"
 #include "sdk/base/util/error.hpp"
+#include "sdk/rig/decisions.hpp"
 #include "sdk/rig/rig_check.hpp"
 
 namespace defrec {
@@ -45,7 +46,7 @@ Rig::Rig(std::shared_ptr<const Services> services, const defrec_rig_desc& desc)
     rotation_.fill(Eigen::Matrix3d::Identity());
     identity_ = rectified_already(desc, lens_[0], lens_[1]);
     if (identity_) {
-        camera_ = {desc.left.fx, desc.left.fy, desc.left.cx, desc.left.cy, -desc.translation[0]};
+        camera_ = {desc.left.fx, desc.left.fy, desc.left.cx, desc.left.cy, -desc.translation[0], 0};
         return;
     }
     Services::forget_parallel_failure();
@@ -73,11 +74,14 @@ void Rig::rectify() {
 }
 
 // The scale of the raw images, and the middle of what both views see in the middle of the image.
+// Views that converge see the same tissue where each has its own middle in the middle: they share
+// no principal point (stereoRectify without CALIB_ZERO_DISPARITY).
 void Rig::choose_camera() {
     const double f =
         std::pow(desc_.left.fx * desc_.left.fy * desc_.right.fx * desc_.right.fy, 0.25);
     const double w = desc_.width - 1.0, h = desc_.height - 1.0;
-    Eigen::Vector2d low, high, middle = Eigen::Vector2d::Zero();
+    Eigen::Vector2d low, high;
+    std::array<Eigen::Vector2d, 2> middle;
     for (int view = 0; view < 2; ++view) {
         low.setConstant(std::numeric_limits<double>::max());
         high = -low;
@@ -90,10 +94,20 @@ void Rig::choose_camera() {
             low = low.cwiseMin(turned.hnormalized());
             high = high.cwiseMax(turned.hnormalized());
         });
-        middle += (low + high) / 4;
+        middle[view] = (low + high) / 2;
     }
-    camera_ = {f, f, w / 2 - f * middle.x(), h / 2 - f * middle.y(),
-               Eigen::Map<const Eigen::Vector3d>(desc_.translation).norm()};
+    const Eigen::Vector2d both = middle[0] / 2 + middle[1] / 2;
+    camera_ = {f,
+               f,
+               w / 2 - f * both.x(),
+               h / 2 - f * both.y(),
+               Eigen::Map<const Eigen::Vector3d>(desc_.translation).norm(),
+               0};
+    const double at_middle = f * (middle[0].x() - middle[1].x());  // disparity, px
+    if (at_middle <= decisions::Convergence::kShared * desc_.width) return;
+    camera_.cx = w / 2 - f * middle[0].x();
+    camera_.disparity_offset_px =
+        std::floor(at_middle - decisions::Convergence::kBehind * desc_.width);
 }
 
 std::vector<int32_t> Rig::shifted_right_map(const ViewShift& shift) const {
@@ -126,7 +140,7 @@ void Rig::fill_map(int view, const ViewShift& shift, int32_t* map) const {
 }
 
 bool Rig::to_raw(int view, const Eigen::Vector2d& rectified, Eigen::Vector2d& raw) const {
-    const Eigen::Vector3d ray((rectified.x() - camera_.cx) / camera_.fx,
+    const Eigen::Vector3d ray((rectified.x() - principal_x(view)) / camera_.fx,
                               (rectified.y() - camera_.cy) / camera_.fy, 1);
     const Eigen::Vector3d turned = rotation_[view].transpose() * ray;
     return turned.z() > 0 && lens_[view].project(turned.hnormalized(), raw);
@@ -136,7 +150,7 @@ bool Rig::to_rectified(int view, const Eigen::Vector2d& raw, Eigen::Vector2d& re
     Eigen::Vector2d direction;
     if (!lens_[view].unproject(raw, direction)) return false;
     const Eigen::Vector3d turned = rotation_[view] * direction.homogeneous();
-    rectified = {camera_.fx * turned.x() / turned.z() + camera_.cx,
+    rectified = {camera_.fx * turned.x() / turned.z() + principal_x(view),
                  camera_.fy * turned.y() / turned.z() + camera_.cy};
     return turned.z() > 0;
 }

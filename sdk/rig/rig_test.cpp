@@ -228,6 +228,63 @@ TEST_CASE(
           doctest::Approx(rig.camera().fx * rig.camera().baseline_mm / depth).epsilon(1e-9));
 }
 
+// A stereo microscope: each camera turned inwards by half of the angle, or its sensor shifted
+// outwards, so that both look at the same place `depth` mm away.
+defrec_rig_desc microscope(double degrees, double shift_px, double depth = 300) {
+    defrec_rig_desc desc{};
+    desc.struct_size = sizeof desc;
+    desc.width = 160;
+    desc.height = 120;
+    const double focal = 650;
+    desc.left = {focal, focal, 79.5 + shift_px, 59.5, {}, 0, 0};
+    desc.right = {focal, focal, 79.5 - shift_px, 59.5, {}, 0, 0};
+    const double half = degrees * M_PI / 360;
+    const double base = shift_px != 0 ? 2 * shift_px * depth / focal : 2 * depth * std::sin(half);
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(2 * half, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(desc.rotation) = turn;
+    // The left camera stands in the middle of a circle round the place; the right one on it.
+    const Eigen::Vector3d centre(base * std::cos(half), 0, base * std::sin(half));
+    Eigen::Map<Eigen::Vector3d>(desc.translation) = -turn * centre;
+    return desc;
+}
+
+TEST_CASE("views that converge share what both see, and depth is f B / (d + offset)") {
+    struct Case {
+        double degrees, shift_px;
+    };
+    for (const Case& given : {Case{0, 25}, Case{0, 60}, Case{5, 0}, Case{12, 0}, Case{20, 0}}) {
+        CAPTURE(given.degrees);
+        CAPTURE(given.shift_px);
+        const defrec_rig_desc desc = microscope(given.degrees, given.shift_px);
+        const Rig rig(services(), desc);
+        const defrec_camera& camera = rig.camera();
+        CHECK(camera.disparity_offset_px > 16);
+        const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> turn(desc.rotation);
+        const Eigen::Map<const Eigen::Vector3d> offset(desc.translation);
+        for (const double depth : {285.0, 300.0}) {
+            // Along the axis between the views.
+            const double half = given.degrees * M_PI / 360,
+                         side = given.shift_px != 0 ? camera.baseline_mm / 2 : 0;
+            const Eigen::Vector3d left(side + 3 * std::cos(half), -2, depth - 3 * std::sin(half)),
+                right = turn * left + offset;
+            double uv[2][2] = {{desc.left.fx * left.x() / left.z() + desc.left.cx,
+                                desc.left.fy * left.y() / left.z() + desc.left.cy},
+                               {desc.right.fx * right.x() / right.z() + desc.right.cx,
+                                desc.right.fy * right.y() / right.z() + desc.right.cy}};
+            for (int view = 0; view < 2; ++view) rig.rectify_pixels(view, uv[view], 1, uv[view]);
+            const double disparity = uv[0][0] - uv[1][0], z = (rig.rotation(0) * left).z();
+            CHECK(uv[0][1] == doctest::Approx(uv[1][1]).epsilon(1e-9));
+            CHECK(disparity + camera.disparity_offset_px ==
+                  doctest::Approx(camera.fx * camera.baseline_mm / z).epsilon(1e-9));
+            // In the middle of both images, and found where stereo looks first.
+            CHECK(disparity > 0);
+            CHECK(disparity < 20);
+            CHECK(std::abs(uv[0][0] - 80) < 15);
+        }
+    }
+}
+
 TEST_CASE("the rectified view keeps the scale and stays in the middle") {
     for (const uint32_t count : {0u, 5u, 14u}) {
         const Rig rig(services(), endoscope(count));

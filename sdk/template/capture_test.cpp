@@ -47,7 +47,7 @@ struct Scene {
     const CaptureInput& prepared() {
         input.width = kWidth;
         input.height = kHeight;
-        input.camera = {400, 400, 160, 100, 5};
+        input.camera = {400, 400, 160, 100, 5, 0};
         input.gray = gray.data();
         input.mask = mask.data();
         input.disparity = disparity.data();
@@ -79,6 +79,22 @@ TEST_CASE("a smooth surface is lifted to within what 1/16 px of disparity allows
     for (double v = 3; v < kHeight; v += 17.3)
         for (double u = 3; u < kWidth; u += 19.7)
             CHECK(lift_error_mm(*data, u, v, smooth_disparity(u, v)) < 0.1);
+}
+
+TEST_CASE("disparities with an offset, of views that converge, give the same surface") {
+    Scene scene(smooth_disparity),
+        converging([](double x, double y) { return smooth_disparity(x, y) - 20; });
+    CaptureInput input = converging.prepared();
+    input.camera.disparity_offset_px = 20;
+    const auto data = defrec::capture_template(scene.prepared()),
+               other = defrec::capture_template(input);
+    REQUIRE(data.has_value());
+    REQUIRE(other.has_value());
+    REQUIRE(other->vertices.size() == data->vertices.size());
+    for (size_t i = 0; i < data->vertices.size(); ++i)
+        for (int k = 0; k < 3; ++k)
+            CHECK(other->vertices[i].position[k] ==
+                  doctest::Approx(data->vertices[i].position[k]).epsilon(1e-6));
 }
 
 TEST_CASE("a fold wider than the smoothing keeps its height") {

@@ -18,7 +18,7 @@ TemplateData flat_template(const Gray& gray, int spacing = 4) {
     TemplateData data;
     data.width = 320;
     data.height = 240;
-    data.camera = {400, 400, 160, 120, 5};
+    data.camera = {400, 400, 160, 120, 5, 0};
     SurfaceGrid& grid = data.grid;
     grid.spacing = spacing;
     grid.columns = 320 / spacing;

@@ -282,9 +282,10 @@ bool patch_in_range(const TemplateData& data, const defrec_patch& patch) {
 }
 
 bool above_zero(double value) { return value > 0 && std::isfinite(value); }
-// px. Nothing is seen in both views at more than their width.
+// px. Nothing is seen in both views at more than their width beside the camera's offset.
 bool disparity_ok(const TemplateData& data, float value) {
-    return value > 0 && value <= static_cast<float>(data.width);
+    const auto offset = static_cast<float>(data.camera.disparity_offset_px);
+    return value > std::max(0.f, offset) && value <= static_cast<float>(data.width) + offset;
 }
 
 // A file that was made by hand or by another version must not lead out of an array.
@@ -297,7 +298,8 @@ const char* fault_of(const TemplateData& data) {
         return "its image has another size than it says";
     const defrec_camera& camera = data.camera;
     if (!above_zero(camera.fx) || !above_zero(camera.fy) || !above_zero(camera.baseline_mm) ||
-        !std::isfinite(camera.cx) || !std::isfinite(camera.cy))
+        !std::isfinite(camera.cx) || !std::isfinite(camera.cy) ||
+        !std::isfinite(camera.disparity_offset_px))
         return "its camera is impossible";
     const auto grid_size = [](int columns, int rows) {
         return columns >= 2 && rows >= 2 && columns <= DEFREC_MAX_SIDE && rows <= DEFREC_MAX_SIDE

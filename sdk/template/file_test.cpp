@@ -27,7 +27,7 @@ TemplateData square() {
     TemplateData data;
     data.width = 64;
     data.height = 48;
-    data.camera = {100, 100, 32, 24, 5};
+    data.camera = {100, 100, 32, 24, 5, 0};
     data.grid = {2, 2, 40, {10, 10, 10, 10}, {0, 0, 0, 0}, {0, 1, 2, 3}, {}};
     data.node_grid = {2, 2, 40, 40, {0, 0, 0, 0}, {}};
     data.node_spacing_mm = 20;

@@ -17,7 +17,7 @@ using namespace defrec;
 namespace {
 
 constexpr uint32_t kWidth = 320, kHeight = 240;
-constexpr defrec_camera kCamera{340, 340, 160, 120, 5};
+constexpr defrec_camera kCamera{340, 340, 160, 120, 5, 0};
 constexpr double kDepth = 80;
 
 // What a camera sees that is `aside` mm to the right of where the template was captured.

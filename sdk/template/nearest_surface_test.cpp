@@ -13,7 +13,7 @@ using namespace defrec;
 namespace {
 
 constexpr uint32_t kWidth = 320, kHeight = 240;
-constexpr defrec_camera kCamera{340, 340, 160, 120, 5};
+constexpr defrec_camera kCamera{340, 340, 160, 120, 5, 0};
 constexpr double kDepth = 80;
 constexpr double kRim = (kWidth - 1 - 160) * kDepth / 340;  // mm to the right of the middle
 

@@ -291,11 +291,13 @@ bool TissueFinder::was_seen(size_t cell) const {
         return false;
     const double at_one =
         double{DEFREC_DISPARITY_ONE} * images.camera.fx * images.camera.baseline_mm;
+    const double offset = double{DEFREC_DISPARITY_ONE} * images.camera.disparity_offset_px;
     for (long dy = -kReach; dy <= kReach; ++dy)
         for (long dx = -kReach; dx <= kReach; ++dx) {
             const int16_t raw = images.disparity[static_cast<size_t>(y + dy) * images.width +
                                                  static_cast<size_t>(x + dx)];
-            if (raw > 0 && std::abs(at_one / raw - p.z) <= JoiningTissue::kSameDepth * p.z)
+            if (raw > 0 &&
+                std::abs(at_one / (raw + offset) - p.z) <= JoiningTissue::kSameDepth * p.z)
                 return true;
         }
     return false;

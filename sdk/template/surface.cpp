@@ -21,9 +21,9 @@ using decisions::TemplatePieces;
 using decisions::TemplateSurface;
 
 struct Sample {
-    double disparity = 0;
-    double slope = 0;   // px of disparity per px
-    double weight = 0;  // share of the window that had disparity; 0: none
+    double disparity = 0;  // with the camera's offset
+    double slope = 0;      // px of disparity per px
+    double weight = 0;     // share of the window that had disparity; 0: none
 };
 
 // Value at the window's centre of a plane fitted to the window's disparities, again without those
@@ -63,7 +63,8 @@ Sample fit_window(const CaptureInput& input, int cx, int cy, int radius) {
     }
     const double area = static_cast<double>(x1 - x0 + 1) * (y1 - y0 + 1);
     if (used < PlaneFit::kMinFit * area || plane[0] < PlaneFit::kMinDisparity) return {};
-    return {plane[0], std::hypot(plane[1], plane[2]), used / area};
+    return {plane[0] + input.camera.disparity_offset_px, std::hypot(plane[1], plane[2]),
+            used / area};
 }
 
 // Slope of the disparity, px per px and px of disparity, of the steepest surface that counts.

@@ -30,9 +30,9 @@ struct BlendWeights {
 // A regular grid over the template's image. Vertices, triangles and lifting all come from it.
 struct SurfaceGrid {
     int columns = 0, rows = 0;
-    double spacing = 0;  // px
-    std::vector<float>
-        disparity;  // px, smoothed; columns * rows; only where vertex >= 0 it means something
+    double spacing = 0;            // px
+    std::vector<float> disparity;  // px, smoothed, with the camera's offset; columns * rows; only
+                                   // where vertex >= 0 it means something
     std::vector<float>
         support;  // px to the nearest pixel with measured disparity; 0: measured here
     std::vector<int32_t> vertex;  // index of the template's vertex, -1: no surface

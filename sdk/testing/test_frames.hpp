@@ -35,7 +35,7 @@ inline defrec_warp_params small_warp() {
     params.nodes = params.points = 4;
     params.width = 64;
     params.height = 48;
-    params.camera = {70, 70, 32, 24, 4.6};
+    params.camera = {70, 70, 32, 24, 4.6, 0};
     return params;
 }
 

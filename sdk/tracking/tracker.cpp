@@ -19,7 +19,8 @@ namespace {
 
 std::string describe(const defrec_camera& camera) {
     return concat("fx ", camera.fx, ", fy ", camera.fy, ", cx ", camera.cx, ", cy ", camera.cy,
-                  " px and baseline ", camera.baseline_mm, " mm");
+                  " px, disparity offset ", camera.disparity_offset_px, " px and baseline ",
+                  camera.baseline_mm, " mm");
 }
 
 // Throws Error(DEFREC_ERROR_ARGUMENT).
@@ -31,6 +32,7 @@ void expect_template_of_rig(const TemplateData& data, const Rig& rig) {
     const auto differ = [&](double a, double b) { return std::abs(a - b) > 1e-6 * camera.fx; };
     if (differ(data.camera.fx, camera.fx) || differ(data.camera.fy, camera.fy) ||
         differ(data.camera.cx, camera.cx) || differ(data.camera.cy, camera.cy) ||
+        differ(data.camera.disparity_offset_px, camera.disparity_offset_px) ||
         std::abs(data.camera.baseline_mm - camera.baseline_mm) > 1e-6 * camera.baseline_mm)
         fail(DEFREC_ERROR_ARGUMENT, "the template was taken with ", describe(data.camera),
              ", the rig has ", describe(camera));

@@ -28,7 +28,7 @@ PatchPrediction predict(int i) {
                p = moved - vec3(push.live_x, 0, 0);
     if (!finite(vec4(p, 0)) || !(p.z > kMinPatchDepthMm)) return none;
     const float fx = push.camera.fx / p.z, fy = push.camera.fy / p.z, x = p.x / p.z, y = p.y / p.z;
-    const float u = push.camera.fx * x + push.camera.cx, v = push.camera.fy * y + push.camera.cy;
+    const float u = push.camera.fx * x + push.live_cx, v = push.camera.fy * y + push.camera.cy;
     if (!(u >= push.margin && v >= push.margin && u <= push.max_x - push.margin &&
           v <= push.max_y - push.margin))
         return none;

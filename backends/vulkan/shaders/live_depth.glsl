@@ -31,6 +31,7 @@ float live_depth(FloatCamera camera, DisparityGrid image, vec2 pixel) {
         const bool to_right = beyond.x >= 0.5, to_below = beyond.y >= 0.5;
         disparity = float(to_below ? (to_right ? d11 : d10) : (to_right ? d01 : d00));
     }
-    return disparity > 0.0 ? float(kDisparityOne) * camera.fx * camera.baseline_mm / disparity
-                           : 0.0;
+    if (!(disparity > 0.0)) return 0.0;
+    const float whole = disparity + camera.disparity_offset;
+    return whole > 0.0 ? float(kDisparityOne) * camera.fx * camera.baseline_mm / whole : 0.0;
 }

@@ -4,7 +4,10 @@ using System.Runtime.InteropServices;
 // The records of stages and results: frozen, plain memory, as they lie in the library's arrays.
 namespace Defrec
 {
-    /// <summary>The pinhole that both rectified images share. Frozen.</summary>
+    /// <summary>
+    /// The pinhole of the rectified images, which share all but the principal point's x: the right
+    /// image's is cx + DisparityOffsetPx. Frozen.
+    /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public partial struct Camera
     {
@@ -18,6 +21,11 @@ namespace Defrec
         public double Cy;
         /// <summary>Distance of the two cameras, mm; above 0.</summary>
         public double BaselineMm;
+        /// <summary>
+        /// Right view's cx less the left one's: 0 where the views look in parallel, above 0 where
+        /// they converge, px; -4096 to 4096.
+        /// </summary>
+        public double DisparityOffsetPx;
     }
 
     /// <summary>A corner with its descriptor, 48 bytes.</summary>

@@ -74,7 +74,8 @@ namespace Defrec
         public double[] Translation { get; set; } = new double[3];
 
         /// <summary>
-        /// Two cameras that are rectified already: frames are used as they are, without resampling.
+        /// Two cameras that are rectified already: frames are used as they are, without resampling,
+        /// unless the camera has a disparity offset.
         /// </summary>
         public static RigDescription Rectified(int width, int height, Camera camera)
         {
@@ -82,7 +83,8 @@ namespace Defrec
                 Width = width,
                 Height = height,
                 Left = new Intrinsics(camera.Fx, camera.Fy, camera.Cx, camera.Cy),
-                Right = new Intrinsics(camera.Fx, camera.Fy, camera.Cx, camera.Cy),
+                Right = new Intrinsics(
+                    camera.Fx, camera.Fy, camera.Cx + camera.DisparityOffsetPx, camera.Cy),
                 Translation = new[] { -camera.BaselineMm, 0, 0 },
             };
         }

@@ -55,17 +55,20 @@ class Rig(Handle):
     @classmethod
     def rectified(cls, context: Context, width: int, height: int, camera: Camera) -> "Rig":
         """A pair whose images are rectified already: both views have this camera, the right one
-        baseline_mm to the right."""
+        baseline_mm to the right, and its cx larger by disparity_offset_px."""
         if not isinstance(camera, Camera):
             raise TypeError(f"camera is a Camera, {camera!r} given")
-        matrix = [camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1]
+        left, right = (
+            [camera.fx, 0, camera.cx + offset, 0, camera.fy, camera.cy, 0, 0, 1]
+            for offset in (0, camera.disparity_offset_px)
+        )
         return cls(
             context,
             width,
             height,
-            matrix,
+            left,
             None,
-            matrix,
+            right,
             None,
             [1, 0, 0, 0, 1, 0, 0, 0, 1],
             [-camera.baseline_mm, 0, 0],

@@ -174,7 +174,8 @@ class RigDesc(Struct):
 
 @c_struct("defrec_camera")
 class Camera(Struct):
-    """The pinhole that both rectified images share. Frozen."""
+    """The pinhole of the rectified images, which share all but the principal point's x: the right
+    image's is cx + disparity_offset_px. Frozen."""
 
     fx: F64
     """Focal lengths, px; above 0."""
@@ -186,6 +187,9 @@ class Camera(Struct):
     """Principal point, px."""
     baseline_mm: F64
     """Distance of the two cameras, mm; above 0."""
+    disparity_offset_px: F64
+    """Right view's cx less the left one's: 0 where the views look in parallel, above 0 where they
+    converge, px; -4096 to 4096."""
 
 
 @c_struct("defrec_rig_info")

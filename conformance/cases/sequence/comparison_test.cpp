@@ -26,7 +26,7 @@ TrackedFrame frame_of(uint32_t state, std::vector<float> vertices) {
 Track two_frames() {
     Track track;
     track.rectification = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    track.camera = {100, 100, 16, 12, 5};
+    track.camera = {100, 100, 16, 12, 5, 0};
     track.frames = {frame_of(DEFREC_TRACKING, {0, 0, 80, 1, 0, 80, 0, 1, 80}),
                     frame_of(DEFREC_TRACKING, {0, 0, 81, 1, 0, 81, 0, 1, 81})};
     return track;

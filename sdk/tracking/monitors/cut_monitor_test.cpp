@@ -32,7 +32,7 @@ struct Surface {
     explicit Surface(const Opening& given) {
         data.width = static_cast<uint32_t>(kColumns * kStep);
         data.height = static_cast<uint32_t>(kRows * kStep);
-        data.camera = {400, 400, 240, 160, 5};
+        data.camera = {400, 400, 240, 160, 5, 0};
         data.grid.columns = kColumns;
         data.grid.rows = kRows;
         data.grid.spacing = kStep;

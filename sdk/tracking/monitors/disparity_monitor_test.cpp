@@ -14,7 +14,7 @@ constexpr double kFocal = 800, kBaseline = 5;
 // A surface 70 to 90 mm from the camera.
 TemplateData surface() {
     TemplateData data;
-    data.camera = {kFocal, kFocal, 0, 0, kBaseline};
+    data.camera = {kFocal, kFocal, 0, 0, kBaseline, 0};
     data.grid.spacing = 15;
     for (int y = -15; y <= 15; ++y)
         for (int x = -20; x <= 20; ++x) {

@@ -29,7 +29,7 @@ struct Fixture {
     explicit Fixture(int columns = 11, int rows = 9) {
         data.width = 200;
         data.height = 160;
-        data.camera = {200, 200, 100, 80, 5};
+        data.camera = {200, 200, 100, 80, 5, 0};
         data.grid.columns = columns;
         data.grid.rows = rows;
         data.grid.spacing = 20;

@@ -26,7 +26,7 @@ TemplateData plane(double aside_mm = 0) {
     TemplateData data;
     data.width = 320;
     data.height = 240;
-    data.camera = {kFocal, kFocal, 160, 120, 5};
+    data.camera = {kFocal, kFocal, 160, 120, 5, 0};
     data.grid.columns = kColumns;
     data.grid.rows = kRows;
     data.grid.spacing = kSpacing;

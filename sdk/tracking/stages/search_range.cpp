@@ -19,7 +19,8 @@ uint32_t round_up(double disparity) {
 }  // namespace
 
 SearchRange widest_search_range(const defrec_camera& camera, uint32_t width, float min_depth_mm) {
-    const double nearest = camera.fx * camera.baseline_mm / min_depth_mm;
+    const double nearest =
+        camera.fx * camera.baseline_mm / min_depth_mm - camera.disparity_offset_px;
     return {0, std::clamp(round_up(std::min(nearest, Decision::kMaxShare * width)),
                           Decision::kMinDisparities, Decision::kMaxDisparities)};
 }
@@ -36,6 +37,9 @@ SearchRange narrowed_search_range(const TemplateData& data, const SearchRange& w
         minimum = std::min(minimum, part.min_disparity);
         maximum = std::max(maximum, part.max_disparity);
     }
+    const auto offset = static_cast<float>(data.camera.disparity_offset_px);
+    minimum = std::max(minimum - offset, 0.f);
+    maximum -= offset;
     const uint32_t from =
         static_cast<uint32_t>(Decision::kBelow * minimum) / Decision::kStep * Decision::kStep;
     const uint32_t limit = std::max(widest.disparities, round_up(maximum + Decision::kMargin));

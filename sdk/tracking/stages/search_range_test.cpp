@@ -24,7 +24,7 @@ void check(const SearchRange& range, uint32_t min_disparity, uint32_t disparitie
 TEST_CASE(
     "before there is a template all is searched that is far enough away, in steps of 16, from 48 "
     "to 256") {
-    const defrec_camera camera{340, 340, 160, 120, 5};
+    const defrec_camera camera{340, 340, 160, 120, 5, 0};
     check(widest_search_range(camera, 320, 20), 0, 96);  // 85 px
     check(widest_search_range(camera, 320, 100), 0, 48);
     check(widest_search_range(camera, 320, 1), 0, 144);  // 45 % of the image
@@ -45,4 +45,12 @@ TEST_CASE("places of the grid without a vertex say nothing") {
     TemplateData data = grid_of({40, 45, 0, 250});
     data.grid.vertex[2] = data.grid.vertex[3] = -1;
     check(narrowed_search_range(data, {0, 96}), 16, 64);
+}
+
+TEST_CASE("what views that converge share is searched from their offset on") {
+    defrec_camera camera{3250, 3250, 400, 225, 24, 210};
+    check(widest_search_range(camera, 800, 290), 0, 64);  // 59 px beyond the offset
+    TemplateData data = grid_of({240, 260});
+    data.camera = camera;
+    check(narrowed_search_range(data, {0, 64}), 16, 64);  // 30 to 50 px beyond it
 }

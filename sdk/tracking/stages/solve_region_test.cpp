@@ -27,7 +27,7 @@ struct Map {
     Map() {
         data.width = 340;
         data.height = 280;
-        data.camera = {340, 340, 0, 0, 5};
+        data.camera = {340, 340, 0, 0, 5, 0};
         data.node_spacing_mm = kSpacingMm;
         data.node_grid.columns = kColumns;
         data.node_grid.rows = kRows;
