@@ -21,10 +21,9 @@ struct FloatCamera {
     float disparity_offset;  // units of a disparity image
 };
 
-// The size of a disparity image, px; given 0: no depth anywhere.
+// The size of a disparity image, px; stride 0: there is none, and no depth anywhere.
 struct DisparityGrid {
     int width, height, stride;
-    int given;
 };
 
 #ifdef __cplusplus
@@ -37,7 +36,7 @@ constexpr FloatCamera float_camera(const defrec_camera& camera) {
 // Params: of a stage that has the disparity image's size.
 template <class Params>
 constexpr DisparityGrid disparity_grid(const Params& params, bool given) {
-    return {int32_t(params.width), int32_t(params.height), int32_t(params.stride), given};
+    return {int32_t(params.width), int32_t(params.height), given ? int32_t(params.stride) : 0};
 }
 template <class Params>
 constexpr DisparityImage disparity_image(const Params& params, const int16_t* data) {

@@ -14,7 +14,7 @@ bool project_inside(FloatCamera camera, DisparityGrid image, vec3 p, out vec2 pi
 
 // Depth, mm, at a pixel inside the image; 0 where there is none.
 float live_depth(FloatCamera camera, DisparityGrid image, vec2 pixel) {
-    if (image.given == 0) return 0.0;
+    if (image.stride == 0) return 0.0;
     const ivec2 corner = min(ivec2(pixel), ivec2(image.width, image.height) - 2);
     const vec2 beyond = pixel - vec2(corner);
     const int at = corner.y * image.stride + corner.x;
