@@ -1013,8 +1013,10 @@ enum {
                                                   clear */
     DEFREC_REASON_VIEW_LATE      = 1u << 14, /**< left and right view were taken at different
                                                   times: view_lag_frames
-                                                  @effect expected errors grow; depth is not used
-                                                  where the lag spoils it
+                                                  @effect degraded, expected errors grow; depth is
+                                                  not used where the lag spoils it. The lag is 0
+                                                  where one view stands still: then no template,
+                                                  or lost where nothing is tracked
                                                   @remedy synchronise the grabber; pair the views
                                                   by their times */
     DEFREC_REASON_CALIBRATION    = 1u << 15, /**< left and right rows do not agree

@@ -221,8 +221,8 @@ SECTIONS = (
         (
             (
                 76,
-                "the right view a frame late",
-                "degraded with the lag; depth from two times is not used",
+                "the right view a frame late, as in row 54, or one view that stands still",
+                "degraded; depth from two times is not used",
             ),
             (
                 77,

@@ -1,5 +1,6 @@
 // One try to find the surface in a frame: how, what it showed, and what the frame becomes if it is
-// the try that counts. A frame has one, seldom two or three; each is committed once or dropped.
+// the try that counts. A frame has one, seldom two or three. One is committed, the others are
+// dropped, but for the rig: it is as the first try measured it, or the one of the whole map.
 #pragma once
 #include <chrono>
 #include <cstdint>

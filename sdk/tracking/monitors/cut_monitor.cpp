@@ -122,7 +122,7 @@ class Watcher {
         return data_.grid.piece.empty() ? uint8_t{0} : data_.grid.piece[cell];
     }
 
-    // The first vertex with lateral evidence that way; -1: there is none.
+    // The first vertex with photometric evidence that way; -1: there is none.
     int32_t confirmed_vertex(const Cell& from, const Cell& step, uint8_t piece) const {
         for (double steps = 1; steps <= Cuts::kReach * spacing_; ++steps) {
             const auto x = static_cast<int>(std::lround(from.x() + steps * step.x())),

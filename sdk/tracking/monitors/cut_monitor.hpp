@@ -16,9 +16,9 @@ class CutMonitor {
     void reset() { frames_.clear(); }
 
     // Once for each frame in which the surface was found with depth. samples and is_confirmed
-    // (lateral evidence) per vertex. A line along which the first view's surface has come apart:
-    // for some frames the live surface lay behind it there, it showed nothing of the template, and
-    // what is seen on both sides lies farther apart than at rest.
+    // (photometric evidence) per vertex. A line along which the first view's surface has come
+    // apart: for some frames the live surface lay behind it there, it showed nothing of the
+    // template, and what is seen on both sides lies farther apart than at rest.
     std::optional<CutLine> add_frame(const TemplateData& data,
                                      std::span<const defrec_surface_sample> samples,
                                      std::span<const uint8_t> is_confirmed);

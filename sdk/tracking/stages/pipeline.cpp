@@ -183,17 +183,17 @@ ObservedFrame Pipeline::observe(const FrameTask& task) {
 // taking the stages as one.
 RegisteredFrame Pipeline::observe_and_follow(const FrameTask& task,
                                              std::span<const defrec_motion> start,
-                                             const RegistrationPlan& following) {
+                                             const RegistrationPlan& plan) {
     expect_template();
     ObservedFrame frame = take_observation(task);
     const Uploaded images = upload_images(frame);
-    template_->start(queue_, start, following);
+    template_->start(queue_, start, plan);
     rectify(frame, images);
     find_disparity_and_features(frame);
     frame.timer_.end("orb");
     const uint32_t times = task.output.time_count;
-    template_->enqueue(queue_, *frame.observation_, following, task.input.samples.get(),
-                       frame.timer_, task.output);
+    template_->enqueue(queue_, *frame.observation_, plan, task.input.samples.get(), frame.timer_,
+                       task.output);
     read_observed(frame);
     const uint64_t end = queue_.signal();
     return RegisteredFrame(std::move(frame), end, times);
@@ -340,15 +340,15 @@ void Pipeline::expect_template() const {
 }
 
 RegisteredFrame Pipeline::follow(ObservedFrame&& frame, std::span<const defrec_motion> start,
-                                 const RegistrationPlan& following) {
+                                 const RegistrationPlan& plan) {
     expect_template();
     FrameOutput& output = frame.task_.output;
     const uint32_t times = output.time_count;
     frame.observation_->has_work = true;
     try {
-        template_->start(queue_, start, following);
+        template_->start(queue_, start, plan);
         frame.timer_.start();
-        template_->enqueue(queue_, *frame.observation_, following, frame.task_.input.samples.get(),
+        template_->enqueue(queue_, *frame.observation_, plan, frame.task_.input.samples.get(),
                            frame.timer_, output);
         const uint64_t end = queue_.signal();
         return RegisteredFrame(std::move(frame), end, times);

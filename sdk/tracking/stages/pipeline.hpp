@@ -70,13 +70,13 @@ class Pipeline {
     // it on return. Where that fails, the frame stays the caller's, as it was. Throws
     // Error(DEFREC_ERROR_INTERNAL) without a template.
     RegisteredFrame follow(ObservedFrame&& frame, std::span<const defrec_motion> start,
-                           const RegistrationPlan& following = {});
+                           const RegistrationPlan& plan = {});
     // Whether follow leaves the host free to look at the images, and can be taken back. Not where
     // the host chooses a part of the map, which later frames keep.
     bool can_follow_speculatively() const;
     // observe and follow by one submission; two where a view in memory is read back.
     RegisteredFrame observe_and_follow(const FrameTask& task, std::span<const defrec_motion> start,
-                                       const RegistrationPlan& following);
+                                       const RegistrationPlan& plan);
     // Waits for what a frame is followed by, and drops it: the frame is as it was before.
     ObservedFrame take_back(RegisteredFrame frame);
     // Whether the last frame was solved in part; whether all that its motions show was.

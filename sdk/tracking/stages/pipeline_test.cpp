@@ -91,10 +91,9 @@ TEST_CASE("a smaller quality level leaves stages out, and they have found nothin
     TestFrame frame(on, render(1.5, 0));
     frame.memory.fit(data);
     const auto follow = [&](QualityLevel quality_level) {
-        RegistrationPlan following;
-        following.quality_level = quality_level;
-        pipeline.finish(
-            pipeline.follow(pipeline.observe(frame.task()), no_motion(data), following));
+        RegistrationPlan plan;
+        plan.quality_level = quality_level;
+        pipeline.finish(pipeline.follow(pipeline.observe(frame.task()), no_motion(data), plan));
         std::vector<std::string> names = time_names(frame.output());
         names.erase(names.begin(), std::find(names.begin(), names.end(), "lm coarse"));
         return names;

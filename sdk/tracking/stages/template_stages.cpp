@@ -295,22 +295,22 @@ defrec_lm_params TemplateStages::solve_params(const SolverPass& pass,
 }
 
 void TemplateStages::start(Queue& queue, std::span<const defrec_motion> motions,
-                           const RegistrationPlan& following) {
-    uses_region_ = region_ && !following.whole_map && choose_region(queue, motions);
+                           const RegistrationPlan& plan) {
+    uses_region_ = region_ && !plan.whole_map && choose_region(queue, motions);
     queue.write(start_, motions.data(), motions.size_bytes());
 }
 
 void TemplateStages::enqueue(Queue& queue, const Observation& observed,
-                             const RegistrationPlan& following, const DeviceBuffer* samples,
+                             const RegistrationPlan& plan, const DeviceBuffer* samples,
                              StageTimer& timer, FrameOutput& output) {
     if (samples == nullptr) samples = &samples_;
     // What lies outside of the image follows a whole solution, and in between the rigid motion of
     // the matches alone.
     const bool solves_whole_coarsely = partly_solved_ % decisions::MapPart::kWholeEvery == 0;
     partly_solved_ = uses_region_ ? partly_solved_ + 1 : 0;
-    const DeviceBuffer* disparity = following.uses_depth ? &observed.disparity : nullptr;
+    const DeviceBuffer* disparity = plan.uses_depth ? &observed.disparity : nullptr;
     // With positions in depth.
-    const DeviceBuffer* matches = following.uses_depth && match_ != nullptr ? &weighted_ : nullptr;
+    const DeviceBuffer* matches = plan.uses_depth && match_ != nullptr ? &weighted_ : nullptr;
     if (match_ != nullptr) {
         match_->enqueue(queue, {&observed.feature_count, &observed.features, &observed.disparity},
                         {&matches_});
@@ -319,13 +319,13 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed,
         timer.end("ransac");
     }
     const DeviceBuffer* motions = &start_;
-    const size_t passes = passes_.size() - (following.quality_level == QualityLevel::kFull ? 0 : 1);
+    const size_t passes = passes_.size() - (plan.quality_level == QualityLevel::kFull ? 0 : 1);
     for (const auto& [pass, align, align_widely, solve, solve_region, result] :
          std::span(passes_).first(passes)) {
         if (pass.search) {
             const DeviceBuffer* predictions =
                 &pass == &passes_[passes - 1].pass ? &predictions_ : nullptr;
-            DeviceStage& search = following.searches_widely ? *align_widely : *align;
+            DeviceStage& search = plan.searches_widely ? *align_widely : *align;
             search.enqueue(queue, {&observed.gray[0], &observed.mask[0], motions, nullptr},
                            {&observations_, predictions});
             timer.end(pass.search->time_name);
@@ -337,7 +337,7 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed,
         timer.end(pass.time_name);
         motions = &result;
     }
-    const bool is_checked = following.quality_level != QualityLevel::kUnchecked;
+    const bool is_checked = plan.quality_level != QualityLevel::kUnchecked;
     if (is_checked) check_surface(queue, observed, motions, timer);
     warp_->enqueue(queue, {motions, disparity}, {samples});
     timer.end("warp");

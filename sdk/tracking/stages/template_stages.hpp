@@ -21,11 +21,10 @@ class TemplateStages {
                    const TrackerSettings& settings, const TemplateData& data);
 
     // Before enqueue: the motions to start from. Chooses the part of the map that is solved.
-    void start(Queue& queue, std::span<const defrec_motion> motions,
-               const RegistrationPlan& following);
+    void start(Queue& queue, std::span<const defrec_motion> motions, const RegistrationPlan& plan);
     // Follows the template into the observed images from there. samples: where the device leaves
     // them, its own memory where it is nullptr.
-    void enqueue(Queue& queue, const Observation& observed, const RegistrationPlan& following,
+    void enqueue(Queue& queue, const Observation& observed, const RegistrationPlan& plan,
                  const DeviceBuffer* samples, StageTimer& timer, FrameOutput& output);
     // Whether frames may be solved in part: then each leaves a choice to those after it.
     bool has_region() const { return region_.has_value(); }
