@@ -952,10 +952,12 @@ enum {
 /** Reasons for a state, a mask; also with a frame that is tracked. */
 enum {
     DEFREC_REASON_DARK           = 1u << 0,  /**< left or right image is black
-                                                  @effect lost
+                                                  @effect the right one alone: degraded, followed
+                                                  by the left one; else lost
                                                   @remedy check light, shutter and cable */
     DEFREC_REASON_SATURATED      = 1u << 1,  /**< left or right image is mostly white
-                                                  @effect lost
+                                                  @effect the right one alone: degraded, followed
+                                                  by the left one; else lost
                                                   @remedy check exposure and distance */
     DEFREC_REASON_NO_TEXTURE     = 1u << 2,  /**< both images have hardly any contrast
                                                   @remedy look whether the lens is covered or no
@@ -986,9 +988,12 @@ enum {
                                                   @effect degraded, or no template
                                                   @remedy check focus and distance to the tissue:
                                                   min_depth_mm of defrec_tracker_desc */
-    DEFREC_REASON_ONE_VIEW       = 1u << 9,  /**< one image is black and the other is not
-                                                  @effect lost
-                                                  @remedy check cable and video input of that
+    DEFREC_REASON_ONE_VIEW       = 1u << 9,  /**< one image is black, white or without contrast and
+                                                  the other is not
+                                                  @effect the right one: degraded, followed by the
+                                                  left one, no depth is observed and no template
+                                                  taken; the left one: lost
+                                                  @remedy check lens, cable and video input of that
                                                   view */
     DEFREC_REASON_FROZEN         = 1u << 10, /**< the same pixels as the frame before, in all of
                                                   the picture, or in a part of it while the rest

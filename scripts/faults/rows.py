@@ -192,7 +192,11 @@ SECTIONS = (
                 "blood, tissue that is cut",
                 "observed no more, a larger expected error; a reason where much is hidden",
             ),
-            (67, "one dark view", "lost, with `DEFREC_REASON_ONE_VIEW`"),
+            (
+                67,
+                "one dark view",
+                "`DEFREC_REASON_ONE_VIEW`; the right one: followed by the left one, without depth evidence; the left one: lost",
+            ),
             (68, "repetitive texture", "refused as ambiguous"),
             (69, "only the camera moves", "nothing deforms"),
             (70, "a long static run", "no drift"),

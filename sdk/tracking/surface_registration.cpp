@@ -68,9 +68,8 @@ void SurfaceRegistration::process(Frame& frame) {
     frame.rig_estimate = rig_monitor_.estimate();
     // The device begins while the host looks; frames in which there is nothing to observe are few.
     begin(frame);
-    look_at_images(frame);
-    const bool shows_nothing = (frame.reasons & kUselessImages) != 0;
-    if (shows_nothing || (frame.is_of_two_times && !surface_.is_tracking()))
+    const bool left_shows = look_at_images(frame);
+    if (!left_shows || (frame.spoils_rows && !surface_.is_tracking()))
         return conclude_unusable(frame);
     if (frame.captures) return capture_and_register(frame);
     if (release_cut()) frame.reasons |= DEFREC_REASON_CUT;
@@ -160,7 +159,8 @@ void SurfaceRegistration::take_back(Frame& frame) {
     frame.last_attempt = nullptr;
 }
 
-void SurfaceRegistration::look_at_images(Frame& frame) {
+// false: the left view shows nothing.
+bool SurfaceRegistration::look_at_images(Frame& frame) {
     TrackerJob& job = frame.job;
     if (const auto* registered =
             frame.begun ? std::get_if<RegisteredFrame>(&*frame.begun) : nullptr)
@@ -170,12 +170,16 @@ void SurfaceRegistration::look_at_images(Frame& frame) {
     const auto view = [&](size_t i) -> ImageCheck::View {
         return {job.views[i].as<uint8_t>().data(), is_in_memory(job, i)};
     };
-    frame.reasons = images_.look_at(job.frame, job.input.timestamp_ns, {view(0), view(1)},
-                                    job.services()->own_threads());
-    frame.one_is_frozen = (frame.reasons & DEFREC_REASON_VIEW_LATE) != 0;
+    const StreamCheck::Finding finding = images_.look_at(
+        job.frame, job.input.timestamp_ns, {view(0), view(1)}, job.services()->own_threads());
+    frame.reasons = finding.reasons;
+    frame.left_is_frozen = finding.left.is_frozen_alone;
+    frame.has_one_view =
+        !finding.right.shows || frame.left_is_frozen || finding.right.is_frozen_alone;
     // What an interlaced frame shows is of two times as well, but its depth is better than none.
-    frame.is_of_two_times = frame.one_is_frozen || (frame.reasons & DEFREC_REASON_INTERLACED) != 0;
-    frame.captures = !frame.is_of_two_times && (!surface_.has_template() || asks_for_template(job));
+    frame.spoils_rows = frame.has_one_view || (frame.reasons & DEFREC_REASON_INTERLACED) != 0;
+    frame.captures = !frame.spoils_rows && (!surface_.has_template() || asks_for_template(job));
+    return finding.left.shows;
 }
 
 // A template keeps the depth that it was captured with: where its own frame shows that the rig
@@ -260,14 +264,15 @@ FrameAttempt& SurfaceRegistration::register_surface(Frame& frame) {
         (!attempt->quality.found || !pipeline_.solved_all_seen(frame.job.memory.output.motions)))
         attempt = &attempt_whole_map(frame, attempt->plan());
     commit_rig(frame, *attempt);
-    is_depth_spoilt_ =
-        !frame.is_of_two_times && surface_.is_tracking() && lag_spoils_depth(frame.job);
+    is_depth_spoilt_ = !frame.spoils_rows && surface_.is_tracking() && lag_spoils_depth(frame.job);
     if (is_depth_spoilt_ && attempt->plan().uses_depth && !frame.captures)
         attempt = &attempt_without_depth(frame, *attempt);
+    else if (!is_depth_spoilt_ && !attempt->plan().uses_depth && !frame.has_one_view)
+        attempt = &attempt_with_depth(frame, *attempt);
     else if (!frame.captures && surface_.is_tracking() && attempt->result.evidence.confirms_few() &&
              wide_search_.is_due())
         attempt = &attempt_widely(frame, *attempt);
-    if (!frame.is_of_two_times) find_stale_parts(frame, *attempt);
+    if (!frame.spoils_rows || frame.left_is_frozen) find_stale_parts(frame, *attempt);
     frame.reasons |= attempt->quality.reasons;
     if (!attempt->quality.found && attempt->plan().uses_depth) look_for_swapped_views(frame);
     return *attempt;
@@ -285,7 +290,7 @@ FrameAttempt& SurfaceRegistration::begin_attempt(Frame& frame, FrameAttempt& att
 
 FrameAttempt& SurfaceRegistration::attempt_first(Frame& frame) {
     const bool uses_depth =
-        !frame.one_is_frozen && (frame.captures || !surface_.is_tracking() || !is_depth_spoilt_);
+        !frame.has_one_view && (frame.captures || !surface_.is_tracking() || !is_depth_spoilt_);
     FrameAttempt& attempt = attempts_[0];
     if (frame.begun && attempt.plan().uses_depth != uses_depth) take_back(frame);
     if (!frame.begun) {
@@ -311,6 +316,18 @@ FrameAttempt& SurfaceRegistration::attempt_without_depth(Frame& frame, const Fra
         follow(frame, surface_.motions(), begin_attempt(frame, attempts_[0], plan));
     attempt.quality.reasons |= of_rig;
     attempt.quality.degraded = true;
+    return attempt;
+}
+
+// The frame before had spoilt depth, and this one has not.
+FrameAttempt& SurfaceRegistration::attempt_with_depth(Frame& frame, const FrameAttempt& before) {
+    RegistrationPlan plan = before.plan();
+    plan.uses_depth = true;
+    const uint32_t of_rig = before.quality.reasons & kReasonsOfRig;
+    FrameAttempt& attempt =
+        follow(frame, surface_.motions(), begin_attempt(frame, attempts_[0], plan));
+    attempt.quality.reasons |= of_rig;
+    attempt.quality.degraded |= of_rig != 0;
     return attempt;
 }
 
@@ -377,7 +394,7 @@ FrameAttempt& SurfaceRegistration::finish(Frame& frame, RegisteredFrame register
 
 void SurfaceRegistration::commit_rig(Frame& frame, FrameAttempt& attempt) {
     FrameQuality& quality = attempt.quality;
-    if (frame.is_of_two_times) {
+    if (frame.spoils_rows) {
         rig_monitor_.skip_frame();
         quality.degraded = true;
         return;
@@ -420,11 +437,15 @@ bool SurfaceRegistration::lag_spoils_depth(const TrackerJob& job) const {
 void SurfaceRegistration::find_stale_parts(const Frame& frame, FrameAttempt& attempt) {
     using decisions::FrozenImages;
     const SurfaceSamples samples = frame.job.memory.output.samples;
-    if (stale_.count_frozen(is_frozen(frame.reasons)) > FrozenImages::kMostRepeated) {
+    const bool repeats =
+        stale_.count_frozen(is_frozen(frame.reasons)) > FrozenImages::kMostRepeated;
+    if (repeats || frame.left_is_frozen) {
         stale_.set_all(samples.size());
         attempt.quality.degraded = true;
     }
-    if (!attempt.quality.found || !surface_.is_tracking() || is_frozen(frame.reasons)) return;
+    if (!attempt.quality.found || !surface_.is_tracking() || is_frozen(frame.reasons) ||
+        frame.left_is_frozen)
+        return;
     stale_.find(*rig_, images_.blocks(), {is_in_memory(frame.job, 0), is_in_memory(frame.job, 1)},
                 surface_.samples(), samples);
     if (stale_.share() < FrozenImages::kMinStaleShare) return;

@@ -53,10 +53,11 @@ class SurfaceRegistration {
         const FrameAttempt* committed = nullptr;
         RigEstimate rig_estimate{};
         bool captures = false;  // a template
-        // One view stands still: nothing is known of now that both show.
-        bool one_is_frozen = false;
-        // The views, or the rows of each, are of two times.
-        bool is_of_two_times = false;
+        // One view shows nothing of now, so that nothing is known that takes both.
+        bool has_one_view = false;
+        bool left_is_frozen = false;  // while the right view is not
+        // The views, or the rows of each, are of two times, or one of them shows nothing.
+        bool spoils_rows = false;
         // For what follows the end of the job.
         bool shows_cuts = false, may_grow = false;
     };
@@ -73,7 +74,7 @@ class SurfaceRegistration {
     bool can_begin_speculatively(const TrackerJob& job) const;
     void begin_speculatively(Frame& frame);
     void take_back(Frame& frame);
-    void look_at_images(Frame& frame);
+    bool look_at_images(Frame& frame);
     void conclude_unusable(Frame& frame);
     static void conclude_without_template(Frame& frame);
 
@@ -89,6 +90,7 @@ class SurfaceRegistration {
     FrameAttempt& attempt_first(Frame& frame);
     FrameAttempt& attempt_whole_map(Frame& frame, RegistrationPlan plan);
     FrameAttempt& attempt_without_depth(Frame& frame, const FrameAttempt& before);
+    FrameAttempt& attempt_with_depth(Frame& frame, const FrameAttempt& before);
     FrameAttempt& attempt_widely(Frame& frame, FrameAttempt& before);
     FrameAttempt& follow(Frame& frame, std::span<const defrec_motion> start, FrameAttempt& attempt);
     FrameAttempt& finish(Frame& frame, RegisteredFrame registered, FrameAttempt& attempt);

@@ -157,14 +157,51 @@ TEST_CASE("row 62: a surface without texture is never a template") {
     CHECK(frame.vertices.empty());
 }
 
-TEST_CASE("row 67: one dark view is lost, with the view as the reason") {
+TEST_CASE(
+    "row 67: while the right view is dark, white or covered the left one alone is followed, and no "
+    "depth is observed") {
+    for (const int gray : {0, 255, 120}) {
+        CAPTURE(gray);
+        Session session;
+        session.track(render(0, 0));
+        const uint32_t epoch = session.track(render(0.5, 0)).epoch;
+        for (int i = 1; i <= 12; ++i) {
+            CAPTURE(i);
+            Pair half = render(0.5 + 0.4 * i, -0.3 * i);
+            std::fill(half.right.begin(), half.right.end(), static_cast<uint8_t>(gray));
+            const Session::Frame frame = session.track(half);
+            CHECK(frame.state == DEFREC_DEGRADED);
+            CHECK((frame.reasons & DEFREC_REASON_ONE_VIEW) != 0);
+            CHECK(std::count(frame.status.begin(), frame.status.end(), DEFREC_POINT_OBSERVED) == 0);
+            CHECK_FALSE(all_unknown(frame));
+            CHECK(std::abs(frame.shift[0] - 0.5 - 0.4 * i) < 0.2);
+            CHECK(std::abs(frame.shift[1] + 0.3 * i) < 0.2);
+        }
+        const Session::Frame back = session.track(render(5.6, -3.9));
+        CHECK(back.state == DEFREC_TRACKING);
+        CHECK(back.epoch == epoch);
+        CHECK(std::abs(back.shift[0] - 5.6) < 0.15);
+    }
+}
+
+TEST_CASE("row 67: a dark left view is lost, with the view as the reason") {
     Session session;
     session.track(render(0, 0));
     Pair half = render(0.2, 0);
-    std::fill(half.right.begin(), half.right.end(), uint8_t{0});
+    std::fill(half.left.begin(), half.left.end(), uint8_t{0});
     const Session::Frame frame = session.track(half);
     CHECK(frame.state == DEFREC_LOST);
     CHECK((frame.reasons & DEFREC_REASON_ONE_VIEW) != 0);
+}
+
+TEST_CASE("row 67: a right view that is dark gives no template") {
+    Session session;
+    Pair half = render(0, 0);
+    std::fill(half.right.begin(), half.right.end(), uint8_t{0});
+    const Session::Frame frame = session.track(half);
+    CHECK(frame.state == DEFREC_INITIALISING);
+    CHECK((frame.reasons & DEFREC_REASON_ONE_VIEW) != 0);
+    CHECK(session.track(render(0, 0)).state == DEFREC_TRACKING);
 }
 
 TEST_CASE("row 6: exchanged views are named while there is no template") {

@@ -248,7 +248,7 @@ namespace Defrec
         OutOfView = 1u << 7,
         /// <summary>No disparity on half of the surface, or too little for a template.</summary>
         NoDepth = 1u << 8,
-        /// <summary>One image is black and the other is not.</summary>
+        /// <summary>One image is black, white or without contrast and the other is not.</summary>
         OneView = 1u << 9,
         /// <summary>
         /// The same pixels as the frame before, in all of the picture, or in a part of it while the

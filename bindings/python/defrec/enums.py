@@ -245,7 +245,7 @@ class Reason(IntFlag):
     NO_DEPTH = 256
     """No disparity on half of the surface, or too little for a template."""
     ONE_VIEW = 512
-    """One image is black and the other is not."""
+    """One image is black, white or without contrast and the other is not."""
     FROZEN = 1024
     """The same pixels as the frame before, in all of the picture, or in a part of it while the rest
     moves."""

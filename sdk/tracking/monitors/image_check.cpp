@@ -11,8 +11,9 @@ ImageCheck::ImageCheck(std::shared_ptr<const Rig> rig)
       blocks_{FrozenRegions(rig_->width(), rig_->height()),
               FrozenRegions(rig_->width(), rig_->height())} {}
 
-uint32_t ImageCheck::look_at(uint64_t frame, int64_t timestamp_ns, const std::array<View, 2>& views,
-                             const Services* helpers) {
+StreamCheck::Finding ImageCheck::look_at(uint64_t frame, int64_t timestamp_ns,
+                                         const std::array<View, 2>& views,
+                                         const Services* helpers) {
     constexpr size_t kParts = FrozenRegions::kParts;
     std::array<GraySums, kParts> sums[2];
     // The part's pixels come from memory once.
@@ -30,7 +31,7 @@ uint32_t ImageCheck::look_at(uint64_t frame, int64_t timestamp_ns, const std::ar
         blocks_[i].end_image();
         statistics[i].frozen = blocks_[i].share();
     }
-    return stream_.reasons(frame, timestamp_ns, statistics[0], statistics[1]);
+    return stream_.check(frame, timestamp_ns, statistics[0], statistics[1]);
 }
 
 }  // namespace defrec

@@ -22,9 +22,9 @@ class ImageCheck {
         bool is_rectified;
     };
     // The next frame's, in the order of the frames. helpers: whose threads take part; nullptr:
-    // none. Returns DEFREC_REASON_* (StreamCheck::reasons).
-    uint32_t look_at(uint64_t frame, int64_t timestamp_ns, const std::array<View, 2>& views,
-                     const Services* helpers);
+    // none.
+    StreamCheck::Finding look_at(uint64_t frame, int64_t timestamp_ns,
+                                 const std::array<View, 2>& views, const Services* helpers);
     // Blocks of the views.
     std::array<FrozenRegions, 2>& blocks() { return blocks_; }
 

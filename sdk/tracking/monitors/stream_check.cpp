@@ -14,16 +14,22 @@ int64_t step_between(int64_t earlier, int64_t later) {
     return static_cast<int64_t>(std::min<uint64_t>(step, INT64_MAX));
 }
 
+bool is_flat(const ImageStatistics& image) { return image.deviation < Images::kMinDeviation; }
+
 }  // namespace
 
-uint32_t StreamCheck::reasons(uint64_t frame, int64_t timestamp_ns, const ImageStatistics& left,
-                              const ImageStatistics& right) {
-    uint32_t reasons = 0;
+StreamCheck::Finding StreamCheck::check(uint64_t frame, int64_t timestamp_ns,
+                                        const ImageStatistics& left, const ImageStatistics& right) {
+    Finding finding;
+    uint32_t& reasons = finding.reasons;
+    finding.left.shows = !left.dark() && !left.saturated();
+    finding.right.shows = !right.dark() && !right.saturated();
+    if (finding.left.shows && finding.right.shows && is_flat(left) != is_flat(right))
+        (is_flat(left) ? finding.left : finding.right).shows = false;
+    if (finding.left.shows != finding.right.shows) reasons |= DEFREC_REASON_ONE_VIEW;
     if (left.dark() || right.dark()) reasons |= DEFREC_REASON_DARK;
-    if (left.dark() != right.dark()) reasons |= DEFREC_REASON_ONE_VIEW;
     if (left.saturated() || right.saturated()) reasons |= DEFREC_REASON_SATURATED;
-    if (std::max(left.deviation, right.deviation) < Images::kMinDeviation)
-        reasons |= DEFREC_REASON_NO_TEXTURE;
+    if (is_flat(left) && is_flat(right)) reasons |= DEFREC_REASON_NO_TEXTURE;
     if (left.interlaced() || right.interlaced()) reasons |= DEFREC_REASON_INTERLACED;
     if (frame > 0) {
         const bool left_is_frozen =
@@ -32,8 +38,11 @@ uint32_t StreamCheck::reasons(uint64_t frame, int64_t timestamp_ns, const ImageS
                        right.hash == last_hash_[1] || right.frozen >= FrozenImages::kFrozenShare;
         if (left_is_frozen && right_is_frozen) reasons |= DEFREC_REASON_FROZEN;
         if (left_is_frozen != right_is_frozen &&
-            (left_is_frozen ? right : left).frozen < FrozenImages::kMovingShare)
+            (left_is_frozen ? right : left).frozen < FrozenImages::kMovingShare &&
+            finding.left.shows && finding.right.shows) {
             reasons |= DEFREC_REASON_VIEW_LATE;
+            (left_is_frozen ? finding.left : finding.right).is_frozen_alone = true;
+        }
         const int64_t step = step_between(last_timestamp_, timestamp_ns);
         if (frame > 1 && usual_step_ > 0 && step - usual_step_ > usual_step_)
             reasons |= DEFREC_REASON_GAP;
@@ -43,7 +52,7 @@ uint32_t StreamCheck::reasons(uint64_t frame, int64_t timestamp_ns, const ImageS
     last_hash_[0] = left.hash;
     last_hash_[1] = right.hash;
     last_timestamp_ = timestamp_ns;
-    return reasons;
+    return finding;
 }
 
 }  // namespace defrec

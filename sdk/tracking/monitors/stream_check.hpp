@@ -6,16 +6,20 @@
 
 namespace defrec {
 
-// Reasons of images in which there is nothing to observe.
-inline constexpr uint32_t kUselessImages =
-    DEFREC_REASON_DARK | DEFREC_REASON_SATURATED | DEFREC_REASON_ONE_VIEW;
-
 class StreamCheck {
   public:
-    // frame: its number, from 0. Returns DEFREC_REASON_*: exposure, rows of two times, whether the
-    // stream stands still or has a gap, and VIEW_LATE where one view alone stands still.
-    uint32_t reasons(uint64_t frame, int64_t timestamp_ns, const ImageStatistics& left,
-                     const ImageStatistics& right);
+    struct Finding {
+        // DEFREC_REASON_*: exposure, rows of two times, whether the stream stands still or has a
+        // gap, VIEW_LATE where one view alone stands still, ONE_VIEW where one alone is of use.
+        uint32_t reasons = 0;
+        // Whether the view shows anything, and whether it stands still while the other does not.
+        struct View {
+            bool shows = true, is_frozen_alone = false;
+        } left, right;
+    };
+    // frame: its number, from 0.
+    Finding check(uint64_t frame, int64_t timestamp_ns, const ImageStatistics& left,
+                  const ImageStatistics& right);
 
   private:
     uint64_t last_hash_[2] = {0, 0};

@@ -20,7 +20,7 @@ struct Stream {
     uint32_t next(int64_t step = 33) {
         time += step;
         const uint64_t hash = 10 * frame;
-        return check.reasons(frame++, time, image(hash), image(hash + 1));
+        return check.check(frame++, time, image(hash), image(hash + 1)).reasons;
     }
 };
 
@@ -28,7 +28,7 @@ struct Stream {
 
 TEST_CASE("exposure of either view is a reason; a dark one beside a bright one is one more") {
     const auto reasons = [](const ImageStatistics& left, const ImageStatistics& right) {
-        return StreamCheck().reasons(0, 1, left, right);
+        return StreamCheck().check(0, 1, left, right).reasons;
     };
     const ImageStatistics good = image(1), dark = image(2, 1, 0), white = image(3, 255, 0, 1),
                           flat = image(4, 100, 0);
@@ -36,36 +36,55 @@ TEST_CASE("exposure of either view is a reason; a dark one beside a bright one i
     CHECK(reasons(dark, good) == (DEFREC_REASON_DARK | DEFREC_REASON_ONE_VIEW));
     CHECK(reasons(good, dark) == (DEFREC_REASON_DARK | DEFREC_REASON_ONE_VIEW));
     CHECK(reasons(dark, dark) == (DEFREC_REASON_DARK | DEFREC_REASON_NO_TEXTURE));
-    CHECK(reasons(white, good) == DEFREC_REASON_SATURATED);
+    CHECK(reasons(dark, white) == (DEFREC_REASON_DARK | DEFREC_REASON_SATURATED));
+    CHECK(reasons(white, good) == (DEFREC_REASON_SATURATED | DEFREC_REASON_ONE_VIEW));
     CHECK(reasons(flat, flat) == DEFREC_REASON_NO_TEXTURE);
-    CHECK(reasons(flat, good) == 0);
+    CHECK(reasons(flat, good) == DEFREC_REASON_ONE_VIEW);
+}
+
+TEST_CASE("which view shows nothing, or stands still alone, is told") {
+    const ImageStatistics good = image(1), dark = image(2, 1, 0), flat = image(4, 100, 0);
+    for (const ImageStatistics& bad : {dark, flat}) {
+        CHECK_FALSE(StreamCheck().check(0, 1, bad, good).left.shows);
+        CHECK(StreamCheck().check(0, 1, bad, good).right.shows);
+        CHECK(StreamCheck().check(0, 1, good, bad).left.shows);
+        CHECK_FALSE(StreamCheck().check(0, 1, good, bad).right.shows);
+    }
+    CHECK(StreamCheck().check(0, 1, flat, flat).left.shows);
+    StreamCheck check;
+    check.check(0, 1, image(1), image(2));
+    CHECK(check.check(1, 2, image(1), image(3)).left.is_frozen_alone);
+    CHECK(check.check(2, 3, image(4), image(3)).right.is_frozen_alone);
+    const auto both = check.check(3, 4, image(4), image(3));
+    CHECK_FALSE(both.left.is_frozen_alone);
+    CHECK_FALSE(both.right.is_frozen_alone);
 }
 
 TEST_CASE("rows of two times in either view are a reason") {
     ImageStatistics progressive = image(1), interlaced = image(2);
     progressive.row_ratio = 1;
     interlaced.row_ratio = 1.3;
-    CHECK(StreamCheck().reasons(0, 1, progressive, progressive) == 0);
-    CHECK(StreamCheck().reasons(0, 1, interlaced, progressive) == DEFREC_REASON_INTERLACED);
-    CHECK(StreamCheck().reasons(0, 1, progressive, interlaced) == DEFREC_REASON_INTERLACED);
+    CHECK(StreamCheck().check(0, 1, progressive, progressive).reasons == 0);
+    CHECK(StreamCheck().check(0, 1, interlaced, progressive).reasons == DEFREC_REASON_INTERLACED);
+    CHECK(StreamCheck().check(0, 1, progressive, interlaced).reasons == DEFREC_REASON_INTERLACED);
 }
 
 TEST_CASE("a stream is frozen where both views are those of the frame before") {
     StreamCheck check;
-    CHECK(check.reasons(0, 0, image(0), image(0)) == 0);  // there is none before
-    CHECK(check.reasons(1, 33, image(0), image(0)) == DEFREC_REASON_FROZEN);
-    CHECK(check.reasons(2, 66, image(1), image(2)) == 0);
-    CHECK(check.reasons(3, 99, image(1), image(2)) == DEFREC_REASON_FROZEN);
+    CHECK(check.check(0, 0, image(0), image(0)).reasons == 0);  // there is none before
+    CHECK(check.check(1, 33, image(0), image(0)).reasons == DEFREC_REASON_FROZEN);
+    CHECK(check.check(2, 66, image(1), image(2)).reasons == 0);
+    CHECK(check.check(3, 99, image(1), image(2)).reasons == DEFREC_REASON_FROZEN);
 }
 
 TEST_CASE("row 55: a stream is frozen where nearly all of both views is as in the frame before") {
     const auto reasons = [](double left_frozen, double right_frozen) {
         StreamCheck check;
-        check.reasons(0, 0, image(0), image(1));
+        check.check(0, 0, image(0), image(1)).reasons;
         ImageStatistics left = image(2), right = image(3);
         left.frozen = left_frozen;
         right.frozen = right_frozen;
-        return check.reasons(1, 33, left, right);
+        return check.check(1, 33, left, right).reasons;
     };
     CHECK(reasons(0, 0) == 0);
     CHECK(reasons(0.97, 0.99) == DEFREC_REASON_FROZEN);
@@ -77,10 +96,10 @@ TEST_CASE("row 55: a stream is frozen where nearly all of both views is as in th
 
 TEST_CASE("row 76: where one view alone is that of the frame before, one of them is late") {
     StreamCheck check;
-    CHECK(check.reasons(0, 0, image(0), image(1)) == 0);
-    CHECK(check.reasons(1, 33, image(0), image(2)) == DEFREC_REASON_VIEW_LATE);
-    CHECK(check.reasons(2, 66, image(3), image(2)) == DEFREC_REASON_VIEW_LATE);
-    CHECK(check.reasons(3, 99, image(4), image(5)) == 0);
+    CHECK(check.check(0, 0, image(0), image(1)).reasons == 0);
+    CHECK(check.check(1, 33, image(0), image(2)).reasons == DEFREC_REASON_VIEW_LATE);
+    CHECK(check.check(2, 66, image(3), image(2)).reasons == DEFREC_REASON_VIEW_LATE);
+    CHECK(check.check(3, 99, image(4), image(5)).reasons == 0);
 }
 
 TEST_CASE("a gap is more than twice the usual time between frames") {
@@ -96,7 +115,7 @@ TEST_CASE(
     "the first two frames have no usual time, and steps beyond the range of timestamps are the "
     "largest") {
     StreamCheck check;
-    CHECK(check.reasons(0, INT64_MIN, image(0), image(0)) == 0);
-    CHECK(check.reasons(1, INT64_MIN + 33, image(1), image(1)) == 0);
-    CHECK(check.reasons(2, INT64_MAX, image(2), image(2)) == DEFREC_REASON_GAP);
+    CHECK(check.check(0, INT64_MIN, image(0), image(0)).reasons == 0);
+    CHECK(check.check(1, INT64_MIN + 33, image(1), image(1)).reasons == 0);
+    CHECK(check.check(2, INT64_MAX, image(2), image(2)).reasons == DEFREC_REASON_GAP);
 }
