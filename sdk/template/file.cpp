@@ -342,14 +342,15 @@ const char* fault_of_counts(const TemplateData& data) {
 
 // Grids and counts are right by now, here and below.
 const char* fault_of_grid_values(const TemplateData& data) {
+    const size_t nodes = data.nodes.size() / 3, vertices = data.vertices.size();
     for (const int32_t vertex : data.grid.vertex)
-        if (vertex < -1 || (vertex >= 0 && static_cast<size_t>(vertex) >= data.vertices.size()))
+        if (vertex < -1 || (vertex >= 0 && static_cast<size_t>(vertex) >= vertices))
             return "a vertex index is out of range";
     for (size_t i = 0; i < data.grid.vertex.size(); ++i)
         if (data.grid.vertex[i] >= 0 && !disparity_ok(data, data.grid.disparity[i]))
             return "a disparity of its surface is out of range";
     for (const int32_t node : data.node_grid.node)
-        if (node < -1 || (node >= 0 && static_cast<size_t>(node) >= data.nodes.size() / 3))
+        if (node < -1 || (node >= 0 && static_cast<size_t>(node) >= nodes))
             return "a control point index is out of range";
     return nullptr;
 }
