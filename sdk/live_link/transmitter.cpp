@@ -15,15 +15,15 @@ Transmitter::Transmitter(const LinkOptions& options, std::function<Clock::time_p
         listener_ = listen_at(options_.endpoint);
         options_.endpoint = local_endpoint(listener_);
     } else {
-        target_.emplace(options_.endpoint);
+        connector_.emplace(options_.endpoint, now_);
     }
 }
 
 void Transmitter::step(milliseconds at_most) {
-    if (is_connecting() && !connecting_) connect();
+    if (is_connecting() && !connector_->socket()) connect();
     wait(at_most);
     if (is_accepting()) accept_receivers();
-    if (connecting_) connect();
+    if (connector_ && connector_->socket()) connect();
     exchange();
 }
 
@@ -36,11 +36,10 @@ void Transmitter::wait(milliseconds at_most) {
     } else if (listener_) {
         until = std::min(until, accept_after_);
     }
-    if (connecting_) {
-        sockets.push_back({connecting_.get(), POLLOUT, 0});
-        until = std::min(until, connect_until_);
-    } else if (target_ && connections_.empty()) {
-        until = std::min(until, connect_at_);
+    if (connector_ && connections_.empty()) {
+        const Socket& socket = connector_->socket();
+        if (socket) sockets.push_back({socket.get(), POLLOUT, 0});
+        until = std::min(until, connector_->next_time());
     }
     for (const Connection& connection : connections_) {
         const int events = connection.has_unsent() ? POLLIN | POLLOUT : POLLIN;
@@ -89,39 +88,15 @@ bool Transmitter::make_room() {
 }
 
 void Transmitter::connect() {
-    if (!connecting_) {
-        connecting_ = begin_to_connect((*target_)[attempts_++ % target_->count()]);
-        connect_until_ = now_() + kConnectTime;
-        if (!connecting_) connect_failed("no connection");
-        return;
+    if (!connector_->socket()) {
+        connector_->begin();
+    } else if (Socket socket = connector_->finish()) {
+        add(std::move(socket));
+        notice("connected to " + to_string(options_.endpoint) + ".");
     }
-    pollfd socket{connecting_.get(), POLLOUT, 0};
-    if (::poll(&socket, 1, 0) <= 0) {
-        if (now_() >= connect_until_) connect_failed("no answer");
-        return;
-    }
-    const std::string error = connection_error(connecting_);
-    if (!error.empty()) {
-        connect_failed(error);
-        return;
-    }
-    add(std::exchange(connecting_, Socket()));
-    retry_ = kFirstRetry;
-    is_outage_known_ = false;
-    notice("connected to " + to_string(options_.endpoint) + ".");
-}
-
-void Transmitter::connect_failed(const std::string& reason) {
-    connecting_ = Socket();
-    // The other addresses of the host come first.
-    if (attempts_ % target_->count() != 0) {
-        connect_at_ = now_();
-        return;
-    }
-    connect_at_ = now_() + retry_;
-    retry_ = std::min(2 * retry_, kLastRetry);
-    if (!std::exchange(is_outage_known_, true)) {
-        notice("nobody is reached at " + to_string(options_.endpoint) + " (" + reason +
+    const std::string fault = connector_->take_fault();
+    if (!fault.empty()) {
+        notice("nobody is reached at " + to_string(options_.endpoint) + " (" + fault +
                "); it is tried again and again.");
     }
 }
@@ -135,7 +110,7 @@ void Transmitter::exchange() {
         }
         if (!is_ending_) notice(std::string("a receiver ") + connection->end_reason() + ".");
         connection = end(connection);
-        connect_at_ = now + retry_;
+        if (connector_) connector_->pause(now);
     }
 }
 
@@ -162,8 +137,7 @@ bool Transmitter::has_unsent() const {
 
 void Transmitter::end_sending() {
     listener_ = Socket();
-    connecting_ = Socket();
-    target_.reset();
+    connector_.reset();
     is_ending_ = true;
     for (Connection& connection : connections_) connection.end_sending();
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sdk/live_link/connection.hpp"
+#include "sdk/live_link/connector.hpp"
 
 namespace defrec::cli {
 
@@ -25,8 +26,6 @@ struct LinkCounts {
 class Transmitter {
   public:
     static constexpr std::size_t kMaxReceivers = 8;
-    static constexpr std::chrono::milliseconds kConnectTime{2000};
-    static constexpr std::chrono::milliseconds kFirstRetry{250}, kLastRetry{4000};
 
     // now: the clock; tests bring their own. Throws CliError when the host is not known or nothing
     // can listen there.
@@ -43,7 +42,7 @@ class Transmitter {
     std::size_t receivers() const { return connections_.size(); }
     // An attempt to connect is under way or due.
     bool is_connecting() const {
-        return target_ && connections_.empty() && (connecting_ || now_() >= connect_at_);
+        return connector_ && connections_.empty() && connector_->is_due();
     }
     bool has_unsent() const;
     // No more packets will come. Receivers that close in turn are gone after the next step; nobody
@@ -66,7 +65,6 @@ class Transmitter {
     bool make_room();
     std::vector<Connection>::iterator end(std::vector<Connection>::iterator connection);
     void connect();
-    void connect_failed(const std::string& reason);
     void exchange();
     void add(Socket socket);
     void notice(const std::string& text);
@@ -83,12 +81,7 @@ class Transmitter {
     Socket listener_;
     Clock::time_point accept_after_{};
 
-    std::optional<Addresses> target_;
-    Socket connecting_;
-    std::size_t attempts_ = 0;  // chooses the next of the target's addresses
-    Clock::time_point connect_at_{}, connect_until_{};
-    std::chrono::milliseconds retry_ = kFirstRetry;
-    bool is_outage_known_ = false;
+    std::optional<Connector> connector_;
     bool is_ending_ = false;
 };
 

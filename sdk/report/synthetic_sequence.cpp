@@ -24,6 +24,10 @@ cv::Mat tissue(int width, int height) {
     return colour;
 }
 
+void append(const cv::Vec3f& point, std::vector<float>& xyz) {
+    xyz.insert(xyz.end(), {point[0], point[1], point[2]});
+}
+
 }  // namespace
 
 SyntheticSequence::SyntheticSequence(int width, int height, int frames)
@@ -67,10 +71,8 @@ bool SyntheticSequence::covered(const cv::Vec3f& at, int frame) const {
 TemplateRecord SyntheticSequence::reference() const {
     TemplateRecord result;
     for (int row = 0; row < rows_; ++row)
-        for (int column = 0; column < columns_; ++column) {
-            const cv::Vec3f p = point(column, row, 0);
-            result.vertices.insert(result.vertices.end(), {p[0], p[1], p[2]});
-        }
+        for (int column = 0; column < columns_; ++column)
+            append(point(column, row, 0), result.vertices);
     result.vertex_uv.resize(result.vertices.size() / 3 * 2);
     projector()(result.vertices.data(), result.vertices.size() / 3, result.vertex_uv.data());
     for (int row = 0; row + 1 < rows_; ++row)
@@ -85,10 +87,7 @@ TemplateRecord SyntheticSequence::reference() const {
 cv::Mat SyntheticSequence::image(int frame) const {
     std::vector<float> now;
     for (int row = 0; row < rows_; ++row)
-        for (int column = 0; column < columns_; ++column) {
-            const cv::Vec3f p = point(column, row, frame);
-            now.insert(now.end(), {p[0], p[1], p[2]});
-        }
+        for (int column = 0; column < columns_; ++column) append(point(column, row, frame), now);
     cv::Mat uv(rows_, columns_, CV_32FC2), shift(rows_, columns_, CV_32FC2), map, image;
     projector()(now.data(), now.size() / 3, uv.ptr<float>());
     for (int row = 0; row < rows_; ++row)
@@ -104,6 +103,25 @@ cv::Mat SyntheticSequence::image(int frame) const {
 }
 
 FrameRecord SyntheticSequence::record(int frame) const {
+    FrameRecord result = facts(frame);
+    if (result.state == "lost") return result;
+    int observed = 0;
+    for (int row = 0; row < rows_; ++row)
+        for (int column = 0; column < columns_; ++column) {
+            const Vertex vertex{column, row, point(column, row, frame)};
+            const bool hidden = covered(vertex.at, frame);
+            add_vertex(vertex, hidden, result);
+            observed += result.vertex_status.back() == VertexStatus::observed;
+            add_estimates(vertex, hidden, result);
+            if (column % 6 == 3 && row % 6 == 3) append(vertex.at, result.control_points);
+            if (column % 5 == 2 && row % 4 == 2) add_match(vertex, result);
+        }
+    result.observed_share = double(observed) / (rows_ * columns_);
+    return result;
+}
+
+// What is known of the whole frame.
+FrameRecord SyntheticSequence::facts(int frame) const {
     FrameRecord result;
     const double t = double(frame) / frames_;
     result.index = frame;
@@ -120,57 +138,57 @@ FrameRecord SyntheticSequence::record(int frame) const {
                    : t >= 0.7 && t < 0.75 ? "relocalised"
                    : t >= 0.2 && t < 0.45 ? "degraded"
                                           : "tracking";
-    result.mean_residual_mm = std::numeric_limits<double>::quiet_NaN();
-    if (result.state == "lost") {
-        result.reasons = "no-image";
-        return result;
-    }
-    result.reasons = result.state == "degraded" ? "instrument-occlusion" : "";
-    result.mean_residual_mm = 0.2 + 0.1 * std::sin(9 * t);
-    int observed = 0;
-    for (int row = 0; row < rows_; ++row)
-        for (int column = 0; column < columns_; ++column) {
-            const cv::Vec3f p = point(column, row, frame);
-            const bool edge = column == 0 && row < rows_ / 3, hidden = covered(p, frame);
-            result.vertices.insert(result.vertices.end(), {p[0], p[1], p[2]});
-            result.vertex_status.push_back(edge     ? VertexStatus::unknown
-                                           : hidden ? VertexStatus::extrapolated
-                                                    : VertexStatus::observed);
-            result.expected_error_mm.push_back(hidden ? 1.4f : 0.3f);
-            observed += !edge && !hidden;
-            if (column % 7 == 2 && row % 7 == 2) {
-                const VertexStatus status = result.vertex_status.back();
-                const float depth = hidden ? 1.6f : 0.08f;
-                result.points.push_back(
-                    {status, {p[0], p[1], p[2]}, {0.01f, 0, 0.01f, 0.01f, 0, depth}});
-            }
-            if (column % 9 == 4 && row % 9 == 4) {
-                // 5, 10, 15 and 20 mm deep.
-                const float depth = static_cast<float>(5 * (1 + (column / 9 + row / 9) % 4));
-                TargetEstimate target;
-                target.id = row * columns_ + column;
-                target.depth = depth;
-                target.status = result.vertex_status.back();
-                target.xyz = {p[0], p[1], p[2] + depth};
-                target.covariance = {0.01f * depth, 0, 0, 0.01f * depth, 0, 0.05f * depth};
-                result.targets.push_back(target);
-            }
-            if (column % 6 == 3 && row % 6 == 3)
-                result.control_points.insert(result.control_points.end(), {p[0], p[1], p[2]});
-            if (column % 5 != 2 || row % 4 != 2) continue;
-            MatchSegment match;
-            match.template_u = float((column + 1) * kStep);
-            match.template_v = float((row + 1) * kStep);
-            projector()(&p[0], 1, &match.live_u);
-            match.inlier = (column + row) % 7 != 0;
-            if (!match.inlier) match.live_u += 40;
-            match.weight = match.inlier ? 1 : 0;
-            ++result.matches;
-            result.inliers += match.inlier;
-            result.matched.push_back(match);
-        }
-    result.observed_share = double(observed) / (rows_ * columns_);
+    const bool is_lost = result.state == "lost";
+    result.reasons = is_lost                      ? "no-image"
+                     : result.state == "degraded" ? "instrument-occlusion"
+                                                  : "";
+    result.mean_residual_mm =
+        is_lost ? std::numeric_limits<double>::quiet_NaN() : 0.2 + 0.1 * std::sin(9 * t);
     return result;
+}
+
+void SyntheticSequence::add_vertex(const Vertex& vertex, bool hidden, FrameRecord& result) const {
+    const bool edge = vertex.column == 0 && vertex.row < rows_ / 3;
+    append(vertex.at, result.vertices);
+    result.vertex_status.push_back(edge     ? VertexStatus::unknown
+                                   : hidden ? VertexStatus::extrapolated
+                                            : VertexStatus::observed);
+    result.expected_error_mm.push_back(hidden ? 1.4f : 0.3f);
+}
+
+// Points and targets at some of the vertices.
+void SyntheticSequence::add_estimates(const Vertex& vertex, bool hidden,
+                                      FrameRecord& result) const {
+    const auto& [column, row, p] = vertex;
+    const VertexStatus status = result.vertex_status.back();
+    if (column % 7 == 2 && row % 7 == 2) {
+        const float depth = hidden ? 1.6f : 0.08f;
+        result.points.push_back({status, {p[0], p[1], p[2]}, {0.01f, 0, 0.01f, 0.01f, 0, depth}});
+    }
+    if (column % 9 == 4 && row % 9 == 4) {
+        // 5, 10, 15 and 20 mm deep.
+        const float depth = static_cast<float>(5 * (1 + (column / 9 + row / 9) % 4));
+        TargetEstimate target;
+        target.id = row * columns_ + column;
+        target.depth = depth;
+        target.status = status;
+        target.xyz = {p[0], p[1], p[2] + depth};
+        target.covariance = {0.01f * depth, 0, 0, 0.01f * depth, 0, 0.05f * depth};
+        result.targets.push_back(target);
+    }
+}
+
+void SyntheticSequence::add_match(const Vertex& vertex, FrameRecord& result) const {
+    MatchSegment match;
+    match.template_u = float((vertex.column + 1) * kStep);
+    match.template_v = float((vertex.row + 1) * kStep);
+    projector()(&vertex.at[0], 1, &match.live_u);
+    match.inlier = (vertex.column + vertex.row) % 7 != 0;
+    if (!match.inlier) match.live_u += 40;
+    match.weight = match.inlier ? 1 : 0;
+    ++result.matches;
+    result.inliers += match.inlier;
+    result.matched.push_back(match);
 }
 
 void SyntheticSequence::write_report(const std::filesystem::path& path,

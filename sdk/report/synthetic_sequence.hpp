@@ -25,8 +25,17 @@ class SyntheticSequence {
     void write_report(const std::filesystem::path& path, const ReportMeta& meta) const;
 
   private:
+    struct Vertex {
+        int column, row;
+        cv::Vec3f at;  ///< mm
+    };
+
     cv::Vec3f point(int column, int row, int frame) const;
     bool covered(const cv::Vec3f& at, int frame) const;
+    FrameRecord facts(int frame) const;
+    void add_vertex(const Vertex& vertex, bool hidden, FrameRecord& result) const;
+    void add_estimates(const Vertex& vertex, bool hidden, FrameRecord& result) const;
+    void add_match(const Vertex& vertex, FrameRecord& result) const;
 
     int width_, height_, frames_, columns_, rows_;
     double focal_;

@@ -22,7 +22,7 @@ class Rig {
     bool identity() const { return identity_; }     // frames are rectified already
     uint32_t width() const { return desc_.width; }  // raw and rectified images have the same size
     uint32_t height() const { return desc_.height; }
-    // Of both rectified images, but for the right one's principal point.
+    // The pinhole of both rectified images, but for the right one's principal point.
     const defrec_camera& camera() const { return camera_; }
     // x_rectified = rotation * x_raw of that view.
     const Eigen::Matrix3d& rotation(int view) const { return rotation_[view]; }

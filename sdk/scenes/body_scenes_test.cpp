@@ -118,7 +118,8 @@ std::vector<double> depths_of(const Targets& targets) {
 TEST_CASE("targets lie in the layers of their body, the first of them on the surface shown") {
     const std::vector<double> all(kBodyDepths.begin(), kBodyDepths.end());
     SUBCASE("indented") {
-        const Written w("body-indent", 240, 135, 16, true);
+        const Written w(
+            {.scene = "body-indent", .width = 240, .height = 135, .frames = 16, .depth = true});
         const Targets targets = targets_of(w);
         CHECK(depths_of(targets) == all);
         CHECK(targets.depths.size() == 7 * 45);
@@ -127,23 +128,29 @@ TEST_CASE("targets lie in the layers of their body, the first of them on the sur
         CHECK(not_rigid(targets.positions[0], targets.positions[15]) > 3);
     }
     SUBCASE("a thin organ, bent") {
-        const Written w("body-organ", 240, 135, 16, true);
+        const Written w(
+            {.scene = "body-organ", .width = 240, .height = 135, .frames = 16, .depth = true});
         const Targets targets = targets_of(w);
         CHECK(depths_of(targets) == std::vector<double>{0, 2, 5, 10});
         check_on_surface(w, targets, 15);
         CHECK(not_rigid(targets.positions[0], targets.positions[15]) > 0.3);
     }
     SUBCASE("a layer, down to its base") {
-        CHECK(depths_of(targets_of(
-                  Written("body-layer", 160, 120, 1, false, 1, 2, {{"thickness", 20}}))) ==
-              std::vector<double>{0, 2, 5, 10});
+        CHECK(depths_of(targets_of(Written({.scene = "body-layer",
+                                            .settings = {{"thickness", 20}},
+                                            .width = 160,
+                                            .height = 120,
+                                            .frames = 1}))) == std::vector<double>{0, 2, 5, 10});
     }
 }
 
 TEST_CASE("targets lie beneath the surface at rest by their depth, along the first camera's axis") {
     // Without the hand's tremor the first camera looks along z.
-    const Targets targets =
-        targets_of(Written("body-pull", 160, 120, 1, false, 1, 2, {{"camera", 0}}));
+    const Targets targets = targets_of(Written({.scene = "body-pull",
+                                                .settings = {{"camera", 0}},
+                                                .width = 160,
+                                                .height = 120,
+                                                .frames = 1}));
     for (Eigen::Index id = 0; id < targets.positions[0].cols(); ++id) {
         const Vector3d beneath = targets.positions[0].col(id) - targets.positions[0].col(id % 45);
         CHECK((beneath - Vector3d(0, 0, targets.depths[static_cast<std::size_t>(id)])).norm() <
@@ -152,8 +159,11 @@ TEST_CASE("targets lie beneath the surface at rest by their depth, along the fir
 }
 
 TEST_CASE("a body that only breathes moves rigidly, and by as much as it is said to") {
-    const Targets targets =
-        targets_of(Written("body-rigid", 160, 120, 23, false, 1, 2, {{"camera", 0}}));
+    const Targets targets = targets_of(Written({.scene = "body-rigid",
+                                                .settings = {{"camera", 0}},
+                                                .width = 160,
+                                                .height = 120,
+                                                .frames = 23}));
     double largest = 0;
     for (const Matrix3Xd& now : targets.positions) {
         CHECK(not_rigid(targets.positions[0], now) < 1e-5);
@@ -164,7 +174,11 @@ TEST_CASE("a body that only breathes moves rigidly, and by as much as it is said
 
 TEST_CASE("held_motion.csv is the motion of what is held") {
     // Without a load all of the layer moves with its base, and the camera moves as well.
-    const Written w("body-layer", 160, 120, 12, false, 1, 2, {{"depth", 0}});
+    const Written w({.scene = "body-layer",
+                     .settings = {{"depth", 0}},
+                     .width = 160,
+                     .height = 120,
+                     .frames = 12});
     const Targets targets = targets_of(w);
     const auto motions = held_motion(w);
     REQUIRE(motions.size() == 12);
@@ -177,7 +191,7 @@ TEST_CASE("held_motion.csv is the motion of what is held") {
 }
 
 TEST_CASE("the meshes of a body lie in the frame of its targets") {
-    const Written w("body-inclusion", 160, 120, 1);
+    const Written w({.scene = "body-inclusion", .width = 160, .height = 120, .frames = 1});
     const Targets targets = targets_of(w);
     // The corner of the box that is the first point of the mesh, and the target above it.
     const auto first_point = [&](const char* name) {
@@ -198,7 +212,7 @@ TEST_CASE("the meshes of a body lie in the frame of its targets") {
 }
 
 TEST_CASE("a sequence with a body leaves none of its files to the next one in the folder") {
-    const Written w("body-inclusion", 160, 120, 1);
+    const Written w({.scene = "body-inclusion", .width = 160, .height = 120, .frames = 1});
     RenderOptions options;
     options.scene = "heartbeat";
     options.out_dir = w.folder.path.string();
@@ -218,14 +232,28 @@ TEST_CASE("a sequence with a body leaves none of its files to the next one in th
 }
 
 TEST_CASE("the files of a body do not depend on threads") {
-    const Written one("body-stroke", 160, 120, 9, false, 3, 1),
-        three("body-stroke", 160, 120, 9, false, 3, 3);
+    const Written one({.scene = "body-stroke",
+                       .width = 160,
+                       .height = 120,
+                       .frames = 9,
+                       .seed = 3,
+                       .threads = 1}),
+        three({.scene = "body-stroke",
+               .width = 160,
+               .height = 120,
+               .frames = 9,
+               .seed = 3,
+               .threads = 3});
     for (const char* name : {"targets.csv", "truth_deep.csv", "truth.csv"}) {
         CHECK(slurp(one.folder.path / name) == slurp(three.folder.path / name));
     }
 }
 
 TEST_CASE("a body that was computed for two Poisson's ratios refuses any other") {
-    CHECK_THROWS_AS(Written("body-organ", 160, 120, 1, false, 1, 2, {{"poisson", 0.4}}),
+    CHECK_THROWS_AS(Written({.scene = "body-organ",
+                             .settings = {{"poisson", 0.4}},
+                             .width = 160,
+                             .height = 120,
+                             .frames = 1}),
                     RenderUsageError);
 }

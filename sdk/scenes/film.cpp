@@ -56,8 +56,8 @@ Film::Film(const std::string& scene, int width, int height, int frames, std::uin
       threads_(threads),
       scene_(make_scene(scene, width, height, frames, seed, settings)),
       tissue_(scene_.look, kMeshHalfWidth, kMeshHalfHeight, scene_.seed),
-      left_(scene_.rig.left, width, height, threads),
-      right_(scene_.rig.right, width, height, threads),
+      left_{View(scene_.rig.left, width, height, threads)},
+      right_{View(scene_.rig.right, width, height, threads)},
       painter_(tissue_, threads) {
     prepare_meshes();
     if (scene_.body) {
@@ -73,9 +73,9 @@ void Film::advance() {
     state_ = next;
     misalign_right();
     place_views(state_);
-    deform_meshes(state_, {&left_, &right_});
-    raster_.render(meshes_, left_, threads_, left_hits_);
-    raster_.render(meshes_, right_, threads_, right_hits_);
+    deform_meshes(state_, {&left_.view, &right_.view});
+    raster_.render(meshes_, left_.view, threads_, left_.hits);
+    raster_.render(meshes_, right_.view, threads_, right_.hits);
     photograph(true);
     photograph(false);
     place_views(state_);
@@ -87,32 +87,32 @@ void Film::advance() {
 Film::Truth Film::truth(std::size_t point) const {
     const Eigen::Vector2d& m = points_[point].material;
     const Eigen::Vector3d in_left =
-        left_.from_scene(scene_.surface.at(m.x(), m.y(), state_.time, state_.motion));
+        left_.view.from_scene(scene_.surface.at(m.x(), m.y(), state_.time, state_.motion));
     return {in_left, visible(m, in_left)};
 }
 
 Eigen::Vector3d Film::truth(const Target& target) const {
-    return left_.from_scene(scene_.surface.beneath(target.material.x(), target.material.y(),
-                                                   target.layer, *state_.motion.body));
+    return left_.view.from_scene(scene_.surface.beneath(target.material.x(), target.material.y(),
+                                                        target.layer, *state_.motion.body));
 }
 
 Eigen::Isometry3d Film::body_pose() const {
-    Eigen::Isometry3d pose(left_.rotation * state_.motion.body->rotation);
-    pose.translation() = left_.from_scene(state_.motion.body->translation);
+    Eigen::Isometry3d pose(left_.view.rotation * state_.motion.body->rotation);
+    pose.translation() = left_.view.from_scene(state_.motion.body->translation);
     return pose;
 }
 
 void Film::place_views(const FrameState& state) {
     const CameraPose& pose = state.camera;
-    left_.rotation = pose.rotation;
-    left_.translation = -pose.rotation * pose.centre;
-    right_.rotation = scene_.rig.rotation * left_.rotation;
-    right_.translation = scene_.rig.rotation * left_.translation + scene_.rig.translation;
+    left_.view.rotation = pose.rotation;
+    left_.view.translation = -pose.rotation * pose.centre;
+    right_.view.rotation = scene_.rig.rotation * left_.view.rotation;
+    right_.view.translation = scene_.rig.rotation * left_.view.translation + scene_.rig.translation;
     if (misaligned_right_) {
         const Eigen::Matrix3d roll =
             Eigen::AngleAxisd(state_.right.roll, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-        misaligned_right_->rotation = roll * right_.rotation;
-        misaligned_right_->translation = roll * right_.translation;
+        misaligned_right_->rotation = roll * right_.view.rotation;
+        misaligned_right_->translation = roll * right_.view.translation;
     }
 }
 
@@ -176,8 +176,8 @@ void Film::choose_points() {
                 std::round(100 * (edge + j * (height_ - 1 - 2 * edge) / (rows - 1))) / 100;
             const auto pixel = static_cast<std::size_t>(std::lround(v)) * width_ +
                                static_cast<std::size_t>(std::lround(u));
-            const Hit& hit = left_hits_[pixel];
-            const Eigen::Vector2d ray = left_.lens.ray({u, v});
+            const Hit& hit = left_.hits[pixel];
+            const Eigen::Vector2d ray = left_.view.lens.ray({u, v});
             const Eigen::Vector3d direction =
                 state_.camera.rotation.transpose() * Eigen::Vector3d(ray.x(), ray.y(), 1);
             Eigen::Vector2d material(hit.s, hit.t);
@@ -189,7 +189,7 @@ void Film::choose_points() {
             const Eigen::Vector3d point =
                 scene_.surface.at(material.x(), material.y(), state_.time, state_.motion);
             if (!beside_line(state_.motion, material) &&
-                visible(material, left_.from_scene(point))) {
+                visible(material, left_.view.from_scene(point))) {
                 points_.push_back({u, v, material, frame_});
             }
         }
@@ -211,7 +211,7 @@ bool Film::was_in_first_image(const Eigen::Vector2d& material) const {
         scene_.surface.at(material.x(), material.y(), first.time, first.motion);
     const Eigen::Vector3d in_left = first.camera.rotation * (point - first.camera.centre);
     if (in_left.z() <= 0) return false;
-    const Eigen::Vector2d pixel = left_.lens.project(in_left);
+    const Eigen::Vector2d pixel = left_.view.lens.project(in_left);
     return pixel.x() >= -0.5 && pixel.y() >= -0.5 && pixel.x() <= width_ - 0.5 &&
            pixel.y() <= height_ - 0.5;
 }
@@ -221,14 +221,14 @@ bool Film::visible(const Eigen::Vector2d& material, const Eigen::Vector3d& in_le
         (state_.blood && hidden_by(*state_.blood, material.cast<float>()))) {
         return false;
     }
-    const Eigen::Vector2d pixel = left_.lens.project(in_left);
+    const Eigen::Vector2d pixel = left_.view.lens.project(in_left);
     const int u = static_cast<int>(std::lround(pixel.x())),
               v = static_cast<int>(std::lround(pixel.y()));
     if (u < 0 || v < 0 || u >= width_ || v >= height_) {
         return false;
     }
     for (const Instrument& instrument : state_.instruments) {
-        const Instrument tool = left_.from_scene(instrument);
+        const Instrument tool = left_.view.from_scene(instrument);
         if (nearest_approach(tool, Eigen::Vector3d::Zero(), in_left, 0.0, 1.0).distance <
             tool.radius) {
             return false;
@@ -237,7 +237,7 @@ bool Film::visible(const Eigen::Vector2d& material, const Eigen::Vector3d& in_le
     float farthest = 0;
     for (int y = std::max(v - 1, 0); y <= std::min(v + 1, height_ - 1); ++y) {
         for (int x = std::max(u - 1, 0); x <= std::min(u + 1, width_ - 1); ++x) {
-            farthest = std::max(farthest, left_hits_[static_cast<std::size_t>(y) * width_ + x].z);
+            farthest = std::max(farthest, left_.hits[static_cast<std::size_t>(y) * width_ + x].z);
         }
     }
     return in_left.z() < farthest + kOcclusionSlack;
@@ -246,12 +246,12 @@ bool Film::visible(const Eigen::Vector2d& material, const Eigen::Vector3d& in_le
 /// Paints a view. The exposure has parts at several times where the shutter is open for long; those
 /// of a right view that is late are at times of its own.
 void Film::photograph(bool is_left) {
-    const View& view = is_left ? left_ : misaligned_right_ ? *misaligned_right_ : right_;
+    const View& view = is_left ? left_.view : misaligned_right_ ? *misaligned_right_ : right_.view;
     const double middle = frame_ - (is_left ? 0.0 : state_.right.lag);
     const int parts = state_.shutter > 0 ? kExposures : 1;
     for (int part = 0; part < parts; ++part) {
         const double time = middle + state_.shutter * ((part + 0.5) / parts - 0.5);
-        const std::vector<Hit>* hits = is_left ? &left_hits_ : &right_hits_;
+        const std::vector<Hit>* hits = is_left ? &left_.hits : &right_.hits;
         const FrameState state = time == frame_ ? state_ : scene_.at(time);
         if (time != frame_ || (!is_left && misaligned_right_)) {
             place_views(state);
@@ -261,7 +261,7 @@ void Film::photograph(bool is_left) {
         }
         painter_.expose(view, *hits, request_for(state, is_left), 1.0f / static_cast<float>(parts));
     }
-    painter_.develop(view, sensor_of(is_left), is_left ? left_bgr_ : right_bgr_);
+    painter_.develop(view, sensor_of(is_left), is_left ? left_.bgr : right_.bgr);
 }
 
 PictureRequest Film::request_for(const FrameState& state, bool is_left) const {
@@ -297,7 +297,7 @@ Sensor Film::sensor_of(bool is_left) const {
 
 bool Film::hides(const Instrument& instrument, const Eigen::Vector3d& point,
                  const Eigen::Vector3d& centre) const {
-    const Instrument tool = left_.from_scene(instrument);
+    const Instrument tool = left_.view.from_scene(instrument);
     const double margin = tool.radius + point.z() / scene_.rig.left.fx;
     return nearest_approach(tool, centre, point - centre, 0, 1).distance < margin;
 }
@@ -308,13 +308,13 @@ std::vector<float> Film::left_surface() const {
     if (state_.outside != Outside::none) {
         return xyz;
     }
-    for (std::size_t pixel = 0; pixel < left_hits_.size(); ++pixel) {
-        const Hit& hit = left_hits_[pixel];
+    for (std::size_t pixel = 0; pixel < left_.hits.size(); ++pixel) {
+        const Hit& hit = left_.hits[pixel];
         if (hit.z <= 0 || (state_.blood && hidden_by(*state_.blood, {hit.s, hit.t}))) {
             continue;
         }
-        const Eigen::Vector3d point(hit.z * left_.rays[pixel].x(), hit.z * left_.rays[pixel].y(),
-                                    hit.z);
+        const Eigen::Vector3d point(hit.z * left_.view.rays[pixel].x(),
+                                    hit.z * left_.view.rays[pixel].y(), hit.z);
         if (std::any_of(state_.instruments.begin(), state_.instruments.end(),
                         [&](const Instrument& tool) {
                             return hides(tool, point, Eigen::Vector3d::Zero());
@@ -338,7 +338,7 @@ std::vector<std::uint16_t> Film::disparity() const {
     for (int v = 0; v < height_; ++v) {
         for (int u = 0; u < width_; ++u) {
             const std::size_t pixel = static_cast<std::size_t>(v) * width_ + u;
-            const Hit& hit = left_hits_[pixel];
+            const Hit& hit = left_.hits[pixel];
             if (hit.z <= 0 || (state_.blood && hidden_by(*state_.blood, {hit.s, hit.t}))) {
                 continue;
             }
@@ -346,11 +346,11 @@ std::vector<std::uint16_t> Film::disparity() const {
             const double other = u - shift;
             const auto other_pixel = static_cast<std::size_t>(v) * width_ +
                                      static_cast<std::size_t>(std::max(0L, std::lround(other)));
-            if (other < 0 || std::abs(right_hits_[other_pixel].z - hit.z) > 2.0 * kOcclusionSlack) {
+            if (other < 0 || std::abs(right_.hits[other_pixel].z - hit.z) > 2.0 * kOcclusionSlack) {
                 continue;
             }
-            const Eigen::Vector3d point(hit.z * left_.rays[pixel].x(),
-                                        hit.z * left_.rays[pixel].y(), hit.z);
+            const Eigen::Vector3d point(hit.z * left_.view.rays[pixel].x(),
+                                        hit.z * left_.view.rays[pixel].y(), hit.z);
             if (std::any_of(state_.instruments.begin(), state_.instruments.end(),
                             [&](const Instrument& tool) {
                                 return hides(tool, point, Eigen::Vector3d::Zero()) ||

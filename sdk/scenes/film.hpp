@@ -43,8 +43,8 @@ class Film {
     void advance();
 
     // Images of the present frame.
-    const std::vector<std::uint8_t>& left_bgr() const { return left_bgr_; }
-    const std::vector<std::uint8_t>& right_bgr() const { return right_bgr_; }
+    const std::vector<std::uint8_t>& left_bgr() const { return left_.bgr; }
+    const std::vector<std::uint8_t>& right_bgr() const { return right_.bgr; }
     bool shows_tissue() const { return state_.outside == Outside::none; }
     Truth truth(std::size_t point) const;
     /// 256 x px of the left picture's tissue, 0 unknown; rectified scenes only.
@@ -68,6 +68,12 @@ class Film {
     Eigen::Isometry3d body_pose() const;
 
   private:
+    struct FilmedView {
+        View view;                        ///< as calibration.yaml has it
+        std::vector<Hit> hits{};          ///< at the frame's time
+        std::vector<std::uint8_t> bgr{};  ///< the picture
+    };
+
     void place_views(const FrameState& state);
     void misalign_right();
     void prepare_meshes();
@@ -87,14 +93,12 @@ class Film {
     Tissue tissue_;
     std::optional<Tissue> floor_;  ///< of a cut
     std::vector<DeformedMesh> meshes_;
-    View left_, right_;                     ///< as calibration.yaml has them
+    FilmedView left_, right_;
     std::optional<View> misaligned_right_;  ///< the right view as it is, where it is not right_
     Painter painter_;
     MeshRaster raster_;
     FrameState state_;
-    std::vector<Hit> left_hits_, right_hits_;  ///< of left_ and right_ at the frame's time
-    std::vector<Hit> other_hits_;              ///< of another time or of misaligned_right_
-    std::vector<std::uint8_t> left_bgr_, right_bgr_;
+    std::vector<Hit> other_hits_;  ///< of another time or of misaligned_right_
     std::vector<Followed> points_;
     std::vector<Target> targets_;
 };

@@ -137,7 +137,11 @@ TEST_CASE("a late right view shows the tissue where it was, the truth stays that
     double lag = 1;
     SUBCASE("late") {}
     SUBCASE("early") { lag = -1; }
-    const Written w("late-view", 384, 216, 10, false, 1, 2, {{"lag", lag}});
+    const Written w({.scene = "late-view",
+                     .settings = {{"lag", lag}},
+                     .width = 384,
+                     .height = 216,
+                     .frames = 10});
     for (const int frame : {3, 4}) {
         CAPTURE(frame);
         const int time = frame - static_cast<int>(lag);
@@ -154,8 +158,11 @@ TEST_CASE("a late right view shows the tissue where it was, the truth stays that
 }
 
 TEST_CASE("a right view late by half a frame shows the tissue between two frames") {
-    const Written w("late-view", 480, 270, 10, false, 1, 2,
-                    {{"lag", 0.5}, {"from", 0.4}, {"to", 0.5}});
+    const Written w({.scene = "late-view",
+                     .settings = {{"lag", 0.5}, {"from", 0.4}, {"to", 0.5}},
+                     .width = 480,
+                     .height = 270,
+                     .frames = 10});
     const auto against = [&](int time) {
         const std::vector<Seen> seen = seen_in_right(w, 4, time);
         return cv::Point2d(median_of(seen, [](const Seen& s) { return s.offset.x; }),
@@ -168,22 +175,29 @@ TEST_CASE("a right view late by half a frame shows the tissue between two frames
 
 TEST_CASE("a misaligned right view is low, rolled and enlarged by what the scene says") {
     SUBCASE("by default, from the first frame, after JPEG") {
-        const Written w("misaligned", 480, 270, 1);
+        const Written w({.scene = "misaligned", .width = 480, .height = 270, .frames = 1});
         const Misalignment m = misalignment(w, 0);
         CHECK(m.offset == doctest::Approx(1.2).epsilon(0.05));
         CHECK(m.roll == doctest::Approx(0.15 * CV_PI / 180).epsilon(0.1));
         CHECK(std::abs(m.scale) < 3e-4);
     }
     SUBCASE("other values") {
-        const Written w("misaligned", 480, 270, 1, false, 1, 2,
-                        {{"offset_px", -2}, {"roll_deg", -0.4}, {"focal_ratio", 1.01}});
+        const Written w({.scene = "misaligned",
+                         .settings = {{"offset_px", -2}, {"roll_deg", -0.4}, {"focal_ratio", 1.01}},
+                         .width = 480,
+                         .height = 270,
+                         .frames = 1});
         const Misalignment m = misalignment(w, 0);
         CHECK(m.offset == doctest::Approx(-2).epsilon(0.05));
         CHECK(m.roll == doctest::Approx(-0.4 * CV_PI / 180).epsilon(0.05));
         CHECK(m.scale == doctest::Approx(0.01).epsilon(0.05));
     }
     SUBCASE("drifting") {
-        const Written w("misaligned", 480, 270, 5, false, 1, 2, {{"drift", 1}});
+        const Written w({.scene = "misaligned",
+                         .settings = {{"drift", 1}},
+                         .width = 480,
+                         .height = 270,
+                         .frames = 5});
         for (const int frame : {0, 2, 4}) {
             CAPTURE(frame);
             CHECK(std::abs(misalignment(w, frame).offset - 0.3 * frame) < 0.06);
@@ -193,8 +207,12 @@ TEST_CASE("a misaligned right view is low, rolled and enlarged by what the scene
 
 TEST_CASE("the misaligned right view has its own exposure and gamma, both views lose to JPEG") {
     const auto rendered = [](double exposure, double gamma, double quality) {
-        return Written("misaligned", 320, 180, 1, false, 1, 2,
-                       {{"exposure", exposure}, {"gamma", gamma}, {"quality", quality}});
+        return Written(
+            {.scene = "misaligned",
+             .settings = {{"exposure", exposure}, {"gamma", gamma}, {"quality", quality}},
+             .width = 320,
+             .height = 180,
+             .frames = 1});
     };
     const auto mean_light = [](const cv::Mat& image) {
         cv::Mat green, light;
@@ -223,7 +241,7 @@ TEST_CASE("the misaligned right view has its own exposure and gamma, both views 
 
 TEST_CASE(
     "blood spreads to its share of the view; what lies under it is hidden and without depth") {
-    const Written w("blood", 384, 216, 10, true);
+    const Written w({.scene = "blood", .width = 384, .height = 216, .frames = 10, .depth = true});
     // Blood is darker or more saturated than tissue, except in highlights.
     const auto is_blood = [](const cv::Vec3d& bgr) {
         return bgr[2] < 108 || bgr[2] > 2.05 * bgr[1];
@@ -277,7 +295,7 @@ TEST_CASE(
 }
 
 TEST_CASE("heavy smoke is another cloud every four frames, and takes most of the contrast") {
-    const Written w("heavy-smoke", 240, 136, 20);
+    const Written w({.scene = "heavy-smoke", .width = 240, .height = 136, .frames = 20});
     const auto coarse = [&](int frame) {
         cv::Mat small;
         cv::resize(w.image("left", frame), small, {12, 7}, 0, 0, cv::INTER_AREA);
@@ -291,7 +309,11 @@ TEST_CASE("heavy smoke is another cloud every four frames, and takes most of the
         bound = frame % 4 == 0 ? std::min(between, step) : std::max(within, step);
     }
     CHECK(between > 1.5 * within);
-    const Written clear("heavy-smoke", 240, 136, 20, false, 1, 2, {{"density", 0}});
+    const Written clear({.scene = "heavy-smoke",
+                         .settings = {{"density", 0}},
+                         .width = 240,
+                         .height = 136,
+                         .frames = 20});
     double least = 1;
     for (int frame = 4; frame < 20; frame += 4) {
         least = std::min(least, detail(w, frame) / detail(clear, frame));
@@ -301,7 +323,11 @@ TEST_CASE("heavy smoke is another cloud every four frames, and takes most of the
 
 TEST_CASE("H.264 loses detail, the more the lower its rate, and moves nothing") {
     const auto rendered = [](double contrast) {
-        return Written("compressed", 321, 181, 6, false, 1, 2, {{"contrast", contrast}});
+        return Written({.scene = "compressed",
+                        .settings = {{"contrast", contrast}},
+                        .width = 321,
+                        .height = 181,
+                        .frames = 6});
     };
     const Written plain = rendered(0), good = rendered(1), poor = rendered(0.4);
     CHECK(detail(good, 5) < 0.95 * detail(plain, 5));
@@ -315,8 +341,11 @@ TEST_CASE("H.264 loses detail, the more the lower its rate, and moves nothing") 
 
 TEST_CASE("motion blur takes detail, keeps the light, and is centred on the truth") {
     const auto rendered = [](double shutter) {
-        return Written("motion-blur", 384, 216, 6, false, 1, 2,
-                       {{"shutter", shutter}, {"speed", 1.25}});
+        return Written({.scene = "motion-blur",
+                        .settings = {{"shutter", shutter}, {"speed", 1.25}},
+                        .width = 384,
+                        .height = 216,
+                        .frames = 6});
     };
     const Written sharp = rendered(0), blurred = rendered(1);
     int much = 0;
@@ -345,7 +374,7 @@ TEST_CASE("highlights wander over the tissue, the more the glossier it is") {
         cv::split(w.image("left", 0), channels);
         return cv::countNonZero(channels[0] > 200) / static_cast<double>(w.size.area());
     };
-    const Written w("headlight", 384, 216, 9);
+    const Written w({.scene = "headlight", .width = 384, .height = 216, .frames = 9});
     const std::vector<bool> before = shining(w, 0), after = shining(w, 8);
     int stays = 0, goes = 0;
     for (std::size_t id = 0; id < before.size(); ++id) {
@@ -355,12 +384,20 @@ TEST_CASE("highlights wander over the tissue, the more the glossier it is") {
     CHECK(goes > 8);
     CHECK(goes > 2 * stays);
     CHECK(saturated(w) > 0.03);
-    CHECK(saturated(Written("headlight", 384, 216, 1, false, 1, 2, {{"gloss", 0}})) < 0.001);
+    CHECK(saturated(Written({.scene = "headlight",
+                             .settings = {{"gloss", 0}},
+                             .width = 384,
+                             .height = 216,
+                             .frames = 1})) < 0.001);
 }
 
 TEST_CASE("defocus grows with the distance from the focus, which moves") {
     const auto rendered = [](const Settings& settings, int frames = 10) {
-        return Written("defocus", 480, 270, frames, false, 1, 2, settings);
+        return Written({.scene = "defocus",
+                        .settings = settings,
+                        .width = 480,
+                        .height = 270,
+                        .frames = frames});
     };
     const Written sharp = rendered({{"aperture", 0}}), moving = rendered({{"aperture", 6}});
     // The focus is in the middle of the tissue in frame 0 and farthest from it in frame 9.

@@ -162,7 +162,8 @@ struct Entry {
     double bend = 1;                                          ///< as Surface has it
 };
 
-std::vector<Entry> motion_entries() {
+/// Whose organs are numbered.
+std::vector<Entry> first_entries() {
     return {
         {{"heartbeat", "travelling beats with twist, a little breathing; one dropped frame"},
          {.mottling = 0.80f, .vessels = 0.9f, .spots = 0.8f},
@@ -206,6 +207,11 @@ std::vector<Entry> motion_entries() {
          0.7,
          0.70f,
          stretch},
+    };
+}
+
+std::vector<Entry> instrument_entries() {
+    return {
         {{.name = "pinch",
           .summary = "an instrument presses the tissue in and draws it together",
           .parameters = {{"depth", 11, 0, 13, "mm", "how far the tip presses the tissue in"},
@@ -231,6 +237,11 @@ std::vector<Entry> motion_entries() {
          0.9,
          0.70f,
          two_instruments},
+    };
+}
+
+std::vector<Entry> camera_entries() {
+    return {
         {{.name = "approach",
           .summary = "the camera comes nearer and turns",
           .parameters = {{"distance", 0.6, 0.4, 1, "", "nearest, as a share of the first distance"},
@@ -258,6 +269,12 @@ std::vector<Entry> motion_entries() {
          slide,
          nullptr,
          0.0047},
+    };
+}
+
+/// Where the tissue is no longer one smooth sheet.
+std::vector<Entry> gap_entries() {
+    return {
         {{.name = "cut",
           .summary = "an incision opens and shows what lies below",
           .parameters = {{"opening", 9, 0, 12, "mm", "width of the gap"},
@@ -281,15 +298,17 @@ std::vector<Entry> motion_entries() {
     };
 }
 
-std::vector<Entry> picture_entries() {
-    constexpr TissueLook kOrgan{.mottling = 0.70f, .vessels = 0.8f, .spots = 0.6f};
+/// The tissue of the scenes that are hard because of the picture or the rig.
+constexpr TissueLook kPicturedOrgan{.mottling = 0.70f, .vessels = 0.8f, .spots = 0.6f};
+
+std::vector<Entry> right_view_entries() {
     return {
         {{.name = "late-view",
           .summary = "the right view is late for a while",
           .parameters = {{"lag", 1, -2, 2, "frames", "of the right view; negative: early"},
                          {"from", 0.3, 0, 1, "", "share of the sequence at which the lag begins"},
                          {"to", 0.5, 0, 1, "", "share of the sequence at which it ends"}}},
-         kOrgan,
+         kPicturedOrgan,
          0.9,
          0.70f,
          late_view},
@@ -303,15 +322,21 @@ std::vector<Entry> picture_entries() {
                {"gamma", 1.1, 0.5, 2, "", "of the right view, the left's is 1"},
                {"quality", 60, 0, 100, "", "of JPEG, both views; 0: not compressed"},
                {"drift", 0, 0, 1, "", "share of the sequence in which the geometry drifts"}}},
-         kOrgan,
+         kPicturedOrgan,
          0.9,
          0.66f,
          misaligned,
          compress},
+    };
+}
+
+/// What hides the tissue.
+std::vector<Entry> cover_entries() {
+    return {
         {{.name = "blood",
           .summary = "a pool of blood spreads over the tissue",
           .parameters = {{"cover", 0.5, 0, 0.8, "", "share of the view that is covered at last"}}},
-         kOrgan,
+         kPicturedOrgan,
          0.7,
          0.72f,
          blood},
@@ -320,16 +345,21 @@ std::vector<Entry> picture_entries() {
           .parameters = {{"density", 0.8, 0, 1, "", "share of the smoke where it is thickest"},
                          {"hold", 4, 1, 60, "frames", "from one cloud to the next"},
                          {"from", 0.1, 0, 1, "", "share of the sequence at which it begins"}}},
-         kOrgan,
+         kPicturedOrgan,
          0.8,
          0.72f,
          heavy_smoke},
+    };
+}
+
+std::vector<Entry> recording_entries() {
+    return {
         {{.name = "compressed",
           .summary = "both views after H.264 at a low rate",
           .parameters = {{"contrast", 0.5, 0, 1, "",
                           "of the encoded video, less loses more; 0: no H.264"},
                          {"quality", 0, 0, 100, "", "of JPEG before it; 0: no JPEG"}}},
-         kOrgan,
+         kPicturedOrgan,
          0.9,
          0.72f,
          compressed,
@@ -338,7 +368,7 @@ std::vector<Entry> picture_entries() {
           .summary = "fast motion during a long exposure",
           .parameters = {{"shutter", 0.6, 0, 1, "frames", "that the exposure lasts"},
                          {"speed", 1, 0.2, 2, "", "of the beat"}}},
-         kOrgan,
+         kPicturedOrgan,
          0.9,
          0.72f,
          motion_blur},
@@ -360,7 +390,7 @@ std::vector<Entry> picture_entries() {
                          {"focus", 0, -30, 30, "mm",
                           "from the tissue's middle at rest, on average"},
                          {"breathing", 12, 0, 30, "mm", "by which the focus moves to and fro"}}},
-         kOrgan,
+         kPicturedOrgan,
          0.9,
          0.72f,
          defocus},
@@ -374,16 +404,23 @@ Entry body_entry(SceneInfo info, FrameState (*at)(const Setting&, double),
     return {std::move(info), kOrgan, 0.8, 0.70f, at, nullptr, 0, body, 0};
 }
 
-/// A scene with a body under a load: `largest` is the parameter that says how far it goes.
-Entry loaded_entry(const std::string& name, const std::string& summary,
-                   const SceneParameter& largest, double width, bool has_tool,
+/// What deforms a body.
+struct Load {
+    SceneParameter largest;  ///< how far it goes
+    double width;            ///< mm
+    bool has_tool;
+};
+
+/// A scene with a body under a load.
+Entry loaded_entry(const std::string& name, const std::string& summary, const Load& load,
                    FrameState (*at)(const Setting&, double), Body (*body)(const SceneParameters&),
                    const std::vector<SceneParameter>& more = {}) {
-    SceneInfo info{.name = name, .summary = summary, .parameters = {poisson_parameter(), largest}};
+    SceneInfo info{
+        .name = name, .summary = summary, .parameters = {poisson_parameter(), load.largest}};
     info.parameters.push_back(
-        {"width", width, 4, 15, "mm", "of the load, a Gaussian's standard deviation"});
+        {"width", load.width, 4, 15, "mm", "of the load, a Gaussian's standard deviation"});
     info.parameters.insert(info.parameters.end(), more.begin(), more.end());
-    info.parameters.push_back(tool_parameter(has_tool));
+    info.parameters.push_back(tool_parameter(load.has_tool));
     info.parameters.push_back(relief_parameter());
     return body_entry(std::move(info), at, body);
 }
@@ -391,14 +428,15 @@ Entry loaded_entry(const std::string& name, const std::string& summary,
 std::vector<Entry> body_entries() {
     return {
         loaded_entry("body-indent", "an elastic half-space is pressed in, with targets beneath",
-                     {"depth", 7, 0, 9, "mm", "of the pit"}, 6, true, body_indent, half_space),
+                     {{"depth", 7, 0, 9, "mm", "of the pit"}, 6, true}, body_indent, half_space),
         loaded_entry("body-pull", "an elastic half-space is pulled up, with targets beneath",
-                     {"distance", 8, 0, 10, "mm", "of the pull"}, 9, false, body_pull, half_space),
+                     {{"distance", 8, 0, 10, "mm", "of the pull"}, 9, false}, body_pull,
+                     half_space),
         loaded_entry("body-stroke", "a load strokes over an elastic half-space and drags it along",
-                     {"depth", 5, 0, 8, "mm", "of the pit"}, 7, true, body_stroke, half_space,
+                     {{"depth", 5, 0, 8, "mm", "of the pit"}, 7, true}, body_stroke, half_space,
                      {{"drag", 3, 0, 5, "mm", "along the stroke"}}),
         loaded_entry("body-layer", "a layer on a rigid base is pressed in, with targets beneath",
-                     {"depth", 6, 0, 8, "mm", "of the pit"}, 6, true, body_indent, bonded_layer,
+                     {{"depth", 6, 0, 8, "mm", "of the pit"}, 6, true}, body_indent, bonded_layer,
                      {{"thickness", 35, 12, 80, "mm", "of the layer"}}),
         body_entry({.name = "body-rigid",
                     .summary = "a body that only moves rigidly, with targets beneath",
@@ -425,8 +463,10 @@ std::vector<Entry> body_entries() {
 /// In the order in which they are listed.
 const std::vector<Entry>& entries() {
     static const std::vector<Entry> table = [] {
-        std::vector<Entry> all = motion_entries();
-        for (const auto& more : {picture_entries(), body_entries()}) {
+        std::vector<Entry> all = first_entries();
+        for (const auto& more :
+             {instrument_entries(), camera_entries(), gap_entries(), right_view_entries(),
+              cover_entries(), recording_entries(), body_entries()}) {
             all.insert(all.end(), more.begin(), more.end());
         }
         return all;

@@ -66,7 +66,7 @@ defrec_tracker_desc tracker_desc(const TrackOptions& options, const FrameSource&
     desc.frames_in_flight = kFramesInFlight;
     if (!options.config.empty()) read_config(options.config, desc);
     if (options.grow) desc.grow = 1;
-    if (!options.trace.empty()) desc.timed = 1;
+    if (!options.recordings.trace.empty()) desc.timed = 1;
     return desc;
 }
 
@@ -94,7 +94,7 @@ struct Followed {
         keep_input(options.targets,
                    {out / kTargetsFile, out / "points.csv", out / "frames.csv",
                     out / "summary.json", out / "template.ply", out / "overlay.mp4",
-                    out / "report.html", options.trace, options.save_template});
+                    out / "report.html", options.recordings.trace, options.template_files.save});
         targets = read_targets(options.targets);
     }
 
@@ -194,9 +194,10 @@ class TrackSession {
             targets_.emplace(folder_ / kTargetsFile, std::move(followed_.targets),
                              setup_.projection);
         create_tracker();
-        if (options_.meshes) create_output_folder(folder_ / "deformed");
+        if (options_.recordings.meshes) create_output_folder(folder_ / "deformed");
         as_output([&] {
-            if (!options_.trace.empty()) trace_.emplace(options_.trace, setup_.device.id);
+            if (!options_.recordings.trace.empty())
+                trace_.emplace(options_.recordings.trace, setup_.device.id);
         });
         pictures_ = open_pictures();
         if (options_.view_port) open_view(*options_.view_port);
@@ -250,13 +251,14 @@ class TrackSession {
                 options_.config.empty() ? ExitCode::kInternal : ExitCode::kUsage,
                 "creating the tracker");
         tracker_.reset(tracker);
-        if (options_.from_template.empty()) return;
+        if (options_.template_files.load.empty()) return;
         defrec_template handle = nullptr;
-        require(defrec_template_load(setup_.context.get(), options_.from_template.c_str(), &handle),
+        require(defrec_template_load(setup_.context.get(), options_.template_files.load.c_str(),
+                                     &handle),
                 ExitCode::kInput, "reading the template");
         const Template surface(handle);
         require(defrec_tracker_set_template(tracker_.get(), surface.get()), ExitCode::kInput,
-                "following the template of " + options_.from_template);
+                "following the template of " + options_.template_files.load);
     }
 
     Projector projector() {
@@ -278,7 +280,7 @@ class TrackSession {
         if (targets_) meta.facts.emplace_back("Targets", options_.targets);
         return std::make_unique<SessionPictures>(
             PictureOptions{folder_, source_.width(), source_.height(), source_.fps(), projector(),
-                           options_.overlay, options_.report},
+                           options_.recordings.overlay, options_.recordings.report},
             std::move(meta));
     }
 
@@ -344,7 +346,8 @@ class TrackSession {
         if (trace_)
             as_output([&] { trace_->add_device(frame.index, result, pending.submitted, done); });
         if (result.template_epoch != template_.epoch) take_template(pending, result.template_epoch);
-        if (!options_.from_template.empty() && !template_.has_points && has_geometry(result)) {
+        if (!options_.template_files.load.empty() && !template_.has_points &&
+            has_geometry(result)) {
             points_.begin_at(frame.index);
             template_.has_points = true;
         }
@@ -366,7 +369,7 @@ class TrackSession {
             link_.publish(link_frame(frame, result, template_.triangles, points, targets));
         rows_.push_back(frame_row(frame, result));
         notes_.add_reasons(result.reasons);
-        if (options_.meshes && has_geometry(result)) write_mesh(frame.index, result);
+        if (options_.recordings.meshes && has_geometry(result)) write_mesh(frame.index, result);
         fill_record(rows_.back(), result, points, targets, setup_.projection, record_);
         const auto drawing = TraceFile::Clock::now();
         const cv::Mat left = left_image(frame);
@@ -386,7 +389,7 @@ class TrackSession {
         const std::int64_t frame = pending.frame.index;
         template_.frame = frame;
         write_template(info, record);
-        const bool is_captured = options_.from_template.empty();
+        const bool is_captured = options_.template_files.load.empty();
         if (is_captured) points_.lift(surface, frame, desc_.grow != 0);
         if (targets_) targets_->prepare(surface);
         pictures_->set_template(record, left_image(pending.frame));
@@ -413,8 +416,8 @@ class TrackSession {
         const Template surface(handle);
         const defrec_template_info info = info_of(surface);
         if (options_.grow) write_template(info, template_record(info, setup_.projection));
-        if (options_.save_template.empty()) return;
-        require(defrec_template_save(surface.get(), options_.save_template.c_str()),
+        if (options_.template_files.save.empty()) return;
+        require(defrec_template_save(surface.get(), options_.template_files.save.c_str()),
                 ExitCode::kOutput, "saving the template");
     }
 

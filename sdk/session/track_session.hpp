@@ -11,6 +11,17 @@
 
 namespace defrec::cli {
 
+// Empty: none.
+struct TemplateFiles {
+    std::string load, save;
+};
+
+// What is written beside the results.
+struct RecordingOptions {
+    bool meshes = false, overlay = true, report = true;
+    std::string trace;  // file; empty: none
+};
+
 struct TrackOptions {
     SourceOptions source;
     std::string calibration;
@@ -22,9 +33,8 @@ struct TrackOptions {
     std::string config;             // empty: the library's defaults
     std::uint64_t deadline_ns = 0;  // of each frame, from its submission; 0: none
     bool grow = false;
-    std::string from_template, save_template;  // files; empty: none
-    bool meshes = false, overlay = true, report = true;
-    std::string trace;  // file; empty: none
+    TemplateFiles template_files;
+    RecordingOptions recordings;
     LinkOptions link;
     std::optional<std::uint16_t> view_port;  // of the live view; 0: any that is free
     bool realtime = false;                   // frames are taken no faster than at their own times

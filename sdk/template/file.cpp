@@ -288,8 +288,7 @@ bool disparity_ok(const TemplateData& data, float value) {
     return value > std::max(0.f, offset) && value <= static_cast<float>(data.width) + offset;
 }
 
-// A file that was made by hand or by another version must not lead out of an array.
-const char* fault_of(const TemplateData& data) {
+const char* fault_of_images(const TemplateData& data) {
     const auto side_ok = [](uint32_t side) { return side > 0 && side <= DEFREC_MAX_SIDE; };
     if (!side_ok(data.width) || !side_ok(data.height)) return "its image size is out of range";
     if (data.views() == 0 || data.views() > decisions::AtlasLimits::kMaxViews ||
@@ -301,23 +300,33 @@ const char* fault_of(const TemplateData& data) {
         !std::isfinite(camera.cx) || !std::isfinite(camera.cy) ||
         !std::isfinite(camera.disparity_offset_px))
         return "its camera is impossible";
-    const auto grid_size = [](int columns, int rows) {
-        return columns >= 2 && rows >= 2 && columns <= DEFREC_MAX_SIDE && rows <= DEFREC_MAX_SIDE
-                   ? static_cast<size_t>(columns) * static_cast<size_t>(rows)
-                   : 0;
-    };
-    const size_t cells = grid_size(data.grid.columns, data.grid.rows);
+    return nullptr;
+}
+
+// 0: no grid.
+size_t cell_count(int columns, int rows) {
+    return columns >= 2 && rows >= 2 && columns <= DEFREC_MAX_SIDE && rows <= DEFREC_MAX_SIDE
+               ? static_cast<size_t>(columns) * static_cast<size_t>(rows)
+               : 0;
+}
+
+const char* fault_of_grids(const TemplateData& data) {
     const SurfaceGrid& grid = data.grid;
+    const size_t cells = cell_count(grid.columns, grid.rows);
     if (cells == 0 || grid.disparity.size() != cells || grid.support.size() != cells ||
         grid.vertex.size() != cells || !above_zero(grid.spacing) || !all_finite(grid.disparity) ||
         !all_finite(grid.support))
         return "its surface grid is inconsistent";
-    const size_t node_cells = grid_size(data.node_grid.columns, data.node_grid.rows);
+    const size_t node_cells = cell_count(data.node_grid.columns, data.node_grid.rows);
     if (node_cells == 0 || data.node_grid.node.empty() ||
         data.node_grid.node.size() % node_cells != 0 ||
         data.node_grid.node.size() / node_cells > data.pieces() ||
         !above_zero(data.node_grid.spacing_u) || !above_zero(data.node_grid.spacing_v))
         return "its grid of control points is inconsistent";
+    return nullptr;
+}
+
+const char* fault_of_counts(const TemplateData& data) {
     const size_t nodes = data.nodes.size() / 3, vertices = data.vertices.size();
     if (nodes == 0 || data.nodes.size() % 3 != 0 || !all_finite(data.nodes))
         return "its control points are unusable";
@@ -330,17 +339,29 @@ const char* fault_of(const TemplateData& data) {
     if (data.landmark_points.size() != data.landmarks.size())
         return "its landmarks are inconsistent";
     if (!above_zero(data.node_spacing_mm)) return "its control points have no spacing";
+    return nullptr;
+}
+
+// Grids and counts are right by now, here and below.
+const char* fault_of_grid_values(const TemplateData& data) {
+    const size_t nodes = data.nodes.size() / 3, vertices = data.vertices.size();
     for (const int32_t vertex : data.grid.vertex)
         if (vertex < -1 || (vertex >= 0 && static_cast<size_t>(vertex) >= vertices))
             return "a vertex index is out of range";
-    for (size_t i = 0; i < cells; ++i)
-        if (grid.vertex[i] >= 0 && !disparity_ok(data, grid.disparity[i]))
+    for (size_t i = 0; i < data.grid.vertex.size(); ++i)
+        if (data.grid.vertex[i] >= 0 && !disparity_ok(data, data.grid.disparity[i]))
             return "a disparity of its surface is out of range";
     for (const int32_t node : data.node_grid.node)
         if (node < -1 || (node >= 0 && static_cast<size_t>(node) >= nodes))
             return "a control point index is out of range";
+    return nullptr;
+}
+
+const char* fault_of_elements(const TemplateData& data) {
+    const size_t nodes = data.nodes.size() / 3;
+    const size_t node_cells = cell_count(data.node_grid.columns, data.node_grid.rows);
     for (const uint32_t index : data.triangles)
-        if (index >= vertices) return "a triangle's index is out of range";
+        if (index >= data.vertices.size()) return "a triangle's index is out of range";
     for (size_t i = 0; i < data.node_grid.node.size(); ++i)
         if (const int32_t node = data.node_grid.node[i];
             node >= 0 && data.piece_of_node(static_cast<size_t>(node)) != i / node_cells)
@@ -358,6 +379,14 @@ const char* fault_of(const TemplateData& data) {
                 return "a surface point is out of range";
     for (const defrec_patch& patch : data.patches)
         if (!patch_in_range(data, patch)) return "a patch is out of range";
+    return nullptr;
+}
+
+// A file that was made by hand or by another version must not lead out of an array.
+const char* fault_of(const TemplateData& data) {
+    for (const auto part_fault : {fault_of_images, fault_of_grids, fault_of_counts,
+                                  fault_of_grid_values, fault_of_elements})
+        if (const char* fault = part_fault(data)) return fault;
     return nullptr;
 }
 

@@ -385,6 +385,42 @@ std::vector<char> sets_beside(const std::vector<Piece>& pieces, size_t piece) {
     return sets;
 }
 
+// Writes where a piece is: the first one everywhere, another where it is nearer than those before.
+void put_on_grid(const CaptureInput& input, const Surfaces& surfaces,
+                 const std::vector<Piece>& pieces, size_t index, SurfaceGrid& grid) {
+    const Piece& piece = pieces[index];
+    const size_t count = grid.vertex.size();
+    double minimum = 1e9, maximum = 0;
+    for (const Sample& sample : piece.samples)
+        if (sample.weight > 0) {
+            minimum = std::min(minimum, sample.disparity);
+            maximum = std::max(maximum, sample.disparity);
+        }
+    std::vector<float> support = distance_to_samples(piece.samples, grid.columns, grid.rows);
+    const std::vector<float> beside =
+        distance_to_sets(surfaces, sets_beside(pieces, index), grid.columns, grid.rows);
+    const double reach = TemplateSurface::kReach * input.width;
+    if (index == 0) {
+        grid.disparity = piece.spline;
+        grid.support.assign(count, 0);
+    }
+    for (size_t i = 0; i < count; ++i) {
+        const bool ends_here = beside[i] < support[i];
+        support[i] *= static_cast<float>(grid.spacing);
+        const bool is_covered = support[i] <= reach && !ends_here &&
+                                (index == 0 || grid.vertex[i] < 0 || support[i] < grid.support[i]);
+        if (index > 0 && !is_covered) continue;
+        grid.support[i] = support[i];
+        // What the spline continues beyond its data must stay a plausible depth.
+        grid.disparity[i] = std::clamp(
+            piece.spline[i], static_cast<float>(TemplateSurface::kMinDisparity * minimum),
+            static_cast<float>(TemplateSurface::kMaxDisparity * maximum));
+        if (!is_covered) continue;
+        grid.vertex[i] = 0;
+        if (index > 0) grid.piece[i] = static_cast<uint8_t>(index);
+    }
+}
+
 }  // namespace
 
 std::optional<double> measured_disparity(const CaptureInput& input, double u, double v,
@@ -422,39 +458,8 @@ size_t fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
 
     grid.vertex.assign(count, -1);
     grid.piece.assign(pieces.size() > 1 ? count : 0, 0);
-    for (size_t index = 0; index < pieces.size(); ++index) {
-        const Piece& piece = pieces[index];
-        double minimum = 1e9, maximum = 0;
-        for (const Sample& sample : piece.samples)
-            if (sample.weight > 0) {
-                minimum = std::min(minimum, sample.disparity);
-                maximum = std::max(maximum, sample.disparity);
-            }
-        std::vector<float> support = distance_to_samples(piece.samples, grid.columns, grid.rows);
-        const std::vector<float> beside =
-            distance_to_sets(surfaces, sets_beside(pieces, index), grid.columns, grid.rows);
-        const double reach = TemplateSurface::kReach * input.width;
-        if (index == 0) {
-            grid.disparity = piece.spline;
-            grid.support.assign(count, 0);
-        }
-        for (size_t i = 0; i < count; ++i) {
-            const bool ends_here = beside[i] < support[i];
-            support[i] *= static_cast<float>(grid.spacing);
-            const bool is_covered =
-                support[i] <= reach && !ends_here &&
-                (index == 0 || grid.vertex[i] < 0 || support[i] < grid.support[i]);
-            if (index > 0 && !is_covered) continue;
-            grid.support[i] = support[i];
-            // What the spline continues beyond its data must stay a plausible depth.
-            grid.disparity[i] = std::clamp(
-                piece.spline[i], static_cast<float>(TemplateSurface::kMinDisparity * minimum),
-                static_cast<float>(TemplateSurface::kMaxDisparity * maximum));
-            if (!is_covered) continue;
-            grid.vertex[i] = 0;
-            if (index > 0) grid.piece[i] = static_cast<uint8_t>(index);
-        }
-    }
+    for (size_t index = 0; index < pieces.size(); ++index)
+        put_on_grid(input, surfaces, pieces, index, grid);
     return pieces.size();
 }
 

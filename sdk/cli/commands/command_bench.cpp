@@ -13,6 +13,18 @@
 namespace defrec::cli {
 namespace {
 
+constexpr const char* kFooter =
+    "Times are of the library alone: the frames lie in memory, one is in flight at a time. The "
+    "sequence is\n"
+    "run twice: as an application runs it, and for the stages' times with a wait after each.\n"
+    "\n"
+    "Examples:\n"
+    "  defrec bench --threads 2\n"
+    "  defrec bench --threads 2 --json > before.json\n"
+    "  defrec bench --threads 2 --compare before.json --limit 5\n"
+    "  defrec bench --size 360x288 --backend reference --frames 20\n"
+    "  defrec bench --scene slide --filmed 45 --warm-up 180 --config grow.yaml";
+
 struct Given {
     BenchOptions bench;
     std::string left, right, calibration;
@@ -58,6 +70,23 @@ int run_bench(const Given& given, const BenchLoader& load) {
     return static_cast<int>(is_slower ? ExitCode::kBelowThreshold : ExitCode::kOk);
 }
 
+void add_scene_options(CLI::App& command, Given& given) {
+    command
+        .add_option_function<std::string>(
+            "--size", [&given](const std::string& text) { parse_size(text, given.bench); },
+            "Size of the rendered scene; default 960x540")
+        ->type_name("WxH");
+    command.add_option("--scene", given.bench.scene, "Rendered scene, of defrec render --list")
+        ->type_name("NAME")
+        ->capture_default_str();
+    command
+        .add_option("--filmed", given.bench.filmed,
+                    "Frames of the scene, played to and fro, so that nothing jumps")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+}
+
 void add_file_options(CLI::App& command, Given& given) {
     auto* left =
         command.add_option("--left", given.left,
@@ -72,25 +101,55 @@ void add_file_options(CLI::App& command, Given& given) {
     add_units_option(command, given.units);
 }
 
+void add_measurement_options(CLI::App& command, BenchOptions& options) {
+    command.add_option("--frames", options.frames, "Frames to measure")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000000))
+        ->capture_default_str();
+    command
+        .add_option("--warm-up", options.warm_up, "Frames tracked before, which are not measured")
+        ->type_name("N")
+        ->check(CLI::Range(0, 10000))
+        ->capture_default_str();
+    command.add_flag("!--no-stages", options.stages,
+                     "Only the times from submission to result, in one run");
+    add_deadline_option(command, options.deadline_ns);
+    command
+        .add_option("--trackers", options.trackers,
+                    "Measure so many trackers at once, too, each on a thread of its own")
+        ->type_name("N")
+        ->check(CLI::Range(1, 256))
+        ->capture_default_str();
+    command.add_flag("--spread", options.spread,
+                     "Spread those trackers over all devices of the backend");
+    command
+        .add_option("--beneath", options.beneath,
+                    "Measure the body beneath the surface, too: until it is ready, and so many "
+                    "targets in each frame")
+        ->type_name("N")
+        ->check(CLI::Range(0, 1000000))
+        ->capture_default_str();
+}
+
+void add_comparison_options(CLI::App& command, Given& given) {
+    auto* compare = command.add_option(
+        "--compare", given.recorded,
+        "JSON that an earlier run printed: show its times beside these, exit with 6 where a stage "
+        "or the frame is slower by more than the limit and the noise");
+    compare->type_name("F");
+    command.add_option("--limit", given.limit_percent, "Of --compare, percent")
+        ->type_name("P")
+        ->check(CLI::Range(0.0, 1000.0))
+        ->needs(compare)
+        ->capture_default_str();
+}
+
 }  // namespace
 
 CLI::App* add_bench_command(CLI::App& app, std::function<int()>& run, BenchLoader load) {
     auto options = std::make_shared<Given>();
     CLI::App* command = app.add_subcommand("bench", "Measure how long each stage takes");
-    command
-        ->add_option_function<std::string>(
-            "--size", [options](const std::string& text) { parse_size(text, options->bench); },
-            "Size of the rendered scene; default 960x540")
-        ->type_name("WxH");
-    command->add_option("--scene", options->bench.scene, "Rendered scene, of defrec render --list")
-        ->type_name("NAME")
-        ->capture_default_str();
-    command
-        ->add_option("--filmed", options->bench.filmed,
-                     "Frames of the scene, played to and fro, so that nothing jumps")
-        ->type_name("N")
-        ->check(CLI::Range(1, 1000))
-        ->capture_default_str();
+    add_scene_options(*command, *options);
     if (load) add_file_options(*command, *options);
     add_device_options(*command, options->bench.backend, options->bench.device,
                        options->bench.threads);
@@ -98,57 +157,11 @@ CLI::App* add_bench_command(CLI::App& app, std::function<int()>& run, BenchLoade
         ->add_option("--config", options->bench.config,
                      "YAML with parameters of the tracker by name")
         ->type_name("F");
-    command->add_option("--frames", options->bench.frames, "Frames to measure")
-        ->type_name("N")
-        ->check(CLI::Range(1, 1000000))
-        ->capture_default_str();
-    command
-        ->add_option("--warm-up", options->bench.warm_up,
-                     "Frames tracked before, which are not measured")
-        ->type_name("N")
-        ->check(CLI::Range(0, 10000))
-        ->capture_default_str();
-    command->add_flag("!--no-stages", options->bench.stages,
-                      "Only the times from submission to result, in one run");
-    add_deadline_option(*command, options->bench.deadline_ns);
-    command
-        ->add_option("--trackers", options->bench.trackers,
-                     "Measure so many trackers at once, too, each on a thread of its own")
-        ->type_name("N")
-        ->check(CLI::Range(1, 256))
-        ->capture_default_str();
-    command->add_flag("--spread", options->bench.spread,
-                      "Spread those trackers over all devices of the backend");
-    command
-        ->add_option("--beneath", options->bench.beneath,
-                     "Measure the body beneath the surface, too: until it is ready, and so many "
-                     "targets in each frame")
-        ->type_name("N")
-        ->check(CLI::Range(0, 1000000))
-        ->capture_default_str();
-    auto* compare = command->add_option(
-        "--compare", options->recorded,
-        "JSON that an earlier run printed: show its times beside these, exit with 6 where a stage "
-        "or the frame is slower by more than the limit and the noise");
-    compare->type_name("F");
-    command->add_option("--limit", options->limit_percent, "Of --compare, percent")
-        ->type_name("P")
-        ->check(CLI::Range(0.0, 1000.0))
-        ->needs(compare)
-        ->capture_default_str();
+    add_measurement_options(*command, options->bench);
+    add_comparison_options(*command, *options);
     command->add_flag("--json", options->bench.json, "Print JSON");
     command->add_flag("--quiet", options->bench.quiet, "No progress bar");
-    command->footer(
-        "Times are of the library alone: the frames lie in memory, one is in flight at a time. The "
-        "sequence is\n"
-        "run twice: as an application runs it, and for the stages' times with a wait after each.\n"
-        "\n"
-        "Examples:\n"
-        "  defrec bench --threads 2\n"
-        "  defrec bench --threads 2 --json > before.json\n"
-        "  defrec bench --threads 2 --compare before.json --limit 5\n"
-        "  defrec bench --size 360x288 --backend reference --frames 20\n"
-        "  defrec bench --scene slide --filmed 45 --warm-up 180 --config grow.yaml");
+    command->footer(kFooter);
     command->callback([options, load = std::move(load), &run] {
         run = [options, load] { return run_bench(*options, load); };
     });

@@ -19,6 +19,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kFooter =
+    "A visible point counts as lost when it has no row, no position or status lost. Hidden "
+    "points are those that the\n"
+    "truth says cannot be seen.\n"
+    "Expected errors hold when 55 to 85 % of the points are within 1, at least 93 % within 2 "
+    "and 98.5 % within 3 of\n"
+    "them, for each status with 100 points or more.\n"
+    "\n"
+    "Targets are listed by depth, beside a target that moves with the best rigid fit of the "
+    "true visible surface\n"
+    "(rigid), from the first frame on.\n"
+    "\n"
+    "Examples:\n"
+    "  defrec score result --truth sequence/truth.csv\n"
+    "  defrec score result --truth sequence/truth.csv --max-median 0.3 --max-p95 1.5 && echo "
+    "good enough";
+
 struct ScoreOptions {
     std::string folder, truth, truth_deep, report;
     ScoreLimits limits, deep_limits;
@@ -107,6 +124,29 @@ int run_score(const ScoreOptions& options) {
     return static_cast<int>(ExitCode::kBelowThreshold);
 }
 
+void add_limit_options(CLI::App& command, ScoreOptions& options) {
+    command
+        .add_option("--max-median", options.limits.max_median_mm,
+                    "Exit 6 when the median over visible points is larger")
+        ->type_name("MM");
+    command
+        .add_option("--max-p95", options.limits.max_p95_mm,
+                    "Exit 6 when their 95th percentile is larger")
+        ->type_name("MM");
+    command.add_flag("--calibrated", options.limits.calibrated,
+                     "Exit 6 when a status' expected errors do not hold");
+    command
+        .add_option("--max-deep-median", options.deep_limits.max_median_mm,
+                    "Exit 6 when the median over targets is larger at any depth")
+        ->type_name("MM");
+    command
+        .add_option("--max-deep-p95", options.deep_limits.max_p95_mm,
+                    "Exit 6 when their 95th percentile is larger at any depth")
+        ->type_name("MM");
+    command.add_flag("--deep-calibrated", options.deep_limits.calibrated,
+                     "Exit 6 when a status' expected errors do not hold at any depth of targets");
+}
+
 }  // namespace
 
 CLI::App* add_score_command(CLI::App& app, std::function<int()>& run) {
@@ -126,26 +166,7 @@ CLI::App* add_score_command(CLI::App& app, std::function<int()>& run) {
                      "CSV frame,id,depth,x,y,z of targets; default: truth_deep.csv beside --truth, "
                      "where DIR has targets.csv")
         ->type_name("F");
-    command
-        ->add_option("--max-median", options->limits.max_median_mm,
-                     "Exit 6 when the median over visible points is larger")
-        ->type_name("MM");
-    command
-        ->add_option("--max-p95", options->limits.max_p95_mm,
-                     "Exit 6 when their 95th percentile is larger")
-        ->type_name("MM");
-    command->add_flag("--calibrated", options->limits.calibrated,
-                      "Exit 6 when a status' expected errors do not hold");
-    command
-        ->add_option("--max-deep-median", options->deep_limits.max_median_mm,
-                     "Exit 6 when the median over targets is larger at any depth")
-        ->type_name("MM");
-    command
-        ->add_option("--max-deep-p95", options->deep_limits.max_p95_mm,
-                     "Exit 6 when their 95th percentile is larger at any depth")
-        ->type_name("MM");
-    command->add_flag("--deep-calibrated", options->deep_limits.calibrated,
-                      "Exit 6 when a status' expected errors do not hold at any depth of targets");
+    add_limit_options(*command, *options);
     command
         ->add_option_function<std::string>(
             "--frames",
@@ -158,22 +179,7 @@ CLI::App* add_score_command(CLI::App& app, std::function<int()>& run) {
         ->type_name("F.html");
     command->add_flag("--json", options->json, "Print JSON instead of a table");
     command->add_flag("--quiet", options->quiet, "Print nothing but what exceeds a limit");
-    command->footer(
-        "A visible point counts as lost when it has no row, no position or status lost. Hidden "
-        "points are those that the\n"
-        "truth says cannot be seen.\n"
-        "Expected errors hold when 55 to 85 % of the points are within 1, at least 93 % within 2 "
-        "and 98.5 % within 3 of\n"
-        "them, for each status with 100 points or more.\n"
-        "\n"
-        "Targets are listed by depth, beside a target that moves with the best rigid fit of the "
-        "true visible surface\n"
-        "(rigid), from the first frame on.\n"
-        "\n"
-        "Examples:\n"
-        "  defrec score result --truth sequence/truth.csv\n"
-        "  defrec score result --truth sequence/truth.csv --max-median 0.3 --max-p95 1.5 && echo "
-        "good enough");
+    command->footer(kFooter);
     command->callback([options, &run] { run = [options] { return run_score(*options); }; });
     return command;
 }

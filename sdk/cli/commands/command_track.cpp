@@ -10,6 +10,35 @@
 namespace defrec::cli {
 namespace {
 
+constexpr const char* kFooter =
+    "Results in DIR: points.csv (mm in the left rectified camera of each frame), targets.csv "
+    "likewise,\n"
+    "frames.csv, summary.json, template.ply, overlay.mp4 and report.html, which opens in a "
+    "browser.\n"
+    "\n"
+    "OpenIGTLink is neither encrypted nor authenticated: keep it on this computer or in a "
+    "network of your own.\n"
+    "A receiver that is slow or gone never slows tracking down; it misses frames. Nor does a "
+    "browser with\n"
+    "--view, whose address holds a token: keep it to yourself.\n"
+    "\n"
+    "Examples:\n"
+    "  defrec track --left left.mp4 --right right.mp4 --calibration stereo.yaml --out result\n"
+    "  defrec track --left left/%06d.png --right right/%06d.png --calibration stereo.yaml "
+    "--points points.csv --out result\n"
+    "  defrec track --stereo both.mp4 --layout top-bottom --calibration left.yaml,right.yaml "
+    "--frames 100:200 --out result\n"
+    "  defrec track --left left --right right --calibration stereo.yaml --out result "
+    "--realtime --igtl "
+    "localhost:18944\n"
+    "  defrec track --left /dev/video0 --right /dev/video2 --calibration stereo.yaml --out "
+    "result --view\n"
+    "\n"
+    "Exit codes: 0 done, 2 usage, 3 input unreadable or cut short, 4 calibration invalid, 5 no "
+    "device,\n"
+    "7 output failed, 130 interrupted. After 3 and 130 the results hold the frames tracked "
+    "until then.";
+
 void add_input_options(CLI::App& command, TrackOptions& options) {
     SourceOptions& source = options.source;
     auto* left = command.add_option(
@@ -64,6 +93,38 @@ void add_input_options(CLI::App& command, TrackOptions& options) {
         ->check(CLI::Range(0.0, 1e6));
 }
 
+void add_tracking_options(CLI::App& command, TrackOptions& options) {
+    add_device_options(command, options.backend, options.device, options.threads);
+    command.add_option("--config", options.config, "YAML with parameters of the tracker by name")
+        ->type_name("F");
+    command
+        .add_option("--seed", options.seed,
+                    "Seed of the random choices; the same seed gives the same bits")
+        ->type_name("S");
+    add_deadline_option(command, options.deadline_ns);
+    command.add_flag("--grow", options.grow, "Let tissue that comes into view join the template");
+    command
+        .add_option("--from-template", options.template_files.load,
+                    "Follow the template of this file, which an earlier run saved, instead of one "
+                    "of the first frame")
+        ->type_name("F");
+    command
+        .add_option("--save-template", options.template_files.save,
+                    "Save the template at the end, with all tissue that joined it")
+        ->type_name("F");
+}
+
+void add_recording_options(CLI::App& command, TrackOptions& options) {
+    command.add_flag("--meshes", options.recordings.meshes,
+                     "Also write the deformed surface of each frame, deformed/*.ply");
+    command.add_flag("!--no-overlay", options.recordings.overlay, "Do not write overlay.mp4");
+    command
+        .add_option("--trace", options.recordings.trace,
+                    "Write a timeline of program, device and uploads that Perfetto and "
+                    "chrome://tracing open; the host then waits after each stage and frame")
+        ->type_name("F");
+}
+
 void add_link_options(CLI::App& command, TrackOptions& options) {
     LinkOptions& link = options.link;
     auto* connect = command.add_option_function<std::string>(
@@ -106,63 +167,12 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
     command->add_option("--out", options->out, "Folder for the results; created where absent")
         ->type_name("DIR")
         ->required();
-    add_device_options(*command, options->backend, options->device, options->threads);
-    command->add_option("--config", options->config, "YAML with parameters of the tracker by name")
-        ->type_name("F");
-    command
-        ->add_option("--seed", options->seed,
-                     "Seed of the random choices; the same seed gives the same bits")
-        ->type_name("S");
-    add_deadline_option(*command, options->deadline_ns);
-    command->add_flag("--grow", options->grow, "Let tissue that comes into view join the template");
-    command
-        ->add_option("--from-template", options->from_template,
-                     "Follow the template of this file, which an earlier run saved, instead of one "
-                     "of the first frame")
-        ->type_name("F");
-    command
-        ->add_option("--save-template", options->save_template,
-                     "Save the template at the end, with all tissue that joined it")
-        ->type_name("F");
-    command->add_flag("--meshes", options->meshes,
-                      "Also write the deformed surface of each frame, deformed/*.ply");
-    command->add_flag("!--no-overlay", options->overlay, "Do not write overlay.mp4");
-    command
-        ->add_option("--trace", options->trace,
-                     "Write a timeline of program, device and uploads that Perfetto and "
-                     "chrome://tracing open; the host then waits after each stage and frame")
-        ->type_name("F");
+    add_tracking_options(*command, *options);
+    add_recording_options(*command, *options);
     add_link_options(*command, *options);
     command->add_flag("--quiet", options->quiet, "Print nothing but errors");
     command->add_flag("--json", options->json, "Print the summary as JSON");
-    command->footer(
-        "Results in DIR: points.csv (mm in the left rectified camera of each frame), targets.csv "
-        "likewise,\n"
-        "frames.csv, summary.json, template.ply, overlay.mp4 and report.html, which opens in a "
-        "browser.\n"
-        "\n"
-        "OpenIGTLink is neither encrypted nor authenticated: keep it on this computer or in a "
-        "network of your own.\n"
-        "A receiver that is slow or gone never slows tracking down; it misses frames. Nor does a "
-        "browser with\n"
-        "--view, whose address holds a token: keep it to yourself.\n"
-        "\n"
-        "Examples:\n"
-        "  defrec track --left left.mp4 --right right.mp4 --calibration stereo.yaml --out result\n"
-        "  defrec track --left left/%06d.png --right right/%06d.png --calibration stereo.yaml "
-        "--points points.csv --out result\n"
-        "  defrec track --stereo both.mp4 --layout top-bottom --calibration left.yaml,right.yaml "
-        "--frames 100:200 --out result\n"
-        "  defrec track --left left --right right --calibration stereo.yaml --out result "
-        "--realtime --igtl "
-        "localhost:18944\n"
-        "  defrec track --left /dev/video0 --right /dev/video2 --calibration stereo.yaml --out "
-        "result --view\n"
-        "\n"
-        "Exit codes: 0 done, 2 usage, 3 input unreadable or cut short, 4 calibration invalid, 5 no "
-        "device,\n"
-        "7 output failed, 130 interrupted. After 3 and 130 the results hold the frames tracked "
-        "until then.");
+    command->footer(kFooter);
     command->callback([options, &run] { run = [options] { return run_track(*options); }; });
     return command;
 }

@@ -35,7 +35,7 @@ void track_clip(const ClipTask& task, TrackOptions options) {
     options.device = task.settings.device;
     options.threads = task.settings.threads;
     options.seed = task.settings.seed;
-    options.overlay = options.report = false;
+    options.recordings.overlay = options.recordings.report = false;
     options.quiet = true;
     const auto code = static_cast<ExitCode>(run_track(options));
     if (code == ExitCode::kOk) return;

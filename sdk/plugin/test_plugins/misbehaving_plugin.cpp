@@ -123,8 +123,7 @@ void wrap_stages(void* self, std::index_sequence<kStages...>) {
         };
 }
 
-defrec_plugin wrapped(const defrec_plugin& plugin) {
-    defrec_plugin outer = plugin;
+void wrap_devices(defrec_plugin& outer) {
     outer.device_count = [](void* self) {
         at("device_count");
         return inner.device_count(self);
@@ -143,6 +142,9 @@ defrec_plugin wrapped(const defrec_plugin& plugin) {
         inner.device_close(device);
         at("device_close");
     };
+}
+
+void wrap_buffers(defrec_plugin& outer) {
     outer.buffer_create = [](defrec_pdevice* device, uint64_t size,
                              defrec_pbuffer** out) -> defrec_status {
         at("buffer_create");
@@ -153,6 +155,14 @@ defrec_plugin wrapped(const defrec_plugin& plugin) {
         inner.buffer_destroy(buffer);
         at("buffer_destroy");
     };
+    outer.buffer_import = [](defrec_pdevice* device, uint32_t kind, void* memory, uint64_t size,
+                             defrec_pbuffer** out) {
+        at("buffer_import");
+        return inner.buffer_import(device, kind, memory, size, out);
+    };
+}
+
+void wrap_queues(defrec_plugin& outer) {
     outer.queue_destroy = [](defrec_pqueue* queue) {
         inner.queue_destroy(queue);
         at("queue_destroy");
@@ -178,14 +188,16 @@ defrec_plugin wrapped(const defrec_plugin& plugin) {
         std::this_thread::sleep_for(std::chrono::nanoseconds(timeout_ns));
         return DEFREC_TIMEOUT;
     };
+}
+
+defrec_plugin wrapped(const defrec_plugin& plugin) {
+    defrec_plugin outer = plugin;
+    wrap_devices(outer);
+    wrap_buffers(outer);
+    wrap_queues(outer);
     outer.stage = [](void*, uint32_t stage) -> const defrec_stage_table* {
         at("stage");
         return stage < DEFREC_STAGE_COUNT_V1 ? &stages[stage] : nullptr;
-    };
-    outer.buffer_import = [](defrec_pdevice* device, uint32_t kind, void* memory, uint64_t size,
-                             defrec_pbuffer** out) {
-        at("buffer_import");
-        return inner.buffer_import(device, kind, memory, size, out);
     };
     outer.shutdown = [](void* self) {
         inner.shutdown(self);

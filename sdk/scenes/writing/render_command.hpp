@@ -25,7 +25,7 @@ class RenderOutputError : public std::runtime_error {
 struct RenderOptions {
     std::string scene;
     std::vector<SceneSetting> settings{};  ///< the last of a parameter counts
-    std::string out_dir;
+    std::string out_dir{};
     int width = 960;   ///< px, 160..3840
     int height = 540;  ///< px, 120..2160
     int frames = 0;    ///< 1..100000; 0: the scene's own number

@@ -51,7 +51,8 @@ const Written& shared(const std::string& scene, int width, int height, int frame
     static std::map<std::string, std::unique_ptr<const Written>> known;
     auto& kept = known[scene];
     if (kept == nullptr)
-        kept = std::make_unique<const Written>(scene, width, height, frames, depth);
+        kept = std::make_unique<const Written>(RenderOptions{
+            .scene = scene, .width = width, .height = height, .frames = frames, .depth = depth});
     return *kept;
 }
 const Written& shared(const std::string& scene, bool depth = false) {
@@ -124,9 +125,27 @@ int run_command(std::vector<std::string> arguments, const defrec::cli::StopFn& s
 
 TEST_CASE(
     "the same options give the same bits, whatever the number of threads; another seed does not") {
-    const Written one("indentation", 200, 150, 2, true, 5, 1);
-    const Written three("indentation", 200, 150, 2, true, 5, 3);
-    const Written other("indentation", 200, 150, 2, true, 6, 3);
+    const Written one({.scene = "indentation",
+                       .width = 200,
+                       .height = 150,
+                       .frames = 2,
+                       .seed = 5,
+                       .depth = true,
+                       .threads = 1});
+    const Written three({.scene = "indentation",
+                         .width = 200,
+                         .height = 150,
+                         .frames = 2,
+                         .seed = 5,
+                         .depth = true,
+                         .threads = 3});
+    const Written other({.scene = "indentation",
+                         .width = 200,
+                         .height = 150,
+                         .frames = 2,
+                         .seed = 6,
+                         .depth = true,
+                         .threads = 3});
     int files = 0;
     for (const auto& entry : fs::recursive_directory_iterator(one.folder.path)) {
         if (entry.is_regular_file()) {
@@ -147,7 +166,7 @@ TEST_CASE(
     "one") {
     for (const auto& scene : defrec::cli::list_scenes()) {
         CAPTURE(scene.name);
-        const Written w(scene.name, 180, 144, 1);
+        const Written w({.scene = scene.name, .width = 180, .height = 144, .frames = 1});
         CHECK(w.points.size() >= 60);
         CHECK((cv::norm(w.d1) == 0) == scene.rectified);
         CHECK((cv::norm(w.r, cv::Mat::eye(3, 3, CV_64F)) == 0) == scene.rectified);
@@ -163,7 +182,9 @@ TEST_CASE(
 TEST_CASE("both views show the tissue where the truth has it, f*B/Z apart") {
     SUBCASE("rectified") { check_views(heartbeat(), 0); }
     SUBCASE("raw, later, from a moved camera") { check_views(respiration(), 3); }
-    SUBCASE("5:4") { check_views(Written("stretch", 360, 288, 1), 0); }
+    SUBCASE("5:4") {
+        check_views(Written({.scene = "stretch", .width = 360, .height = 288, .frames = 1}), 0);
+    }
     SUBCASE("grasped") { check_views(shared("grasp"), 22); }
     SUBCASE("beside an open cut") { check_views(shared("cut", true), 23); }
     SUBCASE("lobes") { check_views(lobes(), 3); }
@@ -174,19 +195,26 @@ TEST_CASE("both views show the tissue where the truth has it, f*B/Z apart") {
 TEST_CASE("the pictures move as the truth says") {
     SUBCASE("heartbeat") { check_follows(heartbeat(), 2); }
     SUBCASE("respiration, raw") { check_follows(respiration(), 2); }
-    SUBCASE("stretch") { check_follows(Written("stretch", 480, 270, 6), 5); }
+    SUBCASE("stretch") {
+        check_follows(Written({.scene = "stretch", .width = 480, .height = 270, .frames = 6}), 5);
+    }
     SUBCASE("grasp") { check_follows(shared("grasp"), 11); }
     SUBCASE("two instruments") { check_follows(shared("two-instruments"), 9); }
     SUBCASE("approach") { check_follows(shared("approach"), 10); }
     SUBCASE("cut") { check_follows(shared("cut", true), 23); }
     SUBCASE("lobes") { check_follows(lobes(), 7); }
-    SUBCASE("roll") { check_follows(Written("roll", 384, 216, 8), 7); }
-    SUBCASE("slide") { check_follows(Written("slide", 384, 216, 15), 14); }
+    SUBCASE("roll") {
+        check_follows(Written({.scene = "roll", .width = 384, .height = 216, .frames = 8}), 7);
+    }
+    SUBCASE("slide") {
+        check_follows(Written({.scene = "slide", .width = 384, .height = 216, .frames = 15}), 14);
+    }
     SUBCASE("pinch") { check_follows(shared("pinch"), 11); }
 }
 
 TEST_CASE("the disparity picture is f*B/Z of the truth") {
-    const Written w("indentation", 320, 180, 6, true);
+    const Written w(
+        {.scene = "indentation", .width = 320, .height = 180, .frames = 6, .depth = true});
     const cv::Mat disparity =
         cv::imread((w.folder.path / "disparity" / numbered(5)).string(), cv::IMREAD_UNCHANGED);
     REQUIRE(disparity.type() == CV_16UC1);
@@ -209,7 +237,7 @@ TEST_CASE("the disparity picture is f*B/Z of the truth") {
 }
 
 TEST_CASE("fast-cut jumps by 10 mm and more twice, and not otherwise") {
-    const Written w("fast-cut", 160, 120, 9);
+    const Written w({.scene = "fast-cut", .width = 160, .height = 120, .frames = 9});
     for (std::size_t frame = 1; frame < w.truth.size(); ++frame) {
         double minimum = 1e9, maximum = 0;
         for (std::size_t id = 0; id < w.points.size(); ++id) {
@@ -227,7 +255,7 @@ TEST_CASE("fast-cut jumps by 10 mm and more twice, and not otherwise") {
 }
 
 TEST_CASE("stretch changes distances by 30 % and more") {
-    const Written w("stretch", 160, 120, 25);
+    const Written w({.scene = "stretch", .width = 160, .height = 120, .frames = 25});
     double maximum = 0;
     for (std::size_t id = 1; id < w.points.size(); ++id) {
         if (w.points[id].y == w.points[id - 1].y) {
@@ -367,7 +395,7 @@ double scale(const Written& w, std::size_t frame) {
 TEST_CASE(
     "approach comes to 0.6 of the distance, roll turns by 75 degrees, slide leaves the view") {
     SUBCASE("approach") {
-        const Written w("approach", 160, 120, 45);
+        const Written w({.scene = "approach", .width = 160, .height = 120, .frames = 45});
         CHECK(scale(w, 44) > 1.5);
         CHECK(scale(w, 44) < 1.8);
         // The camera moves to the right as well, where that is asked.
@@ -378,7 +406,7 @@ TEST_CASE(
               doctest::Approx(24).epsilon(0.1));
     }
     SUBCASE("roll") {
-        const Written w("roll", 160, 120, 59);
+        const Written w({.scene = "roll", .width = 160, .height = 120, .frames = 59});
         const auto direction = [&](std::size_t frame) {
             const cv::Point3d along = w.truth[frame][1].point - w.truth[frame][0].point;
             return std::atan2(along.y, along.x) * 180 / CV_PI;
@@ -387,7 +415,7 @@ TEST_CASE(
         CHECK(std::abs(direction(58) - direction(0)) < 5);
     }
     SUBCASE("slide") {
-        const Written w("slide", 160, 120, 51);
+        const Written w({.scene = "slide", .width = 160, .height = 120, .frames = 51});
         const auto visible = [&](std::size_t frame) {
             return std::count_if(w.truth[frame].begin(), w.truth[frame].end(),
                                  [](const TruthRow& r) { return r.visible; });
@@ -420,7 +448,7 @@ TEST_CASE(
 }
 
 TEST_CASE("out of the body nothing is visible, before and after most is") {
-    const Written w("out-of-body", 160, 120, 12);
+    const Written w({.scene = "out-of-body", .width = 160, .height = 120, .frames = 12});
     int blank = 0;
     for (int frame = 0; frame < 12; ++frame) {
         const auto& rows = w.truth[static_cast<std::size_t>(frame)];
@@ -466,14 +494,17 @@ void check_hidden(const Written& w, std::size_t first, int hidden) {
 }
 
 TEST_CASE("points behind the instrument are hidden, and only those") {
-    SUBCASE("indentation") { check_hidden(Written("indentation", 320, 180, 5), 0, 10); }
+    SUBCASE("indentation") {
+        check_hidden(Written({.scene = "indentation", .width = 320, .height = 180, .frames = 5}), 0,
+                     10);
+    }
     SUBCASE("pinch") { check_hidden(shared("pinch"), 15, 20); }
     SUBCASE("grasp") { check_hidden(shared("grasp"), 18, 20); }
     SUBCASE("two instruments") { check_hidden(shared("two-instruments"), 18, 300); }
 }
 
 TEST_CASE("row 51: a dropped frame repeats picture and truth of the one before") {
-    const Written w("heartbeat", 160, 120, 6);
+    const Written w({.scene = "heartbeat", .width = 160, .height = 120, .frames = 6});
     int repeated = 0;
     for (int frame = 1; frame < 6; ++frame) {
         const bool same = slurp(w.folder.path / "left" / numbered(frame)) ==

@@ -66,22 +66,12 @@ struct Written {
     std::vector<cv::Point2d> points;
     std::vector<std::vector<TruthRow>> truth;  ///< frame, id
 
-    Written(const std::string& scene, int width, int height, int frames, bool depth = false,
-            std::uint64_t seed = 1, int threads = 2,
-            const std::vector<SceneSetting>& settings = {}) {
-        RenderOptions options;
-        options.scene = scene;
-        options.settings = settings;
+    /// out_dir is not heeded.
+    explicit Written(RenderOptions options) {
         options.out_dir = folder.path.string();
-        options.width = width;
-        options.height = height;
-        options.frames = frames;
-        options.seed = seed;
-        options.depth = depth;
-        options.threads = threads;
         render_sequence(options, {});
         read_calibration();
-        read_tables(frames);
+        read_tables(options.frames);
     }
 
     void read_calibration() {

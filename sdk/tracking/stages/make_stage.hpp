@@ -1,6 +1,7 @@
 // Stages from parameters of which only those are set that differ from their defaults.
 #pragma once
 #include <memory>
+#include <utility>
 
 #include "sdk/contract/stage_params.hpp"
 #include "sdk/device/device.hpp"
@@ -15,9 +16,9 @@ Params make_params() {
 }
 
 template <uint32_t kStage, class Params>
-std::unique_ptr<DeviceStage> make_stage(const std::shared_ptr<Device>& device, Params params) {
+std::unique_ptr<DeviceStage> make_stage(std::shared_ptr<const Device> device, Params params) {
     fill_defaults(params);
-    return std::make_unique<DeviceStage>(device, kStage, &params);
+    return std::make_unique<DeviceStage>(std::move(device), kStage, &params);
 }
 
 }  // namespace defrec

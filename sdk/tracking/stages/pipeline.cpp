@@ -330,7 +330,7 @@ bool Pipeline::views_look_swapped(ObservedFrame& frame) {
 }
 
 void Pipeline::set_template(const TemplateData& data) {
-    auto stages = std::make_unique<TemplateStages>(device_, queue_, *rig_, settings_, data);
+    auto stages = std::make_unique<TemplateStages>(queue_, *rig_, settings_, data);
     if (settings_.disparities == 0) search(narrowed_search_range(data, widest_range_));
     template_ = std::move(stages);
 }

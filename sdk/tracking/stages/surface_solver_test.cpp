@@ -1,5 +1,5 @@
-// What the stages that follow a template are made from.
-#include "sdk/tracking/stages/template_stages.hpp"
+// What the solver compares with depth, and its passes.
+#include "sdk/tracking/stages/surface_solver.hpp"
 
 #include <doctest/doctest.h>
 
