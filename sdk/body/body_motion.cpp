@@ -2,13 +2,14 @@
 #include "sdk/body/body_motion.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "sdk/base/os/services.hpp"
 #include "sdk/body/decisions.hpp"
 #include "sdk/body/deep_motion.hpp"
+#include "sdk/body/helped_loop.hpp"
 
 namespace defrec {
 namespace {
@@ -18,39 +19,23 @@ using Decision = decisions::DeepMotion;
 
 using Vectors = Eigen::Matrix3Xd;
 
+constexpr size_t kHandleRun = 16, kRowRun = 64, kNodeRun = 64;  // that a thread takes at a time
+
 // The handles as a frame shows them: means of their vertices, each with its evidence, so that
 // vertices that are not known take no part.
 struct HandlesNow {
     Vectors rest, now;
     Eigen::VectorXd evidence, error_mm2;
 
-    HandlesNow(const BodyPiece& piece, const SurfaceNow& surface) {
+    HandlesNow(const BodyPiece& piece, const SurfaceNow& surface, const Services* helpers) {
         const auto count = static_cast<Eigen::Index>(piece.handles().size());
         rest.setZero(3, count);
         now.setZero(3, count);
         evidence.setZero(count);
         error_mm2.setZero(count);
-        std::vector<double> shares;
-        for (Eigen::Index i = 0; i < count; ++i) {
-            const Handle& handle = piece.handles()[static_cast<size_t>(i)];
-            shares.clear();
-            double sum = 0;
-            for (const uint32_t vertex : handle.vertices)
-                sum += shares.emplace_back(known_share(surface, vertex));
-            for (size_t k = 0; k < handle.vertices.size(); ++k) {
-                const uint32_t vertex = handle.vertices[k];
-                const double known = shares[k],
-                             error = static_cast<double>(surface.expected_error[vertex]),
-                             weight = sum > 0 ? known / sum
-                                              : 1 / static_cast<double>(handle.vertices.size());
-                rest.col(i) += weight * handle.places[k].cast<double>();
-                now.col(i) +=
-                    weight * Eigen::Map<const Eigen::Vector3f>(&surface.positions[3 * vertex])
-                                 .cast<double>();
-                evidence[i] += weight * known;
-                error_mm2[i] += weight * error * error;
-            }
-        }
+        helped_runs(helpers, piece.handles().size(), kHandleRun, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i) add(piece.handles()[i], i, surface);
+        });
     }
 
   private:
@@ -60,6 +45,24 @@ struct HandlesNow {
         const double evidence = evidence_of(static_cast<double>(surface.expected_error[vertex]));
         return std::max(0.0, (evidence - kLeast) / (1 - kLeast));
     }
+    void add(const Handle& handle, size_t index, const SurfaceNow& surface) {
+        const auto i = static_cast<Eigen::Index>(index);
+        double sum = 0;
+        for (const uint32_t vertex : handle.vertices) sum += known_share(surface, vertex);
+        for (size_t k = 0; k < handle.vertices.size(); ++k) {
+            const uint32_t vertex = handle.vertices[k];
+            const double known = known_share(surface, vertex),
+                         error = static_cast<double>(surface.expected_error[vertex]),
+                         weight = sum > 0 ? known / sum
+                                          : 1 / static_cast<double>(handle.vertices.size());
+            rest.col(i) += weight * handle.places[k].cast<double>();
+            now.col(i) +=
+                weight *
+                Eigen::Map<const Eigen::Vector3f>(&surface.positions[3 * vertex]).cast<double>();
+            evidence[i] += weight * known;
+            error_mm2[i] += weight * error * error;
+        }
+    }
 };
 
 // Displacements of the handles in a frame of reference, three rows for each.
@@ -68,88 +71,96 @@ Eigen::VectorXf displacements(const HandlesNow& handles, const Eigen::Isometry3d
     return Eigen::Map<const Eigen::VectorXf>(back.data(), back.size());
 }
 
+// What the handles' springs give way for data.
+Eigen::VectorXf forces_of(const BodyPiece& piece, const Eigen::VectorXf& data,
+                          const Services* helpers) {
+    const Eigen::MatrixXf& response = piece.force_response();
+    Eigen::VectorXf forces(data.size());
+    // The response is symmetric; its columns lie in memory as they are read.
+    helped_runs(helpers, static_cast<size_t>(data.size()), kRowRun, [&](size_t begin, size_t end) {
+        const auto first = static_cast<Eigen::Index>(begin),
+                   count = static_cast<Eigen::Index>(end - begin);
+        forces.segment(first, count).noalias() =
+            response.middleCols(first, count).transpose() * data;
+    });
+    return forces;
+}
+
 // The body's own answer takes the place of data in doubt: what is given to a handle then pulls with
-// its share of evidence alone.
+// its share of evidence alone, as by a spring in a row with the handle's own. In units of that one
+// its stiffness is evidence / (1 - evidence).
 class DoubtfulData {
   public:
     DoubtfulData(const BodyPiece& piece, const Eigen::VectorXd& evidence) : piece_(piece) {
+        std::vector<float> stiffness;
         for (Eigen::Index i = 0; i < evidence.size(); ++i)
             if (evidence[i] < BodyEvidence::kFull)
                 for (int axis = 0; axis < 3; ++axis) {
                     rows_.push_back(3 * i + axis);
-                    doubt_.push_back(static_cast<float>(1 - evidence[i]));
+                    stiffness.push_back(static_cast<float>(evidence[i] / (1 - evidence[i])));
                 }
         if (rows_.empty()) return;
-        const auto count = static_cast<Eigen::Index>(rows_.size());
-        // Divided by the doubt, so that it is symmetric as the response is, and positive definite.
-        Eigen::MatrixXf system(count, count);
-        for (Eigen::Index column = 0; column < count; ++column) {
-            for (Eigen::Index row = 0; row < count; ++row)
-                system(row, column) = -piece.handle_response()(rows_[static_cast<size_t>(row)],
-                                                               rows_[static_cast<size_t>(column)]);
-            system(column, column) += 1 / doubt_[static_cast<size_t>(column)];
-        }
+        Eigen::MatrixXf system = piece.force_response()(rows_, rows_);
+        for (size_t k = 0; k < rows_.size(); ++k)
+            system.diagonal()[static_cast<Eigen::Index>(k)] += stiffness[k];
         solver_.compute(system);
         if (solver_.info() != Eigen::Success) rows_.clear();
     }
-    // data: a column for each set of displacements of the handles.
-    template <class Data>
-    void replace(Data& data) const {
-        if (rows_.empty()) return;
-        Data known = data;
-        for (const Eigen::Index row : rows_) known.row(row).setZero();
-        Eigen::MatrixXf right(static_cast<Eigen::Index>(rows_.size()), data.cols());
-        // The response is symmetric; its columns lie in memory as they are read.
+    // forces: what the springs give way for data, a column for each set; then for what takes their
+    // place. Returns by how much that differs from the data of the rows in doubt.
+    template <class Forces>
+    Forces replace(Forces& forces, const Services* helpers) const {
+        Forces change(static_cast<Eigen::Index>(rows_.size()), forces.cols());
+        if (rows_.empty()) return change;
         for (size_t k = 0; k < rows_.size(); ++k)
-            right.row(static_cast<Eigen::Index>(k)) =
-                (1 / doubt_[k] - 1) * data.row(rows_[k]) +
-                piece_.handle_response().col(rows_[k]).transpose() * known;
-        const Eigen::MatrixXf solved = solver_.solve(right);
-        for (size_t k = 0; k < rows_.size(); ++k)
-            data.row(rows_[k]) = solved.row(static_cast<Eigen::Index>(k));
+            change.row(static_cast<Eigen::Index>(k)) = -forces.row(rows_[k]);
+        solver_.solveInPlace(change);
+        const Eigen::MatrixXf& response = piece_.force_response();
+        helped_runs(helpers, static_cast<size_t>(forces.rows()), kRowRun,
+                    [&](size_t begin, size_t end) {
+                        const auto first = static_cast<Eigen::Index>(begin),
+                                   count = static_cast<Eigen::Index>(end - begin);
+                        for (Eigen::Index set = 0; set < forces.cols(); ++set)
+                            for (size_t k = 0; k < rows_.size(); ++k)
+                                forces.col(set).segment(first, count) +=
+                                    change(static_cast<Eigen::Index>(k), set) *
+                                    response.col(rows_[k]).segment(first, count);
+                    });
+        return change;
     }
-
-    bool empty() const { return rows_.empty(); }
+    // Rows of data in doubt, three for each handle.
+    std::span<const Eigen::Index> rows() const { return rows_; }
 
   private:
     const BodyPiece& piece_;
     std::vector<Eigen::Index> rows_;
-    std::vector<float> doubt_;
     Eigen::LLT<Eigen::MatrixXf> solver_;
 };
 
-Eigen::VectorXf unfollowed(const BodyPiece& piece, const Eigen::VectorXf& data) {
-    return data - piece.handle_response() * data;
-}
-
-// How a rigid motion changes what the handles' springs give way.
-MotionSlope force_slope(const BodyPiece& piece, const DoubtfulData& doubtful) {
-    if (doubtful.empty()) return piece.force_slope();
-    Eigen::MatrixXf filled = piece.handle_slope();
-    doubtful.replace(filled);
-    return (filled - piece.handle_response() * filled).cast<double>();
-}
-
 Eigen::Isometry3d find_deep_motion(const BodyPiece& piece, const HandlesNow& handles,
                                    const DoubtfulData& doubtful, const Eigen::Isometry3d& start,
-                                   const std::optional<Eigen::Isometry3d>& expected) {
+                                   const std::optional<Eigen::Isometry3d>& expected,
+                                   const Services* helpers) {
     std::array<HandleResiduals, 2> kinds;
     auto& [forces, displaced] = kinds;
     displaced.slope = motion_slope(handles.rest);
     displaced.floor = Decision::kNoise;
-    forces.slope = force_slope(piece, doubtful);
+    Eigen::MatrixXf slope = piece.force_slope().cast<float>();
+    doubtful.replace(slope, helpers);
+    forces.slope = slope.cast<double>();
     forces.floor = Decision::kForceFloor;
     Eigen::Isometry3d motion = start;
     for (int round = 0; round < 3; ++round) {
-        Eigen::VectorXf data = displacements(handles, motion);
+        const Eigen::VectorXf data = displacements(handles, motion);
         displaced.values = data.cast<double>();
         if (round == 0) {
             const double size =
                 median_size(displaced.values, handles.evidence) / Decision::kDeformed;
             displaced.share = 1 / (1 + std::pow(size, 6));
         }
-        doubtful.replace(data);
-        forces.values = unfollowed(piece, data).cast<double>();
+        Eigen::VectorXf given_way = forces_of(piece, data, helpers);
+        doubtful.replace(given_way, helpers);
+        forces.values = given_way.cast<double>();
         const Eigen::Vector3d centre = handles.rest.rowwise().mean();
         const SmallMotion step =
             sparsest(kinds, handles.evidence,
@@ -230,21 +241,30 @@ BodyMotion::BodyMotion(std::shared_ptr<const Body> body, const SurfaceNow& surfa
 BodyMotion::Piece BodyMotion::move_piece(const BodyPiece& piece, const SurfaceNow& surface,
                                          const DeepKnowledge& known, const Services* helpers) {
     Piece made;
-    HandlesNow handles(piece, surface);
+    HandlesNow handles(piece, surface, helpers);
     const Eigen::VectorXd told = handles.evidence;
     // The surface stays where it was while nothing is known.
     if (!(told.sum() > 0)) handles.evidence.setOnes();
-    const DoubtfulData doubtful(piece, handles.evidence);
-    const Eigen::Isometry3d mean = fit_rigid(handles.rest, handles.now, handles.evidence),
-                            robust = fit_rigid_robust(handles.rest, handles.now, handles.evidence,
-                                                      Decision::kFloor);
+    Eigen::Isometry3d mean, robust;
+    std::optional<DoubtfulData> doubtful;
+    helped_loop(helpers, 2, [&](size_t task) {
+        if (task == 0) {
+            doubtful.emplace(piece, handles.evidence);
+        } else {
+            mean = fit_rigid(handles.rest, handles.now, handles.evidence);
+            robust =
+                fit_rigid_robust(handles.rest, handles.now, handles.evidence, Decision::kFloor);
+        }
+    });
     made.deep = known.held ? *known.held
                 : handles.evidence.sum() < Decision::kMinEvidence
                     ? mean
-                    : find_deep_motion(piece, handles, doubtful, robust, known.expected);
-    Eigen::VectorXf data = displacements(handles, made.deep);
-    doubtful.replace(data);
-    const Eigen::VectorXf left = unfollowed(piece, data);
+                    : find_deep_motion(piece, handles, *doubtful, robust, known.expected, helpers);
+    Eigen::VectorXf data = displacements(handles, made.deep),
+                    left = forces_of(piece, data, helpers);
+    const Eigen::VectorXf change = doubtful->replace(left, helpers);
+    for (size_t k = 0; k < doubtful->rows().size(); ++k)
+        data[doubtful->rows()[k]] += change[static_cast<Eigen::Index>(k)];
     const Eigen::Matrix3f turn = made.deep.linear().cast<float>();
     const auto count = static_cast<Eigen::Index>(piece.handles().size());
     made.left.resize(3, count);
@@ -265,17 +285,11 @@ BodyMotion::Piece BodyMotion::move_piece(const BodyPiece& piece, const SurfaceNo
     made.activity_mm2 /= std::max(handles.evidence.sum(), 1e-3);
     const size_t nodes = piece.lattice().free_nodes();
     std::vector<NodeNow> free(nodes);
-    constexpr size_t kRun = 64;
     const Eigen::Matrix<float, 12, 1> support = choices.support();
-    const auto move_run = [&](size_t run) {
-        for (size_t node = run * kRun; node < std::min(nodes, (run + 1) * kRun); ++node)
+    helped_runs(helpers, nodes, kNodeRun, [&](size_t begin, size_t end) {
+        for (size_t node = begin; node < end; ++node)
             free[node] = move_node(piece, node, measures, choices, support);
-    };
-    const size_t runs = (nodes + kRun - 1) / kRun;
-    if (helpers != nullptr)
-        helpers->parallel_for(runs, move_run);
-    else
-        for (size_t run = 0; run < runs; ++run) move_run(run);
+    });
     const size_t all = piece.lattice().nodes().size();
     made.nodes.assign(all, NodeNow::Zero());
     for (size_t i = 0; i < all; ++i)

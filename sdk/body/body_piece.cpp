@@ -233,16 +233,15 @@ BodyPiece::BodyPiece(std::vector<Handle> handles, Lattice lattice, double poisso
         }
     }
     const auto of_handles = static_cast<Eigen::Index>(handle_columns);
-    handle_response_.setZero(of_handles, of_handles);
+    force_response_.setIdentity(of_handles, of_handles);
     for (size_t i = 0; i < handles_.size(); ++i)
         for (const Lattice::Term& term : handle_terms[i])
-            handle_response_.middleRows<3>(static_cast<Eigen::Index>(3 * i)) +=
+            force_response_.middleRows<3>(static_cast<Eigen::Index>(3 * i)) -=
                 static_cast<float>(term.weight) * response.middleRows<3>(3 * term.node);
     Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(handles_.size()));
     for (size_t i = 0; i < handles_.size(); ++i)
         places.col(static_cast<Eigen::Index>(i)) = handles_[i].position;
-    handle_slope_ = motion_slope(places).cast<float>();
-    force_slope_ = (handle_slope_ - handle_response_ * handle_slope_).cast<double>();
+    force_slope_ = force_response_.cast<double>() * motion_slope(places);
     support_share_.resize(nodes);
     for (size_t node = 0; node < nodes; ++node) {
         float share = 0;

@@ -58,10 +58,9 @@ class BodyPiece {
     }
     // How much of it a free node follows, 0..1.
     float support_share(size_t node) const { return support_share_[node]; }
-    // Mean displacements of the handles' vertices for what is given to the handles.
-    const Eigen::MatrixXf& handle_response() const { return handle_response_; }
-    // How a small rigid motion displaces the handles, and how far what comes of it stays behind.
-    const Eigen::MatrixXf& handle_slope() const { return handle_slope_; }
+    // What the handles' springs give way for what is given to the handles; symmetric.
+    const Eigen::MatrixXf& force_response() const { return force_response_; }
+    // The same for a small rigid motion of all handles.
     const MotionSlope& force_slope() const { return force_slope_; }
 
   private:
@@ -73,8 +72,7 @@ class BodyPiece {
     std::vector<Link> links_;
     Eigen::Matrix<float, Eigen::Dynamic, 12> support_response_;
     std::vector<float> support_share_;
-    Eigen::MatrixXf handle_response_;
-    Eigen::MatrixXf handle_slope_;
+    Eigen::MatrixXf force_response_;
     MotionSlope force_slope_;
     bool is_complete_ = false;
 };

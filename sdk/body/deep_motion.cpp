@@ -5,7 +5,9 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "backends/shared/rigid_fit.hpp"
 #include "sdk/body/decisions.hpp"
@@ -18,6 +20,20 @@ constexpr int kRounds = 16;  // of reweighting, at most
 constexpr double kLeastSpread = 2e-3;
 constexpr double kStillMm = 1e-4, kStillTurn = 1e-6;  // steps that change nothing
 
+// The weight of values up to a limit.
+double weight_within(const Eigen::VectorXd& values, const Eigen::VectorXd& weight, double limit) {
+    // Several sums at once: an addition need not wait for the last one.
+    constexpr Eigen::Index kSums = 4;
+    std::array<double, kSums> sums{};
+    const Eigen::Index even = values.size() / kSums * kSums;
+    for (Eigen::Index first = 0; first < even; first += kSums)
+        for (Eigen::Index i = 0; i < kSums; ++i)
+            sums[static_cast<size_t>(i)] += values[first + i] <= limit ? weight[first + i] : 0;
+    for (Eigen::Index i = even; i < values.size(); ++i)
+        sums[static_cast<size_t>(i - even)] += values[i] <= limit ? weight[i] : 0;
+    return sums[0] + sums[1] + (sums[2] + sums[3]);
+}
+
 // The value that half of the weight does not exceed.
 double weighted_median(const Eigen::VectorXd& values, const Eigen::VectorXd& weight) {
     // By bisection, which sorts nothing.
@@ -26,15 +42,9 @@ double weighted_median(const Eigen::VectorXd& values, const Eigen::VectorXd& wei
     const double half = weight.sum() / 2;
     for (int round = 0; round < kHalvings; ++round) {
         const double middle = (low + high) / 2;
-        ((values.array() <= middle).select(weight.array(), 0.0).sum() >= half ? high : low) =
-            middle;
+        (weight_within(values, weight, middle) >= half ? high : low) = middle;
     }
     return high;
-}
-
-// Lengths of the handles' vectors.
-Eigen::VectorXd sizes(const Eigen::VectorXd& values) {
-    return Eigen::Map<const Eigen::Matrix3Xd>(values.data(), 3, values.size() / 3).colwise().norm();
 }
 
 // Weights after Geman and McClure: 1 for a residual of 0, a quarter for one of that scale.
@@ -42,6 +52,59 @@ Eigen::VectorXd robust_weights(const Eigen::VectorXd& residual, const Eigen::Vec
                                double scale) {
     return weight.array() / (1 + (residual.array() / scale).square()).square();
 }
+
+// Residuals of one kind as quadratic forms of the motion: its rounds need no slopes.
+class QuadraticResiduals {
+  public:
+    explicit QuadraticResiduals(const HandleResiduals& kind)
+        : floor_(kind.floor), share_(kind.share), terms_(kind.values.size() / 3, kTerms) {
+        for (Eigen::Index i = 0; i < terms_.rows(); ++i) {
+            const Eigen::Matrix<double, 3, 6> slope = kind.slope.middleRows<3>(3 * i);
+            const Eigen::Vector3d value = kind.values.segment<3>(3 * i);
+            terms_(i, 0) = value.squaredNorm();
+            Eigen::Index term = 1;
+            for (Eigen::Index a = 0; a < 6; ++a) terms_(i, term++) = slope.col(a).dot(value);
+            for (Eigen::Index a = 0; a < 6; ++a)
+                for (Eigen::Index b = a; b < 6; ++b)
+                    terms_(i, term++) = slope.col(a).dot(slope.col(b));
+        }
+    }
+    // Adds the normal equations of the handles, weighted by the residuals that a motion leaves.
+    void add(const SmallMotion& motion, const Eigen::VectorXd& weight,
+             Eigen::Matrix<double, 6, 6>& sum, SmallMotion& right) const {
+        const Eigen::VectorXd size = sizes(motion);
+        const double scale = std::max(floor_, weighted_median(size, weight));
+        const Terms sums =
+            share_ / (scale * scale) * (terms_.transpose() * robust_weights(size, weight, scale));
+        right += sums.segment<6>(1);
+        Eigen::Index term = 7;
+        for (Eigen::Index a = 0; a < 6; ++a)
+            for (Eigen::Index b = a; b < 6; ++b, ++term) {
+                sum(a, b) += sums[term];
+                if (a != b) sum(b, a) += sums[term];
+            }
+    }
+
+  private:
+    static constexpr int kTerms = 28;
+    using Terms = Eigen::Matrix<double, kTerms, 1>;
+
+    // Lengths of the residuals that a motion leaves.
+    Eigen::VectorXd sizes(const SmallMotion& motion) const {
+        Terms factors;
+        factors[0] = 1;
+        factors.segment<6>(1) = -2 * motion;
+        Eigen::Index term = 7;
+        for (Eigen::Index a = 0; a < 6; ++a)
+            for (Eigen::Index b = a; b < 6; ++b)
+                factors[term++] = (a == b ? 1 : 2) * motion[a] * motion[b];
+        return (terms_ * factors).cwiseMax(0.0).cwiseSqrt();
+    }
+
+    double floor_, share_;
+    // Per handle: the squared value, slope^T value, and slope^T slope's upper half, row by row.
+    Eigen::Matrix<double, Eigen::Dynamic, kTerms> terms_;
+};
 
 }  // namespace
 
@@ -102,22 +165,14 @@ SmallMotion sparsest(std::span<const HandleResiduals> kinds, const Eigen::Vector
         known.information.diagonal().head<3>().setConstant(1 / (kLargeMm * kLargeMm));
         known.information.diagonal().tail<3>().setConstant(1 / (kLargeTurn * kLargeTurn));
     }
+    std::vector<QuadraticResiduals> quadratic;
+    for (const HandleResiduals& kind : kinds)
+        if (kind.share >= kLeastShare) quadratic.emplace_back(kind);
     SmallMotion motion = SmallMotion::Zero();
     for (int round = 0; round < kRounds; ++round) {
         Eigen::Matrix<double, 6, 6> sum = known.information;
         SmallMotion right = known.information * known.motion;
-        for (const HandleResiduals& kind : kinds) {
-            if (kind.share < kLeastShare) continue;
-            const Eigen::VectorXd size = sizes(kind.values - kind.slope * motion);
-            const double scale = std::max(kind.floor, weighted_median(size, weight));
-            const Eigen::VectorXd now =
-                kind.share / (scale * scale) * robust_weights(size, weight, scale);
-            for (Eigen::Index i = 0; i < size.size(); ++i) {
-                const auto rows = kind.slope.middleRows<3>(3 * i);
-                sum += now[i] * rows.transpose() * rows;
-                right += now[i] * rows.transpose() * kind.values.segment<3>(3 * i);
-            }
-        }
+        for (const QuadraticResiduals& kind : quadratic) kind.add(motion, weight, sum, right);
         const SmallMotion last = motion;
         motion = sum.ldlt().solve(right);
         const SmallMotion step = motion - last;
@@ -127,7 +182,8 @@ SmallMotion sparsest(std::span<const HandleResiduals> kinds, const Eigen::Vector
 }
 
 double median_size(const Eigen::VectorXd& values, const Eigen::VectorXd& weight) {
-    return weighted_median(sizes(values), weight);
+    const Eigen::Map<const Eigen::Matrix3Xd> vectors(values.data(), 3, values.size() / 3);
+    return weighted_median(vectors.colwise().norm(), weight);
 }
 
 Eigen::Isometry3d as_motion(const SmallMotion& small) {

@@ -2,14 +2,13 @@
 #include "sdk/tracking/points/point_carrier.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
-#include <new>
 
 #include "sdk/base/os/services.hpp"
 #include "sdk/body/decisions.hpp"
 #include "sdk/body/deep_motion.hpp"
+#include "sdk/body/helped_loop.hpp"
 #include "sdk/template/nearest_surface.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
@@ -34,20 +33,9 @@ template <class Function>
 void for_each_point(size_t count, size_t fewest, const Services* helpers,
                     const Function& function) {
     constexpr size_t kRun = 128;
-    const size_t runs = (count + kRun - 1) / kRun;
-    std::atomic<bool> is_out_of_memory = false;  // loops by helpers do not throw
-    const auto do_run = [&](size_t run) {
-        try {
-            for (size_t i = run * kRun; i < std::min((run + 1) * kRun, count); ++i) function(i);
-        } catch (const std::bad_alloc&) {
-            is_out_of_memory = true;
-        }
-    };
-    if (helpers != nullptr && count >= fewest)
-        helpers->parallel_for(runs, do_run);
-    else
-        for (size_t run = 0; run < runs; ++run) do_run(run);
-    if (is_out_of_memory) throw std::bad_alloc();
+    helped_runs(count >= fewest ? helpers : nullptr, count, kRun, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) function(i);
+    });
 }
 
 double step_mm(const TemplateData& data, int32_t vertex) {
