@@ -195,7 +195,8 @@ SECTIONS = (
             (
                 67,
                 "one dark view",
-                "`DEFREC_REASON_ONE_VIEW`; the right one: followed by the left one, without depth evidence; the left one: lost",
+                "`DEFREC_REASON_ONE_VIEW`; the right one: followed by the left one, without depth "
+                "evidence; the left one: lost",
             ),
             (68, "repetitive texture", "refused as ambiguous"),
             (69, "only the camera moves", "nothing deforms"),

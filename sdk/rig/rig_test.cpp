@@ -236,8 +236,8 @@ defrec_rig_desc microscope(double degrees, double shift_px, double depth = 300) 
     desc.width = 160;
     desc.height = 120;
     const double focal = 650;
-    desc.left = {focal, focal, 79.5 + shift_px, 59.5, {}, 0, 0};
-    desc.right = {focal, focal, 79.5 - shift_px, 59.5, {}, 0, 0};
+    desc.left = {focal, focal, 79.5 - shift_px, 59.5, {}, 0, 0};
+    desc.right = {focal, focal, 79.5 + shift_px, 59.5, {}, 0, 0};
     const double half = degrees * M_PI / 360;
     const double base = shift_px != 0 ? 2 * shift_px * depth / focal : 2 * depth * std::sin(half);
     const Eigen::Matrix3d turn =
