@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "sdk/io/exit_code.hpp"
+#include "sdk/live_link/connector.hpp"
 #include "sdk/live_link/test_port.hpp"
 
 using namespace defrec::cli;
@@ -157,7 +158,7 @@ TEST_CASE("a server that went away is found again when it is back") {
     CHECK_FALSE(transmitter.is_connecting());
 
     // Nobody listens: the pauses between attempts grow up to a limit.
-    std::vector<std::chrono::milliseconds> pauses{Transmitter::kFirstRetry};
+    std::vector<std::chrono::milliseconds> pauses{Connector::kFirstRetry};
     for (int i = 0; i < 6; ++i) {
         now += pauses.back() - 1ms;
         transmitter.step(0ms);
@@ -166,13 +167,13 @@ TEST_CASE("a server that went away is found again when it is back") {
         CHECK(transmitter.is_connecting());
         REQUIRE(step_until(transmitter, [&] { return !transmitter.is_connecting(); }));
         CHECK(transmitter.receivers() == 0);
-        pauses.push_back(i == 0 ? Transmitter::kFirstRetry
-                                : std::min(2 * pauses.back(), Transmitter::kLastRetry));
+        pauses.push_back(i == 0 ? Connector::kFirstRetry
+                                : std::min(2 * pauses.back(), Connector::kLastRetry));
     }
-    CHECK(pauses.back() == Transmitter::kLastRetry);
+    CHECK(pauses.back() == Connector::kLastRetry);
 
     auto again = std::make_unique<Server>(endpoint);
-    now += Transmitter::kLastRetry;
+    now += Connector::kLastRetry;
     REQUIRE(step_until_receivers(transmitter, 1));
     Socket receiver = again->accept();
     send(transmitter, 2);
@@ -190,7 +191,7 @@ TEST_CASE("a server that went away is found again when it is back") {
     receiver = Socket();
     again.reset();
     REQUIRE(step_until_receivers(transmitter, 0));
-    now += Transmitter::kFirstRetry;
+    now += Connector::kFirstRetry;
     CHECK(transmitter.is_connecting());
     REQUIRE(step_until(transmitter, [&] { return !transmitter.is_connecting(); }));
     CHECK(transmitter.take_notices().back().find("nobody is reached") != std::string::npos);
