@@ -267,8 +267,6 @@ FrameAttempt& SurfaceRegistration::register_surface(Frame& frame) {
     is_depth_spoilt_ = !frame.spoils_rows && surface_.is_tracking() && lag_spoils_depth(frame.job);
     if (is_depth_spoilt_ && attempt->plan().uses_depth && !frame.captures)
         attempt = &attempt_without_depth(frame, *attempt);
-    else if (!is_depth_spoilt_ && !attempt->plan().uses_depth && !frame.has_one_view)
-        attempt = &attempt_with_depth(frame, *attempt);
     else if (!frame.captures && surface_.is_tracking() && attempt->result.evidence.confirms_few() &&
              wide_search_.is_due())
         attempt = &attempt_widely(frame, *attempt);
@@ -316,18 +314,6 @@ FrameAttempt& SurfaceRegistration::attempt_without_depth(Frame& frame, const Fra
         follow(frame, surface_.motions(), begin_attempt(frame, attempts_[0], plan));
     attempt.quality.reasons |= of_rig;
     attempt.quality.degraded = true;
-    return attempt;
-}
-
-// The frame before had spoilt depth, and this one has not.
-FrameAttempt& SurfaceRegistration::attempt_with_depth(Frame& frame, const FrameAttempt& before) {
-    RegistrationPlan plan = before.plan();
-    plan.uses_depth = true;
-    const uint32_t of_rig = before.quality.reasons & kReasonsOfRig;
-    FrameAttempt& attempt =
-        follow(frame, surface_.motions(), begin_attempt(frame, attempts_[0], plan));
-    attempt.quality.reasons |= of_rig;
-    attempt.quality.degraded |= of_rig != 0;
     return attempt;
 }
 

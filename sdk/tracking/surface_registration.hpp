@@ -90,7 +90,6 @@ class SurfaceRegistration {
     FrameAttempt& attempt_first(Frame& frame);
     FrameAttempt& attempt_whole_map(Frame& frame, RegistrationPlan plan);
     FrameAttempt& attempt_without_depth(Frame& frame, const FrameAttempt& before);
-    FrameAttempt& attempt_with_depth(Frame& frame, const FrameAttempt& before);
     FrameAttempt& attempt_widely(Frame& frame, FrameAttempt& before);
     FrameAttempt& follow(Frame& frame, std::span<const defrec_motion> start, FrameAttempt& attempt);
     FrameAttempt& finish(Frame& frame, RegisteredFrame registered, FrameAttempt& attempt);

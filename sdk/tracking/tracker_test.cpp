@@ -201,7 +201,7 @@ TEST_CASE("row 67: a right view that is dark gives no template") {
     const Session::Frame frame = session.track(half);
     CHECK(frame.state == DEFREC_INITIALISING);
     CHECK((frame.reasons & DEFREC_REASON_ONE_VIEW) != 0);
-    CHECK(session.track(render(0, 0)).state == DEFREC_TRACKING);
+    CHECK(session.track(render(0.3, 0)).state == DEFREC_TRACKING);
 }
 
 TEST_CASE("row 6: exchanged views are named while there is no template") {
