@@ -293,10 +293,16 @@ def tracker_options(contract):
         *constants.values(),
         *sorted({kind.python for kind in map(enumeration_of_field, fields) if kind}),
     ]
-    explained = []
+    start, explained = 'OPTIONS = """', []
     for field in fields:
         text = words(field.words().removeprefix("1: "))
-        explained += textwrap.wrap(f"{field.name}: {text}.", 96, subsequent_indent="    ")
+        lines = textwrap.wrap(
+            f"{field.name}: {text}.",
+            96,
+            initial_indent="" if explained else " " * (len(start) - 4),
+            subsequent_indent="    ",
+        )
+        explained += [lines[0].lstrip(), *lines[1:]]
     for flag in flags:
         explained += textwrap.wrap(
             f"{flag['option']}: {words(flag['summary'])}.", 96, subsequent_indent="    "
@@ -310,7 +316,7 @@ def tracker_options(contract):
         f"from .enums import {', '.join(kinds)}",
         "from .rig import Rig",
         "",
-        'OPTIONS = """' + "\n    ".join(explained) + '"""',
+        start + "\n    ".join(explained) + '"""',
         "",
         "",
         "class TrackerOptions(Handle):",
