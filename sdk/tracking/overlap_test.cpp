@@ -279,7 +279,7 @@ TEST_CASE(
     add_moved(2);
     Pair one_dark = moved();
     black(one_dark.right);
-    add(one_dark, 1);
+    add(one_dark, 2);
     add_moved(2);
     for (int i = 0; i < 2; ++i) {  // late
         const Pair before = frames.back().pair;

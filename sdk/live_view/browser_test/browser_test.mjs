@@ -89,10 +89,10 @@ async function look() {
   await page.waitForFunction(() => document.documentElement.dataset.clicked === '1');
   await page.waitForFunction(
       () => document.querySelector('#points table')?.textContent.includes('mm'));
-  const stages = await page.$$eval(
-      '#stages dt',
-      (names) =>
-          names.map((name) => [name.textContent, parseFloat(name.nextElementSibling.textContent)]));
+  // In one call: $$eval finds elements in one and reads them in another, when they are replaced.
+  const stages = await page.evaluate(
+      () => [...document.querySelectorAll('#stages dt')].map(
+          (name) => [name.textContent, parseFloat(name.nextElementSibling.textContent)]));
   assert.ok(
       stages.some(([name, ms]) => name === 'stereo' && ms > 0),
       `times of stages: ${JSON.stringify(stages)}`);
