@@ -34,7 +34,8 @@ struct HandlesNow {
         evidence.setZero(count);
         error_mm2.setZero(count);
         helped_runs(helpers, piece.handles().size(), kHandleRun, [&](size_t begin, size_t end) {
-            for (size_t i = begin; i < end; ++i) add(piece.handles()[i], i, surface);
+            std::vector<double> shares;
+            for (size_t i = begin; i < end; ++i) add(piece.handles()[i], i, surface, shares);
         });
     }
 
@@ -45,13 +46,17 @@ struct HandlesNow {
         const double evidence = evidence_of(static_cast<double>(surface.expected_error[vertex]));
         return std::max(0.0, (evidence - kLeast) / (1 - kLeast));
     }
-    void add(const Handle& handle, size_t index, const SurfaceNow& surface) {
+    // shares: working memory.
+    void add(const Handle& handle, size_t index, const SurfaceNow& surface,
+             std::vector<double>& shares) {
         const auto i = static_cast<Eigen::Index>(index);
+        shares.clear();
         double sum = 0;
-        for (const uint32_t vertex : handle.vertices) sum += known_share(surface, vertex);
+        for (const uint32_t vertex : handle.vertices)
+            sum += shares.emplace_back(known_share(surface, vertex));
         for (size_t k = 0; k < handle.vertices.size(); ++k) {
             const uint32_t vertex = handle.vertices[k];
-            const double known = known_share(surface, vertex),
+            const double known = shares[k],
                          error = static_cast<double>(surface.expected_error[vertex]),
                          weight = sum > 0 ? known / sum
                                           : 1 / static_cast<double>(handle.vertices.size());
@@ -71,7 +76,7 @@ Eigen::VectorXf displacements(const HandlesNow& handles, const Eigen::Isometry3d
     return Eigen::Map<const Eigen::VectorXf>(back.data(), back.size());
 }
 
-// What the handles' springs give way for data.
+// The forces of the handles' springs for data: how far they give way.
 Eigen::VectorXf forces_of(const BodyPiece& piece, const Eigen::VectorXf& data,
                           const Services* helpers) {
     const Eigen::MatrixXf& response = piece.force_response();
@@ -145,7 +150,7 @@ Eigen::Isometry3d find_deep_motion(const BodyPiece& piece, const HandlesNow& han
     auto& [forces, displaced] = kinds;
     displaced.slope = motion_slope(handles.rest);
     displaced.floor = Decision::kNoise;
-    Eigen::MatrixXf slope = piece.force_slope().cast<float>();
+    Eigen::MatrixXf slope = piece.force_slope();
     doubtful.replace(slope, helpers);
     forces.slope = slope.cast<double>();
     forces.floor = Decision::kForceFloor;

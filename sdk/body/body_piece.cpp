@@ -241,7 +241,7 @@ BodyPiece::BodyPiece(std::vector<Handle> handles, Lattice lattice, double poisso
     Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(handles_.size()));
     for (size_t i = 0; i < handles_.size(); ++i)
         places.col(static_cast<Eigen::Index>(i)) = handles_[i].position;
-    force_slope_ = force_response_.cast<double>() * motion_slope(places);
+    force_slope_ = (force_response_.cast<double>() * motion_slope(places)).cast<float>();
     support_share_.resize(nodes);
     for (size_t node = 0; node < nodes; ++node) {
         float share = 0;

@@ -58,10 +58,10 @@ class BodyPiece {
     }
     // How much of it a free node follows, 0..1.
     float support_share(size_t node) const { return support_share_[node]; }
-    // What the handles' springs give way for what is given to the handles; symmetric.
+    // How far the handles' springs give way for what is given to the handles; symmetric.
     const Eigen::MatrixXf& force_response() const { return force_response_; }
     // The same for a small rigid motion of all handles.
-    const MotionSlope& force_slope() const { return force_slope_; }
+    const Eigen::MatrixXf& force_slope() const { return force_slope_; }
 
   private:
     void keep_links(const Eigen::MatrixXf& response);
@@ -73,7 +73,7 @@ class BodyPiece {
     Eigen::Matrix<float, Eigen::Dynamic, 12> support_response_;
     std::vector<float> support_share_;
     Eigen::MatrixXf force_response_;
-    MotionSlope force_slope_;
+    Eigen::MatrixXf force_slope_;
     bool is_complete_ = false;
 };
 

@@ -27,7 +27,7 @@ class Connector {
     Clock::time_point next_time() const { return socket_ ? give_up_at_ : begin_at_; }
 
     void begin();
-    // What became of the attempt: the connection, or an empty socket where there is none yet.
+    // The attempt's outcome: the connection, or an empty socket where there is none yet.
     Socket finish();
     // The connection ended at that time: a pause follows.
     void pause(Clock::time_point now) { begin_at_ = now + retry_; }

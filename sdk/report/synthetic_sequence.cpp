@@ -120,7 +120,7 @@ FrameRecord SyntheticSequence::record(int frame) const {
     return result;
 }
 
-// What is known of the whole frame.
+// The facts of the whole frame.
 FrameRecord SyntheticSequence::facts(int frame) const {
     FrameRecord result;
     const double t = double(frame) / frames_;

@@ -4,7 +4,7 @@
 
 namespace defrec::decisions {
 
-// What a calibration must fulfil.
+// The limits that a calibration must fulfil.
 struct RigLimits {
     // focal lengths | along a side of the image, at most | set by hand
     static constexpr double kMaxSide = 50;

@@ -24,6 +24,9 @@ class Rig {
     uint32_t height() const { return desc_.height; }
     // The pinhole of both rectified images, but for the right one's principal point.
     const defrec_camera& camera() const { return camera_; }
+    double principal_x(int view) const {
+        return view == 1 ? camera_.cx + camera_.disparity_offset_px : camera_.cx;
+    }
     // x_rectified = rotation * x_raw of that view.
     const Eigen::Matrix3d& rotation(int view) const { return rotation_[view]; }
     const defrec_rig_desc& desc() const { return desc_; }
@@ -51,9 +54,6 @@ class Rig {
   private:
     void rectify();
     void choose_camera();
-    double principal_x(int view) const {
-        return view == 1 ? camera_.cx + camera_.disparity_offset_px : camera_.cx;
-    }
     void fill_map(int view, const ViewShift& shift, int32_t* map) const;
     bool to_raw(int view, const Eigen::Vector2d& rectified, Eigen::Vector2d& raw) const;
     bool to_rectified(int view, const Eigen::Vector2d& raw, Eigen::Vector2d& rectified) const;

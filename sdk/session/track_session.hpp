@@ -16,7 +16,7 @@ struct TemplateFiles {
     std::string load, save;
 };
 
-// What is written beside the results.
+// The files that are written beside the results.
 struct RecordingOptions {
     bool meshes = false, overlay = true, report = true;
     std::string trace;  // file; empty: none

@@ -12,7 +12,7 @@ struct PixelBox {
     uint32_t x0, y0, x1, y1;
 };
 
-// Where a piece lies: view, and how far from where it was in its image, px.
+// The place of a piece: view, and how far from where it was in its image, px.
 struct AtlasPlace {
     int32_t view;
     int64_t du, dv;

@@ -142,7 +142,7 @@ struct Anchors {
     static constexpr double kAnchorReach = 2;
 };
 
-// Where patches lie.
+// The places of patches.
 struct PatchPlaces {
     // px | cells of patches are no smaller; else their area is that of the image / `max_patches` |
     //   set by hand

@@ -29,7 +29,7 @@ NearestNodes nearest_nodes_at(std::span<const Vec3<double>> nodes, std::span<con
 DualQuaternion<double> follow_nearest_nodes(const NearestNodes& anchor, std::span<const float> rest,
                                             std::span<const defrec_motion> motions);
 
-// Where a control point is; where all are. rest: xyz of all.
+// The positions of a control point, and of all. rest: xyz of all.
 inline Vec3<double> node_position(std::span<const float> rest,
                                   std::span<const defrec_motion> motions, size_t node) {
     return apply(DualQuaternion<double>::load(motions[node]), load3<double>(&rest[3 * node]));

@@ -1,4 +1,4 @@
-// What lies beside a template's surface: how far away, and what it moves with.
+// Places beside a template's surface: how far away they are, and what they move with.
 #pragma once
 #include <cstdint>
 #include <span>

@@ -1,4 +1,4 @@
-// What lies beside the surface of a plane, and how it moves.
+// Places beside the surface of a plane, and how they move.
 #include "sdk/template/nearest_surface.hpp"
 
 #include <doctest/doctest.h>
@@ -51,7 +51,7 @@ TEST_CASE("a place beside a surface moves rigidly with the control points next t
         CHECK(near.anchor.weight[k] > 0);
         CHECK(near.anchor.weight[k] <= 1);
     }
-    // Those on the left stay where they are, and do not count.
+    // Control points on the left stay where they are, and do not count.
     const auto turned =
         from_rigid(rotation_from_vector(Vec3<double>{0.02, 0.2, -0.1}), Vec3<double>{3, -2, 5});
     std::vector<defrec_motion> motions;

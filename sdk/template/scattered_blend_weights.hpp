@@ -1,4 +1,4 @@
-// What moves a point between control points that lie anywhere in an image.
+// Blend weights of a point between control points that lie anywhere in an image.
 #pragma once
 #include <span>
 

@@ -411,7 +411,7 @@ void put_on_grid(const CaptureInput& input, const Surfaces& surfaces,
                                 (index == 0 || grid.vertex[i] < 0 || support[i] < grid.support[i]);
         if (index > 0 && !is_covered) continue;
         grid.support[i] = support[i];
-        // What the spline continues beyond its data must stay a plausible depth.
+        // The spline's continuation beyond its data must stay a plausible depth.
         grid.disparity[i] = std::clamp(
             piece.spline[i], static_cast<float>(TemplateSurface::kMinDisparity * minimum),
             static_cast<float>(TemplateSurface::kMaxDisparity * maximum));

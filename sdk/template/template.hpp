@@ -21,7 +21,7 @@ class NearestSurface;  // nearest_surface.hpp
 template <class T>
 struct DualQuaternion;  // motion.hpp
 
-// What moves a point: up to DEFREC_BLEND_NODES control points with weights of sum 1.
+// A point moves with up to DEFREC_BLEND_NODES control points with weights of sum 1.
 struct BlendWeights {
     std::array<int32_t, DEFREC_BLEND_NODES> node{};
     std::array<float, DEFREC_BLEND_NODES> weight{};
@@ -72,7 +72,7 @@ struct SurfacePatch {
     TemplateCounts before;        // of the template that it joined; its own follow
 };
 
-// Where the next piece of an image goes in the last image of a template's atlas (atlas.hpp).
+// The place of the next piece of an image in the last image of a template's atlas (atlas.hpp).
 struct AtlasEnd {
     uint32_t x = 0, y = 0;  // px
     uint32_t shelf = 0;     // height of the row of pieces that begins at y

@@ -428,10 +428,9 @@ void SurfaceRegistration::find_stale_parts(const Frame& frame, FrameAttempt& att
     if (repeats || frame.left_is_frozen) {
         stale_.set_all(samples.size());
         attempt.quality.degraded = true;
-    }
-    if (!attempt.quality.found || !surface_.is_tracking() || is_frozen(frame.reasons) ||
-        frame.left_is_frozen)
         return;
+    }
+    if (!attempt.quality.found || !surface_.is_tracking() || is_frozen(frame.reasons)) return;
     stale_.find(*rig_, images_.blocks(), {is_in_memory(frame.job, 0), is_in_memory(frame.job, 1)},
                 surface_.samples(), samples);
     if (stale_.share() < FrozenImages::kMinStaleShare) return;

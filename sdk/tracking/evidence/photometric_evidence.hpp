@@ -1,4 +1,4 @@
-// What the left image says of where along the surface a vertex is: whether the tissue that the
+// The left image's evidence of where along the surface a vertex is: whether the tissue that the
 // template has there is what is seen there, and how far patches lie from where they were found.
 #pragma once
 #include <Eigen/Core>

@@ -20,9 +20,9 @@ QualityLevel QualityLevelTimes::choose(Time left) const {
     return static_cast<QualityLevel>(kQualityLevels - 1);
 }
 
-// What slows one quality level down slows all. A quality level that did not fit is tried again some
-// day, as one frame may have been slow by itself, or the device is faster now; what it takes then
-// is its time.
+// A device that is slower at one quality level is slower at all. A level that did not fit is tried
+// again some day, as one frame may have been slow by itself, or the device is faster now; its time
+// is then what it takes.
 void QualityLevelTimes::add(QualityLevel quality_level, Time took) {
     const auto index = static_cast<size_t>(quality_level);
     const Time before = expected_[index];

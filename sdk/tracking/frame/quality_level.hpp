@@ -15,14 +15,14 @@ enum class QualityLevel : uint8_t {
 };
 constexpr size_t kQualityLevels = 3;
 
-// What frames take, from how long the last ones did.
+// The times that frames take, from how long the last ones did.
 class QualityLevelTimes {
   public:
     using Time = std::chrono::duration<double>;
 
     // The first that is expected to fit; where none is, the last.
     QualityLevel choose(Time left) const;
-    // What a frame took from its choice to its end.
+    // The time that a frame took from its choice to its end.
     void add(QualityLevel quality_level, Time took);
 
   private:

@@ -29,7 +29,7 @@ class MapGrowth {
     // Whether begin_frame() will find nothing to do for the next frame, neither now nor as it is
     // followed.
     bool rests() const;
-    // Where the images of this frame are to be read to; nullptr: it is no keyframe.
+    // The images of this frame are to be read to there; nullptr: it is no keyframe.
     FrontImages* images() { return is_keyframe_ ? &present_.images : nullptr; }
     // The template has grown by what begin_frame() gave: data.
     void joined(const TemplateData& data, std::span<const NearestNodes> anchors);

@@ -71,15 +71,15 @@ struct Surface {
             }
     }
 
-    std::optional<CutLine> watch(CutMonitor& watcher, int frames) const {
+    std::optional<CutLine> watch(CutMonitor& monitor, int frames) const {
         std::optional<CutLine> cut;
         for (int i = 0; i < frames && !cut; ++i)
-            cut = watcher.add_frame(data, samples, is_confirmed);
+            cut = monitor.add_frame(data, samples, is_confirmed);
         return cut;
     }
     std::optional<CutLine> watch() const {
-        CutMonitor watcher;
-        return watch(watcher, 20);
+        CutMonitor monitor;
+        return watch(monitor, 20);
     }
 };
 
@@ -87,9 +87,9 @@ struct Surface {
 
 TEST_CASE("a surface that opens along a line is cut there") {
     const Surface surface{Opening{}};
-    CutMonitor watcher;
-    CHECK(!surface.watch(watcher, 4));
-    const std::optional<CutLine> cut = surface.watch(watcher, 1);
+    CutMonitor monitor;
+    CHECK(!surface.watch(monitor, 4));
+    const std::optional<CutLine> cut = surface.watch(monitor, 1);
     REQUIRE(cut);
     REQUIRE(cut->pixels.size() >= 4);
     const double norm = std::hypot(1, 0.5);
@@ -135,10 +135,10 @@ TEST_CASE(
     closed_gap.observation = DEFREC_OBSERVED;
     closed_gap.residual = 0;
     const Surface closed{closed_gap};
-    CutMonitor watcher;
+    CutMonitor monitor;
     for (int i = 0; i < 20; ++i) {
-        CHECK(!open.watch(watcher, 1));
-        CHECK(!closed.watch(watcher, 1));
+        CHECK(!open.watch(monitor, 1));
+        CHECK(!closed.watch(monitor, 1));
     }
     Surface released = open;
     released.data.node_grid.cuts.push_back(*open.watch());

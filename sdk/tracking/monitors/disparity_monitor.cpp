@@ -120,7 +120,7 @@ void DisparityMonitor::add_frame(const TemplateData& data,
     places_.swap(places_now_);
     age_ = 0;
     if (drift_ == 0) return;
-    // What was taken for a slip, and was none, does not last.
+    // A drift that was none does not last.
     take_places(data.vertices, places_now_);
     const std::optional<Change> since_template = change_of(sum_change(data, places_now_, places_));
     const bool fits = since_template && std::abs(since_template->by_length) < std::abs(drift_) / 2;

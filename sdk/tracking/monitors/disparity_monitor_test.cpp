@@ -52,11 +52,11 @@ std::vector<defrec_surface_sample> seen(const TemplateData& data, double turn,
 
 TEST_CASE("tissue that moves, comes nearer and turns is no slip of the right view") {
     const TemplateData data = surface();
-    DisparityMonitor watch;
+    DisparityMonitor monitor;
     for (const double depth : {0.0, 0.0, -12.0, -5.0, 5.0, 12.0}) {
         CAPTURE(depth);
-        watch.add_frame(data, seen(data, 0.02 * depth, {0.3 * depth, -2, depth}, 0));
-        CHECK(watch.baseline_drift_px() == 0);
+        monitor.add_frame(data, seen(data, 0.02 * depth, {0.3 * depth, -2, depth}, 0));
+        CHECK(monitor.baseline_drift_px() == 0);
     }
 }
 
@@ -66,15 +66,15 @@ TEST_CASE("a right view that slips sideways is noticed, how far, and that it is 
     for (const double slip : {-8.0, -2.5, 2.5, 6.0}) {
         CAPTURE(slip);
         const auto slipped = seen(data, 0.02, {1, 0, -1}, slip);
-        DisparityMonitor watch;
-        watch.add_frame(data, rest);
-        watch.add_frame(data, rest);
-        watch.add_frame(data, slipped);
-        CHECK(watch.baseline_drift_px() == doctest::Approx(slip).epsilon(0.1));
-        for (int i = 0; i < 100; ++i) watch.add_frame(data, slipped);
-        CHECK(watch.baseline_drift_px() == doctest::Approx(slip).epsilon(0.1));
-        watch.add_frame(data, seen(data, 0, {0, 2, 2}, 0));
-        CHECK(watch.baseline_drift_px() == 0);
+        DisparityMonitor monitor;
+        monitor.add_frame(data, rest);
+        monitor.add_frame(data, rest);
+        monitor.add_frame(data, slipped);
+        CHECK(monitor.baseline_drift_px() == doctest::Approx(slip).epsilon(0.1));
+        for (int i = 0; i < 100; ++i) monitor.add_frame(data, slipped);
+        CHECK(monitor.baseline_drift_px() == doctest::Approx(slip).epsilon(0.1));
+        monitor.add_frame(data, seen(data, 0, {0, 2, 2}, 0));
+        CHECK(monitor.baseline_drift_px() == 0);
     }
 }
 
@@ -83,25 +83,25 @@ TEST_CASE("a slip after which the surface is observed only some frames later is 
     const auto rest = seen(data, 0, {0, 0, 0}, 0);
     auto hidden = rest;
     for (defrec_surface_sample& sample : hidden) sample.observation = DEFREC_INCONSISTENT;
-    DisparityMonitor watch;
-    watch.add_frame(data, rest);
-    watch.add_frame(data, rest);
-    watch.add_frame(data, hidden);
-    watch.skip_frame();
-    watch.add_frame(data, seen(data, 0.02, {1, 0, -1}, 8));
-    CHECK(watch.baseline_drift_px() == doctest::Approx(8).epsilon(0.1));
+    DisparityMonitor monitor;
+    monitor.add_frame(data, rest);
+    monitor.add_frame(data, rest);
+    monitor.add_frame(data, hidden);
+    monitor.skip_frame();
+    monitor.add_frame(data, seen(data, 0.02, {1, 0, -1}, 8));
+    CHECK(monitor.baseline_drift_px() == doctest::Approx(8).epsilon(0.1));
 }
 
 TEST_CASE("what is no slip, but looked like one, is forgotten within a second") {
     const TemplateData data = surface();
     const auto rest = seen(data, 0, {0, 0, 0}, 0), other = seen(data, 0, {0, 0, 0}, -4);
-    DisparityMonitor watch;
-    watch.add_frame(data, other);
-    watch.add_frame(data, other);
-    watch.add_frame(data, rest);
-    CHECK(watch.baseline_drift_px() > 2);
-    for (int i = 0; i < 30; ++i) watch.add_frame(data, rest);
-    CHECK(watch.baseline_drift_px() == 0);
+    DisparityMonitor monitor;
+    monitor.add_frame(data, other);
+    monitor.add_frame(data, other);
+    monitor.add_frame(data, rest);
+    CHECK(monitor.baseline_drift_px() > 2);
+    for (int i = 0; i < 30; ++i) monitor.add_frame(data, rest);
+    CHECK(monitor.baseline_drift_px() == 0);
 }
 
 TEST_CASE("vertices that are not observed say nothing of a slip") {
@@ -109,9 +109,9 @@ TEST_CASE("vertices that are not observed say nothing of a slip") {
     const auto rest = seen(data, 0, {0, 0, 0}, 0);
     auto slipped = seen(data, 0, {0, 0, 0}, 4);
     for (size_t i = 40; i < slipped.size(); ++i) slipped[i].observation = DEFREC_NO_DEPTH;
-    DisparityMonitor watch;
-    watch.add_frame(data, rest);
-    watch.add_frame(data, rest);
-    watch.add_frame(data, slipped);
-    CHECK(watch.baseline_drift_px() == 0);
+    DisparityMonitor monitor;
+    monitor.add_frame(data, rest);
+    monitor.add_frame(data, rest);
+    monitor.add_frame(data, slipped);
+    CHECK(monitor.baseline_drift_px() == 0);
 }

@@ -28,7 +28,7 @@ class FrozenRegions {
     // Whether the block of a pixel is frozen. Beyond the image: that of the nearest pixel.
     bool is_frozen(double x, double y) const { return blocks_[block_of(x, y)].is_frozen; }
 
-    // What is seen elsewhere has moved by so much, px, since the frame before.
+    // Tissue that is seen elsewhere has moved by so much, px, since the frame before.
     void others_moved(double px);
     // Whether what is seen elsewhere has moved on since the block of a pixel is frozen.
     bool is_stale(double x, double y) const;

@@ -1,4 +1,4 @@
-// What the frames so far tell of the rig, and what is corrected of it.
+// The rig's errors as the frames so far tell them, and what is corrected of them.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -30,14 +30,14 @@ class RigMonitor {
 
     bool is_on() const { return is_on_; }
     const RigState& state() const { return state_; }
-    // What is left of the rig's error, and what is corrected of it.
+    // The rig's error that is left, and what is corrected of it.
     RigEstimate estimate() const;
     // DEFREC_REASON_* after the last frame.
     uint32_t reasons() const;
 
     // Once for each frame, first of all.
     void begin_frame() { state_.left = state_.monitor.update({}); }
-    // What a frame's disparities say.
+    // Whether a frame's disparities say anything.
     enum class Disparities { kCount, kSayNothing };
     // The frame was found. next: begun as state(), after the frame's measurements; left with the
     // state before. Disparities of a view that is late do not count.

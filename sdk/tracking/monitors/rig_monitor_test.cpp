@@ -1,4 +1,4 @@
-// What frames tell of the rig is committed once, or dropped.
+// A frame's measurements of the rig are committed once, or dropped.
 #include "sdk/tracking/monitors/rig_monitor.hpp"
 
 #include <doctest/doctest.h>
@@ -21,45 +21,45 @@ std::vector<RowMatch> shifted_rows(double px) {
 }
 
 // The state after a frame with these matches.
-RigState after(const RigMonitor& watch, const std::vector<RowMatch>& matches) {
-    RigState next = watch.state();
+RigState after(const RigMonitor& monitor, const std::vector<RowMatch>& matches) {
+    RigState next = monitor.state();
     next.left = next.monitor.update(matches);
     next.rows = {1, 2};
     return next;
 }
 
-RigMonitor watch_of(uint32_t self_calibration) { return {kWidth, kHeight, self_calibration}; }
+RigMonitor monitor_of(uint32_t self_calibration) { return {kWidth, kHeight, self_calibration}; }
 
 }  // namespace
 
 TEST_CASE("a state that is not committed changes nothing") {
-    RigMonitor watch = watch_of(DEFREC_SELF_CALIBRATION_CORRECT);
+    RigMonitor monitor = monitor_of(DEFREC_SELF_CALIBRATION_CORRECT);
     for (int frame = 0; frame < 10; ++frame) {
-        watch.begin_frame();
-        after(watch, shifted_rows(1));
+        monitor.begin_frame();
+        after(monitor, shifted_rows(1));
     }
-    CHECK(watch.reasons() == 0);
-    CHECK(watch.state().rows.empty());
-    CHECK_FALSE(watch.due_correction());
+    CHECK(monitor.reasons() == 0);
+    CHECK(monitor.state().rows.empty());
+    CHECK_FALSE(monitor.due_correction());
 }
 
 TEST_CASE("rows that disagree are a reason, and corrected where that is asked for") {
-    RigMonitor watch = watch_of(DEFREC_SELF_CALIBRATION_CORRECT);
+    RigMonitor monitor = monitor_of(DEFREC_SELF_CALIBRATION_CORRECT);
     for (int frame = 0; frame < 10; ++frame) {
-        watch.begin_frame();
-        RigState next = after(watch, shifted_rows(1));
-        watch.commit(next, RigMonitor::Disparities::kSayNothing);
+        monitor.begin_frame();
+        RigState next = after(monitor, shifted_rows(1));
+        monitor.commit(next, RigMonitor::Disparities::kSayNothing);
     }
-    CHECK(watch.reasons() == DEFREC_REASON_CALIBRATION);
-    CHECK(watch.estimate().vertical_offset_px == doctest::Approx(1).epsilon(0.05));
-    const std::optional<Rig::ViewShift> shift = watch.due_correction();
+    CHECK(monitor.reasons() == DEFREC_REASON_CALIBRATION);
+    CHECK(monitor.estimate().vertical_offset_px == doctest::Approx(1).epsilon(0.05));
+    const std::optional<Rig::ViewShift> shift = monitor.due_correction();
     REQUIRE(shift);
     CHECK(shift->offset_px == doctest::Approx(1).epsilon(0.05));
-    watch.correct(*shift);
-    CHECK(watch.reasons() == 0);
-    CHECK_FALSE(watch.due_correction());
+    monitor.correct(*shift);
+    CHECK(monitor.reasons() == 0);
+    CHECK_FALSE(monitor.due_correction());
 
-    RigMonitor other = watch_of(DEFREC_SELF_CALIBRATION_REPORT);
+    RigMonitor other = monitor_of(DEFREC_SELF_CALIBRATION_REPORT);
     for (int frame = 0; frame < 10; ++frame) {
         other.begin_frame();
         RigState next = after(other, shifted_rows(1));
@@ -70,10 +70,10 @@ TEST_CASE("rows that disagree are a reason, and corrected where that is asked fo
 }
 
 TEST_CASE("a frame that says nothing leaves no rows for the next") {
-    RigMonitor watch = watch_of(DEFREC_SELF_CALIBRATION_REPORT);
-    RigState next = after(watch, shifted_rows(0));
-    watch.commit(next, RigMonitor::Disparities::kSayNothing);
-    CHECK(watch.state().rows == std::vector<float>{1, 2});
-    watch.skip_frame();
-    CHECK(watch.state().rows.empty());
+    RigMonitor monitor = monitor_of(DEFREC_SELF_CALIBRATION_REPORT);
+    RigState next = after(monitor, shifted_rows(0));
+    monitor.commit(next, RigMonitor::Disparities::kSayNothing);
+    CHECK(monitor.state().rows == std::vector<float>{1, 2});
+    monitor.skip_frame();
+    CHECK(monitor.state().rows.empty());
 }

@@ -130,8 +130,8 @@ RigEstimate RowMonitor::update(std::span<const RowMatch> matches) {
     return estimate(0);
 }
 
-// What offset, roll and ratio leave, as far as it grows with x y. A kernel as narrow as theirs
-// would leave out the corners, which say most of it.
+// The rest that offset, roll and ratio leave, as far as it grows with x y. A kernel as narrow as
+// theirs would leave out the corners, which say most of it.
 void RowMonitor::add_distortion(std::span<const RowMatch> matches, const Eigen::Vector3d& fit) {
     for (const RowMatch& match : matches) {
         const double left = match.step - fit[0] - match.x * fit[1] - match.y * fit[2],

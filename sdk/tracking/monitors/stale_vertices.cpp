@@ -20,10 +20,9 @@ std::optional<Pixel> pixel_in(const Rig& rig, int view, bool is_rectified,
                               const defrec_surface_sample& vertex) {
     const defrec_camera& camera = rig.camera();
     const double z = vertex.position[2],
-                 x = vertex.position[0] - (view == 1 ? camera.baseline_mm : 0),
-                 cx = camera.cx + (view == 1 ? camera.disparity_offset_px : 0);
+                 x = vertex.position[0] - (view == 1 ? camera.baseline_mm : 0);
     if (!(z > 0)) return std::nullopt;
-    const double u = std::round(camera.fx * x / z + cx),
+    const double u = std::round(camera.fx * x / z + rig.principal_x(view)),
                  v = std::round(camera.fy * vertex.position[1] / z + camera.cy);
     if (!(u >= 0 && v >= 0 && u < rig.width() && v < rig.height())) return std::nullopt;
     if (is_rectified || rig.map(view) == nullptr) return Pixel{u, v};

@@ -155,7 +155,7 @@ void SurfaceSolver::start(Queue& queue, std::span<const defrec_motion> motions,
 const DeviceBuffer& SurfaceSolver::enqueue(Queue& queue, const Observation& observed,
                                            const RegistrationPlan& plan,
                                            const DeviceBuffer* matches, StageTimer& timer) {
-    // What lies outside of the image follows a whole solution, and in between the rigid motion of
+    // Tissue outside of the image follows a whole solution, and in between the rigid motion of
     // the matches alone.
     const bool solves_whole_coarsely = partly_solved_ % decisions::MapPart::kWholeEvery == 0;
     partly_solved_ = uses_region_ ? partly_solved_ + 1 : 0;

@@ -25,7 +25,7 @@ class SurfaceSolver {
     const DeviceBuffer& enqueue(Queue& queue, const Observation& observed,
                                 const RegistrationPlan& plan, const DeviceBuffer* matches,
                                 StageTimer& timer);
-    // What the last search found.
+    // The last search's observations and predictions.
     void read_back(Queue& queue, FrameOutput& output) const;
 
     // As TemplateStages has them.
@@ -42,7 +42,7 @@ class SurfaceSolver {
         std::unique_ptr<DeviceStage> align, align_widely, solve, solve_region;
         DeviceBuffer motions;
     };
-    // What stage lm is prepared with, for a map or a part of it.
+    // The buffers that stage lm is prepared with, for a map or a part of it.
     struct MapBuffers {
         DeviceBuffer nodes, edges, points, landmarks, patches;
 

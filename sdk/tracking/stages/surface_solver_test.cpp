@@ -1,4 +1,4 @@
-// What the solver compares with depth, and its passes.
+// The vertices that the solver compares with depth, and its passes.
 #include "sdk/tracking/stages/surface_solver.hpp"
 
 #include <doctest/doctest.h>
