@@ -52,9 +52,11 @@ V32 multiply_pairs(V32 a, V32 b) {
 }
 
 // The patch and one pixel round it, row by row, 1/16 gray level; false where it leaves the view.
-bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t m[4],
-                 int32_t fraction_x, int32_t fraction_y, int32_t reach, const AlignPlaces& places,
-                 int16_t* out) {
+bool sample_view(const AlignRun& run, const AlignCentre& centre, const int32_t m[4],
+                 int32_t fraction_x, int32_t fraction_y, int16_t* out) {
+    const AlignView& view = run.views[centre.view];
+    const AlignPlaces& places = *run.places;
+    const int32_t reach = int32_t(run.params->patch_radius) + 1;
     const auto at = [centre, m](int axis, int32_t dx, int32_t dy) {
         return 256 * (axis == 0 ? centre.x : centre.y) +
                ((m[2 * axis] * dx + m[2 * axis + 1] * dy + 128) >> 8);
@@ -489,20 +491,26 @@ struct Limits {
     int32_t left, right, top, bottom;
 };
 
-// The place of the best of `count` displacements, whose sums the scratch holds; -1 if none is
-// scored. Those (x, y) + (xs[i], ys[i]) for which there is no sum are far outside the limits.
+// The displacements (x, y) + (xs[i], ys[i]).
+struct Displacements {
+    int32_t x, y;
+    const int32_t *xs, *ys;
+    int32_t count;
+};
+
+// The place of the best of the displacements whose sums the scratch holds; -1 if none is scored.
+// Those for which there is no sum are far outside the limits.
 int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch, const Limits& limits,
-                          int32_t count, int32_t x, int32_t y, const int32_t* xs,
-                          const int32_t* ys) {
+                          const Displacements& tried) {
     const D32 d;
     const int32_t all =
         int32_t((2 * run.params->patch_radius + 1) * (2 * run.params->patch_radius + 1));
     PatchTerms patch = whole_patch(run, scratch, all);
     // Less than any displacement's.
     V32 best = hn::Set(d, -(1 << 28)), best_at = hn::Set(d, -1);
-    for (int32_t at = 0; at < count; at += int32_t(hn::Lanes(d))) {
-        const V32 dx = hn::Add(hn::Set(d, x), hn::LoadU(d, xs + at)),
-                  dy = hn::Add(hn::Set(d, y), hn::LoadU(d, ys + at));
+    for (int32_t at = 0; at < tried.count; at += int32_t(hn::Lanes(d))) {
+        const V32 dx = hn::Add(hn::Set(d, tried.x), hn::LoadU(d, tried.xs + at)),
+                  dy = hn::Add(hn::Set(d, tried.y), hn::LoadU(d, tried.ys + at));
         if (scratch.masked) patch = usable_patch(run, scratch, at);
         const V32 q = scores(scratch, patch, all, at);
         const V32 squared = hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy));
@@ -597,13 +605,14 @@ bool find_displacement(Radius radius, const AlignRun& run, const Limits& limits,
     // The place in the window of the first pixel of the patch that is not displaced.
     const int32_t centre = (s + 1) * (kAlignWindowRow + 1);
     first_sums(radius, search, centre, scratch);
-    int32_t at = best_displacement(run, scratch, limits, search.rows() * search.row_places, 0, 0,
-                                   &places.shift_x[0], &places.shift_y[0]);
+    int32_t at = best_displacement(
+        run, scratch, limits,
+        {0, 0, &places.shift_x[0], &places.shift_y[0], search.rows() * search.row_places});
     if (at < 0) return false;
     dx = places.shift_x[size_t(at)];
     dy = places.shift_y[size_t(at)];
     near_sums(radius, places, centre + (dy - 1) * kAlignWindowRow + dx - 1, scratch);
-    at = best_displacement(run, scratch, limits, 12, dx, dy, kNearX, kNearY);
+    at = best_displacement(run, scratch, limits, {dx, dy, kNearX, kNearY, 12});
     dx += kNearX[at];
     dy += kNearY[at];
     return std::abs(dx) < s && std::abs(dy) < s;
@@ -631,8 +640,8 @@ bool search(const AlignRun& run, const AlignCentre& centre,
     peak.fraction_x = u - kPatchOne * x;
     peak.fraction_y = v - kPatchOne * y;
     alignas(64) int16_t sampled[kMaxSamples];
-    if (!sample_view(run.views[centre.view], centre, prediction.view_from_live, peak.fraction_x,
-                     peak.fraction_y, r + 1, *run.places, sampled) ||
+    if (!sample_view(run, centre, prediction.view_from_live, peak.fraction_x, peak.fraction_y,
+                     sampled) ||
         !prepare_template(sampled, params, scratch))
         return false;
     const Limits limits{std::max(-s, r - x), std::min(s, run.level.width - 1 - r - x),

@@ -134,12 +134,13 @@ HWY_INLINE void between(const EdgeLanes& e, const Couplings& c, float* out) {
     interleave(block, 36, out);
 }
 
-HWY_INLINE void own(V by_angle, V by_rotation, const L3& turned, const V* lever, const V* shift,
+// The part of one of an edge's control points, whose direction of rest is turned.
+HWY_INLINE void own(const EdgeLanes& e, const L3& turned, const V* lever, const V* shift,
                     const L3& turn_gradient, const L3& shift_gradient, float* out) {
     const D d;
     V values[kNodeFloats];
-    const V base = hn::MulAdd(hn::Set(d, 0.5f), by_rotation, by_angle);
-    const L3 t = scale(by_angle, turned);
+    const V base = hn::MulAdd(hn::Set(d, 0.5f), e.by_rotation, e.by_angle);
+    const L3 t = scale(e.by_angle, turned);
     values[0] = hn::NegMulAdd(t.x, turned.x, base);
     values[1] = hn::Neg(hn::Mul(t.x, turned.y));
     values[2] = hn::Neg(hn::Mul(t.x, turned.z));
@@ -207,9 +208,8 @@ double SumEdges(const EdgeTask& task) {
         const V along = hn::NegMulAdd(lever, dot(lean, e.now),
                                       hn::Mul(hn::Mul(hn::Set(d, 2.0f), e.by_length), e.stretch));
         const L3 pull = add(scale(along, e.now), scale(lever, lean));
-        own(e.by_angle, e.by_rotation, e.turned_a, c.lever_a, c.shift, turn_a,
-            scale(hn::Set(d, -1.0f), pull), node_a);
-        own(e.by_angle, e.by_rotation, e.turned_b, c.lever_b, c.shift, turn_b, pull, node_b);
+        own(e, e.turned_a, c.lever_a, c.shift, turn_a, scale(hn::Set(d, -1.0f), pull), node_a);
+        own(e, e.turned_b, c.lever_b, c.shift, turn_b, pull, node_b);
 
         for (size_t i = 0; i < std::min(lanes, last - at); ++i) {
             float* out = task.lower + size_t(edges.block[at + i]) * kBlockFloats;

@@ -175,13 +175,32 @@ HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group,
     sums.missing = float(missing) * task.params->icp_weight * c2 / 3;
 }
 
+// ramped_tukey of lm_terms.hpp.
+struct RobustLanes {
+    V weight, cost;
+};
+HWY_INLINE RobustLanes ramped_tukey_lanes(V squared, V inverse_a, V inverse_c2) {
+    const D d;
+    const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+    const V ends = hn::Max(inverse_a, hn::Sqrt(inverse_c2));
+    const V distance = hn::Min(hn::Sqrt(squared), hn::Div(one, ends));
+    const V d2 = hn::Mul(distance, distance), x = hn::Mul(d2, inverse_c2), left = hn::Sub(one, x);
+    const V slant = hn::Mul(distance, inverse_a);
+    const V lost = hn::Mul(
+        hn::Add(slant, slant),
+        hn::MulAdd(x, hn::MulSub(x, hn::Set(d, 1.0f / 7), hn::Set(d, 0.4f)), hn::Set(d, 1.0f / 3)));
+    return {
+        hn::Mul(hn::Max(hn::Sub(one, slant), zero), hn::Mul(left, left)),
+        hn::Mul(d2, hn::Sub(hn::MulAdd(x, hn::MulSub(x, hn::Set(d, 1.0f / 3), one), one), lost))};
+}
+
 // Matches and patches.
 HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group,
                                 const GroupMotion& motions, Rows& rows, LmGroupSums& sums) {
     const D d;
     const size_t lanes = hn::Lanes(d);
     const LmGroups& groups = *task.groups;
-    const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+    const V zero = hn::Zero(d);
     TermLanes match, patch;
     for (size_t i = 0; i < group.sightings; i += lanes) {
         const auto load = [&](int component) HWY_ATTR {
@@ -202,33 +221,24 @@ HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group,
         const V r2 = hn::Mul(root, hn::Sub(p.z, load(LmGroups::kSeenDepth)));
         const V squared = hn::MulAdd(r0, r0, hn::MulAdd(r1, r1, hn::Mul(r2, r2)));
 
-        // ramped_tukey of lm_terms.hpp; a patch's c is in pixels.
+        // A patch's c is in pixels.
         const V px = hn::Div(hn::Set(d, float(task.params->camera.fx)),
                              hn::Max(p.z, hn::Set(d, float(kMinDepthMm))));
-        const V inverse_a = load(LmGroups::kInverseA);
         const V inverse_c2 =
             hn::MulAdd(load(LmGroups::kPxInverseC2), hn::Mul(px, px), load(LmGroups::kInverseC2));
-        const V ends = hn::Max(inverse_a, hn::Sqrt(inverse_c2));
-        const V distance = hn::Min(hn::Sqrt(squared), hn::Div(one, ends));
-        const V d2 = hn::Mul(distance, distance), x = hn::Mul(d2, inverse_c2),
-                left = hn::Sub(one, x);
-        const V slant = hn::Mul(distance, inverse_a);
-        const V robust = hn::Mul(hn::Max(hn::Sub(one, slant), zero), hn::Mul(left, left));
-        const V lost = hn::Mul(hn::Add(slant, slant),
-                               hn::MulAdd(x, hn::MulSub(x, hn::Set(d, 1.0f / 7), hn::Set(d, 0.4f)),
-                                          hn::Set(d, 1.0f / 3)));
-        const V cost = hn::Mul(
-            d2, hn::Sub(hn::MulAdd(x, hn::MulSub(x, hn::Set(d, 1.0f / 3), one), one), lost));
+        const RobustLanes robust =
+            ramped_tukey_lanes(squared, load(LmGroups::kInverseA), inverse_c2);
 
         const V term_weight = load(LmGroups::kTermWeight);
         const auto exists = hn::Gt(term_weight, zero);
         const auto is_patch = hn::Gt(load(LmGroups::kIsPatch), zero);
-        const V weighted = hn::Mul(term_weight, cost);
-        match.add(hn::AndNot(is_patch, exists), weighted, robust, squared);
-        patch.add(hn::And(is_patch, exists), weighted, robust, hn::Mul(squared, hn::Mul(px, px)));
+        const V weighted = hn::Mul(term_weight, robust.cost);
+        match.add(hn::AndNot(is_patch, exists), weighted, robust.weight, squared);
+        patch.add(hn::And(is_patch, exists), weighted, robust.weight,
+                  hn::Mul(squared, hn::Mul(px, px)));
         if (!task.linearise) continue;
 
-        const V weight = hn::Mul(term_weight, robust);
+        const V weight = hn::Mul(term_weight, robust.weight);
         const V force = hn::Sqrt(weight);
         const Levers levers(task.motions, group.node, rest, blend_weights);
         const auto add_row = [&](const Lanes3<V>& gradient, V residual, size_t count) HWY_ATTR {

@@ -64,9 +64,12 @@ class Rectify final : public Stage {
         uint8_t* mask = b.mask + size_t(y) * p_.stride;
         if (b.map != nullptr) {
             const int32_t stride = int32_t(padded_stride_);
-            const PaddedImage ignore{b.ignore != nullptr ? ignore_.data() : nullptr, stride};
-            sample_row({gray_.data(), stride}, ignore, int32_t(p_.source_width),
-                       int32_t(p_.source_height), b.map + 2 * w * y, gray, mask, w);
+            const PaddedSource source{
+                .gray = {gray_.data(), stride},
+                .ignore = {b.ignore != nullptr ? ignore_.data() : nullptr, stride},
+                .width = int32_t(p_.source_width),
+                .height = int32_t(p_.source_height)};
+            sample_row(source, b.map + 2 * w * y, gray, mask, w);
         } else {
             gray_row(p_.format, b.source + size_t(y) * p_.source_stride, gray, w);
             if (b.ignore != nullptr)

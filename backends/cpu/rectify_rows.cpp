@@ -64,8 +64,8 @@ void GrayRow(uint32_t format, const uint8_t* src, uint8_t* dst, size_t n) {
 
 // One vector of samples, as int32 lanes: the gray value, and all ones where the pixel is covered.
 template <class D, class V>
-HWY_INLINE V Sample(D d, const PaddedImage& gray, const PaddedImage& ignore, int32_t width,
-                    int32_t height, V mx, V my, V& covered) {
+HWY_INLINE V Sample(D d, const PaddedSource& source, V mx, V my, V& covered) {
+    const auto& [gray, ignore, width, height] = source;
     const hn::RebindToUnsigned<D> du;
     const auto within = [d](V v, int32_t last) HWY_ATTR {
         return hn::And(hn::Gt(v, hn::Set(d, -1)), hn::Lt(v, hn::Set(d, last * 128 + 1)));
@@ -96,8 +96,9 @@ HWY_INLINE V Sample(D d, const PaddedImage& gray, const PaddedImage& ignore, int
     return hn::IfThenElseZero(inside, hn::ShiftRight<14>(hn::Add(sum, hn::Set(d, 8192))));
 }
 
-void SampleRow(const PaddedImage& gray, const PaddedImage& ignore, int32_t width, int32_t height,
-               const int32_t* map, uint8_t* dst, uint8_t* mask, size_t n) {
+void SampleRow(const PaddedSource& given, const int32_t* map, uint8_t* dst, uint8_t* mask,
+               size_t n) {
+    const PaddedSource source = given;  // no store of a pixel changes the copy
     const hn::ScalableTag<int32_t> d;
     const hn::Rebind<uint8_t, decltype(d)> d8;
     const size_t step = hn::Lanes(d);
@@ -113,7 +114,7 @@ void SampleRow(const PaddedImage& gray, const PaddedImage& ignore, int32_t width
         }
         auto mx = hn::Zero(d), my = mx, covered = mx;
         hn::LoadInterleaved2(d, from, mx, my);
-        const auto value = Sample(d, gray, ignore, width, height, mx, my, covered);
+        const auto value = Sample(d, source, mx, my, covered);
         hn::StoreU(hn::DemoteTo(d8, value), d8, whole ? dst + x : rest_gray);
         hn::StoreU(hn::DemoteTo(d8, hn::And(covered, hn::Set(d, 255))), d8,
                    whole ? mask + x : rest_mask);
@@ -185,9 +186,9 @@ HWY_EXPORT(ClearNearHighlights);
 void gray_row(uint32_t format, const uint8_t* src, uint8_t* dst, size_t n) {
     HWY_DYNAMIC_DISPATCH(GrayRow)(format, src, dst, n);
 }
-void sample_row(const PaddedImage& gray, const PaddedImage& ignore, int32_t width, int32_t height,
-                const int32_t* map, uint8_t* dst, uint8_t* mask, size_t n) {
-    HWY_DYNAMIC_DISPATCH(SampleRow)(gray, ignore, width, height, map, dst, mask, n);
+void sample_row(const PaddedSource& source, const int32_t* map, uint8_t* dst, uint8_t* mask,
+                size_t n) {
+    HWY_DYNAMIC_DISPATCH(SampleRow)(source, map, dst, mask, n);
 }
 void ignore_row(const uint8_t* ignore, uint8_t* mask, size_t n) {
     for (size_t x = 0; x < n; ++x) mask[x] = ignore[x] != 0 ? 0 : 255;

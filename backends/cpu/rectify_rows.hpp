@@ -16,10 +16,15 @@ struct PaddedImage {
     int32_t stride;
 };
 
-// Samples n pixels at map (x, y pairs, 1/128 px) from an image of width x height; mask[i] = 255
-// inside, 0 outside or where ignore (may have pixels = nullptr) is nonzero at one of the four taps.
-void sample_row(const PaddedImage& gray, const PaddedImage& ignore, int32_t width, int32_t height,
-                const int32_t* map, uint8_t* dst, uint8_t* mask, size_t n);
+struct PaddedSource {
+    PaddedImage gray, ignore;  // ignore may have pixels = nullptr
+    int32_t width, height;
+};
+
+// Samples n pixels at map (x, y pairs, 1/128 px) from the source; mask[i] = 255 inside, 0 outside
+// or where ignore is nonzero at one of the four taps.
+void sample_row(const PaddedSource& source, const int32_t* map, uint8_t* dst, uint8_t* mask,
+                size_t n);
 
 // mask[i] = ignore[i] ? 0 : 255.
 void ignore_row(const uint8_t* ignore, uint8_t* mask, size_t n);

@@ -264,7 +264,7 @@ class Stereo final : public Stage {
         const int w = c_.half_samples_x, h = c_.half_samples_y;
         bands_with_scratch(h, [&](int y0, int y1, int32_t* scratch) {
             for (int y = y0; y < y1; ++y)
-                standing_row(fields_[0].view(), dense_.view(), w, h, y, c_,
+                standing_row(fields_[0].view(), dense_.view(), y, c_,
                              reinterpret_cast<int16_t*>(scratch), standing_.row(y));
         });
         each_row(half_.height, [&](int y) {
@@ -319,12 +319,11 @@ class Stereo final : public Stage {
         const int w = c_.samples_x, h = c_.samples_y;
         const Plane<uint8_t> confidence = confidence_of(b);
         bands(h, [&](int y0, int y1) {
-            drop_speckles_rows(f[0].view(), w, h, y0, y1, c_, f[1].plane(), confidence);
+            drop_speckles_rows(f[0].view(), y0, y1, c_, f[1].plane(), confidence);
         });
         give_samples(f[1], b.evidence);
         bands(h, [&](int y0, int y1) {
-            fill_small_rows(f[1].view(), hypothesis_.view(), w, h, y0, y1, c_, f[0].plane(),
-                            confidence);
+            fill_small_rows(f[1].view(), hypothesis_.view(), y0, y1, c_, f[0].plane(), confidence);
         });
         give_samples(f[0], b.filled);
         smooth({.from = f[0].view(),

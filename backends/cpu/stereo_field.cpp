@@ -164,8 +164,9 @@ void FillRow(int16_t* row, int width, const int16_t* coarse, const int16_t* coar
     }
 }
 
-void StandingRow(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height,
-                 int y, const StereoConstants& c, int16_t* extent, uint8_t* dst) {
+void StandingRow(Plane<const int16_t> supported, Plane<const int16_t> dense, int y,
+                 const StereoConstants& c, int16_t* extent, uint8_t* dst) {
+    const int width = c.half_samples_x, height = c.half_samples_y;
     const I16 d;
     const hn::Rebind<uint8_t, I16> d8;
     int16_t* minimum = extent + kMargin;
@@ -338,9 +339,9 @@ void fill_row(int16_t* row, int width, const int16_t* coarse, const int16_t* coa
               int coarse_width) {
     HWY_DYNAMIC_DISPATCH(FillRow)(row, width, coarse, coarse2, coarse_width);
 }
-void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height,
-                  int y, const StereoConstants& c, int16_t* extent, uint8_t* dst) {
-    HWY_DYNAMIC_DISPATCH(StandingRow)(supported, dense, width, height, y, c, extent, dst);
+void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int y,
+                  const StereoConstants& c, int16_t* extent, uint8_t* dst) {
+    HWY_DYNAMIC_DISPATCH(StandingRow)(supported, dense, y, c, extent, dst);
 }
 void between_row(Plane<const int16_t> samples, int samples_x, int samples_y, int width, int y,
                  int16_t* dst) {

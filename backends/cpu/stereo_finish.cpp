@@ -60,9 +60,9 @@ HWY_INLINE void MoveTo(int y, int y0, int radius, int height, Move&& move) {
     if (y - radius - 1 >= 0) move(y - radius - 1, -1);
 }
 
-void DropSpecklesRows(Plane<const int16_t> evidence, int width, int height, int y0, int y1,
-                      const StereoConstants& c, Plane<int16_t> dst, Plane<uint8_t> confidence) {
-    const int support = c.support;
+void DropSpecklesRows(Plane<const int16_t> evidence, int y0, int y1, const StereoConstants& c,
+                      Plane<int16_t> dst, Plane<uint8_t> confidence) {
+    const int width = c.samples_x, height = c.samples_y, support = c.support;
     ColumnSums columns(width);
     int16_t counts[DEFREC_MAX_SIDE / 2 + kMargin];
     for (int y = y0; y < y1; ++y) {
@@ -80,9 +80,9 @@ void DropSpecklesRows(Plane<const int16_t> evidence, int width, int height, int 
     }
 }
 
-void FillSmallRows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width,
-                   int height, int y0, int y1, const StereoConstants& c, Plane<int16_t> dst,
-                   Plane<uint8_t> confidence) {
+void FillSmallRows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int y0, int y1,
+                   const StereoConstants& c, Plane<int16_t> dst, Plane<uint8_t> confidence) {
+    const int width = c.samples_x, height = c.samples_y;
     const int radius = c.fill_radius, side = 2 * radius + 1;
     constexpr int kBlock = 64;  // columns that are passed over if there is nothing to fill
     ColumnSums columns(width), deviations(width);
@@ -126,16 +126,13 @@ namespace defrec::cpu {
 HWY_EXPORT(DropSpecklesRows);
 HWY_EXPORT(FillSmallRows);
 
-void drop_speckles_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1,
-                        const StereoConstants& c, Plane<int16_t> dst, Plane<uint8_t> confidence) {
-    HWY_DYNAMIC_DISPATCH(DropSpecklesRows)
-    (evidence, width, height, y0, y1, c, dst, confidence);
+void drop_speckles_rows(Plane<const int16_t> evidence, int y0, int y1, const StereoConstants& c,
+                        Plane<int16_t> dst, Plane<uint8_t> confidence) {
+    HWY_DYNAMIC_DISPATCH(DropSpecklesRows)(evidence, y0, y1, c, dst, confidence);
 }
-void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width,
-                     int height, int y0, int y1, const StereoConstants& c, Plane<int16_t> dst,
-                     Plane<uint8_t> confidence) {
-    HWY_DYNAMIC_DISPATCH(FillSmallRows)
-    (evidence, hypothesis, width, height, y0, y1, c, dst, confidence);
+void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int y0, int y1,
+                     const StereoConstants& c, Plane<int16_t> dst, Plane<uint8_t> confidence) {
+    HWY_DYNAMIC_DISPATCH(FillSmallRows)(evidence, hypothesis, y0, y1, c, dst, confidence);
 }
 
 }  // namespace defrec::cpu

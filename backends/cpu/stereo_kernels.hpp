@@ -67,11 +67,11 @@ void smooth_rows(const SmoothJob& job, int y0, int y1, int16_t* scratch);
 void coarser_row(const int16_t* upper, const int16_t* lower, int width, int16_t* dst);
 void fill_row(int16_t* row, int width, const int16_t* coarse, const int16_t* coarse2,
               int coarse_width);
-// 7: dst[x] = kSettled, kOpen or kDoubtful, the last one twice. extent: the field's least and
-// largest values along the columns, 2
-// * (width + 2 * kMargin) int16.
-void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height,
-                  int y, const StereoConstants& c, int16_t* extent, uint8_t* dst);
+// 7: dst[x] = kSettled, kOpen or kDoubtful, the last one twice, for a row of samples of half
+// resolution. extent: the field's least and largest values along the columns, 2 * (half_samples_x +
+// 2 * kMargin) int16.
+void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int y,
+                  const StereoConstants& c, int16_t* extent, uint8_t* dst);
 // 8: row y of the field between samples. Writes up to 63 elements beyond the row.
 void between_row(Plane<const int16_t> samples, int samples_x, int samples_y, int width, int y,
                  int16_t* dst);
@@ -99,12 +99,11 @@ void refine_tile(const RefineJob& job, int x0, int x1, int row0, int row1);
 
 // 10: evidence rows y0 .. y1 - 1 with speckles dropped; their confidence is cleared where it is
 // given.
-void drop_speckles_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1,
-                        const StereoConstants& c, Plane<int16_t> dst, Plane<uint8_t> confidence);
+void drop_speckles_rows(Plane<const int16_t> evidence, int y0, int y1, const StereoConstants& c,
+                        Plane<int16_t> dst, Plane<uint8_t> confidence);
 // 11; hypothesis: of all pixels
-void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width,
-                     int height, int y0, int y1, const StereoConstants& c, Plane<int16_t> dst,
-                     Plane<uint8_t> confidence);
+void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int y0, int y1,
+                     const StereoConstants& c, Plane<int16_t> dst, Plane<uint8_t> confidence);
 // 13: row y of the result.
 void result_row(Plane<const int16_t> samples, int samples_y, int width, int range, int y,
                 int16_t* dst);

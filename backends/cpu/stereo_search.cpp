@@ -183,10 +183,14 @@ HWY_INLINE VI32 WindowSum(const int32_t* own, const int32_t* other, int parity, 
     return sum;
 }
 
-// Sum, n^2 times variance and its inverse root of the windows round a row's columns of one parity;
-// 0 where a window is not inside.
-HWY_INLINE void WindowStatistics(Columns2 sums, Columns2 squares, int parity, int i, int radius,
-                                 int width, VI32& sum, VI32& variance, VF32& inverse) {
+struct WindowLanes {
+    VI32 sum, variance;  // n^2 times the variance
+    VF32 inverse;        // its inverse root
+};
+
+// The windows round a row's columns of one parity; all 0 where a window is not inside.
+HWY_INLINE WindowLanes WindowStatistics(Columns2 sums, Columns2 squares, int parity, int i,
+                                        int radius, int width) {
     const I32 d32;
     const auto window = [&](Columns2 of) HWY_ATTR {
         return parity == 0 ? WindowSum(of.even, of.odd, 0, i, radius)
@@ -197,10 +201,9 @@ HWY_INLINE void WindowStatistics(Columns2 sums, Columns2 squares, int parity, in
     const auto inside = hn::And(hn::Gt(column, hn::Set(d32, radius - 1)),
                                 hn::Lt(column, hn::Set(d32, width - radius)));
     const int n = (2 * radius + 1) * (2 * radius + 1);
-    sum = hn::IfThenElseZero(inside, total);
-    variance = hn::IfThenElseZero(inside,
-                                  hn::Sub(hn::Mul(hn::Set(d32, n), square), hn::Mul(total, total)));
-    inverse = InverseRoot(variance);
+    const VI32 variance = hn::IfThenElseZero(
+        inside, hn::Sub(hn::Mul(hn::Set(d32, n), square), hn::Mul(total, total)));
+    return {hn::IfThenElseZero(inside, total), variance, InverseRoot(variance)};
 }
 
 void RowStatistics(const SearchJob& job, const SearchScratch& s) {
@@ -208,18 +211,17 @@ void RowStatistics(const SearchJob& job, const SearchScratch& s) {
     const F32 df;
     const int radius = job.c.radius, width = job.c.half_width;
     for (int i = 0; i < job.c.half_samples_x; i += int(hn::Lanes(d32))) {
-        VI32 sum, variance;
-        VF32 inverse;
-        WindowStatistics(s.left_sums, s.left_squares, 0, i, radius, width, sum, variance, inverse);
-        hn::Store(variance, d32, s.left_variance + i);
-        hn::Store(inverse, df, s.left_inverse + i);
-        hn::Store(hn::Mul(hn::ConvertTo(df, sum), hn::Set(df, job.c.one_over_n)), df,
+        const WindowLanes left = WindowStatistics(s.left_sums, s.left_squares, 0, i, radius, width);
+        hn::Store(left.variance, d32, s.left_variance + i);
+        hn::Store(left.inverse, df, s.left_inverse + i);
+        hn::Store(hn::Mul(hn::ConvertTo(df, left.sum), hn::Set(df, job.c.one_over_n)), df,
                   s.left_mean + i);
         for (int parity = 0; parity < 2; ++parity) {
-            WindowStatistics(s.right_sums, s.right_squares, parity, i, radius, width, sum, variance,
-                             inverse);
-            hn::Store(inverse, df, (parity == 0 ? s.right_inverse.even : s.right_inverse.odd) + i);
-            hn::Store(hn::ConvertTo(df, sum), df,
+            const WindowLanes right =
+                WindowStatistics(s.right_sums, s.right_squares, parity, i, radius, width);
+            hn::Store(right.inverse, df,
+                      (parity == 0 ? s.right_inverse.even : s.right_inverse.odd) + i);
+            hn::Store(hn::ConvertTo(df, right.sum), df,
                       (parity == 0 ? s.right_sum.even : s.right_sum.odd) + i);
         }
     }
@@ -284,17 +286,12 @@ HWY_INLINE VI32 WithoutZeros(VI32 key) {
     return hn::IfThenElseZero(hn::Gt(key, hn::Set(d32, 255)), key);
 }
 
-// Winners of the row and the checks of the left ones.
-void CheckRow(const SearchJob& job, const SearchScratch& s, int row) {
+// The winners of the right pixels of the row, and their indices where they are usable.
+HWY_INLINE void TakeRightWinners(const SearchJob& job, const SearchScratch& s, int row) {
     const I32 d32;
-    const F32 df;
-    const hn::Rebind<int16_t, I32> d16;
-    const int lanes = int(hn::Lanes(d32)), samples = job.c.half_samples_x,
-              groups = (job.c.count + kGroup - 1) / kGroup;
-    const VI32 index_bits = hn::Set(d32, 255), zero = hn::Zero(d32), one = hn::Set(d32, 1);
-    const uint8_t* left_mask = job.left_mask.row(2 * row);
+    const VI32 index_bits = hn::Set(d32, 255), zero = hn::Zero(d32);
     const uint8_t* right_mask = job.right_mask.row(2 * row);
-    for (int i = 0; i < samples; i += lanes) {
+    for (int i = 0; i < job.c.half_samples_x; i += int(hn::Lanes(d32))) {
         const VI32 masks = BytePairs(right_mask + 2 * i);
         const auto take = [&](int32_t* best, int32_t* index, VI32 mask) HWY_ATTR {
             const VI32 key = WithoutZeros(hn::Load(d32, best + i));
@@ -306,6 +303,31 @@ void CheckRow(const SearchJob& job, const SearchScratch& s, int row) {
         take(s.right_best.even, s.right_index.even, hn::And(masks, index_bits));
         take(s.right_best.odd, s.right_index.odd, hn::ShiftRight<8>(masks));
     }
+}
+
+// The keys of the row's winners, where the job wants them.
+HWY_INLINE void GiveKeys(const SearchJob& job, const SearchScratch& s, int row) {
+    const size_t samples = size_t(job.c.half_samples_x);
+    if (job.left_keys != nullptr)
+        std::copy_n(s.keys, samples, job.left_keys + size_t(row) * samples);
+    if (job.right_keys == nullptr) return;
+    int32_t* keys = job.right_keys + size_t(row) * size_t(job.c.half_width);
+    ForBoth(job.c.half_width, [&](int parity, int count) {
+        const int32_t* from = parity == 0 ? s.right_best.even : s.right_best.odd;
+        for (int i = 0; i < count; ++i) keys[2 * i + parity] = from[i];
+    });
+}
+
+// Winners of the row and the checks of the left ones.
+void CheckRow(const SearchJob& job, const SearchScratch& s, int row) {
+    const I32 d32;
+    const F32 df;
+    const hn::Rebind<int16_t, I32> d16;
+    const int lanes = int(hn::Lanes(d32)), samples = job.c.half_samples_x,
+              groups = (job.c.count + kGroup - 1) / kGroup;
+    const VI32 index_bits = hn::Set(d32, 255), zero = hn::Zero(d32), one = hn::Set(d32, 1);
+    const uint8_t* left_mask = job.left_mask.row(2 * row);
+    TakeRightWinners(job, s, row);
     for (int i = 0; i < samples; i += lanes) {
         VI32 key = zero;
         for (int g = 0; g < groups; ++g)
@@ -343,15 +365,7 @@ void CheckRow(const SearchJob& job, const SearchScratch& s, int row) {
         hn::StoreU(hn::DemoteTo(d16, result), d16, job.checked.row(row) + i);
     }
     std::fill_n(job.checked.row(row) + samples, kMargin, int16_t(kNoDisparity));
-    if (job.left_keys != nullptr)
-        std::copy_n(s.keys, samples, job.left_keys + size_t(row) * size_t(samples));
-    if (job.right_keys != nullptr) {
-        int32_t* keys = job.right_keys + size_t(row) * size_t(job.c.half_width);
-        ForBoth(job.c.half_width, [&](int parity, int count) {
-            const int32_t* from = parity == 0 ? s.right_best.even : s.right_best.odd;
-            for (int i = 0; i < count; ++i) keys[2 * i + parity] = from[i];
-        });
-    }
+    GiveKeys(job, s, row);
 }
 
 void EmptyRow(const SearchJob& job, int row) {

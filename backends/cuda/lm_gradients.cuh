@@ -459,6 +459,18 @@ __device__ __forceinline__ void take_last_step(const LmView& view, const LmRowMe
     if (blockIdx.x == 0 && thread == 0) *view.summary = summarise(view.p, state);
 }
 
+// What solve begins with: the residual and the first direction of all control points that the block
+// knows. Independent ones have their solution with it.
+__device__ __forceinline__ void start_vectors(const LmView& view, const LmRowMemory& memory,
+                                              bool coupled) {
+    for (uint32_t i = threadIdx.x; i < 6 * (coupled ? memory.count : memory.rows);
+         i += kRowThreads) {
+        const float value = view.exchange.starts[6 * memory.known[i / 6] + i % 6];
+        if (coupled) memory.residual[i] = memory.direction[i] = value;
+        if (i < 6 * memory.rows) memory.solution[i] = coupled ? 0.0f : value;
+    }
+}
+
 // The step of an iteration from the system in the present copy; a trusted one is taken as well.
 template <class Barrier, bool kShared>
 __global__ void __launch_bounds__(kRowThreads, 1) lm_gradients(LmView view, uint32_t iteration) {
@@ -508,11 +520,7 @@ __global__ void __launch_bounds__(kRowThreads, 1) lm_gradients(LmView view, uint
                   view.exchange.factors + kFactorRoom * size_t{memory.known[memory.columns[place]]},
                   memory.matrix + 36 * size_t{place});
     }
-    for (uint32_t i = thread; i < 6 * (coupled ? memory.count : memory.rows); i += kRowThreads) {
-        const float value = view.exchange.starts[6 * memory.known[i / 6] + i % 6];
-        if (coupled) memory.residual[i] = memory.direction[i] = value;
-        if (i < 6 * memory.rows) memory.solution[i] = coupled ? 0.0f : value;
-    }
+    start_vectors(view, memory, coupled);
     __syncthreads();
     if (coupled) solve(view, memory, share, barrier);
     if (trusts) {

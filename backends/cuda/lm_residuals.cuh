@@ -39,18 +39,23 @@ __device__ __forceinline__ float count_residual(const Robust<float>& robust, flo
     return total > 0 ? total : 0.0f;
 }
 
-// unit: of the residual in the summary, per mm.
+// How a sighting counts: its weight without ramped_tukey, the widths of that, and the unit of the
+// residual in the summary, per mm.
+struct SightingWeight {
+    float weight, inverse_a, inverse_c2, unit;
+};
+
 template <uint32_t kTerm>
 __device__ __forceinline__ void evaluate_sighting(Vec3<float> position, const Sighting<float>& seen,
-                                                  float weight, float inverse_a, float inverse_c2,
-                                                  float unit, bool counted, float (&sums)[kSums],
-                                                  NormalTerm& term) {
+                                                  const SightingWeight& given, bool counted,
+                                                  float (&sums)[kSums], NormalTerm& term) {
     Row<float> rows[3];
     sighting_rows(position, seen, rows);
     const float squared = rows[0].value * rows[0].value + rows[1].value * rows[1].value +
                           rows[2].value * rows[2].value;
-    term.weight = count_residual<kTerm>(ramped_tukey(squared, inverse_a, inverse_c2), weight,
-                                        squared * unit * unit, counted, sums);
+    term.weight =
+        count_residual<kTerm>(ramped_tukey(squared, given.inverse_a, given.inverse_c2),
+                              given.weight, squared * given.unit * given.unit, counted, sums);
     if (!(term.weight > 0)) return;
     for (const Row<float>& row : rows) add_row(row, term.weight, term);
 }
@@ -79,10 +84,12 @@ __device__ __forceinline__ void evaluate_match(const LmView& view, uint32_t land
     const defrec_match& match = view.frame.matches[landmark];
     if (!has_depth(match)) return;
     const bool preselected = match.weight > 0;
-    evaluate_sighting<kMatch>(position, match_sighting(load3<float>(match.position)),
-                              p.match_weight * (preselected ? match.weight : 1.0f),
-                              preselected ? 0.0f : p.match_slope,
-                              1 / (p.match_tukey * p.match_tukey), 1, counted, sums, term);
+    const SightingWeight weight{.weight = p.match_weight * (preselected ? match.weight : 1.0f),
+                                .inverse_a = preselected ? 0.0f : p.match_slope,
+                                .inverse_c2 = 1 / (p.match_tukey * p.match_tukey),
+                                .unit = 1};
+    evaluate_sighting<kMatch>(position, match_sighting(load3<float>(match.position)), weight,
+                              counted, sums, term);
 }
 
 __device__ __forceinline__ void evaluate_patch(const LmView& view, uint32_t patch,
@@ -92,8 +99,9 @@ __device__ __forceinline__ void evaluate_patch(const LmView& view, uint32_t patc
     Sighting<float> sighting{};
     if (!patch_sighting(p.exact_camera, view.frame.observations[patch], sighting)) return;
     const float px = px_per_mm(p.exact_camera, position.z), inverse_c = px / p.patch_tukey;
-    evaluate_sighting<kPatch>(position, sighting, p.patch_weight, 0.0f, inverse_c * inverse_c, px,
-                              counted, sums, term);
+    const SightingWeight weight{
+        .weight = p.patch_weight, .inverse_a = 0, .inverse_c2 = inverse_c * inverse_c, .unit = px};
+    evaluate_sighting<kPatch>(position, sighting, weight, counted, sums, term);
 }
 
 // The one at that place in the list of items. Its record goes to slot, if wanted.

@@ -109,14 +109,21 @@ __device__ uint32_t corner_of(uint32_t key) {
                : key >> 8 << 16 | (kLastPlace - (key >> 4 & 15)) << 8 | (kLastPlace - (key & 15));
 }
 
-// The best key of the block's column among those rows of its cells that are the thread's share.
-__device__ uint32_t best_of_column(const OrbLevel& level, const Block& block, int cell,
-                                   uint32_t threshold, int column, int first_row, int end_row,
+// What a thread scores of a block: rows of one of its columns.
+struct ColumnShare {
+    int column, first_row, end_row;
+};
+
+// The best key of those rows of the column's cells.
+__device__ uint32_t best_of_column(const OrbLevels& levels, const OrbLevel& level,
+                                   const Block& block, const ColumnShare& share,
                                    const uint32_t* pairs, const uint32_t (*scored)[kWidth / 32],
                                    uint8_t* scores) {
+    const int cell = levels.cell, column = share.column;
+    const auto threshold = static_cast<uint32_t>(levels.threshold);
     uint32_t best = 0;
     const uint32_t bit = static_cast<uint32_t>(column) % 32;
-    for (int row = first_row; row < end_row; ++row) {
+    for (int row = share.first_row; row < share.end_row; ++row) {
         const uint32_t upper = scored[row][column / 32] >> bit & 1,
                        lower = scored[row + block.half][column / 32] >> bit & 1;
         if ((upper | lower) == 0) continue;
@@ -172,9 +179,9 @@ __global__ void __launch_bounds__(kThreads, kResident)
     const int column = thread % kWidth, group = thread / kWidth, cell_row = group / shares;
     if (cell_row < block.down && column < block.across * cell) {
         const int first = group % shares * share, end = min(first + share, cell);
-        of_column[group][column] =
-            best_of_column(level, block, cell, static_cast<uint32_t>(levels.threshold), column,
-                           cell_row * cell + first, cell_row * cell + end, pairs, scored, scores);
+        of_column[group][column] = best_of_column(
+            levels, level, block, {column, cell_row * cell + first, cell_row * cell + end}, pairs,
+            scored, scores);
     }
     __syncthreads();
     if (thread >= block.across * block.down) return;

@@ -72,6 +72,13 @@ class Stereo final : public Stage {
     void record(Recorder& recorder, std::span<const InBuffer> in,
                 std::span<const OutBuffer> out) override {
         const StereoBuffers given = view_buffers<StereoBuffers>(shape_, in, out);
+        record_half(recorder, given);
+        record_full(recorder, given);
+    }
+
+  private:
+    // Half resolution, from the images to the refined field.
+    void record_half(Recorder& recorder, const StereoBuffers& given) const {
         const auto own = [](auto* wanted, const Buffer& buffer) {
             return wanted != nullptr ? wanted
                                      : buffer.as<std::remove_pointer_t<decltype(wanted)>>();
@@ -111,6 +118,10 @@ class Stereo final : public Stage {
                                 .dense = given.dense,
                                 .standing = standing_.as<uint8_t>(),
                                 .refined = half_refined_.as<int16_t>()});
+    }
+
+    // Full resolution, from the hypothesis to the result.
+    void record_full(Recorder& recorder, const StereoBuffers& given) const {
         record_refine(recorder, {.shape = shape_,
                                  .left = left_.gray(),
                                  .right = right_.gray(),
@@ -137,7 +148,6 @@ class Stereo final : public Stage {
                            std::bit_cast<uintptr_t>(given.confidence) % 2 == 0});
     }
 
-  private:
     bool words_aligned(const StereoBuffers& given) const {
         uintptr_t all = static_cast<uintptr_t>(shape_.stride);
         for (const uint8_t* image : {given.left, given.right, given.left_mask, given.right_mask})

@@ -105,65 +105,89 @@ struct Block {
     int16_t top[2 * kMaxPixels];  // the whole top level with what is coarser
 };
 
-// Fills the window of the finest field that begins at (left, top). whole: the top level is not
-// filled yet.
-template <int kRadius>
-__device__ __forceinline__ void fill_window(const DisparityPyramid& pyramid, int left, int top,
-                                            bool whole, Block<kRadius>& block) {
-    constexpr Windows kWindows = Block<kRadius>::kWindows;
-    constexpr int kMaxRounds = (kWindows.width[0] * kWindows.height[0] + kThreads - 1) / kThreads,
-                  kTopRounds = (kMaxPixels + kThreads - 1) / kThreads;
-    const int thread = static_cast<int>(threadIdx.x), top_level = cuda::top_level(pyramid);
-    int first_x[kTiledLevels + 1], first_y[kTiledLevels + 1];
-    first_x[0] = left;
-    first_y[0] = top;
+// Where the windows begin in their fields.
+struct WindowStarts {
+    int x[kTiledLevels + 1], y[kTiledLevels + 1];
+
+    __device__ __forceinline__ WindowStarts(int left, int top) {
+        x[0] = left;
+        y[0] = top;
 #pragma unroll
-    for (int level = 1; level <= kTiledLevels; ++level) {
-        first_x[level] = (first_x[level - 1] >> 1) - 1;
-        first_y[level] = (first_y[level - 1] >> 1) - 1;
+        for (int level = 1; level <= kTiledLevels; ++level) {
+            x[level] = (x[level - 1] >> 1) - 1;
+            y[level] = (y[level - 1] >> 1) - 1;
+        }
     }
-    // All reads before anything that waits for one.
-    int cells[kTiledLevels + 1][kMaxRounds], top_cells[kTopRounds];
-    const Level& top_size = pyramid.levels[top_level];
-    const int top_pixels = whole ? top_size.width * top_size.height : 0;
+};
+
+// What a thread reads of the windows and of the top level.
+template <int kRadius>
+struct Cells {
+    static constexpr Windows kWindows = Block<kRadius>::kWindows;
+    static constexpr int kMaxRounds =
+                             (kWindows.width[0] * kWindows.height[0] + kThreads - 1) / kThreads,
+                         kTopRounds = (kMaxPixels + kThreads - 1) / kThreads;
+    int windows[kTiledLevels + 1][kMaxRounds], top[kTopRounds];
+};
+
+template <int kRadius>
+__device__ __forceinline__ void read_cells(const DisparityPyramid& pyramid,
+                                           const WindowStarts& starts, int top_pixels,
+                                           Cells<kRadius>& cells) {
+    constexpr Windows kWindows = Cells<kRadius>::kWindows;
+    const int thread = static_cast<int>(threadIdx.x);
 #pragma unroll
     for (int level = 0; level <= kTiledLevels; ++level) {
         const int width = kWindows.width[level], count = width * kWindows.height[level];
         // For a level that there is not, it reads some sample that does not matter.
         const Level& size = pyramid.levels[level];
 #pragma unroll
-        for (int round = 0; round < kMaxRounds; ++round) {
+        for (int round = 0; round < Cells<kRadius>::kMaxRounds; ++round) {
             if (round * kThreads >= count) break;
             const int i = min(thread + round * kThreads, count - 1),
-                      x = clamped(first_x[level] + i % width, 0, size.width - 1),
-                      y = clamped(first_y[level] + i / width, 0, size.height - 1);
-            cells[level][round] = __ldg(pyramid.data + size.offset + y * size.width + x);
+                      x = clamped(starts.x[level] + i % width, 0, size.width - 1),
+                      y = clamped(starts.y[level] + i / width, 0, size.height - 1);
+            cells.windows[level][round] = __ldg(pyramid.data + size.offset + y * size.width + x);
         }
     }
+    const int top_offset = pyramid.levels[top_level(pyramid)].offset;
 #pragma unroll
-    for (int round = 0; round < kTopRounds; ++round) {
+    for (int round = 0; round < Cells<kRadius>::kTopRounds; ++round) {
         const int i = thread + round * kThreads;
-        top_cells[round] = i < top_pixels ? __ldg(pyramid.data + top_size.offset + i) : 0;
+        cells.top[round] = i < top_pixels ? __ldg(pyramid.data + top_offset + i) : 0;
     }
+}
+
+// Keeps them for the block; returns a bit for each level with a hole among them.
+template <int kRadius>
+__device__ __forceinline__ uint32_t keep_cells(const Cells<kRadius>& cells, int top_level,
+                                               int top_pixels, Block<kRadius>& block) {
+    constexpr Windows kWindows = Cells<kRadius>::kWindows;
+    const int thread = static_cast<int>(threadIdx.x);
     uint32_t seen = 0;
 #pragma unroll
     for (int level = 0; level <= kTiledLevels; ++level) {
         const int count = kWindows.width[level] * kWindows.height[level];
 #pragma unroll
-        for (int round = 0; round < kMaxRounds; ++round) {
+        for (int round = 0; round < Cells<kRadius>::kMaxRounds; ++round) {
             if (round * kThreads >= count) break;
-            const int i = thread + round * kThreads;
-            if (i < count)
-                block.fields[kWindows.first[level] + i] = static_cast<int16_t>(cells[level][round]);
-            if (cells[level][round] == kNoDisparity) seen |= 1u << level;
+            const int i = thread + round * kThreads, cell = cells.windows[level][round];
+            if (i < count) block.fields[kWindows.first[level] + i] = static_cast<int16_t>(cell);
+            if (cell == kNoDisparity) seen |= 1u << level;
         }
     }
 #pragma unroll
-    for (int round = 0; round < kTopRounds; ++round) {
+    for (int round = 0; round < Cells<kRadius>::kTopRounds; ++round) {
         const int i = thread + round * kThreads;
-        if (i < top_pixels) block.top[i] = static_cast<int16_t>(top_cells[round]);
-        if (top_cells[round] == kNoDisparity) seen |= 1u << top_level;
+        if (i < top_pixels) block.top[i] = static_cast<int16_t>(cells.top[round]);
+        if (cells.top[round] == kNoDisparity) seen |= 1u << top_level;
     }
+    return seen;
+}
+
+// The first level without holes, from those that each thread has seen: the coarsest that is needed.
+template <int kRadius>
+__device__ __forceinline__ int first_without_holes(uint32_t seen, Block<kRadius>& block) {
     uint32_t in_warp = 0;
 #pragma unroll
     for (int level = 0; level <= kTiledLevels; ++level)
@@ -173,8 +197,24 @@ __device__ __forceinline__ void fill_window(const DisparityPyramid& pyramid, int
     uint32_t all = 0;
 #pragma unroll
     for (const uint32_t of_warp : block.holes) all |= of_warp;
-    // The coarsest level that is needed is the first without holes.
-    const int with_holes = __ffs(static_cast<int>(~all)) - 1;
+    return __ffs(static_cast<int>(~all)) - 1;
+}
+
+// Fills the window of the finest field that begins at (left, top). whole: the top level is not
+// filled yet.
+template <int kRadius>
+__device__ __forceinline__ void fill_window(const DisparityPyramid& pyramid, int left, int top,
+                                            bool whole, Block<kRadius>& block) {
+    constexpr Windows kWindows = Block<kRadius>::kWindows;
+    const int thread = static_cast<int>(threadIdx.x), top_level = cuda::top_level(pyramid);
+    const WindowStarts starts(left, top);
+    const Level& top_size = pyramid.levels[top_level];
+    const int top_pixels = whole ? top_size.width * top_size.height : 0;
+    // All reads before anything that waits for one.
+    Cells<kRadius> cells;
+    read_cells(pyramid, starts, top_pixels, cells);
+    const int with_holes =
+        first_without_holes(keep_cells(cells, top_level, top_pixels, block), block);
     if (whole && top_level < with_holes) fill_from(pyramid, top_level, block.top);
 #pragma unroll
     for (int level = kTiledLevels - 1; level >= 0; --level) {
@@ -185,13 +225,13 @@ __device__ __forceinline__ void fill_window(const DisparityPyramid& pyramid, int
         const int16_t* const from =
             from_whole ? block.top : block.fields + kWindows.first[level + 1];
         const int stride = from_whole ? size.width : kWindows.width[level + 1],
-                  from_x = from_whole ? 0 : first_x[level + 1],
-                  from_y = from_whole ? 0 : first_y[level + 1];
+                  from_x = from_whole ? 0 : starts.x[level + 1],
+                  from_y = from_whole ? 0 : starts.y[level + 1];
         for (int i = thread; i < kWindows.width[level] * kWindows.height[level]; i += kThreads) {
             if (field[i] != kNoDisparity) continue;
-            const int x = clamped(first_x[level] + i % kWindows.width[level], 0,
+            const int x = clamped(starts.x[level] + i % kWindows.width[level], 0,
                                   pyramid.levels[level].width - 1),
-                      y = clamped(first_y[level] + i / kWindows.width[level], 0,
+                      y = clamped(starts.y[level] + i / kWindows.width[level], 0,
                                   pyramid.levels[level].height - 1);
             field[i] = static_cast<int16_t>(from_coarser(from, stride, from_x, from_y, size, x, y));
         }
@@ -251,8 +291,7 @@ __global__ void __launch_bounds__(kThreads, 3) make_dense(DenseStep step, bool w
         const int column = k % kTileWidth, row = k / kTileWidth, i = left + column, j = top + row;
         if (i >= width || j >= height) continue;
         Refined refined[1];
-        refine_run<1>(tile, column, row, 2 * i, 2 * j, shape.half_width, shape.half_height,
-                      refined);
+        refine_run<1>(tile, images, column, row, 2 * i, 2 * j, refined);
         const int here = dense(column, row);
         step.refined[j * width + i] = static_cast<int16_t>(
             here == kNoDisparity ? kNoDisparity : moved(here, refined[0].move));

@@ -153,32 +153,35 @@ __device__ __forceinline__ void give_confidence(const FinishStep& step, int conf
     }
 }
 
-// next: where the field goes if passes are left, or nullptr.
-template <int kRadius>
-__global__ void __launch_bounds__(kThreads) finish(FinishStep step, int passes, int16_t* next) {
-    __shared__ Tile tile;
-    const StereoShape& shape = step.shape;
-    const int fill = shape.fill_radius, reach = passes * kRadius,
-              margin = reach + fill + kSpeckleRadius;
-    const int left = static_cast<int>(blockIdx.x) * (kWidth - 1),
-              top = static_cast<int>(blockIdx.y) * (kHeight - 1);
-    const int height = kHeight + 2 * margin, thread = static_cast<int>(threadIdx.x);
-    const auto owned = [&](int column, int row) {
+// A block's samples: `margin` from the field's first are those whose results it gives, from (left,
+// top) on.
+struct Samples {
+    int left, top, margin;
+
+    // Whether the block gives the results of the sample in that place.
+    __device__ __forceinline__ bool owned(const StereoShape& shape, int column, int row) const {
         return column >= margin && column < margin + kWidth - 1 && row >= margin &&
                row < margin + kHeight - 1 && left - margin + column < shape.samples_x &&
                top - margin + row < shape.samples_y;
-    };
+    }
+    __device__ __forceinline__ int rows() const { return kHeight + 2 * margin; }
+};
 
+// What is found at the samples.
+__device__ __forceinline__ void load_found(const FinishStep& step, const Samples& samples,
+                                           Tile& tile) {
+    const StereoShape& shape = step.shape;
+    const int thread = static_cast<int>(threadIdx.x), warp = thread / kLanes,
+              lane = thread % kLanes;
     constexpr int kRounds = (kReachHeight + kWarps - 1) / kWarps;
-    const int warp = thread / kLanes, lane = thread % kLanes;
     uint32_t words[kRounds][2];
 #pragma unroll
     for (int round = 0; round < kRounds; ++round)
 #pragma unroll
         for (int part = 0; part < 2; ++part) {
             // Outside the field some sample is read that does not matter.
-            const int i = left - margin + part * kLanes + lane,
-                      j = top - margin + round * kWarps + warp,
+            const int i = samples.left - samples.margin + part * kLanes + lane,
+                      j = samples.top - samples.margin + round * kWarps + warp,
                       at_i = clamped(i, 0, shape.samples_x - 1),
                       at_j = clamped(j, 0, shape.samples_y - 1);
             const uint32_t word = __ldg(step.found + at_j * shape.samples_x + at_i);
@@ -187,7 +190,7 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step, int passes, 
 #pragma unroll
     for (int round = 0; round < kRounds; ++round) {
         const int row = round * kWarps + warp;
-        if (row >= height) break;
+        if (row >= samples.rows()) break;
         uint64_t bits = 0;
 #pragma unroll
         for (int part = 0; part < 2; ++part) {
@@ -198,9 +201,16 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step, int passes, 
         }
         if (lane == 0) tile.before[row] = bits;
     }
-    __syncthreads();
+}
+
+// The end of section 10: which of them are no speckles.
+__device__ __forceinline__ void drop_speckles(const FinishStep& step, const Samples& samples,
+                                              Tile& tile) {
+    const StereoShape& shape = step.shape;
+    const int thread = static_cast<int>(threadIdx.x), warp = thread / kLanes,
+              lane = thread % kLanes;
 #pragma unroll 2
-    for (int row = kSpeckleRadius + warp; row < height - kSpeckleRadius; row += kWarps) {
+    for (int row = kSpeckleRadius + warp; row < samples.rows() - kSpeckleRadius; row += kWarps) {
         constexpr int kSide = 2 * kSpeckleRadius + 1;
         uint64_t rows[kSide], bits = 0;
 #pragma unroll
@@ -215,18 +225,51 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step, int passes, 
             const Found found = unpack_found(tile.found[row][column]);
             const bool stays = found.difference != 0 && __popc(there) >= shape.support;
             bits |= uint64_t{__ballot_sync(kAllLanes, stays)} << (part * kLanes);
-            if (step.given_evidence != nullptr && owned(column, row))
-                step.given_evidence[(top - margin + row) * shape.samples_x + left - margin +
-                                    column] = static_cast<int16_t>(disparity_of(found, stays));
+            if (step.given_evidence != nullptr && samples.owned(shape, column, row))
+                step.given_evidence[(samples.top - samples.margin + row) * shape.samples_x +
+                                    samples.left - samples.margin + column] =
+                    static_cast<int16_t>(disparity_of(found, stays));
         }
         if (lane == 0) tile.after[row] = bits;
     }
+}
+
+// Section 11: the disparity of the hole in that place, whose neighbours within `radius` are more
+// than half there.
+__device__ __forceinline__ int filled_hole(const Tile& tile, int column, int row, int radius,
+                                           int neighbours) {
+    const int side = 2 * radius + 1;
+    int sum = -kNoDifference * neighbours;
+    for (int y = row - radius; y <= row + radius; ++y) {
+        const uint32_t there = bits_of(tile.after[y], column - radius, side);
+        for (int k = 0; k < side; ++k)
+            if ((there >> k & 1) != 0)
+                sum += unpack_found(tile.found[y][column - radius + k]).difference;
+    }
+    const int dividend = 2 * sum + neighbours, quotient = dividend / (2 * neighbours);
+    return max(0, unpack_found(tile.found[row][column]).hypothesis + quotient -
+                      (dividend - 2 * neighbours * quotient < 0));
+}
+
+// next: where the field goes if passes are left, or nullptr.
+template <int kRadius>
+__global__ void __launch_bounds__(kThreads) finish(FinishStep step, int passes, int16_t* next) {
+    __shared__ Tile tile;
+    const StereoShape& shape = step.shape;
+    const int fill = shape.fill_radius, reach = passes * kRadius;
+    const Samples samples{static_cast<int>(blockIdx.x) * (kWidth - 1),
+                          static_cast<int>(blockIdx.y) * (kHeight - 1),
+                          reach + fill + kSpeckleRadius};
+    load_found(step, samples, tile);
+    __syncthreads();
+    drop_speckles(step, samples, tile);
     __syncthreads();
     each(kWidth + 2 * reach, kHeight + 2 * reach, [&](int u, int v) {
         const int column = u + fill + kSpeckleRadius, row = v + fill + kSpeckleRadius;
         const Found found = unpack_found(tile.found[row][column]);
         const bool known = bits_of(tile.after[row], column, 1) != 0;
-        const int i = left - margin + column, j = top - margin + row;
+        const int i = samples.left - samples.margin + column,
+                  j = samples.top - samples.margin + row;
         int disparity = disparity_of(found, known), confidence = known ? found.confidence : 0;
         if (!known) {
             const int side = 2 * fill + 1;
@@ -235,27 +278,19 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step, int passes, 
                 m += __popc(bits_of(tile.after[y], column - fill, side));
             if (2 * m >= side * side && i >= 0 && j >= 0 && i < shape.samples_x &&
                 j < shape.samples_y) {
-                int sum = -kNoDifference * m;
-                for (int y = row - fill; y <= row + fill; ++y) {
-                    const uint32_t there = bits_of(tile.after[y], column - fill, side);
-                    for (int k = 0; k < side; ++k)
-                        if ((there >> k & 1) != 0)
-                            sum += unpack_found(tile.found[y][column - fill + k]).difference;
-                }
-                const int dividend = 2 * sum + m, quotient = dividend / (2 * m);
-                disparity = max(0, found.hypothesis + quotient - (dividend - 2 * m * quotient < 0));
+                disparity = filled_hole(tile, column, row, fill, m);
                 confidence = kFilledConfidence;
             }
         }
         tile.field.cells[v][u] = to_smooth(disparity);
-        if (!owned(column, row)) return;
+        if (!samples.owned(shape, column, row)) return;
         if (step.confidence != nullptr) give_confidence(step, confidence, i, j);
         if (step.given_filled != nullptr)
             step.given_filled[j * shape.samples_x + i] = static_cast<int16_t>(disparity);
     });
     __syncthreads();
     smooth_field<kRadius>(tile.field, passes, static_cast<float>(shape.smooth_range));
-    give_field(step, tile.field, left, top, reach, next);
+    give_field(step, tile.field, samples.left, samples.top, reach, next);
 }
 
 template <int kRadius>

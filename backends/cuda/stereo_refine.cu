@@ -170,7 +170,7 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
         for (int m = 0; m < kRun; ++m)
             known[m] = known_of(step, min(i + m, shape.samples_x - 1), j);
         Refined refined[kRun];
-        refine_run<kRun>(tile, column, row, 2 * i, 2 * j, shape.width, shape.height, refined);
+        refine_run<kRun>(tile, images, column, row, 2 * i, 2 * j, refined);
 #pragma unroll
         for (int m = 0; m < kRun; ++m) {
             constexpr int kPairsAbove = -(Tile::kFirstRow + 1) / 2;

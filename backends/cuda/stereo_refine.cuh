@@ -211,12 +211,14 @@ __device__ __forceinline__ void sum_run(const int* columns, int (&sums)[kRun]) {
     sum_along<kRadius, kRun, 2>(used, sums);
 }
 
-// The samples (column + m, row) of the tile, of which (x, y) is the first one's pixel.
+// The samples (column + m, row) of the tile, of which (x, y) is the first one's pixel in the
+// images.
 template <int kRun, int kRadius, int kHeight>
-__device__ __forceinline__ void refine_run(const RefineTile<kRadius, kHeight>& tile, int column,
-                                           int row, int x, int y, int width, int height,
-                                           Refined (&refined)[kRun]) {
-    const int window_height = min(y + kRadius, height - 1) - max(y - kRadius, 0) + 1;
+__device__ __forceinline__ void refine_run(const RefineTile<kRadius, kHeight>& tile,
+                                           const GrayPair& images, int column, int row, int x,
+                                           int y, Refined (&refined)[kRun]) {
+    const int width = images.width,
+              window_height = min(y + kRadius, images.height - 1) - max(y - kRadius, 0) + 1;
     uint32_t n[kRun], left_sum[kRun];
     float left_root[kRun];
     int z[3][kRun], sums[kRun], squares[kRun], products[kRun];

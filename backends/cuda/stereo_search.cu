@@ -96,14 +96,21 @@ __device__ __forceinline__ uint32_t two_rows(const uint32_t* words, int row) {
                         : word >> (8 * (row % 4)) & 0xffff;
 }
 
-// A column of a band: its words for the search, and sums and squares of its windows.
+// Where the columns of an image go: their words for the search, and sums and squares of their
+// windows.
+template <class S, int kColumns>
+struct StagedColumns {
+    int (&words)[S::kWords + kMoves][kColumns];
+    int (&sums)[kRows][kColumns];
+    int (&squares)[kRows][kColumns];
+};
+
+// A column of a band.
 template <class S, bool kLeft, int kColumns>
-__device__ __forceinline__ void stage_column(const SearchStep& step, const uint32_t* image, int x,
+__device__ __forceinline__ void stage_column(const StereoShape& shape, const uint32_t* image, int x,
                                              int band, int column,
-                                             int (&words)[S::kWords + kMoves][kColumns],
-                                             int (&sums)[kRows][kColumns],
-                                             int (&squares)[kRows][kColumns]) {
-    const StereoShape& shape = step.shape;
+                                             const StagedColumns<S, kColumns>& staged) {
+    auto& [words, sums, squares] = staged;
     uint32_t rows[S::kBandWords + 1];
     // Outside the image some word is read that does not matter.
     const int last = (shape.half_height - 1) / kBandRows;
@@ -146,6 +153,24 @@ __device__ __forceinline__ void stage_column(const SearchStep& step, const uint3
         left = __dp4a(leaving, 0x01010101, left);
         sums[move + 1][column] = kLeft ? sum : sum + left * (1 << 16);
         squares[move + 1][column] = square;
+    }
+}
+
+// The columns of both images that the block's windows have. left, right: the first pixels.
+template <class S, int kRadius>
+__device__ __forceinline__ void stage_columns(const SearchStep& step, typename S::Shared& shared,
+                                              int left, int right, int band) {
+    const StagedColumns<S, S::kLeftColumns> of_left{shared.left, shared.columns.left_sums,
+                                                    shared.columns.left_squares};
+    const StagedColumns<S, S::kRightColumns> of_right{shared.right, shared.columns.right_sums,
+                                                      shared.columns.right_squares};
+    for (int i = static_cast<int>(threadIdx.x); i < S::kLeftColumns + S::kRightColumns;
+         i += S::kThreads) {
+        const int j = i - S::kLeftColumns;
+        if (j < 0)
+            stage_column<S, true>(step.shape, step.left, left - kRadius + i, band, i, of_left);
+        else
+            stage_column<S, false>(step.shape, step.right, right - kRadius + j, band, j, of_right);
     }
 }
 
@@ -212,11 +237,24 @@ __device__ __forceinline__ void make_windows(const SearchStep& step, typename S:
     }
 }
 
+// What a thread has of a block: one group at a time, for a run of samples in each row.
+struct ThreadShare {
+    int slot, run;
+    int reach;  // the first right pixel that it meets
+};
+template <int kGroups>
+__device__ __forceinline__ ThreadShare thread_share() {
+    const int thread = static_cast<int>(threadIdx.x), slot = thread % kGroups,
+              run = thread / kGroups;
+    return {slot, run, kGroup * (kGroups - 1 - slot) + kRunPixels * run};
+}
+
 // Keys of the thread's samples in its four disparities. sums: along the columns.
 template <class S, int kRadius>
-__device__ __forceinline__ void score_row(typename S::Shared& shared, int row, int run, int reach,
-                                          int slot, const int (&tags)[kGroup],
+__device__ __forceinline__ void score_row(typename S::Shared& shared, int row,
+                                          const ThreadShare& share, const int (&tags)[kGroup],
                                           const int (&sums)[kGroup][S::kUsed]) {
+    const int run = share.run, reach = share.reach;
     constexpr int kMet = padded(kMeet);
     float left_mean[kRun], left_root[kRun], right_sum[kMet], right_root[kMet], right_bias[kMet];
     load_fours(&shared.left_mean[row][kRun * run], left_mean);
@@ -251,102 +289,88 @@ __device__ __forceinline__ void score_row(typename S::Shared& shared, int row, i
                 window[k] += sums[k][u + 2 * kRadius + 1] - sums[k][u];
         }
     }
-    *reinterpret_cast<int4*>(&shared.best[slot][row * kTile + kRun * run]) =
+    *reinterpret_cast<int4*>(&shared.best[share.slot][row * kTile + kRun * run]) =
         make_int4(best[0], best[1], best[2], best[3]);
 #pragma unroll
     for (int i = 0; i < kMeet; ++i)
         atomicMax(&shared.right_keys[row][i % 4][reach / 4 + i / 4], met[i]);
 }
 
-template <int kRadius, int kGroups>
-__global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) search(SearchStep step) {
-    using S = Search<kRadius, kGroups>;
-    __shared__ typename S::Shared shared;
-    const StereoShape& shape = step.shape;
-    const int thread = static_cast<int>(threadIdx.x), slot = thread % kGroups,
-              run = thread / kGroups;
-    // Pixels of the first sample; and the band in which its window begins.
-    const int left =
-        first_sample(kRadius + shape.first) + static_cast<int>(blockIdx.x) * kTilePixels;
-    const int top = first_sample(kRadius) + static_cast<int>(blockIdx.y) * 2 * kRows,
-              band = (top - kRadius) / kBandRows;
-    const int reach = kGroup * (kGroups - 1 - slot) +
-                      kRunPixels * run;  // the first right pixel that the thread meets
-    const int groups = (shape.count + kGroup - 1) / kGroup;
-    for (int first_group = 0; first_group < groups; first_group += kGroups) {
-        const int right = left - shape.first - kGroup * (first_group + kGroups - 1) - (kGroup - 1);
-        for (int i = thread; i < S::kLeftColumns + S::kRightColumns; i += S::kThreads) {
-            const int j = i - S::kLeftColumns;
-            if (j < 0)
-                stage_column<S, true>(step, step.left, left - kRadius + i, band, i, shared.left,
-                                      shared.columns.left_sums, shared.columns.left_squares);
-            else
-                stage_column<S, false>(step, step.right, right - kRadius + j, band, j, shared.right,
-                                       shared.columns.right_sums, shared.columns.right_squares);
-        }
-        for (int i = thread; i < kRows * S::kReach; i += S::kThreads)
-            (&shared.right_keys[0][0][0])[i] = 0;
-        __syncthreads();
-
-        make_windows<S, kRadius>(step, shared, left, right, top);
-        __syncthreads();
-
-        // The group's disparities; those after the last have keys that never win.
-        int tags[kGroup];
+// Keys of the thread's samples in the disparities of its group, one of those from first_group on.
+template <class S, int kRadius>
+__device__ __forceinline__ void score_group(const StereoShape& shape, typename S::Shared& shared,
+                                            const ThreadShare& share, int first_group) {
+    // The group's disparities; those after the last have keys that never win.
+    int tags[kGroup];
 #pragma unroll
-        for (int k = 0; k < kGroup; ++k) {
-            const int index = kGroup * (first_group + slot) + k;
-            tags[k] = index < shape.count ? index : kInvalid;
-        }
-        int sums[kGroup][S::kUsed];
+    for (int k = 0; k < kGroup; ++k) {
+        const int index = kGroup * (first_group + share.slot) + k;
+        tags[k] = index < shape.count ? index : kInvalid;
+    }
+    int sums[kGroup][S::kUsed];
+#pragma unroll
+    for (int k = 0; k < kGroup; ++k)
+#pragma unroll
+        for (int u = 0; u < S::kUsed; ++u) sums[k][u] = 0;
+    const auto add_products = [&](int word) {
+        int left_words[S::kLeftLine], right_words[S::kRightLine];
+        load_fours(&shared.left[word][kRunPixels * share.run], left_words);
+        load_fours(&shared.right[word][share.reach], right_words);
 #pragma unroll
         for (int k = 0; k < kGroup; ++k)
 #pragma unroll
-            for (int u = 0; u < S::kUsed; ++u) sums[k][u] = 0;
-        const auto add_products = [&](int word) {
-            int left_words[S::kLeftLine], right_words[S::kRightLine];
-            load_fours(&shared.left[word][kRunPixels * run], left_words);
-            load_fours(&shared.right[word][reach], right_words);
+            for (int u = 0; u < S::kUsed; ++u)
+                sums[k][u] = __dp4a(left_words[u], right_words[u + kGroup - 1 - k], sums[k][u]);
+    };
 #pragma unroll
-            for (int k = 0; k < kGroup; ++k)
-#pragma unroll
-                for (int u = 0; u < S::kUsed; ++u)
-                    sums[k][u] = __dp4a(left_words[u], right_words[u + kGroup - 1 - k], sums[k][u]);
-        };
-#pragma unroll
-        for (int word = 0; word < S::kWords; ++word) add_products(word);
+    for (int word = 0; word < S::kWords; ++word) add_products(word);
 #pragma unroll 1
-        for (int row = 0;; ++row) {
-            score_row<S, kRadius>(shared, row, run, reach, slot, tags, sums);
-            if (row == kRows - 1) break;
-            add_products(S::kWords + row);
-        }
-        __syncthreads();
-
-#pragma unroll
-        for (int round = 0; round < S::kSampleRounds; ++round) {
-            const int sample = thread + round * S::kThreads;
-            if (sample >= S::kSamples) break;
-            Contest contest{0, 0, 0, 0};
-            if (first_group > 0) contest = shared.contests[sample];
-#pragma unroll 4
-            for (int g = 0; g < min(kGroups, groups - first_group); ++g)
-                contest.enter(first_group + g, shared.best[g][sample]);
-            shared.contests[sample] = contest;
-        }
-        for (int i = thread; i < kRows * S::kReach; i += S::kThreads) {
-            const int row = i / S::kReach, at = i % S::kReach,
-                      key = shared.right_keys[row][at % 4][at / 4];
-            // A key of 255 or less has the score 0.
-            if (key > 255)
-                atomicMax(&step.right_keys[(top / 2 + row) * shape.half_width + right + at], key);
-        }
-        __syncthreads();
+    for (int row = 0;; ++row) {
+        score_row<S, kRadius>(shared, row, share, tags, sums);
+        if (row == kRows - 1) break;
+        add_products(S::kWords + row);
     }
+}
 
+// The best of `count` groups from first_group on enter the contests of the samples.
+template <class S>
+__device__ __forceinline__ void enter_groups(typename S::Shared& shared, int first_group,
+                                             int count) {
 #pragma unroll
     for (int round = 0; round < S::kSampleRounds; ++round) {
-        const int sample = thread + round * S::kThreads;
+        const int sample = static_cast<int>(threadIdx.x) + round * S::kThreads;
+        if (sample >= S::kSamples) break;
+        Contest contest{0, 0, 0, 0};
+        if (first_group > 0) contest = shared.contests[sample];
+#pragma unroll 4
+        for (int g = 0; g < count; ++g) contest.enter(first_group + g, shared.best[g][sample]);
+        shared.contests[sample] = contest;
+    }
+}
+
+// The keys of the right pixels, of which (right, top) is the first, enter those of all blocks.
+template <class S>
+__device__ __forceinline__ void give_right_keys(const SearchStep& step,
+                                                const typename S::Shared& shared, int right,
+                                                int top) {
+    for (int i = static_cast<int>(threadIdx.x); i < kRows * S::kReach; i += S::kThreads) {
+        const int row = i / S::kReach, at = i % S::kReach,
+                  key = shared.right_keys[row][at % 4][at / 4];
+        // A key of 255 or less has the score 0.
+        if (key > 255)
+            atomicMax(&step.right_keys[(top / 2 + row) * step.shape.half_width + right + at], key);
+    }
+}
+
+// The winners of the samples' contests, where they pass what is asked of a left pixel alone.
+template <class S, int kRadius>
+__device__ __forceinline__ void give_candidates(const SearchStep& step,
+                                                const typename S::Shared& shared, int left,
+                                                int top) {
+    const StereoShape& shape = step.shape;
+#pragma unroll
+    for (int round = 0; round < S::kSampleRounds; ++round) {
+        const int sample = static_cast<int>(threadIdx.x) + round * S::kThreads;
         if (sample >= S::kSamples) break;
         const int i = left / 2 + sample % kTile, j = top / 2 + sample / kTile;
         if (2 * i >= shape.half_width - kRadius || 2 * j >= shape.half_height - kRadius) continue;
@@ -359,6 +383,35 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
         step.candidates[at] = static_cast<uint16_t>(good ? 1 + (key & 255) : 0);
         if (step.left_keys != nullptr) step.left_keys[at] = key;
     }
+}
+
+template <int kRadius, int kGroups>
+__global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) search(SearchStep step) {
+    using S = Search<kRadius, kGroups>;
+    __shared__ typename S::Shared shared;
+    const StereoShape& shape = step.shape;
+    const ThreadShare share = thread_share<kGroups>();
+    // Pixels of the first sample; and the band in which its window begins.
+    const int left =
+        first_sample(kRadius + shape.first) + static_cast<int>(blockIdx.x) * kTilePixels;
+    const int top = first_sample(kRadius) + static_cast<int>(blockIdx.y) * 2 * kRows,
+              band = (top - kRadius) / kBandRows;
+    const int groups = (shape.count + kGroup - 1) / kGroup;
+    for (int first_group = 0; first_group < groups; first_group += kGroups) {
+        const int right = left - shape.first - kGroup * (first_group + kGroups - 1) - (kGroup - 1);
+        stage_columns<S, kRadius>(step, shared, left, right, band);
+        for (int i = static_cast<int>(threadIdx.x); i < kRows * S::kReach; i += S::kThreads)
+            (&shared.right_keys[0][0][0])[i] = 0;
+        __syncthreads();
+        make_windows<S, kRadius>(step, shared, left, right, top);
+        __syncthreads();
+        score_group<S, kRadius>(shape, shared, share, first_group);
+        __syncthreads();
+        enter_groups<S>(shared, first_group, min(kGroups, groups - first_group));
+        give_right_keys<S>(step, shared, right, top);
+        __syncthreads();
+    }
+    give_candidates<S, kRadius>(step, shared, left, top);
 }
 
 template <int kGroups>

@@ -43,6 +43,21 @@ void for_each_item(const Host& host, size_t count, Body&& body) {
     });
 }
 
+// The costs, counts and sizes of residuals where the minimiser ends.
+inline void summarise(const LmSums& sums, defrec_lm_summary& summary) {
+    summary.final_cost = float(sums.total());
+    summary.icp_cost = float(sums.icp.cost);
+    summary.match_cost = float(sums.match.cost);
+    summary.patch_cost = float(sums.patch.cost);
+    summary.arap_cost = float(sums.arap);
+    summary.icp_points = sums.icp.count;
+    summary.matches = sums.match.count;
+    summary.patches = sums.patch.count;
+    summary.icp_rms = float(sums.icp.rms());
+    summary.match_rms = float(sums.match.rms());
+    summary.patch_rms = float(sums.patch.rms());
+}
+
 // nodes: in, where to start; out, the minimum. trial: as many; step: 6 each. Problem has
 // - LmSums begin(nodes): linearises, and fixes what depends on the start; the system becomes the
 //   present one
@@ -95,18 +110,7 @@ defrec_lm_summary levenberg_marquardt(Problem& problem, const defrec_lm_params& 
         lambda = std::clamp(lambda * (accepted ? kLambdaDown : kLambdaUp), kMinLambda, kMaxLambda);
     }
     if (summary.iterations > 0 && !any_step) summary.failed = 1;
-
-    summary.final_cost = float(sums.total());
-    summary.icp_cost = float(sums.icp.cost);
-    summary.match_cost = float(sums.match.cost);
-    summary.patch_cost = float(sums.patch.cost);
-    summary.arap_cost = float(sums.arap);
-    summary.icp_points = sums.icp.count;
-    summary.matches = sums.match.count;
-    summary.patches = sums.patch.count;
-    summary.icp_rms = float(sums.icp.rms());
-    summary.match_rms = float(sums.match.rms());
-    summary.patch_rms = float(sums.patch.rms());
+    summarise(sums, summary);
     summary.damping = float(lambda);
     return summary;
 }

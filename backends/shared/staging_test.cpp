@@ -210,19 +210,28 @@ TEST_CASE("contents that cannot be had are forgotten") {
     CHECK(queue.forgotten == 2);
 }
 
+namespace {
+
+// A read that the test waits for.
+struct Read {
+    std::array<uint32_t, 4> out, expected;
+    uint64_t value;
+    bool lost = false;
+
+    // What there is of it when the signal has reached `reached`.
+    std::array<uint32_t, 4> wanted(uint64_t reached) const {
+        return value <= reached && !lost ? expected : std::array<uint32_t, 4>{};
+    }
+};
+
+}  // namespace
+
 TEST_CASE(
     "whenever the device copies and whichever submissions fail, a read brings what was last "
     "written, or nothing") {
     std::mt19937 random(1);
     const auto below = [&](uint32_t limit) { return static_cast<uint32_t>(random() % limit); };
     constexpr uint32_t kPlaces = 8;
-    struct Read {
-        std::array<uint32_t, 4> out, expected;
-        uint64_t value;
-        bool lost = false;
-    };
-    constexpr std::array<uint32_t, 4> kUntouched{};
-
     TestQueue queue;
     const Memory buffer(16 * kPlaces);
     std::array<std::array<uint32_t, 4>, kPlaces> submitted{}, gathered{};
@@ -238,7 +247,7 @@ TEST_CASE(
                 break;
             case 2:
             case 3:
-                reads.push_back({kUntouched, gathered[place], queue.submitted() + 1});
+                reads.push_back({{}, gathered[place], queue.submitted() + 1});
                 queue.read(buffer, 16 * place, reads.back().out.data(), 16);
                 break;
             case 4:
@@ -261,9 +270,7 @@ TEST_CASE(
                 const uint64_t value = queue.submitted() - below(std::min<uint32_t>(
                                                                3, uint32_t(queue.submitted()) + 1));
                 queue.wait(value, UINT64_MAX);
-                for (const Read& read : reads)
-                    REQUIRE(read.out ==
-                            (read.value <= value && !read.lost ? read.expected : kUntouched));
+                for (const Read& read : reads) REQUIRE(read.out == read.wanted(value));
                 for (; !reads.empty() && reads.front().value <= value; reads.pop_front())
                     ++(reads.front().lost ? lost : delivered);
             }

@@ -59,9 +59,8 @@ struct AlignSceneOptions {
     double prediction_error = 2;  // px, of each coordinate
 };
 
-inline AlignScene make_align_scene(const AlignSceneOptions& o) {
-    AlignScene scene;
-    defrec_align_params& p = scene.params;
+inline defrec_align_params align_params(const AlignSceneOptions& o) {
+    defrec_align_params p{};
     DEFREC_INIT(&p);
     p.nodes = 1;
     p.width = o.width;
@@ -72,9 +71,14 @@ inline AlignScene make_align_scene(const AlignSceneOptions& o) {
     p.search_radius = o.search_radius;
     p.camera = {500, 500, 105, 78, 4.6, 0};
     fill_defaults(p);
+    return p;
+}
 
+// inverse: of the matrix, row by row.
+inline void draw_images(const AlignSceneOptions& o, const double (&inverse)[4],
+                        std::mt19937& random, AlignScene& scene) {
+    const defrec_align_params& p = scene.params;
     const Texture texture(o.seed);
-    std::mt19937 random(o.seed + 1000);
     const auto noise = [&] {
         return o.noise * 1.73 *
                (Texture::unit(random) + Texture::unit(random) - Texture::unit(random) -
@@ -83,9 +87,6 @@ inline AlignScene make_align_scene(const AlignSceneOptions& o) {
     const auto gray = [](double value) {
         return uint8_t(std::clamp(std::floor(value + 0.5), 0.0, 255.0));
     };
-    const double c = o.scale * std::cos(o.angle), s = o.scale * std::sin(o.angle),
-                 square = o.scale * o.scale;
-    const double inverse[4] = {c / square, s / square, -s / square, c / square};
     const double cx = o.width / 2.0, cy = o.height / 2.0;
     scene.view.resize(size_t(p.stride) * (p.height - 1) + p.width, 77);
     scene.live.resize(scene.view.size(), 99);
@@ -98,6 +99,17 @@ inline AlignScene make_align_scene(const AlignSceneOptions& o) {
                                          cy + inverse[2] * dx + inverse[3] * dy) +
                      o.offset + 30 * o.light * std::sin(x / 30.0) + noise());
         }
+}
+
+inline AlignScene make_align_scene(const AlignSceneOptions& o) {
+    AlignScene scene;
+    scene.params = align_params(o);
+    std::mt19937 random(o.seed + 1000);
+    const double c = o.scale * std::cos(o.angle), s = o.scale * std::sin(o.angle),
+                 square = o.scale * o.scale;
+    const double inverse[4] = {c / square, s / square, -s / square, c / square};
+    draw_images(o, inverse, random, scene);
+    const double cx = o.width / 2.0, cy = o.height / 2.0;
     const double margin = double((o.patch_radius + 4) << o.level) * o.scale;
     const auto error = [&] { return o.prediction_error * (2 * Texture::unit(random) - 1); };
     while (scene.patches.size() < o.patches) {
@@ -119,7 +131,7 @@ inline AlignScene make_align_scene(const AlignSceneOptions& o) {
         scene.predictions.push_back(prediction);
         scene.truth.push_back({u, v});
     }
-    p.patches = uint32_t(scene.patches.size());
+    scene.params.patches = uint32_t(scene.patches.size());
     return scene;
 }
 

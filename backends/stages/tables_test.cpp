@@ -235,7 +235,7 @@ TEST_CASE("align: constants of a level, and templates that name what does not ex
                          "align: neither motions nor predictions given", StageError);
 }
 
-TEST_CASE("warp and lm: sizes, and templates with what is not finite or does not exist") {
+TEST_CASE("warp: sizes, and templates with what is not finite or does not exist") {
     auto w = with_image<defrec_warp_params>();
     w.nodes = 4;
     w.points = 2;
@@ -251,7 +251,9 @@ TEST_CASE("warp and lm: sizes, and templates with what is not finite or does not
     points[1].node[2] = 3;
     points[0].weight[1] = std::numeric_limits<float>::infinity();
     CHECK_THROWS_AS(read_points(), StageError);
+}
 
+TEST_CASE("lm: sizes, and templates with what is not finite or does not exist") {
     auto l = with_image<defrec_lm_params>();
     l.nodes = 2;
     l.edges = l.points = l.landmarks = l.patches = 1;

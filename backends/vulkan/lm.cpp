@@ -120,71 +120,26 @@ class Lm final : public Stage {
     void record(Recorder& recorder, Buffers in, Buffers out) override {
         if (!surface_) throw StageError(DEFREC_ERROR_STATE, "lm: run before prepare");
         const auto given = view_buffers<LmBuffers>(p_, sizes_of_inputs(in), sizes_of_outputs(out));
-        const Buffer* motions = in[0];
-        const Buffer* matches = given.matches != nullptr ? in[1] : nullptr;
-        const Buffer* observations = given.observations != nullptr ? in[2] : nullptr;
-        const Buffer* disparity = given.disparity != nullptr ? in[3] : nullptr;
-        const Surface& s = *surface_;
-        LmPush push = first_push(matches != nullptr, observations != nullptr, disparity != nullptr);
-
-        const auto shared_groups = [&](uint32_t split) {
-            return Groups{std::max(cover(uint64_t{p_.nodes} * split, kBlockGroup), 1u)};
+        const FrameBuffers frame{
+            .motions = in[0],
+            .matches = given.matches != nullptr ? in[1] : nullptr,
+            .observations = given.observations != nullptr ? in[2] : nullptr,
+            .disparity = given.disparity != nullptr ? in[3] : nullptr,
+            .moved = out[0],
+            .summary = out[1],
         };
-        // Without control points, too, somebody gives out the summary.
-        const Groups node_groups{std::max(cover(p_.nodes, kNodeGroup), 1u)};
-        // Each waits only for what it looks at.
-        const auto residuals = [&] {
-            recorder.dispatch(points_,
-                              {disparity, s.items, s.item_nodes, s.trial, nullptr, nullptr,
-                               s.records, s.terms, s.states},
-                              push, {cover(p_.points, kResidualGroup)});
-            recorder.beside(landmarks_,
-                            {nullptr, s.items, s.item_nodes, s.trial, matches, nullptr, s.records,
-                             s.terms, s.states},
-                            push, {cover(p_.landmarks, kResidualGroup)});
-            recorder.beside(patches_,
-                            {nullptr, s.items, s.item_nodes, s.trial, nullptr, observations,
-                             s.records, s.terms, s.states},
-                            push, {cover(p_.patches, kResidualGroup)});
-            recorder.beside(
-                edges_,
-                {s.edge_list, s.trial, s.data, s.edge_costs, s.edge_records, s.terms, s.states},
-                push, {cover(s.edges, kResidualGroup)});
-        };
-        const std::initializer_list<Binding> system_buffers = {
-            s.states,   s.terms,    s.moves,        s.block_list, s.item_terms, s.edge_terms,
-            s.items,    s.records,  s.edge_records, s.trial,      s.present,    s.matrix,
-            s.diagonal, s.inverses, s.vectors,      s.data};
-
-        if (p_.presolve != 0 && matches != nullptr)
-            recorder.dispatch(
-                presolve_, {motions, s.items, s.item_nodes, matches, s.deformed, s.rest, s.trial},
-                push, {1});
-        else
-            recorder.dispatch(start_, {motions, s.rest, s.trial}, push, node_groups);
-        residuals();
-        recorder.dispatch(
-            data_,
-            {s.block_list, s.item_terms, s.items, s.records, s.edge_terms, s.edge_costs, s.data},
-            push, {s.data_groups});
+        LmPush push = first_push(frame);
+        record_start(recorder, frame, push);
+        record_residuals(recorder, frame, push);
+        record_data_weights(recorder, push);
         for (uint32_t i = 0; i < p_.iterations; ++i) {
             push.run.evaluation = i;
-            recorder.dispatch(diagonal_, system_buffers, push, shared_groups(splits_.own));
-            recorder.beside(above_, system_buffers, push,
-                            {cover(uint64_t{s.blocks - p_.nodes} * splits_.above, kBlockGroup)});
+            record_system(recorder, push);
+            record_gradients(recorder, push);
             const bool trusts = p_.trust_last_step != 0 && i + 1 == p_.iterations;
-            const uint32_t steps = gradient_steps(p_);
-            for (push.run.step = 0; push.run.step < steps; ++push.run.step)
-                recorder.dispatch(step_,
-                                  {s.states, s.progress, s.products, s.vectors, s.matrix,
-                                   s.row_starts, s.columns, s.inverses},
-                                  push, shared_groups(splits_.row));
-            const bool ends = trusts && steps > 0;
+            const bool ends = trusts && gradient_steps(p_) > 0;
             if (ends) push.run.given |= kTrustsLastStep;
-            recorder.dispatch(move_,
-                              {s.states, s.progress, s.products, s.vectors, s.rest, s.present,
-                               s.trial, s.moves, motions, out[0], out[1]},
-                              push, node_groups);
+            record_move(recorder, frame, push);
             if (ends) return;
             push.run.evaluation = i + 1;
             push.run.step = 0;
@@ -192,19 +147,106 @@ class Lm final : public Stage {
                 push.run.given |= kTrustsLastStep;
                 break;
             }
-            residuals();
+            record_residuals(recorder, frame, push);
         }
-        recorder.dispatch(finish_,
-                          {s.states, s.terms, s.moves, motions, s.present, s.trial, out[0], out[1]},
-                          push, node_groups);
+        record_finish(recorder, frame, push);
     }
 
   private:
-    LmPush first_push(bool matches, bool observations, bool disparity) const {
-        const uint32_t given =
-            (matches ? kMatchesGiven : 0) | (observations ? kObservationsGiven : 0);
+    // What a run is given, nullptr for what it is not, and what it gives.
+    struct FrameBuffers {
+        const Buffer *motions, *matches, *observations, *disparity;
+        const Buffer *moved, *summary;
+    };
+
+    // Without control points, too, somebody gives out the summary.
+    Groups node_groups() const { return {std::max(cover(p_.nodes, kNodeGroup), 1u)}; }
+    Groups shared_groups(uint32_t split) const {
+        return {std::max(cover(uint64_t{p_.nodes} * split, kBlockGroup), 1u)};
+    }
+
+    void record_start(Recorder& recorder, const FrameBuffers& frame, const LmPush& push) const {
+        const Surface& s = *surface_;
+        if (p_.presolve != 0 && frame.matches != nullptr)
+            recorder.dispatch(
+                presolve_,
+                {frame.motions, s.items, s.item_nodes, frame.matches, s.deformed, s.rest, s.trial},
+                push, {1});
+        else
+            recorder.dispatch(start_, {frame.motions, s.rest, s.trial}, push, node_groups());
+    }
+
+    // Each waits only for what it looks at.
+    void record_residuals(Recorder& recorder, const FrameBuffers& frame, const LmPush& push) const {
+        const Surface& s = *surface_;
+        recorder.dispatch(points_,
+                          {frame.disparity, s.items, s.item_nodes, s.trial, nullptr, nullptr,
+                           s.records, s.terms, s.states},
+                          push, {cover(p_.points, kResidualGroup)});
+        recorder.beside(landmarks_,
+                        {nullptr, s.items, s.item_nodes, s.trial, frame.matches, nullptr, s.records,
+                         s.terms, s.states},
+                        push, {cover(p_.landmarks, kResidualGroup)});
+        recorder.beside(patches_,
+                        {nullptr, s.items, s.item_nodes, s.trial, nullptr, frame.observations,
+                         s.records, s.terms, s.states},
+                        push, {cover(p_.patches, kResidualGroup)});
+        recorder.beside(
+            edges_, {s.edge_list, s.trial, s.data, s.edge_costs, s.edge_records, s.terms, s.states},
+            push, {cover(s.edges, kResidualGroup)});
+    }
+
+    void record_data_weights(Recorder& recorder, const LmPush& push) const {
+        const Surface& s = *surface_;
+        recorder.dispatch(
+            data_,
+            {s.block_list, s.item_terms, s.items, s.records, s.edge_terms, s.edge_costs, s.data},
+            push, {s.data_groups});
+    }
+
+    void record_system(Recorder& recorder, const LmPush& push) const {
+        const Surface& s = *surface_;
+        const std::initializer_list<Binding> buffers = {
+            s.states,   s.terms,    s.moves,        s.block_list, s.item_terms, s.edge_terms,
+            s.items,    s.records,  s.edge_records, s.trial,      s.present,    s.matrix,
+            s.diagonal, s.inverses, s.vectors,      s.data};
+        recorder.dispatch(diagonal_, buffers, push, shared_groups(splits_.own));
+        recorder.beside(above_, buffers, push,
+                        {cover(uint64_t{s.blocks - p_.nodes} * splits_.above, kBlockGroup)});
+    }
+
+    // Leaves the number of steps in the push constants.
+    void record_gradients(Recorder& recorder, LmPush& push) const {
+        const Surface& s = *surface_;
+        const uint32_t steps = gradient_steps(p_);
+        for (push.run.step = 0; push.run.step < steps; ++push.run.step)
+            recorder.dispatch(step_,
+                              {s.states, s.progress, s.products, s.vectors, s.matrix, s.row_starts,
+                               s.columns, s.inverses},
+                              push, shared_groups(splits_.row));
+    }
+
+    void record_move(Recorder& recorder, const FrameBuffers& frame, const LmPush& push) const {
+        const Surface& s = *surface_;
+        recorder.dispatch(move_,
+                          {s.states, s.progress, s.products, s.vectors, s.rest, s.present, s.trial,
+                           s.moves, frame.motions, frame.moved, frame.summary},
+                          push, node_groups());
+    }
+
+    void record_finish(Recorder& recorder, const FrameBuffers& frame, const LmPush& push) const {
+        const Surface& s = *surface_;
+        recorder.dispatch(finish_,
+                          {s.states, s.terms, s.moves, frame.motions, s.present, s.trial,
+                           frame.moved, frame.summary},
+                          push, node_groups());
+    }
+
+    LmPush first_push(const FrameBuffers& frame) const {
+        const uint32_t given = (frame.matches != nullptr ? kMatchesGiven : 0) |
+                               (frame.observations != nullptr ? kObservationsGiven : 0);
         return {constants_of(p_),
-                {.image = disparity_grid(p_, disparity),
+                {.image = disparity_grid(p_, frame.disparity != nullptr),
                  .edges = surface_->edges,
                  .blocks = surface_->blocks,
                  .data_groups = surface_->data_groups,

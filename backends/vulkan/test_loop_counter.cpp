@@ -70,84 +70,117 @@ class Module {
     std::vector<Instruction> instructions_;
 };
 
+using Instructions = std::vector<Module::Instruction>;
+
+// What the counter needs to know of a shader.
+struct ShaderIds {
+    uint32_t uint_type = 0, main_function = 0;
+    uint32_t binding = 0;  // the first that is free
+
+    explicit ShaderIds(const Instructions& code) {
+        for (const auto& instruction : code) {
+            const uint32_t op = Module::opcode(instruction);
+            if (op == kTypeInt && instruction[2] == 32 && instruction[3] == 0)
+                uint_type = instruction[1];
+            if (op == kEntryPoint) main_function = instruction[2];
+            if (op == kDecorate && instruction[2] == kBinding)
+                binding = std::max(binding, instruction[3] + 1);
+        }
+        if (uint_type == 0 || main_function == 0)
+            throw std::logic_error("not a shader as glslang writes it");
+    }
+};
+
+// The private counter and the buffer of results, and the instructions that deal with them.
+class Counter {
+  public:
+    Counter(Module& module, const ShaderIds& shader, uint32_t slot)
+        : module_(module), shader_(shader), slot_(slot) {}
+
+    // Both, as the entry point lists them.
+    std::vector<uint32_t> variables() const { return {results_, counter_}; }
+    Instructions decorations() const {
+        return {make(kDecorate, {array_, kArrayStride, 4}),
+                make(kMemberDecorate, {block_, 0, kOffset, 0}), make(kDecorate, {block_, kBlock}),
+                make(kDecorate, {results_, kDescriptorSet, 0}),
+                make(kDecorate, {results_, kBinding, shader_.binding})};
+    }
+    Instructions globals() const {
+        const uint32_t uint_type = shader_.uint_type;
+        return {make(kTypeRuntimeArray, {array_, uint_type}),
+                make(kTypeStruct, {block_, array_}),
+                make(kTypePointer, {block_pointer_, kStorageBuffer, block_}),
+                make(kVariable, {block_pointer_, results_, kStorageBuffer}),
+                make(kTypePointer, {element_pointer_, kStorageBuffer, uint_type}),
+                make(kTypePointer, {private_pointer_, kPrivate, uint_type}),
+                make(kConstant, {uint_type, zero_, 0}),
+                make(kConstant, {uint_type, one_, 1}),
+                make(kConstant, {uint_type, slot_constant_, slot_}),
+                make(kVariable, {private_pointer_, counter_, kPrivate, zero_})};
+    }
+    Instructions increment() {
+        const uint32_t before = module_.fresh(), after = module_.fresh();
+        return {make(kLoad, {shader_.uint_type, before, counter_}),
+                make(kIAdd, {shader_.uint_type, after, before, one_}),
+                make(kStore, {counter_, after})};
+    }
+    Instructions give_result() {
+        const uint32_t count = module_.fresh(), place = module_.fresh(), old = module_.fresh();
+        return {make(kLoad, {shader_.uint_type, count, counter_}),
+                make(kAccessChain, {element_pointer_, place, results_, zero_, slot_constant_}),
+                make(kAtomicUMax, {shader_.uint_type, old, place, one_, zero_, count})};
+    }
+
+  private:
+    static constexpr auto make = Module::make;
+    Module& module_;
+    const ShaderIds& shader_;
+    uint32_t slot_;
+    uint32_t array_ = module_.fresh(), block_ = module_.fresh(), block_pointer_ = module_.fresh(),
+             results_ = module_.fresh();
+    uint32_t element_pointer_ = module_.fresh(), private_pointer_ = module_.fresh(),
+             counter_ = module_.fresh();
+    uint32_t zero_ = module_.fresh(), one_ = module_.fresh(), slot_constant_ = module_.fresh();
+};
+
 }  // namespace
 
 // A private counter, one more in the header of every loop; where main returns, the largest goes to
 // the shader's slot of the results.
 std::vector<uint32_t> LoopCounter::counting(const Shader& shader) {
-    Module module(shader.code);
-    auto& code = module.instructions();
-    const auto opcode = Module::opcode;
-    const auto make = Module::make;
     shaders_.emplace_back(shader.name);
     const auto slot = uint32_t(shaders_.size() - 1);
     if (slot >= kSlots) throw std::logic_error("more shaders than slots");
 
-    uint32_t uint_type = 0, main_function = 0, binding = 0;
-    for (const auto& instruction : code) {
-        if (opcode(instruction) == kTypeInt && instruction[2] == 32 && instruction[3] == 0)
-            uint_type = instruction[1];
-        if (opcode(instruction) == kEntryPoint) main_function = instruction[2];
-        if (opcode(instruction) == kDecorate && instruction[2] == kBinding)
-            binding = std::max(binding, instruction[3] + 1);
-    }
-    if (uint_type == 0 || main_function == 0)
-        throw std::logic_error("not a shader as glslang writes it");
-
-    const uint32_t array = module.fresh(), block = module.fresh(), block_pointer = module.fresh(),
-                   results = module.fresh();
-    const uint32_t element_pointer = module.fresh(), private_pointer = module.fresh(),
-                   counter = module.fresh();
-    const uint32_t zero = module.fresh(), one = module.fresh(), slot_constant = module.fresh();
-    const std::vector<Module::Instruction> decorations{
-        make(kDecorate, {array, kArrayStride, 4}), make(kMemberDecorate, {block, 0, kOffset, 0}),
-        make(kDecorate, {block, kBlock}), make(kDecorate, {results, kDescriptorSet, 0}),
-        make(kDecorate, {results, kBinding, binding})};
-    const std::vector<Module::Instruction> globals{
-        make(kTypeRuntimeArray, {array, uint_type}),
-        make(kTypeStruct, {block, array}),
-        make(kTypePointer, {block_pointer, kStorageBuffer, block}),
-        make(kVariable, {block_pointer, results, kStorageBuffer}),
-        make(kTypePointer, {element_pointer, kStorageBuffer, uint_type}),
-        make(kTypePointer, {private_pointer, kPrivate, uint_type}),
-        make(kConstant, {uint_type, zero, 0}),
-        make(kConstant, {uint_type, one, 1}),
-        make(kConstant, {uint_type, slot_constant, slot}),
-        make(kVariable, {private_pointer, counter, kPrivate, zero})};
-
-    std::vector<Module::Instruction> result;
+    Module module(shader.code);
+    const ShaderIds ids(module.instructions());
+    Counter counter(module, ids, slot);
+    Instructions result;
+    const auto add = [&](const Instructions& instructions) {
+        result.insert(result.end(), instructions.begin(), instructions.end());
+    };
     bool decorated = false, declared = false, in_main = false;
-    for (auto& instruction : code) {
-        const uint32_t op = opcode(instruction);
+    for (auto& instruction : module.instructions()) {
+        const uint32_t op = Module::opcode(instruction);
         if (op == kEntryPoint) {
-            instruction.insert(instruction.end(), {results, counter});
-            instruction[0] += 2u << 16;
+            const std::vector<uint32_t> variables = counter.variables();
+            instruction.insert(instruction.end(), variables.begin(), variables.end());
+            instruction[0] += uint32_t(variables.size()) << 16;
         }
         if (!decorated && op == kDecorate) {
-            result.insert(result.end(), decorations.begin(), decorations.end());
+            add(counter.decorations());
             decorated = true;
         }
         if (op == kFunction) {
-            if (!declared) result.insert(result.end(), globals.begin(), globals.end());
+            if (!declared) add(counter.globals());
             declared = true;
-            in_main = instruction[2] == main_function;
+            in_main = instruction[2] == ids.main_function;
         }
-        if (op == kLoopMerge) {
-            const uint32_t before = module.fresh(), after = module.fresh();
-            result.push_back(make(kLoad, {uint_type, before, counter}));
-            result.push_back(make(kIAdd, {uint_type, after, before, one}));
-            result.push_back(make(kStore, {counter, after}));
-        }
-        if (op == kReturn && in_main) {
-            const uint32_t count = module.fresh(), place = module.fresh(), old = module.fresh();
-            result.push_back(make(kLoad, {uint_type, count, counter}));
-            result.push_back(
-                make(kAccessChain, {element_pointer, place, results, zero, slot_constant}));
-            result.push_back(make(kAtomicUMax, {uint_type, old, place, one, zero, count}));
-        }
+        if (op == kLoopMerge) add(counter.increment());
+        if (op == kReturn && in_main) add(counter.give_result());
         result.push_back(std::move(instruction));
     }
-    code = std::move(result);
+    module.instructions() = std::move(result);
     return module.words();
 }
 

@@ -50,6 +50,33 @@ class Imported {
     defrec_memory memory_ = nullptr;
 };
 
+// Has the image lie there, with its rows `pitch` apart.
+void move_to(const Imported& memory, size_t pitch, defrec_image& image) {
+    const size_t row = 3 * size_t{film().request.width};
+    require_cuda(cudaMemcpy2D(memory.address(), pitch, image.pixels, row, row,
+                              film().request.height, cudaMemcpyHostToDevice));
+    image.pixels = nullptr;
+    image.stride = pitch;
+    image.memory = memory.get();
+}
+
+// The surface left in memory has the result's vertices, and nothing is written beyond it.
+void check_surface(const Imported& surface, const TrackedFrame& found) {
+    const size_t count = found.vertices.size() / 3;
+    REQUIRE(count > 0);
+    std::vector<defrec_surface_sample> left(count + 1);
+    require_cuda(cudaMemcpy(left.data(), surface.address(), left.size() * sizeof left[0],
+                            cudaMemcpyDeviceToHost));
+    bool same = true;
+    for (size_t vertex = 0; vertex < count; ++vertex)
+        same &= std::equal(left[vertex].position, left[vertex].position + 3,
+                           &found.vertices[3 * vertex]);
+    CHECK(same);
+    const auto* beyond = reinterpret_cast<const uint8_t*>(&left[count]);
+    CHECK(std::all_of(beyond, beyond + sizeof left[0],
+                      [](uint8_t byte) { return byte == kUntouched; }));
+}
+
 }  // namespace
 
 TEST_CASE(
@@ -66,7 +93,7 @@ TEST_CASE(
     const Track expected = track({manifest, gpu->id}, film());
 
     const uint32_t width = film().request.width, height = film().request.height;
-    const size_t row = 3 * size_t{width}, pitch = row + 64;
+    const size_t pitch = 3 * size_t{width} + 64;
     const ContextHandle context = open_context(manifest);
     const RigHandle rig = open_rig(context.get(), film());
     defrec_tracker_desc desc;
@@ -91,11 +118,7 @@ TEST_CASE(
             for (size_t view = 0; view < 2; ++view) {
                 if (i == kRing + 1) pair[view].reset();  // a producer that makes its ring anew
                 if (!pair[view]) pair[view].emplace(tracker.get(), pitch * height);
-                require_cuda(cudaMemcpy2D(pair[view]->address(), pitch, images[view].pixels, row,
-                                          row, height, cudaMemcpyHostToDevice));
-                images[view].pixels = nullptr;
-                images[view].stride = pitch;
-                images[view].memory = pair[view]->get();
+                move_to(*pair[view], pitch, images[view]);
             }
             defrec_frame frame;
             DEFREC_INIT(&frame);
@@ -111,20 +134,7 @@ TEST_CASE(
             CHECK(found.state == expected.frames[i].state);
             CHECK((found.vertices == expected.frames[i].vertices));
             CHECK((found.expected_error == expected.frames[i].expected_error));
-
-            const size_t count = found.vertices.size() / 3;
-            REQUIRE(count > 0);
-            std::vector<defrec_surface_sample> left(count + 1);
-            require_cuda(cudaMemcpy(left.data(), surface->address(), left.size() * sizeof left[0],
-                                    cudaMemcpyDeviceToHost));
-            bool same = true;
-            for (size_t vertex = 0; vertex < count; ++vertex)
-                same &= std::equal(left[vertex].position, left[vertex].position + 3,
-                                   &found.vertices[3 * vertex]);
-            CHECK(same);
-            const auto* beyond = reinterpret_cast<const uint8_t*>(&left[count]);
-            CHECK(std::all_of(beyond, beyond + sizeof left[0],
-                              [](uint8_t byte) { return byte == kUntouched; }));
+            check_surface(*surface, found);
         }
     }
 }

@@ -433,6 +433,18 @@ LiveSums live_sums(Pixel pixels[kPixelsPerLane], ivec2 first, ivec2 shift) {
 
 const PatchObservation kNotFound = PatchObservation(0, 0, 0, 0, float[3](0, 0, 0), 0);
 
+// The template less its mean, in pairs for the search.
+void pack_template(int mean) {
+    for (int i = lane; i < kSide * 2 * kBlocks; i += kLanes) {
+        const int row = i / (2 * kBlocks), column = 2 * (i % (2 * kBlocks)),
+                  at = (row + 1) * kSampled + column + 1;
+        const uint left = column < kSide ? uint(sampled[at] - mean) & 0xffffu : 0u;
+        const uint right = column + 1 < kSide ? uint(sampled[at + 1] - mean) << 16 : 0u;
+        template_pairs[i] = left | right;
+    }
+    barrier();
+}
+
 PatchObservation observe(int index) {
     const PatchPrediction prediction = predictions[index];
     const AlignCentre centre = centres[index];
@@ -451,14 +463,7 @@ PatchObservation observe(int index) {
     if (sums[2] != 0 || variance < n * n * int64_t(push.texture) * int64_t(push.texture))
         return kNotFound;
 
-    for (int i = lane; i < kSide * 2 * kBlocks; i += kLanes) {
-        const int row = i / (2 * kBlocks), column = 2 * (i % (2 * kBlocks)),
-                  at = (row + 1) * kSampled + column + 1;
-        const uint left = column < kSide ? uint(sampled[at] - mean) & 0xffffu : 0u;
-        const uint right = column + 1 < kSide ? uint(sampled[at + 1] - mean) << 16 : 0u;
-        template_pairs[i] = left | right;
-    }
-    barrier();
+    pack_template(mean);
     ivec2 displacement;
     if (!search(pixel, sum - kPixels * mean, squares - 2 * mean * sum + kPixels * mean * mean,
                 displacement))

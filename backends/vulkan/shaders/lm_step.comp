@@ -105,6 +105,18 @@ vec2 update(Factors by, Own own, uint i, uint h, vec3 turn, vec3 shift, vec3 pro
     return vec2(dot(residual, x), dot(product, x));
 }
 
+// Adds up what the invocations that share a control point have, to the first of them.
+void add_shares(uint me, uint split) {
+    for (uint apart = kSplit / 2; apart > 0; apart /= 2) {
+        barrier();
+        if (split < apart) {
+            shares[0][me] += shares[0][me + apart];
+            shares[1][me] += shares[1][me + apart];
+        }
+    }
+    barrier();
+}
+
 void main() {
     const uint me = gl_LocalInvocationIndex, split = me % kSplit, first = me - split,
                i = gl_GlobalInvocationID.x / kSplit;
@@ -141,14 +153,7 @@ void main() {
     }
     shares[0][me] = turn;
     shares[1][me] = shift;
-    for (uint apart = kSplit / 2; apart > 0; apart /= 2) {
-        barrier();
-        if (split < apart) {
-            shares[0][me] += shares[0][me + apart];
-            shares[1][me] += shares[1][me + apart];
-        }
-    }
-    barrier();
+    add_shares(me, split);
     vec2 sum = vec2(0);
     if (keeps) {
         turn = shares[0][first];

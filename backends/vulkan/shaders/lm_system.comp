@@ -196,6 +196,14 @@ void share_data_sums(uint me) {
             data_shares[me] += data_shares[me + k];
 }
 
+// A block above the diagonal, and its transpose below.
+void give_block(LmBlock block, uint split, uint first) {
+    for (uint c = split; c < kBlockVectors; c += kSplit) {
+        matrix[kBlockVectors * block.place + c] = vec4(shares[c][first], 0);
+        matrix[kBlockVectors * block.transposed + c] = vec4(transposed_column(c, first), 0);
+    }
+}
+
 void main() {
     const uint me = gl_LocalInvocationIndex, split = me % kSplit, first = me - split;
     const uint b = gl_GlobalInvocationID.x / kSplit + (kDiagonal ? 0 : push.nodes);
@@ -248,12 +256,8 @@ void main() {
     }
     barrier();
     if (!exists) return;
-    if (kDiagonal) {
-        if (split == 0) damp(b, block.place, first);
-        return;
-    }
-    for (uint c = split; c < kBlockVectors; c += kSplit) {
-        matrix[kBlockVectors * block.place + c] = vec4(shares[c][first], 0);
-        matrix[kBlockVectors * block.transposed + c] = vec4(transposed_column(c, first), 0);
-    }
+    if (!kDiagonal)
+        give_block(block, split, first);
+    else if (split == 0)
+        damp(b, block.place, first);
 }

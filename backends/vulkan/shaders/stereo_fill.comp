@@ -20,6 +20,7 @@ layout(std430, set = 0, binding = 2) writeonly buffer Dense { int16_t dense[]; }
 layout(std430, set = 0, binding = 3) writeonly buffer Standing { uint8_t standing[]; };
 
 const int kTile = 1 << kTileLevels, kInvocations = kTile * kTile / kRun;
+const int kFields = kTileLevels + 1;  // the finer ones, and the one after them
 // Cells of the tile in each field, and two more on each side: what one field needs of the next
 // coarser one then reaches as far.
 const int kMargin = kEdgeRadius, kSide = kTile + 2 * kMargin;
@@ -88,12 +89,10 @@ void fill_coarse(Level finest, int me) {
     }
 }
 
-void main() {
-    const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
-    const int me = int(gl_LocalInvocationIndex);
+// The tile's cells of each finer field; returns the field after the last of them.
+int load_cells(ivec2 tile, int me, out Level levels[kFields]) {
     if (me == 0) with_holes = 0;
     barrier();
-    Level levels[kTileLevels + 1];
     levels[0] = finest_level();
     int last = 0;
     [[unroll]] for (int level = 0; level < kTileLevels; ++level) {
@@ -117,6 +116,19 @@ void main() {
         last = level + 1;
     }
     barrier();
+    return last;
+}
+
+// From the cells of the next coarser field, of size `coarse`.
+int tile_filled(ivec2 tile, int level, Level coarse, ivec2 at) {
+    const ivec2 first = (tile >> level) - kMargin, end = ivec2(coarse.width, coarse.height) - 1,
+                near = clamp(near_of(at), ivec2(0), end), far = clamp(far_of(at), ivec2(0), end);
+    return filled(cell(level, first, near), cell(level, first, ivec2(far.x, near.y)),
+                  cell(level, first, ivec2(near.x, far.y)), cell(level, first, far));
+}
+
+// The holes of the tile's cells.
+void fill_cells(ivec2 tile, int me, Level levels[kFields], int last) {
     const int whole = findLSB(~with_holes);  // the finest without holes: none beyond is needed
     Level coarsest = levels[kTileLevels];
     if (whole >= last) fill_coarse(coarsest, me);
@@ -126,27 +138,19 @@ void main() {
         const int side = side_of(level);
         const ivec2 first = (tile >> level) - kMargin,
                     end = ivec2(levels[level].width, levels[level].height) - 1;
-        const Level coarse = levels[level + 1];
-        const ivec2 coarse_end = ivec2(coarse.width, coarse.height) - 1;
-        const ivec2 coarse_first = (tile >> (level + 1)) - kMargin;
         for (int i = me; i < side * side; i += kInvocations) {
             if (cells[cells_before(level) + i] != kNoDisparity) continue;
             const ivec2 at = clamp(first + ivec2(i % side, i / side), ivec2(0), end);
-            int disparity;
-            if (level + 1 == last) {
-                disparity = coarse_filled(coarsest, at);
-            } else {
-                const ivec2 near = clamp(near_of(at), ivec2(0), coarse_end),
-                            far = clamp(far_of(at), ivec2(0), coarse_end);
-                disparity = filled(cell(level + 1, coarse_first, near),
-                                   cell(level + 1, coarse_first, ivec2(far.x, near.y)),
-                                   cell(level + 1, coarse_first, ivec2(near.x, far.y)),
-                                   cell(level + 1, coarse_first, far));
-            }
-            cells[cells_before(level) + i] = disparity;
+            cells[cells_before(level) + i] =
+                level + 1 == last ? coarse_filled(coarsest, at)
+                                  : tile_filled(tile, level + 1, levels[level + 1], at);
         }
         barrier();
     }
+}
+
+// Section 7, for the invocation's run.
+void give_standing(ivec2 tile, int me) {
     const int row = me / (kTile / kRun), column = me % (kTile / kRun) * kRun, y = tile.y + row;
     if (y >= push.half_samples_y) return;
     int lowest[kRun + 2 * kMargin], highest[kRun + 2 * kMargin], centre[kRun];
@@ -172,4 +176,13 @@ void main() {
         dense[at] = int16_t(centre[m]);
         standing[at] = uint8_t(doubtful ? kDoubtful : open ? kOpen : kSettled);
     }
+}
+
+void main() {
+    const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
+    const int me = int(gl_LocalInvocationIndex);
+    Level levels[kFields];
+    const int last = load_cells(tile, me, levels);
+    fill_cells(tile, me, levels, last);
+    give_standing(tile, me);
 }

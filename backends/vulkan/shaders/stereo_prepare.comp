@@ -164,9 +164,8 @@ uint row_word(int row, int first, int x, int width) {
     return (rows[row][clamp((x - first) >> 2, 0, kTile / 4 - 1)] & inside) | (nearest & ~inside);
 }
 
-void main() {
-    const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
-    const int me = int(gl_LocalInvocationIndex);
+// The words of the tile, and whether pixels of it are masked.
+void load_tile(ivec2 tile, int me) {
     if (me == 0) any_masked = 0;
     barrier();
     [[unroll]] for (int t = 0; t < kWords / kInvocations; ++t) {
@@ -178,15 +177,19 @@ void main() {
         if (usable != inside) atomicOr(any_masked, 1);
     }
     barrier();
-    if (any_masked != 0) inpaint(tile, me);
-    halve(tile, me);
-    if (is_given(kRight ? kOutRightGray : kOutLeftGray))
-        for (int i = me; i < kTile * kTile; i += kInvocations) {
-            const int x = tile.x + i % kTile, y = tile.y + i / kTile;
-            if (x < push.width && y < push.height)
-                gray[y * push.width + x] =
-                    uint8_t(rows[i / kTile][i % kTile / 4] >> (8 * (i & 3)) & 255u);
-        }
+}
+
+void give_gray(ivec2 tile, int me) {
+    for (int i = me; i < kTile * kTile; i += kInvocations) {
+        const int x = tile.x + i % kTile, y = tile.y + i / kTile;
+        if (x < push.width && y < push.height)
+            gray[y * push.width + x] =
+                uint8_t(rows[i / kTile][i % kTile / 4] >> (8 * (i & 3)) & 255u);
+    }
+}
+
+// The words of the image as the search reads it.
+void give_words(ivec2 tile, int me) {
     if (kRight) {
         const int row_words = row_words_of(push.width);
         const int tasks = kTile * (kTile / 4 + 2);
@@ -208,8 +211,10 @@ void main() {
                 words[y / 4 * push.width + x + k] = columns[k];
         }
     }
-    barrier();
-    const ivec2 half_tile = tile / 2;
+}
+
+// Likewise of the half image.
+void give_half_words(ivec2 half_tile, int me) {
     if (half_tile.x >= push.half_width || half_tile.y >= push.half_height) return;
     if (me < (kHalf / 4) * (kHalf / 4)) {
         const int y = half_tile.y + me / (kHalf / 4) * 4, x = half_tile.x + me % (kHalf / 4) * 4;
@@ -232,4 +237,16 @@ void main() {
         half_rows[at] = four;
         if (x >= 0) half_rows[at - 1] = four;
     }
+}
+
+void main() {
+    const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
+    const int me = int(gl_LocalInvocationIndex);
+    load_tile(tile, me);
+    if (any_masked != 0) inpaint(tile, me);
+    halve(tile, me);
+    if (is_given(kRight ? kOutRightGray : kOutLeftGray)) give_gray(tile, me);
+    give_words(tile, me);
+    barrier();
+    give_half_words(tile / 2, me);
 }

@@ -67,10 +67,6 @@ void load_field(int me) {
     barrier();
 }
 
-ivec4 field_row(int row, ivec2 near, ivec2 far) {
-    return ivec4(cells[row][near.x], cells[row][near.y], cells[row][far.x], cells[row][far.y]);
-}
-
 int weight_of(int m) {
     return m < 2 ? kSampleWeight[1] : m == 2 ? kSampleWeight[2] : kSampleWeight[3];
 }
@@ -99,17 +95,48 @@ int[kSums] summands(int l, int guess, int x, int y, int row_words) {
                  products.z);
 }
 
+// The field's columns on both sides of both columns of pixels from x on, and the weights of the
+// near.
+struct FieldColumns {
+    ivec2 near, far, weight;
+};
+FieldColumns field_columns(int x) {
+    FieldColumns of;
+    of.weight = ivec2(0);
+    [[unroll]] for (int c = 0; c < 2; ++c) {
+        const int u = (x + c) >> (kHalf ? 1 : 2), m = (x + c) & (kApart - 1);
+        of.near[c] = u - tile().x / kApart + kBefore;
+        of.far[c] = of.near[c] + (kHalf ? m : m == 0 ? -1 : 1);
+        if (!kHalf) of.weight[c] = weight_of(m);
+    }
+    return of;
+}
+
+ivec4 field_row(int row, FieldColumns at) {
+    return ivec4(cells[row][at.near.x], cells[row][at.near.y], cells[row][at.far.x],
+                 cells[row][at.far.y]);
+}
+
+// The left words of both columns in the row of words that y lies in.
+ivec2 left_words(int x, int y) {
+    ivec2 words;
+    [[unroll]] for (int c = 0; c < 2; ++c) {
+        const bool inside = x + c >= 0 && x + c < size().x && y + 3 >= 0 && y < size().y;
+        words[c] = inside ? left_columns[(y >> 2) * size().x + x + c] : 0;
+    }
+    return words;
+}
+
+// What is refined, if the row of the even column is one of the tile's samples.
+void keep_guess(int column, int row, int guess) {
+    if ((row & 1) == 0 && row >= 0 && row < kTileHeight && column >= 0 && column < kTileWidth)
+        guesses[row / 2][column / 2] = guess;
+}
+
 void sum_columns(int me) {
     if (me >= kPairs) return;
     const int row_words = row_words_of(size().x), x = tile().x - kRadius + 2 * me;
-    // The field's columns on both sides of both columns of pixels, and the weights of the near.
-    ivec2 near, far, weight = ivec2(0);
-    [[unroll]] for (int c = 0; c < 2; ++c) {
-        const int u = (x + c) >> (kHalf ? 1 : 2), m = (x + c) & (kApart - 1);
-        near[c] = u - tile().x / kApart + kBefore;
-        far[c] = near[c] + (kHalf ? m : m == 0 ? -1 : 1);
-        if (!kHalf) weight[c] = weight_of(m);
-    }
+    const FieldColumns field_at = field_columns(x);
     int pair_of_rows[kRows + kRadius][kSums], single_of_rows[kRows + kRadius][kSums];
     int pair_sum[kSums], single_sum[kSums];
     [[unroll]] for (int s = 0; s < kSums; ++s) pair_sum[s] = single_sum[s] = 0;
@@ -117,34 +144,26 @@ void sum_columns(int me) {
     ivec4 before, here, after;  // rows of the field
     [[unroll]] for (int v = 0; v < kTileHeight + 2 * kRadius - 1; ++v) {
         const int row = v - kRadius, y = tile().y + row;
-        if (v == 0 || (row & 3) == 0) {
-            [[unroll]] for (int c = 0; c < 2; ++c) {
-                const bool inside = x + c >= 0 && x + c < size().x && y + 3 >= 0 && y < size().y;
-                words[c] = inside ? left_columns[(y >> 2) * size().x + x + c] : 0;
-            }
-        }
+        if (v == 0 || (row & 3) == 0) words = left_words(x, y);
         const int m = row & (kApart - 1);
         if (v == 0 || m == 0) {
             const int at = (row >> (kHalf ? 1 : 2)) + kBefore;
-            before = v > 0 ? here : kHalf ? ivec4(0) : field_row(at - 1, near, far);
-            here = v > 0 ? after : field_row(at, near, far);
-            after = field_row(at + 1, near, far);
+            before = v > 0 ? here : kHalf ? ivec4(0) : field_row(at - 1, field_at);
+            here = v > 0 ? after : field_row(at, field_at);
+            after = field_row(at + 1, field_at);
         }
         const ivec4 beyond = m > 0 ? after : kHalf ? here : before;
         int both[kSums], first[kSums];
         [[unroll]] for (int c = 0; c < 2; ++c) {
             const ivec4 four = ivec4(here[c], here[c + 2], beyond[c], beyond[c + 2]);
             const int guess = kHalf ? (four.x + four.y + four.z + four.w + 2) >> 2
-                                    : between(four, weight[c], weight_of(m));
+                                    : between(four, field_at.weight[c], weight_of(m));
             const int of[kSums] = summands(pixel(words[c], row & 3), guess, x + c, y, row_words);
             [[unroll]] for (int s = 0; s < kSums; ++s) {
                 if (c == 0) first[s] = of[s];
                 both[s] = c == 0 ? of[s] : both[s] + of[s];
             }
-            const int column = 2 * me - kRadius + c;  // in the tile
-            if (((c + kRadius) & 1) == 0 && (row & 1) == 0 && row >= 0 && row < kTileHeight &&
-                column >= 0 && column < kTileWidth)
-                guesses[row / 2][column / 2] = guess;
+            if (((c + kRadius) & 1) == 0) keep_guess(2 * me - kRadius + c, row, guess);
         }
         // As the columns, the rows of a window are kRadius pairs and the first of the next one.
         const int t = v / 2, j = t - kRadius;

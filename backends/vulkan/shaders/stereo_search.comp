@@ -92,6 +92,15 @@ void sum_columns(int first_index, ivec2 left[kWords]) {
     }
 }
 
+// The words of the invocation's two columns.
+void load_left(out ivec2 left[kWords]) {
+    [[unroll]] for (int w = 0; w < kWords; ++w) {
+        const int x = first_column(),
+                  q = int(gl_WorkGroupID.y) * (kTileHeight / 4) - kWordsBefore + w;
+        left[w] = ivec2(left_word(x, q), left_word(x + 1, q));
+    }
+}
+
 // The windows of the invocation's samples.
 Ints sum_windows(int k, int first, int j) {
     ivec2 line[kRun + kRadius];
@@ -118,13 +127,51 @@ void offer_right(int x, int j, int key) {
         atomicMax(right_keys[j * push.half_width + x], key);
 }
 
-Ints scored(Floats sums, Floats left_mean, Floats left_root, Floats right_sum, Floats right_root,
-            int index) {
-    precise const Floats expected = left_mean * right_sum;
+// Statistics of the samples, and of the right pixels that even and odd indices meet: those of two
+// disparities before.
+struct Statistics {
+    Floats left_mean, left_root, right_sum[2], right_root[2];
+};
+
+// Row j from sample `first` on.
+Statistics load_statistics(int first, int j) {
+    Statistics s;
+    [[unroll]] for (int m = 0; m < kRun; ++m) {
+        const vec2 left = first + m < push.half_samples_x && j < push.half_samples_y
+                              ? left_statistics[j * push.half_samples_x + first + m]
+                              : vec2(0.0);
+        s.left_mean[m] = left.x;
+        s.left_root[m] = left.y;
+        [[unroll]] for (int c = 0; c < 2; ++c) {
+            const vec2 right = right_statistics_at(2 * (first + m + 1) - push.first - c, j);
+            s.right_sum[c][m] = right.x;
+            s.right_root[c][m] = right.y;
+        }
+    }
+    return s;
+}
+
+Ints scored(Floats sums, Statistics s, int c, int index) {
+    precise const Floats expected = s.left_mean * s.right_sum[c];
     precise const Floats covariance = sums - expected;
-    precise const Floats roots = left_root * right_root;
+    precise const Floats roots = s.left_root * s.right_root[c];
     precise const Floats score = covariance * roots;
     return mix(Ints(0), (floatBitsToInt(score) & ~255) | index, greaterThan(score, Floats(0.0)));
+}
+
+// The winners, and the second, as the groups come in ascending order.
+struct Contest {
+    Ints winner, second;
+    Ints last_best, before;  // keys of the last group, and of all before it
+};
+void enter(inout Contest contest, int group, Ints best) {
+    const Bools wins = greaterThan(best, contest.winner);
+    const Bools apart = greaterThan(group - ((contest.winner & 255) >> 2), Ints(1));
+    contest.second =
+        mix(mix(contest.second, max(contest.second, best), apart), contest.before, wins);
+    contest.winner = max(contest.winner, best);
+    contest.before = max(contest.before, contest.last_best);
+    contest.last_best = best;
 }
 
 void main() {
@@ -132,32 +179,11 @@ void main() {
                 at = ivec2(gl_WorkGroupID.xy) * ivec2(kTileWidth / 2, kRows) + place;
     const int first = at.x, j = at.y;
 
-    Floats left_mean, left_root;
-    // Statistics of the right pixels that even and odd indices meet: those of two disparities
-    // before.
-    Floats right_sum[2], right_root[2];
+    Statistics statistics = load_statistics(first, j);
     Ints right_best[2] = Ints[](Ints(0), Ints(0));
-    Ints winner = Ints(0), second = Ints(0);
-    Ints last_best = Ints(0), before = Ints(0);  // keys of the last group, and of all before it
-    [[unroll]] for (int m = 0; m < kRun; ++m) {
-        const vec2 left = first + m < push.half_samples_x && j < push.half_samples_y
-                              ? left_statistics[j * push.half_samples_x + first + m]
-                              : vec2(0.0);
-        left_mean[m] = left.x;
-        left_root[m] = left.y;
-        [[unroll]] for (int c = 0; c < 2; ++c) {
-            const vec2 right = right_statistics_at(2 * (first + m + 1) - push.first - c, j);
-            right_sum[c][m] = right.x;
-            right_root[c][m] = right.y;
-        }
-    }
-
+    Contest contest = Contest(Ints(0), Ints(0), Ints(0), Ints(0));
     ivec2 left_columns[kWords];
-    [[unroll]] for (int w = 0; w < kWords; ++w) {
-        const int x = first_column(),
-                  q = int(gl_WorkGroupID.y) * (kTileHeight / 4) - kWordsBefore + w;
-        left_columns[w] = ivec2(left_word(x, q), left_word(x + 1, q));
-    }
+    load_left(left_columns);
 
     // Not `for`: lavapipe goes through its body once more, for nobody.
     int first_index = 0;
@@ -173,21 +199,14 @@ void main() {
                 const int index = first_index + k, d = push.first + index, c = k & 1;
                 if (index >= push.count) continue;
                 offer_right(2 * (first + kRun) - d, j, right_best[c][kRun - 1]);
-                right_sum[c] = moved_on(right[k].x, right_sum[c]);
-                right_root[c] = moved_on(right[k].y, right_root[c]);
+                statistics.right_sum[c] = moved_on(right[k].x, statistics.right_sum[c]);
+                statistics.right_root[c] = moved_on(right[k].y, statistics.right_root[c]);
                 const Ints sums = sum_windows(k, place.x, place.y);
-                const Ints key =
-                    scored(Floats(sums), left_mean, left_root, right_sum[c], right_root[c], index);
+                const Ints key = scored(Floats(sums), statistics, c, index);
                 best = max(best, key);
                 right_best[c] = max(moved_on(0, right_best[c]), key);
             }
-            const int group = (first_index + g) / kGroup;
-            const Bools wins = greaterThan(best, winner);
-            const Bools apart = greaterThan(group - ((winner & 255) >> 2), Ints(1));
-            second = mix(mix(second, max(second, best), apart), before, wins);
-            winner = max(winner, best);
-            before = max(before, last_best);
-            last_best = best;
+            enter(contest, (first_index + g) / kGroup, best);
         }
         barrier();
         first_index += kSteps;
@@ -201,7 +220,7 @@ void main() {
         }
         if (first + m >= push.half_samples_x) continue;
         const int at = j * push.half_samples_x + first + m;
-        candidates[at] = uint16_t(candidate_of(winner[m], second[m]));
-        if (is_given(kOutLeftKeys)) left_keys[at] = winner[m];
+        candidates[at] = uint16_t(candidate_of(contest.winner[m], contest.second[m]));
+        if (is_given(kOutLeftKeys)) left_keys[at] = contest.winner[m];
     }
 }

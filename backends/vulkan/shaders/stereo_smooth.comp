@@ -88,9 +88,8 @@ void give_result(ivec2 tile, int column, int first) {
     }
 }
 
-void main() {
-    const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
-    const int me = int(gl_LocalInvocationIndex);
+// The samples of the tile and those around it.
+void load_cells(ivec2 tile, int me) {
     for (int i = me; i < kSide * kWords; i += kInvocations) {
         const int row = i / kWords, word = i % kWords, y = tile.y - kMargin + row,
                   x = tile.x - kMargin + 2 * word;
@@ -102,40 +101,49 @@ void main() {
         cells[row][word] = packed(left, right);
     }
     barrier();
+}
+
+// One pass, from cells along rows into rows, and from there along columns.
+void smooth_cells(int pass, int me) {
+    // As far into the margin as the passes that follow need.
+    const int first = (kMargin - (kPasses - pass) * kRadius) / 2 * 2, side = kSide - 2 * first,
+              runs = (side + kRun - 1) / kRun, read = side + 2 * kRadius;
     int line[kReach];
-    [[unroll]] for (int pass = 1; pass <= kPasses; ++pass) {
-        // As far into the margin as the passes that follow need.
-        const int first = (kMargin - (kPasses - pass) * kRadius) / 2 * 2, side = kSide - 2 * first,
-                  runs = (side + kRun - 1) / kRun, read = side + 2 * kRadius;
-        [[unroll]] for (int t = 0; t < rounds(read * runs); ++t) {
-            const int i = me + t * kInvocations;
-            if (i >= read * runs) continue;
-            const int row = first - kRadius + i % read, word = first / 2 + i / read * (kRun / 2);
-            [[unroll]] for (int k = -1; k <= kRun / 2; ++k) {
-                const ivec2 two = unpacked(cells[row][word + k]);
-                const int at = 2 * k + kRadius;
-                if (at >= 0) line[at] = two.x;
-                if (at + 1 < kReach) line[at + 1] = two.y;
-            }
-            [[unroll]] for (int k = 0; k < kRun / 2; ++k) rows[row][word + k] =
-                packed(smooth_one(line, 2 * k), smooth_one(line, 2 * k + 1));
+    [[unroll]] for (int t = 0; t < rounds(read * runs); ++t) {
+        const int i = me + t * kInvocations;
+        if (i >= read * runs) continue;
+        const int row = first - kRadius + i % read, word = first / 2 + i / read * (kRun / 2);
+        [[unroll]] for (int k = -1; k <= kRun / 2; ++k) {
+            const ivec2 two = unpacked(cells[row][word + k]);
+            const int at = 2 * k + kRadius;
+            if (at >= 0) line[at] = two.x;
+            if (at + 1 < kReach) line[at + 1] = two.y;
         }
-        barrier();
-        [[unroll]] for (int t = 0; t < rounds(side / 2 * runs); ++t) {
-            const int i = me + t * kInvocations;
-            if (i >= side / 2 * runs) continue;
-            const int word = first / 2 + i % (side / 2), row = first + i / (side / 2) * kRun;
-            int second_line[kReach];
-            [[unroll]] for (int v = 0; v < kReach; ++v) {
-                const ivec2 two = unpacked(rows[row - kRadius + v][word]);
-                line[v] = two.x;
-                second_line[v] = two.y;
-            }
-            [[unroll]] for (int v = 0; v < kRun; ++v) cells[row + v][word] =
-                packed(smooth_one(line, v), smooth_one(second_line, v));
-        }
-        barrier();
+        [[unroll]] for (int k = 0; k < kRun / 2; ++k) rows[row][word + k] =
+            packed(smooth_one(line, 2 * k), smooth_one(line, 2 * k + 1));
     }
+    barrier();
+    [[unroll]] for (int t = 0; t < rounds(side / 2 * runs); ++t) {
+        const int i = me + t * kInvocations;
+        if (i >= side / 2 * runs) continue;
+        const int word = first / 2 + i % (side / 2), row = first + i / (side / 2) * kRun;
+        int second_line[kReach];
+        [[unroll]] for (int v = 0; v < kReach; ++v) {
+            const ivec2 two = unpacked(rows[row - kRadius + v][word]);
+            line[v] = two.x;
+            second_line[v] = two.y;
+        }
+        [[unroll]] for (int v = 0; v < kRun; ++v) cells[row + v][word] =
+            packed(smooth_one(line, v), smooth_one(second_line, v));
+    }
+    barrier();
+}
+
+void main() {
+    const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
+    const int me = int(gl_LocalInvocationIndex);
+    load_cells(tile, me);
+    [[unroll]] for (int pass = 1; pass <= kPasses; ++pass) smooth_cells(pass, me);
     if (kLast) {
         const int tasks = kTile / 2 * (kTile / kResultRun);
         [[unroll]] for (int t = 0; t < rounds(tasks); ++t) {

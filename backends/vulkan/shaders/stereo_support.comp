@@ -50,9 +50,8 @@ bool inside(ivec2 tile, int column, int row) {
     return tile.x + column < push.half_samples_x && tile.y + row < push.half_samples_y;
 }
 
-void main() {
-    const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
-    const int me = int(gl_LocalInvocationIndex);
+// Section 4, for the tile and what lies around it.
+void check_tile(ivec2 tile, int me) {
     for (int i = me; i < kRows * kColumns; i += kInvocations) {
         const ivec2 place = ivec2(i % kColumns, i / kColumns) - kCheckedMargin, at = tile + place;
         const int disparity = check(at);
@@ -61,30 +60,35 @@ void main() {
             all(lessThan(place, ivec2(kTile))) && inside(tile, place.x, place.y))
             checked[at.y * push.half_samples_x + at.x] = int16_t(disparity);
     }
-    barrier();
-    if (me < kSupportSide * kRuns) {
-        const int row = me / kRuns, first = me % kRuns * kRun;
-        int centre[kRun], agreeing[kRun];
-        [[unroll]] for (int m = 0; m < kRun; ++m) {
-            centre[m] = cells[row + kSupportRadius][first + m + kSupportRadius];
-            agreeing[m] = 0;
-        }
-        // A missing one differs from every disparity by more than the range.
-        [[unroll]] for (int v = 0; v <= 2 * kSupportRadius; ++v)
-            [[unroll]] for (int u = 0; u < kRun + 2 * kSupportRadius; ++u) {
-            const int other = cells[row + v][first + u];
-            [[unroll]] for (int m = max(u - 2 * kSupportRadius, 0); m <= min(u, kRun - 1); ++m)
-                agreeing[m] += abs(other - centre[m]) <= kSupportRange ? 1 : 0;
-        }
-        [[unroll]] for (int m = 0; m < kRun; ++m) {
-            const int disparity = agreeing[m] >= push.support ? centre[m] : kNoDisparity;
-            agreed[row][first + m] = disparity;
-            const int x = first + m - kMargin, y = row - kMargin;
-            if (x >= 0 && x < kTile && y >= 0 && y < kTile && inside(tile, x, y))
-                supported[(tile.y + y) * push.half_samples_x + tile.x + x] = int16_t(disparity);
-        }
+}
+
+// Section 5, for the invocation's run.
+void keep_supported(ivec2 tile, int me) {
+    if (me >= kSupportSide * kRuns) return;
+    const int row = me / kRuns, first = me % kRuns * kRun;
+    int centre[kRun], agreeing[kRun];
+    [[unroll]] for (int m = 0; m < kRun; ++m) {
+        centre[m] = cells[row + kSupportRadius][first + m + kSupportRadius];
+        agreeing[m] = 0;
     }
-    barrier();
+    // A missing one differs from every disparity by more than the range.
+    [[unroll]] for (int v = 0; v <= 2 * kSupportRadius; ++v)
+        [[unroll]] for (int u = 0; u < kRun + 2 * kSupportRadius; ++u) {
+        const int other = cells[row + v][first + u];
+        [[unroll]] for (int m = max(u - 2 * kSupportRadius, 0); m <= min(u, kRun - 1); ++m)
+            agreeing[m] += abs(other - centre[m]) <= kSupportRange ? 1 : 0;
+    }
+    [[unroll]] for (int m = 0; m < kRun; ++m) {
+        const int disparity = agreeing[m] >= push.support ? centre[m] : kNoDisparity;
+        agreed[row][first + m] = disparity;
+        const int x = first + m - kMargin, y = row - kMargin;
+        if (x >= 0 && x < kTile && y >= 0 && y < kTile && inside(tile, x, y))
+            supported[(tile.y + y) * push.half_samples_x + tile.x + x] = int16_t(disparity);
+    }
+}
+
+// The finest field of the pyramid.
+void smooth_supported(ivec2 tile, int me) {
     for (int i = me; i < kSupportSide * kTile; i += kInvocations) {
         const int row = i / kTile, column = i % kTile;
         rows[row][column] = smoothed(agreed[row][column], agreed[row][column + 1],
@@ -99,7 +103,10 @@ void main() {
         if (inside(tile, column, row))
             pyramid[(tile.y + row) * push.half_samples_x + tile.x + column] = int16_t(disparity);
     }
-    barrier();
+}
+
+// The coarser fields, as far as the tile reaches.
+void make_coarser(ivec2 tile, int me) {
     Level fine = finest_level();
     for (int level = 1; level <= kTileLevels && !is_coarsest(fine); ++level) {
         // The pixel (x, y) of the tile's field is the cell (x << level - 1, y << level - 1).
@@ -118,4 +125,16 @@ void main() {
         fine = coarse;
         barrier();
     }
+}
+
+void main() {
+    const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
+    const int me = int(gl_LocalInvocationIndex);
+    check_tile(tile, me);
+    barrier();
+    keep_supported(tile, me);
+    barrier();
+    smooth_supported(tile, me);
+    barrier();
+    make_coarser(tile, me);
 }

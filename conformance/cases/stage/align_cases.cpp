@@ -50,11 +50,18 @@ void compare(CaseRun& run, const StageJob& job, const Expected& expected,
     compare_observations(run, followed, run_reference(run.reference(), followed), found);
 }
 
-void add(std::vector<StageCase>& cases, const char* name, const char* title,
-         const defrec_align_params& params, const AlignOptions& options, int given,
+// A scene and what of it the stage is given, in bits of align_*.
+struct Setup {
+    defrec_align_params params;
+    AlignOptions options;
+    int given;
+};
+
+void add(std::vector<StageCase>& cases, const char* name, const char* title, const Setup& setup,
          const Change& change = {}, bool smoke = true) {
+    const int given = setup.given;
     const auto make = [=](CaseRun&, uint32_t frame) {
-        AlignScene scene = align_scene(params, 200 + frame, options);
+        AlignScene scene = align_scene(setup.params, 200 + frame, setup.options);
         if (change) change(scene);
         return align_job(scene, given);
     };
@@ -113,42 +120,49 @@ void light(AlignScene& s) {
 }
 
 void add_inputs(std::vector<StageCase>& cases) {
-    add(cases, "motions", "Patches predicted from motions and found.", base(), {}, align_motions);
-    add(cases, "predictions", "Given predictions are followed.", base(), {}, align_predictions);
-    add(cases, "both", "Given predictions are followed though there are motions too.", base(),
-        {.prediction_error = 3}, align_motions | align_predictions, [](AlignScene& s) {
+    add(cases, "motions", "Patches predicted from motions and found.", {base(), {}, align_motions});
+    add(cases, "predictions", "Given predictions are followed.", {base(), {}, align_predictions});
+    add(cases, "both", "Given predictions are followed though there are motions too.",
+        {base(), {.prediction_error = 3}, align_motions | align_predictions}, [](AlignScene& s) {
             s.motions[0] =
                 from_rigid(rotation_from_vector(Vec3<double>{0, 0, 0.2}), {1, 1, 0}).store();
         });
-    add(cases, "mask", "Masked pixels take no part.", base(), {}, align_predictions | align_mask);
-    add(cases, "mask_motions", "Masked pixels take no part, with motions.", base(), {},
-        align_motions | align_mask);
+    add(cases, "mask", "Masked pixels take no part.", {base(), {}, align_predictions | align_mask});
+    add(cases, "mask_motions", "Masked pixels take no part, with motions.",
+        {base(), {}, align_motions | align_mask});
     add(cases, "observations_alone", "The result is the same if predictions are not asked for.",
-        base(), {}, align_predictions | align_mask | align_no_prediction_output);
-    add(cases, "views", "Patches of several views.", base(), {.views = 3}, align_predictions);
-    add(cases, "no_patches", "A template without patches after one with.", base(), {.patches = 0},
-        align_predictions);
+        {base(), {}, align_predictions | align_mask | align_no_prediction_output});
+    add(cases, "views", "Patches of several views.", {base(), {.views = 3}, align_predictions});
+    add(cases, "no_patches", "A template without patches after one with.",
+        {base(), {.patches = 0}, align_predictions});
     add(cases, "fewer_patches",
-        "As many patches as prepare was given, fewer than the parameters say.", base(),
-        {.patches = 17}, align_predictions, [](AlignScene& s) { s.params.patches = 300; });
+        "As many patches as prepare was given, fewer than the parameters say.",
+        {base(), {.patches = 17}, align_predictions},
+        [](AlignScene& s) { s.params.patches = 300; });
+}
+
+void add_images(std::vector<StageCase>& cases) {
     for (const auto& [name, title, value] :
          {std::tuple{"flat", "A flat live image: nothing is found.", 90},
           {"white", "A saturated live image.", 255}})
-        add(cases, name, title, base(), {}, align_predictions, [value = value](AlignScene& s) {
+        add(cases, name, title, {base(), {}, align_predictions}, [value = value](AlignScene& s) {
             s.live = flat_picture(s.live.width, s.live.height, uint8_t(value));
         });
-    add(cases, "flat_view", "Patches without texture.", base(), {}, align_predictions,
+    add(cases, "flat_view", "Patches without texture.", {base(), {}, align_predictions},
         [](AlignScene& s) { s.views[0] = flat_picture(s.live.width, s.live.height, 70); });
-    add(cases, "noise", "A live image of nothing but noise.", base(), {}, align_predictions,
+    add(cases, "noise", "A live image of nothing but noise.", {base(), {}, align_predictions},
         [](AlignScene& s) { s.live = random_picture(s.live.width, s.live.height, 4); });
-    add(cases, "extremes", "Images of black and white alone.", base(),
-        {.angle = 0, .scale = 1, .noise = 0}, align_predictions, [](AlignScene& s) {
+    add(cases, "extremes", "Images of black and white alone.",
+        {base(), {.angle = 0, .scale = 1, .noise = 0}, align_predictions}, [](AlignScene& s) {
             for (Gray* picture : {&s.live, &s.views[0]})
                 for (uint8_t& pixel : picture->pixels) pixel = pixel > 120 ? 255 : 0;
         });
+}
+
+void add_motions(std::vector<StageCase>& cases) {
     add(cases, "senseless_predictions",
-        "Predictions anywhere, turned and stretched out of all proportion.", base(),
-        {.patches = 120}, align_predictions, [](AlignScene& s) {
+        "Predictions anywhere, turned and stretched out of all proportion.",
+        {base(), {.patches = 120}, align_predictions}, [](AlignScene& s) {
             Random random(8);
             for (defrec_patch_prediction& one : s.predictions) {
                 one.valid = random.below(9) == 0 ? 7 : 1;
@@ -162,8 +176,8 @@ void add_inputs(std::vector<StageCase>& cases) {
                         random.below(2) == 0 ? INT32_MIN : INT32_MAX;
             }
         });
-    add(cases, "not_finite", "Motions that are not finite predict nothing.", base(), {},
-        align_motions, [](AlignScene& s) {
+    add(cases, "not_finite", "Motions that are not finite predict nothing.",
+        {base(), {}, align_motions}, [](AlignScene& s) {
             s.params.nodes = 3;
             const float nan = std::numeric_limits<float>::quiet_NaN();
             s.motions = {s.motions[0], s.motions[0], s.motions[0]};
@@ -174,21 +188,21 @@ void add_inputs(std::vector<StageCase>& cases) {
     add(cases, "blended_motions",
         "Patches that several control points move, each in its own way, some with the opposite "
         "sign.",
-        base(), {}, align_motions, move_each_on_its_own);
+        {base(), {}, align_motions}, move_each_on_its_own);
     add(cases, "slopes", "Patches that are strained, since their weights change across them.",
-        base(), {}, align_motions, strain);
-    add(cases, "light", "Light that changes across patches.", base(), {},
-        align_motions | align_mask, light);
+        {base(), {}, align_motions}, strain);
+    add(cases, "light", "Light that changes across patches.",
+        {base(), {}, align_motions | align_mask}, light);
     defrec_align_params right = base();
     right.right_view = 1;
-    add(cases, "right_view", "Patches predicted into the right view, and found there.", right, {},
-        align_motions | align_mask, [](AlignScene& s) {
+    add(cases, "right_view", "Patches predicted into the right view, and found there.",
+        {right, {}, align_motions | align_mask}, [](AlignScene& s) {
             const Vec3<double> baseline{s.params.camera.baseline_mm, 0, 0};
             s.motions[0] = compose(from_rigid(Quaternion<double>{1, 0, 0, 0}, baseline),
                                    DualQuaternion<double>::load(s.motions[0]))
                                .store();
         });
-    add(cases, "behind", "Patches behind the camera, and turned away.", base(), {}, align_motions,
+    add(cases, "behind", "Patches behind the camera, and turned away.", {base(), {}, align_motions},
         [](AlignScene& s) {
             s.motions[0] =
                 from_rigid(rotation_from_vector(Vec3<double>{2.9, 0, 0}), {0, 0, -60}).store();
@@ -198,45 +212,51 @@ void add_inputs(std::vector<StageCase>& cases) {
 void add_parameters(std::vector<StageCase>& cases) {
     defrec_align_params params = base();
     params.stride = 101;
-    add(cases, "padded_stride", "Bytes between rows are not looked at.", params,
-        {.width = 97, .height = 71, .views = 2}, align_predictions | align_mask);
-    add(cases, "smallest", "The smallest image.", base(),
-        {.width = 64, .height = 48, .patches = 60}, align_predictions | align_mask);
+    add(cases, "padded_stride", "Bytes between rows are not looked at.",
+        {params, {.width = 97, .height = 71, .views = 2}, align_predictions | align_mask});
+    add(cases, "smallest", "The smallest image.",
+        {base(), {.width = 64, .height = 48, .patches = 60}, align_predictions | align_mask});
     for (const uint32_t level : {1u, 2u, 3u}) {
         params = base();
         params.level = level;
         params.patch_radius = level == 3 ? 2 : 3;
         static constexpr const char* kNames[] = {"", "level_1", "level_2", "level_3"};
-        add(cases, kNames[level], "Searching on images that are halved.", params,
-            {.width = 163, .height = 129, .patches = 60},
-            align_predictions | (level == 2 ? 0 : int(align_mask)));
+        add(cases, kNames[level], "Searching on images that are halved.",
+            {params,
+             {.width = 163, .height = 129, .patches = 60},
+             align_predictions | (level == 2 ? 0 : int(align_mask))});
     }
     params = base();
     params.patch_radius = 1;
     params.search_radius = 1;
     params.min_score = 400;
     params.texture = 1;
-    add(cases, "small_radii", "The smallest patches and searches.", params,
-        {.prediction_error = 0.5}, align_predictions | align_mask);
+    add(cases, "small_radii", "The smallest patches and searches.",
+        {params, {.prediction_error = 0.5}, align_predictions | align_mask});
     params.patch_radius = 7;
     params.search_radius = 16;
-    add(cases, "large_radii", "The largest patches and searches.", params,
-        {.patches = 16, .prediction_error = 8}, align_predictions | align_mask);
+    add(cases, "large_radii", "The largest patches and searches.",
+        {params, {.patches = 16, .prediction_error = 8}, align_predictions | align_mask});
     params = base();
     params.min_score = 4000;
     params.texture = 200;
-    add(cases, "strict", "A high score and much texture asked for.", params, {}, align_predictions);
+    add(cases, "strict", "A high score and much texture asked for.",
+        {params, {}, align_predictions});
     params = base();
     params.search_radius = 8;
-    add(cases, "camera_size", "Patches of a 640 x 480 image.", params,
-        {.width = 640, .height = 480, .patches = 500, .prediction_error = 5},
-        align_motions | align_mask, {}, false);
+    add(cases, "camera_size", "Patches of a 640 x 480 image.",
+        {params,
+         {.width = 640, .height = 480, .patches = 500, .prediction_error = 5},
+         align_motions | align_mask},
+        {}, false);
 }
 
 }  // namespace
 
 void add_align_cases(std::vector<StageCase>& cases) {
     add_inputs(cases);
+    add_images(cases);
+    add_motions(cases);
     add_parameters(cases);
 }
 

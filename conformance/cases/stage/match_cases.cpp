@@ -7,10 +7,14 @@ namespace {
 
 using Change = std::function<void(MatchScene&)>;
 
-void add(std::vector<StageCase>& cases, const char* name, const char* title, uint32_t landmarks,
-         uint32_t features, const Change& change, bool smoke = true, bool slow = false) {
+struct Counts {
+    uint32_t landmarks, features;
+};
+
+void add(std::vector<StageCase>& cases, const char* name, const char* title, const Counts& counts,
+         const Change& change, bool smoke = true, bool slow = false) {
     const auto make = [=](CaseRun&, uint32_t frame) {
-        MatchScene scene = match_scene(70 + frame, landmarks, features);
+        MatchScene scene = match_scene(70 + frame, counts.landmarks, counts.features);
         if (change) change(scene);
         return match_job(scene);
     };
@@ -68,27 +72,27 @@ void add_inputs(std::vector<StageCase>& cases) {
     cases.push_back(float_case(DEFREC_STAGE_MATCH, "tracked",
                                "Features and disparity of the stages before.", tracked,
                                match_spread));
-    add(cases, "plain", "Landmarks that are seen again, with some bits flipped.", 150, 180, {});
-    add(cases, "ties", "Equal distances are told apart by index.", 90, 110, make_ties);
-    add(cases, "no_features", "A frame without features after one with.", 40, 60,
+    add(cases, "plain", "Landmarks that are seen again, with some bits flipped.", {150, 180}, {});
+    add(cases, "ties", "Equal distances are told apart by index.", {90, 110}, make_ties);
+    add(cases, "no_features", "A frame without features after one with.", {40, 60},
         [](MatchScene& s) { s.count = 0; });
-    add(cases, "one_feature", "A frame with a single feature.", 40, 60,
+    add(cases, "one_feature", "A frame with a single feature.", {40, 60},
         [](MatchScene& s) { s.count = 1; });
-    add(cases, "too_many_features", "A number beyond the parameters' is cut to it.", 40, 60,
+    add(cases, "too_many_features", "A number beyond the parameters' is cut to it.", {40, 60},
         [](MatchScene& s) { s.count = 100000; });
-    add(cases, "fewer_features", "Features behind the number are not looked at.", 80, 100,
+    add(cases, "fewer_features", "Features behind the number are not looked at.", {80, 100},
         [](MatchScene& s) { s.count = 37; });
     add(cases, "fewer_landmarks",
-        "As many landmarks as prepare was given, fewer than the parameters say.", 31, 60,
+        "As many landmarks as prepare was given, fewer than the parameters say.", {31, 60},
         [](MatchScene& s) { s.params.landmarks = 500; });
-    add(cases, "one_landmark", "A single landmark.", 1, 70, {});
-    add(cases, "no_depth", "No valid depth anywhere: matches without position.", 80, 90,
+    add(cases, "one_landmark", "A single landmark.", {1, 70}, {});
+    add(cases, "no_depth", "No valid depth anywhere: matches without position.", {80, 90},
         [](MatchScene& s) {
             s.disparity.assign(s.disparity.size(), int16_t(DEFREC_DISPARITY_NONE));
         });
-    add(cases, "zero_disparity", "Disparity 0 is no depth.", 60, 70,
+    add(cases, "zero_disparity", "Disparity 0 is no depth.", {60, 70},
         [](MatchScene& s) { s.disparity.assign(s.disparity.size(), int16_t{0}); });
-    add(cases, "outside", "Features outside of the image are lifted at its border.", 60, 70,
+    add(cases, "outside", "Features outside of the image are lifted at its border.", {60, 70},
         [](MatchScene& s) {
             for (size_t i = 0; i < s.features.size(); i += 2)
                 s.features[i].x = i % 4 == 0 ? -5000 : 16 * 96 + 777;
@@ -98,17 +102,17 @@ void add_inputs(std::vector<StageCase>& cases) {
 }
 
 void add_parameters(std::vector<StageCase>& cases) {
-    add(cases, "padded_stride", "Bytes between rows are not looked at.", 60, 70,
+    add(cases, "padded_stride", "Bytes between rows are not looked at.", {60, 70},
         [](MatchScene& s) { s.params.stride = 107; });
-    add(cases, "strict", "A small distance and a strict ratio.", 150, 180, [](MatchScene& s) {
+    add(cases, "strict", "A small distance and a strict ratio.", {150, 180}, [](MatchScene& s) {
         s.params.max_distance = 20;
         s.params.ratio = 90;
     });
-    add(cases, "loose", "The largest distance, no ratio test.", 90, 100,
+    add(cases, "loose", "The largest distance, no ratio test.", {90, 100},
         [](MatchScene& s) { s.params.max_distance = s.params.ratio = 256; });
-    add(cases, "strictest", "The smallest distance and ratio.", 90, 100,
+    add(cases, "strictest", "The smallest distance and ratio.", {90, 100},
         [](MatchScene& s) { s.params.max_distance = s.params.ratio = 1; });
-    add(cases, "largest", "As many landmarks and features as in a large frame.", 4096, 4096, {},
+    add(cases, "largest", "As many landmarks and features as in a large frame.", {4096, 4096}, {},
         false, true);
     const auto unprepared = [](CaseRun&, uint32_t frame) {
         MatchScene scene = match_scene(90 + frame, 50, 60);
