@@ -244,6 +244,14 @@ test::TestSurface test_surface(uint64_t seed, uint32_t width, uint32_t height) {
     return surface;
 }
 
+void converge(defrec_camera& camera, std::vector<int16_t>& disparity, double offset_px) {
+    camera.disparity_offset_px = offset_px;
+    const auto offset = static_cast<int>(std::lround(double{DEFREC_DISPARITY_ONE} * offset_px));
+    for (int16_t& value : disparity)
+        if (value > 0)
+            value = static_cast<int16_t>(value > offset ? value - offset : DEFREC_DISPARITY_NONE);
+}
+
 std::vector<defrec_motion> loose_motions(const test::TestSurface& surface, uint64_t seed,
                                          double turn, double step_mm) {
     Random random(seed);

@@ -55,6 +55,8 @@ StageJob ransac_job(const RansacScene& scene);
 
 // A wavy surface that has deformed, as backends' tests see it.
 test::TestSurface test_surface(uint64_t seed, uint32_t width = 144, uint32_t height = 96);
+// The same disparities in views that converge: where one is left, it is smaller by the offset.
+void converge(defrec_camera& camera, std::vector<int16_t>& disparity, double offset_px);
 // Motions of the control points near the surface's deformation: each turned and moved a little on
 // its own.
 std::vector<defrec_motion> loose_motions(const test::TestSurface& surface, uint64_t seed,

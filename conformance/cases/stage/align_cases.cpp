@@ -202,6 +202,13 @@ void add_motions(std::vector<StageCase>& cases) {
                                    DualQuaternion<double>::load(s.motions[0]))
                                .store();
         });
+    add(cases, "right_view_converging",
+        "Patches predicted into a right view that converges with the left one.",
+        {right, {}, align_motions | align_mask}, [](AlignScene& s) {
+            defrec_camera& camera = s.params.camera;
+            camera.disparity_offset_px =
+                camera.fx * camera.baseline_mm / double(s.patches[0].position[2]);
+        });
     add(cases, "behind", "Patches behind the camera, and turned away.", {base(), {}, align_motions},
         [](AlignScene& s) {
             s.motions[0] =

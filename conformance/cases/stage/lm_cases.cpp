@@ -66,6 +66,10 @@ void add_terms(std::vector<StageCase>& cases) {
     add(cases, "patches_alone", "Patch observations alone.",
         [](Scene& s) { s.given = lm_patches; });
     add(cases, "depth_alone", "Depth alone.", [](Scene& s) { s.given = lm_depth; });
+    add(cases, "converging", "Views that converge: disparities have an offset.", [](Scene& s) {
+        converge(s.surface.camera, s.surface.disparity, 11.3);
+        s.given = lm_depth;
+    });
     add(cases, "no_data", "Without data the motions stay as they were.", [](Scene& s) {
         s.given = 0;
         s.start = loose_motions(s.surface, 1);

@@ -61,6 +61,8 @@ void add_warp_cases(std::vector<StageCase>& cases) {
     add(
         cases, "padded_stride", "Bytes between rows are not looked at.",
         [](Scene& s) { s.params.stride = 171; }, 97, 71);
+    add(cases, "converging", "Views that converge: disparities have an offset.",
+        [](Scene& s) { converge(s.surface.camera, s.surface.disparity, 11.3); });
     add(cases, "tolerance", "A small tolerance: few points are observed.",
         [](Scene& s) { s.params.tolerance_mm = 0.2f; });
     add(cases, "not_finite", "Motions that are not finite, or no rotation, count as none.",
