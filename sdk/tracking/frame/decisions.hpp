@@ -546,9 +546,9 @@ struct Cuts {
 
 // ---- tissue that is not seen --------------------------------------------------------------------
 
-// Where tissue out of the image is: universal kriging whose covariance is learnt.
+// The cells of the surface whose means tell where tissue out of the image is.
 // Source: the rendered scenes of [out-of-the-image]
-struct OutsideMotion {
+struct OutsideCells {
     // width of the first view | side of a cell | cells of 60 px, not 80, cost seven times as much
     //   and gain 0.1 mm
     static constexpr double kCellShare = 1.0 / 8;
@@ -571,6 +571,11 @@ struct OutsideMotion {
     // distances between cells | spread of the observed cells across their main direction; less is a
     //   row
     static constexpr double kMinSpread = 0.35;
+};
+
+// Where tissue out of the image is: universal kriging whose covariance is learnt.
+// Source: the rendered scenes of [out-of-the-image]
+struct OutsideMotion {
     // width of the first view | length of Matern's covariance | a length of 10 mm stays near the
     //   rigid motion
     static constexpr double kLengthShare = 0.4;

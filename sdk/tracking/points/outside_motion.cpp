@@ -13,6 +13,7 @@
 namespace defrec {
 namespace {
 
+using Cells = decisions::OutsideCells;
 using Decision = decisions::OutsideMotion;
 
 constexpr double kJitter = 1e-6;
@@ -84,21 +85,21 @@ OutsidePiece::OutsidePiece(const Template& surface, size_t piece) {
     const TemplateData& data = surface.data();
     const double width = view_width_mm(surface, piece);
     length_mm_ = Decision::kLengthShare * width;
-    apart_mm_ = Decision::kApart * Decision::kCellShare * width;
+    apart_mm_ = Cells::kApart * Cells::kCellShare * width;
     std::vector<uint32_t> own;
     for (size_t i = 0; i < data.vertices.size(); ++i)
         if (surface.vertex_pieces()[i] == piece) own.push_back(static_cast<uint32_t>(i));
     std::vector<Eigen::Vector3d> centres;
     double squared = 0;
-    for (;; apart_mm_ *= Decision::kCellGrowth) {
+    for (;; apart_mm_ *= Cells::kCellGrowth) {
         centres.clear();
         for (const uint32_t vertex : own) {
             const Eigen::Vector3d place = as_vector(data.vertices[vertex].position);
             nearest(centres, place, squared);
             if (squared >= apart_mm_ * apart_mm_) centres.push_back(place);
-            if (centres.size() > Decision::kMaxCells) break;
+            if (centres.size() > Cells::kMaxCells) break;
         }
-        if (centres.size() <= Decision::kMaxCells) break;
+        if (centres.size() <= Cells::kMaxCells) break;
     }
     cell_of_.assign(data.vertices.size(), -1);
     double fullest = 0;
@@ -113,7 +114,7 @@ OutsidePiece::OutsidePiece(const Template& surface, size_t piece) {
     assign();
     std::vector<Eigen::Vector3d> full;
     for (size_t i = 0; i < centres.size(); ++i)
-        if (count_[i] >= Decision::kMinFullness * fullest) full.push_back(centres[i]);
+        if (count_[i] >= Cells::kMinFullness * fullest) full.push_back(centres[i]);
     centres = std::move(full);
     assign();
     const auto count = static_cast<Eigen::Index>(centres.size());
@@ -128,7 +129,7 @@ OutsidePiece::OutsidePiece(const Template& surface, size_t piece) {
     size_t most = 0;
     for (size_t cell = 0; cell < of_cell.size(); ++cell) {
         const std::vector<uint32_t>& all = of_cell[cell];
-        const size_t used = std::min(all.size(), Decision::kSamples);
+        const size_t used = std::min(all.size(), Cells::kSamples);
         most = std::max(most, used);
         for (size_t k = 0; k < used; ++k) {
             const uint32_t vertex = all[k * all.size() / used];
@@ -137,7 +138,7 @@ OutsidePiece::OutsidePiece(const Template& surface, size_t piece) {
         }
     }
     least_seen_ = static_cast<uint32_t>(
-        std::max(Decision::kMinSeen, Decision::kSeenShare * static_cast<double>(most)));
+        std::max(Cells::kMinSeen, Cells::kSeenShare * static_cast<double>(most)));
     own_kernel_ = kernel(rest_, rest_);
     own_kernel_.diagonal().array() += kJitter;
     factor_.compute(own_kernel_);
@@ -200,7 +201,7 @@ bool OutsidePiece::read_cells(const Seen& seen) {
         return std::count_if(count_.begin(), count_.end(),
                              [&](uint32_t count) { return count >= least; });
     };
-    const uint32_t least = of_at_least(least_seen_) >= Decision::kMinCells ? least_seen_ : 1;
+    const uint32_t least = of_at_least(least_seen_) >= Cells::kMinCells ? least_seen_ : 1;
     const std::ptrdiff_t used = of_at_least(least);
     data_.rest.resize(3, used);
     data_.now.resize(3, used);
@@ -215,13 +216,12 @@ bool OutsidePiece::read_cells(const Seen& seen) {
         data_.error_mm2[next++] = sum_error_mm2_[cell] / count_[i];
         age_[i] = 0;
     }
-    if (used < Decision::kMinCells) return false;
+    if (used < Cells::kMinCells) return false;
     // A row of cells does not tell how the surface turns about it.
     const Eigen::Matrix3Xd apart = data_.rest.colwise() - data_.rest.rowwise().mean();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(
         apart * apart.transpose() / static_cast<double>(used), Eigen::EigenvaluesOnly);
-    return spread.eigenvalues()[1] >
-           Decision::kMinSpread * Decision::kMinSpread * apart_mm_ * apart_mm_;
+    return spread.eigenvalues()[1] > Cells::kMinSpread * Cells::kMinSpread * apart_mm_ * apart_mm_;
 }
 
 void OutsidePiece::add_lost_frame() {
