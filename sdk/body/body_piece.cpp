@@ -4,6 +4,7 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "sdk/base/util/error.hpp"
 #include "sdk/body/decisions.hpp"
@@ -136,6 +137,52 @@ void add_cells(const Lattice& lattice, double poisson_ratio, Assembly& sum) {
     }
 }
 
+// Springs that pull at the free nodes.
+struct Springs {
+    double handle = 0;             // stiffness of each handle's
+    std::vector<Terms> handles;    // the nodes that each handle pulls at
+    std::vector<double> supports;  // stiffness, per node
+};
+
+Springs springs_of(const Lattice& lattice, std::span<const Handle> handles,
+                   const SupportStiffness& support) {
+    Springs springs{BodyStiffness::kData * lattice.step(), {}, {}};
+    for (const Handle& handle : handles) springs.handles.push_back(terms_of(lattice, handle));
+    const std::vector<double> area = boundary_areas(lattice);
+    for (size_t node = 0; node < area.size(); ++node)
+        springs.supports.push_back(support(lattice.nodes()[node], area[node]));
+    return springs;
+}
+
+Sparse stiffness_of(const Lattice& lattice, double poisson_ratio, const Springs& springs) {
+    Assembly sum(lattice.free_nodes());
+    add_cells(lattice, poisson_ratio, sum);
+    for (const Terms& terms : springs.handles)
+        for (const Lattice::Term& row : terms)
+            for (const Lattice::Term& column : terms)
+                sum.add(row.node, column.node,
+                        springs.handle * row.weight * column.weight * Eigen::Matrix3d::Identity());
+    for (size_t node = 0; node < springs.supports.size(); ++node) {
+        const auto index = static_cast<int32_t>(node);
+        sum.add(index, index, springs.supports[node] * Eigen::Matrix3d::Identity());
+    }
+    return sum.matrix();
+}
+
+// The factor L of a stiffness matrix L L^T whose rows and columns are reordered.
+struct Factor {
+    Eigen::SparseMatrix<float> lower;
+    Eigen::VectorXi order;  // where each row has come to
+};
+
+Factor factor_of(const Sparse& stiffness) {
+    Eigen::SimplicialLLT<Sparse, Eigen::Lower> factor;
+    factor.compute(stiffness);
+    if (factor.info() != Eigen::Success)
+        fail(DEFREC_ERROR_UNSUPPORTED, "the body's equations have no solution");
+    return {Sparse(factor.matrixL()).cast<float>(), factor.permutationP().indices()};
+}
+
 // As many right sides as fit into vector registers and caches; one a column.
 using RightSides = Eigen::Matrix<float, Eigen::Dynamic, 16, Eigen::RowMajor>;
 
@@ -159,81 +206,91 @@ void substitute(const Eigen::SparseMatrix<float>& lower, RightSides& x) {
     }
 }
 
+// Displacements of the free nodes, three rows each: for displacements of the handles, three columns
+// each, and of the frame of the supports (BodyPiece::support_response()).
+struct Responses {
+    Eigen::MatrixXf handles;
+    Eigen::Matrix<float, Eigen::Dynamic, 12> supports;
+};
+
+// The right sides of up to 16 columns of responses, those of the handles first.
+void set_forces(const Lattice& lattice, const Springs& springs, const Eigen::VectorXi& order,
+                size_t begin, RightSides& x) {
+    const size_t handle_columns = 3 * springs.handles.size(),
+                 end = std::min(begin + 16, handle_columns + 12);
+    x.setZero();
+    for (size_t column = begin; column < end; ++column) {
+        const auto slot = static_cast<Eigen::Index>(column - begin);
+        if (column < handle_columns) {
+            for (const Lattice::Term& term : springs.handles[column / 3])
+                x(order[3 * term.node + static_cast<int32_t>(column % 3)], slot) =
+                    static_cast<float>(springs.handle * term.weight);
+            continue;
+        }
+        const size_t entry = column - handle_columns, axis = entry % 4;
+        for (size_t node = 0; node < springs.supports.size(); ++node) {
+            const double along =
+                axis == 3 ? 1 : lattice.nodes()[node][static_cast<Eigen::Index>(axis)];
+            x(order[static_cast<Eigen::Index>(3 * node + entry / 4)], slot) =
+                static_cast<float>(springs.supports[node] * along);
+        }
+    }
+}
+
+// Empty where it is no longer wanted.
+std::optional<Responses> solve(const Lattice& lattice, const Springs& springs, const Factor& factor,
+                               const std::function<bool()>& is_wanted) {
+    const auto rows = static_cast<Eigen::Index>(3 * springs.supports.size()),
+               handle_columns = static_cast<Eigen::Index>(3 * springs.handles.size());
+    std::optional<Responses> responses(std::in_place);
+    responses->handles.resize(rows, handle_columns);
+    responses->supports.resize(rows, 12);
+    RightSides x(rows, 16);
+    for (Eigen::Index begin = 0; begin < handle_columns + 12; begin += 16) {
+        if (!is_wanted()) return std::nullopt;
+        set_forces(lattice, springs, factor.order, static_cast<size_t>(begin), x);
+        substitute(factor.lower, x);
+        const Eigen::Index end = std::min(begin + 16, handle_columns + 12);
+        for (Eigen::Index column = begin; column < end; ++column)
+            for (Eigen::Index i = 0; i < rows; ++i) {
+                const float value = x(factor.order[i], column - begin);
+                if (column < handle_columns)
+                    responses->handles(i, column) = value;
+                else
+                    responses->supports(i, column - handle_columns) = value;
+            }
+    }
+    return responses;
+}
+
 }  // namespace
 
 BodyPiece::BodyPiece(std::vector<Handle> handles, Lattice lattice, double poisson_ratio,
                      const SupportStiffness& support, const std::function<bool()>& is_wanted)
     : handles_(std::move(handles)), lattice_(std::move(lattice)) {
-    const size_t nodes = lattice_.free_nodes();
-    Assembly sum(nodes);
-    add_cells(lattice_, poisson_ratio, sum);
-
-    const double spring = BodyStiffness::kData * lattice_.step();
-    std::vector<Terms> handle_terms;
-    for (const Handle& handle : handles_) {
-        handle_terms.push_back(terms_of(lattice_, handle));
-        for (const Lattice::Term& row : handle_terms.back())
-            for (const Lattice::Term& column : handle_terms.back())
-                sum.add(row.node, column.node,
-                        spring * row.weight * column.weight * Eigen::Matrix3d::Identity());
-    }
-    const std::vector<double> area = boundary_areas(lattice_);
-    std::vector<double> support_spring(nodes);
-    for (size_t node = 0; node < nodes; ++node) {
-        support_spring[node] = support(lattice_.nodes()[node], area[node]);
-        const auto index = static_cast<int32_t>(node);
-        sum.add(index, index, support_spring[node] * Eigen::Matrix3d::Identity());
-    }
+    const Springs springs = springs_of(lattice_, handles_, support);
+    const Sparse stiffness = stiffness_of(lattice_, poisson_ratio, springs);
     if (!is_wanted()) return;
-    const Sparse stiffness = sum.matrix();
-    Eigen::SimplicialLLT<Sparse, Eigen::Lower> factor;
-    factor.compute(stiffness);
-    if (!is_wanted()) return;
-    if (factor.info() != Eigen::Success)
-        fail(DEFREC_ERROR_UNSUPPORTED, "the body's equations have no solution");
-    const Eigen::SparseMatrix<float> lower = Sparse(factor.matrixL()).cast<float>();
-    const auto& order = factor.permutationP().indices();
-
-    const size_t handle_columns = 3 * handles_.size(), columns = handle_columns + 12;
-    const auto rows = static_cast<Eigen::Index>(3 * nodes);
-    Eigen::MatrixXf response(rows, static_cast<Eigen::Index>(handle_columns));
-    support_response_.resize(rows, 12);
-    RightSides x(rows, 16);
-    for (size_t begin = 0; begin < columns; begin += 16) {
-        if (!is_wanted()) return;
-        x.setZero();
-        const size_t end = std::min(begin + 16, columns);
-        for (size_t column = begin; column < end; ++column) {
-            const auto slot = static_cast<Eigen::Index>(column - begin);
-            if (column < handle_columns) {
-                for (const Lattice::Term& term : handle_terms[column / 3])
-                    x(order[3 * term.node + static_cast<int32_t>(column % 3)], slot) =
-                        static_cast<float>(spring * term.weight);
-                continue;
-            }
-            const size_t entry = column - handle_columns;
-            for (size_t node = 0; node < nodes; ++node) {
-                const double along =
-                    entry % 4 == 3 ? 1
-                                   : lattice_.nodes()[node][static_cast<Eigen::Index>(entry % 4)];
-                x(order[static_cast<Eigen::Index>(3 * node + entry / 4)], slot) =
-                    static_cast<float>(support_spring[node] * along);
-            }
-        }
-        substitute(lower, x);
-        for (size_t column = begin; column < end; ++column) {
-            const auto slot = static_cast<Eigen::Index>(column - begin);
-            for (Eigen::Index i = 0; i < rows; ++i) {
-                if (column < handle_columns)
-                    response(i, static_cast<Eigen::Index>(column)) = x(order[i], slot);
-                else
-                    support_response_(i, static_cast<Eigen::Index>(column - handle_columns)) =
-                        x(order[i], slot);
-            }
-        }
+    const Factor factor = factor_of(stiffness);
+    std::optional<Responses> responses = solve(lattice_, springs, factor, is_wanted);
+    if (!responses) return;
+    support_response_ = std::move(responses->supports);
+    set_force_response(springs.handles, responses->handles);
+    support_share_.resize(lattice_.free_nodes());
+    for (size_t node = 0; node < support_share_.size(); ++node) {
+        float share = 0;
+        for (int axis = 0; axis < 3; ++axis)
+            share +=
+                support_response_(static_cast<Eigen::Index>(3 * node) + axis, 4 * axis + 3) / 3;
+        support_share_[node] = std::clamp(share, 0.0f, 1.0f);
     }
-    const auto of_handles = static_cast<Eigen::Index>(handle_columns);
-    force_response_.setIdentity(of_handles, of_handles);
+    keep_links(responses->handles);
+    is_complete_ = true;
+}
+
+void BodyPiece::set_force_response(std::span<const std::vector<Lattice::Term>> handle_terms,
+                                   const Eigen::MatrixXf& response) {
+    force_response_.setIdentity(response.cols(), response.cols());
     for (size_t i = 0; i < handles_.size(); ++i)
         for (const Lattice::Term& term : handle_terms[i])
             force_response_.middleRows<3>(static_cast<Eigen::Index>(3 * i)) -=
@@ -242,16 +299,6 @@ BodyPiece::BodyPiece(std::vector<Handle> handles, Lattice lattice, double poisso
     for (size_t i = 0; i < handles_.size(); ++i)
         places.col(static_cast<Eigen::Index>(i)) = handles_[i].position;
     force_slope_ = (force_response_.cast<double>() * motion_slope(places)).cast<float>();
-    support_share_.resize(nodes);
-    for (size_t node = 0; node < nodes; ++node) {
-        float share = 0;
-        for (int axis = 0; axis < 3; ++axis)
-            share +=
-                support_response_(static_cast<Eigen::Index>(3 * node) + axis, 4 * axis + 3) / 3;
-        support_share_[node] = std::clamp(share, 0.0f, 1.0f);
-    }
-    keep_links(response);
-    is_complete_ = true;
 }
 
 // Handles that hardly count for a node are left out, and what they would do is given to the one

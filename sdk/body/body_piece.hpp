@@ -64,6 +64,8 @@ class BodyPiece {
     const Eigen::MatrixXf& force_slope() const { return force_slope_; }
 
   private:
+    void set_force_response(std::span<const std::vector<Lattice::Term>> handle_terms,
+                            const Eigen::MatrixXf& response);
     void keep_links(const Eigen::MatrixXf& response);
 
     std::vector<Handle> handles_;

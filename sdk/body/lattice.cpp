@@ -90,75 +90,101 @@ int32_t Lattice::cell_at(const Corner& fine) const {
     return -1;
 }
 
-void Lattice::number_nodes() {
-    struct Vertex {
+// The corners of a lattice's cells, those that do not hang first.
+class Lattice::Corners {
+  public:
+    explicit Corners(const Lattice& lattice) : lattice_(lattice) {
+        for (const Cell& cell : lattice.cells_)
+            for (size_t k = 0; k < 8; ++k) {
+                const Corner at = corner_of(cell, k);
+                if (known_.emplace(key(at, 0), all_.size()).second)
+                    all_.push_back({at, host_of(at)});
+            }
+        for (const bool hangs : {false, true}) {
+            for (size_t i = 0; i < all_.size(); ++i)
+                if ((all_[i].host >= 0) == hangs) {
+                    all_[i].node = static_cast<int32_t>(order_.size());
+                    order_.push_back(i);
+                }
+            if (!hangs) free_ = order_.size();
+        }
+    }
+
+    size_t size() const { return order_.size(); }
+    size_t free() const { return free_; }
+    const Corner& at(size_t node) const { return all_[order_[node]].at; }
+    int32_t node(const Cell& cell, size_t k) const { return find(cell, k).node; }
+    // What a node's value is made of: weights of free nodes.
+    std::map<int32_t, double> terms(size_t node) const {
+        std::map<int32_t, double> sum;
+        add_terms(all_[order_[node]], 1, sum);
+        return sum;
+    }
+
+  private:
+    struct Entry {
         Corner at;
         int32_t host = -1;  // the largest cell that it hangs on
-        int32_t index = -1;
+        int32_t node = -1;
     };
-    std::unordered_map<uint64_t, size_t> known;
-    std::vector<Vertex> vertices;
-    const auto corner_of = [](const Cell& cell, size_t k) -> Corner {
+
+    static Corner corner_of(const Cell& cell, size_t k) {
         return {cell.corner[0] + static_cast<int32_t>(k & 1) * cell.size,
                 cell.corner[1] + static_cast<int32_t>(k >> 1 & 1) * cell.size,
                 cell.corner[2] + static_cast<int32_t>(k >> 2) * cell.size};
-    };
-    for (const Cell& cell : cells_)
-        for (size_t k = 0; k < 8; ++k) {
-            const Corner at = corner_of(cell, k);
-            if (known.emplace(key(at, 0), vertices.size()).second) vertices.push_back({at});
-        }
-    for (Vertex& vertex : vertices)
+    }
+    const Entry& find(const Cell& cell, size_t k) const {
+        return all_[known_.at(key(corner_of(cell, k), 0))];
+    }
+    int32_t host_of(const Corner& at) const {
+        int32_t host = -1;
         for (int32_t octant = 0; octant < 8; ++octant) {
-            const int32_t found =
-                cell_at({vertex.at[0] - (octant & 1), vertex.at[1] - (octant >> 1 & 1),
-                         vertex.at[2] - (octant >> 2)});
+            const int32_t found = lattice_.cell_at(
+                {at[0] - (octant & 1), at[1] - (octant >> 1 & 1), at[2] - (octant >> 2)});
             if (found < 0) continue;
-            const Cell& cell = cells_[static_cast<size_t>(found)];
+            const Cell& cell = lattice_.cells_[static_cast<size_t>(found)];
             bool is_corner = true;
             for (size_t axis = 0; axis < 3; ++axis)
-                is_corner &= (vertex.at[axis] - cell.corner[axis]) % cell.size == 0;
+                is_corner &= (at[axis] - cell.corner[axis]) % cell.size == 0;
             if (!is_corner &&
-                (vertex.host < 0 || cells_[static_cast<size_t>(vertex.host)].size < cell.size))
-                vertex.host = found;
+                (host < 0 || lattice_.cells_[static_cast<size_t>(host)].size < cell.size))
+                host = found;
         }
-    std::vector<size_t> order;
-    for (const bool hangs : {false, true}) {
-        for (size_t i = 0; i < vertices.size(); ++i)
-            if ((vertices[i].host >= 0) == hangs) {
-                vertices[i].index = static_cast<int32_t>(order.size());
-                order.push_back(i);
-            }
-        if (!hangs) free_ = order.size();
+        return host;
     }
-    for (Cell& cell : cells_)
+    // The corners of an entry's host are free, or hang on a larger cell.
+    void add_terms(const Entry& entry, double weight, std::map<int32_t, double>& sum) const {
+        if (entry.host < 0) {
+            sum[entry.node] += weight;
+            return;
+        }
+        const Cell& cell = lattice_.cells_[static_cast<size_t>(entry.host)];
+        Place place;
+        for (size_t axis = 0; axis < 3; ++axis)
+            place.at[static_cast<Eigen::Index>(axis)] =
+                static_cast<double>(entry.at[axis] - cell.corner[axis]) / cell.size;
+        const std::array<double, 8> weights = place.weights();
         for (size_t k = 0; k < 8; ++k)
-            cell.node[k] = vertices[known.at(key(corner_of(cell, k), 0))].index;
-    // The corners of a node's host are free, or hang on a larger cell.
-    std::function<void(const Vertex&, double, std::map<int32_t, double>&)> resolve =
-        [&](const Vertex& vertex, double weight, std::map<int32_t, double>& sum) {
-            if (vertex.host < 0) {
-                sum[vertex.index] += weight;
-                return;
-            }
-            const Cell& cell = cells_[static_cast<size_t>(vertex.host)];
-            Place place;
-            for (size_t axis = 0; axis < 3; ++axis)
-                place.at[static_cast<Eigen::Index>(axis)] =
-                    static_cast<double>(vertex.at[axis] - cell.corner[axis]) / cell.size;
-            const std::array<double, 8> weights = place.weights();
-            for (size_t k = 0; k < 8; ++k)
-                if (weights[k] > 0)
-                    resolve(vertices[known.at(key(corner_of(cell, k), 0))], weight * weights[k],
-                            sum);
-        };
+            if (weights[k] > 0) add_terms(find(cell, k), weight * weights[k], sum);
+    }
+
+    const Lattice& lattice_;
+    std::unordered_map<uint64_t, size_t> known_;
+    std::vector<Entry> all_;
+    std::vector<size_t> order_;  // per node
+    size_t free_ = 0;
+};
+
+void Lattice::number_nodes() {
+    const Corners corners(*this);
+    free_ = corners.free();
+    for (Cell& cell : cells_)
+        for (size_t k = 0; k < 8; ++k) cell.node[k] = corners.node(cell, k);
     first_term_.push_back(0);
-    for (const size_t i : order) {
-        const Vertex& vertex = vertices[i];
-        nodes_.push_back(low_ + step_ * Eigen::Vector3d(vertex.at[0], vertex.at[1], vertex.at[2]));
-        std::map<int32_t, double> sum;
-        resolve(vertex, 1, sum);
-        for (const auto& [node, weight] : sum) terms_.push_back({node, weight});
+    for (size_t node = 0; node < corners.size(); ++node) {
+        const Corner& at = corners.at(node);
+        nodes_.push_back(low_ + step_ * Eigen::Vector3d(at[0], at[1], at[2]));
+        for (const auto& [of, weight] : corners.terms(node)) terms_.push_back({of, weight});
         first_term_.push_back(terms_.size());
     }
 }

@@ -66,6 +66,7 @@ class Lattice {
     Place find_near(const Eigen::Vector3d& place, double reach) const;
 
   private:
+    class Corners;
     using Corner = std::array<int32_t, 3>;
     static uint64_t key(const Corner& corner, int32_t size);
     int32_t cell_at(const Corner& fine) const;

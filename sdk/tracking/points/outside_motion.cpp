@@ -13,7 +13,6 @@
 namespace defrec {
 namespace {
 
-using Cells = decisions::OutsideCells;
 using Decision = decisions::OutsideMotion;
 
 constexpr double kJitter = 1e-6;
@@ -55,116 +54,46 @@ defrec_motion as_motion_record(const Eigen::Matrix3d& turn, const Eigen::Vector3
         .store();
 }
 
-double view_width_mm(const Template& surface, size_t piece) {
-    const TemplateData& data = surface.data();
-    std::vector<float> depths;
-    for (size_t i = 0; i < data.vertices.size(); ++i)
-        if (surface.vertex_pieces()[i] == piece) depths.push_back(data.vertices[i].position[2]);
-    if (depths.empty()) return 1;
-    const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-    std::nth_element(depths.begin(), middle, depths.end());
-    return std::max(1e-3, data.width * std::abs(static_cast<double>(*middle)) / data.camera.fx);
-}
-
-int32_t nearest(const std::vector<Eigen::Vector3d>& centres, const Eigen::Vector3d& place,
-                double& squared) {
-    int32_t best = -1;
-    squared = std::numeric_limits<double>::infinity();
-    for (size_t i = 0; i < centres.size(); ++i) {
-        const double distance = (centres[i] - place).squaredNorm();
-        if (distance >= squared) continue;
-        squared = distance;
-        best = static_cast<int32_t>(i);
+// A cell that the others foretell otherwise is taken for as noisy as it seems.
+void raise_noise(const Eigen::MatrixXd& signal, const MotionSlope& slope,
+                 const Eigen::VectorXd& values, Eigen::VectorXd& noise) {
+    for (int round = 0; round < 2; ++round) {
+        const Eigen::MatrixXd inverse = inverse_of(signal, noise);
+        const MotionSlope weighed = inverse * slope;
+        const Matrix6 of_motion = (slope.transpose() * weighed).inverse();
+        const Eigen::VectorXd foretold =
+            inverse * values - weighed * (of_motion * (weighed.transpose() * values));
+        for (Eigen::Index i = 0; i < values.size() / 3; ++i) {
+            const auto rows = weighed.middleRows<3>(3 * i);
+            const Eigen::Matrix3d block =
+                inverse.block<3, 3>(3 * i, 3 * i) - rows * of_motion * rows.transpose();
+            const Eigen::Vector3d own = foretold.segment<3>(3 * i);
+            noise.segment<3>(3 * i) *= std::max(1.0, own.dot(block.inverse() * own) / 3);
+        }
     }
-    return best;
 }
 
 }  // namespace
 
-OutsidePiece::OutsidePiece(const Template& surface, size_t piece) {
-    const TemplateData& data = surface.data();
-    const double width = view_width_mm(surface, piece);
-    length_mm_ = Decision::kLengthShare * width;
-    apart_mm_ = Cells::kApart * Cells::kCellShare * width;
-    std::vector<uint32_t> own;
-    for (size_t i = 0; i < data.vertices.size(); ++i)
-        if (surface.vertex_pieces()[i] == piece) own.push_back(static_cast<uint32_t>(i));
-    std::vector<Eigen::Vector3d> centres;
-    double squared = 0;
-    for (;; apart_mm_ *= Cells::kCellGrowth) {
-        centres.clear();
-        for (const uint32_t vertex : own) {
-            const Eigen::Vector3d place = as_vector(data.vertices[vertex].position);
-            nearest(centres, place, squared);
-            if (squared >= apart_mm_ * apart_mm_) centres.push_back(place);
-            if (centres.size() > Cells::kMaxCells) break;
-        }
-        if (centres.size() <= Cells::kMaxCells) break;
-    }
-    cell_of_.assign(data.vertices.size(), -1);
-    double fullest = 0;
-    const auto assign = [&] {
-        count_.assign(centres.size(), 0);
-        for (const uint32_t vertex : own) {
-            cell_of_[vertex] = nearest(centres, as_vector(data.vertices[vertex].position), squared);
-            ++count_[static_cast<size_t>(cell_of_[vertex])];
-        }
-        fullest = count_.empty() ? 0 : *std::max_element(count_.begin(), count_.end());
-    };
-    assign();
-    std::vector<Eigen::Vector3d> full;
-    for (size_t i = 0; i < centres.size(); ++i)
-        if (count_[i] >= Cells::kMinFullness * fullest) full.push_back(centres[i]);
-    centres = std::move(full);
-    assign();
-    const auto count = static_cast<Eigen::Index>(centres.size());
-    rest_.setZero(3, count);
-    for (const uint32_t vertex : own)
-        rest_.col(cell_of_[vertex]) += as_vector(data.vertices[vertex].position);
-    for (Eigen::Index i = 0; i < count; ++i)
-        rest_.col(i) /= std::max<double>(1, count_[static_cast<size_t>(i)]);
-    std::vector<std::vector<uint32_t>> of_cell(centres.size());
-    for (const uint32_t vertex : own)
-        of_cell[static_cast<size_t>(cell_of_[vertex])].push_back(vertex);
-    size_t most = 0;
-    for (size_t cell = 0; cell < of_cell.size(); ++cell) {
-        const std::vector<uint32_t>& all = of_cell[cell];
-        const size_t used = std::min(all.size(), Cells::kSamples);
-        most = std::max(most, used);
-        for (size_t k = 0; k < used; ++k) {
-            const uint32_t vertex = all[k * all.size() / used];
-            samples_.push_back({vertex, static_cast<int32_t>(cell),
-                                as_vector(data.vertices[vertex].position).cast<float>()});
-        }
-    }
-    least_seen_ = static_cast<uint32_t>(
-        std::max(Cells::kMinSeen, Cells::kSeenShare * static_cast<double>(most)));
-    own_kernel_ = kernel(rest_, rest_);
+OutsidePiece::OutsidePiece(const Template& surface, size_t piece)
+    : cells_(surface, piece), length_mm_(Decision::kLengthShare * cells_.view_width_mm()) {
+    const Eigen::Index count = cells_.rest().cols();
+    own_kernel_ = kernel(cells_.rest(), cells_.rest());
     own_kernel_.diagonal().array() += kJitter;
     factor_.compute(own_kernel_);
     products_.setZero(3 * count, 3 * count);
-    age_.assign(centres.size(), 0);
-    variance_.assign(centres.size(), 0);
-    sum_rest_.resize(3, count);
-    sum_now_.resize(3, count);
-    sum_error_mm2_.resize(count);
+    variance_.assign(cells_.size(), 0);
 }
 
 void OutsidePiece::learn_from(const OutsidePiece& before) {
-    if (before.cells() == 0 || cells() == 0) return;
-    const Eigen::MatrixXd across = before.weights(rest_), spread = on_axes(across);
-    const Eigen::MatrixXd left = own_kernel_ - across * before.kernel(before.rest_, rest_);
+    if (before.cells_.size() == 0 || cells_.size() == 0) return;
+    const Eigen::MatrixXd across = before.weights(cells_.rest()), spread = on_axes(across);
+    const Eigen::MatrixXd left =
+        own_kernel_ - across * before.kernel(before.cells_.rest(), cells_.rest());
     products_ = spread * before.products_ * spread.transpose() +
                 before.frames_ * Decision::kStart * Decision::kStart * on_axes(left);
     frames_ = before.frames_;
-    for (size_t i = 0; i < cells(); ++i) {
-        Eigen::Index nearest = 0;
-        (before.rest_.colwise() - rest_.col(static_cast<Eigen::Index>(i)))
-            .colwise()
-            .squaredNorm()
-            .minCoeff(&nearest);
-        age_[i] = before.age_[static_cast<size_t>(nearest)];
-    }
+    cells_.take_ages(before.cells_);
     all_frames_ = before.all_frames_;
 }
 
@@ -180,59 +109,14 @@ Eigen::MatrixXd OutsidePiece::kernel(const Eigen::Matrix3Xd& a, const Eigen::Mat
 }
 
 Eigen::MatrixXd OutsidePiece::weights(const Eigen::Matrix3Xd& places) const {
-    return factor_.solve(kernel(rest_, places)).transpose();
-}
-
-// Means of what is observed; false where that is too little.
-bool OutsidePiece::read_cells(const Seen& seen) {
-    count_.assign(cells(), 0);
-    sum_rest_.setZero();
-    sum_now_.setZero();
-    sum_error_mm2_.setZero();
-    for (const Sample& sample : samples_) {
-        if (seen.confidence.status[sample.vertex] != DEFREC_POINT_OBSERVED) continue;
-        const auto error = static_cast<double>(seen.confidence.expected_error[sample.vertex]);
-        ++count_[static_cast<size_t>(sample.cell)];
-        sum_rest_.col(sample.cell) += sample.rest.cast<double>();
-        sum_now_.col(sample.cell) += as_vector(seen.samples[sample.vertex].position);
-        sum_error_mm2_[sample.cell] += error * error;
-    }
-    const auto of_at_least = [&](uint32_t least) {
-        return std::count_if(count_.begin(), count_.end(),
-                             [&](uint32_t count) { return count >= least; });
-    };
-    const uint32_t least = of_at_least(least_seen_) >= Cells::kMinCells ? least_seen_ : 1;
-    const std::ptrdiff_t used = of_at_least(least);
-    data_.rest.resize(3, used);
-    data_.now.resize(3, used);
-    data_.error_mm2.resize(used);
-    Eigen::Index next = 0;
-    for (size_t i = 0; i < cells(); ++i) {
-        ++age_[i];
-        if (count_[i] < least) continue;
-        const auto cell = static_cast<Eigen::Index>(i);
-        data_.rest.col(next) = sum_rest_.col(cell) / count_[i];
-        data_.now.col(next) = sum_now_.col(cell) / count_[i];
-        data_.error_mm2[next++] = sum_error_mm2_[cell] / count_[i];
-        age_[i] = 0;
-    }
-    if (used < Cells::kMinCells) return false;
-    // A row of cells does not tell how the surface turns about it.
-    const Eigen::Matrix3Xd apart = data_.rest.colwise() - data_.rest.rowwise().mean();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(
-        apart * apart.transpose() / static_cast<double>(used), Eigen::EigenvaluesOnly);
-    return spread.eigenvalues()[1] > Cells::kMinSpread * Cells::kMinSpread * apart_mm_ * apart_mm_;
-}
-
-void OutsidePiece::add_lost_frame() {
-    for (uint32_t& age : age_) ++age;
+    return factor_.solve(kernel(cells_.rest(), places)).transpose();
 }
 
 bool OutsidePiece::add_frame(const Seen& seen) {
-    if (!read_cells(seen)) return false;
+    if (!cells_.read(seen.samples, seen.confidence)) return false;
     ++all_frames_;
     if (seen.is_apart) return solve();
-    if (data_.rest.cols() == rest_.cols())
+    if (cells_.seen().rest.cols() == cells_.rest().cols())
         learn_directly();
     else if (all_frames_ % Decision::kLearnEvery == 0)
         solve();
@@ -247,22 +131,24 @@ void OutsidePiece::learn(const Eigen::VectorXd& displacements) {
 
 // Kriging gives what is seen where every cell is.
 void OutsidePiece::learn_directly() {
+    const OutsideCells::Seen& seen = cells_.seen();
     const Eigen::Isometry3d pose =
-        fit_rigid(data_.rest, data_.now, Eigen::VectorXd::Ones(data_.rest.cols()));
-    const Eigen::Matrix3Xd displacements = pose.inverse() * data_.now - data_.rest;
+        fit_rigid(seen.rest, seen.now, Eigen::VectorXd::Ones(seen.rest.cols()));
+    const Eigen::Matrix3Xd displacements = pose.inverse() * seen.now - seen.rest;
     learn(as_column(displacements));
-    for (Eigen::Index i = 0; i < rest_.cols(); ++i)
-        products_.diagonal().segment<3>(3 * i).array() += noise_mm2(data_.error_mm2[i]);
+    for (Eigen::Index i = 0; i < seen.rest.cols(); ++i)
+        products_.diagonal().segment<3>(3 * i).array() += noise_mm2(seen.error_mm2[i]);
 }
 
 // false: the numbers do not do.
 bool OutsidePiece::solve() {
-    const Eigen::Index used = data_.rest.cols();
+    const OutsideCells::Seen& seen = cells_.seen();
+    const Eigen::Index used = seen.rest.cols();
     const Eigen::MatrixXd covariance = (Decision::kStartFrames * Decision::kStart *
                                             Decision::kStart * on_axes(own_kernel_) +
                                         products_) /
                                        (Decision::kStartFrames + frames_),
-                          across = weights(data_.rest), spread = on_axes(across),
+                          across = weights(seen.rest), spread = on_axes(across),
                           to_cells = covariance * spread.transpose(), signal = spread * to_cells;
     // Means of parts of cells lie off the cells' means.
     const Eigen::VectorXd left =
@@ -270,31 +156,17 @@ bool OutsidePiece::solve() {
     Eigen::VectorXd noise(3 * used);
     for (Eigen::Index i = 0; i < used; ++i)
         noise.segment<3>(3 * i).setConstant(Decision::kStart * Decision::kStart * left[i] +
-                                            noise_mm2(data_.error_mm2[i]));
+                                            noise_mm2(seen.error_mm2[i]));
 
-    pose_ = fit_rigid(data_.rest, data_.now, Eigen::VectorXd::Ones(used));
-    const Eigen::Vector3d centre = data_.rest.rowwise().mean();
-    const MotionSlope slope = motion_slope(data_.rest.colwise() - centre);
+    pose_ = fit_rigid(seen.rest, seen.now, Eigen::VectorXd::Ones(used));
+    const Eigen::Vector3d centre = seen.rest.rowwise().mean();
+    const MotionSlope slope = motion_slope(seen.rest.colwise() - centre);
     const auto displacements = [&]() -> Eigen::VectorXd {
-        const Eigen::Matrix3Xd values = pose_.inverse() * data_.now - data_.rest;
+        const Eigen::Matrix3Xd values = pose_.inverse() * seen.now - seen.rest;
         return as_column(values);
     };
     Eigen::VectorXd values = displacements();
-    // A cell that the others foretell otherwise is taken for as noisy as it seems.
-    for (int round = 0; round < 2; ++round) {
-        const Eigen::MatrixXd inverse = inverse_of(signal, noise);
-        const MotionSlope weighed = inverse * slope;
-        const Matrix6 of_motion = (slope.transpose() * weighed).inverse();
-        const Eigen::VectorXd foretold =
-            inverse * values - weighed * (of_motion * (weighed.transpose() * values));
-        for (Eigen::Index i = 0; i < used; ++i) {
-            const auto rows = weighed.middleRows<3>(3 * i);
-            const Eigen::Matrix3d block =
-                inverse.block<3, 3>(3 * i, 3 * i) - rows * of_motion * rows.transpose();
-            const Eigen::Vector3d own = foretold.segment<3>(3 * i);
-            noise.segment<3>(3 * i) *= std::max(1.0, own.dot(block.inverse() * own) / 3);
-        }
-    }
+    raise_noise(signal, slope, values, noise);
     const Eigen::MatrixXd inverse = inverse_of(signal, noise);
     const Matrix6 of_motion = (slope.transpose() * inverse * slope).inverse();
     for (int round = 0; round < 2; ++round) {
@@ -307,10 +179,10 @@ bool OutsidePiece::solve() {
     const Eigen::VectorXd found = gain * values;
     const MotionSlope of_pose = gain * slope;
     const Eigen::MatrixXd doubt = covariance - gain * to_cells.transpose();
-    const Eigen::Map<const Eigen::Matrix3Xd> at_cells(found.data(), 3, rest_.cols());
+    const Eigen::Map<const Eigen::Matrix3Xd> at_cells(found.data(), 3, cells_.rest().cols());
     smooth_ = factor_.solve(at_cells.transpose()).transpose();
-    const MotionSlope lever = motion_slope(rest_.colwise() - centre) - of_pose;
-    for (Eigen::Index i = 0; i < rest_.cols(); ++i) {
+    const MotionSlope lever = motion_slope(cells_.rest().colwise() - centre) - of_pose;
+    for (Eigen::Index i = 0; i < cells_.rest().cols(); ++i) {
         const auto rows = lever.middleRows<3>(3 * i);
         variance_[static_cast<size_t>(i)] =
             Decision::kVarianceShare * (doubt.diagonal().segment<3>(3 * i).sum() +
@@ -326,14 +198,15 @@ bool OutsidePiece::solve() {
 
 // Variance of motion that a cell has for itself: since it was seen, and far from what is seen.
 double OutsidePiece::unseen_mm2(Eigen::Index cell) const {
-    const double nearest = (data_.rest.colwise() - rest_.col(cell)).colwise().norm().minCoeff(),
-                 far = std::clamp((nearest - apart_mm_ / 2) / Decision::kFar, 0.0, 1.0),
-                 unseen = std::min(age_[static_cast<size_t>(cell)], Decision::kLong);
+    const Eigen::Matrix3Xd& seen = cells_.seen().rest;
+    const double nearest = (seen.colwise() - cells_.rest().col(cell)).colwise().norm().minCoeff(),
+                 far = std::clamp((nearest - cells_.apart_mm() / 2) / Decision::kFar, 0.0, 1.0),
+                 unseen = std::min(cells_.age(cell), Decision::kLong);
     return Decision::kMost * Decision::kMost * far * far * unseen / Decision::kLong;
 }
 
 Eigen::Vector3d OutsidePiece::place(const Eigen::Vector3d& at_rest) const {
-    return pose_ * (at_rest + smooth_ * kernel(rest_, at_rest));
+    return pose_ * (at_rest + smooth_ * kernel(cells_.rest(), at_rest));
 }
 
 OutsideMotion::OutsideMotion(const Template& surface) {

@@ -12,10 +12,11 @@
 
 #include "sdk/template/template.hpp"
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
+#include "sdk/tracking/points/outside_cells.hpp"
 
 namespace defrec {
 
-// A piece of a template's surface, parted into cells of about an eighth of the view.
+// A piece of a template's surface.
 class OutsidePiece {
   public:
     OutsidePiece(const Template& surface, size_t piece);
@@ -30,23 +31,14 @@ class OutsidePiece {
     // Learns from a frame. true: place() tells where tissue is that is not in the image.
     bool add_frame(const Seen& seen);
     // The piece is lost in a frame.
-    void add_lost_frame();
+    void add_lost_frame() { cells_.add_lost_frame(); }
     // After add_frame() has said true: where a place of the template frame is in that frame.
     Eigen::Vector3d place(const Eigen::Vector3d& at_rest) const;
     Eigen::Matrix3d rotation() const { return pose_.linear(); }
     // Variance of the error of such a place, mm^2, at a vertex of this piece.
-    double variance_mm2(size_t vertex) const {
-        return variance_[static_cast<size_t>(cell_of_[vertex])];
-    }
+    double variance_mm2(size_t vertex) const { return variance_[cells_.cell_of(vertex)]; }
 
   private:
-    // Cells of which enough is seen.
-    struct Data {
-        Eigen::Matrix3Xd rest, now;  // means of what is seen
-        Eigen::VectorXd error_mm2;
-    };
-    size_t cells() const { return static_cast<size_t>(rest_.cols()); }
-    bool read_cells(const Seen& seen);
     void learn_directly();
     bool solve();
     double unseen_mm2(Eigen::Index cell) const;
@@ -54,35 +46,20 @@ class OutsidePiece {
     Eigen::MatrixXd kernel(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) const;
     Eigen::MatrixXd weights(const Eigen::Matrix3Xd& places) const;  // of the cells, for places
 
-    double length_mm_ = 1;          // over which displacements are alike
-    double apart_mm_ = 1;           // between cells
-    std::vector<int32_t> cell_of_;  // per vertex; -1: of another piece
-    // Vertices that are looked at, some of each cell.
-    struct Sample {
-        uint32_t vertex;
-        int32_t cell;
-        Eigen::Vector3f rest;
-    };
-    std::vector<Sample> samples_;
-    Eigen::Matrix3Xd rest_;               // means of the cells' vertices, template frame
+    OutsideCells cells_;
+    double length_mm_;                    // over which displacements are alike
     Eigen::MatrixXd own_kernel_;          // of the cells
     Eigen::LLT<Eigen::MatrixXd> factor_;  // of that
-    uint32_t least_seen_ = 1;             // samples of a cell
 
     // Learnt: the sum of products of displacements, and of how many frames.
     Eigen::MatrixXd products_;
     double frames_ = 0;
     uint32_t all_frames_ = 0;
-    std::vector<uint32_t> age_;  // per cell: frames since it was seen
 
-    // This frame's, per cell, then of those that are seen.
-    std::vector<uint32_t> count_;
-    Eigen::Matrix3Xd sum_rest_, sum_now_;
-    Eigen::VectorXd sum_error_mm2_;
-    Data data_;
+    // This frame's.
     Eigen::Isometry3d pose_ = Eigen::Isometry3d::Identity();
-    Eigen::Matrix3Xd smooth_;  // what the kernel weighs
-    std::vector<double> variance_;
+    Eigen::Matrix3Xd smooth_;       // what the kernel weighs
+    std::vector<double> variance_;  // per cell
 };
 
 // All pieces of the template that is followed.
