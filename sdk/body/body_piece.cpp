@@ -245,12 +245,13 @@ std::optional<Responses> solve(const Lattice& lattice, const Springs& springs, c
     std::optional<Responses> responses(std::in_place);
     responses->handles.resize(rows, handle_columns);
     responses->supports.resize(rows, 12);
+    const Eigen::Index columns = handle_columns + responses->supports.cols();
     RightSides x(rows, 16);
-    for (Eigen::Index begin = 0; begin < handle_columns + 12; begin += 16) {
+    for (Eigen::Index begin = 0; begin < columns; begin += 16) {
         if (!is_wanted()) return std::nullopt;
         set_forces(lattice, springs, factor.order, static_cast<size_t>(begin), x);
         substitute(factor.lower, x);
-        const Eigen::Index end = std::min(begin + 16, handle_columns + 12);
+        const Eigen::Index end = std::min(begin + 16, columns);
         for (Eigen::Index column = begin; column < end; ++column)
             for (Eigen::Index i = 0; i < rows; ++i) {
                 const float value = x(factor.order[i], column - begin);

@@ -57,13 +57,14 @@ defrec_motion as_motion_record(const Eigen::Matrix3d& turn, const Eigen::Vector3
 // A cell that the others foretell otherwise is taken for as noisy as it seems.
 void raise_noise(const Eigen::MatrixXd& signal, const MotionSlope& slope,
                  const Eigen::VectorXd& values, Eigen::VectorXd& noise) {
+    const Eigen::Index cells = values.size() / 3;
     for (int round = 0; round < 2; ++round) {
         const Eigen::MatrixXd inverse = inverse_of(signal, noise);
         const MotionSlope weighed = inverse * slope;
         const Matrix6 of_motion = (slope.transpose() * weighed).inverse();
         const Eigen::VectorXd foretold =
             inverse * values - weighed * (of_motion * (weighed.transpose() * values));
-        for (Eigen::Index i = 0; i < values.size() / 3; ++i) {
+        for (Eigen::Index i = 0; i < cells; ++i) {
             const auto rows = weighed.middleRows<3>(3 * i);
             const Eigen::Matrix3d block =
                 inverse.block<3, 3>(3 * i, 3 * i) - rows * of_motion * rows.transpose();
