@@ -23,6 +23,10 @@ import header
 
 # (file below sdk, a part of the statement as it stands there, in one line): the reason.
 ALLOWED = {
+    ("api/api.cpp", "max() / 64"): "range of a parameter of the C API",
+    ("api/handles.cpp", "kSerialMask = "): "bits of a handle",
+    ("api/tracking.cpp", "max() / 64"): "range of a parameter of the C API",
+    ("api/tracking.cpp", "kTolerance = 1e-3, kMaxMm = 1e6"): "range of a parameter of the C API",
     ("body/body_description.cpp", "kLeast = 0.01f"): "range of a parameter of the C API",
     ("body/body_description.hpp", "poisson_ratio = 0.43"): "default of a parameter of the C API",
     ("body/body_motion.cpp", "kLeastWeight = 1e-3f"): "no division by rounding",
@@ -48,6 +52,17 @@ ALLOWED = {
     ("body/deep_motion.cpp", "kLeastShare = 1e-3"): "a share that changes nothing is not computed",
     ("body/deep_motion.cpp", "angle > 1e-12"): "no division by 0",
     ("body/lattice.cpp", "BodyCells::kCoarseDistance + 0.5"): "from the middle of a cell",
+    ("io/calibration_check.cpp", "kMillimetresPerMetre = 1000"): "a unit",
+    ("io/csv.cpp", "kLongestHeader = 65536"): "range of a file",
+    ("io/image_header.cpp", "at + 4 <= bytes.size()"): "bytes of a marker",
+    ("io/image_header.cpp", "marker >= 0xC0"): "markers of JPEG",
+    ("io/statistics.hpp", "kParts = 8"): "parts of a run whose medians are compared",
+    ("io/text.cpp", "text.size() <= 5"): "length of a word",
+    ("io/text.cpp", "kLongestCompared = 64"): "length of a word",
+    ("io/text.cpp", "byte < 0x20"): "control characters",
+    ("io/text.cpp", "< 0xA0"): "control characters",
+    ("io/text.cpp", "byte >= 0x20"): "control characters",
+    ("io/yaml_document.cpp", "kDeepestNesting = 16"): "range of a file",
     ("rig/lens.cpp", "kDifference = 1e-6"): "step of a numeric derivative",
     ("rig/lens.cpp", "kDirections = 64"): "directions in which a fold is looked for",
     ("rig/lens.cpp", "kSteps = 4096"): "steps in which a fold is looked for",

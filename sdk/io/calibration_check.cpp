@@ -5,18 +5,16 @@
 #include <cmath>
 
 #include "sdk/io/calibration.hpp"
+#include "sdk/io/decisions.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/text.hpp"
 
 namespace defrec::cli {
 namespace {
 
+using Limits = decisions::CalibrationFile;
+
 constexpr double kMillimetresPerMetre = 1000;
-constexpr double kSmallestBaseline = 0.1;    // mm; no stereo camera has less
-constexpr double kLargestBaseline = 1000;    // mm
-constexpr double kSuspectBaseline = 1;       // below this, "mm" are almost surely another unit
-constexpr double kRotationTolerance = 1e-3;  // on |R^T R - 1|; files round to six digits
-constexpr double kRectifiedTolerance = 1e-9;
 
 using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
@@ -42,11 +40,11 @@ void check_rotation(StereoCalibration& calibration) {
     const double residual =
         (rotation.transpose() * rotation - Rotation::Identity()).cwiseAbs().maxCoeff();
     const double determinant = rotation.determinant();
-    if (!(residual <= kRotationTolerance) || !(determinant > 0)) {
+    if (!(residual <= Limits::kRotationTolerance) || !(determinant > 0)) {
         fail(calibration.rotation_origin,
              "R is not a rotation: |R^T R - 1| reaches " + format_fixed(residual, 6) +
-                 " (at most " + format_fixed(kRotationTolerance, 3) + "), its determinant is " +
-                 format_fixed(determinant, 6) + ".");
+                 " (at most " + format_fixed(Limits::kRotationTolerance, 3) +
+                 "), its determinant is " + format_fixed(determinant, 6) + ".");
     }
     if (residual == 0) return;
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(Eigen::Matrix3d(rotation),
@@ -57,16 +55,16 @@ void check_rotation(StereoCalibration& calibration) {
 std::string unit_hint(LengthUnit unit, LengthUnit files_unit, double length) {
     if (unit != LengthUnit::kGuarded) return {};
     if (files_unit == LengthUnit::kMetre) {
-        return length > kLargestBaseline ? " It looks like millimetres where ROS prescribes "
-                                           "metres; if it is, pass --units mm."
-                                         : "";
+        return length > Limits::kMaxBaseline ? " It looks like millimetres where ROS prescribes "
+                                               "metres; if it is, pass --units mm."
+                                             : "";
     }
-    if (length < kSmallestBaseline) {
-        return length * kMillimetresPerMetre >= kSmallestBaseline
+    if (length < Limits::kMinBaseline) {
+        return length * kMillimetresPerMetre >= Limits::kMinBaseline
                    ? " It looks like metres; if it is, pass --units m."
                    : "";
     }
-    if (length < kSuspectBaseline) {
+    if (length < Limits::kSuspectBaseline) {
         return " It looks like centimetres or inches; if it is, convert T to mm (if it really is "
                "mm, pass --units mm; if metres, --units m).";
     }
@@ -84,11 +82,11 @@ void check_baseline(StereoCalibration& calibration, LengthUnit unit, LengthUnit 
                              format_fixed(t[2], 4) + ") mm";
     if (!(length > 0)) fail(calibration.translation_origin, "the baseline is zero: " + text + ".");
     const std::string hint = unit_hint(unit, files_unit, length);
-    if (length < kSmallestBaseline || length > kLargestBaseline) {
-        fail(calibration.translation_origin, "a baseline of " + format_fixed(length, 6) +
-                                                 " mm is outside " +
-                                                 format_fixed(kSmallestBaseline, 1) + ".." +
-                                                 format_fixed(kLargestBaseline, 0) + " mm." + hint);
+    if (length < Limits::kMinBaseline || length > Limits::kMaxBaseline) {
+        fail(calibration.translation_origin,
+             "a baseline of " + format_fixed(length, 6) + " mm is outside " +
+                 format_fixed(Limits::kMinBaseline, 1) + ".." +
+                 format_fixed(Limits::kMaxBaseline, 0) + " mm." + hint);
     }
     if (!hint.empty()) {
         fail(calibration.translation_origin, "a baseline of " + format_fixed(length, 6) +
@@ -116,8 +114,9 @@ void check_baseline(StereoCalibration& calibration, LengthUnit unit, LengthUnit 
 }
 
 void check_centre(const CameraCalibration& camera, int width, int height) {
-    const bool is_near = camera.cx >= -0.5 * width && camera.cx <= 1.5 * width &&
-                         camera.cy >= -0.5 * height && camera.cy <= 1.5 * height;
+    constexpr double kMin = -Limits::kMaxOutside, kMax = 1 + Limits::kMaxOutside;
+    const bool is_near = camera.cx >= kMin * width && camera.cx <= kMax * width &&
+                         camera.cy >= kMin * height && camera.cy <= kMax * height;
     if (!is_near) {
         fail(camera.matrix_origin, "the centre " + format_fixed(camera.cx, 1) + "," +
                                        format_fixed(camera.cy, 1) +
@@ -151,13 +150,15 @@ void fit_to_frames(StereoCalibration& calibration, int width, int height) {
 }
 
 bool is_rectified(const StereoCalibration& calibration) {
-    const auto near = [](double a, double b) { return std::abs(a - b) <= kRectifiedTolerance; };
+    const auto near = [](double a, double b) {
+        return std::abs(a - b) <= Limits::kRectifiedTolerance;
+    };
     const auto is_zero = [](double c) { return c == 0; };
     const CameraCalibration &left = calibration.left, &right = calibration.right;
     const Eigen::Map<const Rotation> rotation(calibration.rotation.data());
-    return rotation.isIdentity(kRectifiedTolerance) && near(calibration.translation[1], 0) &&
-           near(calibration.translation[2], 0) && near(left.fx, right.fx) &&
-           near(left.fy, right.fy) && near(left.cy, right.cy) &&
+    return rotation.isIdentity(Limits::kRectifiedTolerance) &&
+           near(calibration.translation[1], 0) && near(calibration.translation[2], 0) &&
+           near(left.fx, right.fx) && near(left.fy, right.fy) && near(left.cy, right.cy) &&
            std::all_of(left.distortion.begin(), left.distortion.end(), is_zero) &&
            std::all_of(right.distortion.begin(), right.distortion.end(), is_zero);
 }
