@@ -40,7 +40,8 @@ SurfaceRegistration::SurfaceRegistration(const std::shared_ptr<const Rig>& rig,
       surface_(settings.body == DEFREC_BODY_ON),
       images_(rig),
       rig_monitor_(rig->width(), rig->height(), settings.self_calibration),
-      attempts_{FrameAttempt(rig_monitor_.state()), FrameAttempt(rig_monitor_.state())},
+      attempts_{FrameAttempt(settings, rig_monitor_.state()),
+                FrameAttempt(settings, rig_monitor_.state())},
       second_memory_(device) {}
 
 void SurfaceRegistration::compute(TrackerJob& job) noexcept {

@@ -7,6 +7,7 @@
 
 #include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/frame/frame_output.hpp"
+#include "sdk/tracking/frame/tracker_settings.hpp"
 
 namespace defrec {
 
@@ -87,7 +88,7 @@ struct FrameQuality {
 };
 // was_found: the surface was followed into the frame before. uses_depth: else it was followed by
 // the left image alone.
-FrameQuality classify(const TemplateData& data, const Evidence& evidence, bool was_found,
-                      bool uses_depth = true);
+FrameQuality classify(const TemplateData& data, const Evidence& evidence,
+                      const TrackerSettings& settings, bool was_found, bool uses_depth = true);
 
 }  // namespace defrec
