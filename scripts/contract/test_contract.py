@@ -80,6 +80,9 @@ class Reading(unittest.TestCase):
         self.assertEqual(
             cpp.reason_names(contract, "-"), [("DEFREC_REASON_FEW_MATCHES", "few-matches")]
         )
+        self.assertEqual(cpp.degrading_reasons(contract), ["DEFREC_REASON_FEW_MATCHES"])
+        other = read(RESULT.replace("@effect degraded", "@effect the left one: lost"))
+        self.assertEqual(cpp.degrading_reasons(other), [])
         self.assertIn(
             "| `DEFREC_REASON_FEW_MATCHES` | few | degraded | look |", docs.reasons(contract)
         )

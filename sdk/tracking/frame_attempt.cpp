@@ -148,8 +148,7 @@ void FrameAttempt::measure(const TrackedSurface& surface, const RigMonitor& rig,
     result.evidence = weigh_evidence(output, vertex_evidence_, patch_px2_);
     quality = classify(surface.data(), result.evidence, settings_, surface.is_tracking(),
                        plan_.uses_depth);
-    quality.reasons |= reasons_of(plan_.quality_level);
-    quality.degraded |= plan_.quality_level != QualityLevel::kFull;
+    quality.add(reasons_of(plan_.quality_level));
 }
 
 void FrameAttempt::measure_run(const SurfaceModel& model, SurfaceSamples all, size_t run) {

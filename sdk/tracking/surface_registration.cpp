@@ -396,9 +396,7 @@ void SurfaceRegistration::commit_rig(Frame& frame, FrameAttempt& attempt) {
                                                : RigMonitor::Disparities::kSayNothing);
         frame.rig_estimate = rig_monitor_.estimate();
     }
-    const uint32_t reasons = rig_monitor_.reasons();
-    quality.reasons |= reasons;
-    quality.degraded |= reasons != 0;
+    quality.add(rig_monitor_.reasons());
 }
 
 // Whether depth errs more by what moved between the views' times than it does when the left image

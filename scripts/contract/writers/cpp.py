@@ -252,8 +252,12 @@ def enumerations(contract):
         "inline constexpr uint32_t kEveryStage =  // in stages of defrec_device_info",
         "    " + " |\n    ".join(f"1u << {stage}" for stage in stages) + ";",
     ]
+    body += [
+        "inline constexpr uint32_t kDegradingReasons =  // a frame that is found, by their @effect",
+        "    " + " |\n    ".join(degrading_reasons(contract)) + ";",
+    ]
     return TOP.format(
-        what="// Names of statuses, states and reasons; the mask of all stages.",
+        what="// Names of statuses, states and reasons; the masks of all stages and of reasons.",
         includes='#include <cstdint>\n\n#include "include/defrec_c.h"\n',
         body="\n".join(body),
     )
@@ -265,6 +269,14 @@ def reason_names(contract, between):
     return [
         (value["name"], word_of(value["name"], prefix, between))
         for value in contract.values(prefix)
+    ]
+
+
+def degrading_reasons(contract):
+    return [
+        value["name"]
+        for value in contract.values("DEFREC_REASON_")
+        if value.get("effect", "").startswith("degraded")
     ]
 
 

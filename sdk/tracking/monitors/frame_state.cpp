@@ -207,17 +207,16 @@ FrameQuality classify(const TemplateData& data, const Evidence& evidence,
                     (observed >= FrameFound::kMinDepthShare || !uses_depth) &&
                     inside_share >= FrameFound::kMinInsideShare;
 
-    if (evidence.confirms_few()) quality.reasons |= DEFREC_REASON_LOW_CONTRAST;
-    if (has_few_matches) quality.reasons |= DEFREC_REASON_FEW_MATCHES;
+    if (evidence.confirms_few()) quality.add(DEFREC_REASON_LOW_CONTRAST);
+    if (has_few_matches) quality.add(DEFREC_REASON_FEW_MATCHES);
     const double inside = std::max(1u, evidence.vertices_inside);
     if (evidence.vertices_occluded / inside > settings.occluded_share)
-        quality.reasons |= DEFREC_REASON_OCCLUDED;
+        quality.add(DEFREC_REASON_OCCLUDED);
     if (uses_depth && evidence.vertices_without_depth / inside > settings.no_depth_share)
-        quality.reasons |= DEFREC_REASON_NO_DEPTH;
+        quality.add(DEFREC_REASON_NO_DEPTH);
     if (evidence.mean_residual_mm > settings.large_residual)
-        quality.reasons |= DEFREC_REASON_LARGE_RESIDUAL;
-    if (inside_share < settings.out_of_view_share) quality.reasons |= DEFREC_REASON_OUT_OF_VIEW;
-    quality.degraded = (quality.reasons & ~static_cast<uint32_t>(DEFREC_REASON_FEW_MATCHES)) != 0;
+        quality.add(DEFREC_REASON_LARGE_RESIDUAL);
+    if (inside_share < settings.out_of_view_share) quality.add(DEFREC_REASON_OUT_OF_VIEW);
     return quality;
 }
 
