@@ -7,6 +7,7 @@
 #include "include/defrec_c.h"
 
 // X(name, NAME) for each stage, with SEPARATOR() between.
+// By scripts/contract/generate.py: the stages of the header.
 #define DEFREC_STAGES(X, SEPARATOR) \
     X(rectify, RECTIFY)             \
     SEPARATOR()                     \
@@ -23,6 +24,8 @@
     X(lm, LM)                       \
     SEPARATOR()                     \
     X(warp, WARP)
+// End of what is generated.
+
 #define DEFREC_NOTHING()
 #define DEFREC_COMMA() ,
 #define DEFREC_STAGE_NAME(name, NAME) #name
