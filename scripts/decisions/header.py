@@ -1,7 +1,7 @@
 """Reads a header of decision numbers, such as sdk/tracking/frame/decisions.hpp.
 
-A struct is a decision, each `static constexpr` member of it a number. So is a member with a value of
-TrackerSettings, which has the struct as a base. The comment before a number is
+A struct is a decision, each `static constexpr` member of it a number. So is a member with a value
+of a struct that is a base of TrackerSettings. The comment before a number is
 
     unit | what it decides | source
 

@@ -134,7 +134,7 @@ class HeaderTest(unittest.TestCase):
         self.assertEqual((second.name, second.value, second.unit), ("eighth", "1/8", ""))
 
     def test_a_member_of_the_settings_is_a_number_of_what_reads_it(self):
-        text = "struct Reasons {\n    // 1 | more are few | set by hand\n    double share = 0.25;\n};\n"
+        text = "struct Few {\n    // 1 | fewer are few | set by hand\n    double share = 0.2;\n};\n"
         with tempfile.TemporaryDirectory() as folder:
             tree = pathlib.Path(folder)
             for name, line in (("a", "settings_.share"), ("b", "settings.other"), ("c", "share")):
@@ -143,7 +143,7 @@ class HeaderTest(unittest.TestCase):
                 path.write_text(f"bool is_few(double x) {{ return x > {line}; }}\n")
             (decision,) = header.read(text)
             self.assertEqual(
-                (decision.numbers[0].name, decision.numbers[0].value), ("share", "0.25")
+                (decision.numbers[0].name, decision.numbers[0].value), ("share", "0.2")
             )
             self.assertEqual(header.users(tree, decision), ["sdk/tracking/a.cpp"])
 

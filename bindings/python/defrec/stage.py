@@ -47,8 +47,8 @@ class Stage(Handle):
         self.kind = kind
 
     def prepare_buffers(self, inputs: Sequence[Optional[BufferLike]]) -> None:
-        """Gives the stage the inputs that stay the same from run to run (a template). A stage that has
-        them needs it before its first run. threads: one"""
+        """Gives the stage the inputs that stay the same from run to run (a template). A stage that
+        has them needs it before its first run. threads: one"""
         with ExitStack() as views:
             c_inputs = _buffers("inputs", inputs, structs.ConstBuffer, views)
             native.defrec_stage_prepare(self._native, c_inputs, len(c_inputs))

@@ -1,5 +1,5 @@
-"""The names of the Python package: what it takes from modules that are generated, the classes of the
-stages, and __all__."""
+"""The names of the Python package: what it takes from modules that are generated, the classes of
+the stages, and __all__."""
 import ast
 
 from names import CONSTANTS, enumeration_of, pascal

@@ -1,7 +1,9 @@
 """Lists of the stages: the macro from which C++ makes what there is for each, all their contracts,
 and their names for the check of a GPU."""
 LIST = "backends/stages/list.hpp"
-START = "// By scripts/contract/generate.py: the stages of the header."
+START = (
+    "// By scripts/contract/generate.py: X(name, NAME) for each stage, with SEPARATOR() between."
+)
 END = "// End of what is generated."
 
 
