@@ -100,6 +100,14 @@ class Reading(unittest.TestCase):
             ],
         )
 
+    def test_ends_of_whole_numbers_with_a_default(self):
+        self.assertNotIn("at_ends(given", cpp.parameter_ends(read(SMALL)))
+        whole = read(SMALL.replace("@default width @range width..", "@default 4 @range 2..9"))
+        self.assertIn(
+            'at_ends(given, "stride", &defrec_small_params::stride, {2, 9}, check);',
+            cpp.parameter_ends(whole),
+        )
+
     def test_a_number_of_enumerators_may_grow(self):
         more = RESULT.replace("COUNT_V1 = 2", "THIRD = 2, /**< x */ DEFREC_STAGE_COUNT_V1 = 3")
         recorded = set(abi.layout(read(RESULT)).splitlines())

@@ -26,6 +26,9 @@ SET_BY_PROGRAM = {
     "memory_stride",
 }
 
+# Parameters of the stages that are compared by tolerances, which hold round the defaults alone.
+NOT_SWEPT = {"defrec_ransac_params", "defrec_lm_params", "defrec_warp_params"}
+
 
 def expression(text, struct):
     """An expression of a comment as C++, fields being those of `p`."""
@@ -136,6 +139,52 @@ def parameters(contract):
         includes=(
             '#include "include/defrec_c.h"\n#include "sdk/contract/pixel_format.hpp"\n#include'
             ' "sdk/contract/range_check.hpp"\n'
+        ),
+        body="\n".join(body),
+    )
+
+
+def parameter_ends(contract):
+    """What tests go through: each whole number of a stage's parameters that has a default, at the
+    ends of its range."""
+    body = [
+        "",
+        "template <class Params, class Check>",
+        "void at_ends(const Params& given, const char* name, uint32_t Params::*member,",
+        "             std::initializer_list<uint32_t> ends, const Check& check) {",
+        "    for (const uint32_t end : ends) {",
+        "        Params params = given;",
+        "        params.*member = end;",
+        "        check(name, params);",
+        "    }",
+        "}",
+    ]
+    for struct in contract.params:
+        if struct.name in NOT_SWEPT:
+            continue
+        calls = []
+        for field in struct.fields:
+            ends = [field.range.low, field.range.high] if field.range else []
+            ends = [end for end in ends if end and end.isdigit()]
+            if field.type == "uint32_t" and ends and NUMBER.fullmatch(field.default or ""):
+                calls.append(
+                    f'    at_ends(given, "{field.name}", &{struct.name}::{field.name},'
+                    f" {{{', '.join(ends)}}}, check);"
+                )
+        if calls:
+            body += [
+                "template <class Check>",
+                f"void for_parameter_ends(const {struct.name}& given, const Check& check) {{",
+                *calls,
+                "}",
+            ]
+    return TOP.format(
+        what=(
+            "// Calls check(name, params) with the parameters given and one of them at an end of"
+            " its range, for\n// each that is a whole number and has a default."
+        ),
+        includes=(
+            '#include <cstdint>\n#include <initializer_list>\n\n#include "include/defrec_c.h"\n'
         ),
         body="\n".join(body),
     )
@@ -280,6 +329,7 @@ def files(contract, root):
     return {
         "sdk/contract/stage_params.hpp": parameters(contract),
         "sdk/contract/descs.hpp": descriptions(contract),
+        "sdk/contract/parameter_ends.hpp": parameter_ends(contract),
         "sdk/contract/enumerations.hpp": enumerations(contract),
         "sdk/contract/tracker_options.hpp": tracker_options(contract),
     }
