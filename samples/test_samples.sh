@@ -36,7 +36,7 @@ mkdir -p "$work"
 
 sample list_devices >"$work/devices.txt"
 grep -q '^defrec [0-9.]*, API 1\.' "$work/devices.txt"
-grep -q '^device cpu: .*8 of 8 stages' "$work/devices.txt"
+grep -qE '^device cpu: .* ([0-9]+) of \1 stages' "$work/devices.txt"
 
 sample track_folder "$left" "$right" "$camera" "$sequence/points.csv" "$work/points.csv" cpu
 python3 "$here/compare_points.py" "$tracked/points.csv" "$work/points.csv"

@@ -8,6 +8,7 @@
 #include "backends/reference/stages.hpp"
 #include "backends/shared/motion.hpp"
 #include "backends/shared/test_align.hpp"
+#include "sdk/contract/parameter_ends.hpp"
 #include DEFREC_UNDER_TEST
 
 using namespace defrec;
@@ -122,6 +123,22 @@ TEST_CASE(
             mask_blocks(scene, 9);
             pair.check_equal(scene);
         }
+}
+
+TEST_CASE("so they do with each parameter at the ends of its range") {
+    if (!under_test::available()) return;
+    AlignSceneOptions options;
+    options.patches = 16;
+    options.angle = 0.1;
+    AlignScene scene = make_align_scene(options);
+    for_parameter_ends(defrec_align_params(scene.params),
+                       [&](const char* name, const defrec_align_params& params) {
+                           if (params.views != scene.params.views) return;  // of other buffers
+                           CAPTURE(name);
+                           AlignScene changed = scene;
+                           changed.params = params;
+                           Pair(params).check_equal(changed);
+                       });
 }
 
 TEST_CASE("so do images of extreme contrast") {

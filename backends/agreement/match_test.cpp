@@ -11,6 +11,7 @@
 
 #include "backends/reference/stages.hpp"
 #include "backends/shared/test_host.hpp"
+#include "sdk/contract/parameter_ends.hpp"
 #include "sdk/contract/stage_params.hpp"
 #include DEFREC_UNDER_TEST
 
@@ -119,6 +120,17 @@ TEST_CASE("equals the reference for any number of landmarks and features") {
             CHECK(lifted < found);
         }
     }
+}
+
+TEST_CASE("equals the reference with each parameter at the ends of its range") {
+    if (!under_test::available()) return;
+    Scene scene = random_scene(255, 301, 4);
+    for_parameter_ends(defrec_match_params(scene.params),
+                       [&](const char* name, const defrec_match_params& params) {
+                           CAPTURE(name);
+                           scene.params = params;
+                           agreed(scene);
+                       });
 }
 
 TEST_CASE("ties go to the lowest index, and a match must be mutual") {

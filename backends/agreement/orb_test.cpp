@@ -12,6 +12,7 @@
 #include "backends/definition/orb_definition.hpp"
 #include "backends/reference/stages.hpp"
 #include "backends/shared/test_host.hpp"
+#include "sdk/contract/parameter_ends.hpp"
 #include "sdk/contract/stage_params.hpp"
 #include DEFREC_UNDER_TEST
 
@@ -180,6 +181,15 @@ TEST_CASE("equals the reference with other parameters, cut to the capacity") {
                          size_t(std::count(result.corners.begin(), result.corners.end(), 0u)));
             CHECK(result.count >= std::min(capacity, corners) / 2);
         }
+}
+
+TEST_CASE("equals the reference with each parameter at the ends of its range") {
+    if (!under_test::available()) return;
+    const Picture noise = random_bytes(211, 160, 5, 8);
+    for_parameter_ends(params_for(noise), [&](const char* name, const defrec_orb_params& params) {
+        CAPTURE(name);
+        agreed(params, noise);
+    });
 }
 
 TEST_CASE("equals the reference on halved images") {

@@ -7,6 +7,7 @@
 
 #include "backends/reference/stages.hpp"
 #include "backends/shared/test_host.hpp"
+#include "sdk/contract/parameter_ends.hpp"
 #include "sdk/contract/stage_params.hpp"
 #include DEFREC_UNDER_TEST
 
@@ -84,6 +85,19 @@ TEST_CASE("rectify equals the reference to the bit") {
                     CHECK((run(*under_test::make_rectify(input.params, three.host()), input) ==
                            truth));
                 }
+}
+
+TEST_CASE("rectify equals the reference to the bit with each parameter at the ends of its range") {
+    if (!under_test::available()) return;
+    const test::TestHost host;
+    Input input = random_input(DEFREC_FORMAT_BGR8, 129, 65, 3, true, true);
+    for_parameter_ends(defrec_rectify_params(input.params),
+                       [&](const char* name, const defrec_rectify_params& params) {
+                           CAPTURE(name);
+                           input.params = params;
+                           CHECK((run(*under_test::make_rectify(params, host.host()), input) ==
+                                  run(*reference::make_rectify(params, host.host()), input)));
+                       });
 }
 
 TEST_CASE("without a saturation limit no highlight is masked") {

@@ -11,6 +11,7 @@
 
 #include "backends/reference/stages.hpp"
 #include "backends/shared/test_host.hpp"
+#include "sdk/contract/parameter_ends.hpp"
 #include "sdk/contract/stage_params.hpp"
 #include DEFREC_UNDER_TEST
 
@@ -157,6 +158,15 @@ TEST_CASE("stereo equals the reference to the bit with other parameters") {
         p.support = 3 * radius;
         check_equal(p, true, radius);
     }
+}
+
+TEST_CASE("stereo equals the reference to the bit with each parameter at the ends of its range") {
+    if (!under_test::available()) return;
+    for_parameter_ends(params_of(277, 101, 48),
+                       [](const char* name, const defrec_stereo_params& params) {
+                           CAPTURE(name);
+                           check_equal(params, true, 3);
+                       });
 }
 
 // Disparities of half resolution that are those of full resolution before, so that what the image

@@ -6,7 +6,7 @@
 
 #include "include/defrec_c.h"
 
-// X(name, NAME) for each stage, with SEPARATOR() between.
+// By scripts/contract/generate.py: X(name, NAME) for each stage, with SEPARATOR() between.
 #define DEFREC_STAGES(X, SEPARATOR) \
     X(rectify, RECTIFY)             \
     SEPARATOR()                     \
@@ -23,12 +23,12 @@
     X(lm, LM)                       \
     SEPARATOR()                     \
     X(warp, WARP)
+// End of what is generated.
 #define DEFREC_NOTHING()
 #define DEFREC_COMMA() ,
 #define DEFREC_STAGE_NAME(name, NAME) #name
 #define DEFREC_STAGE_PARAMS(name, NAME) defrec_##name##_params
-// make_<name> of the namespace it is used in.
-#define DEFREC_STAGE_MAKER(name, NAME) make_##name
+#define DEFREC_STAGE_MAKER(name, NAME) make_##name  // of the namespace it is used in
 namespace defrec {
 
 inline constexpr const char* kStageNames[] = {DEFREC_STAGES(DEFREC_STAGE_NAME, DEFREC_COMMA)};

@@ -5,14 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "backends/stages/align.hpp"
-#include "backends/stages/lm.hpp"
-#include "backends/stages/match.hpp"
-#include "backends/stages/orb.hpp"
-#include "backends/stages/ransac.hpp"
-#include "backends/stages/rectify.hpp"
-#include "backends/stages/stereo.hpp"
-#include "backends/stages/warp.hpp"
+#include "backends/stages/all.hpp"
 
 using namespace defrec;
 

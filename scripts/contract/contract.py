@@ -6,6 +6,8 @@ import re
 import header
 
 NUMBER = re.compile(r"-?\d+(\.\d+)?(e-?\d+)?")
+# An enumerator that says how many the others are. It grows with them.
+COUNT = re.compile(r"DEFREC_\w+_COUNT(_V\d+)?")
 RESULT = "defrec_result"
 PIXELS = "pixels"  # what @count says of an array as large as the rectified image
 
@@ -229,10 +231,7 @@ class Contract:
         """That what is said to be the number of enumerators is."""
         for enum in self.enums:
             for value in enum["values"]:
-                if (
-                    re.search(r"_COUNT(_V\d+)?$", value["name"])
-                    and value["value"] != len(enum["values"]) - 1
-                ):
+                if COUNT.fullmatch(value["name"]) and value["value"] != len(enum["values"]) - 1:
                     raise header.HeaderError(
                         f"{value['name']} is {value['value']}: there are {len(enum['values']) - 1}"
                     )
@@ -269,6 +268,16 @@ class Contract:
             if all(value["name"].startswith(pattern[:-1]) for value in enum["values"]):
                 return enum["values"]
         raise header.HeaderError(f"there is no enumeration {pattern}")
+
+    @property
+    def stages(self):
+        """Names of the stages, in their order."""
+        prefix = "DEFREC_STAGE_"
+        return [
+            value["name"].removeprefix(prefix).lower()
+            for value in self.values(prefix)
+            if not COUNT.fullmatch(value["name"])
+        ]
 
     @property
     def params(self):

@@ -27,6 +27,7 @@ from writers import (
     python_package,
     python_result,
     samples,
+    stages,
     stub,
 )
 
@@ -35,6 +36,7 @@ HEADERS = ("defrec_c.h", "defrec_plugin.h")
 WRITERS = (
     cpp,
     abi,
+    stages,
     stub,
     csharp,
     csharp_result,

@@ -23,7 +23,7 @@ enumerator may end in tags. A field has:
 
 A reason for a frame's state has:
 
-    @effect degraded      on the frame, if it has one
+    @effect degraded      on the frame, if it has one; what begins so degrades a frame that is found
     @remedy clean the lens
     @since 1.1            of the API
 """

@@ -12,7 +12,7 @@ import unittest
 import generate
 import header
 from contract import Contract
-from writers import cpp, docs, stub
+from writers import abi, cpp, docs, stages, stub
 
 SMALL = """
 enum { DEFREC_FORMAT_GRAY8 = 1, /**< 1 byte */
@@ -80,9 +80,39 @@ class Reading(unittest.TestCase):
         self.assertEqual(
             cpp.reason_names(contract, "-"), [("DEFREC_REASON_FEW_MATCHES", "few-matches")]
         )
+        self.assertEqual(cpp.degrading_reasons(contract), ["DEFREC_REASON_FEW_MATCHES"])
+        other = read(RESULT.replace("@effect degraded", "@effect the left one: lost"))
+        self.assertEqual(cpp.degrading_reasons(other), [])
         self.assertIn(
             "| `DEFREC_REASON_FEW_MATCHES` | few | degraded | look |", docs.reasons(contract)
         )
+
+    def test_stages(self):
+        contract = read(RESULT)
+        self.assertEqual(contract.stages, ["first", "second"])
+        self.assertEqual(
+            stages.macro(contract).splitlines(),
+            [
+                "#define DEFREC_STAGES(X, SEPARATOR) \\",
+                "    X(first, FIRST)                 \\",
+                "    SEPARATOR()                     \\",
+                "    X(second, SECOND)",
+            ],
+        )
+
+    def test_ends_of_whole_numbers_with_a_default(self):
+        self.assertNotIn("at_ends(given", cpp.parameter_ends(read(SMALL)))
+        whole = read(SMALL.replace("@default width @range width..", "@default 4 @range 2..9"))
+        self.assertIn(
+            'at_ends(given, "stride", &defrec_small_params::stride, {2, 9}, check);',
+            cpp.parameter_ends(whole),
+        )
+
+    def test_a_number_of_enumerators_may_grow(self):
+        more = RESULT.replace("COUNT_V1 = 2", "THIRD = 2, /**< x */ DEFREC_STAGE_COUNT_V1 = 3")
+        recorded = set(abi.layout(read(RESULT)).splitlines())
+        self.assertIn("DEFREC_STAGE_SECOND = 1", recorded)
+        self.assertEqual(recorded - set(abi.layout(read(more)).splitlines()), set())
 
     def test_arrays_and_counts_that_do_not_fit_are_refused(self):
         for old, new, refusal in (

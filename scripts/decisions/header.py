@@ -1,7 +1,7 @@
 """Reads a header of decision numbers, such as sdk/tracking/frame/decisions.hpp.
 
-A struct is a decision, each `static constexpr` member of it a number. The comment before a number
-is
+A struct is a decision, each `static constexpr` member of it a number. So is a member with a value
+of a struct that is a base of TrackerSettings. The comment before a number is
 
     unit | what it decides | source
 
@@ -24,7 +24,10 @@ HEADERS = (
 )
 TAGS = {"Source:": "source", "Judged again by:": "command"}
 STRUCT = re.compile(r"^struct (\w+) \{$")
-NUMBER = re.compile(r"static constexpr (?P<type>[^=;]+?) (?P<name>k[A-Z]\w*) = (?P<value>.*);$")
+NUMBER = re.compile(
+    r"(?:static constexpr (?P<type>[^=;]+?) (?P<name>k[A-Z]\w*)"
+    r"|(?P<own_type>double|float) (?P<own_name>[a-z_0-9]+)) = (?P<value>.*);$"
+)
 
 
 class HeaderError(Exception):
@@ -33,7 +36,7 @@ class HeaderError(Exception):
 
 @dataclasses.dataclass
 class Number:
-    symbol: str  # as in C++, kMinPatches
+    symbol: str  # as in C++, kMinPatches; of a member of TrackerSettings, occluded_share
     value: str  # as in a table
     unit: str
     decides: str
@@ -83,18 +86,24 @@ def make_number(where, statement, comment, decision):
     match = NUMBER.match(statement)
     if match is None:
         raise HeaderError(
-            f"{where}: no number of the form static constexpr TYPE kName = VALUE: {statement}"
+            f"{where}: no number of the form static constexpr TYPE kName = VALUE, or double name ="
+            f" VALUE: {statement}"
         )
+    symbol = match["name"] or match["own_name"]
     parts = [part.strip() for part in " ".join(comment_lines(comment)).split(" | ")]
     if len(parts) == 2 and decision.source:
         parts.append("")
     if len(parts) != 3 or not parts[0] or not parts[1] or not (parts[2] or decision.source):
         raise HeaderError(
-            f"{where}: the comment of {match['name']} is not: unit | what it decides | source"
+            f"{where}: the comment of {symbol} is not: unit | what it decides | source"
         )
     unit, decides, source = parts
-    value = value_text(match["type"].strip(), match["value"])
-    return Number(match["name"], value, "" if unit == "1" else unit, decides, source)
+    value = value_text((match["type"] or match["own_type"]).strip(), match["value"])
+    return Number(symbol, value, "" if unit == "1" else unit, decides, source)
+
+
+def is_member(line, decision):
+    return decision is not None and re.match(r"(?:double|float) \w+ =", line) is not None
 
 
 def read(text, path="header"):
@@ -116,7 +125,7 @@ def read(text, path="header"):
             if decision is not None and decision.numbers:
                 decisions.append(decision)
             decision = None
-        elif statement or line.startswith("static constexpr"):
+        elif statement or line.startswith("static constexpr") or is_member(line, decision):
             statement = f"{statement} {line}".strip()
             if not statement.endswith(";"):
                 continue
@@ -147,8 +156,12 @@ def sources(tree):
 
 
 def users(tree, decision):
-    """The sources that take a decision: those that name its struct."""
-    used = re.compile(rf"\bdecisions::{decision.name}\b")
+    """The sources that take a decision: those that name its struct, or a member of TrackerSettings
+    that is one of its numbers."""
+    members = [each.symbol for each in decision.numbers if not each.symbol.startswith("k")]
+    used = re.compile(
+        rf"\bsettings_?\.({'|'.join(members)})\b" if members else rf"\bdecisions::{decision.name}\b"
+    )
     return [path for path in sources(tree) if used.search((tree / path).read_text())]
 
 

@@ -133,6 +133,20 @@ class HeaderTest(unittest.TestCase):
         self.assertEqual(first.source, "one in fifty by chance, [in-vain]")
         self.assertEqual((second.name, second.value, second.unit), ("eighth", "1/8", ""))
 
+    def test_a_member_of_the_settings_is_a_number_of_what_reads_it(self):
+        text = "struct Few {\n    // 1 | fewer are few | set by hand\n    double share = 0.2;\n};\n"
+        with tempfile.TemporaryDirectory() as folder:
+            tree = pathlib.Path(folder)
+            for name, line in (("a", "settings_.share"), ("b", "settings.other"), ("c", "share")):
+                path = tree / "sdk/tracking" / f"{name}.cpp"
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(f"bool is_few(double x) {{ return x > {line}; }}\n")
+            (decision,) = header.read(text)
+            self.assertEqual(
+                (decision.numbers[0].name, decision.numbers[0].value), ("share", "0.2")
+            )
+            self.assertEqual(header.users(tree, decision), ["sdk/tracking/a.cpp"])
+
     def test_values_as_a_table_has_them(self):
         for kind, value, text in (
             ("float", "0.46f", "0.46"),

@@ -32,7 +32,7 @@ one_of() { # NAME GIVEN KNOWN...
 }
 whole() { [[ "$2" =~ ^[1-9][0-9]{0,6}$ ]] || fail_usage "$1: '$2' is no whole number from 1 on"; }
 mapfile -t all_backends <"$here/backends.txt"
-all_stages=(rectify stereo orb match align ransac lm warp)
+mapfile -t all_stages <"$here/stages.txt"
 all_tools=(memcheck racecheck initcheck synccheck)
 parts=() backends=() stages=() tiers=() tools=() smoke=()
 places="$(nproc)" time_limit=3600 out=results

@@ -6,7 +6,8 @@ usage: check.py [FOLDER]
 FOLDER holds the tree, by default this repository. layers.toml lists every folder of sources, the
 lowest first, with the folders whose headers its sources may include. A folder may list only folders
 that stand before it, so there is no circle and no arrow upwards. An entry that nothing uses is an
-error as well.
+error as well. "backends/*" stands for every folder of sources in backends that has no entry of its
+own; in its list, * is the name of that folder.
 
 Sources of tests are NAME_test.*, test_NAME.* and everything in a folder called testing or tests.
 They may also include what lies in the same room, the first two parts of a path (sdk/tracking), and
@@ -45,6 +46,35 @@ def find_includes(tree, source):
                 break
 
 
+def expand(tree, layers):
+    """Every folder with what it may include; for those that a pattern stands for, the pattern."""
+    folders = sorted({parent(source) for source in find_sources(tree)})
+    expanded, pattern_of = {}, {}
+    for entry, allowed in layers.items():
+        matches = re.compile(re.escape(entry).replace(r"\*", "([^/]+)")).fullmatch
+        if "*" not in entry:
+            expanded[entry] = allowed
+            continue
+        for folder in folders:
+            if folder not in layers and (match := matches(folder)):
+                expanded[folder] = [name.replace("*", match[1]) for name in allowed]
+                pattern_of[folder] = entry
+    return expanded, pattern_of
+
+
+def check_patterns(layers, pattern_of, used):
+    """That some folder of each pattern uses each of its entries."""
+    for pattern, allowed in layers.items():
+        folders = [folder for folder, of in pattern_of.items() if of == pattern]
+        if "*" in pattern and not folders:
+            yield f"layers.toml: {pattern} stands for no folder"
+            continue
+        for name in allowed if folders else ():
+            own = [(folder, name.replace("*", folder.split("/")[-1])) for folder in folders]
+            if not used.intersection(own):
+                yield f"layers.toml: nothing in {pattern} includes {name}"
+
+
 def check_order(layers):
     """layers: folder -> folders that it may include, in the order of the file."""
     before = set()
@@ -55,7 +85,9 @@ def check_order(layers):
         before.add(folder)
 
 
-def check_sources(tree, layers, tests):
+def check_sources(tree, listed, tests):
+    layers, pattern_of = expand(tree, listed)
+    yield from check_order(layers)
     used, used_by_tests, folders = set(), set(), set()
     for source in find_sources(tree):
         folder = parent(source)
@@ -78,8 +110,9 @@ def check_sources(tree, layers, tests):
         if folder not in folders:
             yield f"layers.toml: the folder {folder} has no sources"
         for name in allowed:
-            if (folder, name) not in used:
+            if folder not in pattern_of and (folder, name) not in used:
                 yield f"layers.toml: nothing in {folder} includes {name}"
+    yield from check_patterns(listed, pattern_of, used)
     for folder, allowed in tests.items():
         for name in allowed:
             if (folder, name) not in used_by_tests:
@@ -87,8 +120,7 @@ def check_sources(tree, layers, tests):
 
 
 def check(tree, listed):
-    layers, tests = listed["layers"], listed["tests"]
-    return [*check_order(layers), *check_sources(tree, layers, tests)]
+    return list(check_sources(tree, listed["layers"], listed["tests"]))
 
 
 def main():

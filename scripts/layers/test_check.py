@@ -55,6 +55,30 @@ class CheckTest(unittest.TestCase):
             ["layers.toml: the folder sdk/gone has no sources"],
         )
 
+    def test_a_pattern_stands_for_folders_without_an_entry(self):
+        layers = {**LAYERS, "plugins/base": [], "backends/*": ["include"]}
+        layers["plugins/*"] = ["backends/*", "plugins/base"]
+        self.write("plugins/base/p.hpp", "")
+        for name in ("one", "two"):
+            self.write(f"backends/{name}/e.hpp", '#include "include/a.h"\n')
+            self.write(f"plugins/{name}/f.cpp", f'#include "backends/{name}/e.hpp"\n')
+        unused = "layers.toml: nothing in plugins/* includes plugins/base"
+        self.assertEqual(self.errors(layers), [unused])
+        self.write("plugins/two/g.cpp", '#include "plugins/base/p.hpp"\n')
+        self.assertEqual(self.errors(layers), [])
+        self.write("plugins/two/h.cpp", '#include "backends/one/e.hpp"\n')
+        self.assertEqual(
+            self.errors(layers),
+            [
+                "plugins/two/h.cpp: includes backends/one/e.hpp, but plugins/two may not include"
+                " backends/one"
+            ],
+        )
+        self.assertEqual(
+            self.errors({**LAYERS, "bindings/*": []})[-1],
+            "layers.toml: bindings/* stands for no folder",
+        )
+
     def test_an_entry_must_be_used(self):
         self.assertEqual(
             self.errors({**LAYERS, "sdk/api": ["include", "sdk/base"]}),

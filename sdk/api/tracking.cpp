@@ -4,6 +4,7 @@
 #include "sdk/api/destroy.hpp"
 #include "sdk/base/util/image.hpp"
 #include "sdk/base/util/struct_size.hpp"
+#include "sdk/tracking/frame_result.hpp"
 
 using namespace defrec;
 
@@ -272,7 +273,8 @@ defrec_status defrec_job_get_template(defrec_job job, defrec_template* out) {
     return api_call([&] {
         const JobUse use(job);
         expect_given("out", out);
-        *out = add_handle<defrec_template>(std::make_shared<TemplateObject>(use->get_template()));
+        *out = add_handle<defrec_template>(
+            std::make_shared<TemplateObject>(use->surface_result().surface));
     });
 }
 

@@ -1,14 +1,7 @@
 // See stage_params.hpp.
 #include "sdk/device/stage_params.hpp"
 
-#include "backends/stages/align.hpp"
-#include "backends/stages/lm.hpp"
-#include "backends/stages/match.hpp"
-#include "backends/stages/orb.hpp"
-#include "backends/stages/ransac.hpp"
-#include "backends/stages/rectify.hpp"
-#include "backends/stages/stereo.hpp"
-#include "backends/stages/warp.hpp"
+#include "backends/stages/all.hpp"
 #include "sdk/base/util/check_ranges.hpp"
 #include "sdk/base/util/error.hpp"
 #include "sdk/base/util/struct_size.hpp"

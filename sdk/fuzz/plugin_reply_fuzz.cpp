@@ -142,7 +142,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         return 0;
     }
     const Evidence evidence = weigh_evidence(reply.output, {&vertices, 1}, patch_px2);
-    static_cast<void>(classify(model_data, evidence, true));
+    static_cast<void>(classify(model_data, evidence, with_defaults({}), true));
     VertexConfidence confidence;
     begin_confidence(model, confidence);
     double motion[12];

@@ -7,7 +7,6 @@
 
 #include "sdk/template/nearest_nodes.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/stages/check_output.hpp"
 
 namespace defrec {
@@ -123,7 +122,7 @@ class FrameAttempt::Measuring {
         attempt_.vertex_evidence_[run] = weigh_vertices(samples);
         if (surface_.is_tracking())
             attempt_.fast_vertices_[run] = count_moved_farther(
-                vertex_run(surface_.samples(), run), samples, decisions::Reasons::kFastMotion);
+                vertex_run(surface_.samples(), run), samples, attempt_.settings_.fast_motion);
     }
 
     FrameAttempt& attempt_;
@@ -147,9 +146,9 @@ void FrameAttempt::measure(const TrackedSurface& surface, const RigMonitor& rig,
         vertex_runs(output.samples.size()), [&](size_t run) { measuring.run_vertices(run); });
     if (measuring.found_wrong()) pipeline.check(output, surface.data());
     result.evidence = weigh_evidence(output, vertex_evidence_, patch_px2_);
-    quality = classify(surface.data(), result.evidence, surface.is_tracking(), plan_.uses_depth);
-    quality.reasons |= reasons_of(plan_.quality_level);
-    quality.degraded |= plan_.quality_level != QualityLevel::kFull;
+    quality = classify(surface.data(), result.evidence, settings_, surface.is_tracking(),
+                       plan_.uses_depth);
+    quality.add(reasons_of(plan_.quality_level));
 }
 
 void FrameAttempt::measure_run(const SurfaceModel& model, SurfaceSamples all, size_t run) {

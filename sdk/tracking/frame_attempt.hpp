@@ -23,7 +23,8 @@ void place_nodes(const TemplateData& data, std::span<const defrec_motion> motion
 // Its memory serves the attempts of later frames.
 class FrameAttempt {
   public:
-    explicit FrameAttempt(const RigState& rig) : rig_(rig) {}
+    FrameAttempt(const TrackerSettings& settings, const RigState& rig)
+        : settings_(settings), rig_(rig) {}
 
     // Begins a try to find the surface, and makes room for its results.
     void begin(const TrackedSurface& surface, const RegistrationPlan& plan,
@@ -59,6 +60,7 @@ class FrameAttempt {
     class Measuring;
     void measure_run(const SurfaceModel& model, SurfaceSamples samples, size_t run);
 
+    const TrackerSettings settings_;
     RegistrationPlan plan_;
     FrameInput::Clock::time_point time_;
     RigState rig_;

@@ -148,9 +148,9 @@ void TrackerJob::expect_surface() const {
     if (result.surface == nullptr) fail(DEFREC_ERROR_STATE, "there is no template yet");
 }
 
-std::shared_ptr<const Template> TrackerJob::get_template() const {
+const FrameResult& TrackerJob::surface_result() const {
     expect_surface();
-    return result.surface;
+    return result;
 }
 
 void TrackerJob::lift_points(const double* uv, size_t count, double* xyz, uint8_t* found) const {

@@ -42,7 +42,7 @@ class TrackerJob final : public Job {
     defrec_status wait(uint64_t timeout_ns) override;
     std::string error_text() const override;
     void describe(defrec_result& out) const override;
-    std::shared_ptr<const Template> get_template() const override;
+    const FrameResult& surface_result() const override;
     void lift_points(const double* uv, size_t count, double* xyz, uint8_t* found) const override;
     void warp_points(const double* template_xyz, size_t count, double* xyz, uint8_t* status,
                      double* expected_error_mm) const override;

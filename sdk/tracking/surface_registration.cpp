@@ -40,7 +40,8 @@ SurfaceRegistration::SurfaceRegistration(const std::shared_ptr<const Rig>& rig,
       surface_(settings.body == DEFREC_BODY_ON),
       images_(rig),
       rig_monitor_(rig->width(), rig->height(), settings.self_calibration),
-      attempts_{FrameAttempt(rig_monitor_.state()), FrameAttempt(rig_monitor_.state())},
+      attempts_{FrameAttempt(settings, rig_monitor_.state()),
+                FrameAttempt(settings, rig_monitor_.state())},
       second_memory_(device) {}
 
 void SurfaceRegistration::compute(TrackerJob& job) noexcept {
@@ -395,9 +396,7 @@ void SurfaceRegistration::commit_rig(Frame& frame, FrameAttempt& attempt) {
                                                : RigMonitor::Disparities::kSayNothing);
         frame.rig_estimate = rig_monitor_.estimate();
     }
-    const uint32_t reasons = rig_monitor_.reasons();
-    quality.reasons |= reasons;
-    quality.degraded |= reasons != 0;
+    quality.add(rig_monitor_.reasons());
 }
 
 // Whether depth errs more by what moved between the views' times than it does when the left image

@@ -15,6 +15,7 @@ class PreparedTargets;
 class Rig;
 class Services;
 class Template;
+struct FrameResult;
 
 // One submitted frame. Its memory belongs to the tracker and is used again after release().
 class Job {
@@ -27,7 +28,8 @@ class Job {
     virtual std::string error_text() const = 0;
     // Throws Error(DEFREC_ERROR_STATE) unless the frame is done.
     virtual void describe(defrec_result& out) const = 0;
-    virtual std::shared_ptr<const Template> get_template() const = 0;
+    // What the frame became. Throws Error(DEFREC_ERROR_STATE) unless it is done and has a surface.
+    virtual const FrameResult& surface_result() const = 0;
     virtual void lift_points(const double* uv, size_t count, double* xyz, uint8_t* found) const = 0;
     virtual void warp_points(const double* template_xyz, size_t count, double* xyz, uint8_t* status,
                              double* expected_error_mm) const = 0;

@@ -9,114 +9,10 @@ namespace Defrec
     /// sizes, stands in docs/stages.md. One thread at a time: a second caller is answered with
     /// <see cref="Status.ErrorBusy"/>.
     /// </summary>
-    public sealed unsafe class Stage : IDisposable
+    public sealed unsafe partial class Stage : IDisposable
     {
         private const int MostBuffers = 64;
         internal readonly StageHandle Handle;
-
-        /// <summary>Stage rectify. deviceId null: the first device that offers the stage.</summary>
-        /// <exception cref="ArgumentNullException">context is null.</exception>
-        /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">
-        /// A parameter is out of its range, or there is no such device.
-        /// </exception>
-        public Stage(Context context, RectifyParameters parameters, string deviceId = null)
-            : this(context)
-        {
-            parameters.StructSize = (uint)sizeof(RectifyParameters);
-            Create(context, StageKind.Rectify, &parameters, deviceId);
-        }
-
-        /// <summary>Stage stereo. deviceId null: the first device that offers the stage.</summary>
-        /// <exception cref="ArgumentNullException">context is null.</exception>
-        /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">
-        /// A parameter is out of its range, or there is no such device.
-        /// </exception>
-        public Stage(Context context, StereoParameters parameters, string deviceId = null)
-            : this(context)
-        {
-            parameters.StructSize = (uint)sizeof(StereoParameters);
-            Create(context, StageKind.Stereo, &parameters, deviceId);
-        }
-
-        /// <summary>Stage orb. deviceId null: the first device that offers the stage.</summary>
-        /// <exception cref="ArgumentNullException">context is null.</exception>
-        /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">
-        /// A parameter is out of its range, or there is no such device.
-        /// </exception>
-        public Stage(Context context, OrbParameters parameters, string deviceId = null)
-            : this(context)
-        {
-            parameters.StructSize = (uint)sizeof(OrbParameters);
-            Create(context, StageKind.Orb, &parameters, deviceId);
-        }
-
-        /// <summary>Stage match. deviceId null: the first device that offers the stage.</summary>
-        /// <exception cref="ArgumentNullException">context is null.</exception>
-        /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">
-        /// A parameter is out of its range, or there is no such device.
-        /// </exception>
-        public Stage(Context context, MatchParameters parameters, string deviceId = null)
-            : this(context)
-        {
-            parameters.StructSize = (uint)sizeof(MatchParameters);
-            Create(context, StageKind.Match, &parameters, deviceId);
-        }
-
-        /// <summary>Stage align. deviceId null: the first device that offers the stage.</summary>
-        /// <exception cref="ArgumentNullException">context is null.</exception>
-        /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">
-        /// A parameter is out of its range, or there is no such device.
-        /// </exception>
-        public Stage(Context context, AlignParameters parameters, string deviceId = null)
-            : this(context)
-        {
-            parameters.StructSize = (uint)sizeof(AlignParameters);
-            Create(context, StageKind.Align, &parameters, deviceId);
-        }
-
-        /// <summary>Stage ransac. deviceId null: the first device that offers the stage.</summary>
-        /// <exception cref="ArgumentNullException">context is null.</exception>
-        /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">
-        /// A parameter is out of its range, or there is no such device.
-        /// </exception>
-        public Stage(Context context, RansacParameters parameters, string deviceId = null)
-            : this(context)
-        {
-            parameters.StructSize = (uint)sizeof(RansacParameters);
-            Create(context, StageKind.Ransac, &parameters, deviceId);
-        }
-
-        /// <summary>Stage lm. deviceId null: the first device that offers the stage.</summary>
-        /// <exception cref="ArgumentNullException">context is null.</exception>
-        /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">
-        /// A parameter is out of its range, or there is no such device.
-        /// </exception>
-        public Stage(Context context, LmParameters parameters, string deviceId = null)
-            : this(context)
-        {
-            parameters.StructSize = (uint)sizeof(LmParameters);
-            Create(context, StageKind.Lm, &parameters, deviceId);
-        }
-
-        /// <summary>Stage warp. deviceId null: the first device that offers the stage.</summary>
-        /// <exception cref="ArgumentNullException">context is null.</exception>
-        /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">
-        /// A parameter is out of its range, or there is no such device.
-        /// </exception>
-        public Stage(Context context, WarpParameters parameters, string deviceId = null)
-            : this(context)
-        {
-            parameters.StructSize = (uint)sizeof(WarpParameters);
-            Create(context, StageKind.Warp, &parameters, deviceId);
-        }
 
         private Stage(Context context)
         {
@@ -125,8 +21,8 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Gives the inputs that stay the same from run to run (a template); match, align, lm and
-        /// warp need it before their first run.
+        /// Gives the inputs that stay the same from run to run (a template). A stage that has them
+        /// needs it before its first run.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// inputs is null or has more than 64 buffers.

@@ -604,36 +604,22 @@ namespace Defrec.Tests
         [Test]
         public void EveryStageWithItsParameters()
         {
-            var makers = new[] {
-                Maker<RectifyParameters>(
-                    () => new Stage(Context, new RectifyParameters { Format = PixelFormat.Bgr8 })),
-                Maker<StereoParameters>(
-                    () => new Stage(Context, new StereoParameters { Width = 2 })),
-                Maker<OrbParameters>(() => new Stage(Context, new OrbParameters { Width = 2 })),
-                Maker<MatchParameters>(
-                    () => new Stage(Context, new MatchParameters { Landmarks = 2 })),
-                Maker<AlignParameters>(
-                    () => new Stage(Context, new AlignParameters { Patches = 2 })),
-                Maker<RansacParameters>(
-                    () => new Stage(Context, new RansacParameters { Landmarks = 2 })),
-                Maker<LmParameters>(
-                    () => new Stage(Context, new LmParameters { Solver = Solver.Independent })),
-                Maker<WarpParameters>(() => new Stage(Context, new WarpParameters { Nodes = 2 })),
-            };
-            Assert.That(makers.Length, Is.EqualTo(Enum.GetValues(typeof(StageKind)).Length));
-            for (int stage = 0; stage < makers.Length; ++stage)
+            foreach (StageKind kind in Enum.GetValues(typeof(StageKind)))
             {
-                uint size = (uint)Marshal.SizeOf(makers[stage].Key);
-                string expected = "device_id=NULL, stage=" + stage +
+                Type type = typeof(Stage).Assembly.GetType("Defrec." + kind + "Parameters", true);
+                object parameters = Activator.CreateInstance(type);
+                FieldInfo first = Array.Find(
+                    type.GetFields(), field => (int)Marshal.OffsetOf(type, field.Name) == 4);
+                first.SetValue(
+                    parameters, first.FieldType.IsEnum ? Enum.ToObject(first.FieldType, 2u) : 2u);
+                uint size = (uint)Marshal.SizeOf(type);
+                string expected = "device_id=NULL, stage=" + (uint)kind +
                                   ", params=" + Stub.Hex(&size, 4) + "020000000";
-                using (makers[stage].Value())
+                var make =
+                    typeof(Stage).GetConstructor(new[] { typeof(Context), type, typeof(string) });
+                using ((Stage)make.Invoke(new[] { Context, parameters, null }))
                     Assert.That(Stub.Call("defrec_stage_create"), Is.StringContaining(expected));
             }
-        }
-
-        private static KeyValuePair<Type, Func<Stage>> Maker<Parameters>(Func<Stage> make)
-        {
-            return new KeyValuePair<Type, Func<Stage>>(typeof(Parameters), make);
         }
     }
 }

@@ -28,16 +28,6 @@ from .points import LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
 from .result import Result, StageTime
 from .rig import Rig
 from .stage import Stage
-from .stages import (
-    AlignStage,
-    LmStage,
-    MatchStage,
-    OrbStage,
-    RansacStage,
-    RectifyStage,
-    StereoStage,
-    WarpStage,
-)
 from .template import Lifted, Targets, Template, TemplateData
 from .tracker import Job, Tracker
 from .tracking import FollowedPoints, RigEstimate, TrackedFrame, Tracking, track
@@ -74,6 +64,16 @@ from .enums import (
     StageKind,
     State,
     Status,
+)
+from .stages import (
+    AlignStage,
+    LmStage,
+    MatchStage,
+    OrbStage,
+    RansacStage,
+    RectifyStage,
+    StereoStage,
+    WarpStage,
 )
 from .structs import (
     AlignParams,

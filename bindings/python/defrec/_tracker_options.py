@@ -10,7 +10,7 @@ from .enums import TRACKER_FALLBACK, BodyMode, Format, SelfCalibration
 from .rig import Rig
 
 OPTIONS = """seed: seed of random choices: the same seed gives the same results on a repeatable
-device.
+        device.
     format: Format of the frames; default Format.BGR8.
     frames_in_flight: submitted and not yet released; 1 to 16; default 2.
     disparities: number searched, px; 1 to 510; default found from the first frame.

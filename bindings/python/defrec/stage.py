@@ -1,11 +1,10 @@
 """One stage on one device, with any buffers. docs/stages.md says which ones, in which order and of
-which sizes;
-stages.py has the eight stages with arrays instead."""
+which sizes; stages.py has the stages with arrays instead."""
 from __future__ import annotations
 
 import ctypes
 from contextlib import ExitStack, closing
-from typing import Any, Optional, Sequence, Type
+from typing import Any, Dict, Optional, Sequence, Type
 
 from . import structs
 from ._arrays import BufferLike, BufferView
@@ -15,15 +14,8 @@ from ._struct import Struct
 from .context import Context
 from .enums import StageKind
 
-KIND_OF_PARAMS = {
-    structs.RectifyParams: StageKind.RECTIFY,
-    structs.StereoParams: StageKind.STEREO,
-    structs.OrbParams: StageKind.ORB,
-    structs.MatchParams: StageKind.MATCH,
-    structs.AlignParams: StageKind.ALIGN,
-    structs.RansacParams: StageKind.RANSAC,
-    structs.LmParams: StageKind.LM,
-    structs.WarpParams: StageKind.WARP,
+KIND_OF_PARAMS: Dict[Type[Struct], StageKind] = {
+    getattr(structs, f"{kind.name.capitalize()}Params"): kind for kind in StageKind
 }
 
 
@@ -55,8 +47,8 @@ class Stage(Handle):
         self.kind = kind
 
     def prepare_buffers(self, inputs: Sequence[Optional[BufferLike]]) -> None:
-        """Gives the stage the inputs that stay the same from run to run (a template); match, align,
-        ransac, lm and warp need it before their first run. threads: one"""
+        """Gives the stage the inputs that stay the same from run to run (a template). A stage that
+        has them needs it before its first run. threads: one"""
         with ExitStack() as views:
             c_inputs = _buffers("inputs", inputs, structs.ConstBuffer, views)
             native.defrec_stage_prepare(self._native, c_inputs, len(c_inputs))

@@ -1,4 +1,4 @@
-"""The eight stages, each taking and giving arrays. docs/stages.md defines what they compute.
+"""The stages, each taking and giving arrays. docs/stages.md defines what they compute.
 
 Images are (height, width) and have no gaps between rows; for strides, and for the results of
 sub-stages, use Stage. What is None is left out. Records come as arrays of them (structs.py).

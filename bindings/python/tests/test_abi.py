@@ -11,7 +11,6 @@ import defrec
 from defrec import _library, enums, structs
 from defrec._struct import C_STRUCTS
 from defrec._arrays import BYTES_PER_PIXEL
-from defrec.stage import KIND_OF_PARAMS
 from description import CONTRACT, STRUCTS
 
 ENUMERATORS = {
@@ -148,8 +147,7 @@ class Abi(unittest.TestCase):
                 known = known - {"width", "height"} | {"size"}
             self.assertEqual({field.name for field in dataclasses.fields(public)}, known)
 
-    def test_every_stage_has_its_parameters_and_arrays(self):
-        self.assertEqual(list(KIND_OF_PARAMS.values()), list(enums.StageKind))
+    def test_every_stage_has_its_arrays(self):
         self.assertLessEqual(
             {f"{kind.name.title()}Stage" for kind in enums.StageKind}, set(defrec.__all__)
         )

@@ -1,5 +1,6 @@
 """The ABI's lists, and the C sources that hold a compiler to them. Nothing that stands in the lists
-may go or change."""
+may go or change; a number of enumerators, which does, stands in none."""
+from contract import COUNT
 from header import HeaderError
 
 TOP = (
@@ -33,7 +34,8 @@ def pieces(contract):
     of_plugins = [
         struct for struct in contract.structs if struct not in contract.application_structs
     ]
-    return [*contract.application_structs, *contract.constants, *of_plugins]
+    constants = [name for name in contract.constants if not COUNT.fullmatch(name)]
+    return [*contract.application_structs, *constants, *of_plugins]
 
 
 def layout_program(contract):

@@ -177,6 +177,34 @@ def public_structs(contract, wanted, what):
     )
 
 
+def stage_constructors(contract):
+    body = []
+    for name in contract.stages:
+        stage = pascal(name)
+        body += [
+            "",
+            f"        /// <summary>Stage {name}. deviceId null: the first device that offers the"
+            " stage.</summary>",
+            '        /// <exception cref="ArgumentNullException">context is null.</exception>',
+            '        /// <exception cref="ObjectDisposedException">The context was'
+            " disposed.</exception>",
+            '        /// <exception cref="DefrecException">',
+            "        /// A parameter is out of its range, or there is no such device.",
+            "        /// </exception>",
+            f"        public Stage(Context context, {stage}Parameters parameters, string deviceId ="
+            " null)",
+            "            : this(context)",
+            "        {",
+            f"            parameters.StructSize = (uint)sizeof({stage}Parameters);",
+            f"            Create(context, StageKind.{stage}, &parameters, deviceId);",
+            "        }",
+        ]
+    return (
+        f"{TOP}using System;\n\nnamespace Defrec\n{{\n    public sealed unsafe partial class"
+        " Stage\n    {\n" + "\n".join(body[1:]) + "\n    }\n}\n"
+    )
+
+
 def native_structs(contract):
     body = []
     for struct in contract.application_structs:
@@ -300,12 +328,6 @@ def enums(contract):
                 ),
                 "    }",
             ]
-    stages = [
-        value
-        for enum in contract.enums
-        for value in enum["values"]
-        if value["name"].startswith("DEFREC_STAGE_") and value["name"] not in CONSTANTS
-    ]
     mask = [
         "",
         "    /// <summary>Which stages a device offers: bit <c>1 &lt;&lt; StageKind</c>.</summary>",
@@ -315,15 +337,15 @@ def enums(contract):
         "        /// <summary>None.</summary>",
         "        None = 0,",
     ]
-    for value in stages:
-        name = pascal(value["name"].removeprefix("DEFREC_STAGE_"))
+    for number, stage in enumerate(contract.stages):
+        name = pascal(stage)
         mask += [
             f'        /// <summary><see cref="StageKind.{name}"/>.</summary>',
-            f"        {name} = 1u << {value['value']},",
+            f"        {name} = 1u << {number},",
         ]
     mask += [
         "        /// <summary>Every stage that a tracker needs.</summary>",
-        f"        All = 0x{(1 << len(stages)) - 1:x}",
+        f"        All = 0x{(1 << len(contract.stages)) - 1:x}",
         "    }",
     ]
     own = [
@@ -410,6 +432,7 @@ def files(contract, root):
                 " docs/stages.md defines what the numbers do."
             ),
         ),
+        f"{assembly}/StageConstructors.cs": stage_constructors(contract),
         f"{assembly}/TrackerOptions.cs": tracker_options(contract),
         f"{assembly}/Native/NativeStructs.cs": native_structs(contract),
         f"{assembly}/Native/NativeMethods.cs": native_methods(contract),

@@ -1,7 +1,8 @@
-"""The names of the Python package: what it takes from modules that are generated, and __all__."""
+"""The names of the Python package: what it takes from modules that are generated, the classes of
+the stages, and __all__."""
 import ast
 
-from names import CONSTANTS, enumeration_of
+from names import CONSTANTS, enumeration_of, pascal
 from writers.csharp import is_public
 from writers.python_binding import class_name
 
@@ -27,7 +28,8 @@ def generated_names(contract):
         for struct in contract.application_structs
         if is_public(contract, struct)
     ]
-    return {"enums": enums, "structs": structs}
+    stages = [f"{pascal(stage)}Stage" for stage in contract.stages]
+    return {"enums": enums, "stages": stages, "structs": structs}
 
 
 def imported_names(source):

@@ -278,22 +278,23 @@ struct FrameFound {
     static constexpr double kOtherTissueShare = 0.12;
 };
 
-// From where on a frame that was found has a reason.
+// From where on a frame that was found has a reason. TrackerSettings has these members as well as
+// the options: one that becomes an option goes from here to the header, under the same name.
 struct Reasons {
     // share of the vertices in the image | more hidden by something in front are
     //   `DEFREC_REASON_OCCLUDED` | set by hand
-    static constexpr double kOccludedShare = 0.25;
+    double occluded_share = 0.25;
     // share of the vertices in the image | more without depth are `DEFREC_REASON_NO_DEPTH` | set by
     //   hand
-    static constexpr double kNoDepthShare = 0.5;
+    double no_depth_share = 0.5;
     // mm | a larger mean depth residual is `DEFREC_REASON_LARGE_RESIDUAL` | set by hand
-    static constexpr double kLargeResidual = 1;
+    double large_residual = 1;
     // share of the first view's vertices | fewer in the image are `DEFREC_REASON_OUT_OF_VIEW` | set
     //   by hand
-    static constexpr double kOutOfViewShare = 0.5;
+    double out_of_view_share = 0.5;
     // mm | from frame to frame: half of the vertices that move farther are
     //   `DEFREC_REASON_FAST_MOTION` | set by hand
-    static constexpr float kFastMotion = 5;
+    float fast_motion = 5;
 };
 
 // Whether a frame is registered once more, with patches searched farther away.

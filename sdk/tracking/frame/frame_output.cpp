@@ -37,14 +37,7 @@ uint64_t carve_fixed(std::span<std::byte> block, uint64_t disparities, FrameOutp
 
 uint64_t carve_fitted(std::span<std::byte> block, const TemplateData& data, FrameOutput& output) {
     Carver carver(block);
-    carver.take(output.motions, data.nodes.size() / 3);
-    carver.take(output.samples, data.vertices.size());
-    carver.take(output.matches, data.landmarks.size());
-    carver.take(output.observations, data.patches.size());
-    carver.take(output.predictions, data.patches.size());
-    carver.take(output.checks, data.checks.size());
-    carver.take(output.check_predictions, data.checks.size());
-    carver.take(output.right_observations, rig_patch_count(data));
+    output.fit(data, [&](auto& array, size_t count) { carver.take(array, count); });
     return carver.used();
 }
 

@@ -17,6 +17,11 @@ struct FrameSummary {
     defrec_ransac_summary ransac{};
 };
 
+// The patches that are searched in the right view as well: every so many, from the first, and as
+// densely of tissue that joined.
+size_t rig_patch_step(const TemplateData& data);
+size_t rig_patch_count(const TemplateData& data);
+
 struct FrameOutput {
     FrameSummary* summary = nullptr;
     std::span<defrec_motion> motions;
@@ -30,12 +35,20 @@ struct FrameOutput {
     std::span<int16_t> disparity;                            // only if kept
     std::array<defrec_stage_time, DEFREC_MAX_TIMED_STAGES> times{};
     uint32_t time_count = 0;
-};
 
-// The patches that are searched in the right view as well: every so many, from the first, and as
-// densely of tissue that joined.
-size_t rig_patch_step(const TemplateData& data);
-size_t rig_patch_count(const TemplateData& data);
+    // Calls take(array, count) for each array that is as long as the template wants it.
+    template <class Take>
+    void fit(const TemplateData& data, Take&& take) {
+        take(motions, data.nodes.size() / 3);
+        take(samples, data.vertices.size());
+        take(matches, data.landmarks.size());
+        take(observations, data.patches.size());
+        take(predictions, data.patches.size());
+        take(checks, data.checks.size());
+        take(check_predictions, data.checks.size());
+        take(right_observations, rig_patch_count(data));
+    }
+};
 
 // Memory of what registering the surface gives. Must outlive the queue that reads into it.
 class AttemptMemory {

@@ -25,11 +25,16 @@ void expect_bounded(const char* name, float spacing, const char* what, double ma
 
 }  // namespace
 
+TrackerSettings with_defaults(const defrec_tracker_desc& desc) {
+    TrackerSettings settings{desc, {}};
+    fill_defaults(settings);
+    return settings;
+}
+
 TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& rig) {
     check_ranges(desc);
-    TrackerSettings settings = desc;
+    TrackerSettings settings = with_defaults(desc);
     settings.device_id = nullptr;  // the caller's
-    fill_defaults(settings);
     // What is measured beside the surface is followed until the surface reaches it.
     if (settings.grow != 0) settings.keep_disparity = 1;
     const float width = static_cast<float>(rig.width());

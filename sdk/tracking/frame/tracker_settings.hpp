@@ -1,4 +1,4 @@
-// A tracker's description with every default filled in.
+// What a tracker is told, and by which numbers it decides.
 #pragma once
 #include "include/defrec_c.h"
 #include "sdk/tracking/frame/decisions.hpp"
@@ -7,7 +7,10 @@ namespace defrec {
 
 class Rig;
 
-using TrackerSettings = defrec_tracker_desc;
+// A tracker's description with every default filled in, and the numbers that are no option.
+struct TrackerSettings : defrec_tracker_desc, decisions::Reasons {};
+// With the defaults that do not depend on the rig.
+TrackerSettings with_defaults(const defrec_tracker_desc& desc);
 // Throws Error(DEFREC_ERROR_ARGUMENT) for values that are out of range.
 TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& rig);
 

@@ -182,15 +182,15 @@ Evidence weigh_evidence(const FrameOutput& output, std::span<const VertexEvidenc
     return evidence;
 }
 
-FrameQuality classify(const TemplateData& data, const Evidence& evidence, bool was_found,
-                      bool uses_depth) {
+FrameQuality classify(const TemplateData& data, const Evidence& evidence,
+                      const TrackerSettings& settings, bool was_found, bool uses_depth) {
     FrameQuality quality;
     // Share of what an image can show: tissue that joined lies beside the first view.
     const auto inside_share =
         static_cast<double>(evidence.vertices_inside) /
         static_cast<double>(std::max<uint64_t>(1, data.first_counts().vertices));
     const double confirmed = evidence.confirmed_share(), observed = evidence.observed_share();
-    using decisions::FrameFound, decisions::Reasons;
+    using decisions::FrameFound;
     const uint32_t min_patches = FrameFound::kMinPatches.after(was_found);
     const double min_share = FrameFound::kMinPatchShare.after(was_found);
     // An image as rich in features as the template's that shows none of them shows other tissue.
@@ -207,17 +207,16 @@ FrameQuality classify(const TemplateData& data, const Evidence& evidence, bool w
                     (observed >= FrameFound::kMinDepthShare || !uses_depth) &&
                     inside_share >= FrameFound::kMinInsideShare;
 
-    if (evidence.confirms_few()) quality.reasons |= DEFREC_REASON_LOW_CONTRAST;
-    if (has_few_matches) quality.reasons |= DEFREC_REASON_FEW_MATCHES;
+    if (evidence.confirms_few()) quality.add(DEFREC_REASON_LOW_CONTRAST);
+    if (has_few_matches) quality.add(DEFREC_REASON_FEW_MATCHES);
     const double inside = std::max(1u, evidence.vertices_inside);
-    if (evidence.vertices_occluded / inside > Reasons::kOccludedShare)
-        quality.reasons |= DEFREC_REASON_OCCLUDED;
-    if (uses_depth && evidence.vertices_without_depth / inside > Reasons::kNoDepthShare)
-        quality.reasons |= DEFREC_REASON_NO_DEPTH;
-    if (evidence.mean_residual_mm > Reasons::kLargeResidual)
-        quality.reasons |= DEFREC_REASON_LARGE_RESIDUAL;
-    if (inside_share < Reasons::kOutOfViewShare) quality.reasons |= DEFREC_REASON_OUT_OF_VIEW;
-    quality.degraded = (quality.reasons & ~static_cast<uint32_t>(DEFREC_REASON_FEW_MATCHES)) != 0;
+    if (evidence.vertices_occluded / inside > settings.occluded_share)
+        quality.add(DEFREC_REASON_OCCLUDED);
+    if (uses_depth && evidence.vertices_without_depth / inside > settings.no_depth_share)
+        quality.add(DEFREC_REASON_NO_DEPTH);
+    if (evidence.mean_residual_mm > settings.large_residual)
+        quality.add(DEFREC_REASON_LARGE_RESIDUAL);
+    if (inside_share < settings.out_of_view_share) quality.add(DEFREC_REASON_OUT_OF_VIEW);
     return quality;
 }
 

@@ -5,8 +5,10 @@
 #include <span>
 #include <vector>
 
+#include "sdk/contract/enumerations.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/frame/frame_output.hpp"
+#include "sdk/tracking/frame/tracker_settings.hpp"
 
 namespace defrec {
 
@@ -84,10 +86,16 @@ struct FrameQuality {
     bool found = false;  // the surface was followed into this frame
     bool degraded = false;
     uint32_t reasons = 0;  // DEFREC_REASON_*
+
+    // With their effect by the header.
+    void add(uint32_t more_reasons) {
+        reasons |= more_reasons;
+        degraded |= (more_reasons & kDegradingReasons) != 0;
+    }
 };
 // was_found: the surface was followed into the frame before. uses_depth: else it was followed by
 // the left image alone.
-FrameQuality classify(const TemplateData& data, const Evidence& evidence, bool was_found,
-                      bool uses_depth = true);
+FrameQuality classify(const TemplateData& data, const Evidence& evidence,
+                      const TrackerSettings& settings, bool was_found, bool uses_depth = true);
 
 }  // namespace defrec

@@ -79,7 +79,10 @@ struct Fixture {
         const VertexEvidence vertices = weigh_vertices(output.samples);
         return weigh_evidence(output, {&vertices, 1}, patch_px2());
     }
-    FrameQuality quality(bool was_found = true) { return classify(data, evidence(), was_found); }
+    TrackerSettings settings = with_defaults({});
+    FrameQuality quality(bool was_found = true) {
+        return classify(data, evidence(), settings, was_found);
+    }
     VertexConfidence confidence(const RigEstimate& rig = {}, SurfaceSamples last = {},
                                 bool uses_depth = true, const Services* helpers = nullptr) {
         PhotometricEvidence photometric;
@@ -278,7 +281,7 @@ TEST_CASE("without depth the image alone finds a surface, and no vertex is obser
     const float before = f.confidence().expected_error[40];
     for (defrec_surface_sample& sample : f.samples) sample.observation = DEFREC_NO_DEPTH;
     CHECK_FALSE(f.quality().found);
-    const FrameQuality quality = classify(f.data, f.evidence(), true, false);
+    const FrameQuality quality = classify(f.data, f.evidence(), f.settings, true, false);
     CHECK(quality.found);
     CHECK((quality.reasons & DEFREC_REASON_NO_DEPTH) == 0);
     const VertexConfidence confidence = f.confidence({}, {}, false);
