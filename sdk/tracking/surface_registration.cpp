@@ -174,6 +174,7 @@ bool SurfaceRegistration::look_at_images(Frame& frame) {
     const StreamCheck::Finding finding = images_.look_at(
         job.frame, job.input.timestamp_ns, {view(0), view(1)}, job.services()->own_threads());
     frame.reasons = finding.reasons;
+    if ((frame.reasons & DEFREC_REASON_GAP) != 0) rig_monitor_.begin_anew();
     frame.left_is_frozen = finding.left.is_frozen_alone;
     frame.has_one_view =
         !finding.right.shows || frame.left_is_frozen || finding.right.is_frozen_alone;

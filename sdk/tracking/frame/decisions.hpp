@@ -464,6 +464,11 @@ struct RigRows {
     static constexpr double kMinLag = 0.12;
     // standard deviations | of a lag that counts, at least | set by hand
     static constexpr double kSignificance = 5;
+    // matches | around each one, whose speeds must show the lag as well | set by hand
+    static constexpr size_t kNeighbours = 6;
+    // standard deviations | of the lag that they show, at least | 5.2 where a view is late, 2 where
+    //   none is, [jumps]
+    static constexpr double kSignificanceAround = 4;
     // px RMS | rows that disagree by more are `DEFREC_REASON_CALIBRATION` | set by hand
     static constexpr double kMaxRowError = 0.4;
     // matches | behind such an error, at least | three frames' `min_matches`
@@ -483,10 +488,25 @@ struct BaselineDrift {
     //   are 40 px | at most 0.015 in rendered sequences without a drift, 0.028 in 60 frames of a
     //   beating heart at 80 px of disparity
     static constexpr double kMinJump = 0.04;
+    // share of that change | by which the left image's scale may change besides: tissue that is
+    //   stretched changes the scale and no disparity | 0.8 and more in the false alarms of [jumps]
+    static constexpr double kMaxScaleShare = 0.5;
+    // times the motion | of the frame before or of this one, whichever is slower: an image whose
+    //   motion changes by more has jumped | at most 1.7 in rendered sequences without a jump, 2.6
+    //   in a beating heart, [jumps]
+    static constexpr double kJump = 3;
+    // widths of the image | a slower motion counts as this one | 1 px of 480
+    static constexpr double kLeastMotion = 0.002;
+    // frames | after a jump, which are not measured: the surface is led to its place | one in
+    //   `stretch`, [jumps]
+    static constexpr int kSettling = 3;
     // frames | between two that are compared, at most | tissue changes in more of them
     static constexpr int kOldest = 10;
-    // frames | in a row in which lengths fit the template: there was no drift | set by hand
-    static constexpr int kFramesToFit = 30;
+    // share of the drift | that lengths or disparities must show against the template's: else the
+    //   frame does not confirm it | set by hand
+    static constexpr double kConfirmingShare = 0.5;
+    // frames | that do not confirm a drift, less those that do: there was none | less than a second
+    static constexpr int kFramesToConfirm = 24;
     // vertices | that are measured, at most | set by hand
     static constexpr size_t kMaxVertices = 500;
     // vertices | and pairs that must be observed in both frames | set by hand

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <cstddef>
 #include <limits>
 #include <utility>
@@ -83,15 +82,28 @@ Sums sum_change(const TemplateData& data, std::span<const Places> before,
     return sums;
 }
 
+// Square of the vertices' RMS distance from their middle, over the focal length.
+double squared_radius(const Sums& sums) {
+    return (sums.squares - std::norm(sums.before) / sums.vertices) / sums.vertices;
+}
+
 std::optional<Change> change_of(const Sums& sums) {
-    const double spread = sums.squares - std::norm(sums.before) / sums.vertices;
     if (sums.vertices < BaselineDrift::kMinVertices || sums.pairs < BaselineDrift::kMinVertices ||
-        !(spread > 0) || !(sums.length_before > 0 && sums.length_now > 0))
+        !(squared_radius(sums) > 0) || !(sums.length_before > 0 && sums.length_now > 0))
         return std::nullopt;
-    const double scale =
-        std::abs(sums.products - std::conj(sums.before) * sums.now / sums.vertices) / spread;
-    return Change{std::log(sums.inverse_depth_now / (scale * sums.inverse_depth_before)),
-                  std::log(sums.length_before / sums.length_now)};
+    const Sums::Pixel similarity =
+        (sums.products - std::conj(sums.before) * sums.now / sums.vertices) /
+        (squared_radius(sums) * sums.vertices);
+    return Change{
+        std::log(sums.inverse_depth_now / (std::abs(similarity) * sums.inverse_depth_before)),
+        std::log(sums.length_before / sums.length_now), std::log(similarity),
+        (sums.now - sums.before) / sums.vertices};
+}
+
+// The change that is beyond another one, which lasted for so many frames.
+Change beyond(const Change& change, const Change& usual, double frames) {
+    return {change.by_scale - frames * usual.by_scale, change.by_length - frames * usual.by_length,
+            change.growth - frames * usual.growth, change.shift - frames * usual.shift};
 }
 
 }  // namespace
@@ -113,35 +125,58 @@ void DisparityMonitor::add_frame(const TemplateData& data,
     if (const std::optional<Change> change = change_of(sums)) {
         mean_disparity_ =
             data.camera.fx * data.camera.baseline_mm * sums.inverse_depth_now / sums.vertices;
-        judge(*change);
+        judge(data, *change, std::sqrt(squared_radius(sums)));
     } else if (!places_.empty()) {
         return;
     }
     places_.swap(places_now_);
     age_ = 0;
-    if (drift_ == 0) return;
-    // A drift that was none does not last.
-    take_places(data.vertices, places_now_);
-    const std::optional<Change> since_template = change_of(sum_change(data, places_now_, places_));
-    const bool fits = since_template && std::abs(since_template->by_length) < std::abs(drift_) / 2;
-    frames_that_fit_ = fits ? frames_that_fit_ + 1 : 0;
-    if (frames_that_fit_ == BaselineDrift::kFramesToFit) drift_ = 0;
+    if (drift_ != 0) confirm(data);
 }
 
-void DisparityMonitor::judge(const Change& change) {
+void DisparityMonitor::judge(const TemplateData& data, const Change& change, double radius) {
     const double frames = age_;
+    const auto motion_px = [&](const Change& of) {
+        return data.camera.fx * std::hypot(std::abs(of.shift), std::abs(of.growth) * radius);
+    };
+    if (settling_ > 0) {
+        --settling_;
+        return;
+    }
     if (usual_) {
-        const double by_scale = change.by_scale - frames * usual_->by_scale,
-                     by_length = change.by_length - frames * usual_->by_length;
-        if (by_scale * by_length > 0 &&
-            std::min(std::abs(by_scale), std::abs(by_length)) > frames * BaselineDrift::kMinJump) {
-            drift_ += by_scale;  // lengths on slopes change by more
+        const Change rest = beyond(change, *usual_, frames);
+        const double calm = std::min(motion_px(change) / frames, motion_px(*usual_)) +
+                            BaselineDrift::kLeastMotion * data.width;
+        if (motion_px(rest) > frames * BaselineDrift::kJump * calm) {
+            usual_.reset();
+            settling_ = BaselineDrift::kSettling;
+            return;
+        }
+        if (rest.by_scale * rest.by_length > 0 &&
+            std::min(std::abs(rest.by_scale), std::abs(rest.by_length)) >
+                frames * BaselineDrift::kMinJump &&
+            std::abs(rest.growth.real()) <
+                BaselineDrift::kMaxScaleShare * std::abs(rest.by_scale)) {
+            drift_ += rest.by_scale;  // lengths on slopes change by more
             if (std::abs(drift_) < BaselineDrift::kMinJump) drift_ = 0;
-            frames_that_fit_ = 0;
+            unconfirmed_ = 0;
             return;
         }
     }
-    usual_ = {change.by_scale / frames, change.by_length / frames};
+    usual_ = beyond({}, change, -1 / frames);
+}
+
+// A drift that was none does not last: against the template, tissue that deforms may hide a drift
+// from the lengths, and a camera that moves from the disparities, but seldom from both.
+void DisparityMonitor::confirm(const TemplateData& data) {
+    take_places(data.vertices, places_now_);
+    const std::optional<Change> since_template = change_of(sum_change(data, places_now_, places_));
+    if (!since_template) return;
+    const double by_disparity = since_template->by_scale + since_template->growth.real();
+    const bool confirms = std::max(since_template->by_length / drift_, by_disparity / drift_) >=
+                          BaselineDrift::kConfirmingShare;
+    unconfirmed_ = confirms ? std::max(0, unconfirmed_ - 1) : unconfirmed_ + 1;
+    if (unconfirmed_ == BaselineDrift::kFramesToConfirm) drift_ = 0;
 }
 
 double DisparityMonitor::baseline_drift_px() const {

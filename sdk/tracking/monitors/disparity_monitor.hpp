@@ -1,8 +1,10 @@
 // Watches whether disparities change as the left image does. Tissue that comes nearer grows in the
 // image, and keeps its size in mm; a right view that slips sideways in its mount changes
-// disparities alone, and with them all lengths.
+// disparities alone, and with them all lengths. After a jump of the picture, to other tissue or
+// another time, the frames before it are no measure.
 #pragma once
 #include <array>
+#include <complex>
 #include <optional>
 #include <span>
 #include <vector>
@@ -21,28 +23,39 @@ class DisparityMonitor {
     void skip_frame() { ++age_; }
     // The vertices are others from the next frame on.
     void forget_vertices() { places_.clear(); }
+    // The next frame is of another time: what was measured up to now is no measure for it.
+    void begin_anew() {
+        places_.clear();
+        usual_.reset();
+    }
     void reset() { *this = {}; }
 
     // px by which disparities are off since the template was taken; 0: by none that shows.
     double baseline_drift_px() const;
 
-    // Logarithms of how much more disparities grew than the left image did, and than lengths on the
-    // surface shrank.
+    // From one frame to another, or per frame.
     struct Change {
+        // Logarithms of how much more disparities grew than the left image did, and than lengths on
+        // the surface shrank.
         double by_scale = 0, by_length = 0;
+        // The left image's best similarity: logarithm of its scale, with the turn as imaginary
+        // part; and shift of its middle, over the focal length.
+        std::complex<double> growth, shift;
     };
     // A vertex and another one near it; NaN where it is not observed.
     using Places = std::array<std::array<float, 3>, 2>;
 
   private:
-    void judge(const Change& change);
+    void judge(const TemplateData& data, const Change& change, double radius);
+    void confirm(const TemplateData& data);
 
     std::vector<Places> places_, places_now_;  // in the last frame in which many were observed
     int age_ = 0;                              // frames since then
-    std::optional<Change> usual_;              // change per frame
+    std::optional<Change> usual_;              // per frame, in the last one
+    int settling_ = 0;                         // frames left that a jump spoils
     double drift_ = 0;                         // logarithm of the factor on disparities
     double mean_disparity_ = 0;                // px
-    int frames_that_fit_ = 0;                  // the template without a slip, one after the other
+    int unconfirmed_ = 0;  // frames that did not confirm the drift, less those that did
 };
 
 }  // namespace defrec

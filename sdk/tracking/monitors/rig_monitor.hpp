@@ -47,6 +47,8 @@ class RigMonitor {
     // From the next frame on the template, or only the vertices, are others.
     void forget_template();
     void forget_vertices() { state_.disparities.forget_vertices(); }
+    // Frames are missing before the one that begins.
+    void begin_anew() { state_.disparities.begin_anew(); }
 
     // The correction that is due, in place of the one before; none where the error is small.
     std::optional<Rig::ViewShift> due_correction() const;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -80,6 +81,47 @@ Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const Eigen:
     return fit;
 }
 
+// Mean row speed of the matches nearest to one of them, without its own.
+double speed_around(std::span<const RowMatch> matches, size_t at) {
+    struct Neighbour {
+        double squared_distance = std::numeric_limits<double>::infinity(), speed = 0;
+    };
+    std::array<Neighbour, RigRows::kNeighbours> nearest;  // the farthest last
+    for (size_t m = 0; m < matches.size(); ++m) {
+        const double x = matches[m].x - matches[at].x, y = matches[m].y - matches[at].y;
+        Neighbour next{x * x + y * y, matches[m].speed};
+        if (m == at) continue;
+        for (Neighbour& other : nearest)
+            if (next.squared_distance < other.squared_distance) std::swap(next, other);
+    }
+    double sum = 0;
+    for (const Neighbour& neighbour : nearest) sum += neighbour.speed;
+    return sum / double{RigRows::kNeighbours};
+}
+
+// Whether the lag of a fit also shows in what moves around each match. Where a match's row in the
+// left view is wrong, its step and its speed are wrong alike, which looks like a lag.
+bool shows_around(std::span<const RowMatch> matches, const Prior& prior, const Fit& fit) {
+    Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
+    Eigen::Vector4d weighted = prior.weighted;
+    for (size_t m = 0; m < matches.size(); ++m) {
+        const RowMatch& match = matches[m];
+        const Eigen::Vector4d own(1, match.x, match.y, -match.speed),
+            around(1, match.x, match.y, -speed_around(matches, m));
+        const double x = (match.step - own.dot(fit.values)) / RigRows::kTukeyWidths.back(),
+                     inside = std::max(0.0, 1 - x * x),
+                     weight = inside * inside / (RigRows::kStepSigma * RigRows::kStepSigma);
+        information += weight * around * around.transpose();
+        weighted += weight * match.step * around;
+    }
+    const double lag = (prior.information + information).ldlt().solve(weighted)[3],
+                 variance = (prior.information + RigRows::kIndependentShare * information)
+                                .ldlt()
+                                .solve(Eigen::Vector4d::Unit(3))[3];
+    return std::copysign(lag, lag * fit.values[3]) >
+           std::max(RigRows::kMinLag, RigRows::kSignificanceAround * std::sqrt(variance));
+}
+
 }  // namespace
 
 void match_rows(const TemplateData& data, const FrameOutput& output,
@@ -115,7 +157,8 @@ RigEstimate RowMonitor::update(std::span<const RowMatch> matches) {
     const Fit with_lag = fit_rows(matches, prior, mean, RigRows::kTukeyWidths, true);
     const double lag = with_lag.values[3];
     is_late_ =
-        std::abs(lag) > std::max(RigRows::kMinLag, RigRows::kSignificance * with_lag.lag_sigma);
+        std::abs(lag) > std::max(RigRows::kMinLag, RigRows::kSignificance * with_lag.lag_sigma) &&
+        shows_around(matches, prior, with_lag);
     information_ *= RigRows::kMemory;
     weighted_ *= RigRows::kMemory;
     distortion_squares_ *= RigRows::kMemory;

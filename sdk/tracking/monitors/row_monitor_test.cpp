@@ -18,6 +18,7 @@ struct Setting {
     double offset = 0, roll = 0, ratio = 0, lag = 0, speed = 6;
     double distortion = 0;   // px in the corners
     double outliers = 0.15;  // share of the matches that are wrong
+    double left_noise = 0;   // px, of rows in the left view
 };
 
 std::vector<RowMatch> matches_of(const Setting& setting, uint32_t seed, size_t count = 150) {
@@ -34,6 +35,9 @@ std::vector<RowMatch> matches_of(const Setting& setting, uint32_t seed, size_t c
                      setting.lag * match.speed + noise(random) +
                      setting.distortion * 4 * match.x * match.y / (kWidth * kHeight);
         if (share(random) < setting.outliers) match.step += 30 * (share(random) - 0.5);
+        const double wrong = setting.left_noise > 0 ? setting.left_noise * noise(random) / 0.2 : 0;
+        match.step -= wrong;
+        match.speed += wrong;
         matches.push_back(match);
     }
     return matches;
@@ -64,6 +68,31 @@ TEST_CASE("a lag shows in the frames that have it, whole or fractional, late or 
             CHECK(monitor.is_late() == is_late);
             CHECK(estimate.lag_frames == doctest::Approx(setting.lag).epsilon(0.05));
             CHECK(std::abs(estimate.vertical_offset_px) < 0.1);
+        }
+    }
+}
+
+TEST_CASE("rows that are wrong in the left view look like a lag, and are none") {
+    RowMonitor monitor(kWidth, kHeight);
+    for (uint32_t frame = 0; frame < 200; ++frame) {
+        CAPTURE(frame);
+        const RigEstimate estimate =
+            monitor.update(matches_of({.speed = 0.6, .left_noise = 0.5}, frame));
+        CHECK_FALSE(monitor.is_late());
+        CHECK(estimate.lag_frames == 0);
+    }
+}
+
+TEST_CASE("a lag of a single frame shows, also where rows are wrong in the left view") {
+    for (const double left_noise : {0.0, 0.3}) {
+        CAPTURE(left_noise);
+        RowMonitor monitor(kWidth, kHeight);
+        for (uint32_t frame = 0; frame < 60; ++frame) {
+            CAPTURE(frame);
+            Setting setting{.speed = 2, .left_noise = left_noise};
+            if (frame % 20 == 10) setting.lag = 1;
+            monitor.update(matches_of(setting, frame));
+            CHECK(monitor.is_late() == (setting.lag > 0));
         }
     }
 }
