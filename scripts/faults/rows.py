@@ -339,6 +339,22 @@ SECTIONS = (
             (139, "a held motion or a camera's pose that is no rigid motion", "refused"),
         ),
     ),
+    (
+        "The start",
+        (
+            (
+                150,
+                "first frames that are black or blurred",
+                "the template is a later frame's; a recording goes back and follows all from it",
+            ),
+            (
+                151,
+                "points of a frame in which no surface is followed",
+                "lost, with the reason; never looked up in another frame",
+            ),
+            (152, "a recording in which nothing is tracked", "exit code 8"),
+        ),
+    ),
 )
 
 # Tests that are not C++, or why there is none.

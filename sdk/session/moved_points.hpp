@@ -28,10 +28,15 @@ struct MovedPoints {
 class StatusCounts {
   public:
     void add(PointStatus status) { ++rows_[static_cast<std::size_t>(status)]; }
+    bool any_position() const {
+        return count(PointStatus::kTracked) + count(PointStatus::kExtrapolated) > 0;
+    }
     // 0..1; 0 without rows.
     double share(PointStatus status) const;
 
   private:
+    std::size_t count(PointStatus status) const { return rows_[static_cast<std::size_t>(status)]; }
+
     std::size_t rows_[3] = {};
 };
 

@@ -6,6 +6,15 @@
 #include <utility>
 
 namespace defrec::cli {
+namespace {
+
+// mm; points with larger ones that are lifted in a frame before the template's are lost.
+constexpr double kMaxLiftError = 0.4;
+
+// covariance: xx, xy, xz, yy, yz, zz.
+double trace_of(const double* covariance) { return covariance[0] + covariance[3] + covariance[5]; }
+
+}  // namespace
 
 PointFollower::PointFollower(const std::filesystem::path& path, std::vector<FollowedPoint> points,
                              const Rig& rig, RawProjection& projection)
@@ -30,15 +39,43 @@ void PointFollower::keep_found(const std::vector<std::size_t>& places,
                                const std::vector<double>& xyz,
                                const std::vector<std::uint8_t>& found) {
     for (std::size_t i = 0; i < places.size(); ++i) {
+        without_surface_ += found[i] == DEFREC_FOUND_NONE;
         if (found[i] == DEFREC_FOUND_NONE) continue;
         if (found[i] == DEFREC_FOUND_BESIDE) beside_.push_back(place_.size());
         place_.push_back(places[i]);
         template_xyz_.insert(template_xyz_.end(), xyz.begin() + static_cast<std::ptrdiff_t>(3 * i),
                              xyz.begin() + static_cast<std::ptrdiff_t>(3 * i + 3));
     }
+    make_room();
+}
+
+void PointFollower::make_room() {
     moved_.resize(place_.size());
     evidence_.resize(place_.size());
-    looked_up_ += places.size();
+    lift_covariance_.resize(6 * place_.size());
+}
+
+// Leaves those found whose error is small enough, and returns the covariances of all.
+std::vector<double> PointFollower::judge_lifts(defrec_job job, const std::vector<double>& xyz,
+                                               std::vector<std::uint8_t>& found) {
+    std::vector<double> covariance(6 * found.size());
+    require(defrec_job_point_covariances(job, xyz.data(), found.size(), covariance.data(), nullptr),
+            ExitCode::kInternal, "estimating the errors of the points to follow");
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const double variance = trace_of(&covariance[6 * i]);
+        if (found[i] == DEFREC_FOUND_NONE || variance <= kMaxLiftError * kMaxLiftError) continue;
+        found[i] = DEFREC_FOUND_NONE;
+    }
+    return covariance;
+}
+
+// The lift's error is about the same in all frames: the tissue turns little.
+void PointFollower::add_error_of_lift(std::size_t i, PointRow& row) const {
+    const double* covariance = &lift_covariance_[6 * i];
+    const double variance = trace_of(covariance);
+    if (variance <= 0) return;
+    row.expected_error_mm = std::hypot(row.expected_error_mm, std::sqrt(variance));
+    for (std::size_t k = 0; k < 6; ++k) row.covariance[k] += covariance[k];
 }
 
 void PointFollower::lift(const Template& surface, std::int64_t frame, bool may_grow) {
@@ -63,8 +100,24 @@ void PointFollower::lift(const Template& surface, std::int64_t frame, bool may_g
 }
 
 void PointFollower::begin_at(std::int64_t frame) {
-    for (FollowedPoint& point : points_)
-        if (!point.frame) point.frame = frame;
+    // Those of a template that was given up had a surface.
+    const bool came_too_early = newest_ >= frame && !has_forgotten_;
+    for (FollowedPoint& point : points_) {
+        if (point.frame) continue;
+        point.frame = frame;
+        of_lost_frames_ += came_too_early;
+    }
+}
+
+void PointFollower::forget_template() {
+    place_.clear();
+    template_xyz_.clear();
+    lift_covariance_.clear();
+    beside_.clear();
+    pieces_.clear();
+    without_surface_ = 0;
+    has_forgotten_ = true;
+    make_room();
 }
 
 std::int64_t PointFollower::follow(double u, double v, std::int64_t frame) {
@@ -77,14 +130,29 @@ std::int64_t PointFollower::follow(double u, double v, std::int64_t frame) {
 void PointFollower::lift_in(std::int64_t frame, defrec_job job) {
     const std::vector<std::size_t> places = given_in(frame);
     if (places.empty()) return;
+    if (job == nullptr) {
+        of_lost_frames_ += places.size();
+        return;
+    }
     const std::vector<double> pixels = rectified_pixels(places);
     std::vector<double> xyz(3 * places.size());
     std::vector<std::uint8_t> found(places.size());
-    if (job != nullptr) {
-        require(defrec_job_lift_points(job, pixels.data(), places.size(), xyz.data(), found.data()),
-                ExitCode::kInternal, "finding the surface under the points to follow");
-    }
+    require(defrec_job_lift_points(job, pixels.data(), places.size(), xyz.data(), found.data()),
+            ExitCode::kInternal, "finding the surface under the points to follow");
+    if (!sure_from_ || frame >= *sure_from_) return keep_found(places, xyz, found);
+    const auto count_none = [&] {
+        return static_cast<std::size_t>(
+            std::count(found.begin(), found.end(), std::uint8_t{DEFREC_FOUND_NONE}));
+    };
+    const std::size_t without_surface = count_none(), before = place_.size();
+    const std::vector<double> covariance = judge_lifts(job, xyz, found);
+    const std::size_t unsure = count_none() - without_surface;
     keep_found(places, xyz, found);
+    without_surface_ -= unsure;
+    of_lost_frames_ += unsure;
+    auto to = lift_covariance_.begin() + static_cast<std::ptrdiff_t>(6 * before);
+    for (std::size_t i = 0; i < found.size(); ++i)
+        if (found[i] != DEFREC_FOUND_NONE) to = std::copy_n(&covariance[6 * i], 6, to);
 }
 
 void PointFollower::settle(defrec_job job) {
@@ -128,12 +196,18 @@ void PointFollower::warp(defrec_job job) {
             ExitCode::kInternal, "warping the points to follow");
 }
 
-std::size_t PointFollower::points_without_surface() const { return looked_up_ - place_.size(); }
+// Points of a frame before the first one, which never comes.
+void PointFollower::count_earlier(std::int64_t first) {
+    for (const FollowedPoint& point : points_)
+        of_lost_frames_ += point.frame.value_or(first) < first;
+}
 
 std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timestamp_ms,
                                                defrec_job job) {
+    if (!newest_) count_earlier(frame);
     if (job != nullptr) settle(job);
     lift_in(frame, job);
+    newest_ = frame;
     std::vector<PointRow> rows(points_.size());
     for (std::size_t i = 0; i < points_.size(); ++i) {
         rows[i].frame = frame;
@@ -150,6 +224,7 @@ std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timest
         for (std::size_t i = 0; i < place_.size(); ++i) {
             PointRow& row = rows[place_[i]];
             if (!moved_.fill(i, row)) continue;
+            add_error_of_lift(i, row);
             row.evidence = evidence_[i];
             row.piece = pieces_[i];
         }

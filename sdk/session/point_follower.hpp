@@ -20,11 +20,18 @@ class PointFollower {
     PointFollower(const std::filesystem::path& path, std::vector<FollowedPoint> points,
                   const Rig& rig, RawProjection& projection);
 
-    // Finds the surface under the pixels of the frame that gave the template. Before it every row
-    // is lost, and of pixels without surface; but if the template may grow, add_frame() lifts them.
+    // Finds the surface under the pixels without a frame: they are of the image that gave the
+    // template, in this frame. Before it every row is lost, and of pixels without surface; but if
+    // the template may grow, add_frame() lifts them.
     void lift(const Template& surface, std::int64_t frame, bool may_grow);
-    // Pixels without a frame are of this one's image: the template is of another recording.
+    // Pixels without a frame are of this one's image, not of that which gave the template.
     void begin_at(std::int64_t frame);
+    // The template is of this frame, and frames before it are followed as well, which may show the
+    // tissue poorly: the error to be expected where a point is lifted in them stays with the point,
+    // and where it is too large the point is lost.
+    void follow_back_from(std::int64_t frame) { sure_from_ = frame; }
+    // The template was given up: points that were found on it are lost from the next frame on.
+    void forget_template();
     // Takes one more pixel, of the frame's image, with the next free id, which it returns. Before
     // add_frame() of that frame.
     std::int64_t follow(double u, double v, std::int64_t frame);
@@ -38,7 +45,10 @@ class PointFollower {
     std::size_t count() const { return points_.size(); }
     // Counts of all rows written so far.
     const StatusCounts& rows() const { return rows_; }
-    std::size_t points_without_surface() const;
+    // Points whose frame has come: those of pixels without surface, and those of a frame in which
+    // the surface was not followed, or not closely. Without those of a template that was given up.
+    std::size_t points_without_surface() const { return without_surface_; }
+    std::size_t points_of_lost_frames() const { return of_lost_frames_; }
 
   private:
     // The places in points_ of those given in the frame; none: without a frame.
@@ -46,6 +56,11 @@ class PointFollower {
     std::vector<double> rectified_pixels(const std::vector<std::size_t>& places) const;
     void keep_found(const std::vector<std::size_t>& places, const std::vector<double>& xyz,
                     const std::vector<std::uint8_t>& found);
+    void make_room();
+    std::vector<double> judge_lifts(defrec_job job, const std::vector<double>& xyz,
+                                    std::vector<std::uint8_t>& found);
+    void add_error_of_lift(std::size_t i, PointRow& row) const;
+    void count_earlier(std::int64_t first);
     void lift_in(std::int64_t frame, defrec_job job);
     void settle(defrec_job job);
     // Moves the points from the template frame to the job's frame.
@@ -63,8 +78,12 @@ class PointFollower {
     std::uint32_t template_epoch_ = 0;  // in which beside_ was looked up
     MovedPoints moved_;
     std::vector<std::uint8_t> evidence_, pieces_;
+    std::vector<double> lift_covariance_;  // of the points that were found; 0: of the template
+    std::optional<std::int64_t> sure_from_;
     StatusCounts rows_;
-    std::size_t looked_up_ = 0;  // points whose frame has come
+    std::size_t without_surface_ = 0, of_lost_frames_ = 0;
+    bool has_forgotten_ = false;          // a template
+    std::optional<std::int64_t> newest_;  // frame of the last rows
 };
 
 }  // namespace defrec::cli

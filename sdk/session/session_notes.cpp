@@ -26,21 +26,44 @@ constexpr ReasonNote kReasonNotes[] = {
 
 }  // namespace
 
-void SessionNotes::add_late_template(std::int64_t frame, bool has_targets) {
-    const std::string number = std::to_string(frame);
-    add("The first frame could not give a template; it was taken from frame " + number +
-        ", and the points to follow were looked up there.");
-    if (has_targets)
+void SessionNotes::add_frame_of_points(std::int64_t first, bool any) {
+    if (any && first > 0)
+        add("Points to follow without a frame were taken to be pixels of frame " +
+            std::to_string(first) + ", the first of --frames.");
+}
+
+void SessionNotes::add_late_template(const LateTemplate& late) {
+    const std::string number = std::to_string(late.frame);
+    std::string text =
+        late.was_asked_for
+            ? "The template was taken from frame " + number
+            : "The first frame could not give a good template; it was taken from frame " + number;
+    if (late.is_followed_back) text += ", and all frames were followed from it";
+    add(text + ".");
+    if (late.has_targets)
         add("The targets were taken to be given in the left rectified camera of frame " + number +
             ", the template's.");
 }
 
-void SessionNotes::conclude(const PointFollower& points, bool has_template) {
+void SessionNotes::add_given_up(std::int64_t template_frame, std::int64_t frame) {
+    add("The template of frame " + std::to_string(template_frame) + " was given up in frame " +
+        std::to_string(frame) +
+        ", since good frames did not show it; points and targets given before are lost from "
+        "there on.");
+}
+
+void SessionNotes::conclude(const PointFollower& points, bool has_template, bool has_tracked) {
+    const std::string all = " of " + std::to_string(points.count()) + " points to follow ";
     if (const std::size_t count = points.points_without_surface(); count > 0)
-        add(std::to_string(count) + " of " + std::to_string(points.count()) +
-            " points to follow lie where the template has no surface; they are lost in every "
-            "frame.");
-    if (!has_template) add("No frame could give a template; nothing was tracked.");
+        add(std::to_string(count) + all +
+            "lie where the template has no surface; they are lost in every frame.");
+    if (const std::size_t count = points.points_of_lost_frames(); count > 0)
+        add(std::to_string(count) + all +
+            "were given in a frame in which the surface was not followed, or not closely; they "
+            "are lost in every frame.");
+    if (!has_tracked)
+        add(has_template ? kNothingTracked
+                         : "No frame could give a template; nothing was tracked.");
     for (const auto& [reason, text] : kReasonNotes)
         if ((reasons_ & reason) != 0) add(text);
     if (interrupt_requested()) add("Interrupted; the outputs hold the frames tracked until then.");

@@ -10,6 +10,9 @@
 
 namespace defrec::cli {
 
+inline constexpr char kNothingTracked[] =
+    "No point has a position in any frame; nothing was tracked.";
+
 class SessionNotes {
   public:
     void add(std::string note) {
@@ -17,10 +20,18 @@ class SessionNotes {
     }
     // DEFREC_REASON_* of a frame.
     void add_reasons(std::uint32_t reasons) { reasons_ |= reasons; }
-    // The template was taken of this frame, later than the first.
-    void add_late_template(std::int64_t frame, bool has_targets);
-    // At the end of the run, once.
-    void conclude(const PointFollower& points, bool has_template);
+    // Points without a frame are of this one's image, the first that is tracked.
+    void add_frame_of_points(std::int64_t first, bool any);
+    // The template was taken of another frame than the first.
+    struct LateTemplate {
+        std::int64_t frame;
+        bool is_followed_back, was_asked_for, has_targets;
+    };
+    void add_late_template(const LateTemplate& late);
+    // The template of that frame was given up in this one.
+    void add_given_up(std::int64_t template_frame, std::int64_t frame);
+    // At the end of the run, once. has_tracked: any point or target has a position.
+    void conclude(const PointFollower& points, bool has_template, bool has_tracked);
 
     std::span<const std::string> all() const { return notes_; }
 

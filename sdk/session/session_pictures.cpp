@@ -110,8 +110,9 @@ std::string SessionPictures::finish_overlay() {
     return overlay_->note();
 }
 
-void SessionPictures::finish_report(std::span<const std::string> notes) {
+void SessionPictures::finish_report(const std::string& origin, std::span<const std::string> notes) {
     if (!report_) return;
+    report_->meta().facts.emplace_back("Template", origin);
     report_->meta().notes.insert(report_->meta().notes.end(), notes.begin(), notes.end());
     report_->finish();
 }

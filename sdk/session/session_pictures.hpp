@@ -46,7 +46,8 @@ class SessionPictures {
     void finish_recording();
     // Returns a note on the overlay, empty for none.
     std::string finish_overlay();
-    void finish_report(std::span<const std::string> notes);
+    // origin: of the template.
+    void finish_report(const std::string& origin, std::span<const std::string> notes);
 
   private:
     std::unique_ptr<OverlayWriter> open_overlay(const std::string& name) const;

@@ -23,6 +23,8 @@ class TargetFollower {
 
     // The frame that gives the template. Before it every row is lost.
     void prepare(const Template& surface);
+    // The template was given up: every row is lost from the next frame on.
+    void forget_template() { prepared_.reset(); }
     // Writes a row for each target, and returns them. job is null where the frame has no result to
     // be trusted; every row is then lost.
     std::vector<TargetRow> add_frame(std::int64_t frame, double timestamp_ms, defrec_job job);

@@ -1,6 +1,7 @@
 // `defrec track`.
 #include "sdk/session/track_session.hpp"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdio>
@@ -25,6 +26,7 @@
 #include "sdk/session/session_notes.hpp"
 #include "sdk/session/session_pictures.hpp"
 #include "sdk/session/target_follower.hpp"
+#include "sdk/session/template_search.hpp"
 #include "sdk/session/trace_file.hpp"
 #include "sdk/session/track_summary.hpp"
 
@@ -34,6 +36,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFramesInFlight = 2;
+constexpr std::int64_t kLongestWayBack = 32;  // frames, which are in memory at once
 
 cv::Mat left_image(const StereoFrame& frame) {
     return {frame.left.height, frame.left.width, CV_8UC(frame.left.channels),
@@ -96,6 +99,11 @@ struct Followed {
                     out / "summary.json", out / "template.ply", out / "overlay.mp4",
                     out / "report.html", options.recordings.trace, options.template_files.save});
         targets = read_targets(options.targets);
+    }
+
+    bool any_without_frame() const {
+        return std::any_of(points.begin(), points.end(),
+                           [](const FollowedPoint& point) { return !point.frame; });
     }
 
     std::vector<FollowedPoint> points;
@@ -186,6 +194,7 @@ class TrackSession {
           link_(options, progress_),
           setup_(options, calibration_),
           followed_(options, source_),
+          points_of_first_(!options.points.empty() && followed_.any_without_frame()),
           folder_((create_output_folder(options.out), options.out)),
           folder_lock_(folder_),
           points_(folder_ / "points.csv", std::move(followed_.points), setup_.rig,
@@ -194,6 +203,7 @@ class TrackSession {
             targets_.emplace(folder_ / kTargetsFile, std::move(followed_.targets),
                              setup_.projection);
         create_tracker();
+        notes_.add_frame_of_points(options_.source.range.first, points_of_first_);
         if (options_.recordings.meshes) create_output_folder(folder_ / "deformed");
         as_output([&] {
             if (!options_.recordings.trace.empty())
@@ -236,29 +246,75 @@ class TrackSession {
     // The tracker's present one.
     struct SeenTemplate {
         std::uint32_t epoch = 0;
-        std::optional<std::int64_t> frame;  // that gave the first one
+        std::optional<std::int64_t> frame;  // that gave it, before it grew
         // Shared with frames that wait to be sent.
         std::shared_ptr<const std::vector<std::uint32_t>> triangles;
-        bool has_points = false;  // their frame has come; where the template was given
+        bool has_grid = false;  // the grid's frame has come; where the template was given
     };
 
     void create_tracker() {
         desc_.device_id = setup_.device.id.c_str();
         // Nobody asks for what lies beneath the surface.
         if (!targets_) desc_.body = DEFREC_BODY_OFF;
+        const ExitCode refusal = options_.config.empty() ? ExitCode::kInternal : ExitCode::kUsage;
+        if (!is_loaded()) found_ = search_template(refusal);
         defrec_tracker tracker = nullptr;
         require(defrec_tracker_create(setup_.context.get(), setup_.rig.get(), &desc_, &tracker),
-                options_.config.empty() ? ExitCode::kInternal : ExitCode::kUsage,
-                "creating the tracker");
+                refusal, "creating the tracker");
         tracker_.reset(tracker);
-        if (options_.template_files.load.empty()) return;
+        if (found_) {
+            follow(found_->surface, "frame " + std::to_string(found_->frame.index));
+            points_.follow_back_from(found_->frame.index);
+            go_back();
+        }
+        if (!is_loaded()) return;
         defrec_template handle = nullptr;
         require(defrec_template_load(setup_.context.get(), options_.template_files.load.c_str(),
                                      &handle),
                 ExitCode::kInput, "reading the template");
-        const Template surface(handle);
+        follow(Template(handle), options_.template_files.load);
+    }
+
+    bool is_loaded() const { return !options_.template_files.load.empty(); }
+
+    void follow(const Template& surface, const std::string& origin) const {
         require(defrec_tracker_set_template(tracker_.get(), surface.get()), ExitCode::kInput,
-                "following the template of " + options_.template_files.load);
+                "following the template of " + origin);
+    }
+
+    // A later frame's, from which a recording goes back to its first one.
+    std::optional<FoundTemplate> search_template(ExitCode refusal) const {
+        const TemplateSearchInput input{setup_.context, setup_.rig, desc_, options_.source,
+                                        refusal};
+        if (source_.is_live()) {
+            if (options_.template_frame)
+                throw CliError(ExitCode::kUsage,
+                               "--template-frame is for recordings: cameras do not go back.");
+            return {};
+        }
+        if (options_.template_frame) return capture_template_of(input, *options_.template_frame);
+        return find_template(input);
+    }
+
+    // Follows the frames from the template's back to the second one, whose results nobody sees: the
+    // first frame is then the neighbour of one that was followed, and not a search.
+    void go_back() const {
+        SourceOptions options = options_.source;
+        const std::int64_t first = options.range.first, end = found_->frame.index;
+        if (end <= first || end - first > kLongestWayBack) return;
+        options.range = {first + 1, end + 1};
+        FrameSource source(options);
+        std::vector<StereoFrame> frames(static_cast<std::size_t>(end - first));
+        for (StereoFrame& frame : frames)
+            if (interrupt_requested() || !source.next(frame)) return;
+        const double mirror = 2 * (frames.front().timestamp_ms - 1000.0 / source.fps());
+        for (auto frame = frames.rbegin(); frame != frames.rend(); ++frame) {
+            // As far before the first frame as they are after it.
+            frame->timestamp_ms = mirror - frame->timestamp_ms;
+            const Job job = submit(tracker_, *frame);
+            require(defrec_job_wait(job.get(), UINT64_MAX), ExitCode::kInternal,
+                    "frame " + std::to_string(frame->index));
+        }
     }
 
     Projector projector() {
@@ -345,11 +401,14 @@ class TrackSession {
                 "reading the result");
         if (trace_)
             as_output([&] { trace_->add_device(frame.index, result, pending.submitted, done); });
-        if (result.template_epoch != template_.epoch) take_template(pending, result.template_epoch);
-        if (!options_.template_files.load.empty() && !template_.has_points &&
-            has_geometry(result)) {
+        if (result.template_epoch == 0) {
+            if (template_.frame) give_up_template(frame.index);
+        } else if (result.template_epoch != template_.epoch) {
+            take_template(pending, result.template_epoch);
+        }
+        if (is_loaded() && !template_.has_grid && has_geometry(result)) {
             points_.begin_at(frame.index);
-            template_.has_points = true;
+            template_.has_grid = true;
         }
         write_result(pending, result);
         trace_host("result", frame, begin, TraceFile::Clock::now());
@@ -386,15 +445,34 @@ class TrackSession {
         template_.epoch = epoch;
         template_.triangles = std::make_shared<const std::vector<std::uint32_t>>(record.triangles);
         if (template_.frame) return pictures_->change_template(record);
-        const std::int64_t frame = pending.frame.index;
-        template_.frame = frame;
+        const StereoFrame& origin = found_ ? found_->frame : pending.frame;
+        template_.frame = origin.index;
         write_template(info, record);
-        const bool is_captured = options_.template_files.load.empty();
-        if (is_captured) points_.lift(surface, frame, desc_.grow != 0);
-        if (targets_) targets_->prepare(surface);
-        pictures_->set_template(record, left_image(pending.frame));
-        if (is_captured && frame != options_.source.range.first)
-            notes_.add_late_template(frame, targets_.has_value());
+        begin_points(surface);
+        if (targets_ && !has_given_up_) targets_->prepare(surface);
+        pictures_->set_template(record, left_image(origin));
+        if (!is_loaded() && origin.index != options_.source.range.first)
+            notes_.add_late_template({origin.index, found_.has_value(),
+                                      options_.template_frame.has_value(), targets_.has_value()});
+    }
+
+    // Points of a file are of the first image, the grid is of the template's.
+    void begin_points(const Template& surface) {
+        const std::int64_t first = options_.source.range.first;
+        const bool is_grid = options_.points.empty();
+        if (!is_loaded() && (is_grid || (!found_ && template_.frame == first)))
+            points_.lift(surface, *template_.frame, desc_.grow != 0);
+        else if (!is_grid)
+            points_.begin_at(first);
+    }
+
+    // What was found on it has no place on the next one.
+    void give_up_template(std::int64_t frame) {
+        notes_.add_given_up(*template_.frame, frame);
+        points_.forget_template();
+        if (targets_) targets_->forget_template();
+        template_ = {};
+        has_given_up_ = true;
     }
 
     void write_template(const defrec_template_info& info, const TemplateRecord& record) const {
@@ -434,7 +512,7 @@ class TrackSession {
     // reported. Returns the summary.
     nlohmann::ordered_json finish(double seconds, std::exception_ptr& failure) {
         notes_.add(source_.fault());
-        notes_.conclude(points_, template_.frame.has_value());
+        notes_.conclude(points_, template_.frame.has_value(), has_tracked());
         const auto attempt = [&](const std::function<void()>& function) {
             try {
                 as_output(function);
@@ -453,7 +531,7 @@ class TrackSession {
         attempt([&] { write_frames(folder_ / "frames.csv", rows_); });
         attempt([&] { pictures_->finish_recording(); });
         attempt([&] { notes_.add(pictures_->finish_overlay()); });
-        attempt([&] { pictures_->finish_report(notes_.all()); });
+        attempt([&] { pictures_->finish_report(origin_of_template(), notes_.all()); });
         const nlohmann::ordered_json summary =
             summarise_track({options_, setup_.device, calibration_, rig_info(setup_.rig), rows_,
                              points_, targets_ ? &*targets_ : nullptr, notes_.all(),
@@ -462,11 +540,21 @@ class TrackSession {
         return summary;
     }
 
+    std::string origin_of_template() const {
+        if (is_loaded()) return options_.template_files.load;
+        return template_.frame ? "frame " + std::to_string(*template_.frame) : "none";
+    }
+
+    // Any point or target has a position in any frame.
+    bool has_tracked() const {
+        return points_.rows().any_position() || (targets_ && targets_->rows().any_position());
+    }
+
     int report_end(const nlohmann::ordered_json& summary) const {
         if (!options_.quiet) {
             for (const std::string& note : notes_.all()) print_notice(note);
-        } else if (!source_.fault().empty()) {
-            print_notice(source_.fault());
+        } else if (!source_.fault().empty() || !has_tracked()) {
+            print_notice(source_.fault().empty() ? kNothingTracked : source_.fault());
         }
         if (options_.json) {
             print(json_text(summary, 2) + "\n");
@@ -474,7 +562,8 @@ class TrackSession {
             print(summary_text(summary, folder_));
         }
         if (interrupt_requested()) return static_cast<int>(ExitCode::kInterrupted);
-        return static_cast<int>(source_.fault().empty() ? ExitCode::kOk : ExitCode::kInput);
+        if (!source_.fault().empty()) return static_cast<int>(ExitCode::kInput);
+        return static_cast<int>(has_tracked() ? ExitCode::kOk : ExitCode::kNothingTracked);
     }
 
     const TrackOptions options_;
@@ -485,11 +574,14 @@ class TrackSession {
     LinkOutput link_;
     Setup setup_;
     Followed followed_;  // until the followers have it
+    const bool points_of_first_;
     fs::path folder_;
     OutputFolderLock folder_lock_;
     PointFollower points_;
     std::optional<TargetFollower> targets_;  // empty where none were given
     Tracker tracker_;
+    std::optional<FoundTemplate> found_;  // that the tracker was given
+    bool has_given_up_ = false;           // a template, with what was found on it
     std::optional<TraceFile> trace_;
     std::unique_ptr<SessionPictures> pictures_;
     std::deque<Pending> pending_;

@@ -34,6 +34,7 @@ struct TrackOptions {
     std::uint64_t deadline_ns = 0;  // of each frame, from its submission; 0: none
     bool grow = false;
     TemplateFiles template_files;
+    std::optional<std::int64_t> template_frame;  // of the recording; none: the program looks for it
     RecordingOptions recordings;
     LinkOptions link;
     std::optional<std::uint16_t> view_port;  // of the live view; 0: any that is free
@@ -43,8 +44,8 @@ struct TrackOptions {
     bool quiet = false, json = false;
 };
 
-// Returns the exit code: 0, 3 when the input ended early, 130 when interrupted; in both cases the
-// outputs hold what was tracked. Throws CliError for everything else.
+// Returns the exit code: 0, 3 when the input ended early, 8 when nothing was tracked, 130 when
+// interrupted; in all cases the outputs hold what was tracked. Throws CliError for everything else.
 int run_track(const TrackOptions& options);
 
 }  // namespace defrec::cli

@@ -84,7 +84,9 @@ void add_shares(const StatusCounts& rows, Json& json) {
 }
 
 Json points_json(const PointFollower& points) {
-    Json json{{"count", points.count()}, {"without_surface", points.points_without_surface()}};
+    Json json{{"count", points.count()},
+              {"without_surface", points.points_without_surface()},
+              {"of_lost_frames", points.points_of_lost_frames()}};
     add_shares(points.rows(), json);
     return json;
 }
@@ -191,6 +193,8 @@ std::string summary_text(const Json& summary, const std::filesystem::path& folde
             .append(",");
     }
     text.back() = '\n';
+    if (const Json& frame = summary["template_frame"]; !frame.is_null())
+        text += "template of frame " + std::to_string(frame.get<std::int64_t>()) + "\n";
     text += shares_text("points", summary["points"]);
     if (!summary["targets"].is_null()) text += shares_text("targets", summary["targets"]);
     const Json& frame = summary["stages"]["frame"];

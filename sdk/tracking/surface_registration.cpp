@@ -78,6 +78,7 @@ void SurfaceRegistration::process(Frame& frame) {
     FrameAttempt& attempt = register_surface(frame);
     correct_rig();
     conclude(frame, attempt);
+    judge_template(frame);
 }
 
 // The device observes the frame, and registers it unless the host has to see it first.
@@ -180,18 +181,24 @@ bool SurfaceRegistration::look_at_images(Frame& frame) {
         !finding.right.shows || frame.left_is_frozen || finding.right.is_frozen_alone;
     // What an interlaced frame shows is of two times as well, but its depth is better than none.
     frame.spoils_rows = frame.has_one_view || (frame.reasons & DEFREC_REASON_INTERLACED) != 0;
-    frame.captures = !frame.spoils_rows && (!surface_.has_template() || asks_for_template(job));
+    frame.is_first = !surface_.has_template();
+    frame.captures = !frame.spoils_rows && (frame.is_first || asks_for_template(job));
     return finding.left.shows;
 }
 
 // A template keeps the depth that it was captured with: where its own frame shows that the rig
-// wants correction, it is captured again.
+// wants correction, it is captured again. One that its own frame does not show is none.
 void SurfaceRegistration::capture_and_register(Frame& frame) {
     const uint32_t reasons = frame.reasons;
     for (int corrections = 0;; ++corrections) {
         const bool is_captured = capture(frame);
         if (!surface_.has_template()) return conclude_without_template(frame);
         FrameAttempt& attempt = register_surface(frame);
+        if (frame.is_first && !attempt.quality.found) {
+            frame.reasons |= DEFREC_REASON_LOW_CONTRAST;
+            surface_.recapture();
+            return give_up_template(frame);
+        }
         if (!correct_rig() || corrections == decisions::RigRows::kMostCorrections)
             return conclude(frame, attempt);
         frame.images.reset();
@@ -210,6 +217,7 @@ bool SurfaceRegistration::capture(Frame& frame) {
         return false;
     }
     adopt(std::make_shared<const Template>(std::move(*data), frame.job.services()), true);
+    if (!asks_for_template(frame.job)) trial_.begin(frame.job.memory.output.summary->features);
     if (to_adopt_ != nullptr) frames_.end_template(*std::exchange(to_adopt_, nullptr));
     return true;
 }
@@ -222,8 +230,40 @@ void SurfaceRegistration::adopt(std::shared_ptr<const Template> surface, bool is
     surface_.adopt(std::move(next), is_observed);
     rig_monitor_.forget_template();
     growth_.reset();
+    trial_.end();
     cut_monitor_.reset();
     cut_.reset();
+}
+
+// Whether enough of the template is seen again in its own frame.
+bool SurfaceRegistration::shows_template(const Frame& frame, const FrameAttempt& attempt) const {
+    const SurfaceSamples samples = frame.job.memory.output.samples;
+    size_t shown = 0;
+    for (size_t i = 0; i < samples.size(); ++i)
+        shown +=
+            samples[i].observation == DEFREC_OBSERVED && attempt.photometric().is_confirmed[i] != 0;
+    return static_cast<double>(shown) >=
+           decisions::TemplateTrial::kMinShown * static_cast<double>(samples.size());
+}
+
+// After a frame with a template that it did not give.
+void SurfaceRegistration::judge_template(Frame& frame) {
+    if (frame.spoils_rows) return;
+    const bool is_found = frame.job.result.state != DEFREC_LOST;
+    if (trial_.add_frame(is_found, frame.job.result.evidence.features)) give_up_template(frame);
+}
+
+// The application hears of it by a frame without a template; the next one gives another.
+void SurfaceRegistration::give_up_template(Frame& frame) {
+    frame.shows_cuts = frame.may_grow = false;
+    prefetched_.reset();  // it was observed in the template's range of depths
+    surface_.give_up();
+    pipeline_.forget_template();
+    growth_.reset();
+    trial_.end();
+    cut_monitor_.reset();
+    cut_.reset();
+    conclude_without_template(frame);
 }
 
 void SurfaceRegistration::change_template(TemplateData changed,
@@ -261,6 +301,8 @@ bool SurfaceRegistration::grow() {
 FrameAttempt& SurfaceRegistration::register_surface(Frame& frame) {
     frame.job.make_room(surface_.data());
     FrameAttempt* attempt = &attempt_first(frame);
+    if (frame.captures && frame.is_first && !shows_template(frame, *attempt))
+        attempt->quality.found = false;
     // The frame jumped to another part of the map than it was expected in.
     if (pipeline_.solved_part() &&
         (!attempt->quality.found || !pipeline_.solved_all_seen(frame.job.memory.output.motions)))

@@ -18,6 +18,7 @@
 #include "sdk/tracking/monitors/cut_monitor.hpp"
 #include "sdk/tracking/monitors/image_check.hpp"
 #include "sdk/tracking/monitors/stale_vertices.hpp"
+#include "sdk/tracking/monitors/template_trial.hpp"
 #include "sdk/tracking/tracked_surface.hpp"
 
 namespace defrec {
@@ -53,6 +54,7 @@ class SurfaceRegistration {
         const FrameAttempt* committed = nullptr;
         RigEstimate rig_estimate{};
         bool captures = false;  // a template
+        bool is_first = false;  // there was no template before it
         // One view shows nothing of now, so that nothing is known that takes both.
         bool has_one_view = false;
         bool left_is_frozen = false;  // while the right view is not
@@ -80,6 +82,9 @@ class SurfaceRegistration {
 
     void capture_and_register(Frame& frame);
     bool capture(Frame& frame);
+    bool shows_template(const Frame& frame, const FrameAttempt& attempt) const;
+    void judge_template(Frame& frame);
+    void give_up_template(Frame& frame);
     void adopt(std::shared_ptr<const Template> surface, bool is_observed);
     void change_template(TemplateData data, std::vector<defrec_motion> motions);
     bool release_cut();
@@ -119,6 +124,7 @@ class SurfaceRegistration {
     ImageCheck images_;
     RigMonitor rig_monitor_;
     StaleVertices stale_;  // of this frame
+    TemplateTrial trial_;
     CutMonitor cut_monitor_;
     std::optional<CutLine> cut_;    // that is released with the next frame
     bool is_depth_spoilt_ = false;  // in the last frame, by the right view's lag

@@ -80,6 +80,12 @@ void TrackedSurface::recapture() {
     --template_epoch_;
 }
 
+void TrackedSurface::give_up() {
+    is_tracking_ = false;
+    const std::lock_guard lock(mutex_);
+    template_.reset();
+}
+
 uint32_t TrackedSurface::found(std::span<const defrec_motion> motions, bool is_degraded,
                                const PieceEvidences& pieces, bool uses_depth) {
     uint32_t state = !is_tracking_ ? DEFREC_RELOCALISED

@@ -50,6 +50,9 @@ class TrackedSurface {
     // the same template, made better.
     void recapture();
 
+    // There is none any more.
+    void give_up();
+
     // The members below need a template.
     bool has_template() const { return template_ != nullptr; }
     const std::shared_ptr<const Template>& surface() const { return template_; }

@@ -12,6 +12,7 @@ import math
 import os
 import pathlib
 import re
+import warnings
 from dataclasses import dataclass
 from typing import (
     Any,
@@ -84,7 +85,7 @@ class TrackedFrame:
     result: Result
     """State, reasons, surface and everything else that the library says of the frame."""
     points: Optional[FollowedPoints]
-    """None before there is a template."""
+    """None while there is no template."""
 
     @property
     def state(self) -> State:
@@ -255,12 +256,13 @@ class Tracking(Iterator[TrackedFrame]):
         self._timestamps = iter(timestamps_ns)
         self.context = Context()
         self.rig: Rig = rig_of(self.context, calibration, self.width, self.height)
+        self._is_grid = points is None
         self._pixels = self.rig._rectify_pixels(
             "points", _grid(self.width, self.height) if points is None else points
         )
         self.tracker = Tracker(self.context, self.rig, device_id, **options)
         self._has_body = options.get("body", BodyMode.ON) == BodyMode.ON
-        self._xyz: Any = None  # of the points, template frame
+        self._xyz: Any = None  # of the points, template frame; None: there is no template
         self._found: List[bool] = []
         self._pending: Deque[Any] = collections.deque()  # left images of frames that are computed
         self._count = 0
@@ -316,12 +318,10 @@ class Tracking(Iterator[TrackedFrame]):
 
     def _follow(self, job: Job, result: Result) -> Optional[FollowedPoints]:
         if len(result.vertices) == 0:
+            self._xyz = None  # of a template that was given up
             return None
         if self._xyz is None:
-            with job.template() as template:
-                self._await_body(template)
-                lifted = template.lift(self._pixels)
-            self._xyz, self._found = lifted.xyz, lifted.found.tolist()
+            self._lift(job)
         moved, errors = job.warp_points(self._xyz), job.point_covariances(self._xyz)
         evidence = errors.evidence
         for i, found in enumerate(self._found):
@@ -331,6 +331,19 @@ class Tracking(Iterator[TrackedFrame]):
         return FollowedPoints(
             uv, moved.xyz, moved.status, moved.expected_error_mm, errors.covariance, evidence
         )
+
+    def _lift(self, job: Job) -> None:
+        """Points that were given are of the first image, the grid is of the template's."""
+        with job.template() as template:
+            self._await_body(template)
+            lifted = template.lift(self._pixels)
+        self._xyz, self._found = lifted.xyz, lifted.found.tolist()
+        if self._count > 0 and not self._is_grid:
+            self._found = [False] * len(self._found)
+            warnings.warn(
+                f"the template is of image {self._count}: the points, which are of the first one,"
+                " are lost"
+            )
 
     def _await_body(self, template: Template) -> None:
         """What is told of points then depends on the frames alone, as with `defrec track`."""
@@ -369,7 +382,9 @@ def track(
         tracker from waiting for the next one.
     calibration: a file of OpenCV or a mapping with M1 D1 M2 D2 R T (mm), a Calibration, or the
         Camera of rectified images.
-    points: (n, 2) pixels of the first left image to follow; None: a grid of 16 x 9.
+    points: (n, 2) pixels of the first left image to follow; None: a grid of 16 x 9 in the image
+        that gives the template. Where that is a later one than the first, points that were given
+        are lost, with a warning.
     fps, timestamps_ns: times of the frames, by their rate or each by itself, ns.
     device_id, options: of Tracker.
 

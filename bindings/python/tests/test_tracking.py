@@ -11,6 +11,7 @@ import pathlib
 import sys
 import unittest
 import unittest.mock
+import warnings
 
 from PIL import Image
 
@@ -143,6 +144,21 @@ class Track(unittest.TestCase):
             images(LEFT), images(RIGHT), CALIBRATION, device_id="cpu", frames_in_flight=1
         ):
             self.assertEqual(len(taken), 2 * (frame.index + 1))
+
+    def test_points_of_a_black_first_image_are_lost_and_a_grid_is_not(self):
+        black = memoryview(bytes(3 * 320 * 240)).cast("B", (240, 320, 3))
+        left, right = ([black, *list(_read(folder))[1:3]] for folder in (LEFT, RIGHT))
+        options = {"device_id": "cpu", "format": defrec.Format.RGB8}
+        with self.assertWarnsRegex(UserWarning, "template is of image 1: the points"):
+            frames = list(defrec.track(left, right, CALIBRATION, points(), **options))
+        self.assertIsNone(frames[0].points)
+        for frame in frames[1:]:
+            self.assertGreater(len(frame.result.vertices), 0)
+            self.assertEqual(set(frame.points.status.tolist()), {defrec.PointStatus.UNKNOWN})
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            frames = list(defrec.track(left, right, CALIBRATION, **options))
+        self.assertIn(defrec.PointStatus.OBSERVED, frames[1].points.status.tolist())
 
     def test_a_notebook_shows_a_frame(self):
         frame = next(start(points=points()))

@@ -36,8 +36,8 @@ constexpr const char* kFooter =
     "\n"
     "Exit codes: 0 done, 2 usage, 3 input unreadable or cut short, 4 calibration invalid, 5 no "
     "device,\n"
-    "7 output failed, 130 interrupted. After 3 and 130 the results hold the frames tracked "
-    "until then.";
+    "7 output failed, 8 nothing tracked, 130 interrupted. After 3 and 130 the results hold the "
+    "frames tracked until then.";
 
 void add_input_options(CLI::App& command, TrackOptions& options) {
     SourceOptions& source = options.source;
@@ -67,8 +67,8 @@ void add_input_options(CLI::App& command, TrackOptions& options) {
     add_units_option(command, options.units);
     command
         .add_option("--points", options.points,
-                    "CSV id,u,v: pixels of the first left image to follow, or with a column frame "
-                    "of that frame's; default: a grid")
+                    "CSV id,u,v: pixels to follow of the first left image that is tracked, or "
+                    "with a column frame of that frame's; default: a grid in the template's image")
         ->type_name("F");
     command
         .add_option("--targets", options.targets,
@@ -108,6 +108,13 @@ void add_tracking_options(CLI::App& command, TrackOptions& options) {
                     "Follow the template of this file, which an earlier run saved, instead of one "
                     "of the first frame")
         ->type_name("F");
+    command
+        .add_option("--template-frame", options.template_frame,
+                    "Take the template of this frame of the recording, counted from 0; default: of "
+                    "the first one that shows the tissue well")
+        ->type_name("N")
+        ->check(CLI::Range(std::int64_t{0}, std::int64_t{1'000'000'000}))
+        ->excludes("--from-template");
     command
         .add_option("--save-template", options.template_files.save,
                     "Save the template at the end, with all tissue that joined it")

@@ -38,7 +38,7 @@ void track_clip(const ClipTask& task, TrackOptions options) {
     options.recordings.overlay = options.recordings.report = false;
     options.quiet = true;
     const auto code = static_cast<ExitCode>(run_track(options));
-    if (code == ExitCode::kOk) return;
+    if (code == ExitCode::kOk || code == ExitCode::kNothingTracked) return;
     const nlohmann::json summary = read_summary(task.out);
     std::string notes;
     for (const auto& note : summary["notes"])

@@ -278,6 +278,27 @@ struct FrameFound {
     static constexpr double kOtherTissueShare = 0.12;
 };
 
+// Whether a template that the tracker captured by itself stands.
+// Source: first frames blurred by sigma 3 to 25 px, [sound-start]
+struct TemplateTrial {
+    // share of the vertices | that the template's own frame must show again, in depth and in the
+    //   image: less cannot be followed | 0.24 and more in sharp frames, 0.46 at sigma 3, 0.06 at 6
+    static constexpr double kMinShown = 0.1;
+    // features | of a frame by which a template is judged, at least
+    static constexpr uint32_t kMinFeatures = 60;
+    // of the features of the template's own frame | a frame with as many shows more of the tissue;
+    //   where it is lost, it counts against the template | 2.9 and more at sigma 3
+    static constexpr double kRicher = 2;
+    // of the features of the template's own frame | a lost frame with as many counts while no
+    //   frame has found the template
+    static constexpr double kAsRich = 0.5;
+    // frames | that count, since the last that found the template: it is given up | a jolt of the
+    //   camera may lose two
+    static constexpr uint32_t kLostFrames = 3;
+    // frames | that show more and find the template all the same: it is judged no longer
+    static constexpr uint32_t kFoundFrames = 10;
+};
+
 // From where on a frame that was found has a reason. TrackerSettings has these members as well as
 // the options: one that becomes an option goes from here to the header, under the same name.
 struct Reasons {

@@ -335,6 +335,11 @@ void Pipeline::set_template(const TemplateData& data) {
     template_ = std::move(stages);
 }
 
+void Pipeline::forget_template() {
+    template_.reset();
+    if (settings_.disparities == 0) search(widest_range_);
+}
+
 void Pipeline::expect_template() const {
     if (template_ == nullptr) fail(DEFREC_ERROR_INTERNAL, "there is no template to follow");
 }

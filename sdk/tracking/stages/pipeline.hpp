@@ -66,6 +66,8 @@ class Pipeline {
     // Makes the stages and buffers for this template, and waits for all that was queued before.
     // Keeps what it had if it fails.
     void set_template(const TemplateData& data);
+    // Disparities are searched as before there was a template. Nothing is queued.
+    void forget_template();
     // Follows the template into the frame, starting from these motions. The device may still be at
     // it on return. Where that fails, the frame stays the caller's, as it was. Throws
     // Error(DEFREC_ERROR_INTERNAL) without a template.
