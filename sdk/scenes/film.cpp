@@ -266,7 +266,10 @@ void Film::photograph(bool is_left) {
 
 PictureRequest Film::request_for(const FrameState& state, bool is_left) const {
     PictureRequest request;
-    const Eigen::Vector3d lamp(0.5 * scene_.rig.translation.norm(), -3.0, 0.0);
+    const Eigen::Vector3d lamp =
+        scene_.has_coaxial_light
+            ? Eigen::Vector3d(-0.5 * scene_.rig.rotation.transpose() * scene_.rig.translation)
+            : Eigen::Vector3d(0.5 * scene_.rig.translation.norm(), -3.0, 0.0);
     request.lighting.lamp =
         is_left ? lamp : Eigen::Vector3d(scene_.rig.rotation * lamp + scene_.rig.translation);
     request.lighting.distance = scene_.rig.depth;

@@ -14,6 +14,18 @@ Eigen::Vector2d distorted(const Eigen::Vector2d& n, const std::array<double, 5>&
             y * radial + k[2] * (r2 + 2.0 * y * y) + 2.0 * k[3] * x * y};
 }
 
+StereoRig microscope_at(int width, int height, const Working& at) {
+    StereoRig rig;
+    rig.width = width;
+    rig.height = height;
+    rig.rectified = false;
+    rig.depth = at.distance;
+    const double focal = width * at.distance / at.field;
+    rig.left = {focal, focal, 0.5 * (width - 1), 0.5 * (height - 1), {}};
+    rig.right = rig.left;
+    return rig;
+}
+
 }  // namespace
 
 Eigen::Vector2d Lens::project(const Eigen::Vector3d& point) const {
@@ -32,6 +44,23 @@ Eigen::Vector2d Lens::ray(const Eigen::Vector2d& pixel) const {
         }
     }
     return n;
+}
+
+StereoRig make_microscope(int width, int height, const Working& at, double baseline) {
+    StereoRig rig = microscope_at(width, height, at);
+    const double half_disparity = 0.5 * width * baseline / at.field;
+    rig.left.cx -= half_disparity;
+    rig.right.cx += half_disparity;
+    rig.translation = {-baseline, 0, 0};
+    return rig;
+}
+
+StereoRig make_toe_in(int width, int height, const Working& at, double angle) {
+    StereoRig rig = microscope_at(width, height, at);
+    rig.rotation = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    const Eigen::Vector3d meeting(0, 0, at.distance);
+    rig.translation = meeting - rig.rotation * meeting;
+    return rig;
 }
 
 StereoRig make_rig(int width, int height, bool rectified) {

@@ -33,4 +33,15 @@ struct StereoRig {
 /// small rotation and vertical offsets.
 StereoRig make_rig(int width, int height, bool rectified);
 
+/// Where the views of a stereo microscope meet.
+struct Working {
+    double distance, field;  ///< mm; field: that the width shows there
+};
+
+/// A stereo microscope whose views have the same place in the middle. Parallel axes, principal
+/// points apart: both views share one objective.
+StereoRig make_microscope(int width, int height, const Working& at, double baseline);
+/// Two cameras that are turned towards each other, at the same distance.
+StereoRig make_toe_in(int width, int height, const Working& at, double angle);
+
 }  // namespace defrec::cli

@@ -7,6 +7,7 @@
 #include "sdk/scenes/body_scenes.hpp"
 #include "sdk/scenes/camera_scenes.hpp"
 #include "sdk/scenes/contact_scenes.hpp"
+#include "sdk/scenes/microscope_scenes.hpp"
 #include "sdk/scenes/noise.hpp"
 #include "sdk/scenes/picture_scenes.hpp"
 #include "sdk/scenes/scene_setting.hpp"
@@ -160,6 +161,7 @@ struct Entry {
     double curvature = 0;                                     ///< as Surface has it
     Body (*body)(const SceneParameters&) = nullptr;           ///< of a scene with an elastic body
     double bend = 1;                                          ///< as Surface has it
+    StereoRig (*rig)(const SceneParameters&, int width, int height) = nullptr;  ///< of its own
 };
 
 /// Whose organs are numbered.
@@ -397,6 +399,34 @@ std::vector<Entry> recording_entries() {
     };
 }
 
+std::vector<Entry> microscope_entries() {
+    const auto entry = [](const std::string& name, const std::string& summary,
+                          const SceneParameter& apart, double field,
+                          StereoRig (*rig)(const SceneParameters&, int, int)) {
+        Entry it{{name, summary, false},
+                 {.mottling = 0.80f, .vessels = 0.9f, .spots = 0.8f},
+                 0.5,
+                 0.66f,
+                 microscope,
+                 magnify};
+        it.info.parameters = {
+            apart,
+            {"distance", 300, 150, 600, "mm", "from the views to where they meet"},
+            {"field", field, 20, 120, "mm", "width of each view there"},
+            {"aperture", 8, 0, 20, "mm", "of each view's lens; 0: sharp everywhere"},
+            {"behind", 0, -20, 20, "mm", "by which the tissue lies behind the place of meeting"},
+            {"gloss", 0.4, 0, 3, "", "strength of the highlights"}};
+        it.rig = rig;
+        return it;
+    };
+    return {
+        entry("microscope", "a stereo microscope: parallel axes, principal points apart",
+              {"baseline", 24, 10, 60, "mm", "between the views"}, 27.1, microscope_rig),
+        entry("toe-in", "a stereo microscope of two cameras that are turned towards each other",
+              {"angle", 12, 2, 25, "degrees", "between the axes of the views"}, 52, toe_in_rig),
+    };
+}
+
 Entry body_entry(SceneInfo info, FrameState (*at)(const Setting&, double),
                  Body (*body)(const SceneParameters&)) {
     info.parameters = with_body_parameters(std::move(info.parameters));
@@ -466,7 +496,7 @@ const std::vector<Entry>& entries() {
         std::vector<Entry> all = first_entries();
         for (const auto& more :
              {instrument_entries(), camera_entries(), gap_entries(), right_view_entries(),
-              cover_entries(), recording_entries(), body_entries()}) {
+              cover_entries(), recording_entries(), microscope_entries(), body_entries()}) {
             all.insert(all.end(), more.begin(), more.end());
         }
         return all;
@@ -543,7 +573,8 @@ Scene make_scene(const std::string& name, int width, int height, int frames, std
         throw RenderUsageError("there is no scene named '" + name + "'; the scenes are " + known);
     }
     const SceneParameters parameters = parameters_of(entry->info, settings);
-    const StereoRig rig = make_rig(width, height, entry->info.rectified);
+    const StereoRig rig = entry->rig != nullptr ? entry->rig(parameters, width, height)
+                                                : make_rig(width, height, entry->info.rectified);
     const auto place = static_cast<std::uint64_t>(entry - table.begin());
     const std::uint64_t own_seed =
         scramble(seed) ^ scramble(place < kNumberedScenes ? place : hash_of(name));
@@ -564,6 +595,7 @@ Scene make_scene(const std::string& name, int width, int height, int frames, std
                 own_seed,
                 surface,
                 entry->exposure,
+                false,
                 Compression{},
                 std::nullopt,
                 body,

@@ -80,6 +80,7 @@ struct Scene {
     std::uint64_t seed = 0;  ///< of this scene's organ: each scene has another
     Surface surface;
     float exposure = 1;
+    bool has_coaxial_light = false;             ///< through the objective between the views
     Compression compression;                    ///< of the files; a Film's pictures have none of it
     std::optional<TissueLook> floor;            ///< of the cut, in a scene with one
     std::optional<Body> body;                   ///< in a scene with targets beneath the surface

@@ -328,6 +328,9 @@ Rgb Tissue::with_spots(Rgb albedo, float s, float t, float footprint) const {
 }
 
 Tissue::Sample Tissue::at(float s, float t, float footprint) const {
+    s *= look_.detail;
+    t *= look_.detail;
+    footprint *= look_.detail;
     const Coarse c = coarse(s, t);
     Sample sample;
     sample.albedo = mottled(s, t, footprint, c);
@@ -343,6 +346,8 @@ Tissue::Sample Tissue::at(float s, float t, float footprint) const {
 }
 
 Tissue::Film Tissue::film(float s, float t) const {
+    s *= look_.detail;
+    t *= look_.detail;
     const Coarse c = coarse(s, t);
     return {look_.film_relief * (0.16f * c.slope_s + 0.15f * octave(s, t, 1.3f, seed_ + 41)),
             look_.film_relief * (0.16f * c.slope_t + 0.15f * octave(s, t, 1.5f, seed_ + 43))};

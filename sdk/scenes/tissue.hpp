@@ -28,6 +28,7 @@ struct TissueLook {
     float gloss = 1.0f;               ///< strength of highlights
     float wet_share = 0.0f;           ///< 0: highlights on wet patches only; 1: everywhere
     float film_relief = 1.0f;         ///< of the wet film; less gives fewer, larger highlights
+    float detail = 1.0f;              ///< 2: everything is half as large
     Rgb base{0.56f, 0.150f, 0.110f};  ///< linear reflectance
 };
 
@@ -42,7 +43,8 @@ class Tissue {
         float slope_s = 0, slope_t = 0;
     };
 
-    /// Details cover |s| <= half_width, |t| <= half_height, mm; nothing is defined beyond.
+    /// Details cover |s| <= half_width / detail, |t| <= half_height / detail, mm; nothing is
+    /// defined beyond.
     Tissue(const TissueLook& look, float half_width, float half_height, std::uint64_t seed);
 
     /// footprint: mm of tissue under one pixel; details smaller than about two pixels fade out. Any

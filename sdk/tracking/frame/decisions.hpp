@@ -54,8 +54,15 @@ struct SearchRange {
     static constexpr uint32_t kStep = 16;
     // px | fewer disparities are never searched | set by hand
     static constexpr uint32_t kMinDisparities = 48;
-    // px | no more are searched before there is a template | set by hand
+    // px | no more are searched before there is a template, unless the coarse search saw more | set
+    //   by hand
     static constexpr uint32_t kMaxDisparities = 256;
+    // px | no more are searched at once; a multiple of the step | the range of `disparities`
+    static constexpr uint32_t kMostDisparities = 496;
+    // px | no range begins beyond | the range of `min_disparity`
+    static constexpr uint32_t kMaxBegin = 1024;
+    // px | nor ends | the sum of both
+    static constexpr uint32_t kEnd = kMaxBegin + kMostDisparities;
     // share of the width | disparities are no larger before there is a template | set by hand
     static constexpr double kMaxShare = 0.45;
     // share of the template's smallest disparity | the near end of the range: tissue may go
@@ -66,11 +73,34 @@ struct SearchRange {
     static constexpr double kAbove = 1.6;
     // px | more at the far end | set by hand
     static constexpr int kMargin = 4;
+    // share of the width | at least so much farther and nearer where views converge, whose
+    //   disparities are counted from their offset | half of an endoscope's disparity
+    static constexpr double kReach = 0.03;
+    // px | about the disparities of the coarse search | two of its steps for the outermost tissue
+    static constexpr int kSeenMargin = 32;
     // times `min_coverage` | exchanged views with more depth than that may be called swapped | set
     //   by hand
     static constexpr double kSwappedCoverage = 2;
     // times the depth of the views as given | and with more than that | set by hand
     static constexpr double kSwappedFactor = 3;
+};
+
+// Where disparities lie in a pair of views, before stereo searches.
+struct CoarseSearch {
+    // px | the images are at least so wide; halved while they are | set by hand
+    static constexpr uint32_t kMinWidth = 160;
+    // px | of a small image, about the middle of a window | 9 x 9, as stage stereo
+    static constexpr int kRadius = 4;
+    // gray levels | standard deviation in a window, at least | three times the noise of a mean
+    static constexpr float kMinDeviation = 1.5f;
+    // ZNCC | at least | set by hand
+    static constexpr float kMinScore = 0.7f;
+    // ZNCC | above every other but the neighbours | set by hand
+    static constexpr float kMinLead = 0.05f;
+    // share of the windows | fewer matches say nothing | a share that chance does not give
+    static constexpr double kMinShare = 0.05;
+    // share of the matches | left out at either end | highlights and chance matches
+    static constexpr double kOutermost = 0.02;
 };
 
 // ---- the stages ---------------------------------------------------------------------------------

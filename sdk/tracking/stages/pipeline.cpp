@@ -6,6 +6,7 @@
 #include "sdk/template/decisions.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/stages/check_output.hpp"
+#include "sdk/tracking/stages/coarse_search.hpp"
 #include "sdk/tracking/stages/make_stage.hpp"
 
 namespace defrec {
@@ -51,15 +52,18 @@ Pipeline::Pipeline(std::shared_ptr<const Rig> rig, std::shared_ptr<Device> devic
     : rig_(std::move(rig)),
       device_(std::move(device)),
       settings_(settings),
-      widest_range_(
+      plausible_range_(
           settings.disparities != 0
               ? SearchRange{static_cast<uint32_t>(settings.min_disparity), settings.disparities}
-              : widest_search_range(rig_->camera(), rig_->width(), settings.min_depth_mm)),
+              : plausible_search_range(rig_->camera(), rig_->width(), settings.min_depth_mm)),
+      widest_range_(settings.disparities != 0 ? plausible_range_
+                                              : widest_search_range(plausible_range_)),
       range_(widest_range_),
       queue_(device_) {
     rectify_ = make_rectify(DEFREC_FORMAT_GRAY8, rig_->width());
     upload_maps();
     stereo();
+    log_range();
 
     auto orb = make_params<defrec_orb_params>();
     orb.width = rig_->width();
@@ -134,6 +138,40 @@ void Pipeline::search(const SearchRange& range) {
         range_ = before;
         throw;
     }
+    log_range();
+}
+
+void Pipeline::log_range() const {
+    device_->services().log(DEFREC_LOG_INFO, "sdk",
+                            concat("stereo searches ", describe(range_, rig_->camera())).c_str());
+}
+
+void Pipeline::find_range(ObservedFrame& frame) {
+    if (template_ != nullptr || settings_.disparities != 0 ||
+        plausible_range_ == widest_search_range(plausible_range_))
+        return;
+    const Observation& o = *frame.observation_;
+    std::vector<uint8_t> gray[2], mask[2];
+    for (int view = 0; view < 2; ++view) {
+        gray[view].resize(size_t{rig_->width()} * rig_->height());
+        mask[view].resize(gray[view].size());
+        read_all(queue_, o.gray[view], gray[view]);
+        read_all(queue_, o.mask[view], mask[view]);
+    }
+    queue_.finish();
+    const std::optional<SeenDisparities> seen =
+        coarse_search({rig_->width(), rig_->height(), {gray[0], gray[1]}, {mask[0], mask[1]}},
+                      plausible_range_.disparities);
+    if (!seen) return;
+    const SearchRange range = placed_search_range(plausible_range_, *seen);
+    if (range == range_) return;
+    search(range);
+    widest_range_ = range;
+    stereo().enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
+                     {&o.disparity, nullptr});
+    const FrameOutput& output = frame.task_.output;
+    if (settings_.keep_disparity)
+        queue_.read(o.disparity, output.disparity.data(), output.disparity.size_bytes());
 }
 
 void Pipeline::upload_maps() {
@@ -302,6 +340,7 @@ bool Pipeline::any_wrong_record(const FrameOutput& output, const TemplateData& d
 }
 
 std::optional<TemplateData> Pipeline::capture(ObservedFrame& frame) {
+    find_range(frame);
     read_front(frame, host_);
     queue_.finish();
     check(host_);

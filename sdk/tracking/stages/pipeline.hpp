@@ -105,6 +105,10 @@ class Pipeline {
     // For the range that is searched now; made where it is missing.
     DeviceStage& stereo();
     void search(const SearchRange& range);
+    void log_range() const;
+    // Where the pair's disparities are, if they can lie beyond what is searched at once; they are
+    // computed again where that is elsewhere.
+    void find_range(ObservedFrame& frame);
     std::unique_ptr<DeviceStage> make_rectify(uint32_t format, uint32_t source_stride) const;
     DeviceStage& rectify_of(const FrameImage& view);
     void upload_maps();
@@ -124,8 +128,9 @@ class Pipeline {
     std::shared_ptr<const Rig> rig_;
     std::shared_ptr<Device> device_;
     const TrackerSettings settings_;
-    const SearchRange widest_range_;
-    SearchRange range_;  // that is searched now
+    const SearchRange plausible_range_;
+    SearchRange widest_range_;  // without a template
+    SearchRange range_;         // that is searched now
 
     // Only capturing a template needs them. The queue, which goes before them, may be reading into
     // them.

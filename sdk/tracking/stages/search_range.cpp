@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/base/util/error.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/stages/coarse_search.hpp"
 
 namespace defrec {
 namespace {
@@ -18,11 +20,27 @@ uint32_t round_up(double disparity) {
 
 }  // namespace
 
-SearchRange widest_search_range(const defrec_camera& camera, uint32_t width, float min_depth_mm) {
+SearchRange plausible_search_range(const defrec_camera& camera, uint32_t width,
+                                   float min_depth_mm) {
     const double nearest =
         camera.fx * camera.baseline_mm / min_depth_mm - camera.disparity_offset_px;
     return {0, std::clamp(round_up(std::min(nearest, Decision::kMaxShare * width)),
-                          Decision::kMinDisparities, Decision::kMaxDisparities)};
+                          Decision::kMinDisparities, Decision::kEnd)};
+}
+
+SearchRange widest_search_range(const SearchRange& plausible) {
+    return {0, std::min(plausible.disparities, Decision::kMaxDisparities)};
+}
+
+SearchRange placed_search_range(const SearchRange& plausible, const SeenDisparities& seen) {
+    const SearchRange widest = widest_search_range(plausible);
+    const uint32_t to = std::min(round_up(seen.max + Decision::kSeenMargin), plausible.disparities);
+    if (to <= widest.disparities) return widest;
+    const uint32_t nearest = to - widest.disparities;  // with room for what is farther
+    const uint32_t from = static_cast<uint32_t>(std::max(seen.min - Decision::kSeenMargin, 0.0)) /
+                          Decision::kStep * Decision::kStep;
+    const uint32_t begin = std::min({from, nearest, Decision::kMaxBegin});
+    return {begin, std::min(to - begin, Decision::kMostDisparities)};
 }
 
 SearchRange narrowed_search_range(const TemplateData& data, const SearchRange& widest) {
@@ -39,12 +57,27 @@ SearchRange narrowed_search_range(const TemplateData& data, const SearchRange& w
     }
     const auto offset = static_cast<float>(data.camera.disparity_offset_px);
     minimum = std::max(minimum - offset, 0.f);
-    maximum -= offset;
-    const uint32_t from =
-        static_cast<uint32_t>(Decision::kBelow * minimum) / Decision::kStep * Decision::kStep;
-    const uint32_t limit = std::max(widest.disparities, round_up(maximum + Decision::kMargin));
-    const uint32_t to = std::min(round_up(Decision::kAbove * maximum + Decision::kMargin), limit);
-    return {from, std::max(to - from, Decision::kMinDisparities)};
+    maximum = std::max(maximum - offset, 0.f);
+    const double reach = offset > 0 ? Decision::kReach * data.width : 0;
+    const double nearest = std::max(Decision::kAbove * maximum, maximum + reach),
+                 farthest = std::clamp(minimum - reach, 0.0, Decision::kBelow * minimum);
+    const uint32_t from = static_cast<uint32_t>(farthest) / Decision::kStep * Decision::kStep;
+    const uint32_t limit =
+        std::max(widest.min_disparity + widest.disparities, round_up(maximum + Decision::kMargin));
+    const uint32_t to = std::min(round_up(nearest + Decision::kMargin), limit);
+    return {from, std::clamp(to - from, Decision::kMinDisparities, Decision::kMostDisparities)};
+}
+
+std::string describe(const SearchRange& range, const defrec_camera& camera) {
+    const uint32_t end = range.min_disparity + range.disparities;
+    const auto depth = [&](uint32_t disparity) {
+        const double mm = camera.fx * camera.baseline_mm / (disparity + camera.disparity_offset_px);
+        return std::round(10 * mm) / 10;
+    };
+    const std::string text = concat("disparities ", range.min_disparity, " to ", end,
+                                    " px, depths from ", depth(end), " mm");
+    if (range.min_disparity + camera.disparity_offset_px <= 0) return text;
+    return concat(text, " to ", depth(range.min_disparity), " mm");
 }
 
 }  // namespace defrec

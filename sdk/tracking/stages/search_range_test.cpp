@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include "sdk/tracking/stages/coarse_search.hpp"
+
 using namespace defrec;
 
 namespace {
@@ -25,10 +27,26 @@ TEST_CASE(
     "before there is a template all is searched that is far enough away, in steps of 16, from 48 "
     "to 256") {
     const defrec_camera camera{340, 340, 160, 120, 5, 0};
-    check(widest_search_range(camera, 320, 20), 0, 96);  // 85 px
-    check(widest_search_range(camera, 320, 100), 0, 48);
-    check(widest_search_range(camera, 320, 1), 0, 144);  // 45 % of the image
-    check(widest_search_range(camera, 1920, 1), 0, 256);
+    const auto widest = [&](uint32_t width, float min_depth_mm) {
+        return widest_search_range(plausible_search_range(camera, width, min_depth_mm));
+    };
+    check(widest(320, 20), 0, 96);  // 85 px
+    check(widest(320, 100), 0, 48);
+    check(widest(320, 1), 0, 144);  // 45 % of the image
+    check(widest(1920, 1), 0, 256);
+    check(plausible_search_range(camera, 1920, 1), 0, 864);
+    check(plausible_search_range(camera, 16384, 0.1F), 0, 1520);  // what stages search
+}
+
+TEST_CASE("the range goes where the disparities were seen, and stays where they fit it") {
+    const SearchRange plausible{0, 864};
+    check(placed_search_range(plausible, {8, 96}), 0, 256);
+    check(placed_search_range(plausible, {60, 224}), 0, 256);
+    check(placed_search_range(plausible, {300, 340}), 128, 256);
+    check(placed_search_range(plausible, {100, 360}), 64, 336);
+    check(placed_search_range(plausible, {0, 860}), 0, 496);
+    check(placed_search_range({0, 192}, {100, 190}), 0, 192);
+    check(placed_search_range({0, 1520}, {1400, 1500}), 1024, 496);
 }
 
 TEST_CASE(
@@ -49,8 +67,16 @@ TEST_CASE("places of the grid without a vertex say nothing") {
 
 TEST_CASE("what views that converge share is searched from their offset on") {
     defrec_camera camera{3250, 3250, 400, 225, 24, 210};
-    check(widest_search_range(camera, 800, 290), 0, 64);  // 59 px beyond the offset
+    check(plausible_search_range(camera, 800, 290), 0, 64);  // 59 px beyond the offset
     TemplateData data = grid_of({240, 260});
     data.camera = camera;
-    check(narrowed_search_range(data, {0, 64}), 16, 48);  // 30 to 50 px beyond it
+    data.width = 800;
+    check(narrowed_search_range(data, {0, 64}), 0, 64);  // 30 to 50 px beyond it, 24 px to spare
+    check(narrowed_search_range(data, {0, 256}), 0, 96);
+    data.grid.disparity = {205, 215};  // behind the offset, which no stage finds
+    check(narrowed_search_range(data, {0, 256}), 0, 48);
+    CHECK(describe(SearchRange{16, 64}, camera) ==
+          "disparities 16 to 80 px, depths from 269 mm to 345.1 mm");
+    camera.disparity_offset_px = 0;
+    CHECK(describe(SearchRange{0, 64}, camera) == "disparities 0 to 64 px, depths from 1218.8 mm");
 }
