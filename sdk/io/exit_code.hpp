@@ -15,6 +15,7 @@ enum class ExitCode : int {
     kDevice = 5,
     kBelowThreshold = 6,
     kOutput = 7,
+    kFound = 8,
     kInterrupted = 130,
 };
 
