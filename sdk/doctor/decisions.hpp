@@ -16,6 +16,8 @@ struct DoctorSample {
     static constexpr std::int64_t kMinFrames = 12;
     // frames | that are tracked, at most | 1 to 2 s of video
     static constexpr std::int64_t kMaxFrames = 40;
+    // frames | without a template, after which no more are tracked: each takes long | set by hand
+    static constexpr int kMostWaiting = 4;
     // frames | whose views are matched, spread over those that are tracked | set by hand
     static constexpr int kMatchedFrames = 5;
 };
@@ -32,7 +34,7 @@ struct DoctorMatches {
     // corners | of the left view, at most | set by hand
     static constexpr int kMaxCorners = 160;
     // share of the strongest corner | the score of the weakest one | set by hand
-    static constexpr double kCornerQuality = 0.02;
+    static constexpr double kCornerQuality = 0.003;
     // share of the width | between corners | set by hand
     static constexpr double kCornerDistance = 0.02;
     // share of the height | by which the rows of a corner may differ | the raw views of the public
@@ -50,8 +52,8 @@ struct DoctorMatches {
     static constexpr double kHighlight = 250;
     // gray levels | a patch with as dark a pixel shows a border | set by hand
     static constexpr double kBorder = 6;
-    // matches | that say something together, at least | set by hand
-    static constexpr std::size_t kMinMatches = 40;
+    // matches | that say something together, at least | views of two things have 0 to 2 in a frame
+    static constexpr std::size_t kMinMatches = 15;
 };
 
 // Which way the calibration fits the images.
@@ -113,7 +115,7 @@ struct DoctorImages {
     static constexpr int kMaxStep = 20;
     // times the median over the phases of 8 px | the gradient at the borders of blocks, from which
     //   compression is a finding | [doctor]
-    static constexpr double kBlockRatio = 1.35;
+    static constexpr double kBlockRatio = 1.25;
 };
 
 // How the views fit each other.
@@ -122,8 +124,8 @@ struct DoctorViews {
     static constexpr double kMaxRowError = 0.6;
     // px | width of Tukey's kernel in the fit of rows, first to last | set by hand
     static constexpr std::array<double, 5> kTukeyWidths = {12, 6, 3, 1.5, 1.5};
-    // share of the frames | with a lag of the right view: a finding | one alone may be a misfit
-    static constexpr double kLateShare = 0.25;
+    // share of the frames | with a lag of the right view: a finding | one or two may be misfits
+    static constexpr double kLateShare = 0.12;
     // frames | median of their lags, at least | set by hand
     static constexpr double kMinLag = 0.25;
     // share of the left view | that the right one sees, at least | 0.75 of in-vivo recordings

@@ -12,7 +12,6 @@
 #include "sdk/scenes/writing/render_command.hpp"
 
 using namespace defrec::cli;
-using Strings = std::vector<std::string>;
 
 namespace {
 
@@ -44,8 +43,8 @@ Diagnosis diagnose_spoiled(const std::string& scene, const Spoil& spoil,
     return diagnose(options);
 }
 
-Strings found(const std::string& scene, const Spoil& spoil,
-              const std::function<void(DoctorOptions&)>& change = {}) {
+std::string found(const std::string& scene, const Spoil& spoil,
+                  const std::function<void(DoctorOptions&)>& change = {}) {
     return found_in(diagnose_spoiled(scene, spoil, change));
 }
 
@@ -63,24 +62,23 @@ Eigen::Map<Eigen::Vector3d> translation_of(StereoCalibration& rig) {
 TEST_CASE("nothing is found where nothing is wrong: rectified and raw views") {
     for (const char* scene : {"heartbeat", "respiration"}) {
         CAPTURE(scene);
-        CHECK(found(scene, as_it_is) == Strings{});
+        CHECK(found(scene, as_it_is) == "");
     }
 }
 
 TEST_CASE("a round aperture, black borders and burnt-in text are nothing wrong") {
     for (const char* scene : {"heartbeat", "respiration"}) {
         CAPTURE(scene);
-        CHECK(found(scene, [](Recording& r) { for_each_image(r, dress); }) == Strings{});
+        CHECK(found(scene, [](Recording& r) { for_each_image(r, dress); }) == "");
     }
 }
 
 TEST_CASE("exchanged views, cameras and names") {
-    CHECK(found("heartbeat", [](Recording& r) { std::swap(r.left, r.right); }) == Strings{"order"});
-    CHECK(found("respiration", [](Recording& r) { std::swap(r.left, r.right); }) ==
-          Strings{"order"});
+    CHECK(found("heartbeat", [](Recording& r) { std::swap(r.left, r.right); }) == "order");
+    CHECK(found("respiration", [](Recording& r) { std::swap(r.left, r.right); }) == "order");
     CHECK(found("respiration", [](Recording& r) {
               std::swap(r.calibration.left, r.calibration.right);
-          }) == Strings{"order"});
+          }) == "order");
     // The whole pair is named the other way round.
     CHECK(found("respiration", [](Recording& r) {
               std::swap(r.left, r.right);
@@ -88,7 +86,7 @@ TEST_CASE("exchanged views, cameras and names") {
               rotation_of(r.calibration).transposeInPlace();
               translation_of(r.calibration) =
                   (-(rotation_of(r.calibration) * translation_of(r.calibration))).eval();
-          }) == Strings{"order"});
+          }) == "order");
 }
 
 TEST_CASE("R and T of the wrong direction") {
@@ -96,25 +94,23 @@ TEST_CASE("R and T of the wrong direction") {
               rotation_of(r.calibration).transposeInPlace();
               translation_of(r.calibration) =
                   (-(rotation_of(r.calibration) * translation_of(r.calibration))).eval();
-          }) == Strings{"pose"});
-    CHECK(found("respiration", [](Recording& r) {
-              rotation_of(r.calibration).transposeInPlace();
-          }) == Strings{"pose"});
-    CHECK(found("heartbeat", [](Recording& r) { translation_of(r.calibration) *= -1; }) ==
-          Strings{"pose"});
+          }) == "pose");
+    CHECK(found("respiration",
+                [](Recording& r) { rotation_of(r.calibration).transposeInPlace(); }) == "pose");
+    CHECK(found("heartbeat", [](Recording& r) { translation_of(r.calibration) *= -1; }) == "pose");
 }
 
 TEST_CASE("T in another unit") {
     for (const double unit : {1e-3, 0.1, 1 / 25.4, 1e3}) {
         CAPTURE(unit);
         CHECK(found("heartbeat", [&](Recording& r) { translation_of(r.calibration) *= unit; }) ==
-              Strings{"units"});
+              "units");
     }
 }
 
 TEST_CASE("a baseline that is not plausible for the depth") {
     CHECK(found("heartbeat", [](Recording& r) { translation_of(r.calibration) *= 20; }) ==
-          Strings{"baseline"});
+          "baseline");
 }
 
 TEST_CASE("a calibration for images of another size") {
@@ -122,24 +118,24 @@ TEST_CASE("a calibration for images of another size") {
         for_each_image(
             r, [](cv::Mat& image) { cv::resize(image, image, {}, 0.5, 0.5, cv::INTER_AREA); });
     };
-    CHECK(found("heartbeat", half) == Strings{"resolution"});
+    CHECK(found("heartbeat", half) == "resolution");
     CHECK(found("heartbeat", [&](Recording& r) {
               half(r);
               r.calibration.width = r.calibration.height = 0;
-          }) == Strings{"resolution"});
+          }) == "resolution");
     // Squeezed, as by a recorder with another picture.
     CHECK(found("heartbeat", [](Recording& r) {
               for_each_image(r, [](cv::Mat& image) {
                   cv::resize(image, image, {360, 270}, 0, 0, cv::INTER_AREA);
               });
-          }) == Strings{"resolution"});
+          }) == "resolution");
 }
 
 TEST_CASE("interlaced video") {
     CHECK(found("heartbeat", [](Recording& r) {
               interlace(r.left);
               interlace(r.right);
-          }) == Strings{"interlacing"});
+          }) == "interlacing");
 }
 
 TEST_CASE("exposure") {
@@ -147,36 +143,36 @@ TEST_CASE("exposure") {
         CAPTURE(gain);
         CHECK(found("heartbeat", [&](Recording& r) {
                   for_each_image(r, [&](cv::Mat& image) { image *= gain; });
-              }) == Strings{"exposure"});
+              }) == "exposure");
     }
     CHECK(found("heartbeat", [](Recording& r) {
               for (cv::Mat& image : r.right) image = cv::Scalar::all(0);
-          }).front() == "exposure");
+          }) == "exposure");
 }
 
 TEST_CASE("strong compression") {
     CHECK(found("heartbeat", [](Recording& r) {
               for_each_image(r, [](cv::Mat& image) { compress(image, 15); });
-          }) == Strings{"compression"});
+          }) == "compression");
 }
 
 TEST_CASE("a view that is late") {
     CHECK(found("heartbeat", [](Recording& r) {
               r.left.erase(r.left.begin());
               r.right.pop_back();
-          }) == Strings{"lag"});
+          }) == "lag");
 }
 
 TEST_CASE("rows that disagree") {
-    CHECK(found("heartbeat", [](Recording& r) { r.calibration.right.cy += 2; }) == Strings{"rows"});
+    CHECK(found("heartbeat", [](Recording& r) { r.calibration.right.cy += 2; }) == "rows");
 }
 
 TEST_CASE("disparities that are not searched") {
     const TestFolder folder;
-    const std::string config = folder.write("config.yaml", "disparities: 32\n");
+    const std::string config = folder.write("config.yaml", "disparities: 16\n");
     CHECK(found("heartbeat", as_it_is, [&](DoctorOptions& options) {
               options.probe.config = config;
-          }) == Strings{"disparity_range"});
+          }) == "disparity_range");
 }
 
 TEST_CASE("views that share half of what they see") {
@@ -187,19 +183,19 @@ TEST_CASE("views that share half of what they see") {
               crop(r.right, aside, width);
               r.calibration.right.cx -= aside;
               r.calibration.width = width;
-          }) == Strings{"overlap"});
+          }) == "overlap");
 }
 
 TEST_CASE("one view twice, and views of two things") {
-    CHECK(found("heartbeat", [](Recording& r) { r.right = r.left; }) == Strings{"one_view_twice"});
+    CHECK(found("heartbeat", [](Recording& r) { r.right = r.left; }) == "one_view_twice");
     CHECK(found("heartbeat", [](Recording& r) { r.right = rendered("respiration").right; }) ==
-          Strings{"common_content"});
+          "common_content");
 }
 
 TEST_CASE("a calibration that is refused for another reason") {
     const Diagnosis diagnosis =
         diagnose_spoiled("heartbeat", [](Recording& r) { rotation_of(r.calibration)(0, 0) = 1.2; });
-    CHECK(found_in(diagnosis) == Strings{"calibration"});
+    CHECK(found_in(diagnosis) == "calibration");
     CHECK(diagnosis.findings.back().what.find("R is not a rotation") != std::string::npos);
 }
 

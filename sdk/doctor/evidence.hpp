@@ -30,8 +30,8 @@ struct TrackProbe {
     bool has_rig = false;  // false: the calibration was refused, and only the images say something
     std::vector<TrackedFrame> frames;
     defrec_camera camera{};  // of the rectified views
-    // Of the rectified views, px, all but a thousandth at either end; the first above the last:
-    // none was found.
+    // Disparities in the rectified views, px, all but a thousandth at either end; the first above
+    // the last: none was found.
     double least_disparity = 0, largest_disparity = -1;
 
     std::size_t frames_with(std::uint32_t reasons) const;

@@ -6,14 +6,14 @@
 
 namespace defrec::cli {
 
-// Of the images alone.
+// The images alone.
 Finding look_at_exposure(const Evidence& evidence);
 Finding look_at_interlacing(const Evidence& evidence);
 Finding look_at_compression(const Evidence& evidence);
 Finding look_at_one_view_twice(const Evidence& evidence);
 Finding look_at_common_content(const Evidence& evidence);
 Finding look_at_overlap(const Evidence& evidence);
-// Of the calibration, and how the images fit it.
+// The calibration, and how the images fit it.
 Finding look_at_resolution(const Evidence& evidence);
 Finding look_at_order(const Evidence& evidence);
 Finding look_at_pose(const Evidence& evidence);
@@ -21,7 +21,7 @@ Finding look_at_units(const Evidence& evidence);
 Finding look_at_baseline(const Evidence& evidence);
 Finding look_at_rows(const Evidence& evidence);
 Finding look_at_calibration(const Evidence& evidence);
-// Of the tracker.
+// What the tracker says.
 Finding look_at_lag(const Evidence& evidence);
 Finding look_at_disparity_range(const Evidence& evidence);
 

@@ -30,8 +30,10 @@ Finding look_at_order(const Evidence& evidence) {
             "Exchange --left with --right, and in the calibration M1, D1 with M2, "
             "D2, and give R and T of the way back: R transposed, and -R^T T.");
     const RigTrial& exchanged = evidence.without(Mistake::kCamerasExchanged);
+    const RigTrial& turned = evidence.without(Mistake::kRotationTurned);
     if (right_is_right && given.row_error_px > Decision::kMinRowError &&
         exchanged.front_share >= Decision::kMinFront &&
+        exchanged.row_error_px < turned.row_error_px &&
         exchanged.row_error_px < Decision::kBetter * given.row_error_px)
         return look.found("the two cameras of the calibration look exchanged: rows differ by " +
                               decimals(given.row_error_px, 2) + " px, and by " +

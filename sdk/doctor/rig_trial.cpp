@@ -77,10 +77,12 @@ bool has_pose(const StereoCalibration& calibration) {
     const Eigen::Matrix3d rotation = Eigen::Map<const Rotation>(calibration.rotation.data());
     const Eigen::Vector3d translation(calibration.translation.data());
     const auto is_camera = [](const CameraCalibration& camera) {
-        return camera.fx > 0 && camera.fy > 0 && std::isfinite(camera.cx + camera.cy);
+        return camera.fx > 0 && camera.fy > 0 &&
+               std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy);
     };
     return (rotation.transpose() * rotation).isIdentity(kTolerance) && rotation.determinant() > 0 &&
-           translation.norm() > 0 && is_camera(calibration.left) && is_camera(calibration.right);
+           translation.norm() > 0 && translation.allFinite() && is_camera(calibration.left) &&
+           is_camera(calibration.right);
 }
 
 RigTrial try_rig(const StereoCalibration& given, std::span<const ViewMatch> matches,

@@ -47,9 +47,11 @@ Finding look_at_rows(const Evidence& evidence) {
     if (error <= Decision::kMaxRowError) return look.fine(text);
     constexpr double kDegrees = 57.29577951308232;
     return look.found(
-        text + ": the right view is " + decimals(std::abs(fit[0]), 1) + " px " +
-            (fit[0] > 0 ? "low" : "high") + ", turned by " + decimals(kDegrees * fit[1], 2) +
-            " degrees and " + decimals(100 * fit[2], 2) + " % larger than the calibration says.",
+        text + ": the right view is " + decimals(std::abs(fit[0]), 1) + " px too " +
+            (fit[0] > 0 ? "low" : "high") + ", turned " +
+            (fit[1] > 0 ? "clockwise by " : "anticlockwise by ") +
+            decimals(std::abs(kDegrees * fit[1]), 2) + " degrees, and " +
+            decimals(std::abs(100 * fit[2]), 2) + " % too " + (fit[2] > 0 ? "large." : "small."),
         "Calibrate anew, at this zoom and focus; until then self_calibration: correct in --config "
         "of `defrec track` mends it.");
 }

@@ -113,10 +113,11 @@ inline DoctorOptions options_for(const std::filesystem::path& folder) {
     return options;
 }
 
-inline std::vector<std::string> found_in(const Diagnosis& diagnosis) {
-    std::vector<std::string> ids;
+// The ids of what was found, with a blank between them.
+inline std::string found_in(const Diagnosis& diagnosis) {
+    std::string ids;
     for (const Finding& finding : diagnosis.findings)
-        if (finding.verdict == Verdict::kFound) ids.push_back(finding.id);
+        if (finding.verdict == Verdict::kFound) ids += (ids.empty() ? "" : " ") + finding.id;
     return ids;
 }
 

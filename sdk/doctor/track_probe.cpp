@@ -6,11 +6,12 @@
 
 #include "sdk/client/library.hpp"
 #include "sdk/client/tracker_config.hpp"
+#include "sdk/doctor/decisions.hpp"
 
 namespace defrec::cli {
 namespace {
 
-// Of no camera: its frames are taken as they are.
+// A pair that takes frames as they are.
 StereoCalibration nominal_calibration(int width, int height) {
     StereoCalibration calibration;
     calibration.width = width;
@@ -38,6 +39,7 @@ Rig choose_rig(const Context& context, const StereoFrame& frame,
     return make_rig(context, nominal_calibration(frame.left.width, frame.left.height));
 }
 
+// Where the disparities of all frames lie.
 class DisparityCounts {
   public:
     // 1/16 px.
@@ -92,6 +94,7 @@ TrackProbe track_frames(const ProbeOptions& options, const std::vector<StereoFra
     TrackProbe probe;
     probe.has_rig = calibration != nullptr && refusal.empty();
     DisparityCounts disparities;
+    int waiting = 0;  // frames without a template
     for (const StereoFrame& frame : frames) {
         const Job job = submit(tracker, frame);
         require(defrec_job_wait(job.get(), UINT64_MAX), ExitCode::kInternal,
@@ -102,6 +105,8 @@ TrackProbe track_frames(const ProbeOptions& options, const std::vector<StereoFra
         if (result.disparity != nullptr)
             disparities.add(result.disparity,
                             static_cast<std::size_t>(frame.left.width) * frame.left.height);
+        waiting = result.state == DEFREC_INITIALISING ? waiting + 1 : 0;
+        if (waiting == decisions::DoctorSample::kMostWaiting) break;
     }
     probe.camera = rig_info(rig).camera;
     disparities.finish(probe);

@@ -99,13 +99,14 @@ Level level_of(const cv::Mat& left, const cv::Mat& right, int width) {
     return level;
 }
 
-// Neither a highlight nor text, nor the border of the picture.
-bool shows_tissue(const cv::Mat& image, cv::Point centre) {
-    const cv::Rect patch = patch_at(centre);
-    if (!holds(image, patch)) return false;
-    double darkest = 0, brightest = 0;
-    cv::minMaxLoc(image(patch), &darkest, &brightest);
-    return darkest > Decision::kBorder && brightest < Decision::kHighlight;
+// Centres of patches that show neither a highlight nor text, nor the border of the picture.
+cv::Mat tissue_of(const cv::Mat& image) {
+    cv::Mat tissue, centres;
+    cv::inRange(image, Decision::kBorder, Decision::kHighlight, tissue);
+    cv::erode(tissue, centres,
+              cv::getStructuringElement(cv::MORPH_RECT, {2 * kHalf + 1, 2 * kHalf + 1}), {-1, -1},
+              1, cv::BORDER_CONSTANT, cv::Scalar(0));
+    return centres;
 }
 
 // The right view's place of a corner of the coarse image, which leads back to the corner.
@@ -133,11 +134,10 @@ std::vector<ViewMatch> match_views(const cv::Mat& left, const cv::Mat& right) {
 
     std::vector<cv::Point2f> corners;
     cv::goodFeaturesToTrack(coarse.left, corners, Decision::kMaxCorners, Decision::kCornerQuality,
-                            Decision::kCornerDistance * coarse.left.cols);
+                            Decision::kCornerDistance * coarse.left.cols, tissue_of(coarse.left));
     std::vector<ViewMatch> matches;
     for (const cv::Point2f& found : corners) {
         const cv::Point corner = rounded(found);
-        if (!shows_tissue(coarse.left, corner)) continue;
         const auto place = coarse_place(coarse, corner);
         if (!place) continue;
         ViewMatch match{coarse.up(corner), coarse.up(*place)};
@@ -148,8 +148,7 @@ std::vector<ViewMatch> match_views(const cv::Mat& left, const cv::Mat& right) {
                 search(level.left, centre, level.right,
                        window_round(level.down(match.right + level.up(centre) - match.left),
                                     Decision::kRefine, Decision::kRefine));
-            is_found = refined && refined->score >= Decision::kMinScore &&
-                       shows_tissue(level.left, centre);
+            is_found = refined && refined->score >= Decision::kMinScore;
             if (!is_found) break;
             match = {level.up(centre), level.up(refined->at)};
         }
