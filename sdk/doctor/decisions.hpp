@@ -130,10 +130,11 @@ struct DoctorViews {
     static constexpr double kMinLag = 0.25;
     // share of the left view | that the right one sees, at least | 0.75 of in-vivo recordings
     static constexpr double kMinOverlap = 0.6;
-    // share of the matches | outside of the disparities that are searched: a finding | mismatches
-    static constexpr double kMaxOutside = 0.1;
-    // px | beyond the last disparity that was found: outside | set by hand
-    static constexpr double kBeyond = 2;
+    // share of the matches | outside of the disparities that are searched: a finding | a round
+    //   aperture, round which stereo finds less than the matches, has more than 0.1
+    static constexpr double kMaxOutside = 0.3;
+    // px | beyond the last disparity that was found: outside | likewise
+    static constexpr double kBeyond = 3;
     // gray levels | views that differ by less on average are one and the same | noise of a camera
     static constexpr double kSameView = 0.4;
 };
