@@ -14,13 +14,22 @@ import re
 import textwrap
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = ("sdk/tracking", "sdk/template", "sdk/body", "sdk/rig", "sdk/api", "sdk/io")
+FOLDERS = (
+    "sdk/tracking",
+    "sdk/template",
+    "sdk/body",
+    "sdk/rig",
+    "sdk/api",
+    "sdk/io",
+    "sdk/doctor",
+)
 HEADERS = (
     "sdk/tracking/frame/decisions.hpp",
     "sdk/template/decisions.hpp",
     "sdk/body/decisions.hpp",
     "sdk/rig/decisions.hpp",
     "sdk/io/decisions.hpp",
+    "sdk/doctor/decisions.hpp",
 )
 TAGS = {"Source:": "source", "Judged again by:": "command"}
 STRUCT = re.compile(r"^struct (\w+) \{$")

@@ -320,9 +320,8 @@ StereoCalibration read_ros_pair(const YamlDocument& left_file, const YamlDocumen
     return calibration;
 }
 
-}  // namespace
-
-StereoCalibration load_calibration(const std::string& source, LengthUnit unit) {
+// A calibration as it is written. files_unit: on return the unit that its format prescribes.
+StereoCalibration read_files(const std::string& source, LengthUnit& files_unit) {
     namespace fs = std::filesystem;
     std::error_code error;
     std::string left, right;
@@ -338,17 +337,26 @@ StereoCalibration load_calibration(const std::string& source, LengthUnit unit) {
         left = parts[0];
         right = parts[1];
     }
+    files_unit = left.empty() ? LengthUnit::kMillimetre : LengthUnit::kMetre;
+    if (left.empty()) return read_opencv(YamlDocument::load(source, ExitCode::kCalibration));
+    return read_ros_pair(YamlDocument::load(left, ExitCode::kCalibration),
+                         YamlDocument::load(right, ExitCode::kCalibration));
+}
 
-    StereoCalibration calibration;
-    if (left.empty()) {
-        calibration = read_opencv(YamlDocument::load(source, ExitCode::kCalibration));
-        detail::check_and_normalise(calibration, unit, LengthUnit::kMillimetre);
-    } else {
-        calibration = read_ros_pair(YamlDocument::load(left, ExitCode::kCalibration),
-                                    YamlDocument::load(right, ExitCode::kCalibration));
-        detail::check_and_normalise(calibration, unit, LengthUnit::kMetre);
-    }
+}  // namespace
+
+StereoCalibration load_calibration(const std::string& source, LengthUnit unit) {
+    LengthUnit files_unit{};
+    StereoCalibration calibration = read_files(source, files_unit);
+    detail::check_and_normalise(calibration, unit, files_unit);
     if (calibration.width > 0) fit_to_frames(calibration, calibration.width, calibration.height);
+    return calibration;
+}
+
+StereoCalibration read_calibration(const std::string& source, LengthUnit unit) {
+    LengthUnit files_unit{};
+    StereoCalibration calibration = read_files(source, files_unit);
+    detail::turn_into_millimetres(calibration, unit, files_unit);
     return calibration;
 }
 

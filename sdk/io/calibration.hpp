@@ -34,6 +34,10 @@ enum class LengthUnit { kGuarded, kMillimetre, kMetre };
 StereoCalibration load_calibration(const std::string& source,
                                    LengthUnit unit = LengthUnit::kGuarded);
 
+// What `source` says, T in mm, without the checks: a calibration that may be impossible.
+StereoCalibration read_calibration(const std::string& source,
+                                   LengthUnit unit = LengthUnit::kGuarded);
+
 // Throws CliError(kCalibration) unless the calibration can belong to frames of this size; a
 // calibration without a size takes it. Called by load_calibration for the size that the file names.
 void fit_to_frames(StereoCalibration& calibration, int width, int height);
@@ -43,6 +47,9 @@ void fit_to_frames(StereoCalibration& calibration, int width, int height);
 bool is_rectified(const StereoCalibration& calibration);
 
 namespace detail {
+
+// T, in `unit` or else in the one that the format prescribes.
+void turn_into_millimetres(StereoCalibration& calibration, LengthUnit unit, LengthUnit files_unit);
 
 // The checks that need no image size; replaces the rotation by the nearest exact one and turns T
 // into mm. `files_unit` is the unit that the format prescribes. Throws CliError(kCalibration).

@@ -72,11 +72,8 @@ std::string unit_hint(LengthUnit unit, LengthUnit files_unit, double length) {
 }
 
 void check_baseline(StereoCalibration& calibration, LengthUnit unit, LengthUnit files_unit) {
-    const LengthUnit used = unit == LengthUnit::kGuarded ? files_unit : unit;
-    std::array<double, 3>& t = calibration.translation;
-    if (used == LengthUnit::kMetre) {
-        for (double& component : t) component *= kMillimetresPerMetre;
-    }
+    detail::turn_into_millimetres(calibration, unit, files_unit);
+    const std::array<double, 3>& t = calibration.translation;
     const double length = std::hypot(t[0], t[1], t[2]);
     const std::string text = "T = (" + format_fixed(t[0], 4) + ", " + format_fixed(t[1], 4) + ", " +
                              format_fixed(t[2], 4) + ") mm";
@@ -126,6 +123,12 @@ void check_centre(const CameraCalibration& camera, int width, int height) {
 }
 
 }  // namespace
+
+void detail::turn_into_millimetres(StereoCalibration& calibration, LengthUnit unit,
+                                   LengthUnit files_unit) {
+    if ((unit == LengthUnit::kGuarded ? files_unit : unit) != LengthUnit::kMetre) return;
+    for (double& component : calibration.translation) component *= kMillimetresPerMetre;
+}
 
 void detail::check_and_normalise(StereoCalibration& calibration, LengthUnit unit,
                                  LengthUnit files_unit) {

@@ -162,6 +162,17 @@ TEST_CASE("row 5: views swapped in the calibration are refused with the hint") {
     CHECK_SAYS(message, "swapped");
 }
 
+TEST_CASE("what is refused can be read as it stands, with T in mm") {
+    const TestFolder folder;
+    const std::string path =
+        folder.write("calibration.yaml", with(with(kGood, kT, "4.6, 0, 0"), "701.5", "-1"));
+    const StereoCalibration calibration = read_calibration(path);
+    CHECK(calibration.translation[0] == 4.6);
+    CHECK(calibration.left.fx == -1);
+    CHECK(calibration.width == 640);
+    CHECK(read_calibration(path, LengthUnit::kMetre).translation[0] == doctest::Approx(4600));
+}
+
 TEST_CASE("row 7: an R that is no rotation is refused with the residual") {
     CHECK_SAYS(refusal_of_text(with(kGood, kR, "1.1, 0., 0., 0., 1., 0., 0., 0., 1. ]\nT")),
                "0.210000");

@@ -16,6 +16,7 @@ enum class ExitCode : int {
     kBelowThreshold = 6,
     kOutput = 7,
     kNothingTracked = 8,
+    kFound = 9,
     kInterrupted = 130,
 };
 

@@ -5,6 +5,7 @@
 
 #include "sdk/cli/commands/command_options.hpp"
 #include "sdk/cli/commands/commands.hpp"
+#include "sdk/cli/commands/source_options.hpp"
 #include "sdk/session/track_session.hpp"
 
 namespace defrec::cli {
@@ -40,31 +41,8 @@ constexpr const char* kFooter =
     "frames tracked until then.";
 
 void add_input_options(CLI::App& command, TrackOptions& options) {
-    SourceOptions& source = options.source;
-    auto* left = command.add_option(
-        "--left", source.left,
-        "Left images: a video, a folder of images in name order, or a %06d pattern; or a camera: "
-        "/dev/video0, rtsp://ADDRESS or gst:PIPELINE of GStreamer");
-    auto* right = command.add_option("--right", source.right, "Right images, likewise");
-    auto* stereo = command.add_option("--stereo", source.stereo,
-                                      "One source that carries both views; with --layout");
-    left->type_name("P")->needs(right);
-    right->type_name("P")->needs(left);
-    auto* layout = command.add_option_function<std::string>(
-        "--layout",
-        [&source](const std::string& name) {
-            source.layout = name == "top-bottom" ? Layout::kTopBottom : Layout::kSideBySide;
-        },
-        "side-by-side (left on the left) or top-bottom (left on top)");
-    layout->type_name("L")->check(CLI::IsMember({"side-by-side", "top-bottom"}))->needs(stereo);
-    stereo->type_name("P")->needs(layout)->excludes(left)->excludes(right);
-    command
-        .add_option("--calibration", options.calibration,
-                    "OpenCV stereo YAML (M1 D1 M2 D2 R T, mm), or two ROS camera_info files "
-                    "left.yaml,right.yaml")
-        ->type_name("F")
-        ->required();
-    add_units_option(command, options.units);
+    add_source_options(command, options.source);
+    add_calibration_options(command, options.calibration, options.units);
     command
         .add_option("--points", options.points,
                     "CSV id,u,v: pixels to follow of the first left image that is tracked, or "
@@ -76,18 +54,7 @@ void add_input_options(CLI::App& command, TrackOptions& options) {
                     "in the left rectified camera of the first frame, or of the template's")
         ->type_name("F");
     command
-        .add_option_function<std::string>(
-            "--frames",
-            [&source](const std::string& text) { source.range = parse_frame_range(text); },
-            "Only frames A to B-1, counted from 0")
-        ->type_name("A:B");
-    command
-        .add_option("--fps", source.fps,
-                    "Frames per second; default: the video's or camera's own, 30 for images")
-        ->type_name("R")
-        ->check(CLI::Range(0.001, 10000.0));
-    command
-        .add_option("--reconnect", source.reconnect_seconds,
+        .add_option("--reconnect", options.source.reconnect_seconds,
                     "How long to try to start a camera again that stopped; default: 60")
         ->type_name("SECONDS")
         ->check(CLI::Range(0.0, 1e6));

@@ -15,6 +15,7 @@ class App;
 namespace defrec::cli {
 
 CLI::App* add_track_command(CLI::App& app, std::function<int()>& run);
+CLI::App* add_doctor_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_score_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_evaluate_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_devices_command(CLI::App& app, std::function<int()>& run);

@@ -118,7 +118,8 @@ TEST_CASE("row 96: more threads than there can be are a mistake of usage") {
 TEST_CASE("help and version are no errors") {
     CHECK(run({"--help"}) == 0);
     CHECK(run({"--version"}) == 0);
-    for (const char* command : {"track", "render", "score", "evaluate", "devices", "bench"})
+    for (const char* command :
+         {"track", "doctor", "render", "score", "evaluate", "devices", "bench"})
         CHECK(run({command, "--help"}) == 0);
 }
 
@@ -139,6 +140,19 @@ TEST_CASE("exit codes 3, 4, 5, 6 and 7") {
     CHECK(run(track_arguments(out, {"--device", "cpu:no-such-device"})) == 5);
     CHECK(run(track_arguments(folder.write("file", "") + "/out")) == 7);
     CHECK_FALSE(fs::exists(out));
+}
+
+TEST_CASE("doctor: exit code 0 where nothing is wrong, 9 where something is, 3 and 4 unread") {
+    const TestFolder& input = sequence();
+    const auto doctor = [&](const char* left, const char* right, const std::string& calibration) {
+        return run({"doctor", "--quiet", "--backend", "cpu", "--left", input / left, "--right",
+                    input / right, "--calibration", calibration});
+    };
+    const std::string calibration = input / "calibration.yaml";
+    CHECK(doctor("left", "right", calibration) == 0);
+    CHECK(doctor("right", "left", calibration) == 9);
+    CHECK(doctor("absent", "right", calibration) == 3);
+    CHECK(doctor("left", "right", input / "points.csv") == 4);
 }
 
 TEST_CASE(

@@ -23,8 +23,8 @@ constexpr char kOverview[] =
     "\n"
     "Exit codes: 0 ok, 1 internal error or out of memory, 2 usage, 3 input unreadable, 4 "
     "calibration invalid, 5 plugin\n"
-    "or device unavailable, 6 finished but below the asked threshold, 7 output failed, 130 "
-    "interrupted.";
+    "or device unavailable, 6 finished but below the asked threshold, 7 output failed, 8 `defrec "
+    "doctor` found something, 130 interrupted.";
 
 // OpenCV's and FFmpeg's own complaints would stand between ours, which say the same with file and
 // reason.
@@ -63,6 +63,7 @@ int run_program(int argc, const char* const* argv) {
     app.require_subcommand(1);
     std::function<int()> run;
     add_track_command(app, run);
+    add_doctor_command(app, run);
     add_render_command(app, run, interrupt_requested);
     add_score_command(app, run);
     add_evaluate_command(app, run);

@@ -1,0 +1,54 @@
+// The options that name a recording and its calibration.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "sdk/cli/commands/command_options.hpp"
+#include "sdk/input/frame_source.hpp"
+
+namespace defrec::cli {
+
+inline void add_source_options(CLI::App& command, SourceOptions& source) {
+    auto* left = command.add_option(
+        "--left", source.left,
+        "Left images: a video, a folder of images in name order, or a %06d pattern; or a camera: "
+        "/dev/video0, rtsp://ADDRESS or gst:PIPELINE of GStreamer");
+    auto* right = command.add_option("--right", source.right, "Right images, likewise");
+    auto* stereo = command.add_option("--stereo", source.stereo,
+                                      "One source that carries both views; with --layout");
+    left->type_name("P")->needs(right);
+    right->type_name("P")->needs(left);
+    auto* layout = command.add_option_function<std::string>(
+        "--layout",
+        [&source](const std::string& name) {
+            source.layout = name == "top-bottom" ? Layout::kTopBottom : Layout::kSideBySide;
+        },
+        "side-by-side (left on the left) or top-bottom (left on top)");
+    layout->type_name("L")->check(CLI::IsMember({"side-by-side", "top-bottom"}))->needs(stereo);
+    stereo->type_name("P")->needs(layout)->excludes(left)->excludes(right);
+    command
+        .add_option_function<std::string>(
+            "--frames",
+            [&source](const std::string& text) { source.range = parse_frame_range(text); },
+            "Only frames A to B-1, counted from 0")
+        ->type_name("A:B");
+    command
+        .add_option("--fps", source.fps,
+                    "Frames per second; default: the video's or camera's own, 30 for images")
+        ->type_name("R")
+        ->check(CLI::Range(0.001, 10000.0));
+}
+
+inline void add_calibration_options(CLI::App& command, std::string& calibration,
+                                    LengthUnit& units) {
+    command
+        .add_option("--calibration", calibration,
+                    "OpenCV stereo YAML (M1 D1 M2 D2 R T, mm), or two ROS camera_info files "
+                    "left.yaml,right.yaml")
+        ->type_name("F")
+        ->required();
+    add_units_option(command, units);
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,108 @@
+// See doctor.hpp.
+#include "sdk/doctor/doctor.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "sdk/client/library.hpp"
+#include "sdk/doctor/decisions.hpp"
+#include "sdk/doctor/findings.hpp"
+#include "sdk/io/json_text.hpp"
+#include "sdk/io/terminal.hpp"
+
+namespace defrec::cli {
+namespace {
+
+std::vector<StereoFrame> read_frames(const SourceOptions& options) {
+    using Decision = decisions::DoctorSample;
+    FrameSource source(options);
+    const double pixels = static_cast<double>(source.width()) * source.height();
+    const auto count = std::clamp(static_cast<std::int64_t>(Decision::kTrackedPixels / pixels),
+                                  Decision::kMinFrames, Decision::kMaxFrames);
+    std::vector<StereoFrame> frames;
+    StereoFrame frame;
+    while (static_cast<std::int64_t>(frames.size()) < count && source.next(frame))
+        frames.push_back(frame);
+    return frames;
+}
+
+const char* verdict_name(Verdict verdict) {
+    switch (verdict) {
+        case Verdict::kFine:
+            return "fine";
+        case Verdict::kFound:
+            return "found";
+        default:
+            return "unknown";
+    }
+}
+
+}  // namespace
+
+std::size_t Diagnosis::found() const {
+    return static_cast<std::size_t>(
+        std::count_if(findings.begin(), findings.end(),
+                      [](const Finding& finding) { return finding.verdict == Verdict::kFound; }));
+}
+
+Diagnosis diagnose(const DoctorOptions& options) {
+    const StereoCalibration written = read_calibration(options.calibration, options.units);
+    const std::vector<StereoFrame> frames = read_frames(options.source);
+    StereoCalibration accepted;
+    std::string refusal;
+    try {
+        accepted = load_calibration(options.calibration, options.units);
+        fit_to_frames(accepted, frames.front().left.width, frames.front().left.height);
+    } catch (const CliError& error) {
+        refusal = error.what();
+    }
+    const bool is_accepted = refusal.empty();
+    TrackProbe probe =
+        track_frames(options.probe, frames, is_accepted ? &accepted : nullptr, refusal);
+    Evidence evidence = collect_evidence(frames, written, refusal);
+    evidence.probe = std::move(probe);
+    return {frames.size(), evidence.width, evidence.height, look_at_everything(evidence)};
+}
+
+std::string diagnosis_text(const Diagnosis& diagnosis) {
+    std::string text;
+    for (const Finding& finding : diagnosis.findings) {
+        const char* mark = finding.verdict == Verdict::kFine ? "ok       "
+                           : finding.verdict == Verdict::kFound
+                               ? finding.severity == Severity::kError ? "PROBLEM  " : "WARNING  "
+                               : "unknown  ";
+        text += mark + finding.title + ": " + finding.what + "\n";
+        if (!finding.remedy.empty()) text += "         -> " + finding.remedy + "\n";
+    }
+    return text;
+}
+
+std::string diagnosis_json(const Diagnosis& diagnosis) {
+    nlohmann::ordered_json all;
+    all["frames"] = diagnosis.frames;
+    all["width"] = diagnosis.width;
+    all["height"] = diagnosis.height;
+    all["found"] = diagnosis.found();
+    all["findings"] = nlohmann::ordered_json::array();
+    for (const Finding& finding : diagnosis.findings) {
+        nlohmann::ordered_json each;
+        each["id"] = finding.id;
+        each["verdict"] = verdict_name(finding.verdict);
+        each["severity"] = finding.severity == Severity::kError ? "error" : "warning";
+        each["what"] = finding.what;
+        each["remedy"] = finding.remedy;
+        each["value"] = nullptr;
+        if (finding.value) each["value"] = *finding.value;
+        each["unit"] = finding.unit;
+        all["findings"].push_back(std::move(each));
+    }
+    return json_text(all, 2) + "\n";
+}
+
+int run_doctor(const DoctorOptions& options) {
+    const Diagnosis diagnosis = diagnose(options);
+    if (!options.quiet) print(options.json ? diagnosis_json(diagnosis) : diagnosis_text(diagnosis));
+    return static_cast<int>(diagnosis.found() == 0 ? ExitCode::kOk : ExitCode::kFound);
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,217 @@
+// Each finding with a recording that shows it, and none where nothing is wrong.
+#include "sdk/doctor/doctor.hpp"
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Core>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "sdk/doctor/test_recordings.hpp"
+#include "sdk/scenes/writing/render_command.hpp"
+
+using namespace defrec::cli;
+
+namespace {
+
+// A scene as a recording, rendered once.
+const Recording& rendered(const std::string& scene) {
+    static std::map<std::string, Recording> recordings;
+    const auto known = recordings.find(scene);
+    if (known != recordings.end()) return known->second;
+    const TestFolder folder;
+    RenderOptions options;
+    options.scene = scene;
+    options.out_dir = folder.path().string();
+    options.width = 480;
+    options.height = 270;
+    options.frames = 12;
+    render_sequence(options, {});
+    return recordings[scene] = read_recording(folder.path());
+}
+
+Diagnosis diagnose_spoiled(const std::string& scene, const Spoil& spoil,
+                           const std::function<void(DoctorOptions&)>& change = {}) {
+    Recording recording = rendered(scene);
+    for_each_image(recording, [](cv::Mat& image) { image = image.clone(); });
+    spoil(recording);
+    const TestFolder folder;
+    write_recording(recording, folder.path());
+    DoctorOptions options = options_for(folder.path());
+    if (change) change(options);
+    return diagnose(options);
+}
+
+std::string found(const std::string& scene, const Spoil& spoil,
+                  const std::function<void(DoctorOptions&)>& change = {}) {
+    return found_in(diagnose_spoiled(scene, spoil, change));
+}
+
+void as_it_is(Recording&) {}
+
+Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rotation_of(StereoCalibration& rig) {
+    return Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rig.rotation.data());
+}
+Eigen::Map<Eigen::Vector3d> translation_of(StereoCalibration& rig) {
+    return Eigen::Map<Eigen::Vector3d>(rig.translation.data());
+}
+
+}  // namespace
+
+TEST_CASE("nothing is found where nothing is wrong: rectified and raw views") {
+    for (const char* scene : {"heartbeat", "respiration"}) {
+        CAPTURE(scene);
+        CHECK(found(scene, as_it_is) == "");
+    }
+}
+
+TEST_CASE("a round aperture, black borders and burnt-in text are nothing wrong") {
+    for (const char* scene : {"heartbeat", "respiration"}) {
+        CAPTURE(scene);
+        CHECK(found(scene, [](Recording& r) { for_each_image(r, dress); }) == "");
+    }
+}
+
+TEST_CASE("exchanged views, cameras and names") {
+    CHECK(found("heartbeat", [](Recording& r) { std::swap(r.left, r.right); }) == "order");
+    CHECK(found("respiration", [](Recording& r) { std::swap(r.left, r.right); }) == "order");
+    CHECK(found("respiration", [](Recording& r) {
+              std::swap(r.calibration.left, r.calibration.right);
+          }) == "order");
+    // The whole pair is named the other way round.
+    CHECK(found("respiration", [](Recording& r) {
+              std::swap(r.left, r.right);
+              std::swap(r.calibration.left, r.calibration.right);
+              rotation_of(r.calibration).transposeInPlace();
+              translation_of(r.calibration) =
+                  (-(rotation_of(r.calibration) * translation_of(r.calibration))).eval();
+          }) == "order");
+}
+
+TEST_CASE("R and T of the wrong direction") {
+    CHECK(found("respiration", [](Recording& r) {
+              rotation_of(r.calibration).transposeInPlace();
+              translation_of(r.calibration) =
+                  (-(rotation_of(r.calibration) * translation_of(r.calibration))).eval();
+          }) == "pose");
+    CHECK(found("respiration",
+                [](Recording& r) { rotation_of(r.calibration).transposeInPlace(); }) == "pose");
+    CHECK(found("heartbeat", [](Recording& r) { translation_of(r.calibration) *= -1; }) == "pose");
+}
+
+TEST_CASE("T in another unit") {
+    for (const double unit : {1e-3, 0.1, 1 / 25.4, 1e3}) {
+        CAPTURE(unit);
+        CHECK(found("heartbeat", [&](Recording& r) { translation_of(r.calibration) *= unit; }) ==
+              "units");
+    }
+}
+
+TEST_CASE("a baseline that is not plausible for the depth") {
+    CHECK(found("heartbeat", [](Recording& r) { translation_of(r.calibration) *= 20; }) ==
+          "baseline");
+}
+
+TEST_CASE("a calibration for images of another size") {
+    const auto half = [](Recording& r) {
+        for_each_image(
+            r, [](cv::Mat& image) { cv::resize(image, image, {}, 0.5, 0.5, cv::INTER_AREA); });
+    };
+    CHECK(found("heartbeat", half) == "resolution");
+    CHECK(found("heartbeat", [&](Recording& r) {
+              half(r);
+              r.calibration.width = r.calibration.height = 0;
+          }) == "resolution");
+    // Squeezed, as by a recorder with another picture.
+    CHECK(found("heartbeat", [](Recording& r) {
+              for_each_image(r, [](cv::Mat& image) {
+                  cv::resize(image, image, {360, 270}, 0, 0, cv::INTER_AREA);
+              });
+          }) == "resolution");
+}
+
+TEST_CASE("interlaced video") {
+    CHECK(found("heartbeat", [](Recording& r) {
+              interlace(r.left);
+              interlace(r.right);
+          }) == "interlacing");
+}
+
+TEST_CASE("exposure") {
+    for (const double gain : {6.0, 0.05}) {
+        CAPTURE(gain);
+        CHECK(found("heartbeat", [&](Recording& r) {
+                  for_each_image(r, [&](cv::Mat& image) { image *= gain; });
+              }) == "exposure");
+    }
+    CHECK(found("heartbeat", [](Recording& r) {
+              for (cv::Mat& image : r.right) image = cv::Scalar::all(0);
+          }) == "exposure");
+}
+
+TEST_CASE("strong compression") {
+    CHECK(found("heartbeat", [](Recording& r) {
+              for_each_image(r, [](cv::Mat& image) { compress(image, 15); });
+          }) == "compression");
+}
+
+TEST_CASE("a view that is late") {
+    CHECK(found("heartbeat", [](Recording& r) {
+              r.left.erase(r.left.begin());
+              r.right.pop_back();
+          }) == "lag");
+}
+
+TEST_CASE("rows that disagree") {
+    CHECK(found("heartbeat", [](Recording& r) { r.calibration.right.cy += 2; }) == "rows");
+}
+
+TEST_CASE("disparities that are not searched") {
+    const TestFolder folder;
+    const std::string config = folder.write("config.yaml", "disparities: 16\n");
+    CHECK(found("heartbeat", as_it_is, [&](DoctorOptions& options) {
+              options.probe.config = config;
+          }) == "disparity_range");
+}
+
+TEST_CASE("views that share half of what they see") {
+    CHECK(found("heartbeat", [](Recording& r) {
+              const int width = r.calibration.width * 6 / 10;
+              const int aside = r.calibration.width - width;
+              crop(r.left, 0, width);
+              crop(r.right, aside, width);
+              r.calibration.right.cx -= aside;
+              r.calibration.width = width;
+          }) == "overlap");
+}
+
+TEST_CASE("one view twice, and views of two things") {
+    CHECK(found("heartbeat", [](Recording& r) { r.right = r.left; }) == "one_view_twice");
+    CHECK(found("heartbeat", [](Recording& r) { r.right = rendered("respiration").right; }) ==
+          "common_content");
+}
+
+TEST_CASE("a calibration that is refused for another reason") {
+    const Diagnosis diagnosis =
+        diagnose_spoiled("heartbeat", [](Recording& r) { rotation_of(r.calibration)(0, 0) = 1.2; });
+    CHECK(found_in(diagnosis) == "calibration");
+    CHECK(diagnosis.findings.back().what.find("R is not a rotation") != std::string::npos);
+}
+
+TEST_CASE("text and JSON say what was found, what to do and what was measured") {
+    const Diagnosis diagnosis =
+        diagnose_spoiled("heartbeat", [](Recording& r) { std::swap(r.left, r.right); });
+    CHECK(diagnosis_text(diagnosis).find("order of the views: the views look exchanged") !=
+          std::string::npos);
+    const auto json = nlohmann::json::parse(diagnosis_json(diagnosis));
+    CHECK(json["found"] == 1);
+    for (const auto& finding : json["findings"]) {
+        CAPTURE(finding.dump());
+        CHECK((finding["remedy"] == "") == (finding["verdict"] != "found"));
+        if (finding["id"] != "order") continue;
+        CHECK(finding["severity"] == "error");
+        CHECK(finding["value"].get<double>() < 10);
+        CHECK(finding["unit"] == "%");
+    }
+}

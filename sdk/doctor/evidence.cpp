@@ -1,0 +1,84 @@
+// See evidence.hpp.
+#include "sdk/doctor/evidence.hpp"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "sdk/doctor/decisions.hpp"
+
+namespace defrec::cli {
+namespace {
+
+cv::Mat gray_of(const ImageView& view) {
+    const cv::Mat image(view.height, view.width, CV_8UC(view.channels),
+                        const_cast<std::uint8_t*>(view.pixels), view.stride);
+    cv::Mat gray;
+    if (view.channels == 1) return image;
+    cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
+    return gray;
+}
+
+// A calibration for images of another size, where they are the same picture.
+StereoCalibration scaled(const StereoCalibration& calibration, int width, int height) {
+    StereoCalibration made = calibration;
+    const double x = static_cast<double>(width) / calibration.width,
+                 y = static_cast<double>(height) / calibration.height;
+    for (CameraCalibration* camera : {&made.left, &made.right}) {
+        camera->fx *= x;
+        camera->fy *= y;
+        camera->cx = (camera->cx + 0.5) * x - 0.5;
+        camera->cy = (camera->cy + 0.5) * y - 0.5;
+    }
+    return made;
+}
+
+}  // namespace
+
+std::size_t TrackProbe::frames_with(std::uint32_t reasons) const {
+    return static_cast<std::size_t>(
+        std::count_if(frames.begin(), frames.end(),
+                      [&](const TrackedFrame& frame) { return (frame.reasons & reasons) != 0; }));
+}
+
+const RigTrial& Evidence::without(Mistake mistake) const {
+    return *std::find_if(trials.begin(), trials.end(),
+                         [&](const RigTrial& trial) { return trial.mistake == mistake; });
+}
+
+bool Evidence::has_depth() const {
+    return has_trials() && as_given().front_share >= decisions::DoctorOrder::kMinFront;
+}
+
+Evidence collect_evidence(const std::vector<StereoFrame>& frames, StereoCalibration calibration,
+                          std::string refusal) {
+    Evidence evidence;
+    evidence.width = frames.front().left.width;
+    evidence.height = frames.front().left.height;
+    evidence.refusal = std::move(refusal);
+    evidence.has_other_size = calibration.width > 0 && (calibration.width != evidence.width ||
+                                                        calibration.height != evidence.height);
+    evidence.calibration = std::move(calibration);
+    const std::size_t count =
+        std::min<std::size_t>(frames.size(), decisions::DoctorSample::kMatchedFrames);
+    for (std::size_t i = 0; i < count; ++i) {
+        const StereoFrame& frame = frames[count > 1 ? i * (frames.size() - 1) / (count - 1) : 0];
+        evidence.pairs.push_back({gray_of(frame.left), gray_of(frame.right)});
+        const std::vector<ViewMatch> found =
+            match_views(evidence.pairs.back().left, evidence.pairs.back().right);
+        evidence.matches.insert(evidence.matches.end(), found.begin(), found.end());
+    }
+    if (evidence.matches.size() < decisions::DoctorMatches::kMinMatches ||
+        !has_pose(evidence.calibration))
+        return evidence;
+    const StereoCalibration fitting =
+        evidence.has_other_size ? scaled(evidence.calibration, evidence.width, evidence.height)
+                                : evidence.calibration;
+    for (const Mistake mistake :
+         {Mistake::kNone, Mistake::kPoseInverted, Mistake::kRotationTurned,
+          Mistake::kTranslationTurned, Mistake::kImagesExchanged, Mistake::kCamerasExchanged})
+        evidence.trials.push_back(try_rig(fitting, evidence.matches, mistake));
+    return evidence;
+}
+
+}  // namespace defrec::cli

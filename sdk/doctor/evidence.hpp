@@ -1,0 +1,61 @@
+// What the doctor has before it: frames, calibration, and what matching and tracking tell of them.
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "include/defrec_c.h"
+#include "sdk/doctor/rig_trial.hpp"
+#include "sdk/doctor/view_matches.hpp"
+#include "sdk/input/frame_source.hpp"
+#include "sdk/io/calibration.hpp"
+
+namespace defrec::cli {
+
+// Both views of a frame in gray.
+struct GrayPair {
+    cv::Mat left, right;
+};
+
+// A frame that the tracker was given.
+struct TrackedFrame {
+    std::uint32_t state = 0, reasons = 0;  // DEFREC_INITIALISING ..., DEFREC_REASON_*
+    float view_lag_frames = 0;
+};
+
+// The frames tracked.
+struct TrackProbe {
+    bool has_rig = false;  // false: the calibration was refused, and only the images say something
+    std::vector<TrackedFrame> frames;
+    defrec_camera camera{};  // of the rectified views
+    // Disparities in the rectified views, px, all but a thousandth at either end; the first above
+    // the last: none was found.
+    double least_disparity = 0, largest_disparity = -1;
+
+    std::size_t frames_with(std::uint32_t reasons) const;
+};
+
+struct Evidence {
+    int width = 0, height = 0;
+    std::vector<GrayPair> pairs;     // some of the frames
+    StereoCalibration calibration;   // as the files have it, T in mm
+    std::string refusal;             // why it is not taken; empty: it is
+    bool has_other_size = false;     // the calibration names another size than the frames'
+    std::vector<ViewMatch> matches;  // of `pairs`
+    std::vector<RigTrial> trials;    // of the calibration without each mistake, the first without
+                                     // any; empty: too few matches, or R is no rotation
+    TrackProbe probe;
+
+    bool has_trials() const { return !trials.empty(); }
+    const RigTrial& as_given() const { return trials.front(); }
+    const RigTrial& without(Mistake mistake) const;
+    // The calibration as given puts the tissue in front of the cameras.
+    bool has_depth() const;
+};
+
+Evidence collect_evidence(const std::vector<StereoFrame>& frames, StereoCalibration calibration,
+                          std::string refusal);
+
+}  // namespace defrec::cli

@@ -1,0 +1,32 @@
+// Everything that the doctor looks at, a file for each.
+#pragma once
+
+#include "sdk/doctor/evidence.hpp"
+#include "sdk/doctor/finding.hpp"
+
+namespace defrec::cli {
+
+// The images alone.
+Finding look_at_exposure(const Evidence& evidence);
+Finding look_at_interlacing(const Evidence& evidence);
+Finding look_at_compression(const Evidence& evidence);
+Finding look_at_one_view_twice(const Evidence& evidence);
+Finding look_at_common_content(const Evidence& evidence);
+Finding look_at_overlap(const Evidence& evidence);
+// The calibration, and how the images fit it.
+Finding look_at_resolution(const Evidence& evidence);
+Finding look_at_order(const Evidence& evidence);
+Finding look_at_pose(const Evidence& evidence);
+Finding look_at_units(const Evidence& evidence);
+Finding look_at_baseline(const Evidence& evidence);
+Finding look_at_rows(const Evidence& evidence);
+Finding look_at_calibration(const Evidence& evidence);
+// What the tracker says.
+Finding look_at_lag(const Evidence& evidence);
+Finding look_at_disparity_range(const Evidence& evidence);
+
+// All of them, in the order in which they are to be mended. What follows from another finding is
+// not found a second time.
+std::vector<Finding> look_at_everything(const Evidence& evidence);
+
+}  // namespace defrec::cli

@@ -1,0 +1,59 @@
+// Whether a piece of tissue lies in the same row of both rectified views.
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <cmath>
+
+#include "include/defrec_c.h"
+#include "sdk/doctor/decisions.hpp"
+#include "sdk/doctor/findings.hpp"
+#include "sdk/doctor/sentence.hpp"
+
+namespace defrec::cli {
+namespace {
+
+using Decision = decisions::DoctorViews;
+
+// Step of the rows at the middle, px, and its growth along x and y: offset, roll, and what the
+// focal lengths differ by.
+Eigen::Vector3d fit_rows(const std::vector<RectifiedMatch>& matches, double start) {
+    Eigen::Vector3d fit(start, 0, 0);
+    for (const double width : Decision::kTukeyWidths) {
+        Eigen::Matrix3d normal = 1e-9 * Eigen::Matrix3d::Identity();
+        Eigen::Vector3d right = Eigen::Vector3d::Zero();
+        for (const RectifiedMatch& match : matches) {
+            const Eigen::Vector3d row(1, match.x, match.y);
+            const double residual = (match.row_step - row.dot(fit)) / width;
+            if (std::abs(residual) >= 1) continue;
+            const double root = 1 - residual * residual;
+            normal += root * root * row * row.transpose();
+            right += root * root * match.row_step * row;
+        }
+        fit = normal.ldlt().solve(right);
+    }
+    return fit;
+}
+
+}  // namespace
+
+Finding look_at_rows(const Evidence& evidence) {
+    Look look("rows", "rows", Severity::kError);
+    if (!evidence.has_depth()) return look.unknown("the views do not fit the calibration");
+    const Eigen::Vector3d fit = fit_rows(evidence.as_given().matches, 0);
+    // A linear step over the image.
+    const double error = std::hypot(fit[0], fit[1] * evidence.width / std::sqrt(12),
+                                    fit[2] * evidence.height / std::sqrt(12));
+    look.measured(error, "px");
+    const std::string text = "rows of the rectified views differ by " + decimals(error, 2) + " px";
+    if (error <= Decision::kMaxRowError) return look.fine(text);
+    constexpr double kDegrees = 57.29577951308232;
+    return look.found(
+        text + ": the right view is " + decimals(std::abs(fit[0]), 1) + " px too " +
+            (fit[0] > 0 ? "low" : "high") + ", turned " +
+            (fit[1] > 0 ? "clockwise by " : "anticlockwise by ") +
+            decimals(std::abs(kDegrees * fit[1]), 2) + " degrees, and " +
+            decimals(std::abs(100 * fit[2]), 2) + " % too " + (fit[2] > 0 ? "large." : "small."),
+        "Calibrate anew, at this zoom and focus; until then self_calibration: correct in --config "
+        "of `defrec track` mends it.");
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,116 @@
+// See track_probe.hpp.
+#include "sdk/doctor/track_probe.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "sdk/client/library.hpp"
+#include "sdk/client/tracker_config.hpp"
+#include "sdk/doctor/decisions.hpp"
+
+namespace defrec::cli {
+namespace {
+
+// A pair that takes frames as they are.
+StereoCalibration nominal_calibration(int width, int height) {
+    StereoCalibration calibration;
+    calibration.width = width;
+    calibration.height = height;
+    for (CameraCalibration* camera : {&calibration.left, &calibration.right}) {
+        camera->fx = camera->fy = width;
+        camera->cx = 0.5 * (width - 1);
+        camera->cy = 0.5 * (height - 1);
+    }
+    calibration.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    calibration.translation = {-1, 0, 0};
+    return calibration;
+}
+
+Rig choose_rig(const Context& context, const StereoFrame& frame,
+               const StereoCalibration* calibration, std::string& refusal) {
+    if (calibration != nullptr) {
+        try {
+            return make_rig(context, *calibration);
+        } catch (const CliError& error) {
+            if (error.code() != ExitCode::kCalibration) throw;
+            refusal = error.what();
+        }
+    }
+    return make_rig(context, nominal_calibration(frame.left.width, frame.left.height));
+}
+
+// Where the disparities of all frames lie.
+class DisparityCounts {
+  public:
+    // 1/16 px.
+    void add(const std::int16_t* disparity, std::size_t count) {
+        for (std::size_t i = 0; i < count; ++i) {
+            if (disparity[i] < 0) continue;
+            ++counts_[static_cast<std::size_t>(disparity[i] / DEFREC_DISPARITY_ONE)];
+            ++all_;
+        }
+    }
+    void finish(TrackProbe& probe) const {
+        if (all_ == 0) return;
+        probe.least_disparity = at(all_ / kAway);
+        probe.largest_disparity = at(all_ - all_ / kAway) + 1;
+    }
+
+  private:
+    static constexpr std::size_t kAway = 1000;  // one of as many at either end is left out
+
+    // The disparity, px, below or at which so many lie.
+    double at(std::size_t rank) const {
+        std::size_t below = 0;
+        for (std::size_t i = 0; i < counts_.size(); ++i) {
+            below += counts_[i];
+            if (below >= std::max<std::size_t>(rank, 1)) return static_cast<double>(i);
+        }
+        return 0;
+    }
+
+    std::array<std::size_t, 1 + INT16_MAX / DEFREC_DISPARITY_ONE> counts_{};
+    std::size_t all_ = 0;
+};
+
+}  // namespace
+
+TrackProbe track_frames(const ProbeOptions& options, const std::vector<StereoFrame>& frames,
+                        const StereoCalibration* calibration, std::string& refusal) {
+    const Context context = open_context({options.threads, true, {}});
+    const Device device = choose_device(context, options.backend, options.device);
+    const Rig rig = choose_rig(context, frames.front(), calibration, refusal);
+    auto desc = initialised<defrec_tracker_desc>();
+    desc.format = format_of_channels(frames.front().left.channels);
+    desc.device_id = device.id.c_str();
+    if (!options.config.empty()) read_config(options.config, desc);
+    desc.body = DEFREC_BODY_OFF;
+    desc.keep_disparity = 1;
+    defrec_tracker handle = nullptr;
+    require(defrec_tracker_create(context.get(), rig.get(), &desc, &handle),
+            options.config.empty() ? ExitCode::kInternal : ExitCode::kUsage,
+            "creating the tracker");
+    const Tracker tracker(handle);
+    TrackProbe probe;
+    probe.has_rig = calibration != nullptr && refusal.empty();
+    DisparityCounts disparities;
+    int waiting = 0;  // frames without a template
+    for (const StereoFrame& frame : frames) {
+        const Job job = submit(tracker, frame);
+        require(defrec_job_wait(job.get(), UINT64_MAX), ExitCode::kInternal,
+                "frame " + std::to_string(frame.index));
+        auto result = initialised<defrec_result>();
+        require(defrec_job_result(job.get(), &result), ExitCode::kInternal, "reading the result");
+        probe.frames.push_back({result.state, result.reasons, result.view_lag_frames});
+        if (result.disparity != nullptr)
+            disparities.add(result.disparity,
+                            static_cast<std::size_t>(frame.left.width) * frame.left.height);
+        waiting = result.state == DEFREC_INITIALISING ? waiting + 1 : 0;
+        if (waiting == decisions::DoctorSample::kMostWaiting) break;
+    }
+    probe.camera = rig_info(rig).camera;
+    disparities.finish(probe);
+    return probe;
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,17 @@
+// Where the right view shows what the left one shows, found without a calibration.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace defrec::cli {
+
+// Pixels of the images as the cameras delivered them.
+struct ViewMatch {
+    cv::Point2d left, right;
+};
+
+// Gray images of one size.
+std::vector<ViewMatch> match_views(const cv::Mat& left, const cv::Mat& right);
+
+}  // namespace defrec::cli
