@@ -9,7 +9,7 @@ namespace defrec::cli {
 namespace {
 
 // mm; points with larger ones that are lifted in a frame before the template's are lost.
-constexpr double kMaxLiftError = 0.4;
+constexpr double kMaxLiftError = 0.3;
 
 // covariance: xx, xy, xz, yy, yz, zz.
 double trace_of(const double* covariance) { return covariance[0] + covariance[3] + covariance[5]; }

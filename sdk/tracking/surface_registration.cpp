@@ -237,13 +237,15 @@ void SurfaceRegistration::adopt(std::shared_ptr<const Template> surface, bool is
 
 // Whether enough of the template is seen again in its own frame.
 bool SurfaceRegistration::shows_template(const Frame& frame, const FrameAttempt& attempt) const {
+    using decisions::TemplateTrial;
     const SurfaceSamples samples = frame.job.memory.output.samples;
     size_t shown = 0;
     for (size_t i = 0; i < samples.size(); ++i)
         shown +=
             samples[i].observation == DEFREC_OBSERVED && attempt.photometric().is_confirmed[i] != 0;
-    return static_cast<double>(shown) >=
-           decisions::TemplateTrial::kMinShown * static_cast<double>(samples.size());
+    const auto vertices = static_cast<double>(samples.size());
+    return static_cast<double>(shown) >= TemplateTrial::kMinShown * vertices ||
+           attempt.result.evidence.patches_confirmed >= TemplateTrial::kMinPatches * vertices;
 }
 
 // After a frame with a template that it did not give.

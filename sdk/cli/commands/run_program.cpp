@@ -23,7 +23,8 @@ constexpr char kOverview[] =
     "\n"
     "Exit codes: 0 ok, 1 internal error or out of memory, 2 usage, 3 input unreadable, 4 "
     "calibration invalid, 5 plugin\n"
-    "or device unavailable, 6 finished but below the asked threshold, 7 output failed, 8 `defrec "
+    "or device unavailable, 6 finished but below the asked threshold, 7 output failed, 8 nothing "
+    "tracked, 9 `defrec\n"
     "doctor` found something, 130 interrupted.";
 
 // OpenCV's and FFmpeg's own complaints would stand between ours, which say the same with file and

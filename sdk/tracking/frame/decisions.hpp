@@ -314,6 +314,9 @@ struct TemplateTrial {
     // share of the vertices | that the template's own frame must show again, in depth and in the
     //   image: less cannot be followed | 0.24 and more in sharp frames, 0.46 at sigma 3, 0.06 at 6
     static constexpr double kMinShown = 0.1;
+    // patches | confirmed in that frame for each vertex: so many do instead where texture is too
+    //   faint for checks | 0.035 at a contrast of 0.045, at most 0.011 at sigma 6
+    static constexpr double kMinPatches = 0.02;
     // features | of a frame by which a template is judged, at least
     static constexpr uint32_t kMinFeatures = 60;
     // of the features of the template's own frame | a frame with as many shows more of the tissue;
