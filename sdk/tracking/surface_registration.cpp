@@ -244,8 +244,10 @@ bool SurfaceRegistration::shows_template(const Frame& frame, const FrameAttempt&
         shown +=
             samples[i].observation == DEFREC_OBSERVED && attempt.photometric().is_confirmed[i] != 0;
     const auto vertices = static_cast<double>(samples.size());
-    return static_cast<double>(shown) >= TemplateTrial::kMinShown * vertices ||
-           attempt.result.evidence.patches_confirmed >= TemplateTrial::kMinPatches * vertices;
+    if (static_cast<double>(shown) >= TemplateTrial::kMinShown * vertices) return true;
+    const Evidence& evidence = attempt.result.evidence;
+    return evidence.patches_confirmed >= TemplateTrial::kMinPatches * vertices &&
+           evidence.patch_rms_px <= TemplateTrial::kMaxPatchRms;
 }
 
 // After a frame with a template that it did not give.

@@ -315,8 +315,11 @@ struct TemplateTrial {
     //   image: less cannot be followed | 0.24 and more in sharp frames, 0.46 at sigma 3, 0.06 at 6
     static constexpr double kMinShown = 0.1;
     // patches | confirmed in that frame for each vertex: so many do instead where texture is too
-    //   faint for checks | 0.035 at a contrast of 0.045, at most 0.011 at sigma 6
+    //   faint for checks | 0.035 at a contrast of 0.045, at most 0.011 at sigma 6 px
     static constexpr double kMinPatches = 0.02;
+    // px RMS | that they may lie off where the template has them | at most 0.08 where the image is
+    //   sharp, also where it is faint; 0.28 to 0.45 from sigma 6 px on
+    static constexpr double kMaxPatchRms = 0.15;
     // features | of a frame by which a template is judged, at least
     static constexpr uint32_t kMinFeatures = 60;
     // of the features of the template's own frame | a frame with as many shows more of the tissue;
