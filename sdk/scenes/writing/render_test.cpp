@@ -168,8 +168,9 @@ TEST_CASE(
         CAPTURE(scene.name);
         const Written w({.scene = scene.name, .width = 180, .height = 144, .frames = 1});
         CHECK(w.points.size() >= 60);
-        CHECK((cv::norm(w.d1) == 0) == scene.rectified);
-        CHECK((cv::norm(w.r, cv::Mat::eye(3, 3, CV_64F)) == 0) == scene.rectified);
+        const bool is_rectified = cv::norm(w.d1) == 0 && cv::norm(w.m1, w.m2) == 0 &&
+                                  cv::norm(w.r, cv::Mat::eye(3, 3, CV_64F)) == 0;
+        CHECK(is_rectified == scene.rectified);
         double worst = 0;
         for (std::size_t id = 0; id < w.points.size(); ++id) {
             CHECK(w.truth[0][id].visible);
