@@ -42,12 +42,13 @@ const std::vector<Step>& steps() {
 
 std::vector<Finding> look_at_everything(const Evidence& evidence) {
     std::vector<Finding> findings;
-    for (const auto& [look, after] : steps()) {
-        Finding finding = look(evidence);
+    for (const Step& step : steps()) {
+        Finding finding = step.look(evidence);
         const auto cause =
             std::find_if(findings.begin(), findings.end(), [&](const Finding& earlier) {
                 return earlier.verdict == Verdict::kFound &&
-                       std::find(after.begin(), after.end(), earlier.id) != after.end();
+                       std::find(step.after.begin(), step.after.end(), earlier.id) !=
+                           step.after.end();
             });
         if (cause != findings.end()) {
             finding.verdict = Verdict::kUnknown;
