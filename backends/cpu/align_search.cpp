@@ -499,7 +499,7 @@ struct Displacements {
 };
 
 // The place of the best of the displacements whose sums the scratch holds; -1 if none is scored.
-// Those for which there is no sum are far outside the limits.
+// Displacements for which there is no sum are far outside the limits.
 int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch, const Limits& limits,
                           const Displacements& tried) {
     const D32 d;

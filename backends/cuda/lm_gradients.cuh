@@ -459,7 +459,7 @@ __device__ __forceinline__ void take_last_step(const LmView& view, const LmRowMe
     if (blockIdx.x == 0 && thread == 0) *view.summary = summarise(view.p, state);
 }
 
-// What solve begins with: the residual and the first direction of all control points that the block
+// Starts solve: sets the residual and the first direction of all control points that the block
 // knows. Independent ones have their solution with it.
 __device__ __forceinline__ void start_vectors(const LmView& view, const LmRowMemory& memory,
                                               bool coupled) {

@@ -109,7 +109,7 @@ __device__ uint32_t corner_of(uint32_t key) {
                : key >> 8 << 16 | (kLastPlace - (key >> 4 & 15)) << 8 | (kLastPlace - (key & 15));
 }
 
-// What a thread scores of a block: rows of one of its columns.
+// The part of a block that a thread scores: rows of one of its columns.
 struct ColumnShare {
     int column, first_row, end_row;
 };

@@ -105,7 +105,7 @@ struct Block {
     int16_t top[2 * kMaxPixels];  // the whole top level with what is coarser
 };
 
-// Where the windows begin in their fields.
+// The first pixels of the windows in their fields.
 struct WindowStarts {
     int x[kTiledLevels + 1], y[kTiledLevels + 1];
 
@@ -120,7 +120,7 @@ struct WindowStarts {
     }
 };
 
-// What a thread reads of the windows and of the top level.
+// The values that a thread reads of the windows and of the top level.
 template <int kRadius>
 struct Cells {
     static constexpr Windows kWindows = Block<kRadius>::kWindows;

@@ -167,7 +167,7 @@ struct Samples {
     __device__ __forceinline__ int rows() const { return kHeight + 2 * margin; }
 };
 
-// What is found at the samples.
+// Loads the disparities that were found at the samples.
 __device__ __forceinline__ void load_found(const FinishStep& step, const Samples& samples,
                                            Tile& tile) {
     const StereoShape& shape = step.shape;

@@ -96,8 +96,8 @@ __device__ __forceinline__ uint32_t two_rows(const uint32_t* words, int row) {
                         : word >> (8 * (row % 4)) & 0xffff;
 }
 
-// Where the columns of an image go: their words for the search, and sums and squares of their
-// windows.
+// The memory that columns of an image go to: their words for the search, and sums and squares of
+// their windows.
 template <class S, int kColumns>
 struct StagedColumns {
     int (&words)[S::kWords + kMoves][kColumns];
@@ -237,7 +237,7 @@ __device__ __forceinline__ void make_windows(const SearchStep& step, typename S:
     }
 }
 
-// What a thread has of a block: one group at a time, for a run of samples in each row.
+// The part of a block that a thread has: one group at a time, for a run of samples in each row.
 struct ThreadShare {
     int slot, run;
     int reach;  // the first right pixel that it meets

@@ -218,7 +218,7 @@ struct Read {
     uint64_t value;
     bool lost = false;
 
-    // What there is of it when the signal has reached `reached`.
+    // The value to be expected when the signal has reached `reached`.
     std::array<uint32_t, 4> wanted(uint64_t reached) const {
         return value <= reached && !lost ? expected : std::array<uint32_t, 4>{};
     }

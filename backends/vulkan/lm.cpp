@@ -153,7 +153,7 @@ class Lm final : public Stage {
     }
 
   private:
-    // What a run is given, nullptr for what it is not, and what it gives.
+    // The buffers that a run is given, nullptr for the absent ones, and those that it fills.
     struct FrameBuffers {
         const Buffer *motions, *matches, *observations, *disparity;
         const Buffer *moved, *summary;

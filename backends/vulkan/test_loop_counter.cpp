@@ -72,7 +72,7 @@ class Module {
 
 using Instructions = std::vector<Module::Instruction>;
 
-// What the counter needs to know of a shader.
+// The identifiers of a shader that the counter needs.
 struct ShaderIds {
     uint32_t uint_type = 0, main_function = 0;
     uint32_t binding = 0;  // the first that is free

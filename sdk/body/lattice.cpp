@@ -114,7 +114,7 @@ class Lattice::Corners {
     size_t free() const { return free_; }
     const Corner& at(size_t node) const { return all_[order_[node]].at; }
     int32_t node(const Cell& cell, size_t k) const { return find(cell, k).node; }
-    // What a node's value is made of: weights of free nodes.
+    // The free nodes that a node's value is made of, with their weights.
     std::map<int32_t, double> terms(size_t node) const {
         std::map<int32_t, double> sum;
         add_terms(all_[order_[node]], 1, sum);

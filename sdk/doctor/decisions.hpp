@@ -95,7 +95,7 @@ struct DoctorSize {
     static constexpr double kFarOff = 0.2;
 };
 
-// What the images themselves must be like.
+// The limits that the images themselves must keep.
 struct DoctorImages {
     // share of the frames | more with a reason of the library are a finding | one frame may be bad
     static constexpr double kReasonShare = 0.2;

@@ -1,4 +1,4 @@
-// What the doctor has before it: frames, calibration, and what matching and tracking tell of them.
+// The doctor looks at this: frames, calibration, and what matching and tracking tell of them.
 #pragma once
 
 #include <cstdint>

@@ -11,7 +11,7 @@ namespace {
 
 struct Step {
     Finding (*look)(const Evidence&);
-    // Where one of these was found, the look would find what follows from it.
+    // The look would find a consequence, where one of these was found.
     std::vector<std::string_view> after;
 };
 

@@ -1,4 +1,4 @@
-// What the doctor says of one thing that may be wrong with a recording or its calibration.
+// A finding: the doctor's word on one thing that may be wrong with a recording or its calibration.
 #pragma once
 
 #include <optional>

@@ -21,7 +21,7 @@ Finding look_at_units(const Evidence& evidence);
 Finding look_at_baseline(const Evidence& evidence);
 Finding look_at_rows(const Evidence& evidence);
 Finding look_at_calibration(const Evidence& evidence);
-// What the tracker says.
+// The tracker's results.
 Finding look_at_lag(const Evidence& evidence);
 Finding look_at_disparity_range(const Evidence& evidence);
 

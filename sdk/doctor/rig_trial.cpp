@@ -25,7 +25,7 @@ std::vector<Eigen::Vector3d> directions_of(const CameraCalibration& camera,
     return directions;
 }
 
-// What turns a direction of each view into one of a pair whose baseline lies along x.
+// Rotations that turn directions of each view into those of a pair whose baseline lies along x.
 struct Rectification {
     explicit Rectification(const StereoCalibration& calibration) {
         const Eigen::Matrix3d rotation = Eigen::Map<const Rotation>(calibration.rotation.data());

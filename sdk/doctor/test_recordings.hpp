@@ -93,7 +93,7 @@ inline void crop(std::vector<cv::Mat>& images, int first, int width) {
     for (cv::Mat& image : images) image = image.colRange(first, first + width).clone();
 }
 
-// What surrounds the picture of an endoscope: a round aperture, black borders, text.
+// Surroundings of an endoscope's picture: a round aperture, black borders, text.
 inline void dress(cv::Mat& image) {
     cv::Mat aperture(image.size(), CV_8U, cv::Scalar(0));
     cv::circle(aperture, {image.cols / 2, image.rows / 2}, image.rows * 11 / 20, 255, cv::FILLED);

@@ -39,7 +39,7 @@ Rig choose_rig(const Context& context, const StereoFrame& frame,
     return make_rig(context, nominal_calibration(frame.left.width, frame.left.height));
 }
 
-// Where the disparities of all frames lie.
+// The histogram of the disparities of all frames.
 class DisparityCounts {
   public:
     // 1/16 px.

@@ -25,7 +25,7 @@ bool holds(const cv::Mat& image, const cv::Rect& rect) {
     return (rect & image_rect(image)) == rect;
 }
 
-// Where the maximum of a parabola through three values lies, from the middle one.
+// The maximum of a parabola through three values lies so far from the middle one.
 double peak(double before, double at, double after) {
     const double curvature = before - 2 * at + after;
     return curvature < 0 ? std::clamp(0.5 * (before - after) / curvature, -0.5, 0.5) : 0;
@@ -36,7 +36,7 @@ struct Place {
     double score = 0, lead = 0;  // lead: over the best score elsewhere
 };
 
-// Where `to` shows the patch of `from` round `centre`, among the centres in `window`.
+// The place in `to` of the patch of `from` round `centre`, among the centres in `window`.
 std::optional<Place> search(const cv::Mat& from, cv::Point centre, const cv::Mat& to,
                             const cv::Rect& window) {
     const cv::Rect patch = patch_at(centre);

@@ -1,4 +1,4 @@
-// Where the right view shows what the left one shows, found without a calibration.
+// Matches places of the left view with those of the right one, without a calibration.
 #pragma once
 
 #include <opencv2/core.hpp>

@@ -34,7 +34,7 @@ enum class LengthUnit { kGuarded, kMillimetre, kMetre };
 StereoCalibration load_calibration(const std::string& source,
                                    LengthUnit unit = LengthUnit::kGuarded);
 
-// What `source` says, T in mm, without the checks: a calibration that may be impossible.
+// The calibration as `source` has it, T in mm, without the checks: it may be impossible.
 StereoCalibration read_calibration(const std::string& source,
                                    LengthUnit unit = LengthUnit::kGuarded);
 

@@ -33,7 +33,7 @@ struct StereoRig {
 /// small rotation and vertical offsets.
 StereoRig make_rig(int width, int height, bool rectified);
 
-/// Where the views of a stereo microscope meet.
+/// The place where the views of a stereo microscope meet.
 struct Working {
     double distance, field;  ///< mm; field: that the width shows there
 };

@@ -100,7 +100,7 @@ void PointFollower::lift(const Template& surface, std::int64_t frame, bool may_g
 }
 
 void PointFollower::begin_at(std::int64_t frame) {
-    // Those of a template that was given up had a surface.
+    // Points of a template that was given up had a surface.
     const bool came_too_early = newest_ >= frame && !has_forgotten_;
     for (FollowedPoint& point : points_) {
         if (point.frame) continue;

@@ -14,7 +14,7 @@ struct FoundTemplate {
     StereoFrame frame;  // that gave it
 };
 
-// What a tracker for this recording is made of. Borrowed.
+// The parts that a tracker for this recording is made of. Borrowed.
 struct TemplateSearchInput {
     const Context& context;
     const Rig& rig;
@@ -29,7 +29,7 @@ struct TemplateSearchInput {
 // frame gives the template, or none does.
 std::optional<FoundTemplate> find_template(const TemplateSearchInput& input);
 
-// That of one frame. Throws CliError(kInput) where it gives none.
+// The template of one frame. Throws CliError(kInput) where it gives none.
 FoundTemplate capture_template_of(const TemplateSearchInput& input, std::int64_t frame);
 
 }  // namespace defrec::cli

@@ -466,7 +466,7 @@ class TrackSession {
             points_.begin_at(first);
     }
 
-    // What was found on it has no place on the next one.
+    // Points that were found on it have no place on the next one.
     void give_up_template(std::int64_t frame) {
         notes_.add_given_up(*template_.frame, frame);
         points_.forget_template();

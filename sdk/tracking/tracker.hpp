@@ -28,7 +28,7 @@ class Job {
     virtual std::string error_text() const = 0;
     // Throws Error(DEFREC_ERROR_STATE) unless the frame is done.
     virtual void describe(defrec_result& out) const = 0;
-    // What the frame became. Throws Error(DEFREC_ERROR_STATE) unless it is done and has a surface.
+    // The frame's result. Throws Error(DEFREC_ERROR_STATE) unless it is done and has a surface.
     virtual const FrameResult& surface_result() const = 0;
     virtual void lift_points(const double* uv, size_t count, double* xyz, uint8_t* found) const = 0;
     virtual void warp_points(const double* template_xyz, size_t count, double* xyz, uint8_t* status,

@@ -127,7 +127,7 @@ ivec2 left_words(int x, int y) {
     return words;
 }
 
-// What is refined, if the row of the even column is one of the tile's samples.
+// Keeps a guess for refinement, if the row of the even column is one of the tile's samples.
 void keep_guess(int column, int row, int guess) {
     if ((row & 1) == 0 && row >= 0 && row < kTileHeight && column >= 0 && column < kTileWidth)
         guesses[row / 2][column / 2] = guess;

@@ -85,7 +85,7 @@ struct SearchRange {
     static constexpr double kSwappedFactor = 3;
 };
 
-// Where disparities lie in a pair of views, before stereo searches.
+// The search for the disparities of a pair of views, before stereo searches.
 struct CoarseSearch {
     // px | the images are at least so wide; halved while they are | set by hand
     static constexpr uint32_t kMinWidth = 160;
@@ -651,7 +651,7 @@ struct OutsideCells {
     static constexpr double kMinSpread = 0.35;
 };
 
-// Where tissue out of the image is: universal kriging whose covariance is learnt.
+// The place of tissue out of the image: universal kriging whose covariance is learnt.
 // Source: the rendered scenes of [out-of-the-image]
 struct OutsideMotion {
     // width of the first view | length of Matern's covariance | a length of 10 mm stays near the

@@ -1,4 +1,4 @@
-// What a tracker is told, and by which numbers it decides.
+// The settings that a tracker is given, and the numbers by which it decides.
 #pragma once
 #include "include/defrec_c.h"
 #include "sdk/tracking/frame/decisions.hpp"

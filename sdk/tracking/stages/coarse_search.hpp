@@ -1,5 +1,5 @@
-// Where the disparities of a pair of views lie, before any range is known: a search over all that
-// can be, in small images.
+// Finds the disparities of a pair of views before any range is known: a search over all that can
+// be, in small images.
 #pragma once
 #include <cstdint>
 #include <optional>

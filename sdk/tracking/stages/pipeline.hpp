@@ -106,8 +106,8 @@ class Pipeline {
     DeviceStage& stereo();
     void search(const SearchRange& range);
     void log_range() const;
-    // Where the pair's disparities are, if they can lie beyond what is searched at once; they are
-    // computed again where that is elsewhere.
+    // Looks for the pair's disparities, if they can lie beyond what is searched at once; they are
+    // computed again where they lie elsewhere.
     void find_range(ObservedFrame& frame);
     std::unique_ptr<DeviceStage> make_rectify(uint32_t format, uint32_t source_stride) const;
     DeviceStage& rectify_of(const FrameImage& view);
