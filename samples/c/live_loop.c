@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "input.h"
+#include "tracking.h"
 
 static int64_t now_ns(void) {
     struct timespec time;
@@ -180,19 +180,38 @@ static void take_results(pending_result* pending, size_t* count, int64_t until_n
     }
 }
 
-int main(int argc, char** argv) {
-    camera source;
+/* Tracks what the camera delivers until it ends; returns the number of frames tracked. */
+static size_t follow(camera* source, const tracking* running, double deadline_ms) {
     camera_frame newest;
-    pthread_t camera_thread;
     pending_result pending[PLACES];
     size_t pending_count = 0, submitted = 0;
+    memset(&newest, 0, sizeof newest);
+    while (take_newest(source, &newest)) {
+        pending_result next;
+        defrec_status status;
+        take_results(pending, &pending_count, 0); /* late results */
+        status = submit(running, &newest.left, &newest.right, newest.arrived_ns, &next.job);
+        if (status == DEFREC_ERROR_BUSY) continue; /* both places are taken; the frame is dropped */
+        check(status, "submitting a frame");
+        ++submitted;
+        next.number = newest.number;
+        next.deadline_ns = newest.arrived_ns + (int64_t)(deadline_ms * 1e6);
+        pending[pending_count++] = next;
+        take_results(pending, &pending_count, next.deadline_ns);
+    }
+    take_results(pending, &pending_count, INT64_MAX);
+    free(newest.left.pixels);
+    free(newest.right.pixels);
+    return submitted;
+}
+
+int main(int argc, char** argv) {
+    camera source;
+    pthread_t camera_thread;
+    size_t submitted;
     double deadline_ms = 0;
     char rest = 0;
-    defrec_context context;
-    defrec_rig rig;
-    defrec_rig_desc rig_desc;
-    defrec_tracker tracker;
-    defrec_tracker_desc tracker_desc;
+    tracking running;
     if (argc < 5 || argc > 6 || sscanf(argv[4], "%lf%c", &deadline_ms, &rest) != 1 ||
         !(deadline_ms >= 0 && deadline_ms <= 60000)) {
         fprintf(stderr,
@@ -200,58 +219,24 @@ int main(int argc, char** argv) {
         return 2;
     }
     memset(&source, 0, sizeof source);
-    memset(&newest, 0, sizeof newest);
     source.sequence = open_sequence(argv[1], argv[2]);
     pthread_mutex_init(&source.mutex, NULL);
     pthread_cond_init(&source.changed, NULL);
 
     /* Everything that takes long is done before the camera runs: plugins, device, memory. */
-    check(defrec_context_create(NULL, &context), "loading the plugins");
-    rig_desc = parse_camera(argv[3], source.sequence.left.width, source.sequence.left.height);
-    check(defrec_rig_create(context, &rig_desc, &rig), "making the rig");
-    DEFREC_INIT(&tracker_desc);
-    tracker_desc.device_id = argc == 6 ? argv[5] : NULL; /* NULL: the fastest */
-    tracker_desc.frames_in_flight = PLACES;
-    check(defrec_tracker_create(context, rig, &tracker_desc, &tracker), "making the tracker");
+    running = open_tracking(argv[3], &source.sequence.left, argc == 6 ? argv[5] : NULL, PLACES);
     if (pthread_create(&camera_thread, NULL, deliver_frames, &source) != 0)
         fail("no thread for the camera");
-
-    while (take_newest(&source, &newest)) {
-        const int64_t deadline_ns = newest.arrived_ns + (int64_t)(deadline_ms * 1e6);
-        defrec_image left = view_of(&newest.left, DEFREC_FORMAT_BGR8),
-                     right = view_of(&newest.right, DEFREC_FORMAT_BGR8);
-        defrec_frame frame;
-        defrec_job job;
-        defrec_status status;
-        take_results(pending, &pending_count, 0); /* late results */
-        DEFREC_INIT(&frame);
-        frame.timestamp_ns = newest.arrived_ns;
-        frame.left = &left;
-        frame.right = &right;
-        status = defrec_tracker_submit(tracker, &frame, &job);
-        if (status == DEFREC_ERROR_BUSY) continue; /* both places are taken; the frame is dropped */
-        check(status, "submitting a frame");
-        ++submitted;
-        pending[pending_count].job = job;
-        pending[pending_count].number = newest.number;
-        pending[pending_count].deadline_ns = deadline_ns;
-        ++pending_count;
-        take_results(pending, &pending_count, deadline_ns);
-    }
+    submitted = follow(&source, &running, deadline_ms);
     pthread_join(camera_thread, NULL);
-    take_results(pending, &pending_count, INT64_MAX);
     printf("%zu frames from the camera, %zu tracked, %zu dropped\n", frame_count(&source.sequence),
            submitted, frame_count(&source.sequence) - submitted);
 
-    defrec_tracker_destroy(tracker);
-    defrec_rig_destroy(rig);
-    defrec_context_destroy(context);
+    close_tracking(&running);
     pthread_cond_destroy(&source.changed);
     pthread_mutex_destroy(&source.mutex);
     close_sequence(&source.sequence);
     free(source.left.pixels);
     free(source.right.pixels);
-    free(newest.left.pixels);
-    free(newest.right.pixels);
     return 0;
 }

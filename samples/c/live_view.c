@@ -15,7 +15,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "input.h"
+#include "tracking.h"
 
 static const char page[] =
     "<!doctype html><meta charset=utf-8><title>defrec</title>"
@@ -213,6 +213,29 @@ static void open_server(view_server* server, shown_frame* shown) {
 
 /* ---- the loop ---- */
 
+/* Tracks the sequence at the pace of its frames: forth in even rounds, back in odd ones. */
+static void track_rounds(const tracking* running, stereo_sequence* sequence, unsigned rounds,
+                         shown_frame* shown) {
+    const size_t count = frame_count(sequence);
+    const int64_t start = now_ns();
+    size_t i;
+    for (i = 0; i < rounds * count; ++i) {
+        const size_t in_round = i % count,
+                     number = i / count % 2 == 0 ? in_round : count - 1 - in_round;
+        const int64_t due = start + timestamp_of(i);
+        const struct timespec until = {(time_t)(due / 1000000000), (long)(due % 1000000000)};
+        defrec_job job;
+        defrec_result result;
+        int64_t submitted;
+        read_frame(sequence, number);
+        clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL);
+        submitted = now_ns();
+        job = track(running, sequence, timestamp_of(i), &result);
+        leave(shown, &sequence->left, &result, &running->camera, i, submitted);
+        defrec_job_release(job);
+    }
+}
+
 int main(int argc, char** argv) {
     stereo_sequence sequence;
     shown_frame shown;
@@ -220,28 +243,13 @@ int main(int argc, char** argv) {
     pthread_t thread;
     unsigned rounds = 0;
     char rest = 0;
-    size_t count, i;
-    int64_t start;
-    defrec_context context;
-    defrec_rig rig;
-    defrec_rig_desc rig_desc;
-    defrec_rig_info rig_info;
-    defrec_tracker tracker;
-    defrec_tracker_desc tracker_desc;
+    tracking running;
     if (argc < 5 || argc > 6 || sscanf(argv[4], "%u%c", &rounds, &rest) != 1 || rounds < 1) {
         fprintf(stderr, "usage: live_view LEFT RIGHT FX,FY,CX,CY,BASELINE_MM ROUNDS [DEVICE_ID]\n");
         return 2;
     }
     sequence = open_sequence(argv[1], argv[2]);
-    count = frame_count(&sequence);
-    check(defrec_context_create(NULL, &context), "loading the plugins");
-    rig_desc = parse_camera(argv[3], sequence.left.width, sequence.left.height);
-    check(defrec_rig_create(context, &rig_desc, &rig), "making the rig");
-    DEFREC_INIT(&rig_info);
-    check(defrec_rig_get(rig, &rig_info), "reading the rig");
-    DEFREC_INIT(&tracker_desc);
-    tracker_desc.device_id = argc == 6 ? argv[5] : NULL; /* NULL: the fastest */
-    check(defrec_tracker_create(context, rig, &tracker_desc, &tracker), "making the tracker");
+    running = open_tracking(argv[3], &sequence.left, argc == 6 ? argv[5] : NULL, 0);
 
     memset(&shown, 0, sizeof shown);
     shown.pixel_bytes = (size_t)3 * sequence.left.width * sequence.left.height;
@@ -253,41 +261,12 @@ int main(int argc, char** argv) {
     printf("open http://127.0.0.1:%u/%s/\n", server.port, server.token);
     fflush(stdout);
 
-    start = now_ns();
-    for (i = 0; i < rounds * count; ++i) {
-        /* Forth in even rounds, back in odd ones. */
-        const size_t in_round = i % count,
-                     number = i / count % 2 == 0 ? in_round : count - 1 - in_round;
-        const int64_t due = start + timestamp_of(i);
-        const struct timespec until = {(time_t)(due / 1000000000), (long)(due % 1000000000)};
-        defrec_image left, right;
-        defrec_frame frame;
-        defrec_job job;
-        defrec_result result;
-        int64_t submitted;
-        read_frame(&sequence, number);
-        clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL);
-        left = view_of(&sequence.left, DEFREC_FORMAT_BGR8);
-        right = view_of(&sequence.right, DEFREC_FORMAT_BGR8);
-        DEFREC_INIT(&frame);
-        frame.timestamp_ns = timestamp_of(i);
-        frame.left = &left;
-        frame.right = &right;
-        submitted = now_ns();
-        check(defrec_tracker_submit(tracker, &frame, &job), "submitting a frame");
-        check(defrec_job_wait(job, UINT64_MAX), "tracking a frame");
-        DEFREC_INIT(&result);
-        check(defrec_job_result(job, &result), "reading the result");
-        leave(&shown, &sequence.left, &result, &rig_info.camera, i, submitted);
-        defrec_job_release(job);
-    }
+    track_rounds(&running, &sequence, rounds, &shown);
 
     shutdown(server.listener, SHUT_RDWR);
     pthread_join(thread, NULL);
     close(server.listener);
-    defrec_tracker_destroy(tracker);
-    defrec_rig_destroy(rig);
-    defrec_context_destroy(context);
+    close_tracking(&running);
     pthread_mutex_destroy(&shown.mutex);
     free(shown.pixels);
     free(shown.vertices);

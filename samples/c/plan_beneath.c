@@ -17,7 +17,7 @@
 #define mkdir(path, mode) _mkdir(path)
 #endif
 
-#include "input.h"
+#include "tracking.h"
 
 enum { MOST_TARGETS = 1000000, MOST_COLUMNS = 64 };
 
@@ -150,7 +150,7 @@ static void draw_target(image* picture, long u, long v, long radius, const uint8
         }
 }
 
-static void draw(image* picture, const plan* targets, const defrec_intrinsics* camera) {
+static void draw(image* picture, const plan* targets, const defrec_camera* camera) {
     static const uint8_t observed[3] = {96, 220, 64}, carried[3] = {32, 176, 255};
     size_t i;
     for (i = 0; i < targets->count; ++i) {
@@ -203,11 +203,7 @@ static void print_frame(size_t frame, const plan* targets, uint32_t body) {
 int main(int argc, char** argv) {
     stereo_sequence sequence;
     plan targets;
-    defrec_context context;
-    defrec_rig rig;
-    defrec_rig_desc rig_desc;
-    defrec_tracker tracker;
-    defrec_tracker_desc tracker_desc;
+    tracking running;
     defrec_targets prepared = NULL;
     char path[4096];
     FILE* out;
@@ -226,29 +222,13 @@ int main(int argc, char** argv) {
     if (out == NULL) fail("%s: cannot be written", path);
     fprintf(out, "frame,id,x,y,z,status,expected_error_mm\n");
 
-    check(defrec_context_create(NULL, &context), "loading the plugins");
-    rig_desc = parse_camera(argv[3], sequence.left.width, sequence.left.height);
-    check(defrec_rig_create(context, &rig_desc, &rig), "making the rig");
-    DEFREC_INIT(&tracker_desc);
-    tracker_desc.device_id = argc == 7 ? argv[6] : NULL; /* NULL: the fastest */
-    check(defrec_tracker_create(context, rig, &tracker_desc, &tracker), "making the tracker");
+    running = open_tracking(argv[3], &sequence.left, argc == 7 ? argv[6] : NULL, 0);
 
     for (i = 0; i < frame_count(&sequence); ++i) {
-        defrec_image left, right;
-        defrec_frame frame;
-        defrec_job job;
         defrec_result result;
+        defrec_job job;
         read_frame(&sequence, i);
-        left = view_of(&sequence.left, DEFREC_FORMAT_BGR8);
-        right = view_of(&sequence.right, DEFREC_FORMAT_BGR8);
-        DEFREC_INIT(&frame);
-        frame.timestamp_ns = timestamp_of(i);
-        frame.left = &left;
-        frame.right = &right;
-        check(defrec_tracker_submit(tracker, &frame, &job), "submitting a frame");
-        check(defrec_job_wait(job, UINT64_MAX), "tracking a frame");
-        DEFREC_INIT(&result);
-        check(defrec_job_result(job, &result), "reading the result");
+        job = track(&running, &sequence, timestamp_of(i), &result);
         if (prepared == NULL && result.vertex_count > 0) { /* there is a template */
             prepared = prepare(&targets, job);
             check(defrec_job_result(job, &result), "reading the result");
@@ -260,16 +240,14 @@ int main(int argc, char** argv) {
                   "moving the targets");
         defrec_job_release(job);
         write_rows(out, i, &targets);
-        draw(&sequence.left, &targets, &rig_desc.left); /* the tracker has its own copy */
+        draw(&sequence.left, &targets, &running.camera); /* the tracker has its own copy */
         write_ppm(argv[5], i, &sequence.left);
         print_frame(i, &targets, result.body);
     }
     if (fclose(out) != 0) fail("%s: could not be written to its end", path);
 
     defrec_targets_destroy(prepared);
-    defrec_tracker_destroy(tracker);
-    defrec_rig_destroy(rig);
-    defrec_context_destroy(context);
+    close_tracking(&running);
     free_plan(&targets);
     close_sequence(&sequence);
     return 0;

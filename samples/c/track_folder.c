@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "input.h"
+#include "tracking.h"
 
 typedef struct {
     size_t count;
@@ -94,11 +94,7 @@ static void write_points(FILE* file, size_t frame, const followed_points* points
 
 int main(int argc, char** argv) {
     stereo_sequence sequence;
-    defrec_context context;
-    defrec_rig rig;
-    defrec_rig_desc rig_desc;
-    defrec_tracker tracker;
-    defrec_tracker_desc tracker_desc;
+    tracking running;
     followed_points points;
     FILE* out;
     size_t i;
@@ -115,34 +111,17 @@ int main(int argc, char** argv) {
     if (out == NULL) fail("%s: cannot be written", argv[5]);
     fprintf(out, "frame,id,x,y,z,status,expected_error_mm\n");
 
-    check(defrec_context_create(NULL, &context), "loading the plugins");
-    rig_desc = parse_camera(argv[3], sequence.left.width, sequence.left.height);
-    check(defrec_rig_create(context, &rig_desc, &rig), "making the rig");
-    DEFREC_INIT(&tracker_desc);
-    tracker_desc.device_id = argc == 7 ? argv[6] : NULL; /* NULL: the fastest */
-    check(defrec_tracker_create(context, rig, &tracker_desc, &tracker), "making the tracker");
+    running = open_tracking(argv[3], &sequence.left, argc == 7 ? argv[6] : NULL, 0);
 
     for (i = 0; i < frame_count(&sequence); ++i) {
-        defrec_image left, right;
-        defrec_frame frame;
-        defrec_job job;
         defrec_result result;
+        defrec_job job;
         read_frame(&sequence, i);
-        left = view_of(&sequence.left, DEFREC_FORMAT_BGR8);
-        right = view_of(&sequence.right, DEFREC_FORMAT_BGR8);
-        DEFREC_INIT(&frame);
-        frame.timestamp_ns = timestamp_of(i);
-        frame.left = &left;
-        frame.right = &right;
-        check(defrec_tracker_submit(tracker, &frame, &job),
-              "submitting a frame"); /* the pixels are copied */
-        check(defrec_job_wait(job, UINT64_MAX), "tracking a frame");
-        DEFREC_INIT(&result);
-        check(defrec_job_result(job, &result), "reading the result");
+        job = track(&running, &sequence, timestamp_of(i), &result);
 
         /* The first frame that shows a surface gives the template. */
         if (!has_template && result.vertex_count > 0) {
-            lift(&points, rig, tracker);
+            lift(&points, running.rig, running.tracker);
             has_template = 1;
         }
         if (has_template)
@@ -154,9 +133,7 @@ int main(int argc, char** argv) {
     }
     if (fclose(out) != 0) fail("%s: could not be written to its end", argv[5]);
 
-    defrec_tracker_destroy(tracker);
-    defrec_rig_destroy(rig);
-    defrec_context_destroy(context);
+    close_tracking(&running);
     free_points(&points);
     close_sequence(&sequence);
     return 0;

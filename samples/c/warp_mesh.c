@@ -15,7 +15,7 @@
 #define mkdir(path, mode) _mkdir(path)
 #endif
 
-#include "input.h"
+#include "tracking.h"
 
 typedef struct {
     size_t vertex_count, triangle_count;
@@ -104,11 +104,7 @@ static void wait_for_body(defrec_job job) {
 int main(int argc, char** argv) {
     stereo_sequence sequence;
     mesh model;
-    defrec_context context;
-    defrec_rig rig;
-    defrec_rig_desc rig_desc;
-    defrec_tracker tracker;
-    defrec_tracker_desc tracker_desc;
+    tracking running;
     double *xyz, *expected_error_mm;
     uint8_t* status;
     size_t i;
@@ -125,29 +121,13 @@ int main(int argc, char** argv) {
     status = allocate(model.vertex_count, 1);
     expected_error_mm = allocate(model.vertex_count, sizeof *expected_error_mm);
 
-    check(defrec_context_create(NULL, &context), "loading the plugins");
-    rig_desc = parse_camera(argv[3], sequence.left.width, sequence.left.height);
-    check(defrec_rig_create(context, &rig_desc, &rig), "making the rig");
-    DEFREC_INIT(&tracker_desc);
-    tracker_desc.device_id = argc == 7 ? argv[6] : NULL; /* NULL: the fastest */
-    check(defrec_tracker_create(context, rig, &tracker_desc, &tracker), "making the tracker");
+    running = open_tracking(argv[3], &sequence.left, argc == 7 ? argv[6] : NULL, 0);
 
     for (i = 0; i < frame_count(&sequence); ++i) {
-        defrec_image left, right;
-        defrec_frame frame;
-        defrec_job job;
         defrec_result result;
+        defrec_job job;
         read_frame(&sequence, i);
-        left = view_of(&sequence.left, DEFREC_FORMAT_BGR8);
-        right = view_of(&sequence.right, DEFREC_FORMAT_BGR8);
-        DEFREC_INIT(&frame);
-        frame.timestamp_ns = timestamp_of(i);
-        frame.left = &left;
-        frame.right = &right;
-        check(defrec_tracker_submit(tracker, &frame, &job), "submitting a frame");
-        check(defrec_job_wait(job, UINT64_MAX), "tracking a frame");
-        DEFREC_INIT(&result);
-        check(defrec_job_result(job, &result), "reading the result");
+        job = track(&running, &sequence, timestamp_of(i), &result);
         if (result.vertex_count > 0) { /* there is a template */
             wait_for_body(job);        /* at once, but the first time */
             check(defrec_job_warp_points(job, model.vertices, model.vertex_count, xyz, status,
@@ -158,9 +138,7 @@ int main(int argc, char** argv) {
         defrec_job_release(job);
     }
 
-    defrec_tracker_destroy(tracker);
-    defrec_rig_destroy(rig);
-    defrec_context_destroy(context);
+    close_tracking(&running);
     free(model.vertices);
     free(model.triangles);
     free(xyz);

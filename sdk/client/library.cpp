@@ -190,6 +190,18 @@ Job submit(const Tracker& tracker, const StereoFrame& frame, std::uint64_t deadl
     return Job(job);
 }
 
+void wait_for(const Job& job, std::int64_t frame) {
+    require(defrec_job_wait(job.get(), UINT64_MAX), ExitCode::kInternal,
+            "frame " + std::to_string(frame));
+}
+
+defrec_result result_of(const Job& job, std::int64_t frame) {
+    wait_for(job, frame);
+    auto result = initialised<defrec_result>();
+    require(defrec_job_result(job.get(), &result), ExitCode::kInternal, "reading the result");
+    return result;
+}
+
 const char* state_name(std::uint32_t state) {
     for (const EnumeratorName& known : kStateNames)
         if (known.value == state) return known.name;

@@ -78,6 +78,10 @@ defrec_rig_info rig_info(const Rig& rig);
 defrec_image image_of(const ImageView& view);
 // Queues a frame. deadline_ns: 0: none. Throws CliError.
 Job submit(const Tracker& tracker, const StereoFrame& frame, std::uint64_t deadline_ns = 0);
+// Waits for the frame of that index, however long it takes. Throws CliError.
+void wait_for(const Job& job, std::int64_t frame);
+// The same, and reads the result, whose arrays live as long as the job.
+defrec_result result_of(const Job& job, std::int64_t frame);
 // The library's image format for views of this many channels.
 std::uint32_t format_of_channels(int channels);
 

@@ -12,17 +12,18 @@ Finding look_at_baseline(const Evidence& evidence) {
     if (depth == 0) return look.unknown("the depth of the tissue is not known");
     const double ratio = baseline / depth;
     look.measured(depth, "mm");
-    const std::string text = "with a baseline of " + decimals(baseline, 2) + " mm the tissue is " +
-                             decimals(depth, 0) + " mm away";
+    const std::string text = "with a baseline of " + format_fixed(baseline, 2) +
+                             " mm the tissue is " + format_fixed(depth, 0) + " mm away";
     if (are_plausible(baseline, depth) && ratio >= Decision::kMinRatio &&
         ratio <= Decision::kMaxRatio)
         return look.fine(text);
     return look.found(
         text + ". Stereo endoscopes and microscopes have a baseline of " +
-            decimals(Decision::kMinBaseline, 0) + " to " + decimals(Decision::kMaxBaseline, 0) +
-            " mm and work at " + decimals(Decision::kMinDepth, 0) + " to " +
-            decimals(Decision::kMaxDepth, 0) + " mm, " + decimals(1 / Decision::kMaxRatio, 0) +
-            " to " + decimals(1 / Decision::kMinRatio, 0) + " baselines.",
+            format_fixed(Decision::kMinBaseline, 0) + " to " +
+            format_fixed(Decision::kMaxBaseline, 0) + " mm and work at " +
+            format_fixed(Decision::kMinDepth, 0) + " to " + format_fixed(Decision::kMaxDepth, 0) +
+            " mm, " + format_fixed(1 / Decision::kMaxRatio, 0) + " to " +
+            format_fixed(1 / Decision::kMinRatio, 0) + " baselines.",
         "Check that the calibration is of these cameras and of this zoom, and that the size of the "
         "board's squares was given in mm.");
 }

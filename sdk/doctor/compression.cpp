@@ -46,7 +46,8 @@ Finding look_at_compression(const Evidence& evidence) {
     }
     look.measured(worst, "");
     if (worst <= decisions::DoctorImages::kBlockRatio) return look.fine("no blocks stand out");
-    return look.found("the video is strongly compressed: gray levels change " + decimals(worst, 2) +
+    return look.found("the video is strongly compressed: gray levels change " +
+                          format_fixed(worst, 2) +
                           " times as much from one block of 8 px to the next "
                           "as within blocks.",
                       "Record at a higher rate or quality, or without loss; with FFmpeg, -crf 17 "

@@ -29,13 +29,13 @@ Finding look_at_disparity_range(const Evidence& evidence) {
                  share = static_cast<double>(std::max(near, far)) / all;
     look.measured(100 * share, "%");
     if (share <= Decision::kMaxOutside)
-        return look.fine("stereo finds disparities of " + decimals(probe.least_disparity, 0) +
-                         " to " + decimals(probe.largest_disparity, 0) + " px");
+        return look.fine("stereo finds disparities of " + format_fixed(probe.least_disparity, 0) +
+                         " to " + format_fixed(probe.largest_disparity, 0) + " px");
     return look.found(
         percent(share) + " of what both views see is " + (near > far ? "nearer" : "farther") +
             " than the disparities that stereo searches, of which it finds " +
-            decimals(probe.least_disparity, 0) + " to " + decimals(probe.largest_disparity, 0) +
-            " px.",
+            format_fixed(probe.least_disparity, 0) + " to " +
+            format_fixed(probe.largest_disparity, 0) + " px.",
         near > far
             ? "Take disparities, min_disparity and min_depth_mm out of --config; without them, "
               "move back, or resize images and calibration to half."

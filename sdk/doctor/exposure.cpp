@@ -67,7 +67,7 @@ Finding look_at_exposure(const Evidence& evidence) {
         if (light.lit < Decision::kMinLit || light.bright < Decision::kDark)
             return look.measured(light.bright, "gray levels")
                 .found(view + " is dark: " + percent(Decision::kBrightShare) +
-                           " of it are brighter than gray level " + decimals(light.bright, 0) +
+                           " of it are brighter than gray level " + format_fixed(light.bright, 0) +
                            " of 255, and " + percent(1 - light.lit) + " of it are black.",
                        "Check light, shutter, cable and video input of this view.");
         if (light.saturated > Decision::kMaxSaturated)

@@ -28,8 +28,8 @@ Finding look_at_lag(const Evidence& evidence) {
         std::abs(lag) < Decision::kMinLag)
         return look.fine("no lag of a view shows");
     return look.found("in " + of_frames(lags.size(), all) + " the right view is " +
-                          decimals(std::abs(lag), 1) + " frames " + (lag > 0 ? "late" : "early") +
-                          ".",
+                          format_fixed(std::abs(lag), 1) + " frames " +
+                          (lag > 0 ? "late" : "early") + ".",
                       "Trigger both cameras together, or pair the views by their times; in a "
                       "recording, leave out frames of the view that is early.");
 }

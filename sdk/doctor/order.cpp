@@ -36,8 +36,9 @@ Finding look_at_order(const Evidence& evidence) {
         exchanged.row_error_px < turned.row_error_px &&
         exchanged.row_error_px < Decision::kBetter * given.row_error_px)
         return look.found("the two cameras of the calibration look exchanged: rows differ by " +
-                              decimals(given.row_error_px, 2) + " px, and by " +
-                              decimals(exchanged.row_error_px, 2) + " px with M1, D1 as M2, D2.",
+                              format_fixed(given.row_error_px, 2) + " px, and by " +
+                              format_fixed(exchanged.row_error_px, 2) +
+                              " px with M1, D1 as M2, D2.",
                           "Exchange M1, D1 with M2, D2.");
     return look.fine(front);
 }

@@ -51,8 +51,8 @@ Finding look_at_pose(const Evidence& evidence) {
         turned.front_share >= Decision::kMinFront &&
         turned.row_error_px < Decision::kBetter * given.row_error_px)
         return look.found("R has the wrong direction: rows differ by " +
-                              decimals(given.row_error_px, 2) + " px, and by " +
-                              decimals(turned.row_error_px, 2) + " px with R transposed.",
+                              format_fixed(given.row_error_px, 2) + " px, and by " +
+                              format_fixed(turned.row_error_px, 2) + " px with R transposed.",
                           std::string(remedy_of(turned.mistake)) + kWanted);
     if (!evidence.has_depth()) return look.unknown("the views do not fit the calibration");
     return look.fine("rows agree best with R and T as they are given");

@@ -13,7 +13,7 @@ using Decision = decisions::DoctorSize;
 std::string scaling_remedy(double x) {
     return "Calibrate with images of the video's size, record in the calibration's, or, if the "
            "video was resized, multiply fx, cx, fy and cy of M1 and M2 by " +
-           decimals(x, 4) + " and set image_width and image_height.";
+           format_fixed(x, 4) + " and set image_width and image_height.";
 }
 
 // How far a principal point lies from the middle of a side, in both directions the less.
@@ -50,9 +50,9 @@ Finding look_at_resolution(const Evidence& evidence) {
         return look.found(
             "the calibration seems to be for images of another size: its principal points lie at "
             "(" +
-                decimals(calibration.left.cx, 0) + ", " + decimals(calibration.left.cy, 0) +
-                ") and (" + decimals(calibration.right.cx, 0) + ", " +
-                decimals(calibration.right.cy, 0) + "), and " + frames + ".",
+                format_fixed(calibration.left.cx, 0) + ", " + format_fixed(calibration.left.cy, 0) +
+                ") and (" + format_fixed(calibration.right.cx, 0) + ", " +
+                format_fixed(calibration.right.cy, 0) + "), and " + frames + ".",
             scaling_remedy(scale));
     }
     if (calibration.width > 0) return look.fine("frames and calibration are of one size");

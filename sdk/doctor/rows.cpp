@@ -15,8 +15,8 @@ using Decision = decisions::DoctorViews;
 
 // Step of the rows at the middle, px, and its growth along x and y: offset, roll, and what the
 // focal lengths differ by.
-Eigen::Vector3d fit_rows(const std::vector<RectifiedMatch>& matches, double start) {
-    Eigen::Vector3d fit(start, 0, 0);
+Eigen::Vector3d fit_rows(const std::vector<RectifiedMatch>& matches) {
+    Eigen::Vector3d fit = Eigen::Vector3d::Zero();
     for (const double width : Decision::kTukeyWidths) {
         Eigen::Matrix3d normal = 1e-9 * Eigen::Matrix3d::Identity();
         Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -38,20 +38,22 @@ Eigen::Vector3d fit_rows(const std::vector<RectifiedMatch>& matches, double star
 Finding look_at_rows(const Evidence& evidence) {
     Look look("rows", "rows", Severity::kError);
     if (!evidence.has_depth()) return look.unknown("the views do not fit the calibration");
-    const Eigen::Vector3d fit = fit_rows(evidence.as_given().matches, 0);
+    const Eigen::Vector3d fit = fit_rows(evidence.as_given().matches);
     // A linear step over the image.
     const double error = std::hypot(fit[0], fit[1] * evidence.width / std::sqrt(12),
                                     fit[2] * evidence.height / std::sqrt(12));
     look.measured(error, "px");
-    const std::string text = "rows of the rectified views differ by " + decimals(error, 2) + " px";
+    const std::string text =
+        "rows of the rectified views differ by " + format_fixed(error, 2) + " px";
     if (error <= Decision::kMaxRowError) return look.fine(text);
     constexpr double kDegrees = 57.29577951308232;
     return look.found(
-        text + ": the right view is " + decimals(std::abs(fit[0]), 1) + " px too " +
+        text + ": the right view is " + format_fixed(std::abs(fit[0]), 1) + " px too " +
             (fit[0] > 0 ? "low" : "high") + ", turned " +
             (fit[1] > 0 ? "clockwise by " : "anticlockwise by ") +
-            decimals(std::abs(kDegrees * fit[1]), 2) + " degrees, and " +
-            decimals(std::abs(100 * fit[2]), 2) + " % too " + (fit[2] > 0 ? "large." : "small."),
+            format_fixed(std::abs(kDegrees * fit[1]), 2) + " degrees, and " +
+            format_fixed(std::abs(100 * fit[2]), 2) + " % too " +
+            (fit[2] > 0 ? "large." : "small."),
         "Calibrate anew, at this zoom and focus; until then self_calibration: correct in --config "
         "of `defrec track` mends it.");
 }

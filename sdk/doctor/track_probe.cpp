@@ -97,10 +97,7 @@ TrackProbe track_frames(const ProbeOptions& options, const std::vector<StereoFra
     int waiting = 0;  // frames without a template
     for (const StereoFrame& frame : frames) {
         const Job job = submit(tracker, frame);
-        require(defrec_job_wait(job.get(), UINT64_MAX), ExitCode::kInternal,
-                "frame " + std::to_string(frame.index));
-        auto result = initialised<defrec_result>();
-        require(defrec_job_result(job.get(), &result), ExitCode::kInternal, "reading the result");
+        const defrec_result result = result_of(job, frame.index);
         probe.frames.push_back({result.state, result.reasons, result.view_lag_frames});
         if (result.disparity != nullptr)
             disparities.add(result.disparity,

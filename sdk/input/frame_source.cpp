@@ -28,9 +28,7 @@ bool is_camera(const std::string& source) {
     return parse_camera(source).kind != CameraName::Kind::kNone;
 }
 
-std::string size_text(const cv::Mat& image) {
-    return std::to_string(image.cols) + "x" + std::to_string(image.rows);
-}
+std::string size_text(const cv::Mat& image) { return cli::size_text(image.cols, image.rows); }
 
 ImageView view_of(const cv::Mat& image) {
     return {image.data, image.cols, image.rows, image.channels(), image.step[0]};
@@ -215,8 +213,7 @@ struct FrameSource::Impl {
             const bool is_right = image == &pair.right && options.stereo.empty();
             fault = (is_right ? options.right : source_name()) + ": frame " +
                     std::to_string(position) + " is " + size_text(*image) + ", those before are " +
-                    std::to_string(size.width) + "x" + std::to_string(size.height) +
-                    "; the size must not change.";
+                    cli::size_text(size.width, size.height) + "; the size must not change.";
             return false;
         }
         return true;

@@ -115,10 +115,9 @@ void check_centre(const CameraCalibration& camera, int width, int height) {
     const bool is_near = camera.cx >= kMin * width && camera.cx <= kMax * width &&
                          camera.cy >= kMin * height && camera.cy <= kMax * height;
     if (!is_near) {
-        fail(camera.matrix_origin, "the centre " + format_fixed(camera.cx, 1) + "," +
-                                       format_fixed(camera.cy, 1) +
-                                       " lies far outside the image of " + std::to_string(width) +
-                                       "x" + std::to_string(height) + ".");
+        fail(camera.matrix_origin,
+             "the centre " + format_fixed(camera.cx, 1) + "," + format_fixed(camera.cy, 1) +
+                 " lies far outside the image of " + size_text(width, height) + ".");
     }
 }
 
@@ -141,9 +140,8 @@ void detail::check_and_normalise(StereoCalibration& calibration, LengthUnit unit
 void fit_to_frames(StereoCalibration& calibration, int width, int height) {
     if (calibration.width > 0 && (calibration.width != width || calibration.height != height)) {
         fail(calibration.size_origin,
-             "the calibration is for " + std::to_string(calibration.width) + "x" +
-                 std::to_string(calibration.height) + " but the frames are " +
-                 std::to_string(width) + "x" + std::to_string(height) +
+             "the calibration is for " + size_text(calibration.width, calibration.height) +
+                 " but the frames are " + size_text(width, height) +
                  "; nothing is scaled silently, so calibrate for this size or resize the frames.");
     }
     check_centre(calibration.left, width, height);

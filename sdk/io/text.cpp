@@ -73,6 +73,10 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
     return value;
 }
 
+std::string size_text(int width, int height) {
+    return std::to_string(width).append("x").append(std::to_string(height));
+}
+
 void append_fixed(std::string& out, double value, int decimals) {
     char buffer[400];
     const auto [end, error] =

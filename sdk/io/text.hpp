@@ -21,6 +21,8 @@ std::optional<std::int64_t> parse_integer(std::string_view text);
 // `value` with exactly `decimals` digits after the point; never "-0.00". Not finite: "nan", "inf",
 // "-inf".
 std::string format_fixed(double value, int decimals);
+// "960x540"
+std::string size_text(int width, int height);
 void append_fixed(std::string& out, double value, int decimals);
 void append_integer(std::string& out, std::int64_t value);
 

@@ -11,6 +11,11 @@ namespace {
 // mm; points with larger ones that are lifted in a frame before the template's are lost.
 constexpr double kMaxLiftError = 0.3;
 
+std::size_t count_none(const std::vector<std::uint8_t>& found) {
+    return static_cast<std::size_t>(
+        std::count(found.begin(), found.end(), std::uint8_t{DEFREC_FOUND_NONE}));
+}
+
 // covariance: xx, xy, xz, yy, yz, zz.
 double trace_of(const double* covariance) { return covariance[0] + covariance[3] + covariance[5]; }
 
@@ -39,7 +44,6 @@ void PointFollower::keep_found(const std::vector<std::size_t>& places,
                                const std::vector<double>& xyz,
                                const std::vector<std::uint8_t>& found) {
     for (std::size_t i = 0; i < places.size(); ++i) {
-        without_surface_ += found[i] == DEFREC_FOUND_NONE;
         if (found[i] == DEFREC_FOUND_NONE) continue;
         if (found[i] == DEFREC_FOUND_BESIDE) beside_.push_back(place_.size());
         place_.push_back(places[i]);
@@ -55,7 +59,8 @@ void PointFollower::make_room() {
     lift_covariance_.resize(6 * place_.size());
 }
 
-// Leaves those found whose error is small enough, and returns the covariances of all.
+// Leaves points found whose error is small enough, counts the others as of a lost frame, and
+// returns the covariances of all.
 std::vector<double> PointFollower::judge_lifts(defrec_job job, const std::vector<double>& xyz,
                                                std::vector<std::uint8_t>& found) {
     std::vector<double> covariance(6 * found.size());
@@ -65,6 +70,7 @@ std::vector<double> PointFollower::judge_lifts(defrec_job job, const std::vector
         const double variance = trace_of(&covariance[6 * i]);
         if (found[i] == DEFREC_FOUND_NONE || variance <= kMaxLiftError * kMaxLiftError) continue;
         found[i] = DEFREC_FOUND_NONE;
+        ++of_lost_frames_;
     }
     return covariance;
 }
@@ -96,6 +102,7 @@ void PointFollower::lift(const Template& surface, std::int64_t frame, bool may_g
             xyz.erase(xyz.begin() + 3 * at, xyz.begin() + 3 * at + 3);
         }
     }
+    without_surface_ += count_none(found);
     keep_found(places, xyz, found);
 }
 
@@ -139,17 +146,11 @@ void PointFollower::lift_in(std::int64_t frame, defrec_job job) {
     std::vector<std::uint8_t> found(places.size());
     require(defrec_job_lift_points(job, pixels.data(), places.size(), xyz.data(), found.data()),
             ExitCode::kInternal, "finding the surface under the points to follow");
+    without_surface_ += count_none(found);
     if (!sure_from_ || frame >= *sure_from_) return keep_found(places, xyz, found);
-    const auto count_none = [&] {
-        return static_cast<std::size_t>(
-            std::count(found.begin(), found.end(), std::uint8_t{DEFREC_FOUND_NONE}));
-    };
-    const std::size_t without_surface = count_none(), before = place_.size();
+    const std::size_t before = place_.size();
     const std::vector<double> covariance = judge_lifts(job, xyz, found);
-    const std::size_t unsure = count_none() - without_surface;
     keep_found(places, xyz, found);
-    without_surface_ -= unsure;
-    of_lost_frames_ += unsure;
     auto to = lift_covariance_.begin() + static_cast<std::ptrdiff_t>(6 * before);
     for (std::size_t i = 0; i < found.size(); ++i)
         if (found[i] != DEFREC_FOUND_NONE) to = std::copy_n(&covariance[6 * i], 6, to);

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "sdk/contract/descs.hpp"
 #include "sdk/io/interrupt.hpp"
 
 namespace defrec::cli {
@@ -12,7 +13,6 @@ namespace {
 constexpr std::uint32_t kRicher = 2;
 // So many frames after the template's are looked at for one that does: a second and more.
 constexpr std::int64_t kLookAhead = 40;
-constexpr std::uint32_t kDefaultFeatures = 768;  // of defrec_tracker_desc.max_features
 
 // One tracker, and the template that it follows.
 class Scout {
@@ -21,7 +21,7 @@ class Scout {
         // Nobody sees its results.
         desc_.body = DEFREC_BODY_OFF;
         desc_.grow = desc_.keep_disparity = desc_.timed = 0;
-        if (desc_.max_features == 0) desc_.max_features = kDefaultFeatures;
+        fill_defaults(desc_);
         restart(input);
     }
 
@@ -39,10 +39,7 @@ class Scout {
     // true: the frame shows far more of the tissue than the template's own.
     bool add(const StereoFrame& frame) {
         const Job job = submit(tracker_, frame);
-        require(defrec_job_wait(job.get(), UINT64_MAX), ExitCode::kInternal,
-                "frame " + std::to_string(frame.index));
-        auto result = initialised<defrec_result>();
-        require(defrec_job_result(job.get(), &result), ExitCode::kInternal, "reading the result");
+        const defrec_result result = result_of(job, frame.index);
         reasons_ = result.reasons;
         const bool has_changed =
             std::exchange(epoch_, result.template_epoch) != result.template_epoch;

@@ -19,6 +19,7 @@
 #include "sdk/io/json_text.hpp"
 #include "sdk/io/output_folder.hpp"
 #include "sdk/io/terminal.hpp"
+#include "sdk/io/text.hpp"
 #include "sdk/live_link/live_link.hpp"
 #include "sdk/session/point_follower.hpp"
 #include "sdk/session/real_time.hpp"
@@ -50,10 +51,9 @@ void check_frame_size(const FrameSource& source) {
         return;
     }
     throw CliError(ExitCode::kInput,
-                   "the frames are " + std::to_string(width) + "x" + std::to_string(height) +
-                       "; sizes from " + std::to_string(DEFREC_MIN_WIDTH) + "x" +
-                       std::to_string(DEFREC_MIN_HEIGHT) + " to " +
-                       std::to_string(DEFREC_MAX_SIDE) + " on a side are supported.");
+                   "the frames are " + size_text(width, height) + "; sizes from " +
+                       std::to_string(DEFREC_MIN_WIDTH) + "x" + std::to_string(DEFREC_MIN_HEIGHT) +
+                       " to " + std::to_string(DEFREC_MAX_SIDE) + " on a side are supported.");
 }
 
 StereoCalibration calibration_for(const TrackOptions& options, const FrameSource& source) {
@@ -312,8 +312,7 @@ class TrackSession {
             // As far before the first frame as they are after it.
             frame->timestamp_ms = mirror - frame->timestamp_ms;
             const Job job = submit(tracker_, *frame);
-            require(defrec_job_wait(job.get(), UINT64_MAX), ExitCode::kInternal,
-                    "frame " + std::to_string(frame->index));
+            wait_for(job, frame->index);
         }
     }
 

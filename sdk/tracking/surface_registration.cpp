@@ -229,6 +229,11 @@ void SurfaceRegistration::adopt(std::shared_ptr<const Template> surface, bool is
     pipeline_.set_template(next.data());
     surface_.adopt(std::move(next), is_observed);
     rig_monitor_.forget_template();
+    forget_course();
+}
+
+// Growth, trial and cuts are begun with a template, and end with it.
+void SurfaceRegistration::forget_course() {
     growth_.reset();
     trial_.end();
     cut_monitor_.reset();
@@ -263,10 +268,7 @@ void SurfaceRegistration::give_up_template(Frame& frame) {
     prefetched_.reset();  // it was observed in the template's range of depths
     surface_.give_up();
     pipeline_.forget_template();
-    growth_.reset();
-    trial_.end();
-    cut_monitor_.reset();
-    cut_.reset();
+    forget_course();
     conclude_without_template(frame);
 }
 

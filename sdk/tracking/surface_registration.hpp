@@ -85,6 +85,7 @@ class SurfaceRegistration {
     bool shows_template(const Frame& frame, const FrameAttempt& attempt) const;
     void judge_template(Frame& frame);
     void give_up_template(Frame& frame);
+    void forget_course();
     void adopt(std::shared_ptr<const Template> surface, bool is_observed);
     void change_template(TemplateData data, std::vector<defrec_motion> motions);
     bool release_cut();

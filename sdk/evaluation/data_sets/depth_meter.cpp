@@ -42,10 +42,7 @@ class LibraryMeter : public DepthMeter {
 
     cv::Mat depth_of(const StereoFrame& frame) override {
         const Job job = submit(tracker_, frame);
-        require(defrec_job_wait(job.get(), UINT64_MAX), ExitCode::kInternal,
-                "frame " + std::to_string(frame.index));
-        auto result = initialised<defrec_result>();
-        require(defrec_job_result(job.get(), &result), ExitCode::kInternal, "reading the result");
+        const defrec_result result = result_of(job, frame.index);
         cv::Mat depth(size_, CV_32F, cv::Scalar(0));
         if (result.disparity == nullptr) return depth;
         for (int v = 0; v < size_.height; ++v)

@@ -6,16 +6,13 @@
 #include <cmath>
 #include <limits>
 
+#include "sdk/body/body_piece.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {
 
 using Cells = decisions::OutsideCells;
-
-Eigen::Vector3d as_vector(const float* xyz) {
-    return Eigen::Map<const Eigen::Vector3f>(xyz).cast<double>();
-}
 
 std::vector<uint32_t> vertices_of(const Template& surface, size_t piece) {
     std::vector<uint32_t> vertices;
@@ -65,7 +62,7 @@ OutsideCells::OutsideCells(const Template& surface, size_t piece) {
     const auto count = static_cast<Eigen::Index>(full.size());
     rest_.setZero(3, count);
     for (const uint32_t vertex : vertices)
-        rest_.col(cell_of_[vertex]) += as_vector(data.vertices[vertex].position);
+        rest_.col(cell_of_[vertex]) += position_of(data.vertices[vertex]);
     for (Eigen::Index i = 0; i < count; ++i)
         rest_.col(i) /= std::max<double>(1, counts[static_cast<size_t>(i)]);
     age_.assign(full.size(), 0);
@@ -82,7 +79,7 @@ OutsideCells::Centres OutsideCells::spread_centres(const TemplateData& data,
     for (;; apart_mm_ *= Cells::kCellGrowth) {
         centres.clear();
         for (const uint32_t vertex : vertices) {
-            const Eigen::Vector3d place = as_vector(data.vertices[vertex].position);
+            const Eigen::Vector3d place = position_of(data.vertices[vertex]);
             nearest(centres, place, squared);
             if (squared >= apart_mm_ * apart_mm_) centres.push_back(place);
             if (centres.size() > Cells::kMaxCells) break;
@@ -97,7 +94,7 @@ std::vector<uint32_t> OutsideCells::assign(const TemplateData& data,
     std::vector<uint32_t> counts(centres.size(), 0);
     double squared = 0;
     for (const uint32_t vertex : vertices) {
-        cell_of_[vertex] = nearest(centres, as_vector(data.vertices[vertex].position), squared);
+        cell_of_[vertex] = nearest(centres, position_of(data.vertices[vertex]), squared);
         ++counts[cell_of(vertex)];
     }
     return counts;
@@ -114,7 +111,7 @@ void OutsideCells::choose_samples(const TemplateData& data, std::span<const uint
         for (size_t k = 0; k < used; ++k) {
             const uint32_t vertex = all[k * all.size() / used];
             samples_.push_back({vertex, static_cast<int32_t>(cell),
-                                as_vector(data.vertices[vertex].position).cast<float>()});
+                                position_of(data.vertices[vertex]).cast<float>()});
         }
     }
     least_seen_ = static_cast<uint32_t>(
@@ -146,7 +143,8 @@ bool OutsideCells::read(SurfaceSamples samples, const VertexConfidence& confiden
         const auto error = static_cast<double>(confidence.expected_error[sample.vertex]);
         ++count_[static_cast<size_t>(sample.cell)];
         sum_rest_.col(sample.cell) += sample.rest.cast<double>();
-        sum_now_.col(sample.cell) += as_vector(samples[sample.vertex].position);
+        sum_now_.col(sample.cell) +=
+            Eigen::Map<const Eigen::Vector3f>(samples[sample.vertex].position).cast<double>();
         sum_error_mm2_[sample.cell] += error * error;
     }
     const auto with_at_least = [&](uint32_t least) {
