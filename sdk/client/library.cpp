@@ -12,10 +12,19 @@ namespace {
 // Why plugins were refused is told where a device is asked for (describe_choice).
 thread_local bool is_opening_library = false;
 
-void log_to_standard_error(void*, std::int32_t level, const char* source, const char* text) {
+void log_to_standard_error(void* library, std::int32_t level, const char* source,
+                           const char* text) {
+    if (level == DEFREC_LOG_INFO) {
+        if (std::string_view(source) == "sdk") static_cast<LibraryRemarks*>(library)->add(text);
+        return;
+    }
     const bool is_error = level >= DEFREC_LOG_ERROR;
     if (is_opening_library && !is_error) return;
     std::fprintf(stderr, "defrec: %s: %s: %s\n", is_error ? "error" : "warning", source, text);
+}
+
+void log_to_remarks_alone(void* library, std::int32_t level, const char* source, const char* text) {
+    if (level == DEFREC_LOG_INFO) log_to_standard_error(library, level, source, text);
 }
 
 void keep_remark(void* remarks, std::int32_t level, const char* source, const char* text) {
@@ -69,6 +78,16 @@ void require(defrec_status status, ExitCode otherwise, const std::string& doing)
                    doing + ": " + defrec_last_error());
 }
 
+void LibraryRemarks::add(std::string text) {
+    const std::lock_guard lock(mutex_);
+    texts_.push_back(std::move(text));
+}
+
+std::vector<std::string> LibraryRemarks::all() const {
+    const std::lock_guard lock(mutex_);
+    return texts_;
+}
+
 Context open_context(const ContextOptions& options) {
     auto desc = initialised<defrec_context_desc>();
     std::vector<const char*> paths;
@@ -78,6 +97,11 @@ Context open_context(const ContextOptions& options) {
     desc.plugin_path_count = paths.size();
     desc.log = options.quiet ? nullptr : &log_to_standard_error;
     desc.log_level = DEFREC_LOG_WARNING;
+    if (options.library != nullptr) {
+        if (options.quiet) desc.log = &log_to_remarks_alone;
+        desc.log_user = options.library;
+        desc.log_level = DEFREC_LOG_INFO;
+    }
     if (options.remarks != nullptr) {
         desc.log = &keep_remark;
         desc.log_user = options.remarks;

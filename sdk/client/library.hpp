@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -44,11 +45,23 @@ void require(defrec_status status, ExitCode otherwise, const std::string& doing)
 // What plugins said of themselves (DEFREC_LOG_INFO), by their names.
 using PluginRemarks = std::map<std::string, std::string>;
 
+// What the library itself said it had found and chosen (DEFREC_LOG_INFO). Any thread.
+class LibraryRemarks {
+  public:
+    void add(std::string text);
+    std::vector<std::string> all() const;
+
+  private:
+    mutable std::mutex mutex_;
+    std::vector<std::string> texts_;
+};
+
 struct ContextOptions {
     unsigned threads = 0;                   // 0: one per core
     bool quiet = false;                     // no log on the standard error output
     std::vector<std::string> only_plugins;  // manifests; empty: the library's own search
     PluginRemarks* remarks = nullptr;       // kept instead of any log; outlives the context
+    LibraryRemarks* library = nullptr;      // kept beside the log; outlives the context
 };
 Context open_context(const ContextOptions& options);
 

@@ -7,7 +7,9 @@
 #include <array>
 #include <clocale>
 #include <cmath>
+#include <cstdio>
 #include <locale>
+#include <numbers>
 #include <random>
 #include <string>
 
@@ -339,6 +341,52 @@ TEST_CASE(
           doctest::Approx(-4.6));
     folder.write("right.yaml", with(camera("right", -3.128), "plumb_bob", "equidistant"));
     CHECK_SAYS(refusal(folder.path().string()), "distortion_model: 'equidistant'");
+}
+
+TEST_CASE("views that converge are the same rig from OpenCV's file and from ROS's pair") {
+    // Each view turned inwards by half of 12 degrees to a place 300 mm away, and its sensor shifted
+    // outwards by 40 px.
+    constexpr double kHalf = 6 * std::numbers::pi / 180, kFocal = 3700;
+    const double base = 600 * std::sin(kHalf), c = std::cos(kHalf), s = std::sin(kHalf);
+    const auto list = [](const std::vector<double>& values) {
+        std::string text;
+        for (const double value : values) {
+            char number[32];
+            std::snprintf(number, sizeof number, "%.17g", value);
+            text.append(text.empty() ? "" : ", ").append(number);
+        }
+        return text;
+    };
+    const auto matrix = [&](double side) {
+        return list({kFocal, 0, 320 + 40 * side, 0, kFocal, 240, 0, 0, 1});
+    };
+    const double c2 = std::cos(2 * kHalf), s2 = std::sin(2 * kHalf);
+    std::string opencv = with(kGood, kM1, matrix(-1));
+    opencv = with(opencv, "703.5, 0., 321.25, 0., 704.5, 241.75, 0., 0., 1.", matrix(1));
+    opencv = with(opencv, kD1, "0, 0, 0, 0, 0");
+    opencv = with(opencv, "-0.11, 0.021, 1e-3, -4e-4, 0.", "0, 0, 0, 0, 0");
+    opencv = with(opencv, kR, list({c2, 0, s2, 0, 1, 0, -s2, 0, c2}) + " ]\nT");
+    opencv = with(opencv, kT, list({-300 * s2, 0, 300 * (1 - c2)}));
+    const auto ros = [&](double side, double p3) {
+        return "image_width: 640\nimage_height: 480\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
+               "  data: [" +
+               matrix(side) + "]\nrectification_matrix:\n  rows: 3\n  cols: 3\n  data: [" +
+               list({c, 0, -side * s, 0, 1, 0, side * s, 0, c}) +
+               "]\nprojection_matrix:\n  rows: 3\n  cols: 4\n  data: [" +
+               list({kFocal, 0, 320 + 350 * side, p3, 0, kFocal, 240, 0, 0, 0, 1, 0}) + "]\n";
+    };
+    const StereoCalibration given = load_text(opencv);
+    const TestFolder folder;
+    folder.write("left.yaml", ros(-1, 0));
+    folder.write("right.yaml", ros(1, -kFocal * base / 1000));
+    const StereoCalibration pair = load_calibration(folder.path().string());
+    CHECK(given.left.cx == 280);
+    CHECK(given.right.cx == 360);
+    CHECK(pair.left.cx == given.left.cx);
+    CHECK(pair.right.cx == given.right.cx);
+    for (size_t i = 0; i < 9; ++i) CHECK(std::abs(pair.rotation[i] - given.rotation[i]) < 1e-12);
+    for (size_t i = 0; i < 3; ++i)
+        CHECK(std::abs(pair.translation[i] - given.translation[i]) < 1e-9);
 }
 
 TEST_CASE("rows 1-15: truncated and damaged files never crash, and what is accepted is sound") {

@@ -44,6 +44,10 @@ struct Convergence {
     //   view is seen by it alone | a microscope 300 mm away that is focused on the tissue's far
     //   side
     static constexpr double kBehind = 0.03;
+    // share of the view's width in mm | or so far behind that place tissue may lie, whichever is
+    //   more | the relief of a field is a fraction of its width; views that converge by 12 degrees
+    //   take 5 % of the width for it
+    static constexpr double kRelief = 0.25;
 };
 
 }  // namespace defrec::decisions

@@ -103,11 +103,22 @@ void Rig::choose_camera() {
                h / 2 - f * both.y(),
                Eigen::Map<const Eigen::Vector3d>(desc_.translation).norm(),
                0};
-    const double at_middle = f * (middle[0].x() - middle[1].x());  // disparity, px
+    // The disparity of the place that both views have in the middle of their raw images, px. The
+    // middle of the bounds lies beside it where the views are turned.
+    std::array<double, 2> axis{};
+    for (int view = 0; view < 2; ++view) {
+        Eigen::Vector2d direction;
+        if (!lens_[view].unproject({w / 2, h / 2}, direction)) return;
+        const Eigen::Vector3d turned = rotation_[view] * direction.homogeneous();
+        axis[static_cast<size_t>(view)] = turned.x() / turned.z();
+    }
+    const double at_middle = f * (axis[0] - axis[1]);
     if (at_middle <= decisions::Convergence::kShared * desc_.width) return;
     camera_.cx = w / 2 - f * middle[0].x();
-    camera_.disparity_offset_px =
-        std::floor(at_middle - decisions::Convergence::kBehind * desc_.width);
+    // A depth of dz is a disparity of about (dz / field) (baseline / distance) width.
+    const double behind =
+        std::max(decisions::Convergence::kBehind, decisions::Convergence::kRelief * at_middle / f);
+    camera_.disparity_offset_px = std::floor(at_middle - behind * desc_.width);
 }
 
 std::vector<int32_t> Rig::shifted_right_map(const ViewShift& shift) const {

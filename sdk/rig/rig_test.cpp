@@ -230,12 +230,12 @@ TEST_CASE(
 
 // A stereo microscope: each camera turned inwards by half of the angle, or its sensor shifted
 // outwards, so that both look at the same place `depth` mm away.
-defrec_rig_desc microscope(double degrees, double shift_px, double depth = 300) {
+defrec_rig_desc microscope(double degrees, double shift_px, double depth = 300,
+                           double focal = 650) {
     defrec_rig_desc desc{};
     desc.struct_size = sizeof desc;
     desc.width = 160;
     desc.height = 120;
-    const double focal = 650;
     desc.left = {focal, focal, 79.5 - shift_px, 59.5, {}, 0, 0};
     desc.right = {focal, focal, 79.5 + shift_px, 59.5, {}, 0, 0};
     const double half = degrees * M_PI / 360;
@@ -279,9 +279,38 @@ TEST_CASE("views that converge share what both see, and depth is f B / (d + offs
                   doctest::Approx(camera.fx * camera.baseline_mm / z).epsilon(1e-9));
             // In the middle of both images, and found where stereo looks first.
             CHECK(disparity > 0);
-            CHECK(disparity < 20);
+            CHECK(disparity < 30);
             CHECK(std::abs(uv[0][0] - 80) < 15);
         }
+    }
+}
+
+TEST_CASE("what lies behind the place where views meet, by a quarter of the field, has d >= 0") {
+    // Images are 1920 px wide; disparities of 1,700 and 2,500 px are among the cases.
+    struct Case {
+        double degrees, shift_px, focal;
+    };
+    for (const Case& given : {Case{0, 850, 21250}, Case{0, 1250, 21250}, Case{12, 0, 11077},
+                              Case{20, 0, 6857}, Case{20, 0, 7090}}) {
+        CAPTURE(given.degrees);
+        CAPTURE(given.shift_px);
+        defrec_rig_desc desc = microscope(given.degrees, given.shift_px, 300, given.focal);
+        desc.width = 1920;
+        desc.height = 1080;
+        for (defrec_intrinsics* camera : {&desc.left, &desc.right}) {
+            camera->cx += 880;
+            camera->cy += 480;
+        }
+        const Rig rig(services(), desc);
+        const defrec_camera& camera = rig.camera();
+        const double half = given.degrees * M_PI / 360;
+        const double depth = 300 * std::cos(half), field = 1920 * depth / given.focal;
+        const auto disparity = [&](double z) {
+            return camera.fx * camera.baseline_mm / z - camera.disparity_offset_px;
+        };
+        CHECK(disparity(depth) > 0.029 * 1920);
+        CHECK(disparity(depth) < 0.1 * 1920);
+        CHECK(disparity(depth + 0.25 * field) >= 0);
     }
 }
 

@@ -172,11 +172,12 @@ class LinkOutput {
 // The library, set up for the source's frames.
 struct Setup {
     Setup(const TrackOptions& options, const StereoCalibration& calibration)
-        : context(open_context({options.threads, options.quiet, {}})),
+        : context(open_context({options.threads, options.quiet, {}, nullptr, &remarks})),
           device(choose_device(context, options.backend, options.device)),
           rig(make_rig(context, calibration)),
           projection(rig) {}
 
+    LibraryRemarks remarks;
     Context context;
     Device device;
     Rig rig;
@@ -531,10 +532,10 @@ class TrackSession {
         attempt([&] { pictures_->finish_recording(); });
         attempt([&] { notes_.add(pictures_->finish_overlay()); });
         attempt([&] { pictures_->finish_report(origin_of_template(), notes_.all()); });
-        const nlohmann::ordered_json summary =
-            summarise_track({options_, setup_.device, calibration_, rig_info(setup_.rig), rows_,
-                             points_, targets_ ? &*targets_ : nullptr, notes_.all(),
-                             template_.frame, link_.facts(), source_.camera_counts(), seconds});
+        const nlohmann::ordered_json summary = summarise_track(
+            {options_, setup_.device, calibration_, rig_info(setup_.rig), rows_, points_,
+             targets_ ? &*targets_ : nullptr, notes_.all(), setup_.remarks.all(), template_.frame,
+             link_.facts(), source_.camera_counts(), seconds});
         attempt([&] { write_atomically(folder_ / "summary.json", json_text(summary, 2) + "\n"); });
         return summary;
     }

@@ -41,6 +41,7 @@ Json camera_json(const TrackFacts& facts) {
             {"fy", camera.fy},
             {"cx", camera.cx},
             {"cy", camera.cy},
+            {"disparity_offset_px", camera.disparity_offset_px},
             {"baseline_mm", camera.baseline_mm}};
 }
 
@@ -177,6 +178,7 @@ Json summarise_track(const TrackFacts& facts) {
     json["cameras"] = cameras_json(facts);
     json["seconds"] = facts.seconds;
     json["peak_memory_mb"] = peak_megabytes();
+    json["library"] = facts.remarks;
     json["notes"] = facts.notes;
     return json;
 }

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "sdk/cli/commands/commands.hpp"
+#include "sdk/io/calibration.hpp"
 #include "sdk/io/csv.hpp"
 #include "sdk/scenes/writing/test_sequence.hpp"
 
@@ -187,6 +188,82 @@ TEST_CASE(
     CHECK(TestFolder::read(folder / "score.html").find("\npx ") != std::string::npos);
     CHECK(run({"score", folder / "a", "--truth", sequence() / "truth.csv", "--max-median",
                "0.000001", "--json"}) == 6);
+}
+
+TEST_CASE(
+    "views that converge are tracked alike from two folders, from one image with both, and with a "
+    "ROS calibration") {
+    const TestFolder folder;
+    const fs::path input = folder.path() / "input";
+    REQUIRE(run({"render", "toe-in", "--quiet", "--out", input.string(), "--size", "480x270",
+                 "--frames", "3"}) == 0);
+    for (const char* both : {"beside", "above"}) fs::create_directory(folder.path() / both);
+    for (const fs::path& left : images_of(input / "left")) {
+        const fs::path name = left.filename();
+        const cv::Mat views[] = {cv::imread(left.string()),
+                                 cv::imread((input / "right" / name).string())};
+        cv::Mat both;
+        cv::hconcat(views, 2, both);
+        cv::imwrite((folder.path() / "beside" / name).string(), both);
+        cv::vconcat(views, 2, both);
+        cv::imwrite((folder.path() / "above" / name).string(), both);
+    }
+    const StereoCalibration rig = load_calibration((input / "calibration.yaml").string());
+    const double half = std::asin(rig.rotation[2]) / 2;  // of the turn about y
+    const double base = std::hypot(rig.translation[0], rig.translation[2]);
+    const auto ros = [&](double turn, double p3) {
+        std::array<char, 1024> text{};
+        const double f = rig.left.fx, c = std::cos(turn), s = std::sin(turn);
+        std::snprintf(text.data(), text.size(),
+                      "camera_matrix: [%.17g, 0, %.17g, 0, %.17g, %.17g, 0, 0, 1]\n"
+                      "rectification_matrix: [%.17g, 0, %.17g, 0, 1, 0, %.17g, 0, %.17g]\n"
+                      "projection_matrix: [%.17g, 0, 240, %.17g, 0, %.17g, 135, 0, 0, 0, 1, 0]\n",
+                      f, rig.left.cx, f, rig.left.cy, c, s, -s, c, f, p3, f);
+        return std::string(text.data());
+    };
+    fs::create_directory(folder.path() / "ros");
+    folder.write("ros/left.yaml", ros(half, 0));
+    folder.write("ros/right.yaml", ros(-half, -rig.left.fx * base / 1000));
+
+    const auto tracked = [&](const std::string& out, const std::vector<std::string>& source,
+                             const std::string& calibration) {
+        std::vector<std::string> arguments{"track",
+                                           "--quiet",
+                                           "--no-overlay",
+                                           "--backend",
+                                           "cpu",
+                                           "--points",
+                                           (input / "points.csv").string(),
+                                           "--calibration",
+                                           calibration,
+                                           "--out",
+                                           folder / out};
+        arguments.insert(arguments.end(), source.begin(), source.end());
+        REQUIRE(run(arguments) == 0);
+        return nlohmann::json::parse(TestFolder::read(folder / out + "/summary.json"));
+    };
+    const std::string opencv = (input / "calibration.yaml").string();
+    const std::vector<std::string> two{"--left", (input / "left").string(), "--right",
+                                       (input / "right").string()};
+    const auto summary = tracked("two", two, opencv);
+    CHECK(summary["states"]["tracking"] == 3);
+    CHECK(summary["rectified_camera"]["disparity_offset_px"].get<double>() > 500);
+    // The range before the template, and the one that follows it.
+    REQUIRE(summary["library"].size() >= 2);
+    CHECK(summary["library"][0].get<std::string>().starts_with("stereo searches disparities 0 to"));
+    CHECK(run({"score", folder / "two", "--truth", (input / "truth.csv").string(), "--max-median",
+               "0.1"}) == 0);
+    tracked("beside_out", {"--stereo", folder / "beside", "--layout", "side-by-side"}, opencv);
+    tracked("above_out", {"--stereo", folder / "above", "--layout", "top-bottom"}, opencv);
+    const std::string points = TestFolder::read(folder / "two/points.csv");
+    CHECK(TestFolder::read(folder / "beside_out/points.csv") == points);
+    CHECK(TestFolder::read(folder / "above_out/points.csv") == points);
+    const auto of_ros = tracked("ros_out", two, folder / "ros");
+    for (const char* number : {"fx", "cx", "cy", "baseline_mm", "disparity_offset_px"})
+        CHECK(of_ros["rectified_camera"][number].get<double>() ==
+              doctest::Approx(summary["rectified_camera"][number].get<double>()).epsilon(1e-9));
+    CHECK(run({"score", folder / "ros_out", "--truth", (input / "truth.csv").string(),
+               "--max-median", "0.1"}) == 0);
 }
 
 TEST_CASE("targets are followed from the template's frame, and scored by their depth") {

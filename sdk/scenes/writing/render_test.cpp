@@ -193,6 +193,42 @@ TEST_CASE("both views show the tissue where the truth has it, f*B/Z apart") {
     SUBCASE("pinched") { check_views(shared("pinch"), 19); }
 }
 
+TEST_CASE("both views of a microscope show the tissue where the truth has it, in the same place") {
+    for (const char* scene : {"microscope", "toe-in"}) {
+        CAPTURE(scene);
+        const Written& w = shared(scene, 480, 270, 3);
+        cv::Mat left, right;
+        cv::cvtColor(w.image("left", 2), left, cv::COLOR_BGR2GRAY);
+        cv::cvtColor(w.image("right", 2), right, cv::COLOR_BGR2GRAY);
+        const cv::Matx33d from_rectified = cv::Mat(w.r1.t());
+        cv::Vec3d turn;
+        cv::Rodrigues(w.r, turn);
+        std::vector<double> along, across, apart;
+        int tried = 0;
+        for (const TruthRow& row : w.truth[2]) {
+            const cv::Point3d in_left = from_rectified * row.point;
+            const cv::Point2d from = w.in_raw(row.point);
+            std::vector<cv::Point2d> to;
+            cv::projectPoints(std::vector<cv::Point3d>{in_left}, turn, w.t, w.m2, w.d2, to);
+            if (!row.visible || !cv::Rect2d(20, 20, 440, 230).contains(to[0])) continue;
+            ++tried;
+            apart.push_back(std::abs(from.x - to[0].x));
+            cv::Point2d offset;
+            if (match(left, from, right, to[0], 4, offset)) {
+                along.push_back(std::abs(offset.x));
+                across.push_back(std::abs(offset.y));
+            }
+        }
+        REQUIRE(tried >= 30);
+        CHECK(static_cast<double>(along.size()) > 0.8 * tried);
+        CHECK(median(along) < 0.2);
+        CHECK(median(across) < 0.2);
+        CHECK(median(apart) < 0.06 * 480);
+        const double total = w.m1.at<double>(0, 0) * cv::norm(w.t) / 300;
+        CHECK(total > 0.8 * 480);  // of disparity
+    }
+}
+
 TEST_CASE("the pictures move as the truth says") {
     SUBCASE("heartbeat") { check_follows(heartbeat(), 2); }
     SUBCASE("respiration, raw") { check_follows(respiration(), 2); }
