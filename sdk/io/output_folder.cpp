@@ -36,9 +36,10 @@ void keep_input(const std::filesystem::path& input,
     }
 }
 
-OutputFolderLock::OutputFolderLock(const std::filesystem::path& path)
-    : folder_(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (folder_ && ::flock(folder_.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+OutputFolder::OutputFolder(const std::filesystem::path& path)
+    : path_((create_output_folder(path), path)),
+      lock_(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (lock_ && ::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
         throw CliError(ExitCode::kOutput,
                        path.string() +
                            ": another run writes to this folder; choose another with "

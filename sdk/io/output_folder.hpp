@@ -16,15 +16,21 @@ void create_output_folder(const std::filesystem::path& path);
 void keep_input(const std::filesystem::path& input,
                 const std::vector<std::filesystem::path>& outputs);
 
-// Keeps other runs out of the folder for as long as it lives: the files of two would mix. Where the
-// file system knows no locks nobody is kept out.
-class OutputFolderLock {
+// A run's folder. Other runs are kept out for as long as it lives: the files of two would mix.
+// Where the file system knows no locks nobody is kept out.
+class OutputFolder {
   public:
-    // Throws CliError(kOutput) where another run has it.
-    explicit OutputFolderLock(const std::filesystem::path& path);
+    // Creates it where absent. Throws CliError(kOutput) where that fails or another run has it.
+    explicit OutputFolder(const std::filesystem::path& path);
+
+    const std::filesystem::path& path() const { return path_; }
+    std::filesystem::path operator/(const std::filesystem::path& file) const {
+        return path_ / file;
+    }
 
   private:
-    Descriptor folder_;
+    std::filesystem::path path_;
+    Descriptor lock_;
 };
 
 }  // namespace defrec::cli

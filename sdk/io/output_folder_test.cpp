@@ -45,8 +45,8 @@ TEST_CASE("row 85: a second run in the same folder is refused while the first wr
     const std::string path = folder / "out";
     create_output_folder(path);
     {
-        const OutputFolderLock first(path);
-        CHECK_THROWS_AS(OutputFolderLock{path}, CliError);
+        const OutputFolder first(path);
+        CHECK_THROWS_AS(OutputFolder{path}, CliError);
     }
-    const OutputFolderLock next(path);
+    const OutputFolder next(path);
 }

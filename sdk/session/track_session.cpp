@@ -92,21 +92,20 @@ struct Followed {
         : points(options.points.empty()
                      ? grid_points(source.width(), source.height())
                      : read_points(options.points, source.width(), source.height())) {
+        points_of_first = !options.points.empty() &&
+                          std::any_of(points.begin(), points.end(),
+                                      [](const FollowedPoint& point) { return !point.frame; });
         if (options.targets.empty()) return;
         const fs::path out = options.out;
         keep_input(options.targets,
                    {out / kTargetsFile, out / "points.csv", out / "frames.csv",
                     out / "summary.json", out / "template.ply", out / "overlay.mp4",
-                    out / "report.html", options.recordings.trace, options.template_files.save});
+                    out / "report.html", options.recordings.trace, options.surface.save});
         targets = read_targets(options.targets);
     }
 
-    bool any_without_frame() const {
-        return std::any_of(points.begin(), points.end(),
-                           [](const FollowedPoint& point) { return !point.frame; });
-    }
-
     std::vector<FollowedPoint> points;
+    bool points_of_first = false;  // any are given in the first image
     std::vector<Target> targets;
 };
 
@@ -195,16 +194,14 @@ class TrackSession {
           link_(options, progress_),
           setup_(options, calibration_),
           followed_(options, source_),
-          points_of_first_(!options.points.empty() && followed_.any_without_frame()),
-          folder_((create_output_folder(options.out), options.out)),
-          folder_lock_(folder_),
+          folder_(options.out),
           points_(folder_ / "points.csv", std::move(followed_.points), setup_.rig,
                   setup_.projection) {
         if (!followed_.targets.empty())
             targets_.emplace(folder_ / kTargetsFile, std::move(followed_.targets),
                              setup_.projection);
         create_tracker();
-        notes_.add_frame_of_points(options_.source.range.first, points_of_first_);
+        notes_.add_frame_of_points(options_.source.range.first, followed_.points_of_first);
         if (options_.recordings.meshes) create_output_folder(folder_ / "deformed");
         as_output([&] {
             if (!options_.recordings.trace.empty())
@@ -250,7 +247,8 @@ class TrackSession {
         std::optional<std::int64_t> frame;  // that gave it, before it grew
         // Shared with frames that wait to be sent.
         std::shared_ptr<const std::vector<std::uint32_t>> triangles;
-        bool has_grid = false;  // the grid's frame has come; where the template was given
+        bool has_grid = false;    // the grid's frame has come; where the template was given
+        bool is_another = false;  // after one that was given up, with what was found on it
     };
 
     void create_tracker() {
@@ -270,13 +268,12 @@ class TrackSession {
         }
         if (!is_loaded()) return;
         defrec_template handle = nullptr;
-        require(defrec_template_load(setup_.context.get(), options_.template_files.load.c_str(),
-                                     &handle),
+        require(defrec_template_load(setup_.context.get(), options_.surface.load.c_str(), &handle),
                 ExitCode::kInput, "reading the template");
-        follow(Template(handle), options_.template_files.load);
+        follow(Template(handle), options_.surface.load);
     }
 
-    bool is_loaded() const { return !options_.template_files.load.empty(); }
+    bool is_loaded() const { return !options_.surface.load.empty(); }
 
     void follow(const Template& surface, const std::string& origin) const {
         require(defrec_tracker_set_template(tracker_.get(), surface.get()), ExitCode::kInput,
@@ -288,12 +285,12 @@ class TrackSession {
         const TemplateSearchInput input{setup_.context, setup_.rig, desc_, options_.source,
                                         refusal};
         if (source_.is_live()) {
-            if (options_.template_frame)
+            if (options_.surface.frame)
                 throw CliError(ExitCode::kUsage,
                                "--template-frame is for recordings: cameras do not go back.");
             return {};
         }
-        if (options_.template_frame) return capture_template_of(input, *options_.template_frame);
+        if (options_.surface.frame) return capture_template_of(input, *options_.surface.frame);
         return find_template(input);
     }
 
@@ -335,8 +332,8 @@ class TrackSession {
                       {"Points", options_.points.empty() ? "a grid" : options_.points}};
         if (targets_) meta.facts.emplace_back("Targets", options_.targets);
         return std::make_unique<SessionPictures>(
-            PictureOptions{folder_, source_.width(), source_.height(), source_.fps(), projector(),
-                           options_.recordings.overlay, options_.recordings.report},
+            PictureOptions{folder_.path(), source_.width(), source_.height(), source_.fps(),
+                           projector(), options_.recordings.overlay, options_.recordings.report},
             std::move(meta));
     }
 
@@ -449,11 +446,11 @@ class TrackSession {
         template_.frame = origin.index;
         write_template(info, record);
         begin_points(surface);
-        if (targets_ && !has_given_up_) targets_->prepare(surface);
+        if (targets_ && !template_.is_another) targets_->prepare(surface);
         pictures_->set_template(record, left_image(origin));
         if (!is_loaded() && origin.index != options_.source.range.first)
             notes_.add_late_template({origin.index, found_.has_value(),
-                                      options_.template_frame.has_value(), targets_.has_value()});
+                                      options_.surface.frame.has_value(), targets_.has_value()});
     }
 
     // Points of a file are of the first image, the grid is of the template's.
@@ -472,7 +469,7 @@ class TrackSession {
         points_.forget_template();
         if (targets_) targets_->forget_template();
         template_ = {};
-        has_given_up_ = true;
+        template_.is_another = true;
     }
 
     void write_template(const defrec_template_info& info, const TemplateRecord& record) const {
@@ -494,8 +491,8 @@ class TrackSession {
         const Template surface(handle);
         const defrec_template_info info = info_of(surface);
         if (options_.grow) write_template(info, template_record(info, setup_.projection));
-        if (options_.template_files.save.empty()) return;
-        require(defrec_template_save(surface.get(), options_.template_files.save.c_str()),
+        if (options_.surface.save.empty()) return;
+        require(defrec_template_save(surface.get(), options_.surface.save.c_str()),
                 ExitCode::kOutput, "saving the template");
     }
 
@@ -541,7 +538,7 @@ class TrackSession {
     }
 
     std::string origin_of_template() const {
-        if (is_loaded()) return options_.template_files.load;
+        if (is_loaded()) return options_.surface.load;
         return template_.frame ? "frame " + std::to_string(*template_.frame) : "none";
     }
 
@@ -559,7 +556,7 @@ class TrackSession {
         if (options_.json) {
             print(json_text(summary, 2) + "\n");
         } else if (!options_.quiet) {
-            print(summary_text(summary, folder_));
+            print(summary_text(summary, folder_.path()));
         }
         if (interrupt_requested()) return static_cast<int>(ExitCode::kInterrupted);
         if (!source_.fault().empty()) return static_cast<int>(ExitCode::kInput);
@@ -574,14 +571,11 @@ class TrackSession {
     LinkOutput link_;
     Setup setup_;
     Followed followed_;  // until the followers have it
-    const bool points_of_first_;
-    fs::path folder_;
-    OutputFolderLock folder_lock_;
+    const OutputFolder folder_;
     PointFollower points_;
     std::optional<TargetFollower> targets_;  // empty where none were given
     Tracker tracker_;
     std::optional<FoundTemplate> found_;  // that the tracker was given
-    bool has_given_up_ = false;           // a template, with what was found on it
     std::optional<TraceFile> trace_;
     std::unique_ptr<SessionPictures> pictures_;
     std::deque<Pending> pending_;

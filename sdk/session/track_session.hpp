@@ -11,9 +11,9 @@
 
 namespace defrec::cli {
 
-// Empty: none.
-struct TemplateFiles {
-    std::string load, save;
+struct TemplateOptions {
+    std::string load, save;             // files; empty: none
+    std::optional<std::int64_t> frame;  // of the recording; none: the program looks for it
 };
 
 // The files that are written beside the results.
@@ -33,8 +33,7 @@ struct TrackOptions {
     std::string config;             // empty: the library's defaults
     std::uint64_t deadline_ns = 0;  // of each frame, from its submission; 0: none
     bool grow = false;
-    TemplateFiles template_files;
-    std::optional<std::int64_t> template_frame;  // of the recording; none: the program looks for it
+    TemplateOptions surface;
     RecordingOptions recordings;
     LinkOptions link;
     std::optional<std::uint16_t> view_port;  // of the live view; 0: any that is free

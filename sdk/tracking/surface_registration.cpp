@@ -131,8 +131,8 @@ bool SurfaceRegistration::prefetch(const RegisteredFrame& registered) {
 // Most frames are as expected: a device that works by itself goes on with theirs while the host
 // still looks at the images. Not where more than the images decides how they are registered.
 bool SurfaceRegistration::can_begin_speculatively(const TrackerJob& job) const {
-    return surface_.is_tracking() && !asks_for_template(job) && !cut_ && growth_.rests() &&
-           pipeline_.can_follow_speculatively();
+    return surface_.is_tracking() && !asks_for_template(job) && !cut_monitor_.found() &&
+           growth_.rests() && pipeline_.can_follow_speculatively();
 }
 
 // Where it fails the frame is observed after all: its images decide whether the failure matters.
@@ -237,7 +237,6 @@ void SurfaceRegistration::forget_course() {
     growth_.reset();
     trial_.end();
     cut_monitor_.reset();
-    cut_.reset();
 }
 
 // Whether enough of the template is seen again in its own frame.
@@ -284,10 +283,10 @@ void SurfaceRegistration::change_template(TemplateData changed,
 // Releases what connects the sides of a cut that the frames before showed; false where there is
 // none. Tissue that was about to join is fitted anew.
 bool SurfaceRegistration::release_cut() {
-    if (!cut_) return false;
+    const std::optional<CutLine>& cut = cut_monitor_.found();
+    if (!cut) return false;
     const std::span<const defrec_motion> motions = surface_.motions();
-    change_template(release_across(surface_.data(), *cut_), {motions.begin(), motions.end()});
-    cut_.reset();
+    change_template(release_across(surface_.data(), *cut), {motions.begin(), motions.end()});
     cut_monitor_.reset();
     growth_.reset();
     return true;
@@ -451,7 +450,7 @@ void SurfaceRegistration::commit_rig(Frame& frame, FrameAttempt& attempt) {
 // Whether depth errs more by what moved between the views' times than it does when the left image
 // alone tells where the surface is.
 bool SurfaceRegistration::lag_spoils_depth(const TrackerJob& job) const {
-    constexpr double kError = decisions::RigRows::kOneViewError;
+    constexpr double kError = decisions::ViewLag::kOneViewError;
     if (!rig_monitor_.state().monitor.is_late()) return false;
     const defrec_camera& camera = surface_.data().camera;
     const double lag = rig_monitor_.state().left.lag_frames;

@@ -127,7 +127,6 @@ class SurfaceRegistration {
     StaleVertices stale_;  // of this frame
     TemplateTrial trial_;
     CutMonitor cut_monitor_;
-    std::optional<CutLine> cut_;    // that is released with the next frame
     bool is_depth_spoilt_ = false;  // in the last frame, by the right view's lag
 
     std::array<FrameAttempt, 2> attempts_;  // a second one beside the best so far

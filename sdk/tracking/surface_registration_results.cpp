@@ -181,10 +181,9 @@ void SurfaceRegistration::end(Frame& frame) {
 // After the job has ended, which must hear of no failure any more.
 void SurfaceRegistration::watch_for_cuts(const TrackerJob& job,
                                          const FrameAttempt& attempt) noexcept {
-    if (cut_) return;
     try {
-        cut_ = cut_monitor_.add_frame(surface_.data(), job.memory.output.samples,
-                                      attempt.photometric().is_confirmed);
+        cut_monitor_.add_frame(surface_.data(), job.memory.output.samples,
+                               attempt.photometric().is_confirmed);
     } catch (const std::exception&) {
         cut_monitor_.reset();  // the gap, if there is one, is still there in later frames
     }

@@ -71,19 +71,19 @@ void add_tracking_options(CLI::App& command, TrackOptions& options) {
     add_deadline_option(command, options.deadline_ns);
     command.add_flag("--grow", options.grow, "Let tissue that comes into view join the template");
     command
-        .add_option("--from-template", options.template_files.load,
+        .add_option("--from-template", options.surface.load,
                     "Follow the template of this file, which an earlier run saved, instead of one "
                     "of the first frame")
         ->type_name("F");
     command
-        .add_option("--template-frame", options.template_frame,
+        .add_option("--template-frame", options.surface.frame,
                     "Take the template of this frame of the recording, counted from 0; default: of "
                     "the first one that shows the tissue well")
         ->type_name("N")
         ->check(CLI::Range(std::int64_t{0}, std::int64_t{1'000'000'000}))
         ->excludes("--from-template");
     command
-        .add_option("--save-template", options.template_files.save,
+        .add_option("--save-template", options.surface.save,
                     "Save the template at the end, with all tissue that joined it")
         ->type_name("F");
 }

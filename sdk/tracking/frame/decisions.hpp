@@ -486,10 +486,6 @@ struct ExpectedError {
 
 // How the right view lies against the left, from the rows of patches that both show.
 struct RigRows {
-    // mm | a right view that is late errs by more than this in depth: the frame is registered by
-    // the
-    //   left view alone, which errs so | set by hand
-    static constexpr double kOneViewError = 1.5;
     // corrections | of the rig, in a frame that captures a template; each is measured anew | set by
     //   hand
     static constexpr int kMostCorrections = 2;
@@ -509,23 +505,12 @@ struct RigRows {
     static constexpr double kPriorRoll = 0.05;
     // 1 | likewise of the ratio of focal lengths | set by hand
     static constexpr double kPriorRatio = 0.05;
-    // frames | likewise of the lag | set by hand
-    static constexpr double kLagSigma = 1.5;
     // px | width of Tukey's kernel in each step of the fit with a lag | set by hand
     static constexpr std::array<double, 6> kTukeyWidths = {24, 12, 6, 3, 1.5, 1.5};
     // px | likewise of the fit without a lag, which begins from there | set by hand
     static constexpr std::array<double, 3> kNextTukeyWidths = {3, 1.5, 1.5};
     // per frame | share of its weight that a frame keeps | about a second
     static constexpr double kMemory = 0.97;
-    // frames | a smaller lag is 0 | the noise of a rig that is right
-    static constexpr double kMinLag = 0.12;
-    // standard deviations | of a lag that counts, at least | set by hand
-    static constexpr double kSignificance = 5;
-    // matches | around each one, whose speeds must show the lag as well | set by hand
-    static constexpr size_t kNeighbours = 6;
-    // standard deviations | of the lag that they show, at least | 5.2 where a view is late, 2 where
-    //   none is, [jumps]
-    static constexpr double kSignificanceAround = 4;
     // px RMS | rows that disagree by more are `DEFREC_REASON_CALIBRATION` | set by hand
     static constexpr double kMaxRowError = 0.4;
     // matches | behind such an error, at least | three frames' `min_matches`
@@ -536,6 +521,24 @@ struct RigRows {
     static constexpr double kMaxDistortionResidual = 6;
     // matches | behind a distortion, at least | ten frames' `min_matches`
     static constexpr double kMinDistortionMatches = 300;
+};
+
+// Whether the right view is late or early.
+struct ViewLag {
+    // mm | a right view that is late errs by more than this in depth: the frame is registered by
+    //   the left view alone, which errs so | set by hand
+    static constexpr double kOneViewError = 1.5;
+    // frames | standard deviation of the lag before anything is known | set by hand
+    static constexpr double kLagSigma = 1.5;
+    // frames | a smaller lag is 0 | the noise of a rig that is right
+    static constexpr double kMinLag = 0.12;
+    // standard deviations | of a lag that counts, at least | set by hand
+    static constexpr double kSignificance = 5;
+    // matches | around each one, whose speeds must show the lag as well | set by hand
+    static constexpr size_t kNeighbours = 6;
+    // standard deviations | of the lag that they show, at least | 5.2 where a view is late, 2 where
+    //   none is, [jumps]
+    static constexpr double kSignificanceAround = 4;
 };
 
 // Whether the right view has moved sideways: disparities and lengths change, and the left image

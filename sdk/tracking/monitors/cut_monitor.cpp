@@ -190,9 +190,9 @@ class Watcher {
 
 }  // namespace
 
-std::optional<CutLine> CutMonitor::add_frame(const TemplateData& data,
-                                             std::span<const defrec_surface_sample> samples,
-                                             std::span<const uint8_t> is_confirmed) {
+void CutMonitor::add_frame(const TemplateData& data, std::span<const defrec_surface_sample> samples,
+                           std::span<const uint8_t> is_confirmed) {
+    if (found_) return;
     const SurfaceGrid& grid = data.grid;
     const Watcher watcher(data, samples, is_confirmed);
     frames_.resize(grid.vertex.size(), 0);
@@ -205,7 +205,7 @@ std::optional<CutLine> CutMonitor::add_frame(const TemplateData& data,
         cells += frames_[i] == Cuts::kFrames ? 1 : 0;
     }
     if (static_cast<double>(cells) * grid.spacing < Cuts::kMinLength * data.node_grid.spacing_u)
-        return std::nullopt;
+        return;
     // Beside a line that was released some tissue counts to the wrong side.
     std::vector<uint8_t> open(frames_.size(), 0);
     for (size_t i = 0; i < frames_.size(); ++i) {
@@ -217,12 +217,8 @@ std::optional<CutLine> CutMonitor::add_frame(const TemplateData& data,
                   distance_to_cut(data.node_grid.cuts, grid.piece.empty() ? 0 : grid.piece[i], at) >
                       data.node_grid.spacing_u;
     }
-    for (size_t i = 0; i < open.size(); ++i) {
-        if (open[i] == 0) continue;
-        if (const std::optional<CutLine> cut = watcher.cut_of(watcher.take_gap(open, i)))
-            return cut;
-    }
-    return std::nullopt;
+    for (size_t i = 0; i < open.size() && !found_; ++i)
+        if (open[i] != 0) found_ = watcher.cut_of(watcher.take_gap(open, i));
 }
 
 }  // namespace defrec

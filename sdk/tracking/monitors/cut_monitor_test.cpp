@@ -72,10 +72,8 @@ struct Surface {
     }
 
     std::optional<CutLine> watch(CutMonitor& monitor, int frames) const {
-        std::optional<CutLine> cut;
-        for (int i = 0; i < frames && !cut; ++i)
-            cut = monitor.add_frame(data, samples, is_confirmed);
-        return cut;
+        for (int i = 0; i < frames; ++i) monitor.add_frame(data, samples, is_confirmed);
+        return monitor.found();
     }
     std::optional<CutLine> watch() const {
         CutMonitor monitor;

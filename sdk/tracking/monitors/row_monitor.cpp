@@ -13,6 +13,7 @@ namespace defrec {
 namespace {
 
 using decisions::RigRows;
+using decisions::ViewLag;
 
 // Information on offset (px), roll (px per px) and ratio of focal lengths less 1, before anything
 // is known.
@@ -86,7 +87,7 @@ double speed_around(std::span<const RowMatch> matches, size_t at) {
     struct Neighbour {
         double squared_distance = std::numeric_limits<double>::infinity(), speed = 0;
     };
-    std::array<Neighbour, RigRows::kNeighbours> nearest;  // the farthest last
+    std::array<Neighbour, ViewLag::kNeighbours> nearest;  // the farthest last
     for (size_t m = 0; m < matches.size(); ++m) {
         const double x = matches[m].x - matches[at].x, y = matches[m].y - matches[at].y;
         Neighbour next{x * x + y * y, matches[m].speed};
@@ -96,7 +97,7 @@ double speed_around(std::span<const RowMatch> matches, size_t at) {
     }
     double sum = 0;
     for (const Neighbour& neighbour : nearest) sum += neighbour.speed;
-    return sum / double{RigRows::kNeighbours};
+    return sum / double{ViewLag::kNeighbours};
 }
 
 // Whether the lag of a fit also shows in what moves around each match. Where a match's row in the
@@ -119,7 +120,7 @@ bool shows_around(std::span<const RowMatch> matches, const Prior& prior, const F
                                 .ldlt()
                                 .solve(Eigen::Vector4d::Unit(3))[3];
     return std::copysign(lag, lag * fit.values[3]) >
-           std::max(RigRows::kMinLag, RigRows::kSignificanceAround * std::sqrt(variance));
+           std::max(ViewLag::kMinLag, ViewLag::kSignificanceAround * std::sqrt(variance));
 }
 
 }  // namespace
@@ -151,13 +152,13 @@ RigEstimate RowMonitor::update(std::span<const RowMatch> matches) {
     Prior prior;
     prior.information.topLeftCorner<3, 3>() = information_;
     prior.information.diagonal().head<3>() += prior_information();
-    prior.information(3, 3) = 1 / (RigRows::kLagSigma * RigRows::kLagSigma);
+    prior.information(3, 3) = 1 / (ViewLag::kLagSigma * ViewLag::kLagSigma);
     prior.weighted.head<3>() = weighted_;
     const Eigen::Vector4d mean = prior.information.ldlt().solve(prior.weighted);
     const Fit with_lag = fit_rows(matches, prior, mean, RigRows::kTukeyWidths, true);
     const double lag = with_lag.values[3];
     is_late_ =
-        std::abs(lag) > std::max(RigRows::kMinLag, RigRows::kSignificance * with_lag.lag_sigma) &&
+        std::abs(lag) > std::max(ViewLag::kMinLag, ViewLag::kSignificance * with_lag.lag_sigma) &&
         shows_around(matches, prior, with_lag);
     information_ *= RigRows::kMemory;
     weighted_ *= RigRows::kMemory;
