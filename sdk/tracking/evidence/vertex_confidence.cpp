@@ -116,6 +116,8 @@ class RigDoubt {
                                                       ratio * ratio + distortion * distortion);
         if (evidence.is_interlaced) rows_ += Share::kInterlaced;
         rows_ += static_cast<float>(evidence.baseline_drift_px * evidence.baseline_drift_px);
+        const double angle = camera_.disparity_offset_px / camera_.fx;
+        rows_ += Share::kConvergence * static_cast<float>(angle * angle);
     }
     float at(const FrameEvidence& evidence, size_t vertex) const {
         if (lag_ == 0) return rows_;

@@ -480,6 +480,9 @@ struct ExpectedError {
     static constexpr float kOneView = 1.7f;
     // px^2 | besides, where rows are of two times | `heartbeat` and `indentation`, [interlaced]
     static constexpr float kInterlaced = 0.6f;
+    // px^2 | besides, where views converge: the squared angle between them, of which one view
+    //   foreshortens what the other shows | fitted to `toe-in` at 12 and 20 degrees, [microscopes]
+    static constexpr float kConvergence = 0.42f;
 };
 
 // ---- the rig ------------------------------------------------------------------------------------

@@ -301,6 +301,19 @@ TEST_CASE("views whose rows do not agree give no depth to rely on, and a larger 
     CHECK(confidence.expected_error[40] > f.confidence().expected_error[40] + 1);
 }
 
+TEST_CASE("views that converge by an angle give depth that is less sure, and places as before") {
+    Fixture f;
+    const std::vector<float> parallel = f.confidence().covariance;
+    f.data.camera.disparity_offset_px = 80;  // 0.4 of the focal length
+    const std::vector<float> converging = f.confidence().covariance;
+    const size_t middle = 49;  // on the optical axis
+    const double px = std::sqrt(converging[6 * middle + 5] - parallel[6 * middle + 5]) / 6.4;
+    CHECK(px == doctest::Approx(0.26).epsilon(0.01));
+    for (const size_t axis : {0, 3})
+        CHECK(converging[6 * middle + axis] ==
+              doctest::Approx(parallel[6 * middle + axis]).epsilon(1e-4));
+}
+
 TEST_CASE("a lost frame trusts no vertex, and less the longer it lasts") {
     Fixture f;
     VertexConfidence early, late;
