@@ -86,7 +86,10 @@ def main():
     print("|---|---|---|---|---|---|")
     for sequence in arguments.sequences:
         folder = arguments.out / sequence.name
-        order, after = film(len(list((sequence / "left").iterdir())), arguments.jumps)
+        frames = len(list((sequence / "left").iterdir()))
+        if frames < PLAYED:
+            parser.error(f"{sequence} has {frames} frames; {PLAYED} at least are needed")
+        order, after = film(frames, arguments.jumps)
         write_film(sequence, order, folder)
         counts = {False: [0, 0], True: [0, 0]}
         for frame, row in enumerate(track(sequence, folder, arguments.backend)):
