@@ -68,6 +68,8 @@ ALLOWED = {
     ("io/text.cpp", "< 0xA0"): "control characters",
     ("io/text.cpp", "byte >= 0x20"): "control characters",
     ("io/yaml_document.cpp", "kDeepestNesting = 16"): "range of a file",
+    ("session/points.cpp", "point.u < -0.5"): "half a pixel",
+    ("session/track_summary.cpp", '"p99_ms"'): "the percentile that its name says",
     ("rig/lens.cpp", "kDifference = 1e-6"): "step of a numeric derivative",
     ("rig/lens.cpp", "kDirections = 64"): "directions in which a fold is looked for",
     ("rig/lens.cpp", "kSteps = 4096"): "steps in which a fold is looked for",

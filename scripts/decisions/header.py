@@ -22,6 +22,7 @@ FOLDERS = (
     "sdk/api",
     "sdk/io",
     "sdk/doctor",
+    "sdk/session",
 )
 HEADERS = (
     "sdk/tracking/frame/decisions.hpp",
@@ -30,6 +31,7 @@ HEADERS = (
     "sdk/rig/decisions.hpp",
     "sdk/io/decisions.hpp",
     "sdk/doctor/decisions.hpp",
+    "sdk/session/decisions.hpp",
 )
 TAGS = {"Source:": "source", "Judged again by:": "command"}
 STRUCT = re.compile(r"^struct (\w+) \{$")

@@ -4,17 +4,17 @@
 #include <cmath>
 #include <limits>
 
+#include "sdk/session/decisions.hpp"
+
 namespace defrec::cli {
 namespace {
-
-constexpr double kNearest = 1e-3;  // mm
 
 // Pinhole projection u = fx x / z + cx; NaN where it is not defined.
 template <typename T>
 void pinhole(const defrec_camera& camera, const T* xyz, double* uv) {
     const double x = xyz[0], y = xyz[1], z = xyz[2];
-    const bool is_defined =
-        std::isfinite(x) && std::isfinite(y) && std::isfinite(z) && z > kNearest;
+    const bool is_defined = std::isfinite(x) && std::isfinite(y) && std::isfinite(z) &&
+                            z > decisions::FollowedPoints::kNearest;
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
     uv[0] = is_defined ? camera.fx * x / z + camera.cx : kNaN;
     uv[1] = is_defined ? camera.fy * y / z + camera.cy : kNaN;

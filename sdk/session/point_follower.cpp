@@ -5,11 +5,12 @@
 #include <cmath>
 #include <utility>
 
+#include "sdk/session/decisions.hpp"
+
 namespace defrec::cli {
 namespace {
 
-// mm; points with larger ones that are lifted in a frame before the template's are lost.
-constexpr double kMaxLiftError = 0.3;
+using Decision = decisions::FollowedPoints;
 
 std::size_t count_none(const std::vector<std::uint8_t>& found) {
     return static_cast<std::size_t>(
@@ -68,7 +69,9 @@ std::vector<double> PointFollower::judge_lifts(defrec_job job, const std::vector
             ExitCode::kInternal, "estimating the errors of the points to follow");
     for (std::size_t i = 0; i < found.size(); ++i) {
         const double variance = trace_of(&covariance[6 * i]);
-        if (found[i] == DEFREC_FOUND_NONE || variance <= kMaxLiftError * kMaxLiftError) continue;
+        if (found[i] == DEFREC_FOUND_NONE ||
+            variance <= Decision::kMaxLiftError * Decision::kMaxLiftError)
+            continue;
         found[i] = DEFREC_FOUND_NONE;
         ++of_lost_frames_;
     }

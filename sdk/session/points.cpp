@@ -3,6 +3,7 @@
 
 #include "sdk/io/csv.hpp"
 #include "sdk/io/text.hpp"
+#include "sdk/session/decisions.hpp"
 
 namespace defrec::cli {
 
@@ -28,13 +29,18 @@ std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int wi
 }
 
 std::vector<FollowedPoint> grid_points(int width, int height) {
-    constexpr int kColumns = 16, kRows = 9;
+    using Decision = decisions::FollowedPoints;
+    constexpr int kColumns = Decision::kGridColumns, kRows = Decision::kGridRows;
+    const auto place = [](int i, int count, int size) {
+        return (Decision::kGridMargin + (1 - 2 * Decision::kGridMargin) * i / (count - 1)) *
+               (size - 1);
+    };
     std::vector<FollowedPoint> points;
     for (int row = 0; row < kRows; ++row) {
         for (int column = 0; column < kColumns; ++column) {
             points.push_back({row * kColumns + column,
-                              (0.05 + 0.9 * column / (kColumns - 1)) * (width - 1),
-                              (0.05 + 0.9 * row / (kRows - 1)) * (height - 1),
+                              place(column, kColumns, width),
+                              place(row, kRows, height),
                               {}});
         }
     }

@@ -5,14 +5,12 @@
 
 #include "sdk/contract/descs.hpp"
 #include "sdk/io/interrupt.hpp"
+#include "sdk/session/decisions.hpp"
 
 namespace defrec::cli {
 namespace {
 
-// A frame with so many times the features of the template's shows far more of the tissue.
-constexpr std::uint32_t kRicher = 2;
-// So many frames after the template's are looked at for one that does: a second and more.
-constexpr std::int64_t kLookAhead = 40;
+using Decision = decisions::TemplateSearch;
 
 // One tracker, and the template that it follows.
 class Scout {
@@ -52,12 +50,13 @@ class Scout {
         ++frames_after_;
         if (result.state == DEFREC_LOST) return false;
         is_confirmed_ = true;
-        return result.features >= kRicher * features_;
+        return result.features >= Decision::kRicher * features_;
     }
 
     bool is_settled() const {
         return found_ && is_confirmed_ &&
-               (frames_after_ >= kLookAhead || kRicher * features_ > desc_.max_features);
+               (frames_after_ >= Decision::kLookAhead ||
+                Decision::kRicher * features_ > desc_.max_features);
     }
     std::optional<FoundTemplate> take() { return std::move(found_); }
     std::uint32_t reasons() const { return reasons_; }  // of the last frame

@@ -21,6 +21,7 @@
 #include "sdk/io/terminal.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/live_link/live_link.hpp"
+#include "sdk/session/decisions.hpp"
 #include "sdk/session/point_follower.hpp"
 #include "sdk/session/real_time.hpp"
 #include "sdk/session/result_record.hpp"
@@ -37,7 +38,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFramesInFlight = 2;
-constexpr std::int64_t kLongestWayBack = 32;  // frames, which are in memory at once
 
 cv::Mat left_image(const StereoFrame& frame) {
     return {frame.left.height, frame.left.width, CV_8UC(frame.left.channels),
@@ -299,7 +299,7 @@ class TrackSession {
     void go_back() const {
         SourceOptions options = options_.source;
         const std::int64_t first = options.range.first, end = found_->frame.index;
-        if (end <= first || end - first > kLongestWayBack) return;
+        if (end <= first || end - first > decisions::TemplateSearch::kLongestWayBack) return;
         options.range = {first + 1, end + 1};
         FrameSource source(options);
         std::vector<StereoFrame> frames(static_cast<std::size_t>(end - first));

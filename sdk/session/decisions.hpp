@@ -1,0 +1,37 @@
+// The numbers by which a run of `defrec track` decides, as in sdk/tracking/frame/decisions.hpp:
+// unit | what it decides | source. [name] is a page of docs/experiments.
+#pragma once
+
+#include <cstdint>
+
+namespace defrec::decisions {
+
+// Which frame of a recording gives the template.
+struct TemplateSearch {
+    // frames | that are looked at after the template's for one that shows far more of the tissue
+    //   | a second and more
+    static constexpr std::int64_t kLookAhead = 40;
+    // of the features of the template's frame | a frame with as many shows far more of the tissue |
+    //   as `richer` of a template on trial
+    static constexpr std::uint32_t kRicher = 2;
+    // frames | before the template's that are followed in reverse; they are in memory at once | set
+    //   by hand
+    static constexpr std::int64_t kLongestWayBack = 32;
+};
+
+// The points that a run follows.
+struct FollowedPoints {
+    // mm | points that are lifted in a frame before the template's with a larger error are lost |
+    //   sigma 2 and 3, [sound-start]
+    static constexpr double kMaxLiftError = 0.3;
+    // points | of the grid in a row, where none are given | set by hand
+    static constexpr int kGridColumns = 16;
+    // points | of the grid in a column | set by hand
+    static constexpr int kGridRows = 9;
+    // share of the image | between the grid and each edge | set by hand
+    static constexpr double kGridMargin = 0.05;
+    // mm | a point nearer to the camera has no pixel | set by hand
+    static constexpr double kNearest = 1e-3;
+};
+
+}  // namespace defrec::decisions
