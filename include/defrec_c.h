@@ -309,6 +309,22 @@ typedef struct defrec_image {
                                       defrec_memory_import(). */
 } defrec_image;
 
+/** How the rows of a video's images follow each other in time. */
+enum {
+    DEFREC_SCAN_UNKNOWN      = 0, /**< not known: too little moves */
+    DEFREC_SCAN_PROGRESSIVE  = 1, /**< all rows of an image are of one time */
+    DEFREC_SCAN_TOP_FIRST    = 2, /**< interlaced: DEFREC_FIELD_TOP is half a frame period before
+                                       DEFREC_FIELD_BOTTOM */
+    DEFREC_SCAN_BOTTOM_FIRST = 3  /**< interlaced: DEFREC_FIELD_BOTTOM is the earlier one */
+};
+/** Tells from two consecutive images of one view how its rows follow each other in time: scan,
+ *  DEFREC_SCAN_*. A cut between them may deceive it, so ask about several pairs, and believe what
+ *  most of those say that know.
+ *  @errors DEFREC_ERROR_ARGUMENT: the images differ in size or format, or lie in a defrec_memory.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_detect_scan(
+    const defrec_image *earlier, const defrec_image *later, uint32_t *scan);
+
 /** One camera's pinhole and distortion, as OpenCV has them. Frozen. */
 typedef struct defrec_intrinsics {
     double   fx, fy, cx, cy;   /**< focal lengths and centre, px */
@@ -887,6 +903,13 @@ enum {
     DEFREC_FRAME_CAMERA_POSE      = 1u << 2  /**< camera_pose is given */
 };
 
+/** Fields of an interlaced image: the rows that are of one time. */
+enum {
+    DEFREC_FIELD_NONE   = 0, /**< the image is progressive: all its rows are of one time */
+    DEFREC_FIELD_TOP    = 1, /**< the even rows, 0 the first */
+    DEFREC_FIELD_BOTTOM = 2  /**< the odd rows */
+};
+
 /** A pair of images. */
 typedef struct defrec_frame {
     uint32_t            struct_size;  /**< see DEFREC_INIT */
@@ -913,6 +936,11 @@ typedef struct defrec_frame {
      *  3x4 row-major, a rotation and mm, at the frame's time. Given with every frame from the
      *  template's on, it tells the motion of the tissue from that of the camera. */
     double camera_pose[12];
+    /** DEFREC_FIELD_*: the rows of both images that are of this frame's time. The others are not
+     *  read but interpolated, so rig, template and results are of whole images. An interlaced image
+     *  is submitted twice, once for each field in the order of their times, half a frame period
+     *  apart. */
+    uint32_t field;
 } defrec_frame;
 
 /** Queues a frame; jobs of one tracker run in order. Host pixels are copied before it returns.
@@ -920,8 +948,9 @@ typedef struct defrec_frame {
  *  done.
  *  @errors DEFREC_ERROR_BUSY: as many jobs as frames_in_flight are not released yet, or another
  *  thread is submitting. DEFREC_ERROR_ARGUMENT: the timestamp does not grow, or is more than a day
- *  after the last one (the frame after that is accepted: the clock may have been set), or an image
- *  has another size or format than expected. DEFREC_ERROR_DEVICE_LOST: the device did not answer a
+ *  after the last one (the frame after that is accepted: the clock may have been set), an image has
+ *  another size or format than expected, or there is no such field. DEFREC_ERROR_UNSUPPORTED: a
+ *  field of an image in a defrec_memory. DEFREC_ERROR_DEVICE_LOST: the device did not answer a
  *  frame before. Such a frame counts as never submitted.
  *  @threads one @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_tracker_submit(
@@ -1067,8 +1096,8 @@ enum {
                                                   those of video that was not deinterlaced
                                                   @effect degraded, no vertex counts as observed;
                                                   no template, or lost where nothing is tracked
-                                                  @remedy a progressive mode of the camera or the
-                                                  capture card, or a filter that deinterlaces */
+                                                  @remedy submit each field as a frame: see field
+                                                  of defrec_frame */
 };
 /** Status of a vertex or point. */
 enum {

@@ -74,6 +74,17 @@ DEFREC_API defrec_status DEFREC_CALL defrec_device_get(
     return call.status();
 }
 
+DEFREC_API defrec_status DEFREC_CALL defrec_detect_scan(
+        const defrec_image *earlier,
+        const defrec_image *later,
+        uint32_t *scan) {
+    Call call("defrec_detect_scan");
+    call.structure("earlier", earlier);
+    call.structure("later", later);
+    call.made_array("scan", scan, 1);
+    return call.status();
+}
+
 DEFREC_API defrec_status DEFREC_CALL defrec_rig_create(
         defrec_context context,
         const defrec_rig_desc *desc,

@@ -314,6 +314,14 @@ SECTIONS = (
                     " a slip"
                 ),
             ),
+            (
+                107,
+                "interlaced video",
+                (
+                    "each field is tracked at its time; images submitted whole:"
+                    " `DEFREC_REASON_INTERLACED`, nothing observed"
+                ),
+            ),
         ),
     ),
     (

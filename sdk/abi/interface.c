@@ -5,6 +5,7 @@
 #include "include/defrec_plugin.h"
 __typeof__(&defrec_context_create) signature_of_defrec_context_create;
 __typeof__(&defrec_context_destroy) signature_of_defrec_context_destroy;
+__typeof__(&defrec_detect_scan) signature_of_defrec_detect_scan;
 __typeof__(&defrec_device_count) signature_of_defrec_device_count;
 __typeof__(&defrec_device_get) signature_of_defrec_device_get;
 __typeof__(&defrec_job_get_template) signature_of_defrec_job_get_template;

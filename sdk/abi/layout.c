@@ -313,6 +313,7 @@ int main(void) {
     FIELD(defrec_frame, deadline_ns);
     FIELD(defrec_frame, held_motion);
     FIELD(defrec_frame, camera_pose);
+    FIELD(defrec_frame, field);
     SIZE(defrec_stage_time);
     FIELD(defrec_stage_time, name);
     FIELD(defrec_stage_time, milliseconds);
@@ -451,6 +452,10 @@ int main(void) {
     VALUE(DEFREC_MIN_WIDTH);
     VALUE(DEFREC_MIN_HEIGHT);
     VALUE(DEFREC_MAX_SIDE);
+    VALUE(DEFREC_SCAN_UNKNOWN);
+    VALUE(DEFREC_SCAN_PROGRESSIVE);
+    VALUE(DEFREC_SCAN_TOP_FIRST);
+    VALUE(DEFREC_SCAN_BOTTOM_FIRST);
     VALUE(DEFREC_DISPARITY_ONE);
     VALUE(DEFREC_DISPARITY_NONE);
     VALUE(DEFREC_ORB_ANGLE_BINS);
@@ -471,6 +476,9 @@ int main(void) {
     VALUE(DEFREC_FRAME_CAPTURE_TEMPLATE);
     VALUE(DEFREC_FRAME_HELD_MOTION);
     VALUE(DEFREC_FRAME_CAMERA_POSE);
+    VALUE(DEFREC_FIELD_NONE);
+    VALUE(DEFREC_FIELD_TOP);
+    VALUE(DEFREC_FIELD_BOTTOM);
     VALUE(DEFREC_INITIALISING);
     VALUE(DEFREC_TRACKING);
     VALUE(DEFREC_DEGRADED);

@@ -96,6 +96,8 @@ TEST_CASE("rows 16 to 24: bad frames are refused with the reason, and the queue 
                          [](auto&, auto& i) { i.format = DEFREC_FORMAT_BGR8, i.height = 48; });
     tracker.check_submit(DEFREC_ERROR_ARGUMENT, "expected",
                          [](auto&, auto& i) { i.width = i.height = 1; });
+    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "frame.field is 3",
+                         [](auto& f, auto&) { f.field = 3; });
     tracker.check_submit(DEFREC_ERROR_VERSION, "struct_size",
                          [](auto& f, auto&) { f.struct_size = 0; });
     tracker.check_submit(DEFREC_ERROR_VERSION, "struct_size",

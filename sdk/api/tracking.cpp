@@ -1,10 +1,12 @@
 // The exported functions for trackers, jobs and templates: check, catch, forward.
+#include <array>
 #include <limits>
 
 #include "sdk/api/destroy.hpp"
 #include "sdk/base/util/image.hpp"
 #include "sdk/base/util/struct_size.hpp"
 #include "sdk/tracking/frame_result.hpp"
+#include "sdk/tracking/scan_order.hpp"
 
 using namespace defrec;
 
@@ -56,6 +58,11 @@ std::shared_ptr<const DeviceBuffer> read_memory(const char* what, defrec_memory 
     return memory;
 }
 
+void expect_pixels(const char* what, const defrec_image& image) {
+    if (image.pixels == nullptr)
+        fail(DEFREC_ERROR_ARGUMENT, what, ": the image lies in a defrec_memory, pixels expected");
+}
+
 // memory_stride: what an image in memory has from row to row.
 FrameImage read_frame_image(const char* what, const defrec_image* given, uint32_t format,
                             uint64_t memory_stride, const Tracker& tracker) {
@@ -72,6 +79,17 @@ FrameImage read_frame_image(const char* what, const defrec_image* given, uint32_
         fail(DEFREC_ERROR_ARGUMENT, what, ": the memory has ", read.memory->size(), " bytes, ",
              image_bytes(image), " are needed");
     return read;
+}
+
+void expect_field(uint32_t field, const std::array<FrameImage, 2>& views) {
+    if (field > DEFREC_FIELD_BOTTOM)
+        fail(DEFREC_ERROR_ARGUMENT, "frame.field is ", field,
+             "; NONE (0), TOP (1) and BOTTOM (2) exist");
+    if (field == DEFREC_FIELD_NONE) return;
+    for (const FrameImage& view : views)
+        if (view.memory != nullptr)
+            fail(DEFREC_ERROR_UNSUPPORTED, "frame.field is ", field,
+                 " for an image in a defrec_memory; fields are taken of host pixels alone");
 }
 
 // begin: of the call that the time counts from.
@@ -110,11 +128,13 @@ FrameInput read_frame(const defrec_frame* given, const Tracker& tracker) {
     FrameInput input;
     input.timestamp_ns = frame.timestamp_ns;
     input.flags = frame.flags;
+    input.field = frame.field;
     input.deadline = read_deadline(frame.deadline_ns, begin);
     input.views[0] =
         read_frame_image("left", frame.left, tracker.format(), tracker.memory_stride(), tracker);
     input.views[1] =
         read_frame_image("right", frame.right, tracker.format(), tracker.memory_stride(), tracker);
+    expect_field(frame.field, input.views);
     if (frame.ignore != nullptr)
         input.ignore = read_frame_image("ignore", frame.ignore, DEFREC_FORMAT_GRAY8,
                                         tracker.rig().width(), tracker);
@@ -129,6 +149,23 @@ FrameInput read_frame(const defrec_frame* given, const Tracker& tracker) {
 }  // namespace
 
 extern "C" {
+
+defrec_status defrec_detect_scan(const defrec_image* earlier, const defrec_image* later,
+                                 uint32_t* scan) {
+    return api_call([&] {
+        expect_given("scan", scan);
+        const defrec_image before = read_image("earlier", earlier),
+                           after = read_image("later", later);
+        expect_pixels("earlier", before);
+        expect_pixels("later", after);
+        if (after.width != before.width || after.height != before.height ||
+            after.format != before.format)
+            fail(DEFREC_ERROR_ARGUMENT, "later: ", after.width, " x ", after.height,
+                 " pixels of format ", after.format, " given, earlier has ", before.width, " x ",
+                 before.height, " of format ", before.format);
+        *scan = scan_order(before, after);
+    });
+}
 
 defrec_status defrec_tracker_create(defrec_context context, defrec_rig rig,
                                     const defrec_tracker_desc* desc, defrec_tracker* out) {

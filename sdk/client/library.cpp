@@ -208,6 +208,7 @@ Job submit(const Tracker& tracker, const StereoFrame& frame, std::uint64_t deadl
     desc.left = &left;
     desc.right = &right;
     desc.deadline_ns = deadline_ns;
+    desc.field = frame.field;
     defrec_job job = nullptr;
     require(defrec_tracker_submit(tracker.get(), &desc, &job), ExitCode::kInternal,
             "frame " + std::to_string(frame.index));

@@ -136,6 +136,15 @@ TEST_CASE("interlaced video") {
               interlace(r.left);
               interlace(r.right);
           }) == "interlacing");
+    const Diagnosis diagnosis = diagnose_spoiled(
+        "heartbeat",
+        [](Recording& r) {
+            interlace(r.left);
+            interlace(r.right);
+        },
+        [](DoctorOptions& options) { options.source.fields = FieldOrder::kAuto; });
+    CHECK(found_in(diagnosis).empty());
+    CHECK(diagnosis_text(diagnosis).find("interlaced, bottom field first") != std::string::npos);
 }
 
 TEST_CASE("exposure") {

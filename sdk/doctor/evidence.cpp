@@ -19,6 +19,14 @@ cv::Mat gray_of(const ImageView& view) {
     return gray;
 }
 
+FieldOrder fields_of(const StereoFrame& frame) {
+    if (frame.field == DEFREC_FIELD_NONE) return FieldOrder::kProgressive;
+    const bool is_bottom = frame.field == DEFREC_FIELD_BOTTOM;
+    return is_bottom_field(FieldOrder::kTopFirst, frame.index) == is_bottom
+               ? FieldOrder::kTopFirst
+               : FieldOrder::kBottomFirst;
+}
+
 // A calibration for images of another size, where they are the same picture.
 StereoCalibration scaled(const StereoCalibration& calibration, int width, int height) {
     StereoCalibration made = calibration;
@@ -55,6 +63,7 @@ Evidence collect_evidence(const std::vector<StereoFrame>& frames, StereoCalibrat
     Evidence evidence;
     evidence.width = frames.front().left.width;
     evidence.height = frames.front().left.height;
+    evidence.fields = fields_of(frames.front());
     evidence.refusal = std::move(refusal);
     evidence.has_other_size = calibration.width > 0 && (calibration.width != evidence.width ||
                                                         calibration.height != evidence.height);

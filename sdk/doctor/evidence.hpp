@@ -11,6 +11,7 @@
 #include "sdk/doctor/view_matches.hpp"
 #include "sdk/input/frame_source.hpp"
 #include "sdk/io/calibration.hpp"
+#include "sdk/io/field_order.hpp"
 
 namespace defrec::cli {
 
@@ -39,9 +40,10 @@ struct TrackProbe {
 
 struct Evidence {
     int width = 0, height = 0;
-    std::vector<GrayPair> pairs;     // some of the frames
-    StereoCalibration calibration;   // as the files have it, T in mm
-    std::string refusal;             // why it is not taken; empty: it is
+    FieldOrder fields = FieldOrder::kProgressive;  // of the images; otherwise frames are fields
+    std::vector<GrayPair> pairs;                   // some of the frames
+    StereoCalibration calibration;                 // as the files have it, T in mm
+    std::string refusal;                           // why it is not taken; empty: it is
     bool has_other_size = false;     // the calibration names another size than the frames'
     std::vector<ViewMatch> matches;  // of `pairs`
     std::vector<RigTrial> trials;    // of the calibration without each mistake, the first without

@@ -5,6 +5,20 @@
 #include "sdk/doctor/sentence.hpp"
 
 namespace defrec::cli {
+namespace {
+
+const char* fields_of(FieldOrder fields) {
+    switch (fields) {
+        case FieldOrder::kTopFirst:
+            return "the images are interlaced, top field first; each field is a frame";
+        case FieldOrder::kBottomFirst:
+            return "the images are interlaced, bottom field first; each field is a frame";
+        default:
+            return "rows beside each other are of one time";
+    }
+}
+
+}  // namespace
 
 Finding look_at_interlacing(const Evidence& evidence) {
     Look look("interlacing", "interlacing", Severity::kError);
@@ -13,12 +27,11 @@ Finding look_at_interlacing(const Evidence& evidence) {
     const double share = static_cast<double>(count) / static_cast<double>(all);
     look.measured(100 * share, "%");
     if (share <= decisions::DoctorImages::kReasonShare)
-        return look.fine("rows beside each other are of one time");
+        return look.fine(fields_of(evidence.fields));
     return look.found("the video is interlaced: in " + of_frames(count, all) +
                           " rows beside each other are of two times.",
-                      "Choose a progressive mode of the camera or the capture card, or deinterlace "
-                      "the recording, with one field as a frame of half the height or with a "
-                      "filter such as FFmpeg's bwdif.");
+                      "Say which field is first, by --interlaced top-first or --interlaced "
+                      "bottom-first: each field is then tracked as a frame.");
 }
 
 }  // namespace defrec::cli

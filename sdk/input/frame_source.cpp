@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <array>
+#include <deque>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "sdk/input/camera_name.hpp"
 #include "sdk/input/camera_source.hpp"
 #include "sdk/input/image_stream.hpp"
+#include "sdk/input/scan_votes.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/text.hpp"
 
@@ -16,6 +19,13 @@ namespace {
 
 constexpr double kDefaultFps = 30;
 constexpr std::int64_t kMaxFrames = 1'000'000'000;
+// Recorded images that are looked at for fields at most, and pairs of them that must tell some: a
+// recording may begin with interlaced images alone.
+constexpr std::int64_t kMostLookedAt = 60;
+constexpr int kEnoughRecorded = 24;
+// The same of a camera, whose images wait meanwhile.
+constexpr std::size_t kMostWaiting = 8;
+constexpr int kEnoughLive = 3;
 
 struct Pair {
     cv::Mat left, right;
@@ -34,12 +44,30 @@ ImageView view_of(const cv::Mat& image) {
     return {image.data, image.cols, image.rows, image.channels(), image.step[0]};
 }
 
+cv::Mat image_of(const ImageView& view) {
+    return {view.height, view.width, CV_8UC(view.channels), const_cast<std::uint8_t*>(view.pixels),
+            view.stride};
+}
+
 std::string digits_of(const std::filesystem::path& file) {
     std::string digits;
     for (const char c : file.stem().string()) {
         if (c >= '0' && c <= '9') digits += c;
     }
     return digits;
+}
+
+// A field's picture: its rows, and between them what lies between them.
+cv::Mat picture_of_field(const cv::Mat& image, bool is_bottom) {
+    cv::Mat picture = image.clone();
+    const int first = is_bottom ? 1 : 0, last = image.rows - 1 - (image.rows - 1 - first) % 2;
+    for (int y = 1 - first; y < image.rows; y += 2) {
+        const cv::Mat above = image.row(std::max(y - 1, first)),
+                      below = image.row(std::min(y + 1, last));
+        cv::Mat row = picture.row(y);
+        cv::addWeighted(above, 0.5, below, 0.5, 0, row);
+    }
+    return picture;
 }
 
 // Files are paired by their place in the order; a file lost on one side would pair all that follow
@@ -96,15 +124,19 @@ struct FrameSource::Impl {
     std::unique_ptr<CameraSource> cameras;     // instead of both
     std::optional<double> first_ms;            // time of the first frame, of cameras
     std::int64_t position = 0;                 // index of the next frame
-    double fps = kDefaultFps;
+    double fps = kDefaultFps;                  // of frames
     std::string fault;
-    std::optional<Pair> first;  // read at opening, to know the size
+    std::deque<Pair> ahead;             // read at opening, to know the size and the fields
+    std::shared_ptr<const Pair> begun;  // whose later field is the next frame
+    std::optional<double> last_ms;      // time of the last frame, of cameras
     cv::Size size;
     int channels = 3;
 
     void open() {
+        if (options.fields == FieldOrder::kAuto && !is_live()) options.fields = recorded_fields();
         open_sources();
-        for (; position < options.range.first; ++position) {
+        const std::int64_t of_image = frames_of_image();
+        for (; position + of_image <= options.range.first; position += of_image) {
             if (!skip()) {
                 throw CliError(ExitCode::kInput, source_name() + ": --frames begins at frame " +
                                                      std::to_string(options.range.first) +
@@ -123,11 +155,54 @@ struct FrameSource::Impl {
                                                  " and the right image " + size_text(pair.right) +
                                                  "; they must be of one size.");
         }
-        const double own = cameras ? cameras->fps() : left->fps();
-        fps = options.fps > 0 ? options.fps : own > 0 ? own : kDefaultFps;
         size = pair.left.size();
         channels = std::max(pair.left.channels(), pair.right.channels());
-        first = std::move(pair);
+        ahead.push_back(std::move(pair));
+        if (options.fields == FieldOrder::kAuto) options.fields = live_fields();
+        const double own = cameras ? cameras->fps() : left->fps();
+        fps = options.fps > 0 ? options.fps : own > 0 ? own : kDefaultFps;
+        fps *= static_cast<double>(frames_of_image());
+        position = options.range.first;
+    }
+
+    bool is_live() const { return is_camera(source_name()); }
+    std::int64_t frames_of_image() const {
+        return options.fields == FieldOrder::kTopFirst || options.fields == FieldOrder::kBottomFirst
+                   ? kFieldsOfImage
+                   : 1;
+    }
+
+    // A fault is met again when the images are opened to be tracked.
+    FieldOrder recorded_fields() const {
+        SourceOptions whole = options;
+        whole.fields = FieldOrder::kProgressive;
+        whole.range = {options.range.first / kFieldsOfImage, {}};
+        ScanVotes votes(kEnoughRecorded);
+        try {
+            FrameSource source(whole);
+            StereoFrame frame;
+            std::shared_ptr<const void> before;  // the pixels that the next ones are compared with
+            for (std::int64_t i = 0; i < kMostLookedAt && !votes.is_settled() && source.next(frame);
+                 ++i) {
+                votes.add(image_of(frame.left));
+                before = frame.pixels;
+            }
+        } catch (const CliError&) {
+            return FieldOrder::kProgressive;
+        }
+        return votes.order();
+    }
+
+    FieldOrder live_fields() {
+        ScanVotes votes(kEnoughLive);
+        votes.add(ahead.front().left);
+        Pair pair;
+        while (!votes.is_settled() && ahead.size() < kMostWaiting && read_pair(pair)) {
+            votes.add(pair.left);
+            ahead.push_back(std::move(pair));
+            pair = {};
+        }
+        return votes.order();
     }
 
     void open_sources() {
@@ -219,6 +294,32 @@ struct FrameSource::Impl {
         return true;
     }
 
+    // The image that the next frame is of; null at the end.
+    std::shared_ptr<const Pair> next_image() {
+        if (begun != nullptr) return std::exchange(begun, nullptr);
+        auto pair = std::make_shared<Pair>();
+        if (!ahead.empty()) {
+            *pair = std::move(ahead.front());
+            ahead.pop_front();
+        } else if (!read_pair(*pair)) {
+            return nullptr;
+        }
+        if (!has_size(*pair)) return nullptr;
+        unify_channels(pair->left);
+        unify_channels(pair->right);
+        return pair;
+    }
+
+    // A frame of a camera's image. Cameras' clocks are not even.
+    double live_time(const Pair& pair) {
+        constexpr double kLeastStep = 1e-3;  // ms
+        if (!first_ms) first_ms = pair.time_ms;
+        const bool is_later = frames_of_image() > 1 && position % kFieldsOfImage != 0;
+        const double time = pair.time_ms - *first_ms + (is_later ? 1000.0 / fps : 0);
+        last_ms = last_ms ? std::max(time, *last_ms + kLeastStep) : time;
+        return *last_ms;
+    }
+
     void unify_channels(cv::Mat& image) const {
         if (image.channels() == channels) return;
         cv::Mat converted;
@@ -238,6 +339,7 @@ int FrameSource::width() const { return impl_->size.width; }
 int FrameSource::height() const { return impl_->size.height; }
 int FrameSource::channels() const { return impl_->channels; }
 double FrameSource::fps() const { return impl_->fps; }
+FieldOrder FrameSource::fields() const { return impl_->options.fields; }
 const std::string& FrameSource::fault() const { return impl_->fault; }
 
 bool FrameSource::is_live() const { return impl_->cameras != nullptr; }
@@ -254,6 +356,7 @@ std::optional<std::int64_t> FrameSource::expected() const {
     std::optional<std::int64_t> end = is_live() ? std::nullopt : impl_->left->claimed();
     if (impl_->right && impl_->right->claimed())
         end = std::min(end.value_or(kMaxFrames), *impl_->right->claimed());
+    if (end) *end *= impl_->frames_of_image();
     if (impl_->options.range.last)
         end = std::min(end.value_or(kMaxFrames), *impl_->options.range.last);
     if (!end) return std::nullopt;
@@ -264,19 +367,21 @@ bool FrameSource::next(StereoFrame& frame) {
     Impl& impl = *impl_;
     if (!impl.fault.empty()) return false;
     if (impl.options.range.last && impl.position >= *impl.options.range.last) return false;
-    auto pair = std::make_shared<Pair>();
-    if (impl.first) {
-        *pair = std::move(*impl.first);
-        impl.first.reset();
-    } else if (!impl.read_pair(*pair) || !impl.has_size(*pair)) {
-        return false;
-    }
-    impl.unify_channels(pair->left);
-    impl.unify_channels(pair->right);
+    std::shared_ptr<const Pair> pair = impl.next_image();
+    if (pair == nullptr) return false;
+    frame.timestamp_ms = impl.cameras ? impl.live_time(*pair)
+                                      : static_cast<double>(impl.position) * 1000.0 / impl.fps;
     frame.index = impl.position++;
-    if (!impl.first_ms) impl.first_ms = pair->time_ms;
-    frame.timestamp_ms = impl.cameras ? pair->time_ms - *impl.first_ms
-                                      : static_cast<double>(frame.index) * 1000.0 / impl.fps;
+    frame.field = DEFREC_FIELD_NONE;
+    if (impl.frames_of_image() > 1) {
+        if (frame.index % kFieldsOfImage == 0) impl.begun = pair;
+        const bool is_bottom = is_bottom_field(impl.options.fields, frame.index);
+        frame.field = is_bottom ? DEFREC_FIELD_BOTTOM : DEFREC_FIELD_TOP;
+        pair = std::make_shared<const Pair>(Pair{picture_of_field(pair->left, is_bottom),
+                                                 picture_of_field(pair->right, is_bottom),
+                                                 pair->time_ms,
+                                                 {}});
+    }
     frame.left = view_of(pair->left);
     frame.right = view_of(pair->right);
     frame.pixels = std::move(pair);

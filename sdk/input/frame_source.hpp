@@ -9,7 +9,9 @@
 #include <optional>
 #include <string>
 
+#include "include/defrec_c.h"
 #include "sdk/input/camera_counts.hpp"
+#include "sdk/io/field_order.hpp"
 
 namespace defrec::cli {
 
@@ -25,11 +27,13 @@ struct StereoFrame {
     double timestamp_ms = 0;             // of cameras from the first frame on
     ImageView left, right;               // same size and channels
     std::shared_ptr<const void> pixels;  // keeps what the views show
+    // DEFREC_FIELD_*: the rows that were taken of an interlaced image; the others are made of them.
+    std::uint32_t field = DEFREC_FIELD_NONE;
 };
 
 enum class Layout { kSideBySide, kTopBottom };
 
-// Frames first .. last - 1 of the source, counted from 0.
+// Frames first .. last - 1 of the source, counted from 0; of interlaced images, fields.
 struct FrameRange {
     std::int64_t first = 0;
     std::optional<std::int64_t> last;
@@ -42,8 +46,9 @@ struct SourceOptions {
     std::string stereo;                   // this with
     Layout layout = Layout::kSideBySide;  // left on the left, or left on top
     FrameRange range;
-    double fps = 0;                 // 0: the source's own, else 30
-    double reconnect_seconds = 60;  // for which a camera that stopped is looked for
+    double fps = 0;                                // of images; 0: the source's own, else 30
+    FieldOrder fields = FieldOrder::kProgressive;  // of the images; otherwise each field is a frame
+    double reconnect_seconds = 60;                 // for which a camera that stopped is looked for
 };
 
 // One thread at a time.
@@ -59,7 +64,9 @@ class FrameSource {
     int width() const;
     int height() const;
     int channels() const;
-    double fps() const;
+    double fps() const;  // of frames
+    // How the images are read; not kAuto.
+    FieldOrder fields() const;
     // Images come from cameras: next() waits for them, and passes over those that it came too late
     // for.
     bool is_live() const;

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <string>
 
@@ -122,6 +123,115 @@ TEST_CASE("--frames A:B keeps the frame's own number") {
         CAPTURE(text);
         CHECK_THROWS_AS(parse_frame_range(text), CliError);
     }
+}
+
+namespace {
+
+// Images whose top field is of gray value 10 i and whose bottom field is of 10 i + 5.
+std::string write_interlaced(const std::string& folder, int count, int height = 64) {
+    std::filesystem::create_directories(folder);
+    for (int i = 0; i < count; ++i) {
+        cv::Mat image = image_of(10 * i, {96, height});
+        for (int y = 1; y < height; y += 2) image.row(y).setTo(cv::Scalar::all(10 * i + 5));
+        cv::imwrite(folder + "/" + std::to_string(i) + ".png", image);
+    }
+    return folder;
+}
+
+// A texture that moves by 3 px a field, in the field's rows alone.
+std::string write_moving(const std::string& folder, int count, bool is_interlaced,
+                         bool is_top_first) {
+    std::filesystem::create_directories(folder);
+    cv::Mat wide(64, 96 + 6 * count, CV_8UC1);
+    cv::RNG(5).fill(wide, cv::RNG::UNIFORM, 0, 256);
+    cv::GaussianBlur(wide, wide, {}, 2);
+    cv::normalize(wide, wide, 0, 255, cv::NORM_MINMAX);
+    for (int i = 0; i < count; ++i) {
+        cv::Mat image(64, 96, CV_8UC1);
+        for (int y = 0; y < 64; ++y) {
+            const bool is_later = is_interlaced && (y % 2 == 1) == is_top_first;
+            wide.row(y)
+                .colRange(6 * i + (is_later ? 3 : 0), 6 * i + (is_later ? 3 : 0) + 96)
+                .copyTo(image.row(y));
+        }
+        cv::imwrite(folder + "/" + std::to_string(i) + ".png", image);
+    }
+    return folder;
+}
+
+}  // namespace
+
+TEST_CASE("each field of an image is a frame, in the order of their times") {
+    const TestFolder folder;
+    SourceOptions options =
+        two(write_interlaced(folder / "l", 3), write_interlaced(folder / "r", 3));
+    options.fps = 25;
+    for (const bool is_top_first : {true, false}) {
+        options.fields = is_top_first ? FieldOrder::kTopFirst : FieldOrder::kBottomFirst;
+        options.range = {};
+        FrameSource source(options);
+        CHECK(source.fps() == 50);
+        CHECK(source.expected() == 6);
+        CHECK(source.fields() == options.fields);
+        StereoFrame frame;
+        for (int i = 0; i < 6; ++i) {
+            REQUIRE(source.next(frame));
+            const bool is_bottom = (i % 2 == 1) == is_top_first;
+            CHECK(frame.index == i);
+            CHECK(frame.timestamp_ms == doctest::Approx(20.0 * i));
+            CHECK(frame.field == (is_bottom ? DEFREC_FIELD_BOTTOM : DEFREC_FIELD_TOP));
+            for (const ImageView& view : {frame.left, frame.right})
+                for (const int y : {0, 1, 31, 62, 63})
+                    CHECK(view.pixels[static_cast<std::size_t>(y) * view.stride] ==
+                          10 * (i / 2) + (is_bottom ? 5 : 0));
+        }
+        CHECK_FALSE(source.next(frame));
+        options.range = {1, 4};
+        const Outcome part = read_all(options);
+        CHECK(part.indices == std::vector<std::int64_t>{1, 2, 3});
+        CHECK(part.left == (is_top_first ? std::vector{5, 10, 15} : std::vector{0, 15, 10}));
+        CHECK(part.last_ms == doctest::Approx(60));
+        CHECK(FrameSource(options).expected() == 3);
+        options.range = {6, {}};
+        CHECK_SAYS(refusal(options), "there are only 6");
+    }
+}
+
+TEST_CASE("rows of the other field lie between the field's own") {
+    const TestFolder folder;
+    std::filesystem::create_directories(folder / "l");
+    cv::Mat image(65, 96, CV_8UC1);
+    for (int y = 0; y < image.rows; ++y) image.row(y).setTo(y % 2 == 0 ? 2 * y : 255);
+    cv::imwrite(folder / "l/0.png", image);
+    SourceOptions options = two(folder / "l", folder / "l");
+    options.fields = FieldOrder::kTopFirst;
+    FrameSource source(options);
+    StereoFrame frame;
+    REQUIRE(source.next(frame));
+    for (int y = 0; y < image.rows; ++y)
+        CHECK(frame.left.pixels[static_cast<std::size_t>(y) * frame.left.stride] == 2 * y);
+}
+
+TEST_CASE("whether images are interlaced is told by the first of them that move") {
+    const TestFolder folder;
+    const auto fields_of = [&](const std::string& left) {
+        SourceOptions options = two(left, left);
+        options.fields = FieldOrder::kAuto;
+        return FrameSource(options).fields();
+    };
+    CHECK(fields_of(write_moving(folder / "top", 9, true, true)) == FieldOrder::kTopFirst);
+    CHECK(fields_of(write_moving(folder / "bottom", 9, true, false)) == FieldOrder::kBottomFirst);
+    CHECK(fields_of(write_moving(folder / "whole", 9, false, false)) == FieldOrder::kProgressive);
+    CHECK(fields_of(write_images(folder / "flat", 9, 50)) == FieldOrder::kProgressive);
+    // Only the first images are interlaced.
+    const std::string mixed = write_moving(folder / "mixed", 12, true, true),
+                      whole = write_moving(folder / "rest", 12, false, false);
+    for (int i = 8; i < 12; ++i) {
+        const std::string name = "/" + std::to_string(i) + ".png";
+        std::filesystem::copy_file(whole + name, mixed + name,
+                                   std::filesystem::copy_options::overwrite_existing);
+    }
+    CHECK(fields_of(mixed) == FieldOrder::kProgressive);
 }
 
 TEST_CASE("one source may carry both views") {

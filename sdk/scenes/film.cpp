@@ -65,8 +65,11 @@ Film::Film(const std::string& scene, int width, int height, int frames, std::uin
     }
 }
 
-void Film::advance() {
-    const FrameState next = scene_.at(++frame_);
+void Film::advance(double step) {
+    if (++frame_ > 0) {
+        time_ += step;
+    }
+    const FrameState next = scene_.at(time_);
     if (next.repeats_previous) {
         return;
     }
@@ -247,13 +250,13 @@ bool Film::visible(const Eigen::Vector2d& material, const Eigen::Vector3d& in_le
 /// of a right view that is late are at times of its own.
 void Film::photograph(bool is_left) {
     const View& view = is_left ? left_.view : misaligned_right_ ? *misaligned_right_ : right_.view;
-    const double middle = frame_ - (is_left ? 0.0 : state_.right.lag);
+    const double middle = time_ - (is_left ? 0.0 : state_.right.lag);
     const int parts = state_.shutter > 0 ? kExposures : 1;
     for (int part = 0; part < parts; ++part) {
         const double time = middle + state_.shutter * ((part + 0.5) / parts - 0.5);
         const std::vector<Hit>* hits = is_left ? &left_.hits : &right_.hits;
-        const FrameState state = time == frame_ ? state_ : scene_.at(time);
-        if (time != frame_ || (!is_left && misaligned_right_)) {
+        const FrameState state = time == time_ ? state_ : scene_.at(time);
+        if (time != time_ || (!is_left && misaligned_right_)) {
             place_views(state);
             deform_meshes(state, {&view});
             raster_.render(meshes_, view, threads_, other_hits_);

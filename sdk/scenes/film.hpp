@@ -39,8 +39,9 @@ class Film {
          int threads, const std::vector<SceneSetting>& settings = {});
 
     const Scene& scene() const { return scene_; }
-    /// To the next frame; the first call gives frame 0. At most as often as there are frames.
-    void advance();
+    /// To the next frame, `step` frames of the scene later; the first call gives frame 0, at time
+    /// 0. At most until the scene's frames are over.
+    void advance(double step = 1);
 
     // Images of the present frame.
     const std::vector<std::uint8_t>& left_bgr() const { return left_.bgr; }
@@ -89,6 +90,7 @@ class Film {
 
     int width_, height_, threads_;
     int frame_ = -1;
+    double time_ = 0;  ///< of the frame, in the scene's frames
     Scene scene_;
     Tissue tissue_;
     std::optional<Tissue> floor_;  ///< of a cut

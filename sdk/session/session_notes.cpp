@@ -17,14 +17,21 @@ constexpr ReasonNote kReasonNotes[] = {
      "In some frames left and right view were taken at different times; see "
      "view_lag_frames in frames.csv."},
     {DEFREC_REASON_INTERLACED,
-     "In some frames the rows of an image are of two times, as those of interlaced "
-     "video; choose a progressive mode of the camera, or deinterlace."},
+     "In some frames the rows of an image are of two times, as those of interlaced video; if all "
+     "images are so, give --interlaced top-first or --interlaced bottom-first."},
     {DEFREC_REASON_CALIBRATION,
      "The calibration has drifted; calibrate anew, or set self_calibration: correct in "
      "--config. See rig_estimate in summary.json."},
 };
 
 }  // namespace
+
+void SessionNotes::add_fields(FieldOrder fields) {
+    if (!is_interlaced(fields)) return;
+    add(std::string("The images are interlaced, ") +
+        (fields == FieldOrder::kTopFirst ? "top" : "bottom") +
+        " field first; each field was tracked as a frame, two for each image.");
+}
 
 void SessionNotes::add_frame_of_points(std::int64_t first, bool any) {
     if (any && first > 0)

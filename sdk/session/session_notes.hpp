@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sdk/io/field_order.hpp"
 #include "sdk/session/point_follower.hpp"
 
 namespace defrec::cli {
@@ -20,6 +21,8 @@ class SessionNotes {
     }
     // DEFREC_REASON_* of a frame.
     void add_reasons(std::uint32_t reasons) { reasons_ |= reasons; }
+    // How the images were read; not kAuto.
+    void add_fields(FieldOrder fields);
     // Points without a frame are of this one's image, the first that is tracked.
     void add_frame_of_points(std::int64_t first, bool any);
     // The template was taken of another frame than the first.

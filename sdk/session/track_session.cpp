@@ -197,6 +197,8 @@ class TrackSession {
           folder_(options.out),
           points_(folder_ / "points.csv", std::move(followed_.points), setup_.rig,
                   setup_.projection) {
+        options_.source.fields = source_.fields();
+        notes_.add_fields(source_.fields());
         if (!followed_.targets.empty())
             targets_.emplace(folder_ / kTargetsFile, std::move(followed_.targets),
                              setup_.projection);
@@ -563,7 +565,7 @@ class TrackSession {
         return static_cast<int>(has_tracked() ? ExitCode::kOk : ExitCode::kNothingTracked);
     }
 
-    const TrackOptions options_;
+    TrackOptions options_;
     FrameSource source_;
     StereoCalibration calibration_;
     defrec_tracker_desc desc_;

@@ -61,6 +61,7 @@ struct TrackingSession {
         uint32_t flags = 0;
         defrec_memory samples = nullptr;
         uint64_t deadline_ns = 0;
+        uint32_t field = DEFREC_FIELD_NONE;
     };
     using ChangeFrame = std::function<void(defrec_frame&)>;
     defrec_status submit(const Frame& given, defrec_job* job, const ChangeFrame& change = nullptr) {
@@ -85,6 +86,7 @@ struct TrackingSession {
             given.ignore.pixels != nullptr || given.ignore.memory != nullptr ? &images[2] : nullptr;
         frame.samples = given.samples;
         frame.deadline_ns = given.deadline_ns;
+        frame.field = given.field;
         if (change) change(frame);
         return defrec_tracker_submit(tracker, &frame, job);
     }

@@ -31,8 +31,12 @@ std::shared_ptr<TrackerJob> FrameQueue::submit(FrameInput input) {
     job->make_room(input);
     const auto view = [&](size_t i) -> KeptImage {
         const DeviceBuffer& in_device = job->views_in_device[i];
-        return {input.views[i], format_, width_, job->views[i].as<uint8_t>(),
-                in_device ? &in_device : nullptr};
+        return {input.views[i],
+                format_,
+                width_,
+                job->views[i].as<uint8_t>(),
+                in_device ? &in_device : nullptr,
+                input.field};
     };
     const KeptImage images[] = {
         view(0), view(1), {input.ignore, DEFREC_FORMAT_GRAY8, width_, job->ignore.as<uint8_t>()}};

@@ -172,8 +172,9 @@ bool SurfaceRegistration::look_at_images(Frame& frame) {
     const auto view = [&](size_t i) -> ImageCheck::View {
         return {job.views[i].as<uint8_t>().data(), is_in_memory(job, i)};
     };
-    const StreamCheck::Finding finding = images_.look_at(
-        job.frame, job.input.timestamp_ns, {view(0), view(1)}, job.services()->own_threads());
+    const StreamCheck::Finding finding =
+        images_.look_at({job.frame, job.input.timestamp_ns, job.input.field, {view(0), view(1)}},
+                        job.services()->own_threads());
     frame.reasons = finding.reasons;
     if ((frame.reasons & DEFREC_REASON_GAP) != 0) rig_monitor_.begin_anew();
     frame.left_is_frozen = finding.left.is_frozen_alone;

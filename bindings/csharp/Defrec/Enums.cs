@@ -138,6 +138,21 @@ namespace Defrec
         Bgra8 = 4
     }
 
+    /// <summary>How the rows of a video's images follow each other in time.</summary>
+    public enum Scan : uint
+    {
+        /// <summary>Not known: too little moves.</summary>
+        Unknown = 0,
+        /// <summary>All rows of an image are of one time.</summary>
+        Progressive = 1,
+        /// <summary>
+        /// Interlaced: FrameField.Top is half a frame period before FrameField.Bottom.
+        /// </summary>
+        TopFirst = 2,
+        /// <summary>Interlaced: FrameField.Bottom is the earlier one.</summary>
+        BottomFirst = 3
+    }
+
     /// <summary>What a frame says of a surface point.</summary>
     public enum Observation : uint
     {
@@ -205,6 +220,17 @@ namespace Defrec
         HeldMotion = 1u << 1,
         /// <summary>CameraPose is given.</summary>
         CameraPose = 1u << 2
+    }
+
+    /// <summary>Fields of an interlaced image: the rows that are of one time.</summary>
+    public enum FrameField : uint
+    {
+        /// <summary>The image is progressive: all its rows are of one time.</summary>
+        None = 0,
+        /// <summary>The even rows, 0 the first.</summary>
+        Top = 1,
+        /// <summary>The odd rows.</summary>
+        Bottom = 2
     }
 
     /// <summary>State of a frame.</summary>

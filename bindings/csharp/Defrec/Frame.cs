@@ -101,6 +101,33 @@ namespace Defrec
         /// <summary>Whether there is an image.</summary>
         public bool IsGiven => Width > 0;
 
+        /// <summary>
+        /// Tells from two consecutive images of one view how the rows of their video follow each
+        /// other in time. A cut between them may deceive it, so ask about several pairs. Any
+        /// thread.
+        /// </summary>
+        /// <exception cref="ArgumentException">An image is not given.</exception>
+        /// <exception cref="DefrecException">
+        /// The images differ in size or format, or lie in a <see cref="DeviceMemory"/>.
+        /// </exception>
+        public static Scan DetectScan(Image earlier, Image later)
+        {
+            if (!earlier.IsGiven)
+                throw new ArgumentException("There is no image.", nameof(earlier));
+            if (!later.IsGiven) throw new ArgumentException("There is no image.", nameof(later));
+            using (var earlierUse = new HandleUse(earlier.Memory?.Handle))
+            using (var laterUse = new HandleUse(later.Memory?.Handle))
+            fixed (byte* earlierPixels = earlier.array, laterPixels = later.array)
+            {
+                defrec_image first = earlier.Native(earlierPixels, earlierUse.Native);
+                defrec_image second = later.Native(laterPixels, laterUse.Native);
+                uint scan;
+                DefrecException.ThrowIfFailed(
+                    NativeMethods.defrec_detect_scan(&first, &second, &scan));
+                return (Scan)scan;
+            }
+        }
+
         internal byte[] Array => array;
 
         /// <summary>pinned: where Array lies, null if there is none.</summary>
@@ -174,6 +201,12 @@ namespace Defrec
         /// the camera; null: not known.
         /// </summary>
         public RigidTransform? CameraPose { get; set; }
+        /// <summary>
+        /// The rows of both images that are of this frame's time. The others are not read but
+        /// interpolated. An interlaced image is submitted twice, once for each field in the order
+        /// of their times, half a frame period apart.
+        /// </summary>
+        public FrameField Field { get; set; }
 
         /// <summary>A pair of images.</summary>
         public Frame(Image left, Image right, long timestampNs) : this()

@@ -189,6 +189,7 @@ namespace Defrec
                     deadline_ns = frame.DeadlineNs,
                     held_motion = frame.HeldMotion.GetValueOrDefault(),
                     camera_pose = frame.CameraPose.GetValueOrDefault(),
+                    field = frame.Field,
                 };
                 IntPtr created;
                 Status status = NativeMethods.defrec_tracker_submit(use.Native, &native, &created);

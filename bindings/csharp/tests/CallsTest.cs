@@ -261,13 +261,14 @@ namespace Defrec.Tests
         {
             string tracker = Stub.Handle(Tracker.Handle);
             var frame = new Frame(GrayImage(), GrayImage(), 0x1122334455667788) {
-                CaptureTemplate = true, Ignore = GrayImage(), DeadlineNs = 0x0102030405060708
+                CaptureTemplate = true, Ignore = GrayImage(), DeadlineNs = 0x0102030405060708,
+                Field = FrameField.Bottom
             };
             using (Job job = Tracker.Submit(frame))
             {
                 string handle = Stub.Handle(job.Handle), call = Stub.Call("defrec_tracker_submit");
                 string head = "defrec_tracker_submit(tracker=" + tracker +
-                              ", frame=f8000000010000008877665544332211";
+                              ", frame=00010000010000008877665544332211";
                 Assert.That(call, Is.StringStarting(head));
                 // left, right, ignore are given, and each lies elsewhere; samples is not.
                 string[] addresses = {
@@ -279,7 +280,7 @@ namespace Defrec.Tests
                 Assert.That(
                     call, Is.StringEnding(
                               "00000000000000000807060504030201" + new string('0', 2 * 24 * 8) +
-                              ", out=" + handle + ")"));
+                              "0200000000000000, out=" + handle + ")"));
 
                 job.Wait();
                 Assert.That(job.Wait(TimeSpan.FromTicks(25000)), Is.True);
@@ -375,12 +376,13 @@ namespace Defrec.Tests
                         string call = Stub.Call("defrec_tracker_submit");
                         Assert.That(
                             call, Is.StringContaining(
-                                      "frame=f80000000" + ((isHeld ? 2 : 0) + (isPosed ? 4 : 0)) +
+                                      "frame=000100000" + ((isHeld ? 2 : 0) + (isPosed ? 4 : 0)) +
                                       "000000"));
                         Assert.That(
                             call, Is.StringContaining(
                                       (isHeld ? Stub.Hex(&held, 96) : none) +
-                                      (isPosed ? Stub.Hex(&pose, 96) : none) + ", out="));
+                                      (isPosed ? Stub.Hex(&pose, 96) : none) + new string('0', 16) +
+                                      ", out="));
                     }
                     Stub.Calls();
                 }
@@ -521,12 +523,22 @@ namespace Defrec.Tests
                     Assert.That(
                         Stub.Call("defrec_tracker_submit"),
                         Is.StringContaining(
-                            Stub.Hex(&native, 8) + new string('0', 2 * 25 * 8) + ", out="));
+                            Stub.Hex(&native, 8) + new string('0', 2 * 26 * 8) + ", out="));
                 }
                 Stub.Calls();
             }
             Assert.That(
                 Stub.Calls(), Is.EqualTo(new[] { "defrec_memory_release(memory=" + handle + ")" }));
+        }
+
+        [Test]
+        public void ScanOfTwoImages()
+        {
+            Stub.Calls();
+            Assert.That(Image.DetectScan(GrayImage(), GrayImage()), Is.EqualTo(Scan.Progressive));
+            Assert.That(Stub.Call("defrec_detect_scan"), Is.StringEnding(", scan=written)"));
+            Assert.Throws<ArgumentException>(() => Image.DetectScan(default(Image), GrayImage()));
+            Assert.Throws<ArgumentException>(() => Image.DetectScan(GrayImage(), default(Image)));
         }
 
         [Test]

@@ -54,6 +54,7 @@ namespace Defrec.Tests
                 { "defrec_tracker_set_template", () => Tracker.SetTemplate(template) },
                 { "defrec_template_get", () => Tracker.GetTemplate() },
                 { "defrec_template_lift", () => template.Lift(uv, xyz, new bool[1]) },
+                { "defrec_detect_scan", () => Image.DetectScan(GrayImage(), GrayImage()) },
                 { "defrec_template_point_pieces", () => template.GetPointPieces(xyz, new byte[1]) },
                 { "defrec_template_set_body", () => template.SetBody(new BodyDescription()) },
                 { "defrec_template_wait_body", () => template.WaitForBody() },

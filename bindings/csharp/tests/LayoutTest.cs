@@ -404,6 +404,8 @@ namespace Defrec.Tests
             new KeyValuePair<string, Type>("FEATURE_", typeof(DeviceFeatures)),
             new KeyValuePair<string, Type>("MEMORY_", typeof(MemoryKind)),
             new KeyValuePair<string, Type>("FORMAT_", typeof(PixelFormat)),
+            new KeyValuePair<string, Type>("SCAN_", typeof(Scan)),
+            new KeyValuePair<string, Type>("FIELD_", typeof(FrameField)),
             new KeyValuePair<string, Type>("SOLVER_", typeof(Solver)),
             new KeyValuePair<string, Type>("SELF_CALIBRATION_", typeof(SelfCalibration)),
             new KeyValuePair<string, Type>("EVIDENCE_", typeof(Evidence)),

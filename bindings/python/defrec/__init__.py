@@ -27,6 +27,7 @@ from .memory import Memory
 from .points import LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
 from .result import Result, StageTime
 from .rig import Rig
+from .scan import detect_scan
 from .stage import Stage
 from .template import Lifted, Targets, Template, TemplateData
 from .tracker import Job, Tracker
@@ -50,6 +51,7 @@ from .enums import (
     DeviceFeature,
     DeviceKind,
     Evidence,
+    Field,
     Format,
     Found,
     FrameFlag,
@@ -59,6 +61,7 @@ from .enums import (
     PointStatus,
     Reason,
     RegionFlag,
+    Scan,
     SelfCalibration,
     Solver,
     StageKind,
@@ -131,6 +134,7 @@ __all__ = [
     "Error",
     "Evidence",
     "Feature",
+    "Field",
     "FollowedPoints",
     "Format",
     "Found",
@@ -172,6 +176,7 @@ __all__ = [
     "Result",
     "Rig",
     "RigEstimate",
+    "Scan",
     "SelfCalibration",
     "Solver",
     "Stage",
@@ -192,6 +197,7 @@ __all__ = [
     "WarpParams",
     "WarpStage",
     "WarpedPoints",
+    "detect_scan",
     "library_release",
     "library_version",
     "status_name",

@@ -34,6 +34,10 @@ PROTOTYPES: Dict[str, Tuple[Any, Sequence[Any]]] = {
     "defrec_plugin_get": (StatusResult, [c_void_p, c_size_t, _pointer(structs.PluginInfoStruct)]),
     "defrec_device_count": (c_size_t, [c_void_p]),
     "defrec_device_get": (StatusResult, [c_void_p, c_size_t, _pointer(structs.DeviceInfoStruct)]),
+    "defrec_detect_scan": (
+        StatusResult,
+        [_pointer(structs.Image), _pointer(structs.Image), c_void_p],
+    ),
     "defrec_rig_create": (StatusResult, [c_void_p, _pointer(structs.RigDesc), _handle_out]),
     "defrec_rig_destroy": (None, [c_void_p]),
     "defrec_rig_get": (StatusResult, [c_void_p, _pointer(structs.RigInfo)]),

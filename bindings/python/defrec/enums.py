@@ -152,6 +152,19 @@ class Format(OpenEnum):
     """4 bytes; the fourth is ignored."""
 
 
+class Scan(OpenEnum):
+    """How the rows of a video's images follow each other in time."""
+
+    UNKNOWN = 0
+    """Not known: too little moves."""
+    PROGRESSIVE = 1
+    """All rows of an image are of one time."""
+    TOP_FIRST = 2
+    """Interlaced: Field.TOP is half a frame period before Field.BOTTOM."""
+    BOTTOM_FIRST = 3
+    """Interlaced: Field.BOTTOM is the earlier one."""
+
+
 class Observation(OpenEnum):
     """What a frame says of a surface point."""
 
@@ -206,6 +219,17 @@ class FrameFlag(IntFlag):
     """Held_motion is given."""
     CAMERA_POSE = 4
     """Camera_pose is given."""
+
+
+class Field(OpenEnum):
+    """Fields of an interlaced image: the rows that are of one time."""
+
+    NONE = 0
+    """The image is progressive: all its rows are of one time."""
+    TOP = 1
+    """The even rows, 0 the first."""
+    BOTTOM = 2
+    """The odd rows."""
 
 
 class State(OpenEnum):

@@ -873,6 +873,10 @@ class Frame(Struct):
     """With FrameFlag.CAMERA_POSE: fixed frame (a navigation system's) from rectified camera, 3x4
     row-major, a rotation and mm, at the frame's time. Given with every frame from the template's
     on, it tells the motion of the tissue from that of the camera."""
+    field: U32
+    """Field: the rows of both images that are of this frame's time. The others are not read but
+    interpolated, so rig, template and results are of whole images. An interlaced image is submitted
+    twice, once for each field in the order of their times, half a frame period apart."""
 
 
 @c_struct("defrec_stage_time")

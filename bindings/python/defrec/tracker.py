@@ -12,7 +12,7 @@ from ._handle import Handle
 from ._library import c_text, nanoseconds, native
 from ._tracker_options import OPTIONS, TrackerOptions
 from .context import Context
-from .enums import Format, FrameFlag, MemoryKind, Status
+from .enums import Field, Format, FrameFlag, MemoryKind, Status
 from .memory import Memory, memory_desc
 from .points import LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
 from .result import Result, copy_result
@@ -200,6 +200,7 @@ class Tracker(TrackerOptions):
         deadline_ns: int = 0,
         held_motion: Optional[ArrayLike] = None,
         camera_pose: Optional[ArrayLike] = None,
+        field: Field = Field.NONE,
     ) -> Job:
         """Queues a frame and returns at once; jobs run in order.
 
@@ -221,6 +222,9 @@ class Tracker(TrackerOptions):
         camera_pose: (3, 4), a rotation and mm: fixed frame (a navigation system's) from rectified
             camera, at the frame's time. Given with every frame from the template's on, it tells the
             motion of the tissue from that of the camera.
+        field: the rows of both images that are of this frame's time; the others are not read but
+            interpolated. An interlaced image is submitted twice, once for each field in the order
+            of their times, half a frame period apart.
 
         threads: one. Raises BusyError with a full queue, Error for a timestamp that does not grow;
         TypeError and ValueError for images of another type or shape.
@@ -230,6 +234,7 @@ class Tracker(TrackerOptions):
             timestamp_ns=timestamp_ns,
             flags=FrameFlag.CAPTURE_TEMPLATE if capture_template else 0,
             deadline_ns=deadline_ns,
+            field=field,
         )
         if held_motion is not None:
             frame.held_motion = _motion("held_motion", held_motion)

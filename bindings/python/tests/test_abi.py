@@ -25,6 +25,8 @@ PREFIXES = {
     "DEFREC_FEATURE_": enums.DeviceFeature,
     "DEFREC_MEMORY_": enums.MemoryKind,
     "DEFREC_FORMAT_": enums.Format,
+    "DEFREC_SCAN_": enums.Scan,
+    "DEFREC_FIELD_": enums.Field,
     "DEFREC_SOLVER_": enums.Solver,
     "DEFREC_SELF_CALIBRATION_": enums.SelfCalibration,
     "DEFREC_EVIDENCE_": enums.Evidence,

@@ -14,6 +14,7 @@ from defrec import (
     BusyError,
     Camera,
     Context,
+    Field,
     Format,
     LogLevel,
     MemoryKind,
@@ -21,6 +22,7 @@ from defrec import (
     OrbParams,
     Result,
     Rig,
+    Scan,
     Stage,
     StageKind,
     Status,
@@ -29,6 +31,7 @@ from defrec import (
     Template,
     Tracker,
     _library,
+    detect_scan,
     library_release,
     library_version,
     status_name,
@@ -283,12 +286,29 @@ class Calls(stub.StubTest):
         with mock.patch.object(_library.native, "defrec_tracker_create", read):
             Tracker(self.context, rig, "cuda:GPU-1a2b").close()
 
+    def test_scan(self):
+        image = bytes(96 * 80)
+        self.log()
+        self.assertEqual(detect_scan(image, image, 96, 80, Format.GRAY8), Scan.PROGRESSIVE)
+        (call,) = self.log()
+        earlier, later = (call.struct(name, structs.Image) for name in ("earlier", "later"))
+        self.assertEqual(bytes(earlier), bytes(later))
+        self.assertEqual((earlier.format, earlier.width, earlier.height), (Format.GRAY8, 96, 80))
+        self.assertEqual((earlier.stride, call.arguments["scan"]), (96, "written"))
+        with self.assertRaises(ValueError):
+            detect_scan(image, image[1:], 96, 80, Format.GRAY8)
+
     def test_job(self):
         image = bytes(96 * 80 * 3)
         tracker = Tracker(self.context, make_rig(self.context))
         self.log()
         with tracker.submit(
-            image, image, -(1 << 63) + 5, capture_template=True, deadline_ns=1 << 63
+            image,
+            image,
+            -(1 << 63) + 5,
+            capture_template=True,
+            deadline_ns=1 << 63,
+            field=Field.BOTTOM,
         ) as job:
             j = hex(job._native)
             self.assertTrue(job.wait())
@@ -318,6 +338,7 @@ class Calls(stub.StubTest):
             (frame.timestamp_ns, frame.flags, frame.ignore, frame.samples, frame.deadline_ns),
             (-(1 << 63) + 5, 1, None, None, 1 << 63),
         )
+        self.assertEqual(frame.field, Field.BOTTOM)
         for_ever = f"defrec_job_wait(job={j}, timeout_ns=18446744073709551615)"
         self.assertEqual(
             [str(call) for call in rest],

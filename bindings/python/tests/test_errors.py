@@ -21,6 +21,7 @@ from defrec import (
     Tracker,
     _handle,
     _library,
+    detect_scan,
 )
 from description import CONTRACT, argument
 
@@ -79,6 +80,7 @@ class Failures(stub.StubTest):
             "defrec_tracker_set_template": lambda: tracker.set_template(template),
             "defrec_template_get": template.data,
             "defrec_template_lift": lambda: template.lift([(1, 2)]),
+            "defrec_detect_scan": lambda: detect_scan(IMAGE, IMAGE, 96, 80),
             "defrec_template_point_pieces": lambda: template.point_pieces([(1, 2, 3)]),
             "defrec_template_set_body": lambda: template.set_body(poisson_ratio=9),
             "defrec_template_wait_body": template.wait_body,

@@ -16,6 +16,7 @@ const defrec_*_buffer *    [size, size, ...] in bytes, NULL for one without data
 handle *                   the handle that was made, "untouched" where the call failed; NULL
 struct *                   {struct_size}; NULL
 double *, uint8_t *        "written", "untouched" where the call failed; NULL
+uint32_t *                 the same, of one value
 """
 import re
 
@@ -63,6 +64,8 @@ def parameter(contract, function, field):
         return f'call.made_structure("{field.name}", {field.name});'
     if field.type in ("double *", "uint8_t *") and "count" in names:
         return f'call.made_array("{field.name}", {field.name}, {count});'
+    if field.type == "uint32_t *":
+        return f'call.made_array("{field.name}", {field.name}, 1);'
     raise HeaderError(
         f"{function.name}: the stub does not understand the parameter {field.type} {field.name}"
     )

@@ -490,6 +490,39 @@ TEST_CASE("bench beside a recorded run: exit code 6 where something is slower be
     CHECK(run({"bench", "--compare", folder / "absent.json"}) == 3);
 }
 
+TEST_CASE("interlaced images are recognised, and each field has its rows, its time and its truth") {
+    constexpr int kImages = 6;
+    const TestFolder folder;
+    const std::string sequence = folder / "sequence";
+    REQUIRE(run({"render", "slide", "--quiet", "--out", sequence, "--size", "480x270", "--frames",
+                 std::to_string(kImages), "--interlaced", "bottom-first"}) == 0);
+    const auto track = [&](const std::string& order) {
+        const std::string out = folder / order;
+        REQUIRE(run({"track", "--quiet", "--no-overlay", "--left", sequence + "/left", "--right",
+                     sequence + "/right", "--calibration", sequence + "/calibration.yaml",
+                     "--points", sequence + "/points.csv", "--backend", "cpu", "--fps", "25",
+                     "--interlaced", order, "--out", out}) == 0);
+        return out;
+    };
+    const std::string found = track("auto");
+    CHECK(TestFolder::read(found + "/points.csv") ==
+          TestFolder::read(track("bottom-first") + "/points.csv"));
+    CsvReader frames(found + "/frames.csv", {"frame", "timestamp_ms", "reasons"});
+    std::int64_t count = 0;
+    for (; frames.next(); ++count) {
+        CHECK(frames.integer(0) == count);
+        CHECK(frames.number(1) == doctest::Approx(20.0 * static_cast<double>(count)));
+        CHECK(std::string(frames.field(2)).find("interlaced") == std::string::npos);
+    }
+    CHECK(count == 2 * kImages);
+    const auto score = [&](const std::string& out) {
+        return run({"score", out, "--truth", sequence + "/truth.csv", "--max-median", "0.15"});
+    };
+    CHECK(score(found) == 0);
+    CHECK(score(track("top-first")) == 6);
+    CHECK(lines_of(track("off") + "/frames.csv") == 1 + kImages);
+}
+
 TEST_CASE("points of a later frame are followed, also those that the surface has yet to reach") {
     constexpr std::int64_t kGiven = 17, kCount = 26;
     const TestFolder folder;

@@ -31,11 +31,25 @@ inline void add_source_options(CLI::App& command, SourceOptions& source) {
         .add_option_function<std::string>(
             "--frames",
             [&source](const std::string& text) { source.range = parse_frame_range(text); },
-            "Only frames A to B-1, counted from 0")
+            "Only frames A to B-1, counted from 0; of interlaced images, fields")
         ->type_name("A:B");
+    source.fields = FieldOrder::kAuto;
+    command
+        .add_option_function<std::string>(
+            "--interlaced",
+            [&source](const std::string& order) {
+                source.fields = order == "off"         ? FieldOrder::kProgressive
+                                : order == "auto"      ? FieldOrder::kAuto
+                                : order == "top-first" ? FieldOrder::kTopFirst
+                                                       : FieldOrder::kBottomFirst;
+            },
+            "Whether each field of an image is a frame of its own: off, top-first, bottom-first; "
+            "default: auto, by the first images")
+        ->type_name("ORDER")
+        ->check(CLI::IsMember({"auto", "off", "top-first", "bottom-first"}));
     command
         .add_option("--fps", source.fps,
-                    "Frames per second; default: the video's or camera's own, 30 for images")
+                    "Images per second; default: the video's or camera's own, 30 for images")
         ->type_name("R")
         ->check(CLI::Range(0.001, 10000.0));
 }

@@ -124,6 +124,17 @@ CLI::App* add_render_command(CLI::App& app, std::function<int()>& run, const Sto
         ->allow_extra_args(false);
     command->add_flag("--depth", options.depth,
                       "Also write disparity/: 16-bit PNG, 256 x px, 0 unknown");
+    command
+        ->add_option_function<std::string>(
+            "--interlaced",
+            [&options](const std::string& order) {
+                options.fields =
+                    order == "top-first" ? FieldOrder::kTopFirst : FieldOrder::kBottomFirst;
+            },
+            "Interlaced images: rows of two times half a frame apart, top-first or bottom-first; "
+            "truth.csv then has a frame for each field")
+        ->type_name("ORDER")
+        ->check(CLI::IsMember({"top-first", "bottom-first"}));
     std::vector<std::string> layouts = public_layouts();
     layouts.insert(layouts.begin(), options.layout);
     command

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "sdk/io/field_order.hpp"
 #include "sdk/scenes/scene_list.hpp"
 
 namespace CLI {
@@ -32,6 +33,9 @@ struct RenderOptions {
     std::uint64_t seed = 1;
     bool depth =
         false;  ///< also DIR/disparity/%06d.png: 16 bit, 256 x px, 0 unknown; rectified scenes only
+    /// Interlaced: each image has the fields of two times half a frame apart, and truth.csv,
+    /// targets and points_at count fields. Layout "defrec" only, without depth.
+    FieldOrder fields = FieldOrder::kProgressive;
     std::vector<int> points_at{};   ///< frames whose images give points of tissue that is new there
     std::string layout = "defrec";  ///< or one of public_layouts()
     int threads = 0;  ///< 0: as many as the machine has; the written bits do not depend on it

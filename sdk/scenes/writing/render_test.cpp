@@ -13,6 +13,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 
 #include "sdk/scenes/film.hpp"
 #include "sdk/scenes/writing/render_command.hpp"
@@ -30,6 +31,7 @@ extern "C" const char* __tsan_default_suppressions() {
 #endif
 
 namespace fs = std::filesystem;
+using defrec::cli::FieldOrder;
 using defrec::cli::match;
 using defrec::cli::median;
 using defrec::cli::numbered;
@@ -555,6 +557,50 @@ TEST_CASE("row 51: a dropped frame repeats picture and truth of the one before")
         }
     }
     CHECK(repeated == 1);
+}
+
+TEST_CASE("an interlaced image has the rows of two times, and the truth has both") {
+    const auto render = [](const TemporaryFolder& folder, FieldOrder fields) {
+        defrec::cli::render_sequence({.scene = "slide",
+                                      .out_dir = folder.path.string(),
+                                      .width = 160,
+                                      .height = 121,
+                                      .frames = 3,
+                                      .fields = fields},
+                                     {});
+    };
+    // "id,x,y,z,visible" of each row of a frame
+    const auto truth_of = [](const TemporaryFolder& folder, int frame) {
+        std::istringstream file(slurp(folder.path / "truth.csv"));
+        const std::string begin = std::to_string(frame) + ",";
+        std::string line, rows;
+        while (std::getline(file, line))
+            if (line.rfind(begin, 0) == 0) rows += line.substr(begin.size()) + "\n";
+        return rows;
+    };
+    const TemporaryFolder whole;
+    render(whole, FieldOrder::kProgressive);
+    for (const FieldOrder order : {FieldOrder::kTopFirst, FieldOrder::kBottomFirst}) {
+        const TemporaryFolder folder;
+        render(folder, order);
+        for (int i = 0; i < 3; ++i) {
+            CHECK(truth_of(folder, 2 * i) == truth_of(whole, i));
+            CHECK_FALSE(truth_of(folder, 2 * i + 1).empty());
+            CHECK(truth_of(folder, 2 * i + 1) != truth_of(whole, i));
+        }
+        CHECK(truth_of(folder, 6).empty());
+        for (const char* view : {"left", "right"}) {
+            const auto image_in = [&](const TemporaryFolder& of) {
+                return cv::imread((of.path / view / numbered(0)).string());
+            };
+            const cv::Mat image = image_in(folder), progressive = image_in(whole);
+            const int first = order == FieldOrder::kTopFirst ? 0 : 1;
+            for (int y = 0; y < image.rows; ++y)
+                CHECK((cv::norm(image.row(y), progressive.row(y), cv::NORM_INF) == 0) ==
+                      (y % 2 == first));
+        }
+        CHECK_FALSE(fs::exists(folder.path / "left" / numbered(3)));
+    }
 }
 
 TEST_CASE("what cannot be rendered is refused before anything is written") {

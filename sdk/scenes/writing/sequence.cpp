@@ -54,8 +54,10 @@ class Sequence {
     int render(const ProgressFn& progress, const StopFn& stop);
 
   private:
+    void film_next(AtomicFile& truth, BodyFiles* body_files);
+    void keep_field(bool is_bottom);
     void write_points() const;
-    void write_pictures(int frame);
+    void write_pictures(int number);
     void write_decoded(int frames);
     void write_truth(AtomicFile& file, int frame) const;
 
@@ -64,7 +66,43 @@ class Sequence {
     Film film_;
     Eigen::Matrix3d rectification_;
     std::optional<H264Pass> left_video_, right_video_;
+    int filmed_ = 0;                          ///< frames of the film
+    std::vector<std::uint8_t> left_, right_;  ///< an interlaced image's fields
 };
+
+/// Films a frame, or a field, with its truth.
+void Sequence::film_next(AtomicFile& truth, BodyFiles* body_files) {
+    const int frame = filmed_++;
+    film_.advance(is_interlaced(options_.fields) ? 1.0 / kFieldsOfImage : 1.0);
+    const bool gives_points =
+        frame > 0 && std::find(options_.points_at.begin(), options_.points_at.end(), frame) !=
+                         options_.points_at.end();
+    if (gives_points) {
+        film_.add_points();
+    }
+    if (frame == 0 || gives_points) {
+        write_points();
+    }
+    write_truth(truth, frame);
+    if (body_files != nullptr) {
+        body_files->write(frame);
+    }
+    if (is_interlaced(options_.fields)) {
+        keep_field(is_bottom_field(options_.fields, frame));
+    }
+}
+
+void Sequence::keep_field(bool is_bottom) {
+    const auto row = static_cast<std::ptrdiff_t>(3) * options_.width;
+    const auto keep = [&](const std::vector<std::uint8_t>& from, std::vector<std::uint8_t>& to) {
+        to.resize(from.size());
+        for (int y = is_bottom ? 1 : 0; y < options_.height; y += kFieldsOfImage) {
+            std::copy_n(from.begin() + y * row, row, to.begin() + y * row);
+        }
+    };
+    keep(film_.left_bgr(), left_);
+    keep(film_.right_bgr(), right_);
+}
 
 void Sequence::write_points() const {
     const bool has_frames = !options_.points_at.empty();
@@ -80,7 +118,7 @@ void Sequence::write_points() const {
     write_atomically(fs::path(options_.out_dir) / "points.csv", text);
 }
 
-void Sequence::write_pictures(int frame) {
+void Sequence::write_pictures(int number) {
     const fs::path out(options_.out_dir);
     const auto picture = [&](const std::vector<std::uint8_t>& bgr) {
         const cv::Mat image(options_.height, options_.width, CV_8UC3,
@@ -93,22 +131,23 @@ void Sequence::write_pictures(int frame) {
         if (video) {
             video->write(picture(bgr));
         } else {
-            write_png(out / frame_name(folder, frame), picture(bgr));
+            write_png(out / frame_name(folder, number), picture(bgr));
         }
     };
     std::exception_ptr failure;
     std::thread other([&] {
         try {
-            keep(right_video_, "right", film_.right_bgr());
+            keep(right_video_, "right",
+                 is_interlaced(options_.fields) ? right_ : film_.right_bgr());
         } catch (...) {
             failure = std::current_exception();
         }
     });
     try {
-        keep(left_video_, "left", film_.left_bgr());
+        keep(left_video_, "left", is_interlaced(options_.fields) ? left_ : film_.left_bgr());
         if (options_.depth) {
             std::vector<std::uint16_t> disparity = film_.disparity();
-            write_png(out / frame_name("disparity", frame),
+            write_png(out / frame_name("disparity", number),
                       cv::Mat(options_.height, options_.width, CV_16UC1, disparity.data()));
         }
     } catch (...) {
@@ -160,21 +199,10 @@ int Sequence::render(const ProgressFn& progress, const StopFn& stop) {
     }
     int frame = 0;
     for (; frame < frames_ && (frame == 0 || !stop || !stop()); ++frame) {
-        film_.advance();
-        const bool gives_points =
-            frame > 0 && std::find(options_.points_at.begin(), options_.points_at.end(), frame) !=
-                             options_.points_at.end();
-        if (gives_points) {
-            film_.add_points();
-        }
-        if (frame == 0 || gives_points) {
-            write_points();
+        for (int part = 0; part < (is_interlaced(options_.fields) ? kFieldsOfImage : 1); ++part) {
+            film_next(truth, body_files ? &*body_files : nullptr);
         }
         write_pictures(frame);
-        write_truth(truth, frame);
-        if (body_files) {
-            body_files->write(frame);
-        }
         if (progress) {
             progress(frame + 1, frames_);
         }
@@ -244,6 +272,9 @@ int render_sequence(const RenderOptions& options, const ProgressFn& progress, co
     const int threads = options.threads > 0
                             ? options.threads
                             : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    if (is_interlaced(options.fields) && (options.layout != "defrec" || options.depth)) {
+        throw RenderUsageError("--interlaced is of the layout defrec, without --depth");
+    }
     if (options.layout != "defrec") {
         const auto layouts = public_layouts();
         if (std::find(layouts.begin(), layouts.end(), options.layout) == layouts.end()) {

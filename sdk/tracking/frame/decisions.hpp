@@ -246,6 +246,23 @@ struct Images {
     static constexpr int64_t kStepMemory = 8;
 };
 
+// How the rows of consecutive images follow each other in time. What is measured is how unlike the
+// rows beside them rows are, in a picture woven of one image's top and another one's bottom field:
+// its mean squared second difference, which grows with the squared time between the fields.
+// Source: [fields]
+struct ScanOrder {
+    // rows | that are compared of an image, about | set by hand
+    static constexpr uint32_t kRows = 256;
+    // share | by which the larger of both mixed pictures exceeds that of the images at least, else
+    //   too little moves | noise alone gives less than 0.01
+    static constexpr double kMinExcess = 0.05;
+    // 1 | the excess of the smaller one over that of the larger one: less is interlaced | 0 where
+    //   fields are half a period apart, 1 in progressive video
+    static constexpr double kInterlaced = 0.35;
+    // 1 | the same: more is progressive
+    static constexpr double kProgressive = 0.65;
+};
+
 // Whether a view, or a part of it, is the one of the frame before. A camera's noise leaves no
 // textured block as it was.
 struct FrozenImages {

@@ -3,23 +3,37 @@
 
 #include <algorithm>
 
+#include "include/defrec_c.h"
 #include "sdk/base/os/services.hpp"
 #include "sdk/base/os/shared_loop.hpp"
 #include "sdk/base/util/array_part.hpp"
 #include "sdk/contract/pixel_format.hpp"
+#include "sdk/tracking/frame/field_copy.hpp"
 #include "sdk/tracking/frame/gray_copy.hpp"
 
 namespace defrec {
 namespace {
 constexpr uint64_t kBand = 64 * 1024;    // bytes that a thread copies at a time
 constexpr uint64_t kShare = 512 * 1024;  // bytes: what one thread copies while another wakes up
+
+uint64_t row_bytes(const KeptImage& kept) { return kept.row_pixels * bytes_per_pixel(kept.format); }
+
+// Rows from first up to the one before last.
+void copy_whole(const KeptImage& kept, size_t first, size_t last, bool streams) {
+    const uint64_t bytes = row_bytes(kept);
+    const bool tight = kept.image.stride == bytes;
+    const size_t rows = tight ? last - first : 1,
+                 ahead =
+                     tight ? kFetchAhead : (kFetchAhead + bytes - 1) / bytes * kept.image.stride;
+    for (size_t y = first; y < last; y += rows)
+        copy_gray(kept.format, kept.image.pixels + y * kept.image.stride, rows * kept.row_pixels,
+                  &kept.copy[y * kept.row_pixels], streams, ahead);
+}
+
 }  // namespace
 
 void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop& loop,
                  const Services* helpers, bool is_idle) {
-    const auto row_bytes = [](const KeptImage& kept) {
-        return kept.row_pixels * bytes_per_pixel(kept.format);
-    };
     uint64_t largest = 0;
     for (const KeptImage& kept : images)
         if (kept.image.pixels != nullptr) largest = std::max(largest, row_bytes(kept) * height);
@@ -29,15 +43,12 @@ void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop&
         if (kept.image.pixels == nullptr) return;
         const ArrayPart band{index % bands, bands};
         const size_t first = band.begin(height), last = band.end(height);
-        const uint64_t bytes = row_bytes(kept);
-        const bool tight = kept.image.stride == bytes;
-        const size_t rows = tight ? last - first : 1,
-                     ahead = tight ? kFetchAhead
-                                   : (kFetchAhead + bytes - 1) / bytes * kept.image.stride;
-        for (size_t y = first; y < last; y += rows)
-            copy_gray(kept.format, kept.image.pixels + y * kept.image.stride,
-                      rows * kept.row_pixels, &kept.copy[y * kept.row_pixels], helpers != nullptr,
-                      ahead);
+        if (kept.field == DEFREC_FIELD_NONE)
+            copy_whole(kept, first, last, helpers != nullptr);
+        else
+            copy_field({kept.format, kept.image.pixels, kept.image.stride, kept.row_pixels, height},
+                       kept.field == DEFREC_FIELD_BOTTOM, {first, last},
+                       &kept.copy[first * kept.row_pixels], helpers != nullptr);
     };
     const size_t shares = helpers != nullptr && largest > kShare
                               ? images.size() * ((largest + kShare - 1) / kShare)

@@ -28,6 +28,7 @@ struct FrameImage {
 struct FrameInput {
     int64_t timestamp_ns = 0;
     uint32_t flags = 0;                           // DEFREC_FRAME_*
+    uint32_t field = 0;                           // DEFREC_FIELD_*
     std::array<FrameImage, 2> views;              // left, right
     FrameImage ignore;                            // may be missing
     std::shared_ptr<const DeviceBuffer> samples;  // where the surface is left as well; may be null
@@ -44,6 +45,7 @@ struct KeptImage {
     uint64_t row_pixels;
     std::span<uint8_t> copy;
     const DeviceBuffer* copy_in_device = nullptr;  // the same as the device sees it, if it does
+    uint32_t field = 0;  // DEFREC_FIELD_*: these rows are copied, the others made of them
 };
 // Copies pixels of the host; the images are these gray copies afterwards, of which stage rectify
 // makes the same as of the colours. loop: who helps it helps copying. helpers: whose threads copy

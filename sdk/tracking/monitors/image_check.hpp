@@ -21,17 +21,24 @@ class ImageCheck {
         const uint8_t* gray;
         bool is_rectified;
     };
-    // The next frame's, in the order of the frames. helpers: whose threads take part; nullptr:
-    // none.
-    StreamCheck::Finding look_at(uint64_t frame, int64_t timestamp_ns,
-                                 const std::array<View, 2>& views, const Services* helpers);
-    // Blocks of the views.
-    std::array<FrozenRegions, 2>& blocks() { return blocks_; }
+    struct Frame {
+        uint64_t number;
+        int64_t timestamp_ns;
+        uint32_t field;  // DEFREC_FIELD_*
+        std::array<View, 2> views;
+    };
+    // In the order of the frames. helpers: whose threads take part; nullptr: none.
+    StreamCheck::Finding look_at(const Frame& frame, const Services* helpers);
+    // Blocks of the views of the frame that was looked at last.
+    std::array<FrozenRegions, 2>& blocks() { return blocks_[kind_]; }
 
   private:
     std::shared_ptr<const Rig> rig_;
     StreamCheck stream_;
-    std::array<FrozenRegions, 2> blocks_;
+    // A picture of one field differs from one of the other where nothing moved, so bottom fields
+    // have blocks of their own.
+    std::array<std::array<FrozenRegions, 2>, 2> blocks_;
+    size_t kind_ = 0;  // 1: the frame that was looked at last was a bottom field
 };
 
 }  // namespace defrec

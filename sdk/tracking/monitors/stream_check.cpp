@@ -19,8 +19,10 @@ bool is_flat(const ImageStatistics& image) { return image.deviation < Images::kM
 }  // namespace
 
 StreamCheck::Finding StreamCheck::check(uint64_t frame, int64_t timestamp_ns,
-                                        const ImageStatistics& left, const ImageStatistics& right) {
+                                        const ImageStatistics& left, const ImageStatistics& right,
+                                        bool is_bottom) {
     Finding finding;
+    uint64_t(&last_hash)[2] = last_hash_[is_bottom ? 1 : 0];
     uint32_t& reasons = finding.reasons;
     finding.left.shows = !left.dark() && !left.saturated();
     finding.right.shows = !right.dark() && !right.saturated();
@@ -33,9 +35,9 @@ StreamCheck::Finding StreamCheck::check(uint64_t frame, int64_t timestamp_ns,
     if (left.interlaced() || right.interlaced()) reasons |= DEFREC_REASON_INTERLACED;
     if (frame > 0) {
         const bool left_is_frozen =
-                       left.hash == last_hash_[0] || left.frozen >= FrozenImages::kFrozenShare,
+                       left.hash == last_hash[0] || left.frozen >= FrozenImages::kFrozenShare,
                    right_is_frozen =
-                       right.hash == last_hash_[1] || right.frozen >= FrozenImages::kFrozenShare;
+                       right.hash == last_hash[1] || right.frozen >= FrozenImages::kFrozenShare;
         if (left_is_frozen && right_is_frozen) reasons |= DEFREC_REASON_FROZEN;
         if (left_is_frozen != right_is_frozen &&
             (left_is_frozen ? right : left).frozen < FrozenImages::kMovingShare &&
@@ -49,8 +51,8 @@ StreamCheck::Finding StreamCheck::check(uint64_t frame, int64_t timestamp_ns,
         usual_step_ =
             usual_step_ == 0 ? step : usual_step_ + (step - usual_step_) / Images::kStepMemory;
     }
-    last_hash_[0] = left.hash;
-    last_hash_[1] = right.hash;
+    last_hash[0] = left.hash;
+    last_hash[1] = right.hash;
     last_timestamp_ = timestamp_ns;
     return finding;
 }

@@ -43,6 +43,16 @@ TEST_CASE("exposure of either view is a reason; a dark one beside a bright one i
     CHECK(reasons(flat, good) == DEFREC_REASON_ONE_VIEW);
 }
 
+TEST_CASE("a field stands still where it is as the last one of its kind") {
+    StreamCheck check;
+    const ImageStatistics top = image(1), bottom = image(2), other = image(3);
+    CHECK(check.check(0, 1, top, top, false).reasons == 0);
+    CHECK(check.check(1, 2, top, top, true).reasons == 0);
+    CHECK(check.check(2, 3, bottom, other, false).reasons == 0);
+    CHECK(check.check(3, 4, top, top, true).reasons == DEFREC_REASON_FROZEN);
+    CHECK(check.check(4, 5, bottom, other, false).reasons == DEFREC_REASON_FROZEN);
+}
+
 TEST_CASE("which view shows nothing, or stands still alone, is told") {
     const ImageStatistics good = image(1), dark = image(2, 1, 0), flat = image(4, 100, 0);
     for (const ImageStatistics& bad : {dark, flat}) {

@@ -49,6 +49,10 @@ namespace Defrec.Native
             IntPtr context, UIntPtr index, defrec_device_info* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_detect_scan(
+            defrec_image* earlier, defrec_image* later, uint* scan);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_rig_create(
             IntPtr context, defrec_rig_desc* desc, IntPtr* @out);
 

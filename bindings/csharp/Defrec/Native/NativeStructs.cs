@@ -163,6 +163,7 @@ namespace Defrec.Native
         internal ulong deadline_ns;
         internal RigidTransform held_motion;
         internal RigidTransform camera_pose;
+        internal FrameField field;
     }
 
     [StructLayout(LayoutKind.Sequential)]
