@@ -314,14 +314,6 @@ SECTIONS = (
                     " a slip"
                 ),
             ),
-            (
-                107,
-                "interlaced video",
-                (
-                    "each field is tracked at its time; images submitted whole:"
-                    " `DEFREC_REASON_INTERLACED`, nothing observed"
-                ),
-            ),
         ),
     ),
     (
@@ -348,7 +340,7 @@ SECTIONS = (
         ),
     ),
     (
-        "The start",
+        "The start, and what images show",
         (
             (
                 150,
@@ -361,6 +353,14 @@ SECTIONS = (
                 "lost, with the reason; never looked up in another frame",
             ),
             (152, "a recording in which nothing is tracked", "exit code 8"),
+            (
+                153,
+                "interlaced video",
+                (
+                    "each field is tracked at its time; images submitted whole:"
+                    " `DEFREC_REASON_INTERLACED`, nothing observed"
+                ),
+            ),
         ),
     ),
 )

@@ -214,7 +214,7 @@ TEST_CASE("images that cannot be compared are refused") {
     CHECK(scan == 99);
 }
 
-TEST_CASE("row 107: each field of interlaced video is tracked at its time") {
+TEST_CASE("row 153: each field of interlaced video is tracked at its time") {
     for (const std::string scene : {"heartbeat", "slide"})
         for (const FieldOrder order : {FieldOrder::kTopFirst, FieldOrder::kBottomFirst}) {
             CAPTURE(scene);
