@@ -353,6 +353,14 @@ SECTIONS = (
                 "lost, with the reason; never looked up in another frame",
             ),
             (152, "a recording in which nothing is tracked", "exit code 8"),
+            (
+                160,
+                "a mask of ignored pixels that is inverted, or hides all that could be tracked",
+                (
+                    "`DEFREC_ERROR_ARGUMENT` with the share that it hides, where a template would"
+                    " be captured"
+                ),
+            ),
         ),
     ),
 )
