@@ -21,6 +21,7 @@ FOLDERS = (
     "sdk/rig",
     "sdk/api",
     "sdk/io",
+    "sdk/input",
     "sdk/doctor",
 )
 HEADERS = (

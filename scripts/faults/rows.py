@@ -361,6 +361,11 @@ SECTIONS = (
                     " be captured"
                 ),
             ),
+            (
+                161,
+                "a video that a codec compressed beyond use",
+                "told after twelve frames, with the share of the surface that has no depth",
+            ),
         ),
     ),
 )
