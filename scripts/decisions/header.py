@@ -21,7 +21,7 @@ FOLDERS = (
     "sdk/rig",
     "sdk/api",
     "sdk/io",
-    "sdk/input",
+    "sdk/input/compression",
     "sdk/doctor",
 )
 HEADERS = (
@@ -30,6 +30,7 @@ HEADERS = (
     "sdk/body/decisions.hpp",
     "sdk/rig/decisions.hpp",
     "sdk/io/decisions.hpp",
+    "sdk/input/compression/decisions.hpp",
     "sdk/doctor/decisions.hpp",
 )
 TAGS = {"Source:": "source", "Judged again by:": "command"}

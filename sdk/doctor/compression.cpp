@@ -7,7 +7,7 @@
 #include "sdk/doctor/decisions.hpp"
 #include "sdk/doctor/findings.hpp"
 #include "sdk/doctor/sentence.hpp"
-#include "sdk/io/decisions.hpp"
+#include "sdk/input/compression/decisions.hpp"
 
 namespace defrec::cli {
 namespace {

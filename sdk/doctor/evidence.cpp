@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "sdk/doctor/decisions.hpp"
-#include "sdk/input/copied_blocks.hpp"
+#include "sdk/input/compression/copied_blocks.hpp"
+#include "sdk/input/compression/decisions.hpp"
 #include "sdk/input/gray.hpp"
-#include "sdk/io/decisions.hpp"
 
 namespace defrec::cli {
 namespace {

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "sdk/client/library.hpp"
+#include "sdk/input/compression/decisions.hpp"
 #include "sdk/input/gray.hpp"
-#include "sdk/io/decisions.hpp"
 #include "sdk/io/text.hpp"
 
 namespace defrec::cli {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "include/defrec_c.h"
-#include "sdk/input/copied_blocks.hpp"
+#include "sdk/input/compression/copied_blocks.hpp"
 #include "sdk/input/frame_source.hpp"
 
 namespace defrec::cli {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sdk/client/library.hpp"
-#include "sdk/io/decisions.hpp"
+#include "sdk/input/compression/decisions.hpp"
 
 using namespace defrec::cli;
 

@@ -1,6 +1,6 @@
 // Frames of a camera, of a codec that copied some of their blocks, of a screen and of a recorder
 // that repeats frames.
-#include "sdk/input/copied_blocks.hpp"
+#include "sdk/input/compression/copied_blocks.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,9 +1,9 @@
 // See copied_blocks.hpp.
-#include "sdk/input/copied_blocks.hpp"
+#include "sdk/input/compression/copied_blocks.hpp"
 
 #include <cstdlib>
 
-#include "sdk/io/decisions.hpp"
+#include "sdk/input/compression/decisions.hpp"
 
 namespace defrec::cli {
 namespace {
