@@ -21,6 +21,7 @@ FOLDERS = (
     "sdk/rig",
     "sdk/api",
     "sdk/io",
+    "sdk/input/compression",
     "sdk/doctor",
     "sdk/session",
 )
@@ -30,6 +31,7 @@ HEADERS = (
     "sdk/body/decisions.hpp",
     "sdk/rig/decisions.hpp",
     "sdk/io/decisions.hpp",
+    "sdk/input/compression/decisions.hpp",
     "sdk/doctor/decisions.hpp",
     "sdk/session/decisions.hpp",
 )

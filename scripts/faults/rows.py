@@ -361,6 +361,19 @@ SECTIONS = (
                     " `DEFREC_REASON_INTERLACED`, nothing observed"
                 ),
             ),
+            (
+                160,
+                "a mask of ignored pixels that is inverted, or hides all that could be tracked",
+                (
+                    "`DEFREC_ERROR_ARGUMENT` with the share that it hides, where a template would"
+                    " be captured"
+                ),
+            ),
+            (
+                161,
+                "a video that a codec compressed beyond use",
+                "told after twelve frames, with the share of the surface that has no depth",
+            ),
         ),
     ),
 )

@@ -186,6 +186,14 @@ defrec_rig_info rig_info(const Rig& rig) {
     return info;
 }
 
+double depth_share(const defrec_result& result) {
+    if (result.vertex_count == 0 || result.state == DEFREC_LOST) return 0;
+    const auto count = std::count_if(
+        result.vertex_evidence, result.vertex_evidence + result.vertex_count,
+        [](std::uint8_t evidence) { return (evidence & DEFREC_EVIDENCE_DEPTH) != 0; });
+    return static_cast<double>(count) / static_cast<double>(result.vertex_count);
+}
+
 std::uint32_t format_of_channels(int channels) {
     return channels == 1 ? DEFREC_FORMAT_GRAY8 : DEFREC_FORMAT_BGR8;
 }

@@ -95,6 +95,8 @@ Job submit(const Tracker& tracker, const StereoFrame& frame, std::uint64_t deadl
 void wait_for(const Job& job, std::int64_t frame);
 // The same, and reads the result, whose arrays live as long as the job.
 defrec_result result_of(const Job& job, std::int64_t frame);
+// The share of the surface that has live depth in the frame; 0 where nothing is followed.
+double depth_share(const defrec_result& result);
 // The library's image format for views of this many channels.
 std::uint32_t format_of_channels(int channels);
 

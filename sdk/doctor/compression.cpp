@@ -1,4 +1,5 @@
-// Whether compression shows: blocks of 8 px whose borders stand out.
+// Whether compression shows: blocks of 8 px whose borders stand out, or blocks that are copies of
+// the frame before.
 #include <algorithm>
 #include <array>
 #include <cstdlib>
@@ -6,6 +7,7 @@
 #include "sdk/doctor/decisions.hpp"
 #include "sdk/doctor/findings.hpp"
 #include "sdk/doctor/sentence.hpp"
+#include "sdk/input/compression/decisions.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -31,6 +33,21 @@ double block_ratio(const Phases& sums) {
     return median > 0 ? sorted.back() / median : 1;
 }
 
+bool are_copied(const Evidence& evidence) {
+    return evidence.copied && *evidence.copied > decisions::CompressedVideo::kMostCopied;
+}
+
+// A calibration that does not fit the views costs depth as well; images without matches do not
+// tell.
+std::string sentence(const Evidence& evidence, const std::string& seen) {
+    const double without_depth = evidence.probe.share_without_depth();
+    const bool may_fit = evidence.probe.has_rig && (!evidence.has_trials() || evidence.has_depth());
+    if (!may_fit || without_depth < decisions::CompressedVideo::kMostWithoutDepth)
+        return "the video is strongly compressed: " + seen + ".";
+    return "the video is compressed beyond use, there is no depth in " + percent(without_depth) +
+           " of the surface: " + seen + ".";
+}
+
 }  // namespace
 
 Finding look_at_compression(const Evidence& evidence) {
@@ -44,12 +61,20 @@ Finding look_at_compression(const Evidence& evidence) {
         }
         worst = std::max({worst, block_ratio(along_rows), block_ratio(along_columns)});
     }
-    look.measured(worst, "");
-    if (worst <= decisions::DoctorImages::kBlockRatio) return look.fine("no blocks stand out");
-    return look.found("the video is strongly compressed: gray levels change " +
-                          format_fixed(worst, 2) +
-                          " times as much from one block of 8 px to the next "
-                          "as within blocks.",
+    std::string seen;
+    if (worst > decisions::DoctorImages::kBlockRatio) {
+        look.measured(worst, "");
+        seen = "gray levels change " + format_fixed(worst, 2) +
+               " times as much from one block of 8 px to the next as within blocks";
+    } else if (are_copied(evidence)) {
+        look.measured(100 * *evidence.copied, "%");
+        seen = format_fixed(100 * *evidence.copied, 1) +
+               " % of the blocks of 16 px are copies of the frame before, which a camera never "
+               "gives";
+    } else {
+        return look.measured(worst, "").fine("no blocks stand out, by their borders or as copies");
+    }
+    return look.found(sentence(evidence, seen),
                       "Record at a higher rate or quality, or without loss; with FFmpeg, -crf 17 "
                       "or less.");
 }

@@ -165,6 +165,27 @@ TEST_CASE("strong compression") {
           }) == "compression");
 }
 
+TEST_CASE("row 161: blocks copied by a codec whose filter leaves no borders of blocks") {
+    const Diagnosis diagnosis = diagnose_spoiled("compressed", as_it_is);
+    CHECK(found_in(diagnosis) == "compression");
+    const auto finding = std::find_if(diagnosis.findings.begin(), diagnosis.findings.end(),
+                                      [](const Finding& each) { return each.id == "compression"; });
+    CHECK(finding->what.find("copies of the frame before") != std::string::npos);
+    CHECK(finding->what.find("beyond use") == std::string::npos);
+    CHECK(finding->unit == "%");
+}
+
+TEST_CASE("row 161: a video that is compressed beyond use") {
+    // An eighth of the contrast makes the steps of the quantiser 8 times as large.
+    const Spoil spoil = [](Recording& r) { encode(r, 0.125); };
+    const Diagnosis diagnosis = diagnose_spoiled("heartbeat", spoil);
+    const auto finding = std::find_if(diagnosis.findings.begin(), diagnosis.findings.end(),
+                                      [](const Finding& each) { return each.id == "compression"; });
+    CHECK(finding->verdict == Verdict::kFound);
+    CHECK_MESSAGE(finding->what.find("beyond use") != std::string::npos, finding->what);
+    CHECK(finding->what.find("there is no depth in") != std::string::npos);
+}
+
 TEST_CASE("a view that is late") {
     CHECK(found("heartbeat", [](Recording& r) {
               r.left.erase(r.left.begin());

@@ -2,21 +2,26 @@
 #include "sdk/doctor/evidence.hpp"
 
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "sdk/doctor/decisions.hpp"
+#include "sdk/input/compression/copied_blocks.hpp"
+#include "sdk/input/compression/decisions.hpp"
+#include "sdk/input/gray.hpp"
 
 namespace defrec::cli {
 namespace {
 
-cv::Mat gray_of(const ImageView& view) {
-    const cv::Mat image(view.height, view.width, CV_8UC(view.channels),
-                        const_cast<std::uint8_t*>(view.pixels), view.stride);
-    cv::Mat gray;
-    if (view.channels == 1) return image;
-    cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
-    return gray;
+// The larger share of the two views.
+std::optional<double> share_copied(const std::vector<StereoFrame>& frames) {
+    CopiedBlocks left, right;
+    const std::size_t count =
+        std::min<std::size_t>(frames.size(), decisions::CompressedVideo::kFrames);
+    for (std::size_t i = 0; i < count; ++i) {
+        left.add(gray_of(frames[i].left));
+        right.add(gray_of(frames[i].right));
+    }
+    return std::max(left.share(), right.share());
 }
 
 FieldOrder fields_of(const StereoFrame& frame) {
@@ -49,6 +54,12 @@ std::size_t TrackProbe::frames_with(std::uint32_t reasons) const {
                       [&](const TrackedFrame& frame) { return (frame.reasons & reasons) != 0; }));
 }
 
+double TrackProbe::share_without_depth() const {
+    double sum = 0;
+    for (const TrackedFrame& frame : frames) sum += 1 - frame.depth_share;
+    return sum / static_cast<double>(std::max<std::size_t>(frames.size(), 1));
+}
+
 const RigTrial& Evidence::without(Mistake mistake) const {
     return *std::find_if(trials.begin(), trials.end(),
                          [&](const RigTrial& trial) { return trial.mistake == mistake; });
@@ -68,6 +79,7 @@ Evidence collect_evidence(const std::vector<StereoFrame>& frames, StereoCalibrat
     evidence.has_other_size = calibration.width > 0 && (calibration.width != evidence.width ||
                                                         calibration.height != evidence.height);
     evidence.calibration = std::move(calibration);
+    evidence.copied = share_copied(frames);
     const std::size_t count =
         std::min<std::size_t>(frames.size(), decisions::DoctorSample::kMatchedFrames);
     for (std::size_t i = 0; i < count; ++i) {

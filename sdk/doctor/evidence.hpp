@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct GrayPair {
 struct TrackedFrame {
     std::uint32_t state = 0, reasons = 0;  // DEFREC_INITIALISING ..., DEFREC_REASON_*
     float view_lag_frames = 0;
+    double depth_share = 0;  // of the surface
 };
 
 // The frames tracked.
@@ -36,14 +38,17 @@ struct TrackProbe {
     double least_disparity = 0, largest_disparity = -1;
 
     std::size_t frames_with(std::uint32_t reasons) const;
+    // The mean over the frames, of the surface.
+    double share_without_depth() const;
 };
 
 struct Evidence {
     int width = 0, height = 0;
     FieldOrder fields = FieldOrder::kProgressive;  // of the images; otherwise frames are fields
     std::vector<GrayPair> pairs;                   // some of the frames
-    StereoCalibration calibration;                 // as the files have it, T in mm
-    std::string refusal;                           // why it is not taken; empty: it is
+    std::optional<double> copied;    // share of the blocks, from the frame before; empty: unknown
+    StereoCalibration calibration;   // as the files have it, T in mm
+    std::string refusal;             // why it is not taken; empty: it is
     bool has_other_size = false;     // the calibration names another size than the frames'
     std::vector<ViewMatch> matches;  // of `pairs`
     std::vector<RigTrial> trials;    // of the calibration without each mistake, the first without

@@ -13,6 +13,7 @@
 
 #include "sdk/doctor/doctor.hpp"
 #include "sdk/io/test_folder.hpp"
+#include "sdk/scenes/writing/h264_pass.hpp"
 
 namespace defrec::cli {
 
@@ -69,6 +70,17 @@ inline void compress(cv::Mat& image, int quality) {
     std::vector<std::uint8_t> bytes;
     cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
     image = cv::imdecode(bytes, cv::IMREAD_COLOR);
+}
+
+// Each view through H.264 and back, as scene "compressed" is.
+inline void encode(Recording& recording, double contrast) {
+    const TestFolder folder;
+    for (std::vector<cv::Mat>* images : {&recording.left, &recording.right}) {
+        H264Pass pass(folder.path() / "view.mp4", images->front().size(), contrast);
+        for (const cv::Mat& image : *images) pass.write(image);
+        pass.end_writing();
+        for (cv::Mat& image : *images) image = pass.read();
+    }
 }
 
 inline void scale_calibration(StereoCalibration& calibration, double scale) {

@@ -98,7 +98,8 @@ TrackProbe track_frames(const ProbeOptions& options, const std::vector<StereoFra
     for (const StereoFrame& frame : frames) {
         const Job job = submit(tracker, frame);
         const defrec_result result = result_of(job, frame.index);
-        probe.frames.push_back({result.state, result.reasons, result.view_lag_frames});
+        probe.frames.push_back(
+            {result.state, result.reasons, result.view_lag_frames, depth_share(result)});
         if (result.disparity != nullptr)
             disparities.add(result.disparity,
                             static_cast<std::size_t>(frame.left.width) * frame.left.height);

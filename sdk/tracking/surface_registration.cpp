@@ -2,6 +2,7 @@
 #include "sdk/tracking/surface_registration.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <new>
 
 #include "sdk/base/os/services.hpp"
@@ -198,7 +199,8 @@ void SurfaceRegistration::capture_and_register(Frame& frame) {
         if (frame.is_first && !attempt.quality.found) {
             frame.reasons |= DEFREC_REASON_LOW_CONTRAST;
             surface_.recapture();
-            return give_up_template(frame);
+            give_up_template(frame);
+            return refuse_hiding_mask(frame);
         }
         if (!correct_rig() || corrections == decisions::RigRows::kMostCorrections)
             return conclude(frame, attempt);
@@ -212,6 +214,7 @@ void SurfaceRegistration::capture_and_register(Frame& frame) {
 bool SurfaceRegistration::capture(Frame& frame) {
     std::optional<TemplateData> data = pipeline_.capture(*frame.images);
     if (!data) {
+        refuse_hiding_mask(frame);
         frame.reasons |= DEFREC_REASON_NO_DEPTH;
         if (pipeline_.views_look_swapped(*frame.images))
             frame.reasons |= DEFREC_REASON_VIEWS_SWAPPED;
@@ -238,6 +241,21 @@ void SurfaceRegistration::forget_course() {
     growth_.reset();
     trial_.end();
     cut_monitor_.reset();
+}
+
+// A frame that gives no template only because its mask hides the tissue is the caller's mistake.
+void SurfaceRegistration::refuse_hiding_mask(Frame& frame) {
+    using decisions::IgnoreMask;
+    if (!frame.job.input.ignore.given()) return;
+    const Pipeline::IgnoredDepth depth = pipeline_.look_behind_mask(*frame.images);
+    if (depth.depth_share < decisions::TemplateSurface::kMinCoverage ||
+        depth.ignored_share < IgnoreMask::kMinHidden)
+        return;
+    fail(DEFREC_ERROR_ARGUMENT, "ignore hides the tissue: it marks ",
+         std::lround(100 * depth.ignored_share),
+         " % of the pixels of the left image that have depth, and the others give no template; "
+         "nonzero pixels are those that are not used, so if the mask is inverted, exchange zero "
+         "and nonzero");
 }
 
 // Whether enough of the template is seen again in its own frame.

@@ -82,6 +82,7 @@ class SurfaceRegistration {
 
     void capture_and_register(Frame& frame);
     bool capture(Frame& frame);
+    void refuse_hiding_mask(Frame& frame);
     bool shows_template(const Frame& frame, const FrameAttempt& attempt) const;
     void judge_template(Frame& frame);
     void give_up_template(Frame& frame);

@@ -16,6 +16,7 @@
 
 #include "sdk/cli/commands/commands.hpp"
 #include "sdk/io/csv.hpp"
+#include "sdk/scenes/writing/h264_pass.hpp"
 #include "sdk/scenes/writing/test_sequence.hpp"
 
 using namespace defrec::cli;
@@ -158,6 +159,21 @@ TEST_CASE("row 152: a recording of black frames is not done") {
     CHECK(tracked.code == 8);
     CHECK(tracked.summary["template_frame"].is_null());
     CHECK(tracked.says("No frame could give a template"));
+}
+
+TEST_CASE("row 161: a strongly compressed video is told, one that is not is not") {
+    CHECK_FALSE(track(sequence().path().string(), {}).says("compressed"));
+    const TestFolder folder;
+    for (const char* view : {"left", "right"}) {
+        fs::create_directory(folder / view);
+        const std::vector<fs::path> files = images_of(sequence() / view);
+        H264Pass pass(folder.path() / "view.mp4", cv::imread(files.front().string()).size(), 0.25);
+        for (const fs::path& file : files) pass.write(cv::imread(file.string()));
+        pass.end_writing();
+        for (const fs::path& file : files)
+            REQUIRE(cv::imwrite((folder.path() / view / file.filename()).string(), pass.read()));
+    }
+    CHECK(track(folder.path().string(), {}).says("compressed"));
 }
 
 TEST_CASE("all frames are followed from the template of --template-frame, back to the first") {

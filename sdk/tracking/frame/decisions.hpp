@@ -85,6 +85,13 @@ struct SearchRange {
     static constexpr double kSwappedFactor = 3;
 };
 
+// A mask of pixels to ignore, where its frame gives no template.
+struct IgnoreMask {
+    // share of the pixels with depth | ignored, where there is enough depth without the mask: the
+    //   mask is refused | inverted masks hide 0.89 or more, [compressed]
+    static constexpr double kMinHidden = 0.5;
+};
+
 // The search for the disparities of a pair of views, before stereo searches.
 struct CoarseSearch {
     // px | the images are at least so wide; halved while they are | set by hand

@@ -349,6 +349,36 @@ std::optional<TemplateData> Pipeline::capture(ObservedFrame& frame) {
     return data;
 }
 
+Pipeline::IgnoredDepth Pipeline::look_behind_mask(ObservedFrame& frame) {
+    Observation& o = *frame.observation_;
+    const FrameInput& input = frame.task_.input;
+    const size_t pixels = size_t{rig_->width()} * rig_->height();
+    std::vector<uint8_t> with_mask(pixels), without(pixels);
+    std::vector<int16_t>& disparity = host_.disparity;
+    disparity.resize(pixels);
+    const DeviceBuffer* left = upload(queue_, input.views[0], o.raw[0], pixels);
+    read_all(queue_, o.mask[0], with_mask);
+    queue_.finish();
+    rectify_of(input.views[0])
+        .enqueue(queue_, {left, map_[0] ? &map_[0] : nullptr, nullptr}, {&o.gray[0], &o.mask[0]});
+    stereo().enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
+                     {&o.disparity, nullptr});
+    read_all(queue_, o.mask[0], without);
+    read_all(queue_, o.disparity, disparity);
+    queue_.write(o.mask[0], with_mask.data(), pixels);
+    stereo().enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
+                     {&o.disparity, nullptr});
+    queue_.finish();
+    size_t known = 0, ignored = 0;
+    for (size_t i = 0; i < pixels; ++i) {
+        if (disparity[i] <= 0) continue;
+        ++known;
+        if (with_mask[i] == 0 && without[i] != 0) ++ignored;
+    }
+    return {static_cast<double>(known) / static_cast<double>(pixels),
+            static_cast<double>(ignored) / static_cast<double>(std::max<size_t>(known, 1))};
+}
+
 bool Pipeline::views_look_swapped(ObservedFrame& frame) {
     Observation& o = *frame.observation_;
     std::vector<int16_t>& disparity = host_.disparity;

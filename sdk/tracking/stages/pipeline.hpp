@@ -58,6 +58,12 @@ class Pipeline {
     CaptureInput capture_input(const FrontImages& images) const;
     // A template from the frame's images; empty when too little of them has disparity.
     std::optional<TemplateData> capture(ObservedFrame& frame);
+    // The share of the image's pixels that has depth when none is ignored, and the share of those
+    // that the frame's mask ignores. The frame has a mask, and stays as it is.
+    struct IgnoredDepth {
+        double depth_share, ignored_share;
+    };
+    IgnoredDepth look_behind_mask(ObservedFrame& frame);
     // Whether the images match when left and right are exchanged.
     bool views_look_swapped(ObservedFrame& frame);
     // Ends a frame whose images turn out to be of no use.

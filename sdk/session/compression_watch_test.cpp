@@ -1,0 +1,96 @@
+// What is said of frames of a camera, and of a codec that copied blocks from the frame before.
+#include "sdk/session/compression_watch.hpp"
+
+#include <doctest/doctest.h>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "sdk/client/library.hpp"
+#include "sdk/input/compression/decisions.hpp"
+
+using namespace defrec::cli;
+
+namespace {
+
+constexpr int kWidth = 480, kHeight = 272, kFrames = defrec::decisions::CompressedVideo::kFrames;
+
+// Frames of noise, of which one block in so many is the frame before's; 0: none.
+class Film {
+  public:
+    explicit Film(int copied) : copied_(copied) {}
+
+    StereoFrame next() {
+        const cv::Mat before = image_.clone();
+        image_.create(kHeight, kWidth, CV_8U);
+        random_.fill(image_, cv::RNG::UNIFORM, 60, 200);
+        const int columns = kWidth / 16, rows = kHeight / 16;
+        for (int i = 0; copied_ > 0 && !before.empty() && i < columns * rows; ++i) {
+            const cv::Rect block(i % columns * 16, i / columns * 16, 16, 16);
+            if ((i + index_) % copied_ == 0) before(block).copyTo(image_(block));
+        }
+        StereoFrame frame;
+        frame.index = index_++;
+        frame.left = frame.right = {image_.data, kWidth, kHeight, 1, image_.step[0]};
+        return frame;
+    }
+
+  private:
+    const int copied_;
+    int index_ = 0;
+    cv::RNG random_{17};
+    cv::Mat image_;
+};
+
+defrec_result result_with(std::uint32_t state, const std::vector<std::uint8_t>& evidence) {
+    auto result = initialised<defrec_result>();
+    result.state = state;
+    result.vertex_count = evidence.size();
+    result.vertex_evidence = evidence.data();
+    return result;
+}
+
+// All that is said of so many frames, and of the end.
+std::string said(int copied, const defrec_result& result, int frames = kFrames) {
+    Film film(copied);
+    CompressionWatch watch;
+    std::string all;
+    for (int i = 0; i < frames; ++i) {
+        const std::string text = watch.add(film.next(), result);
+        CHECK((text.empty() || i == kFrames - 1));
+        all += text;
+    }
+    return all + watch.conclude();
+}
+
+bool says(const std::string& text, const char* part) {
+    return text.find(part) != std::string::npos;
+}
+
+const std::vector<std::uint8_t> kMost = {1, 3, 3, 0}, kFew = {2, 3, 0, 0};
+
+}  // namespace
+
+TEST_CASE("row 161: nothing is said of a camera's frames, with depth or without") {
+    CHECK(said(0, result_with(DEFREC_TRACKING, kMost)) == "");
+    CHECK(said(0, result_with(DEFREC_LOST, kMost)) == "");
+}
+
+TEST_CASE("row 161: strong compression is said once, after the first frames or at the end") {
+    for (const int frames : {kFrames / 2, kFrames, 3 * kFrames}) {
+        CAPTURE(frames);
+        const std::string text = said(50, result_with(DEFREC_TRACKING, kMost), frames);
+        CHECK(says(text, "strongly compressed"));
+        CHECK_FALSE(says(text, "beyond use"));
+        CHECK(says(text, "2.0 % of the blocks"));
+        CHECK(text.find("The video") == text.rfind("The video"));
+    }
+}
+
+TEST_CASE("row 161: a video without depth is compressed beyond use, and the share is told") {
+    CHECK(says(said(50, result_with(DEFREC_TRACKING, kFew)),
+               "compressed beyond use: no depth in 75 % of the surface"));
+    CHECK(says(said(50, result_with(DEFREC_LOST, kMost)), "no depth in 100 %"));
+    CHECK(says(said(50, result_with(DEFREC_INITIALISING, {})), "no depth in 100 %"));
+}
