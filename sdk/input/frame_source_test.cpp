@@ -192,7 +192,7 @@ TEST_CASE("each field of an image is a frame, in the order of their times") {
         CHECK(part.left == (is_top_first ? std::vector{5, 10, 15} : std::vector{0, 15, 10}));
         CHECK(part.last_ms == doctest::Approx(60));
         CHECK(FrameSource(options).expected() == 3);
-        options.range = {6, {}};
+        options.range = {8, {}};
         CHECK_SAYS(refusal(options), "there are only 6");
     }
 }
@@ -224,14 +224,14 @@ TEST_CASE("whether images are interlaced is told by the first of them that move"
     CHECK(fields_of(write_moving(folder / "whole", 9, false, false)) == FieldOrder::kProgressive);
     CHECK(fields_of(write_images(folder / "flat", 9, 50)) == FieldOrder::kProgressive);
     // Only the first images are interlaced.
-    const std::string mixed = write_moving(folder / "mixed", 12, true, true),
-                      whole = write_moving(folder / "rest", 12, false, false);
+    const std::filesystem::path mixed = write_moving(folder / "mixed", 12, true, true),
+                                whole = write_moving(folder / "rest", 12, false, false);
     for (int i = 8; i < 12; ++i) {
-        const std::string name = "/" + std::to_string(i) + ".png";
-        std::filesystem::copy_file(whole + name, mixed + name,
+        const std::filesystem::path name = std::to_string(i) + ".png";
+        std::filesystem::copy_file(whole / name, mixed / name,
                                    std::filesystem::copy_options::overwrite_existing);
     }
-    CHECK(fields_of(mixed) == FieldOrder::kProgressive);
+    CHECK(fields_of(mixed.string()) == FieldOrder::kProgressive);
 }
 
 TEST_CASE("one source may carry both views") {
