@@ -1,6 +1,9 @@
 // See session_notes.hpp.
 #include "sdk/session/session_notes.hpp"
 
+#include <algorithm>
+#include <iterator>
+
 #include "include/defrec_c.h"
 #include "sdk/io/interrupt.hpp"
 
@@ -33,6 +36,22 @@ void SessionNotes::add_fields(FieldOrder fields) {
         " field first; each field was tracked as a frame, two for each image.");
 }
 
+std::string SessionNotes::add_frame(const StereoFrame& frame, const defrec_result& result) {
+    reasons_ |= result.reasons;
+    std::string note = compression_.add(frame, result);
+    if (note.empty()) return note;
+    said_ = note;
+    add(note);
+    return note;
+}
+
+std::vector<std::string> SessionNotes::left_to_say() const {
+    std::vector<std::string> left;
+    std::copy_if(notes_.begin(), notes_.end(), std::back_inserter(left),
+                 [this](const std::string& note) { return note != said_; });
+    return left;
+}
+
 void SessionNotes::add_frame_of_points(std::int64_t first, bool any) {
     if (any && first > 0)
         add("Points to follow without a frame were taken to be pixels of frame " +
@@ -60,6 +79,7 @@ void SessionNotes::add_given_up(std::int64_t template_frame, std::int64_t frame)
 }
 
 void SessionNotes::conclude(const PointFollower& points, bool has_template, bool has_tracked) {
+    add(compression_.conclude());
     const std::string all = " of " + std::to_string(points.count()) + " points to follow ";
     if (const std::size_t count = points.points_without_surface(); count > 0)
         add(std::to_string(count) + all +

@@ -1,4 +1,4 @@
-// What the user of a tracked sequence is told at its end, beside the numbers.
+// What the user of a tracked sequence is told beside the numbers, at its end or at once.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sdk/io/field_order.hpp"
+#include "sdk/session/compression_watch.hpp"
 #include "sdk/session/point_follower.hpp"
 
 namespace defrec::cli {
@@ -19,8 +20,9 @@ class SessionNotes {
     void add(std::string note) {
         if (!note.empty()) notes_.push_back(std::move(note));
     }
-    // DEFREC_REASON_* of a frame.
-    void add_reasons(std::uint32_t reasons) { reasons_ |= reasons; }
+    // The frames in order, each with its result. Returns a note that is to be said at once, since
+    // it is of the recording as a whole; mostly it is empty.
+    std::string add_frame(const StereoFrame& frame, const defrec_result& result);
     // How the images were read; not kAuto.
     void add_fields(FieldOrder fields);
     // Points without a frame are of this one's image, the first that is tracked.
@@ -37,10 +39,14 @@ class SessionNotes {
     void conclude(const PointFollower& points, bool has_template, bool has_tracked);
 
     std::span<const std::string> all() const { return notes_; }
+    // Without the one that was to be said at once.
+    std::vector<std::string> left_to_say() const;
 
   private:
     std::vector<std::string> notes_;
     std::uint32_t reasons_ = 0;  // of all frames
+    CompressionWatch compression_;
+    std::string said_;
 };
 
 }  // namespace defrec::cli

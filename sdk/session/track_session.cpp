@@ -21,7 +21,6 @@
 #include "sdk/io/terminal.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/live_link/live_link.hpp"
-#include "sdk/session/compression_watch.hpp"
 #include "sdk/session/decisions.hpp"
 #include "sdk/session/point_follower.hpp"
 #include "sdk/session/real_time.hpp"
@@ -212,11 +211,7 @@ class TrackSession {
         });
         pictures_ = open_pictures();
         if (options_.view_port) open_view(*options_.view_port);
-        source_.set_notice_handler([this](const std::string& notice) {
-            if (options_.quiet) return;
-            progress_.clear();
-            print_notice(notice);
-        });
+        source_.set_notice_handler([this](const std::string& notice) { say(notice); });
     }
 
     int run() {
@@ -427,8 +422,7 @@ class TrackSession {
         if (link_.is_open())
             link_.publish(link_frame(frame, result, template_.triangles, points, targets));
         rows_.push_back(frame_row(frame, result));
-        notes_.add_reasons(result.reasons);
-        tell_at_once(compression_.add(frame, result));
+        say(notes_.add_frame(frame, result));
         if (options_.recordings.meshes && has_geometry(result)) write_mesh(frame.index, result);
         fill_record(rows_.back(), result, points, targets, setup_.projection, record_);
         const auto drawing = TraceFile::Clock::now();
@@ -438,15 +432,10 @@ class TrackSession {
         trace_host("overlay and report", frame, drawing, TraceFile::Clock::now());
     }
 
-    // What is wrong with the recording as a whole.
-    void tell_at_once(std::string note) {
-        if (note.empty()) return;
-        if (!options_.quiet) {
-            progress_.clear();
-            print_notice(note);
-        }
-        told_ = note;
-        notes_.add(std::move(note));
+    void say(const std::string& note) {
+        if (note.empty() || options_.quiet) return;
+        progress_.clear();
+        print_notice(note);
     }
 
     void take_template(const Pending& pending, std::uint32_t epoch) {
@@ -524,7 +513,6 @@ class TrackSession {
     // reported. Returns the summary.
     nlohmann::ordered_json finish(double seconds, std::exception_ptr& failure) {
         notes_.add(source_.fault());
-        notes_.add(compression_.conclude());
         notes_.conclude(points_, template_.frame.has_value(), has_tracked());
         const auto attempt = [&](const std::function<void()>& function) {
             try {
@@ -565,8 +553,7 @@ class TrackSession {
 
     int report_end(const nlohmann::ordered_json& summary) const {
         if (!options_.quiet) {
-            for (const std::string& note : notes_.all())
-                if (note != told_) print_notice(note);
+            for (const std::string& note : notes_.left_to_say()) print_notice(note);
         } else if (!source_.fault().empty() || !has_tracked()) {
             print_notice(source_.fault().empty() ? kNothingTracked : source_.fault());
         }
@@ -599,9 +586,7 @@ class TrackSession {
     SeenTemplate template_;
     std::vector<FrameRow> rows_;
     FrameRecord record_;
-    CompressionWatch compression_;
     SessionNotes notes_;
-    std::string told_;  // the note that was printed while frames were tracked
 };
 
 }  // namespace
