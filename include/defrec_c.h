@@ -317,9 +317,9 @@ enum {
                                        DEFREC_FIELD_BOTTOM */
     DEFREC_SCAN_BOTTOM_FIRST = 3  /**< interlaced: DEFREC_FIELD_BOTTOM is the earlier one */
 };
-/** Tells from two consecutive images of one view how its rows follow each other in time: scan,
- *  DEFREC_SCAN_*. A cut between them may deceive it, so ask about several pairs, and believe what
- *  most of those say that know.
+/** Tells from two consecutive images of one view, earlier and later, how its rows follow each other
+ *  in time: scan, DEFREC_SCAN_*. A cut between them may deceive it, so ask about several pairs, and
+ *  believe what most of those say that know.
  *  @errors DEFREC_ERROR_ARGUMENT: the images differ in size or format, or lie in a defrec_memory.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_detect_scan(
@@ -961,9 +961,9 @@ DEFREC_API defrec_status DEFREC_CALL defrec_tracker_submit(
  *  is. DEFREC_TIMEOUT: not yet. Negative: how the job failed.
  *  @errors DEFREC_ERROR_DEVICE_LOST: of this job and all later ones of the tracker.
  *  DEFREC_ERROR_OUT_OF_MEMORY: making room for a template. DEFREC_ERROR_ARGUMENT: the frame's
- *  samples are too small. DEFREC_ERROR_STATE: the tracker was destroyed before.
- *  DEFREC_ERROR_UNSUPPORTED: the device cannot with this template. DEFREC_ERROR_PLUGIN.
- *  @threads any @since 1.0 */
+ *  samples are too small, or its ignore hides the template's tissue. DEFREC_ERROR_STATE: the
+ *  tracker was destroyed before. DEFREC_ERROR_UNSUPPORTED: the device cannot with this template.
+ *  DEFREC_ERROR_PLUGIN. @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_wait(defrec_job job, uint64_t timeout_ns);
 /** Gives the job's place in the queue back; waits until it is done, and for other threads' calls on
  *  it.
