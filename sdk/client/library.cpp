@@ -12,19 +12,17 @@ namespace {
 // Why plugins were refused is told where a device is asked for (describe_choice).
 thread_local bool is_opening_library = false;
 
+void log_to_remarks(void* library, std::int32_t level, const char* source, const char* text) {
+    if (level == DEFREC_LOG_INFO && std::string_view(source) == "sdk")
+        static_cast<LibraryRemarks*>(library)->add(text);
+}
+
 void log_to_standard_error(void* library, std::int32_t level, const char* source,
                            const char* text) {
-    if (level == DEFREC_LOG_INFO) {
-        if (std::string_view(source) == "sdk") static_cast<LibraryRemarks*>(library)->add(text);
-        return;
-    }
+    if (level == DEFREC_LOG_INFO) return log_to_remarks(library, level, source, text);
     const bool is_error = level >= DEFREC_LOG_ERROR;
     if (is_opening_library && !is_error) return;
     std::fprintf(stderr, "defrec: %s: %s: %s\n", is_error ? "error" : "warning", source, text);
-}
-
-void log_to_remarks_alone(void* library, std::int32_t level, const char* source, const char* text) {
-    if (level == DEFREC_LOG_INFO) log_to_standard_error(library, level, source, text);
 }
 
 void keep_remark(void* remarks, std::int32_t level, const char* source, const char* text) {
@@ -98,7 +96,7 @@ Context open_context(const ContextOptions& options) {
     desc.log = options.quiet ? nullptr : &log_to_standard_error;
     desc.log_level = DEFREC_LOG_WARNING;
     if (options.library != nullptr) {
-        if (options.quiet) desc.log = &log_to_remarks_alone;
+        if (options.quiet) desc.log = &log_to_remarks;
         desc.log_user = options.library;
         desc.log_level = DEFREC_LOG_INFO;
     }

@@ -45,7 +45,7 @@ void require(defrec_status status, ExitCode otherwise, const std::string& doing)
 // What plugins said of themselves (DEFREC_LOG_INFO), by their names.
 using PluginRemarks = std::map<std::string, std::string>;
 
-// What the library itself said it had found and chosen (DEFREC_LOG_INFO). Any thread.
+// Remarks of the library itself on what it found and chose (DEFREC_LOG_INFO). Any thread.
 class LibraryRemarks {
   public:
     void add(std::string text);

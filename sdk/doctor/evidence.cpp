@@ -7,7 +7,7 @@
 #include "sdk/doctor/decisions.hpp"
 #include "sdk/input/compression/copied_blocks.hpp"
 #include "sdk/input/compression/decisions.hpp"
-#include "sdk/input/gray.hpp"
+#include "sdk/input/view_image.hpp"
 
 namespace defrec::cli {
 namespace {

@@ -11,6 +11,7 @@
 #include "sdk/input/camera_source.hpp"
 #include "sdk/input/image_stream.hpp"
 #include "sdk/input/scan_votes.hpp"
+#include "sdk/input/view_image.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/text.hpp"
 
@@ -42,11 +43,6 @@ std::string size_text(const cv::Mat& image) { return cli::size_text(image.cols, 
 
 ImageView view_of(const cv::Mat& image) {
     return {image.data, image.cols, image.rows, image.channels(), image.step[0]};
-}
-
-cv::Mat image_of(const ImageView& view) {
-    return {view.height, view.width, CV_8UC(view.channels), const_cast<std::uint8_t*>(view.pixels),
-            view.stride};
 }
 
 std::string digits_of(const std::filesystem::path& file) {
@@ -166,11 +162,7 @@ struct FrameSource::Impl {
     }
 
     bool is_live() const { return is_camera(source_name()); }
-    std::int64_t frames_of_image() const {
-        return options.fields == FieldOrder::kTopFirst || options.fields == FieldOrder::kBottomFirst
-                   ? kFieldsOfImage
-                   : 1;
-    }
+    std::int64_t frames_of_image() const { return cli::frames_of_image(options.fields); }
 
     // A fault is met again when the images are opened to be tracked.
     FieldOrder recorded_fields() const {
@@ -184,7 +176,7 @@ struct FrameSource::Impl {
             std::shared_ptr<const void> before;  // the pixels that the next ones are compared with
             for (std::int64_t i = 0; i < kMostLookedAt && !votes.is_settled() && source.next(frame);
                  ++i) {
-                votes.add(image_of(frame.left));
+                votes.add(mat_of(frame.left));
                 before = frame.pixels;
             }
         } catch (const CliError&) {

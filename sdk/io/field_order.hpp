@@ -10,8 +10,11 @@ enum class FieldOrder { kProgressive, kTopFirst, kBottomFirst, kAuto };
 
 constexpr int kFieldsOfImage = 2;
 
-// Not for kAuto.
-inline bool is_interlaced(FieldOrder order) { return order != FieldOrder::kProgressive; }
+// kAuto: not known yet, false.
+inline bool is_interlaced(FieldOrder order) {
+    return order == FieldOrder::kTopFirst || order == FieldOrder::kBottomFirst;
+}
+inline int frames_of_image(FieldOrder order) { return is_interlaced(order) ? kFieldsOfImage : 1; }
 
 // Whether a field has the rows 1, 3, 5 ... of its image. number: in the order of their times, two
 // for each image.

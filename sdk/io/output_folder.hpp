@@ -17,7 +17,7 @@ void keep_input(const std::filesystem::path& input,
                 const std::vector<std::filesystem::path>& outputs);
 
 // A run's folder. Other runs are kept out for as long as it lives: the files of two would mix.
-// Where the file system knows no locks nobody is kept out.
+// A file system without locks keeps nobody out.
 class OutputFolder {
   public:
     // Creates it where absent. Throws CliError(kOutput) where that fails or another run has it.

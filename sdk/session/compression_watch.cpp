@@ -6,7 +6,7 @@
 
 #include "sdk/client/library.hpp"
 #include "sdk/input/compression/decisions.hpp"
-#include "sdk/input/gray.hpp"
+#include "sdk/input/view_image.hpp"
 #include "sdk/io/text.hpp"
 
 namespace defrec::cli {

@@ -1,4 +1,4 @@
-// What is said of frames of a camera, and of a codec that copied blocks from the frame before.
+// Sentences on frames of a camera, and on those of a codec that copied blocks.
 #include "sdk/session/compression_watch.hpp"
 
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-// What the user of a tracked sequence is told beside the numbers, at its end or at once.
+// Notes for the user of a tracked sequence beside the numbers, said at its end or at once.
 #pragma once
 
 #include <cstdint>

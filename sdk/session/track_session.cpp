@@ -15,6 +15,7 @@
 #include "sdk/base/os/atomic_file.hpp"
 #include "sdk/client/library.hpp"
 #include "sdk/client/tracker_config.hpp"
+#include "sdk/input/view_image.hpp"
 #include "sdk/io/interrupt.hpp"
 #include "sdk/io/json_text.hpp"
 #include "sdk/io/output_folder.hpp"
@@ -38,11 +39,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFramesInFlight = 2;
-
-cv::Mat left_image(const StereoFrame& frame) {
-    return {frame.left.height, frame.left.width, CV_8UC(frame.left.channels),
-            const_cast<std::uint8_t*>(frame.left.pixels), frame.left.stride};
-}
 
 void check_frame_size(const FrameSource& source) {
     const int width = source.width(), height = source.height();
@@ -426,7 +422,7 @@ class TrackSession {
         if (options_.recordings.meshes && has_geometry(result)) write_mesh(frame.index, result);
         fill_record(rows_.back(), result, points, targets, setup_.projection, record_);
         const auto drawing = TraceFile::Clock::now();
-        const cv::Mat left = left_image(frame);
+        const cv::Mat left = mat_of(frame.left);
         pictures_->add(left, record_);
         if (pictures_->has_view()) pictures_->add_to_view(left, record_, view_points(points));
         trace_host("overlay and report", frame, drawing, TraceFile::Clock::now());
@@ -451,7 +447,7 @@ class TrackSession {
         write_template(info, record);
         begin_points(surface);
         if (targets_ && !template_.is_another) targets_->prepare(surface);
-        pictures_->set_template(record, left_image(origin));
+        pictures_->set_template(record, mat_of(origin.left));
         if (!is_loaded() && origin.index != options_.source.range.first)
             notes_.add_late_template({origin.index, found_.has_value(),
                                       options_.surface.frame.has_value(), targets_.has_value()});

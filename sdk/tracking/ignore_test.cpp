@@ -46,7 +46,7 @@ bool is_text(int x, int y) {
 
 bool is_instrument(int x, int y) { return x > 170 && y > 90 + x / 4 && y < 130 + x / 4; }
 
-// What a recorder puts over the tissue, in both views.
+// A recorder puts this over the tissue, in both views.
 Pair dressed(Pair pair, const IsMarked& is_marked, const std::function<uint8_t(int, int)>& gray) {
     for (std::vector<uint8_t>* image : {&pair.left, &pair.right})
         for (int y = 0; y < kHeight; ++y)

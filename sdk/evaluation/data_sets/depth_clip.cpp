@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "sdk/base/os/atomic_file.hpp"
+#include "sdk/input/view_image.hpp"
 #include "sdk/io/output_folder.hpp"
 
 namespace defrec::cli {
@@ -41,9 +42,7 @@ void DepthClip::consider(double error, const StereoFrame& frame, const cv::Mat& 
                          const cv::Mat& depth, const std::string& remark) {
     if (!(error > worst_)) return;
     worst_ = error;
-    const cv::Mat left(frame.left.height, frame.left.width, CV_8UC(frame.left.channels),
-                       const_cast<std::uint8_t*>(frame.left.pixels), frame.left.stride);
-    score_.picture = error_picture(left, truth, depth);
+    score_.picture = error_picture(mat_of(frame.left), truth, depth);
     score_.remark = remark + "; blue: 0, red: 5 mm off";
 }
 

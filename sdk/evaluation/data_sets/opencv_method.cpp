@@ -10,6 +10,7 @@
 #include <opencv2/video/tracking.hpp>
 
 #include "sdk/base/os/atomic_file.hpp"
+#include "sdk/input/view_image.hpp"
 #include "sdk/io/json_text.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/session/points.hpp"
@@ -26,17 +27,6 @@ struct Camera {
 Camera camera_of(const CameraCalibration& camera) {
     return {(cv::Mat_<double>(3, 3) << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1),
             cv::Mat(camera.distortion, true)};
-}
-
-cv::Mat gray_of(const ImageView& view) {
-    const cv::Mat image(view.height, view.width, CV_8UC(view.channels),
-                        const_cast<std::uint8_t*>(view.pixels), view.stride);
-    cv::Mat gray;
-    if (view.channels == 3)
-        cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
-    else
-        gray = image.clone();
-    return gray;
 }
 
 // Rectification and disparity of one rig.

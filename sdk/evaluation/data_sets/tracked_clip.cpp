@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "sdk/evaluation/data_sets/opencv_method.hpp"
+#include "sdk/input/view_image.hpp"
 #include "sdk/io/csv.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/text.hpp"
@@ -82,8 +83,7 @@ std::string picture_of(const SourceOptions& source, std::int64_t frame,
     FrameSource reader(options);
     StereoFrame pair;
     if (!reader.next(pair)) return {};
-    const cv::Mat left(pair.left.height, pair.left.width, CV_8UC(pair.left.channels),
-                       const_cast<std::uint8_t*>(pair.left.pixels), pair.left.stride);
+    const cv::Mat left = mat_of(pair.left);
     const double scale = std::min(1.0, static_cast<double>(kMaxWidth) / left.cols);
     cv::Mat picture;
     cv::resize(left, picture, {}, scale, scale, cv::INTER_AREA);

@@ -19,9 +19,8 @@ struct CopiedBlock {
     static constexpr int kMinStep = 1;
     // gray levels | a darker block is no tissue but a border | set by hand
     static constexpr int kMinGray = 10;
-    // share of the blocks with texture | more that stand still: the whole frame is repeated | set
-    // by
-    //   hand
+    // share of the blocks with texture | more that stand still: the frame is a repeated one | set
+    //   by hand
     static constexpr double kRepeated = 0.9;
     // blocks | in all pairs of frames: fewer say nothing | set by hand
     static constexpr int kMinBlocks = 200;

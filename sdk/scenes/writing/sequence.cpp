@@ -73,7 +73,7 @@ class Sequence {
 /// Films a frame, or a field, with its truth.
 void Sequence::film_next(AtomicFile& truth, BodyFiles* body_files) {
     const int frame = filmed_++;
-    film_.advance(is_interlaced(options_.fields) ? 1.0 / kFieldsOfImage : 1.0);
+    film_.advance(1.0 / frames_of_image(options_.fields));
     const bool gives_points =
         frame > 0 && std::find(options_.points_at.begin(), options_.points_at.end(), frame) !=
                          options_.points_at.end();
@@ -199,7 +199,7 @@ int Sequence::render(const ProgressFn& progress, const StopFn& stop) {
     }
     int frame = 0;
     for (; frame < frames_ && (frame == 0 || !stop || !stop()); ++frame) {
-        for (int part = 0; part < (is_interlaced(options_.fields) ? kFieldsOfImage : 1); ++part) {
+        for (int part = 0; part < frames_of_image(options_.fields); ++part) {
             film_next(truth, body_files ? &*body_files : nullptr);
         }
         write_pictures(frame);

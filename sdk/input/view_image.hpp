@@ -1,4 +1,4 @@
-// A view in gray.
+// Views as OpenCV's images.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -7,7 +7,9 @@
 
 namespace defrec::cli {
 
-// A gray view's own pixels, without a copy.
+// The view's own pixels, which must not be written.
+cv::Mat mat_of(const ImageView& view);
+// The same in gray; of a gray view its own pixels.
 cv::Mat gray_of(const ImageView& view);
 
 }  // namespace defrec::cli
