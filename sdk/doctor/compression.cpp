@@ -72,7 +72,10 @@ Finding look_at_compression(const Evidence& evidence) {
                " % of the blocks of 16 px are copies of the frame before, which a camera never "
                "gives";
     } else {
-        return look.measured(worst, "").fine("no blocks stand out, by their borders or as copies");
+        return look.measured(worst, "").fine(
+            evidence.copied ? "no blocks stand out, by their borders or as copies"
+                            : "no blocks stand out by their borders; too little texture tells of "
+                              "copies");
     }
     return look.found(sentence(evidence, seen),
                       "Record at a higher rate or quality, or without loss; with FFmpeg, -crf 17 "

@@ -20,6 +20,8 @@ struct DoctorSample {
     static constexpr int kMostWaiting = 4;
     // frames | whose views are matched, spread over those that are tracked | set by hand
     static constexpr int kMatchedFrames = 5;
+    // rows | of a disparity image, of which one is counted | a quarter of the pixels says as much
+    static constexpr int kDisparityRows = 4;
 };
 
 // How the two views are matched, without a calibration: corners of the left view by ZNCC in the

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "sdk/client/library.hpp"
-#include "sdk/doctor/decisions.hpp"
 #include "sdk/doctor/findings.hpp"
 #include "sdk/io/json_text.hpp"
 #include "sdk/io/terminal.hpp"
@@ -14,15 +13,11 @@ namespace defrec::cli {
 namespace {
 
 std::vector<StereoFrame> read_frames(const SourceOptions& options) {
-    using Decision = decisions::DoctorSample;
     FrameSource source(options);
-    const double pixels = static_cast<double>(source.width()) * source.height();
-    const auto count = std::clamp(static_cast<std::int64_t>(Decision::kTrackedPixels / pixels),
-                                  Decision::kMinFrames, Decision::kMaxFrames);
+    const std::size_t count = frames_to_look_at(source.width(), source.height());
     std::vector<StereoFrame> frames;
     StereoFrame frame;
-    while (static_cast<std::int64_t>(frames.size()) < count && source.next(frame))
-        frames.push_back(frame);
+    while (frames.size() < count && source.next(frame)) frames.push_back(frame);
     return frames;
 }
 
@@ -87,6 +82,7 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
     for (const Finding& finding : diagnosis.findings) {
         nlohmann::ordered_json each;
         each["id"] = finding.id;
+        each["title"] = finding.title;
         each["verdict"] = verdict_name(finding.verdict);
         each["severity"] = finding.severity == Severity::kError ? "error" : "warning";
         each["what"] = finding.what;

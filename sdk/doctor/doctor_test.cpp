@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "sdk/doctor/findings.hpp"
 #include "sdk/doctor/test_recordings.hpp"
 #include "sdk/scenes/writing/render_command.hpp"
 
@@ -191,6 +192,15 @@ TEST_CASE("a view that is late") {
               r.left.erase(r.left.begin());
               r.right.pop_back();
           }) == "lag");
+}
+
+TEST_CASE("a lag is unknown where the tracker measures none") {
+    Evidence evidence;
+    evidence.probe.has_rig = true;
+    evidence.probe.frames.assign(12, {DEFREC_TRACKING, DEFREC_REASON_UNCHECKED, 0, 1, false});
+    CHECK(look_at_lag(evidence).verdict == Verdict::kUnknown);
+    evidence.probe.frames.back().has_rows = true;
+    CHECK(look_at_lag(evidence).verdict == Verdict::kFine);
 }
 
 TEST_CASE("rows that disagree") {

@@ -69,29 +69,52 @@ bool Evidence::has_depth() const {
     return has_trials() && as_given().front_share >= decisions::DoctorOrder::kMinFront;
 }
 
-Evidence collect_evidence(const std::vector<StereoFrame>& frames, StereoCalibration calibration,
-                          std::string refusal) {
+std::size_t frames_to_look_at(int width, int height) {
+    using Decision = decisions::DoctorSample;
+    const double pixels = static_cast<double>(width) * height;
+    return static_cast<std::size_t>(
+        std::clamp(static_cast<std::int64_t>(Decision::kTrackedPixels / pixels),
+                   Decision::kMinFrames, Decision::kMaxFrames));
+}
+
+std::vector<std::size_t> frames_to_match(std::size_t count) {
+    const std::size_t matched =
+        std::min<std::size_t>(count, decisions::DoctorSample::kMatchedFrames);
+    std::vector<std::size_t> frames;
+    for (std::size_t i = 0; i < matched; ++i)
+        frames.push_back(matched > 1 ? i * (count - 1) / (matched - 1) : 0);
+    return frames;
+}
+
+Evidence begin_evidence(const StereoFrame& first) {
     Evidence evidence;
-    evidence.width = frames.front().left.width;
-    evidence.height = frames.front().left.height;
-    evidence.fields = fields_of(frames.front());
+    evidence.width = first.left.width;
+    evidence.height = first.left.height;
+    evidence.fields = fields_of(first);
+    return evidence;
+}
+
+GrayPair gray_views(const StereoFrame& frame) {
+    const auto gray = [](const ImageView& view) {
+        return view.channels == 1 ? mat_of(view).clone() : gray_of(view);
+    };
+    return {gray(frame.left), gray(frame.right)};
+}
+
+void add_views(GrayPair views, Evidence& evidence) {
+    const std::vector<ViewMatch> found = match_views(views.left, views.right);
+    evidence.matches.insert(evidence.matches.end(), found.begin(), found.end());
+    evidence.pairs.push_back(std::move(views));
+}
+
+void add_calibration(StereoCalibration calibration, std::string refusal, Evidence& evidence) {
     evidence.refusal = std::move(refusal);
     evidence.has_other_size = calibration.width > 0 && (calibration.width != evidence.width ||
                                                         calibration.height != evidence.height);
     evidence.calibration = std::move(calibration);
-    evidence.copied = share_copied(frames);
-    const std::size_t count =
-        std::min<std::size_t>(frames.size(), decisions::DoctorSample::kMatchedFrames);
-    for (std::size_t i = 0; i < count; ++i) {
-        const StereoFrame& frame = frames[count > 1 ? i * (frames.size() - 1) / (count - 1) : 0];
-        evidence.pairs.push_back({gray_of(frame.left), gray_of(frame.right)});
-        const std::vector<ViewMatch> found =
-            match_views(evidence.pairs.back().left, evidence.pairs.back().right);
-        evidence.matches.insert(evidence.matches.end(), found.begin(), found.end());
-    }
     if (evidence.matches.size() < decisions::DoctorMatches::kMinMatches ||
         !has_pose(evidence.calibration))
-        return evidence;
+        return;
     const StereoCalibration fitting =
         evidence.has_other_size ? scaled(evidence.calibration, evidence.width, evidence.height)
                                 : evidence.calibration;
@@ -99,6 +122,15 @@ Evidence collect_evidence(const std::vector<StereoFrame>& frames, StereoCalibrat
          {Mistake::kNone, Mistake::kPoseInverted, Mistake::kRotationTurned,
           Mistake::kTranslationTurned, Mistake::kImagesExchanged, Mistake::kCamerasExchanged})
         evidence.trials.push_back(try_rig(fitting, evidence.matches, mistake));
+}
+
+Evidence collect_evidence(const std::vector<StereoFrame>& frames, StereoCalibration calibration,
+                          std::string refusal) {
+    Evidence evidence = begin_evidence(frames.front());
+    evidence.copied = share_copied(frames);
+    for (const std::size_t i : frames_to_match(frames.size()))
+        add_views(gray_views(frames[i]), evidence);
+    add_calibration(std::move(calibration), std::move(refusal), evidence);
     return evidence;
 }
 

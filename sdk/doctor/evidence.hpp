@@ -26,6 +26,7 @@ struct TrackedFrame {
     std::uint32_t state = 0, reasons = 0;  // DEFREC_INITIALISING ..., DEFREC_REASON_*
     float view_lag_frames = 0;
     double depth_share = 0;  // of the surface
+    bool has_rows = false;   // the tracker measured in which rows the right view shows the tissue
 };
 
 // The frames tracked.
@@ -62,6 +63,21 @@ struct Evidence {
     bool has_depth() const;
 };
 
+// How many frames of this size are looked at, where there are as many.
+std::size_t frames_to_look_at(int width, int height);
+// Whose views are matched, of so many frames that are looked at: ascending.
+std::vector<std::size_t> frames_to_match(std::size_t count);
+
+// Evidence is gathered in this order: the first frame, views, the calibration. `copied` and `probe`
+// are the caller's.
+Evidence begin_evidence(const StereoFrame& first);
+// Memory of their own.
+GrayPair gray_views(const StereoFrame& frame);
+void add_views(GrayPair views, Evidence& evidence);
+// calibration: as the files have it. refusal: why it is not taken.
+void add_calibration(StereoCalibration calibration, std::string refusal, Evidence& evidence);
+
+// Everything but the probe.
 Evidence collect_evidence(const std::vector<StereoFrame>& frames, StereoCalibration calibration,
                           std::string refusal);
 

@@ -16,12 +16,15 @@ Finding look_at_lag(const Evidence& evidence) {
         return look.unknown("it is measured once the calibration is right");
     const std::size_t all = evidence.probe.frames.size();
     std::vector<double> lags;
-    std::size_t followed = 0;
+    std::size_t followed = 0, measured = 0;
     for (const TrackedFrame& frame : evidence.probe.frames) {
         followed += frame.state == DEFREC_TRACKING || frame.state == DEFREC_DEGRADED;
+        measured += frame.has_rows;
         if ((frame.reasons & DEFREC_REASON_VIEW_LATE) != 0) lags.push_back(frame.view_lag_frames);
     }
     if (followed < 2) return look.unknown("the tissue could not be followed");
+    if (lags.empty() && measured == 0)
+        return look.unknown("the tracker did not measure the rows of both views");
     const double lag = nearest_rank(lags, 0.5);
     look.measured(lag, "frames");
     if (static_cast<double>(lags.size()) < Decision::kLateShare * static_cast<double>(all) ||

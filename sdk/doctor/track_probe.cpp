@@ -2,7 +2,6 @@
 #include "sdk/doctor/track_probe.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "sdk/client/library.hpp"
 #include "sdk/client/tracker_config.hpp"
@@ -39,41 +38,42 @@ Rig choose_rig(const Context& context, const StereoFrame& frame,
     return make_rig(context, nominal_calibration(frame.left.width, frame.left.height));
 }
 
-// The histogram of the disparities of all frames.
-class DisparityCounts {
-  public:
-    // 1/16 px.
-    void add(const std::int16_t* disparity, std::size_t count) {
-        for (std::size_t i = 0; i < count; ++i) {
-            if (disparity[i] < 0) continue;
-            ++counts_[static_cast<std::size_t>(disparity[i] / DEFREC_DISPARITY_ONE)];
-            ++all_;
-        }
-    }
-    void finish(TrackProbe& probe) const {
-        if (all_ == 0) return;
-        probe.least_disparity = at(all_ / kAway);
-        probe.largest_disparity = at(all_ - all_ / kAway) + 1;
-    }
-
-  private:
-    static constexpr std::size_t kAway = 1000;  // one of as many at either end is left out
-
-    // The disparity, px, below or at which so many lie.
-    double at(std::size_t rank) const {
-        std::size_t below = 0;
-        for (std::size_t i = 0; i < counts_.size(); ++i) {
-            below += counts_[i];
-            if (below >= std::max<std::size_t>(rank, 1)) return static_cast<double>(i);
-        }
-        return 0;
-    }
-
-    std::array<std::size_t, 1 + INT16_MAX / DEFREC_DISPARITY_ONE> counts_{};
-    std::size_t all_ = 0;
-};
-
 }  // namespace
+
+void ProbeRecord::add(const defrec_result& result, int width, int height) {
+    frames_.push_back({result.state, result.reasons, result.view_lag_frames, depth_share(result),
+                       result.rig_matches > 0});
+    if (result.disparity == nullptr) return;
+    for (int y = 0; y < height; y += decisions::DoctorSample::kDisparityRows) {
+        const std::int16_t* row = result.disparity + static_cast<std::size_t>(y) * width;
+        for (int x = 0; x < width; ++x) {
+            if (row[x] < 0) continue;
+            ++disparities_[static_cast<std::size_t>(row[x] / DEFREC_DISPARITY_ONE)];
+            ++counted_;
+        }
+    }
+}
+
+double ProbeRecord::disparity_at(std::size_t rank) const {
+    std::size_t below = 0;
+    for (std::size_t i = 0; i < disparities_.size(); ++i) {
+        below += disparities_[i];
+        if (below >= std::max<std::size_t>(rank, 1)) return static_cast<double>(i);
+    }
+    return 0;
+}
+
+TrackProbe ProbeRecord::probe(bool has_rig, const defrec_camera& camera) const {
+    constexpr std::size_t kAway = 1000;  // one of as many at either end is left out
+    TrackProbe probe;
+    probe.has_rig = has_rig;
+    probe.frames = frames_;
+    probe.camera = camera;
+    if (counted_ == 0) return probe;
+    probe.least_disparity = disparity_at(counted_ / kAway);
+    probe.largest_disparity = disparity_at(counted_ - counted_ / kAway) + 1;
+    return probe;
+}
 
 TrackProbe track_frames(const ProbeOptions& options, const std::vector<StereoFrame>& frames,
                         const StereoCalibration* calibration, std::string& refusal) {
@@ -91,24 +91,16 @@ TrackProbe track_frames(const ProbeOptions& options, const std::vector<StereoFra
             options.config.empty() ? ExitCode::kInternal : ExitCode::kUsage,
             "creating the tracker");
     const Tracker tracker(handle);
-    TrackProbe probe;
-    probe.has_rig = calibration != nullptr && refusal.empty();
-    DisparityCounts disparities;
+    ProbeRecord record;
     int waiting = 0;  // frames without a template
     for (const StereoFrame& frame : frames) {
         const Job job = submit(tracker, frame);
         const defrec_result result = result_of(job, frame.index);
-        probe.frames.push_back(
-            {result.state, result.reasons, result.view_lag_frames, depth_share(result)});
-        if (result.disparity != nullptr)
-            disparities.add(result.disparity,
-                            static_cast<std::size_t>(frame.left.width) * frame.left.height);
+        record.add(result, frame.left.width, frame.left.height);
         waiting = result.state == DEFREC_INITIALISING ? waiting + 1 : 0;
         if (waiting == decisions::DoctorSample::kMostWaiting) break;
     }
-    probe.camera = rig_info(rig).camera;
-    disparities.finish(probe);
-    return probe;
+    return record.probe(calibration != nullptr && refusal.empty(), rig_info(rig).camera);
 }
 
 }  // namespace defrec::cli

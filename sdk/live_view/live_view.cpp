@@ -137,7 +137,8 @@ struct LiveView::Impl {
                        {"surface", shown.surface},
                        {"target_count", shown.targets.size()},
                        {"residual_mm", number(shown.record.mean_residual_mm)},
-                       {"recording", recording}};
+                       {"recording", recording},
+                       {"has_checks", !checks.empty()}};
         header["points"] = Json::array();
         for (const ViewPoint& point : shown.points) header["points"].push_back(point_json(point));
         header["stages"] = Json::array();
@@ -191,6 +192,12 @@ struct LiveView::Impl {
                 "application/octet-stream"};
     }
 
+    ViewAnswer look_at_checks() const {
+        const std::lock_guard lock(mutex);
+        if (checks.empty()) return {204, "", "application/json"};
+        return {200, checks, "application/json"};
+    }
+
     ViewAnswer follow_point(const ViewRequest& request) {
         const Json json = Json::parse(request.body, nullptr, false);
         if (!json.is_object() || !json.contains("u") || !json.contains("v") ||
@@ -235,7 +242,8 @@ struct LiveView::Impl {
     std::uint64_t surface = 0;  // its number, from 1
     std::vector<ViewCommand> commands;
     std::string recording;
-    int waiting = 0;  // browsers
+    std::string checks;  // empty: not yet
+    int waiting = 0;     // browsers
     bool has_ended = false;
 
     std::optional<ViewServer> server;  // ends first
@@ -249,6 +257,7 @@ LiveView::LiveView(std::uint16_t port, ViewFacts facts, Projector projector)
                   [&impl](const ViewRequest&) { return impl.page(); },
                   [&impl](const ViewRequest& request) { return impl.frame(request); },
                   [&impl](const ViewRequest&) { return impl.triangles(); },
+                  [&impl](const ViewRequest&) { return impl.look_at_checks(); },
                   [&impl](const ViewRequest& request) { return impl.follow_point(request); },
                   [&impl](const ViewRequest& request) { return impl.record(request); }});
 }
@@ -298,6 +307,11 @@ void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<Vi
 void LiveView::set_recording(const std::string& name) {
     const std::lock_guard lock(impl_->mutex);
     impl_->recording = name;
+}
+
+void LiveView::set_checks(std::string checks) {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->checks = std::move(checks);
 }
 
 std::vector<ViewCommand> LiveView::take_commands() {

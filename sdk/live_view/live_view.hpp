@@ -41,6 +41,9 @@ class LiveView {
     void add(const cv::Mat& left, const FrameRecord& frame, std::vector<ViewPoint> points);
     // The name of the file that is recorded, empty while none is.
     void set_recording(const std::string& name);
+    // What the video and the calibration have wrong: JSON, as `defrec doctor --json` prints it. Any
+    // thread.
+    void set_checks(std::string checks);
     // What browsers asked for since the last call.
     std::vector<ViewCommand> take_commands();
 

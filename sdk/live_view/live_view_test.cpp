@@ -193,7 +193,7 @@ TEST_CASE("nobody without the token, from another host's name or another origin 
     const std::string own = "127.0.0.1:" + std::to_string(browser.port());
     const httplib::Headers token = {{"X-Token", browser.token()}};
     for (const char* path : {"/", "/?token=", "/?token=00000000000000000000000000000000",
-                             "/surface", "/frame?after=-1", "/nothing"}) {
+                             "/surface", "/checks", "/frame?after=-1", "/nothing"}) {
         CAPTURE(path);
         const httplib::Result refused = browser.client().Get(path);
         REQUIRE(refused);
@@ -236,6 +236,21 @@ TEST_CASE("clicks and the record button become commands; nonsense does not") {
     CHECK(commands[1].is_on);
     for (int i = 0; i < 64; ++i) CHECK(browser.post("/points", R"({"u":1,"v":1})")->status == 202);
     CHECK(browser.post("/points", R"({"u":1,"v":1})")->status == 503);
+}
+
+TEST_CASE("checks of video and calibration are handed on as they were given, once there are any") {
+    LiveView view = made();
+    Browser browser(view);
+    CHECK(browser.get("/checks")->status == 204);
+    CHECK(watched(view, browser, "/frame?after=-1", 0).header["has_checks"] == false);
+    const std::string checks = R"({"findings":[{"what":"a <b>sentence</b>"}]})";
+    view.set_checks(checks);
+    CHECK(watched(view, browser, "/frame?after=99", 100).header["has_checks"] == true);
+    const httplib::Result answer = browser.get("/checks");
+    REQUIRE(answer);
+    CHECK(answer->status == 200);
+    CHECK(answer->body == checks);
+    CHECK(answer->get_header_value("Content-Type") == "application/json");
 }
 
 TEST_CASE("browsers that wait are told that the run has ended") {

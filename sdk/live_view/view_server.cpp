@@ -119,6 +119,7 @@ ViewServer::ViewServer(std::uint16_t port, Handlers handlers)
     server.Get("/", impl_->answer_with(impl_->handlers.page));
     server.Get("/frame", impl_->answer_with(impl_->handlers.frame));
     server.Get("/surface", impl_->answer_with(impl_->handlers.surface));
+    server.Get("/checks", impl_->answer_with(impl_->handlers.checks));
     server.Post("/points", impl_->answer_with(impl_->handlers.points));
     server.Post("/recording", impl_->answer_with(impl_->handlers.recording));
 

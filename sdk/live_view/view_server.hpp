@@ -28,8 +28,8 @@ class ViewServer {
   public:
     using Handler = std::function<ViewAnswer(const ViewRequest&)>;
     struct Handlers {
-        Handler page, frame, surface;  // GET /, /frame?after=N&overlay=1, /surface
-        Handler points, recording;     // POST /points, /recording
+        Handler page, frame, surface, checks;  // GET /, /frame?after=N&overlay=1, /surface, /checks
+        Handler points, recording;             // POST /points, /recording
     };
 
     // port 0: any that is free. Throws CliError(kOutput) where nothing can listen there.

@@ -2,6 +2,8 @@
 // tracked: a user need not wait for the end to record anew.
 #pragma once
 
+#include <algorithm>
+#include <optional>
 #include <string>
 
 #include "include/defrec_c.h"
@@ -17,6 +19,9 @@ class CompressionWatch {
     std::string add(const StereoFrame& frame, const defrec_result& result);
     // The same at the end of a recording that has fewer frames.
     std::string conclude();
+    // The share of blocks that are copies in what was looked at, of the view that has more of them;
+    // empty where too little tells.
+    std::optional<double> copied() const { return std::max(left_.share(), right_.share()); }
 
   private:
     std::string sentence() const;

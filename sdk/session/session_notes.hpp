@@ -38,6 +38,7 @@ class SessionNotes {
     // At the end of the run, once. has_tracked: any point or target has a position.
     void conclude(const PointFollower& points, bool has_template, bool has_tracked);
 
+    const CompressionWatch& compression() const { return compression_; }
     std::span<const std::string> all() const { return notes_; }
     // Without the one that was to be said at once.
     std::vector<std::string> left_to_say() const;

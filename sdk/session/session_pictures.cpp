@@ -43,6 +43,12 @@ void SessionPictures::open_view(std::uint16_t port, ViewFacts facts, Projector p
     print_notice("live view: open " + view_->url());
 }
 
+void SessionPictures::check_input(StereoCalibration calibration, const defrec_camera& camera) {
+    checks_ = std::make_unique<InputChecks>(
+        std::move(calibration), camera,
+        [view = view_.get()](std::string checks) { view->set_checks(std::move(checks)); });
+}
+
 void SessionPictures::obey_view(const std::function<void(double u, double v)>& follow_point) {
     if (!view_) return;
     for (const ViewCommand& command : view_->take_commands()) {

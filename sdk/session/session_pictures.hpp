@@ -14,6 +14,7 @@
 
 #include "sdk/live_view/live_view.hpp"
 #include "sdk/report/report.hpp"
+#include "sdk/session/input_checks.hpp"
 
 namespace defrec::cli {
 
@@ -34,14 +35,25 @@ class SessionPictures {
     void open_view(std::uint16_t port, ViewFacts facts, Projector project);
     // What browsers asked for takes effect with this frame; points to follow are handed on.
     void obey_view(const std::function<void(double u, double v)>& follow_point);
+    // The view shows what the doctor finds in the first frames and in the calibration, as its files
+    // have it. camera: of the rectified views.
+    void check_input(StereoCalibration calibration, const defrec_camera& camera);
     bool has_view() const { return view_ != nullptr; }
-    void close_view() { view_.reset(); }
+    void close_view() {
+        checks_.reset();
+        view_.reset();
+    }
 
     // left: the image that the template was taken of.
     void set_template(const TemplateRecord& record, const cv::Mat& left);
     void change_template(const TemplateRecord& record);
     void add(const cv::Mat& left, const FrameRecord& record);
     void add_to_view(const cv::Mat& left, const FrameRecord& record, std::vector<ViewPoint> points);
+    // See InputChecks.
+    void add_to_checks(const StereoFrame& frame, const defrec_result& result,
+                       const CompressionWatch& compression) {
+        if (checks_) checks_->add(frame, result, compression);
+    }
 
     void finish_recording();
     // Returns a note on the overlay, empty for none.
@@ -58,6 +70,7 @@ class SessionPictures {
     std::unique_ptr<OverlayWriter> overlay_;    // null where none was asked for
     std::unique_ptr<ReportWriter> report_;      // null where none was asked for
     std::unique_ptr<LiveView> view_;            // null where none was asked for
+    std::unique_ptr<InputChecks> checks_;       // for the view; ends before it
     std::unique_ptr<OverlayWriter> recording_;  // null while none is made
     int recordings_ = 0;
     std::optional<TemplateRecord> template_;  // the present one, for recordings; only with a view

@@ -66,6 +66,7 @@ defrec_tracker_desc tracker_desc(const TrackOptions& options, const FrameSource&
     if (!options.config.empty()) read_config(options.config, desc);
     if (options.grow) desc.grow = 1;
     if (!options.recordings.trace.empty()) desc.timed = 1;
+    if (options.view_port) desc.keep_disparity = 1;  // for the view's checks
     return desc;
 }
 
@@ -338,6 +339,8 @@ class TrackSession {
                              [projection](const float* xyz, std::size_t count, float* uv) {
                                  projection->project(xyz, count, uv);
                              });
+        pictures_->check_input(read_calibration(options_.calibration, options_.units),
+                               rig_info(setup_.rig).camera);
     }
 
     void track_all() {
@@ -419,6 +422,7 @@ class TrackSession {
             link_.publish(link_frame(frame, result, template_.triangles, points, targets));
         rows_.push_back(frame_row(frame, result));
         say(notes_.add_frame(frame, result));
+        pictures_->add_to_checks(frame, result, notes_.compression());
         if (options_.recordings.meshes && has_geometry(result)) write_mesh(frame.index, result);
         fill_record(rows_.back(), result, points, targets, setup_.projection, record_);
         const auto drawing = TraceFile::Clock::now();

@@ -1,62 +1,30 @@
 // The live view in Chromium: a click follows a point, targets are drawn, the record button records,
-// a browser that vanishes harms nothing. node browser_test.mjs DEFREC FOLDER_OF_NODE_MODULES
-// SCRATCH [SCREENSHOT.png] Exit code 77: skipped.
+// a browser that vanishes harms nothing. node browser_test.mjs, with the arguments of common.mjs;
+// the screenshot is a PNG.
 import assert from 'node:assert/strict';
-import {spawn, spawnSync} from 'node:child_process';
 import {once} from 'node:events';
-import {existsSync, mkdirSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
-import {createRequire} from 'node:module';
-import {join, resolve} from 'node:path';
-import {createInterface} from 'node:readline';
+import {existsSync, readFileSync, writeFileSync} from 'node:fs';
+import {join} from 'node:path';
 
-const kPatienceMs = 150000;  // on a busy machine
-const [defrec, packages, scratch, screenshot] = process.argv.slice(2).map((path) => resolve(path));
+import {
+  addressOf,
+  inTime,
+  launch,
+  openPage,
+  render,
+  scratch,
+  screenshot,
+  track
+} from './common.mjs';
 
-function skip(reason) {
-  console.log(`skipped: ${reason}`);
-  process.exit(77);
-}
-
-const chromium = spawnSync('sh', ['-c', 'command -v chromium'], {encoding: 'utf8'}).stdout.trim();
-if (!chromium) skip('chromium is not installed');
-if (!existsSync(join(packages, 'node_modules')))
-  skip('npm could not install the packages of this test');
-const puppeteer = createRequire(join(packages, 'package.json'))('puppeteer-core');
-
-rmSync(scratch, {recursive: true, force: true});
-mkdirSync(scratch, {recursive: true});
-const sequence = join(scratch, 'sequence'), out = join(scratch, 'tracked');
-const size = screenshot ? '960x540' : '480x270';
-const rendered = spawnSync(
-    defrec, ['render', 'heartbeat', '--size', size, '--frames', '80', '--out', sequence],
-    {encoding: 'utf8'});
-assert.equal(rendered.status, 0, rendered.stderr);
+const browser = await launch();
+const out = join(scratch, 'tracked');
+render(screenshot ? '960x540' : '480x270', 80);
 // The last one lies beside all that is seen.
 writeFileSync(
     join(scratch, 'targets.csv'), 'id,x,y,z,depth\n7,0,0,85,\n-3,6,-5,95,20\n8,900,900,80,\n');
-
-const environment = {...process.env};
-delete environment.LD_PRELOAD;  // of a sanitizer, which is not the browser's
-const browser = await puppeteer.launch({
-  executablePath: chromium,
-  env: environment,
-  args: [
-    '--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
-    '--disable-background-networking'
-  ],
-});
-const program = spawn(
-    defrec,
-    [
-      'track', '--left', 'sequence/left', '--right', 'sequence/right', '--calibration',
-      'sequence/calibration.yaml', '--targets', 'targets.csv', '--out', 'tracked', '--backend',
-      'cpu', '--fps', '0.5', '--realtime', '--no-overlay', '--view', '--quiet'
-    ],
-    {cwd: scratch, stdio: ['ignore', 'ignore', 'pipe']});
+const program = track('left', 'right', 0.5, '--targets', 'targets.csv', '--out', 'tracked');
 const ended = once(program, 'exit');
-const failed = new Promise((_, reject) => {
-  setTimeout(() => reject(new Error('the browser did not show it in time')), kPatienceMs).unref();
-});
 
 /** Whether targets are drawn on the left view, by their colour. */
 function isDrawn(wanted) {
@@ -69,16 +37,9 @@ function isDrawn(wanted) {
 }
 
 async function look() {
-  let url = '';
-  for await (const line of createInterface(program.stderr)) {
-    url = line.match(/http:\/\/127\.0\.0\.1:\d+\/\?token=[0-9a-f]{32}/)?.[0] ?? '';
-    if (url) break;
-  }
-  assert.ok(url, 'the program prints the address');
-  const page = await browser.newPage();
-  page.setDefaultTimeout(kPatienceMs);
+  const url = await addressOf(program);
   const errors = [];
-  page.on('pageerror', (error) => errors.push(error.message));
+  const page = await openPage(browser, errors);
   const shown = (name) => page.evaluate((key) => document.documentElement.dataset[key], name);
   await page.setViewport({width: 1500, height: 1250});
   await page.goto(url);
@@ -131,7 +92,7 @@ async function look() {
 }
 
 try {
-  const seen = await Promise.race([look(), failed]);
+  const seen = await inTime(look());
   browser.process().kill('SIGKILL');
   await new Promise((done) => {
     setTimeout(done, 5000);

@@ -52,6 +52,12 @@ export async function watchFrames(options, show, connected) {
 
 export const fetchSurface = async () => packet(await ask('/surface'));
 
+/** The diagnosis, as `defrec doctor --json` prints it; null while there is none. */
+export async function fetchChecks() {
+  const response = await ask('/checks');
+  return response.status === 200 ? response.json() : null;
+}
+
 /** The answer's text, or why there is none. */
 export async function post(path, value) {
   try {

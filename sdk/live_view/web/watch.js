@@ -2,6 +2,7 @@
 // that draw them are not inside.
 import {byId} from '../../report/web/data.js';
 import {ready} from '../../report/web/health.js';
+import {Checks} from './checks.js';
 import {watchFrames} from './connection.js';
 import {Changes, listenToRecord, showNow, showPoints, showRecording, showStages} from './now.js';
 import {Picture} from './picture.js';
@@ -10,6 +11,7 @@ import {placedTargets, readTargets, showTargetList} from './targets.js';
 export async function watch(surface, timeline) {
   const picture = new Picture();
   const changes = new Changes();
+  const checks = new Checks();
   const given = new Set();  // points that were there when the page opened
   const shown = [];         // times of the last frames, ms
   let newest = -1;          // moment
@@ -34,6 +36,7 @@ export async function watch(surface, timeline) {
     showStages(header.stages);
     showPoints(header.points, clicked);
     showRecording(header.recording);
+    await checks.show(header);
     const targets = readTargets(header);
     showTargetList(targets, header.target_count);
     picture.show(overlay ?? left, header, clicked, targets);
@@ -48,5 +51,6 @@ export async function watch(surface, timeline) {
 
   const reason = await watchFrames(() => ({overlay: byId('overlay').checked}), show, ready);
   byId('message').textContent = reason;
+  checks.end();
   document.documentElement.dataset.ended = 'true';
 }

@@ -1,0 +1,150 @@
+// The live view in Chromium shows what is wrong with video and calibration: exchanged views, and
+// nothing of a good recording. node checks_test.mjs, with the arguments of common.mjs; the
+// screenshots are PNGs in a folder.
+import assert from 'node:assert/strict';
+import {copyFileSync, mkdirSync, readdirSync} from 'node:fs';
+import {join} from 'node:path';
+
+import {
+  addressOf,
+  inTime,
+  launch,
+  openPage,
+  render,
+  scratch,
+  screenshot,
+  track
+} from './common.mjs';
+
+const kRendered = 13;  // as many are looked at in this size
+const kFrames = 140;   // so that the run does not end before the browser has seen it
+
+const browser = await launch();
+render('1280x720', kRendered);
+for (const view of ['left', 'right']) prolong(join(scratch, 'sequence', view));
+const fps = screenshot ? 0.3 : 1;
+const programs = [
+  track('left', 'right', fps, '--out', 'good'), track('right', 'left', fps, '--out', 'exchanged')
+];
+
+/** The images there and back again. */
+function prolong(folder) {
+  const images = readdirSync(folder).sort();
+  assert.equal(images.length, kRendered);
+  const cycle = [...images, ...images.slice(1, -1).reverse()];
+  for (let i = kRendered; i < kFrames; ++i)
+    copyFileSync(
+        join(folder, cycle[i % cycle.length]), join(folder, `${String(i).padStart(6, '0')}.png`));
+}
+
+/** What was found, by the ids, once the page shows it. */
+async function foundIn(page) {
+  const isShown = () => document.documentElement.dataset.found !== undefined;
+  await page.waitForFunction(isShown, {polling: 200});
+  return page.evaluate(() => document.documentElement.dataset.found);
+}
+
+const stateOf = (page) => page.$eval('#checks-state', (state) => state.textContent);
+
+/** [id, mark, text, whether it is seen] of each finding. */
+const listOf = (page) => page.$$eval(
+    '#checks li',
+    (items) => items.map(
+        (item) => [item.dataset.id, item.dataset.mark, item.textContent, item.checkVisibility()]));
+
+async function takePictures(page, name) {
+  if (!screenshot) return;
+  mkdirSync(screenshot, {recursive: true});
+  for (const width of [390, 1280])
+    for (const scheme of ['light', 'dark']) {
+      await page.setViewport({width, height: 900});
+      await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: scheme}]);
+      await page.screenshot({path: join(screenshot, `${name}_${width}_${scheme}.png`)});
+    }
+}
+
+async function lookAtGood(page) {
+  assert.equal(await foundIn(page), '');
+  assert.equal(await stateOf(page), `Nothing was found in the first ${kRendered} frames.`);
+  const list = await listOf(page);
+  assert.ok(list.length > 10);
+  for (const [id, mark, , isSeen] of list) {
+    assert.ok(['fine', 'unknown'].includes(mark), `${id}: ${mark}`);
+    assert.equal(isSeen, false, id);
+  }
+  assert.equal(list.find(([id]) => id === 'order')[1], 'fine');
+  await takePictures(page, 'good');
+  await page.click('#checks-rest-title');
+  for (const [id, , , isSeen] of await listOf(page)) assert.equal(isSeen, true, id);
+  await takePictures(page, 'good_open');
+}
+
+async function lookAtExchanged(page) {
+  assert.equal(await foundIn(page), 'order');
+  assert.equal(await stateOf(page), `1 problem in the first ${kRendered} frames.`);
+  const list = await listOf(page);
+  const [, mark, text, isSeen] = list[0];
+  assert.equal(mark, 'error');
+  assert.ok(isSeen);
+  for (const part
+           of ['Problem', 'order of the views', 'the views look exchanged',
+               'What to do:', 'Give the recording of --left as --right'])
+    assert.ok(text.includes(part), `"${part}" in "${text}"`);
+  for (const [id, , , isOpen] of list.slice(1)) assert.equal(isOpen, false, id);
+  // It cannot be told while the views are exchanged.
+  assert.equal(list.find(([id]) => id === 'pose')[1], 'unknown');
+  await takePictures(page, 'exchanged');
+}
+
+/** Markup in a finding is text. */
+async function lookAtMarkup(page, url) {
+  const markup = '<img src=x onerror="document.title=1"> & "quotes"';
+  const finding = {
+    id: markup,
+    title: markup,
+    verdict: 'found',
+    severity: 'error',
+    what: markup,
+    remedy: markup
+  };
+  await page.setRequestInterception(true);
+  page.on('request', (request) => {
+    if (!request.url().endsWith('/checks')) return request.continue();
+    return request.respond({
+      status: 200,
+      contentType: 'application/json',
+      body: JSON.stringify({frames: 12, findings: [finding]})
+    });
+  });
+  await page.goto(url);
+  assert.equal(await foundIn(page), markup);
+  assert.equal(await page.$('#checks img'), null);
+  assert.equal((await listOf(page))[0][2].split(markup).length, 4);
+  assert.notEqual(await page.title(), '1');
+}
+
+/** One page after the other: those behind are drawn slowly. */
+async function look() {
+  const errors = [];
+  const urls = await Promise.all(programs.map(addressOf));
+  const good = await openPage(browser, errors);
+  const page = await (await good.goto(urls[0])).text();
+  assert.ok(page.includes('The first frames are being looked at.'));
+  await lookAtGood(good);
+  await good.close();
+  const exchanged = await openPage(browser, errors);
+  await exchanged.goto(urls[1]);
+  await lookAtExchanged(exchanged);
+  await exchanged.close();
+  await lookAtMarkup(await openPage(browser, errors), urls[0]);
+  assert.deepEqual(errors, []);
+}
+
+try {
+  await inTime(look());
+} finally {
+  for (const program of programs) program.kill('SIGKILL');
+  browser.process()?.kill('SIGKILL');
+}
+console.log('passed');
+process.exit(0);
