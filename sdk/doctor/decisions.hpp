@@ -120,6 +120,36 @@ struct DoctorImages {
     static constexpr double kBlockRatio = 1.25;
 };
 
+// How fine the detail of the images is, by the energy of octaves in blocks with texture.
+struct DoctorDetail {
+    // octaves | whose energies are compared, from the finest on | up to 16 px
+    static constexpr std::size_t kOctaves = 4;
+    // px | side of a block | twice the longest of these
+    static constexpr int kBlock = 32;
+    // gray levels | darker pixels are no tissue but a border | as DoctorMatches
+    static constexpr double kBorder = 6;
+    // gray levels | brighter ones are a highlight or text | as DoctorMatches
+    static constexpr double kHighlight = 250;
+    // px | wide; blocks with such a pixel so near do not count | set by hand
+    static constexpr int kAside = 17;
+    // gray levels squared | that rounding to whole ones leaves in the finest octave; a quarter of
+    // it
+    //   in each further one | 3/4 of 1/12
+    static constexpr double kRounding = 0.0625;
+    // gray levels squared | in all octaves of a block: less is no texture | twice a camera's noise
+    static constexpr double kMinEnergy = 4;
+    // px | width and height of the part in the middle that a run looks at, at most | 10 ms
+    static constexpr int kMiddle = 1024;
+    // blocks | fewer tell nothing | set by hand
+    static constexpr std::size_t kMinBlocks = 10;
+    // share of a block's energy | median of what is finer than 2 px, at least | 0.006 to 0.009 of
+    //   magnified images, 0.022 to 0.24 of others, [soft-images]
+    static constexpr double kMinBelow2 = 0.014;
+    // share of a block's energy | median of what is finer than 4 px, at least | 0.02 of images
+    //   that were magnified 4 times, 0.06 to 0.11 of 2 and 3 times, [soft-images]
+    static constexpr double kMinBelow4 = 0.035;
+};
+
 // How the views fit each other.
 struct DoctorViews {
     // px RMS | rows that disagree by more are a finding | set by hand, [doctor]

@@ -226,6 +226,26 @@ TEST_CASE("views that share half of what they see") {
           }) == "overlap");
 }
 
+TEST_CASE("images that were magnified") {
+    const Diagnosis diagnosis = diagnose_spoiled("heartbeat", [](Recording& r) {
+        const int width = r.calibration.width / 2, height = r.calibration.height / 2;
+        const cv::Rect middle(width / 2, height / 2, width, height);
+        for_each_image(r, [&](cv::Mat& image) {
+            cv::resize(image(middle), image, {}, 4, 4, cv::INTER_CUBIC);
+        });
+        for (CameraCalibration* camera : {&r.calibration.left, &r.calibration.right}) {
+            camera->cx -= middle.x;
+            camera->cy -= middle.y;
+        }
+        scale_calibration(r.calibration, 4);
+        r.calibration.width = 4 * width;
+        r.calibration.height = 4 * height;
+    });
+    CHECK(found_in(diagnosis) == "sharpness");
+    CHECK(diagnosis_text(diagnosis).find("no detail finer than 4 px") != std::string::npos);
+    CHECK(diagnosis_text(diagnosis).find("resize the images to a quarter") != std::string::npos);
+}
+
 TEST_CASE("one view twice, and views of two things") {
     CHECK(found("heartbeat", [](Recording& r) { r.right = r.left; }) == "one_view_twice");
     CHECK(found("heartbeat", [](Recording& r) { r.right = rendered("respiration").right; }) ==

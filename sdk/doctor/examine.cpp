@@ -21,6 +21,7 @@ const std::vector<Step>& steps() {
         {look_at_exposure, {}},
         {look_at_interlacing, {}},
         {look_at_compression, {}},
+        {look_at_sharpness, {"exposure", "interlacing", "compression"}},
         {look_at_one_view_twice, {"exposure"}},
         {look_at_common_content, {"exposure", "one_view_twice"}},
         {look_at_overlap, {"one_view_twice", "common_content"}},

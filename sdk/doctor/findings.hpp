@@ -10,6 +10,7 @@ namespace defrec::cli {
 Finding look_at_exposure(const Evidence& evidence);
 Finding look_at_interlacing(const Evidence& evidence);
 Finding look_at_compression(const Evidence& evidence);
+Finding look_at_sharpness(const Evidence& evidence);
 Finding look_at_one_view_twice(const Evidence& evidence);
 Finding look_at_common_content(const Evidence& evidence);
 Finding look_at_overlap(const Evidence& evidence);

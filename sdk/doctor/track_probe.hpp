@@ -20,9 +20,9 @@ struct ProbeOptions {
 // Gathers the results of frames, one after the other.
 class ProbeRecord {
   public:
-    // Of a tracker that keeps disparities, of images of this size.
+    // The tracker keeps disparities; its images have this size.
     void add(const defrec_result& result, int width, int height);
-    // Of all that was added. camera: of the rectified views.
+    // All that was added, together. camera: of the rectified views.
     TrackProbe probe(bool has_rig, const defrec_camera& camera) const;
 
   private:

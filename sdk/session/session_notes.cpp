@@ -5,6 +5,10 @@
 #include <iterator>
 
 #include "include/defrec_c.h"
+#include "sdk/doctor/decisions.hpp"
+#include "sdk/doctor/detail.hpp"
+#include "sdk/input/compression/decisions.hpp"
+#include "sdk/input/view_image.hpp"
 #include "sdk/io/interrupt.hpp"
 
 namespace defrec::cli {
@@ -27,6 +31,25 @@ constexpr ReasonNote kReasonNotes[] = {
      "--config. See rig_estimate in summary.json."},
 };
 
+// In the middle of the left image, so that it takes no longer than a small frame.
+std::optional<int> finest_detail(const StereoFrame& frame) {
+    const cv::Mat left = mat_of(frame.left);
+    const int width = std::min(left.cols, decisions::DoctorDetail::kMiddle),
+              height = std::min(left.rows, decisions::DoctorDetail::kMiddle);
+    const cv::Mat middle =
+        left(cv::Rect((left.cols - width) / 2, (left.rows - height) / 2, width, height));
+    DetailMeter meter;
+    meter.add(gray_of(
+        {middle.data, width, height, frame.left.channels, static_cast<std::size_t>(middle.step)}));
+    return meter.finest_px();
+}
+
+std::string detail_note(int finest_px) {
+    DetailText text = detail_text(finest_px);
+    text.what.front() = 'T';
+    return text.what + ". " + text.remedy;
+}
+
 }  // namespace
 
 void SessionNotes::add_fields(FieldOrder fields) {
@@ -39,8 +62,14 @@ void SessionNotes::add_fields(FieldOrder fields) {
 std::string SessionNotes::add_frame(const StereoFrame& frame, const defrec_result& result) {
     reasons_ |= result.reasons;
     std::string note = compression_.add(frame, result);
+    // The first frames may be black.
+    if (!finest_px_ && looked_at_ < decisions::CompressedVideo::kFrames && note.empty()) {
+        ++looked_at_;
+        finest_px_ = finest_detail(frame);
+        if (finest_px_.value_or(1) > 1) note = detail_note(*finest_px_);
+    }
     if (note.empty()) return note;
-    said_ = note;
+    said_.push_back(note);
     add(note);
     return note;
 }
@@ -48,7 +77,9 @@ std::string SessionNotes::add_frame(const StereoFrame& frame, const defrec_resul
 std::vector<std::string> SessionNotes::left_to_say() const {
     std::vector<std::string> left;
     std::copy_if(notes_.begin(), notes_.end(), std::back_inserter(left),
-                 [this](const std::string& note) { return note != said_; });
+                 [this](const std::string& note) {
+                     return std::find(said_.begin(), said_.end(), note) == said_.end();
+                 });
     return left;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,14 +41,16 @@ class SessionNotes {
 
     const CompressionWatch& compression() const { return compression_; }
     std::span<const std::string> all() const { return notes_; }
-    // Without the one that was to be said at once.
+    // Without those that were to be said at once.
     std::vector<std::string> left_to_say() const;
 
   private:
     std::vector<std::string> notes_;
     std::uint32_t reasons_ = 0;  // of all frames
     CompressionWatch compression_;
-    std::string said_;
+    int looked_at_ = 0;             // frames, for their detail
+    std::optional<int> finest_px_;  // of it
+    std::vector<std::string> said_;
 };
 
 }  // namespace defrec::cli
