@@ -143,7 +143,7 @@ struct DoctorDetail {
     // blocks | fewer tell nothing | set by hand
     static constexpr std::size_t kMinBlocks = 10;
     // share of a block's energy | median of what is finer than 2 px, at least | 0.006 to 0.009 of
-    //   magnified images, 0.022 to 0.24 of others, [soft-images]
+    //   magnified images, 0.020 to 0.28 of others, [soft-images]
     static constexpr double kMinBelow2 = 0.014;
     // share of a block's energy | median of what is finer than 4 px, at least | 0.02 of images
     //   that were magnified 4 times, 0.06 to 0.11 of 2 and 3 times, [soft-images]
