@@ -6,16 +6,16 @@
 #include <cmath>
 #include <limits>
 
+#include "sdk/scenes/intersect.hpp"
 #include "sdk/scenes/noise.hpp"
+#include "sdk/scenes/sheet.hpp"
 
 namespace defrec::cli {
 namespace {
 
-constexpr double kMeshHalfWidth = 96.0;  // mm of material: more than any scene's camera sees
-constexpr double kMeshHalfHeight = 78.0;
-constexpr double kMeshSpacing = 0.6;
 constexpr double kFloorHalfWidth = 6.0;  // mm of texture across the floor of a cut
 constexpr double kFloorSpacing = 0.25;
+constexpr std::uint8_t kFloorMesh = 2;   // of a cut: the first two are its sides
 constexpr double kBesideCut = 0.5;       // mm
 constexpr double kOcclusionSlack = 0.3;  // mm, between a point and the mesh in front of it
 constexpr int kExposures = 8;            // of a picture with motion blur: steps of a pixel or two
@@ -55,11 +55,14 @@ Film::Film(const std::string& scene, int width, int height, int frames, std::uin
       height_(height),
       threads_(threads),
       scene_(make_scene(scene, width, height, frames, seed, settings)),
-      tissue_(scene_.look, kMeshHalfWidth, kMeshHalfHeight, scene_.seed),
       left_{View(scene_.rig.left, width, height, threads)},
       right_{View(scene_.rig.right, width, height, threads)},
-      painter_(tissue_, threads) {
-    prepare_meshes();
+      painter_(threads) {
+    if (scene_.sheets.empty()) {
+        prepare_meshes();
+    } else {
+        prepare_sheets();
+    }
     if (scene_.body) {
         targets_ = targets_in(*scene_.body);
     }
@@ -88,10 +91,10 @@ void Film::advance(double step) {
 }
 
 Film::Truth Film::truth(std::size_t point) const {
-    const Eigen::Vector2d& m = points_[point].material;
-    const Eigen::Vector3d in_left =
-        left_.view.from_scene(scene_.surface.at(m.x(), m.y(), state_.time, state_.motion));
-    return {in_left, visible(m, in_left)};
+    const Followed& followed = points_[point];
+    const Eigen::Vector3d in_left = left_.view.from_scene(
+        formula_of(state_, followed.mesh)(followed.material.x(), followed.material.y()));
+    return {in_left, visible(followed, in_left)};
 }
 
 Eigen::Vector3d Film::truth(const Target& target) const {
@@ -133,23 +136,48 @@ void Film::misalign_right() {
 /// One sheet of tissue, or two lobes and the wall between them, or the two sides of a cut, which
 /// share a row of vertices where the cut is closed, and its floor, which shares their columns.
 void Film::prepare_meshes() {
-    meshes_.emplace_back(kMeshHalfWidth, kMeshHalfHeight, kMeshSpacing, kMeshSpacing);
+    meshes_.emplace_back(
+        centred_lattice(kTissueHalfWidth, kTissueHalfHeight, kTissueSpacing, kTissueSpacing));
+    add_texture({scene_.look, kTissueHalfWidth, kTissueHalfHeight, scene_.seed});
+    painter_.add_look(textures_.front());
     if (scene_.floor) {
         DeformedMesh below = meshes_.front();
         below.first_drawn = meshes_.front().last_drawn = (below.rows - 1) / 2;
         meshes_.push_back(std::move(below));
-        meshes_.emplace_back(kMeshHalfWidth, kFloorHalfWidth, kMeshSpacing, kFloorSpacing);
-        meshes_.back().is_floor = true;
-        floor_.emplace(*scene_.floor, static_cast<float>(kMeshHalfWidth),
-                       static_cast<float>(kFloorHalfWidth), ~scene_.seed);
-        painter_.set_floor(*floor_);
+        painter_.add_look(textures_.front());
+        meshes_.emplace_back(
+            centred_lattice(kTissueHalfWidth, kFloorHalfWidth, kTissueSpacing, kFloorSpacing));
+        add_texture({*scene_.floor, kTissueHalfWidth, kFloorHalfWidth, ~scene_.seed});
+        painter_.add_look(textures_.back());
     }
+}
+
+void Film::prepare_sheets() {
+    for (const Texture& texture : scene_.textures) {
+        add_texture(texture);
+    }
+    for (const Sheet& sheet : scene_.sheets) {
+        meshes_.emplace_back(sheet.lattice);
+        meshes_.back().hole = sheet.hole;
+        painter_.add_look(textures_[sheet.texture]);
+    }
+}
+
+void Film::add_texture(const Texture& texture) {
+    textures_.emplace_back(texture.look, static_cast<float>(texture.half_width),
+                           static_cast<float>(texture.half_height), texture.seed);
 }
 
 void Film::deform_meshes(const FrameState& state, const std::vector<const View*>& views) {
     const Surface& surface = scene_.surface;
     const double time = state.time;
     const Motion& motion = state.motion;
+    if (!scene_.sheets.empty()) {
+        for (std::size_t i = 0; i < meshes_.size(); ++i) {
+            meshes_[i].deform(state.sheets[i], views, threads_);
+        }
+        return;
+    }
     if (!scene_.floor) {
         meshes_[0].deform([&](double s, double t) { return surface.at(s, t, time, motion); }, views,
                           threads_);
@@ -183,17 +211,15 @@ void Film::choose_points() {
             const Eigen::Vector2d ray = left_.view.lens.ray({u, v});
             const Eigen::Vector3d direction =
                 state_.camera.rotation.transpose() * Eigen::Vector3d(ray.x(), ray.y(), 1);
-            Eigen::Vector2d material(hit.s, hit.t);
-            if (hit.z <= 0 || hit.is_floor ||
-                !scene_.surface.intersect(state_.camera.centre, direction, state_.time,
-                                          state_.motion, material)) {
+            Followed point{u, v, {hit.s, hit.t}, hit.mesh, frame_};
+            const MeshFormula at = formula_of(state_, hit.mesh);
+            if (hit.z <= 0 || !intersect(at, state_.camera.centre, direction, point.material) ||
+                !has_points(hit.mesh, point.material)) {
                 continue;
             }
-            const Eigen::Vector3d point =
-                scene_.surface.at(material.x(), material.y(), state_.time, state_.motion);
-            if (!beside_line(state_.motion, material) &&
-                visible(material, left_.view.from_scene(point))) {
-                points_.push_back({u, v, material, frame_});
+            const Eigen::Vector3d position = at(point.material.x(), point.material.y());
+            if (visible(point, left_.view.from_scene(position))) {
+                points_.push_back(point);
             }
         }
     }
@@ -204,24 +230,50 @@ void Film::add_points() {
     choose_points();
     points_.erase(
         std::remove_if(points_.begin() + static_cast<std::ptrdiff_t>(first), points_.end(),
-                       [&](const Followed& point) { return was_in_first_image(point.material); }),
+                       [&](const Followed& point) { return was_in_first_image(point); }),
         points_.end());
 }
 
-bool Film::was_in_first_image(const Eigen::Vector2d& material) const {
+/// The formula of the tissue that a mesh shows; valid as long as the state.
+MeshFormula Film::formula_of(const FrameState& state, std::uint8_t mesh) const {
+    if (!scene_.sheets.empty()) {
+        return state.sheets[mesh];
+    }
+    return [&](double s, double t) { return scene_.surface.at(s, t, state.time, state.motion); };
+}
+
+bool Film::has_points(std::uint8_t mesh, const Eigen::Vector2d& material) const {
+    if (!scene_.sheets.empty()) {
+        const Sheet& sheet = scene_.sheets[mesh];
+        return sheet.has_points && sheet.has_points(material);
+    }
+    return mesh != kFloorMesh && !beside_line(state_.motion, material);
+}
+
+/// Whether tissue that may lie double shows its other side.
+bool Film::is_turned_away(const Followed& point) const {
+    if (scene_.sheets.empty()) {
+        return false;
+    }
+    const MeshFormula& at = state_.sheets[point.mesh];
+    const Eigen::Vector3d ray = at(point.material.x(), point.material.y()) - state_.camera.centre;
+    return normal_of(at, point.material).dot(ray) >= 0;
+}
+
+bool Film::was_in_first_image(const Followed& point) const {
     const FrameState first = scene_.at(0);
-    const Eigen::Vector3d point =
-        scene_.surface.at(material.x(), material.y(), first.time, first.motion);
-    const Eigen::Vector3d in_left = first.camera.rotation * (point - first.camera.centre);
+    const Eigen::Vector3d position =
+        formula_of(first, point.mesh)(point.material.x(), point.material.y());
+    const Eigen::Vector3d in_left = first.camera.rotation * (position - first.camera.centre);
     if (in_left.z() <= 0) return false;
     const Eigen::Vector2d pixel = left_.view.lens.project(in_left);
     return pixel.x() >= -0.5 && pixel.y() >= -0.5 && pixel.x() <= width_ - 0.5 &&
            pixel.y() <= height_ - 0.5;
 }
 
-bool Film::visible(const Eigen::Vector2d& material, const Eigen::Vector3d& in_left) const {
-    if (state_.outside != Outside::none || in_left.z() <= 0 ||
-        (state_.blood && hidden_by(*state_.blood, material.cast<float>()))) {
+bool Film::visible(const Followed& point, const Eigen::Vector3d& in_left) const {
+    if (state_.outside != Outside::none || in_left.z() <= 0 || is_turned_away(point) ||
+        (state_.blood && hidden_by(*state_.blood, point.material.cast<float>()))) {
         return false;
     }
     const Eigen::Vector2d pixel = left_.view.lens.project(in_left);
@@ -273,8 +325,15 @@ PictureRequest Film::request_for(const FrameState& state, bool is_left) const {
         scene_.has_coaxial_light
             ? Eigen::Vector3d(-0.5 * scene_.rig.rotation.transpose() * scene_.rig.translation)
             : Eigen::Vector3d(0.5 * scene_.rig.translation.norm(), -3.0, 0.0);
-    request.lighting.lamp =
-        is_left ? lamp : Eigen::Vector3d(scene_.rig.rotation * lamp + scene_.rig.translation);
+    const auto in_view = [&](const Eigen::Vector3d& point) -> Eigen::Vector3d {
+        return is_left ? point
+                       : Eigen::Vector3d(scene_.rig.rotation * point + scene_.rig.translation);
+    };
+    request.lighting.lamp = in_view(lamp);
+    request.sheen = state.sheen;
+    for (Eigen::Vector3d& its_lamp : request.sheen.lamps) {
+        its_lamp = in_view(its_lamp);
+    }
     request.lighting.distance = scene_.rig.depth;
     request.lighting.exposure = scene_.exposure * state.exposure;
     if (!is_left) {
@@ -290,6 +349,7 @@ PictureRequest Film::request_for(const FrameState& state, bool is_left) const {
 
 Sensor Film::sensor_of(bool is_left) const {
     Sensor sensor;
+    sensor.noise = scene_.noise;
     sensor.seed = scramble(scramble(scene_.seed) ^
                            (2 * static_cast<std::uint64_t>(frame_) + (is_left ? 0 : 1)));
     if (!is_left) {

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@ class Film {
     struct Followed {
         double u, v;               ///< px, left image as given
         Eigen::Vector2d material;  ///< what is there
+        std::uint8_t mesh = 0;     ///< and on which of the meshes
         int frame = 0;             ///< whose image
     };
     struct Truth {
@@ -78,6 +80,8 @@ class Film {
     void place_views(const FrameState& state);
     void misalign_right();
     void prepare_meshes();
+    void prepare_sheets();
+    void add_texture(const Texture& texture);
     void deform_meshes(const FrameState& state, const std::vector<const View*>& views);
     void choose_points();
     void photograph(bool is_left);
@@ -85,15 +89,17 @@ class Film {
     Sensor sensor_of(bool is_left) const;
     bool hides(const Instrument& instrument, const Eigen::Vector3d& point,
                const Eigen::Vector3d& centre) const;
-    bool visible(const Eigen::Vector2d& material, const Eigen::Vector3d& in_left) const;
-    bool was_in_first_image(const Eigen::Vector2d& material) const;
+    MeshFormula formula_of(const FrameState& state, std::uint8_t mesh) const;
+    bool has_points(std::uint8_t mesh, const Eigen::Vector2d& material) const;
+    bool is_turned_away(const Followed& point) const;
+    bool visible(const Followed& point, const Eigen::Vector3d& in_left) const;
+    bool was_in_first_image(const Followed& point) const;
 
     int width_, height_, threads_;
     int frame_ = -1;
     double time_ = 0;  ///< of the frame, in the scene's frames
     Scene scene_;
-    Tissue tissue_;
-    std::optional<Tissue> floor_;  ///< of a cut
+    std::deque<Tissue> textures_;
     std::vector<DeformedMesh> meshes_;
     FilmedView left_, right_;
     std::optional<View> misaligned_right_;  ///< the right view as it is, where it is not right_

@@ -17,21 +17,26 @@ constexpr float kWindowMargin =
 
 }  // namespace
 
-DeformedMesh::DeformedMesh(double half_width, double half_height, double s_spacing_mm,
-                           double t_spacing_mm)
-    : columns(2 * static_cast<int>(std::ceil(half_width / s_spacing_mm)) + 1),
-      rows(2 * static_cast<int>(std::ceil(half_height / t_spacing_mm)) + 1),
-      spacing_s(s_spacing_mm),
-      spacing_t(t_spacing_mm),
-      first_s(-0.5 * (columns - 1) * s_spacing_mm),
-      first_t(-0.5 * (rows - 1) * t_spacing_mm),
+Lattice centred_lattice(double half_width, double half_height, double spacing_s, double spacing_t) {
+    Lattice lattice;
+    lattice.columns = 2 * static_cast<int>(std::ceil(half_width / spacing_s)) + 1;
+    lattice.rows = 2 * static_cast<int>(std::ceil(half_height / spacing_t)) + 1;
+    lattice.spacing_s = spacing_s;
+    lattice.spacing_t = spacing_t;
+    lattice.first_s = -0.5 * (lattice.columns - 1) * spacing_s;
+    lattice.first_t = -0.5 * (lattice.rows - 1) * spacing_t;
+    return lattice;
+}
+
+DeformedMesh::DeformedMesh(const Lattice& lattice)
+    : Lattice(lattice),
       last_drawn(rows - 1),
       points(static_cast<std::size_t>(columns) * rows),
       normals(points.size()) {}
 
-DeformedMesh::Window DeformedMesh::seen_window(const MeshFormula& at,
-                                               const std::vector<const View*>& views) const {
-    Window seen{columns, -1, rows, -1};
+LatticeWindow DeformedMesh::seen_window(const MeshFormula& at,
+                                        const std::vector<const View*>& views) const {
+    LatticeWindow seen{columns, -1, rows, -1};
     const int first = std::max(first_drawn - kWindowStep, 0);
     const int last = std::min(last_drawn + kWindowStep, rows - 1);
     for (int j = first - first % kWindowStep; j <= last; j += kWindowStep) {
@@ -59,7 +64,7 @@ DeformedMesh::Window DeformedMesh::seen_window(const MeshFormula& at,
 void DeformedMesh::deform(const MeshFormula& at, const std::vector<const View*>& views,
                           int threads) {
     window = seen_window(at, views);
-    const Window& w = window;
+    const LatticeWindow& w = window;
     parallel_rows(w.last_row - w.first_row + 1, threads, [&](int first, int last) {
         for (int j = w.first_row + first; j < w.first_row + last; ++j) {
             for (int i = w.first_column; i <= w.last_column; ++i) {
@@ -108,15 +113,17 @@ View::View(const Lens& its_lens, int its_width, int its_height, int threads)
 void MeshRaster::render(const std::vector<DeformedMesh>& meshes, const View& view, int threads,
                         std::vector<Hit>& hits) {
     hits.assign(static_cast<std::size_t>(view.width) * view.height, Hit{});
-    for (const DeformedMesh& mesh : meshes) {
-        add(mesh, view, threads, hits);
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        const Numbered numbered{meshes[i], static_cast<std::uint8_t>(i)};
+        project(meshes[i], view, threads);
+        parallel_rows(view.height, threads,
+                      [&](int first, int last) { band(numbered, view, first, last, hits); });
     }
 }
 
-void MeshRaster::add(const DeformedMesh& mesh, const View& view, int threads,
-                     std::vector<Hit>& hits) {
+void MeshRaster::project(const DeformedMesh& mesh, const View& view, int threads) {
     seen_.resize(mesh.points.size());
-    const DeformedMesh::Window& w = mesh.window;
+    const LatticeWindow& w = mesh.window;
     parallel_rows(w.last_row - w.first_row + 1, threads, [&](int first, int last) {
         for (int j = w.first_row + first; j < w.first_row + last; ++j) {
             for (int column = w.first_column; column <= w.last_column; ++column) {
@@ -134,26 +141,30 @@ void MeshRaster::add(const DeformedMesh& mesh, const View& view, int threads,
             }
         }
     });
-    parallel_rows(view.height, threads,
-                  [&](int first, int last) { band(mesh, view, first, last, hits); });
 }
 
-void MeshRaster::band(const DeformedMesh& mesh, const View& view, int first, int last,
+void MeshRaster::band(const Numbered& numbered, const View& view, int first, int last,
                       std::vector<Hit>& hits) const {
-    const DeformedMesh::Window& w = mesh.window;
+    const DeformedMesh& mesh = numbered.mesh;
+    const LatticeWindow &w = mesh.window, &hole = mesh.hole;
     const int end = std::min(w.last_row, mesh.last_drawn);
     for (int j = std::max(w.first_row, mesh.first_drawn); j < end; ++j) {
+        const bool beside_hole = j >= hole.first_row && j < hole.last_row;
         for (int i = w.first_column; i < w.last_column; ++i) {
+            if (beside_hole && i >= hole.first_column && i < hole.last_column) {
+                continue;
+            }
             const int a = j * mesh.columns + i;
             const int b = a + 1, c = a + mesh.columns, d = c + 1;
-            triangle(mesh, view, {a, b, c}, first, last, hits);
-            triangle(mesh, view, {b, d, c}, first, last, hits);
+            triangle(numbered, view, {a, b, c}, first, last, hits);
+            triangle(numbered, view, {b, d, c}, first, last, hits);
         }
     }
 }
 
-void MeshRaster::triangle(const DeformedMesh& mesh, const View& view, const int (&corner)[3],
+void MeshRaster::triangle(const Numbered& numbered, const View& view, const int (&corner)[3],
                           int first, int last, std::vector<Hit>& hits) const {
+    const DeformedMesh& mesh = numbered.mesh;
     const Seen& p = seen_[corner[0]];
     const Seen& q = seen_[corner[1]];
     const Seen& r = seen_[corner[2]];
@@ -202,7 +213,7 @@ void MeshRaster::triangle(const DeformedMesh& mesh, const View& view, const int 
             hit.z = z;
             hit.s = static_cast<float>(mesh.first_s + mesh.spacing_s * grid.x());
             hit.t = static_cast<float>(mesh.first_t + mesh.spacing_t * grid.y());
-            hit.is_floor = mesh.is_floor;
+            hit.mesh = numbered.number;
             hit.normal = static_cast<float>(bp) * mesh.normals[corner[0]] +
                          static_cast<float>(bq) * mesh.normals[corner[1]] +
                          static_cast<float>(br) * mesh.normals[corner[2]];

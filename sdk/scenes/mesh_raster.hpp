@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -35,34 +36,41 @@ struct View {
 /// From the coordinates of a mesh to a point in the scene's frame, mm.
 using MeshFormula = std::function<Eigen::Vector3d(double s, double t)>;
 
+/// The vertices of a regular mesh, in material coordinates.
+struct Lattice {
+    int columns = 0, rows = 0;
+    double spacing_s = 0, spacing_t = 0, first_s = 0, first_t = 0;  ///< mm
+};
+
+/// Has its middle at (0, 0) and covers at least the half width and the half height.
+Lattice centred_lattice(double half_width, double half_height, double spacing_s, double spacing_t);
+
+/// Columns and rows of a lattice, inclusive; may be empty.
+struct LatticeWindow {
+    int first_column = 0, last_column = -1, first_row = 0, last_row = -1;
+};
+
 /// A regular mesh in material coordinates, deformed for one frame. Scene's frame, mm. Only the
 /// vertices inside the window, which holds all that the views see, are of the frame.
-struct DeformedMesh {
-    struct Window {
-        int first_column = 0, last_column = -1, first_row = 0,
-            last_row = -1;  ///< inclusive; may be empty
-    };
-
-    int columns = 0, rows = 0;
-    double spacing_s = 0, spacing_t = 0, first_s = 0, first_t = 0;  ///< mm, material
+struct DeformedMesh : Lattice {
     int first_drawn = 0, last_drawn = 0;   ///< rows; those next to them serve the normals
-    bool is_floor = false;                 ///< of a cut, whose tissue looks different
+    LatticeWindow hole;                    ///< cells between these vertices are not drawn
     std::vector<Eigen::Vector3d> points;   ///< columns * rows
     std::vector<Eigen::Vector3f> normals;  ///< unit, towards the camera
-    Window window;
+    LatticeWindow window;
 
-    DeformedMesh(double half_width, double half_height, double s_spacing_mm, double t_spacing_mm);
+    explicit DeformedMesh(const Lattice& lattice);
     void deform(const MeshFormula& at, const std::vector<const View*>& views, int threads);
 
   private:
-    Window seen_window(const MeshFormula& at, const std::vector<const View*>& views) const;
+    LatticeWindow seen_window(const MeshFormula& at, const std::vector<const View*>& views) const;
 };
 
 /// What a pixel sees of the mesh; z is 0 where it sees none.
 struct Hit {
     float z = 0;             ///< mm along the optical axis
     float s = 0, t = 0;      ///< material
-    bool is_floor = false;   ///< of a cut
+    std::uint8_t mesh = 0;   ///< number of the mesh among those rendered
     Eigen::Vector3f normal;  ///< scene's frame, not normalised
 };
 
@@ -74,14 +82,19 @@ class MeshRaster {
                 std::vector<Hit>& hits);
 
   private:
-    void add(const DeformedMesh& mesh, const View& view, int threads, std::vector<Hit>& hits);
+    void project(const DeformedMesh& mesh, const View& view, int threads);
     struct Seen {
         Eigen::Vector3d point;  ///< view's frame
         float u, v;
     };
-    void band(const DeformedMesh& mesh, const View& view, int first, int last,
+    /// A mesh, and its number among those rendered.
+    struct Numbered {
+        const DeformedMesh& mesh;
+        std::uint8_t number;
+    };
+    void band(const Numbered& numbered, const View& view, int first, int last,
               std::vector<Hit>& hits) const;
-    void triangle(const DeformedMesh& mesh, const View& view, const int (&corner)[3], int first,
+    void triangle(const Numbered& numbered, const View& view, const int (&corner)[3], int first,
                   int last, std::vector<Hit>& hits) const;
 
     std::vector<Seen> seen_;

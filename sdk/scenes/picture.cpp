@@ -84,6 +84,26 @@ Tissue::Film blood_film(const Blood& blood, float inside, float s, float t) {
                 edge * (blood_reach(blood, s, t + kStep) - here)};
 }
 
+/// The strength of the lobes of a rippled film at a point of the tissue. `turn`: from the scene to
+/// the view.
+float sheen_of(const Sheen& sheen, const Hit& hit, const Eigen::Vector3f& point,
+               const Eigen::Vector3f& normal, const Eigen::Matrix3f& turn) {
+    constexpr float kSlope = 0.16f;  // of the ripples
+    const float s = hit.s - 0.8f * sheen.moved, t = hit.t + 0.6f * sheen.moved;
+    const float slope_s = kSlope * gradient_noise(s / 13.0f, t / 11.0f, sheen.seed);
+    const float slope_t = kSlope * gradient_noise(s / 11.0f, t / 13.0f, sheen.seed + 1);
+    const Eigen::Vector3f rippled =
+        (normal + slope_s * turn.col(0) + slope_t * turn.col(1)).normalized();
+    const Eigen::Vector3f to_camera = -point.normalized();
+    float sum = 0;
+    for (const Eigen::Vector3d& lamp : sheen.lamps) {
+        const Eigen::Vector3f to_lamp = (lamp.cast<float>() - point).normalized();
+        const float glance = std::max(0.0f, rippled.dot((to_lamp + to_camera).normalized()));
+        sum += std::pow(glance, sheen.exponent);
+    }
+    return sheen.strength * sum;
+}
+
 /// Brushed steel, lit from the lamp. `normal` and `point` in the view's frame.
 Rgb steel_colour(const Eigen::Vector3f& point, const Eigen::Vector3f& normal, float along,
                  const Lighting& lighting) {
@@ -188,7 +208,7 @@ Rgb Painter::tissue_colour(const View& view, const Hit& hit, const Eigen::Vector
     const Eigen::Vector3f to_camera = -point.normalized();
 
     const float footprint = hit.z / static_cast<float>(view.lens.fx);
-    const Tissue& tissue = hit.is_floor ? *floor_ : tissue_;
+    const Tissue& tissue = *looks_[hit.mesh];
     Tissue::Sample sample = tissue.at(hit.s, hit.t, footprint);
     const float inside = request.blood ? blood_inside(*request.blood, hit.s, hit.t) : 0.0f;
     const float cover = blood_cover(inside);
@@ -207,6 +227,9 @@ Rgb Painter::tissue_colour(const View& view, const Hit& hit, const Eigen::Vector
         const Eigen::Vector3f rough =
             (normal + film.slope_s * turn.col(0) + film.slope_t * turn.col(1)).normalized();
         highlight += 3.5f * sample.wetness * sharpened(std::max(0.0f, rough.dot(half)), 9);
+    }
+    if (sample.wetness > 0 && request.sheen.strength > 0) {
+        highlight += sample.wetness * sheen_of(request.sheen, hit, point, normal, turn);
     }
 
     const float reach = static_cast<float>(request.lighting.distance) / distance;

@@ -37,6 +37,15 @@ struct Lighting {
     float exposure = 1;
 };
 
+/// A wet film that shines in broad lobes under lamps of its own.
+struct Sheen {
+    std::vector<Eigen::Vector3d> lamps;  ///< in the view's frame, mm
+    float strength = 0;
+    float exponent = 80;  ///< of the cosine between normal and half vector
+    float moved = 0;      ///< mm by which its ripples have moved over the tissue
+    std::uint32_t seed = 0;
+};
+
 struct Sensor {
     Rgb gain{1, 1, 1};
     float offset = 0;        ///< grey levels
@@ -47,6 +56,7 @@ struct Sensor {
 
 struct PictureRequest {
     Lighting lighting;
+    Sheen sheen;
     std::vector<Instrument> instruments;  ///< scene's frame
     std::optional<Blood> blood;
     Smoke smoke;
@@ -59,10 +69,10 @@ struct PictureRequest {
 /// Paints the pictures of one size; holds the buffers between frames.
 class Painter {
   public:
-    Painter(const Tissue& tissue, int threads) : tissue_(tissue), threads_(threads) {}
+    explicit Painter(int threads) : threads_(threads) {}
 
-    /// What the floor of a cut looks like; must outlive the painter.
-    void set_floor(const Tissue& floor) { floor_ = &floor; }
+    /// What the next of the meshes that hits name looks like; must outlive the painter.
+    void add_look(const Tissue& tissue) { looks_.push_back(&tissue); }
 
     // A picture is one exposure or more, each a share of 1, and their development. Same bits for
     // any number of threads.
@@ -84,8 +94,7 @@ class Painter {
     void prepare_smoke(const View& view, const PictureRequest& request);
     float smoke_at(int u, int v) const;
 
-    const Tissue& tissue_;
-    const Tissue* floor_ = nullptr;
+    std::vector<const Tissue*> looks_;  ///< of the meshes
     int threads_;
     std::vector<Rgb> light_;    ///< linear, of one exposure, before the lens blurs it
     std::vector<Rgb> sharp_;    ///< light_ before the lens is out of focus

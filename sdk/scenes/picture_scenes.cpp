@@ -158,6 +158,47 @@ FrameState headlight(const Setting& setting, double time) {
     return state;
 }
 
+FrameState sheen(const Setting& setting, double time) {
+    constexpr double kAside = 26;      // mm
+    constexpr double kStrength = 4.6;  // at a gloss of 1
+    FrameState state = beating(time);
+    state.motion.heartbeat.lift = 2.0;
+    place_camera(state,
+                 {.yaw = 6.0 * kDegree * std::sin(kTwoPi * time / 48.0),
+                  .pitch = 4.0 * kDegree * std::sin(kTwoPi * time / 37.0),
+                  .shift = {3.0 * std::sin(kTwoPi * time / 44.0), 0.0, 0.0}},
+                 setting);
+    const auto lamps = static_cast<int>(std::lround(setting.parameter("lamps")));
+    const Eigen::Vector3d between_views(0.5 * setting.rig->translation.norm(), 0, 0);
+    for (int i = 0; i < lamps; ++i) {
+        const double direction = setting.phase + kTwoPi * i / lamps;
+        state.sheen.lamps.push_back(
+            between_views +
+            kAside * Eigen::Vector3d(std::cos(direction), 0.6 * std::sin(direction), 0));
+    }
+    state.sheen.strength = static_cast<float>(kStrength * setting.parameter("gloss"));
+    state.sheen.exponent = static_cast<float>(setting.parameter("exponent"));
+    state.sheen.moved = static_cast<float>(setting.parameter("film") * time);
+    state.sheen.seed = static_cast<std::uint32_t>(scramble(setting.seed ^ 0x5EE4));
+    return state;
+}
+
+FrameState fat(const Setting& setting, double time) {
+    FrameState state = beating(time);
+    state.exposure = static_cast<float>(setting.parameter("light"));
+    place_camera(state,
+                 {.yaw = 2.0 * kDegree * std::sin(kTwoPi * time / 58.0),
+                  .shift = {1.5 * std::sin(kTwoPi * time / 50.0), 0.0, 0.0}},
+                 setting);
+    return state;
+}
+
+void pale(const SceneParameters& parameters, Scene& scene) {
+    const auto contrast = static_cast<float>(parameters.find("contrast")->second);
+    scene.look.mottling = scene.look.vessels = scene.look.spots = contrast;
+    scene.noise = static_cast<float>(parameters.find("noise")->second);
+}
+
 void polish(const SceneParameters& parameters, Scene& scene) {
     scene.look.gloss = static_cast<float>(parameters.find("gloss")->second);
 }

@@ -14,9 +14,12 @@ FrameState compressed(const Setting& setting, double time);
 FrameState motion_blur(const Setting& setting, double time);
 FrameState headlight(const Setting& setting, double time);
 FrameState defocus(const Setting& setting, double time);
+FrameState sheen(const Setting& setting, double time);
+FrameState fat(const Setting& setting, double time);
 
 // What lasts all the sequence.
 void compress(const SceneParameters& parameters, Scene& scene);
 void polish(const SceneParameters& parameters, Scene& scene);
+void pale(const SceneParameters& parameters, Scene& scene);
 
 }  // namespace defrec::cli

@@ -423,3 +423,68 @@ TEST_CASE("defocus grows with the distance from the focus, which moves") {
     };
     CHECK(kept(false) > 1.1 * kept(true));
 }
+
+TEST_CASE("a sheen covers a tenth of the view, elsewhere in each view and frame") {
+    const auto shine = [](const Written& w, const char* view, int frame) {
+        cv::Mat channels[3];
+        cv::split(w.image(view, frame), channels);
+        return cv::Mat(cv::min(cv::min(channels[0], channels[1]), channels[2]) > 200);
+    };
+    const auto rendered = [](const Settings& settings, int frames) {
+        return Written({.scene = "sheen",
+                        .settings = settings,
+                        .width = 320,
+                        .height = 180,
+                        .frames = frames});
+    };
+    const Written w = rendered({}, 20);
+    const auto share = [&](const cv::Mat& mask) {
+        return cv::countNonZero(mask) / static_cast<double>(w.size.area());
+    };
+    double mean = 0;
+    for (int frame = 0; frame < 20; ++frame) mean += share(shine(w, "left", frame)) / 20;
+    CHECK(mean > 0.05);
+    CHECK(mean < 0.15);
+    const Written dull = rendered({{"gloss", 0}}, 1);
+    CHECK(share(shine(dull, "left", 0)) < 0.005);
+
+    int goes = 0, stays = 0;
+    const cv::Mat first = shine(w, "left", 0), last = shine(w, "left", 19);
+    for (std::size_t id = 0; id < w.points.size(); ++id) {
+        const cv::Point before(w.in_raw(w.truth[0][id].point)),
+            after(w.in_raw(w.truth[19][id].point));
+        if (!w.truth[19][id].visible) continue;
+        const bool shone = first.at<std::uint8_t>(before) != 0,
+                   shines = last.at<std::uint8_t>(after) != 0;
+        goes += shone != shines ? 1 : 0;
+        stays += shone && shines ? 1 : 0;
+    }
+    CHECK(goes > stays);
+
+    // It lies behind the tissue, as what is mirrored does: its disparity is smaller.
+    const auto middle = [](const cv::Mat& mask) {
+        const cv::Moments m = cv::moments(mask, true);
+        return m.m10 / m.m00;
+    };
+    std::vector<double> disparities;
+    for (const TruthRow& row : w.truth[0]) disparities.push_back(w.in_rectified(row.point).z);
+    const double of_shine = middle(first) - middle(shine(w, "right", 0));
+    CHECK(of_shine < median(disparities) - 2);
+
+    const Written flowing = rendered({{"film", 1}}, 5), still = rendered({}, 5);
+    CHECK(cv::norm(flowing.image("left", 0), still.image("left", 0), cv::NORM_INF) == 0);
+    CHECK(cv::countNonZero(shine(flowing, "left", 4) != shine(still, "left", 4)) >
+          0.1 * cv::countNonZero(shine(still, "left", 4)));
+}
+
+TEST_CASE("fat has little texture, little light and much noise") {
+    const auto rendered = [](const Settings& settings) {
+        return Written(
+            {.scene = "fat", .settings = settings, .width = 320, .height = 180, .frames = 1});
+    };
+    const Written plain = rendered({{"noise", 0}});
+    CHECK(detail(plain, 0) < 0.5 * detail(rendered({{"noise", 0}, {"contrast", 0.7}}), 0));
+    CHECK(detail(rendered({}), 0) > 1.5 * detail(plain, 0));
+    CHECK(cv::mean(plain.image("left", 0))[1] <
+          0.75 * cv::mean(rendered({{"noise", 0}, {"light", 1}}).image("left", 0))[1]);
+}

@@ -10,7 +10,10 @@
 #include "sdk/scenes/microscope_scenes.hpp"
 #include "sdk/scenes/noise.hpp"
 #include "sdk/scenes/picture_scenes.hpp"
+#include "sdk/scenes/piece_scenes.hpp"
+#include "sdk/scenes/scene_entry.hpp"
 #include "sdk/scenes/scene_setting.hpp"
+#include "sdk/scenes/sliding_scenes.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -150,19 +153,6 @@ FrameState stretch(const Setting& setting, double frame) {
     place_camera(state, orbit, setting);
     return state;
 }
-
-struct Entry {
-    SceneInfo info;
-    TissueLook look;
-    double relief;
-    float exposure;
-    FrameState (*at)(const Setting&, double);
-    void (*adapt)(const SceneParameters&, Scene&) = nullptr;  ///< of what lasts all the sequence
-    double curvature = 0;                                     ///< as Surface has it
-    Body (*body)(const SceneParameters&) = nullptr;           ///< of a scene with an elastic body
-    double bend = 1;                                          ///< as Surface has it
-    StereoRig (*rig)(const SceneParameters&, int width, int height) = nullptr;  ///< of its own
-};
 
 /// Whose organs are numbered.
 std::vector<Entry> first_entries() {
@@ -399,6 +389,32 @@ std::vector<Entry> recording_entries() {
     };
 }
 
+/// Where the light is what is hard.
+std::vector<Entry> light_entries() {
+    return {
+        {{.name = "sheen",
+          .summary = "broad wet highlights that move with camera and tissue",
+          .parameters = {{"lamps", 2, 1, 3, "", "beside the camera"},
+                         {"gloss", 1, 0, 3, "", "strength of the highlights"},
+                         {"exponent", 80, 8, 200, "", "of their lobes; less is broader"},
+                         {"film", 0, 0, 3, "mm/frame", "by which the film's ripples move"}}},
+         {.mottling = 0.70f, .vessels = 0.8f, .spots = 0.6f, .gloss = 0.2f, .wet_share = 0.9f},
+         0.9,
+         0.62f,
+         sheen},
+        {{.name = "fat",
+          .summary = "pale tissue with almost no texture in low light",
+          .parameters = {{"contrast", 0.14, 0, 1, "", "of the texture; other scenes have 0.7"},
+                         {"light", 0.4, 0.05, 1, "", "other scenes have 1"},
+                         {"noise", 1.3, 0, 4, "", "of the sensor; other scenes have 1"}}},
+         {.gloss = 0.5f, .base = {0.66f, 0.47f, 0.24f}},
+         0.7,
+         0.72f,
+         fat,
+         pale},
+    };
+}
+
 std::vector<Entry> microscope_entries() {
     const auto entry = [](const std::string& name, const std::string& summary,
                           const SceneParameter& apart, double field,
@@ -496,7 +512,8 @@ const std::vector<Entry>& entries() {
         std::vector<Entry> all = first_entries();
         for (const auto& more :
              {instrument_entries(), camera_entries(), gap_entries(), right_view_entries(),
-              cover_entries(), recording_entries(), microscope_entries(), body_entries()}) {
+              cover_entries(), recording_entries(), light_entries(), piece_entries(),
+              sliding_entries(), microscope_entries(), body_entries()}) {
             all.insert(all.end(), more.begin(), more.end());
         }
         return all;
@@ -589,17 +606,14 @@ Scene make_scene(const std::string& name, int width, int height, int frames, std
     const std::shared_ptr<const ElasticBody> elastic = body ? body->elastic : nullptr;
     const double phase = Random(own_seed ^ 0xCA3E7A).uniform(0.0, kTwoPi);
     const auto at = entry->at;
-    Scene scene{entry->info,
-                rig,
-                entry->look,
-                own_seed,
-                surface,
-                entry->exposure,
-                false,
-                Compression{},
-                std::nullopt,
-                body,
-                [=](double time) {
+    Scene scene{.info = entry->info,
+                .rig = rig,
+                .look = entry->look,
+                .seed = own_seed,
+                .surface = surface,
+                .exposure = entry->exposure,
+                .body = body,
+                .at = [=](double time) {
                     return at(
                         {frames, rig.depth, phase, &surface, &parameters, &rig, own_seed, elastic},
                         time);

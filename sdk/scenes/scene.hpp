@@ -14,6 +14,7 @@
 #include "sdk/scenes/picture.hpp"
 #include "sdk/scenes/rig.hpp"
 #include "sdk/scenes/scene_list.hpp"
+#include "sdk/scenes/sheet.hpp"
 #include "sdk/scenes/surface.hpp"
 #include "sdk/scenes/tissue.hpp"
 
@@ -41,9 +42,11 @@ struct RightView {
 struct FrameState {
     double time = 0;  ///< frames
     Motion motion;
+    std::vector<MeshFormula> sheets;  ///< of each of Scene::sheets
     CameraPose camera;
     std::vector<Instrument> instruments;  ///< scene's frame
     std::optional<Blood> blood;
+    Sheen sheen;         ///< lamps in the left view's frame
     float exposure = 1;  ///< share of the scene's: the camera's own control
     Smoke smoke;
     Focus focus;
@@ -81,8 +84,11 @@ struct Scene {
     Surface surface;
     float exposure = 1;
     bool has_coaxial_light = false;             ///< through the objective between the views
-    Compression compression;                    ///< of the files; a Film's pictures have none of it
-    std::optional<TissueLook> floor;            ///< of the cut, in a scene with one
+    float noise = 1;                            ///< of the sensor, as Sensor has it
+    Compression compression{};                  ///< of the files; a Film's pictures have none of it
+    std::optional<TissueLook> floor{};          ///< of the cut, in a scene with one
+    std::vector<Texture> textures{};            ///< of the sheets
+    std::vector<Sheet> sheets{};                ///< replace the surface, in a scene with some
     std::optional<Body> body;                   ///< in a scene with targets beneath the surface
     std::function<FrameState(double time)> at;  ///< frames, whole or not, in any order
 };

@@ -1,7 +1,6 @@
 // The tissue surface as a formula.
 #include "sdk/scenes/surface.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -183,32 +182,6 @@ Eigen::Vector3d Surface::floor_at(double s, double across, double time,
         motion.incision.floor * (1.0 - std::exp(-gap_at(motion.incision, s) / 2.5));
     point.z() += depth * (1.0 - squared * squared);
     return point;
-}
-
-bool Surface::intersect(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
-                        double time, const Motion& motion, Eigen::Vector2d& material) const {
-    double s = material.x(), t = material.y();
-    double z = (at(s, t, time, motion) - origin).dot(direction) / direction.squaredNorm();
-    for (int i = 0; i < 50; ++i) {
-        constexpr double kStep = 1e-4;
-        const Eigen::Vector3d point = at(s, t, time, motion);
-        Eigen::Matrix3d jacobian;
-        jacobian.col(0) =
-            (at(s + kStep, t, time, motion) - at(s - kStep, t, time, motion)) / (2.0 * kStep);
-        jacobian.col(1) =
-            (at(s, t + kStep, time, motion) - at(s, t - kStep, time, motion)) / (2.0 * kStep);
-        jacobian.col(2) = -direction;
-        const Eigen::Vector3d error = point - origin - z * direction;
-        if (error.norm() < 1e-8) {
-            material = {s, t};
-            return true;
-        }
-        const Eigen::Vector3d step = jacobian.partialPivLu().solve(error);
-        s -= step.x();
-        t -= step.y();
-        z -= step.z();
-    }
-    return false;
 }
 
 }  // namespace defrec::cli

@@ -117,11 +117,6 @@ class Surface {
     /// whose rims are the sides to the bit. For lobes: the wall between them.
     Eigen::Vector3d floor_at(double s, double across, double time, const Motion& motion) const;
 
-    /// Material coordinates where the ray origin + z * direction first meets the surface, within
-    /// 1e-7 mm; from a guess within a few mm. Returns false where the iteration does not converge.
-    bool intersect(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double time,
-                   const Motion& motion, Eigen::Vector2d& material) const;
-
   private:
     struct Wave {
         double ks, kt, phase, amplitude;

@@ -193,6 +193,10 @@ TEST_CASE("both views show the tissue where the truth has it, f*B/Z apart") {
     SUBCASE("lobes") { check_views(lobes(), 3); }
     SUBCASE("near and turned") { check_views(shared("approach"), 23); }
     SUBCASE("pinched") { check_views(shared("pinch"), 19); }
+    SUBCASE("beside and on a flap") { check_views(shared("flap"), 8); }
+    SUBCASE("organs in contact") { check_views(shared("shear"), 23); }
+    SUBCASE("a fold") { check_views(shared("fold"), 23); }
+    SUBCASE("loops") { check_views(shared("loops"), 10); }
 }
 
 TEST_CASE("both views of a microscope show the tissue where the truth has it, in the same place") {
@@ -249,6 +253,11 @@ TEST_CASE("the pictures move as the truth says") {
         check_follows(Written({.scene = "slide", .width = 384, .height = 216, .frames = 15}), 14);
     }
     SUBCASE("pinch") { check_follows(shared("pinch"), 11); }
+    SUBCASE("flap") { check_follows(shared("flap"), 23); }
+    SUBCASE("shear") { check_follows(shared("shear"), 14); }
+    SUBCASE("fold") { check_follows(shared("fold"), 9); }
+    SUBCASE("loops") { check_follows(shared("loops"), 7); }
+    SUBCASE("fat") { check_follows(shared("fat"), 8); }
 }
 
 TEST_CASE("the disparity picture is f*B/Z of the truth") {
