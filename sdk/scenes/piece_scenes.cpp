@@ -189,9 +189,7 @@ struct Beating {
         state.time = time;
         state.motion.heartbeat = {
             .lift = 2.0, .shear = 0.8, .twist = 0.0, .period = 18, .wavelength = 90};
-        surface = [whole = *setting.surface, motion = state.motion, time](double s, double t) {
-            return whole.at(s, t, time, motion);
-        };
+        surface = surface_of(setting, state);
         at_rest = [whole = *setting.surface](double s, double t) { return whole.rest(s, t, 0); };
         place_camera(state,
                      {.yaw = 2.0 * kDegree * std::sin(kTwoPi * time / 60.0),
@@ -260,7 +258,6 @@ FrameState resection(const Setting& setting, double time) {
 }  // namespace
 
 std::vector<Entry> piece_entries() {
-    constexpr TissueLook kOrgan{.mottling = 0.75f, .vessels = 0.9f, .spots = 0.7f};
     return {
         {{.name = "flap",
           .summary = "a piece of tissue is lifted on a hinge, turned over and laid back",

@@ -7,6 +7,7 @@
 #include "sdk/scenes/body_scenes.hpp"
 #include "sdk/scenes/camera_scenes.hpp"
 #include "sdk/scenes/contact_scenes.hpp"
+#include "sdk/scenes/event_scenes.hpp"
 #include "sdk/scenes/microscope_scenes.hpp"
 #include "sdk/scenes/noise.hpp"
 #include "sdk/scenes/picture_scenes.hpp"
@@ -446,7 +447,6 @@ std::vector<Entry> microscope_entries() {
 Entry body_entry(SceneInfo info, FrameState (*at)(const Setting&, double),
                  Body (*body)(const SceneParameters&)) {
     info.parameters = with_body_parameters(std::move(info.parameters));
-    constexpr TissueLook kOrgan{.mottling = 0.75f, .vessels = 0.9f, .spots = 0.7f};
     return {std::move(info), kOrgan, 0.8, 0.70f, at, nullptr, 0, body, 0};
 }
 
@@ -513,7 +513,7 @@ const std::vector<Entry>& entries() {
         for (const auto& more :
              {instrument_entries(), camera_entries(), gap_entries(), right_view_entries(),
               cover_entries(), recording_entries(), light_entries(), piece_entries(),
-              sliding_entries(), microscope_entries(), body_entries()}) {
+              sliding_entries(), event_entries(), microscope_entries(), body_entries()}) {
             all.insert(all.end(), more.begin(), more.end());
         }
         return all;

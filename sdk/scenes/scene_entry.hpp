@@ -7,6 +7,9 @@
 
 namespace defrec::cli {
 
+/// The look of tissue in scenes that ask for nothing special.
+inline constexpr TissueLook kOrgan{.mottling = 0.75f, .vessels = 0.9f, .spots = 0.7f};
+
 struct Entry {
     SceneInfo info;
     TissueLook look;

@@ -72,6 +72,12 @@ inline void place_camera(FrameState& state, Orbit orbit, const Setting& setting)
     state.camera = pose_of(orbit, setting.depth);
 }
 
+/// The scene's surface at the time and with the motion of a frame.
+inline MeshFormula surface_of(const Setting& setting, const FrameState& state) {
+    return [whole = *setting.surface, motion = state.motion, time = state.time](
+               double s, double t) { return whole.at(s, t, time, motion); };
+}
+
 inline double ease(double low, double high, double x) {
     const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
     return t * t * (3.0 - 2.0 * t);

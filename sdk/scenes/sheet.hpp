@@ -33,4 +33,12 @@ struct Sheet {
     std::function<bool(const Eigen::Vector2d& material)> has_points{};
 };
 
+/// All of the tissue, with points everywhere.
+inline Sheet whole_sheet(std::size_t texture, double spacing_s = kTissueSpacing) {
+    return {
+        .lattice = centred_lattice(kTissueHalfWidth, kTissueHalfHeight, spacing_s, kTissueSpacing),
+        .texture = texture,
+        .has_points = [](const Eigen::Vector2d& /*material*/) { return true; }};
+}
+
 }  // namespace defrec::cli

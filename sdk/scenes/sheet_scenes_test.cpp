@@ -154,6 +154,11 @@ TEST_CASE("a point of a sheet is visible where a ray from the camera reaches it 
         CHECK(seen.is_right());
     }
     SUBCASE("resection") { CHECK(sighting("resection", 14, {{"instrument", 0}}).is_right()); }
+    SUBCASE("gauze") {
+        const Sighting seen = sighting("gauze", 20, {});
+        CHECK(seen.hidden > 15);
+        CHECK(seen.is_right());
+    }
     SUBCASE("organs with a step") {
         const Sighting seen = sighting("shear", 24, {{"step", 6}, {"bodies", 3}});
         CHECK(seen.visible > 100);

@@ -13,15 +13,8 @@
 namespace defrec::cli {
 namespace {
 
-constexpr TissueLook kOrgan{.mottling = 0.75f, .vessels = 0.9f, .spots = 0.7f};
 constexpr TissueLook kOtherOrgan{
     .mottling = 0.75f, .vessels = 0.8f, .spots = 0.6f, .base = {0.60f, 0.210f, 0.150f}};
-
-/// The surface of the scene at a frame's time.
-MeshFormula surface_of(const Setting& setting, const FrameState& state) {
-    return [whole = *setting.surface, motion = state.motion, time = state.time](
-               double s, double t) { return whole.at(s, t, time, motion); };
-}
 
 // Shear: organs side by side, of which the second slides one way and the third the other way. Their
 // material has its own coordinates: s along the line of contact, t across it.
@@ -188,9 +181,7 @@ struct Fold {
 void lay_fold(const SceneParameters& /*parameters*/, Scene& scene) {
     constexpr double kSpacing = 0.4;  // mm, along the bends
     scene.textures = {{.look = scene.look, .seed = scene.seed}};
-    scene.sheets = {
-        {.lattice = centred_lattice(kTissueHalfWidth, kTissueHalfHeight, kSpacing, kTissueSpacing),
-         .has_points = [](const Eigen::Vector2d& /*material*/) { return true; }}};
+    scene.sheets = {whole_sheet(0, kSpacing)};
 }
 
 FrameState fold(const Setting& setting, double time) {
@@ -261,10 +252,7 @@ void lay_loops(const SceneParameters& /*parameters*/, Scene& scene) {
     };
     scene.sheets = {{.lattice = tube, .texture = 0, .has_points = on_tube},
                     {.lattice = tube, .texture = 1, .has_points = on_tube},
-                    {.lattice = centred_lattice(kTissueHalfWidth, kTissueHalfHeight, kTissueSpacing,
-                                                kTissueSpacing),
-                     .texture = 2,
-                     .has_points = [](const Eigen::Vector2d& /*material*/) { return true; }}};
+                    whole_sheet(2)};
 }
 
 FrameState loops(const Setting& setting, double time) {
