@@ -163,7 +163,7 @@ FrameState thread(const Setting& setting, double time) {
             const Eigen::Vector3d side = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
             const double angle = around / kThreadRadius, radius = s < end ? kThreadRadius : 0.0;
             return line(along) -
-                   radius * (std::sin(angle) * side - std::cos(angle) * side.cross(forward));
+                   radius * (std::sin(angle) * side + std::cos(angle) * side.cross(forward));
         }};
     return state;
 }

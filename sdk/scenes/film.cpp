@@ -251,12 +251,12 @@ bool Film::has_points(std::uint8_t mesh, const Eigen::Vector2d& material) const 
 }
 
 /// Whether tissue that may lie double shows its other side.
-bool Film::is_turned_away(const Followed& point) const {
+bool Film::is_turned_away(const FrameState& state, const Followed& point) const {
     if (scene_.sheets.empty()) {
         return false;
     }
-    const MeshFormula& at = state_.sheets[point.mesh];
-    const Eigen::Vector3d ray = at(point.material.x(), point.material.y()) - state_.camera.centre;
+    const MeshFormula& at = state.sheets[point.mesh];
+    const Eigen::Vector3d ray = at(point.material.x(), point.material.y()) - state.camera.centre;
     return normal_of(at, point.material).dot(ray) >= 0;
 }
 
@@ -265,14 +265,14 @@ bool Film::was_in_first_image(const Followed& point) const {
     const Eigen::Vector3d position =
         formula_of(first, point.mesh)(point.material.x(), point.material.y());
     const Eigen::Vector3d in_left = first.camera.rotation * (position - first.camera.centre);
-    if (in_left.z() <= 0) return false;
+    if (in_left.z() <= 0 || is_turned_away(first, point)) return false;
     const Eigen::Vector2d pixel = left_.view.lens.project(in_left);
     return pixel.x() >= -0.5 && pixel.y() >= -0.5 && pixel.x() <= width_ - 0.5 &&
            pixel.y() <= height_ - 0.5;
 }
 
 bool Film::visible(const Followed& point, const Eigen::Vector3d& in_left) const {
-    if (state_.outside != Outside::none || in_left.z() <= 0 || is_turned_away(point) ||
+    if (state_.outside != Outside::none || in_left.z() <= 0 || is_turned_away(state_, point) ||
         (state_.blood && hidden_by(*state_.blood, point.material.cast<float>()))) {
         return false;
     }

@@ -60,7 +60,7 @@ class Film {
     /// add_points().
     const std::vector<Followed>& points() const { return points_; }
     /// Appends a grid over the present left image, less the pixels where no tissue is seen or
-    /// tissue that lay within the first image.
+    /// tissue that lay within the first image and did not show its other side there.
     void add_points();
 
     /// A grid in each layer of the scene's body; empty in a scene without one.
@@ -91,7 +91,7 @@ class Film {
                const Eigen::Vector3d& centre) const;
     MeshFormula formula_of(const FrameState& state, std::uint8_t mesh) const;
     bool has_points(std::uint8_t mesh, const Eigen::Vector2d& material) const;
-    bool is_turned_away(const Followed& point) const;
+    bool is_turned_away(const FrameState& state, const Followed& point) const;
     bool visible(const Followed& point, const Eigen::Vector3d& in_left) const;
     bool was_in_first_image(const Followed& point) const;
 

@@ -304,3 +304,21 @@ TEST_CASE("loops touch, and roll on each other without slip") {
         CHECK((velocity[1] - velocity[0]).norm() < 0.01);
     }
 }
+
+TEST_CASE("tissue that turns or slides into the view gives points in a later frame") {
+    for (const char* name : {"loops", "shear"}) {
+        CAPTURE(name);
+        Film film(name, kWidth, kHeight, 60, 1, 2);
+        film.advance();
+        const std::size_t first = film.points().size();
+        film.advance(24);
+        film.add_points();
+        REQUIRE(film.points().size() > first + 10);
+        for (std::size_t id = first; id < film.points().size(); ++id) {
+            const Film::Truth truth = film.truth(id);
+            CHECK(truth.visible);
+            const Vector2d pixel = film.scene().rig.left.project(truth.position);
+            CHECK((pixel - Vector2d(film.points()[id].u, film.points()[id].v)).norm() < 1e-4);
+        }
+    }
+}
