@@ -133,7 +133,8 @@ bool SurfaceRegistration::prefetch(const RegisteredFrame& registered) {
 // still looks at the images. Not where more than the images decides how they are registered.
 bool SurfaceRegistration::can_begin_speculatively(const TrackerJob& job) const {
     return surface_.is_tracking() && !asks_for_template(job) && !cut_monitor_.found() &&
-           growth_.rests() && pipeline_.can_follow_speculatively();
+           !slip_monitor_.found() && !slip_monitor_.wants_image() && growth_.rests() &&
+           pipeline_.can_follow_speculatively();
 }
 
 // Where it fails the frame is observed after all: its images decide whether the failure matters.
@@ -241,6 +242,7 @@ void SurfaceRegistration::forget_course() {
     growth_.reset();
     trial_.end();
     cut_monitor_.reset();
+    slip_monitor_.reset();
 }
 
 // A frame that gives no template only because its mask hides the tissue is the caller's mistake.
@@ -299,14 +301,19 @@ void SurfaceRegistration::change_template(TemplateData changed,
     rig_monitor_.forget_vertices();
 }
 
-// Releases what connects the sides of a cut that the frames before showed; false where there is
-// none. Tissue that was about to join is fitted anew.
+// Releases what connects the sides of a cut, or of a line that they slide along, that the frames
+// before showed; false where there is none. Tissue that was about to join is fitted anew.
 bool SurfaceRegistration::release_cut() {
-    const std::optional<CutLine>& cut = cut_monitor_.found();
-    if (!cut) return false;
-    const std::span<const defrec_motion> motions = surface_.motions();
-    change_template(release_across(surface_.data(), *cut), {motions.begin(), motions.end()});
+    const std::optional<Slip>& slip = slip_monitor_.found();
+    if (!cut_monitor_.found() && !slip) return false;
+    std::vector<defrec_motion> motions(surface_.motions().begin(), surface_.motions().end());
+    if (slip)
+        for (const auto& [node, motion] : slip->motions) motions[node] = motion;
+    change_template(
+        release_across(surface_.data(), slip ? slip->line : *cut_monitor_.found()),
+        std::move(motions));
     cut_monitor_.reset();
+    slip_monitor_.reset();
     growth_.reset();
     return true;
 }
@@ -421,6 +428,7 @@ FrameAttempt& SurfaceRegistration::attempt_widely(Frame& frame, FrameAttempt& be
 FrameAttempt& SurfaceRegistration::follow(Frame& frame, std::span<const defrec_motion> start,
                                           FrameAttempt& attempt) {
     if (FrontImages* images = growth_.images()) pipeline_.read_front(*frame.images, *images);
+    if (slip_monitor_.wants_image()) pipeline_.read_gray(*frame.images, slip_image_);
     return finish(frame, pipeline_.follow(std::move(*frame.images), start, attempt.plan()),
                   attempt);
 }

@@ -184,8 +184,12 @@ void SurfaceRegistration::watch_for_cuts(const TrackerJob& job,
     try {
         cut_monitor_.add_frame(surface_.data(), job.memory.output.samples,
                                attempt.photometric().is_confirmed);
+        slip_monitor_.add_frame(
+            surface_.data(), job.memory.output, attempt.photometric().is_confirmed,
+            slip_monitor_.wants_image() ? slip_image_ : std::span<const uint8_t>());
     } catch (const std::exception&) {
         cut_monitor_.reset();  // the gap, if there is one, is still there in later frames
+        slip_monitor_.reset();
     }
 }
 

@@ -21,6 +21,8 @@ struct PhotometricEvidence {
     // Working memory, per control point, sums weighted as it moves what they are of: px^2 of
     // patches and weights of those; checks that fit and weights of all checks.
     std::vector<Eigen::Array4f> sums;
+    std::vector<Eigen::Array2f> regions;  // those of checks, summed over a control point's region
+    std::vector<Eigen::Array2f> rows;     // likewise, along a row of the grid
 
     void make_room(const TemplateData& data);
 };

@@ -437,6 +437,18 @@ struct Confidence {
     //   called observed beyond 2 mm fell from 7 to 0 in `motion-blur`, from 1 to 0 in `late-view`
     //   and `grasp`
     static constexpr float kMinFittingShare = 0.6f;
+    // control points | to each side of one, whose checks are its region | the area of a lifted flap
+    static constexpr int kRegionReach = 5;
+    // share of the checks in the region | from there on the ZNCC above is enough | of points called
+    //   observed on the bed of `rendered_g`'s flap half had less than 0.28, of others 1 % less than
+    //   0.48, [contradicted]
+    static constexpr float kFittingRegion = 0.6f;
+    // share of the checks in the region | up to there a check must fit best: where most do not, the
+    //   others fit by chance | [contradicted]
+    static constexpr float kContradictedRegion = 0.35f;
+    // 1/4096 | ZNCC of a check that fits there; in between it is interpolated | chance reached 0.92
+    //   at the 95th percentile, [contradicted]
+    static constexpr int32_t kMinZnccAlone = 3973;
     // px | a patch farther off counts as one at this distance | set by hand
     static constexpr float kFarthestPatch = 8;
     // mm | depth that the rig makes more uncertain is no evidence | set by hand
@@ -650,6 +662,60 @@ struct Cuts {
     // steps of the grid | along the gap, to either side, over which its middle is a mean | set by
     //   hand
     static constexpr int kSmooth = 2;
+};
+
+// Where two sides of a surface slide along each other in contact, and where the line between them
+// runs.
+// Source: [sliding], where it names no other
+struct Slips {
+    // frames | without photometric evidence at a cell, less those with it, before it counts | a band
+    //   whose sides slide is told by these already
+    static constexpr uint8_t kFrames = 3;
+    // spacings of control points | across the band, to where the template is seen again | as cuts
+    static constexpr double kReach = 5;
+    // spacings of control points | from there on, of what tells how a side moves
+    static constexpr double kSideDepth = 3;
+    // vertices | seen of a side, at least
+    static constexpr size_t kMinSeen = 20;
+    // cells | from one slice of the band to the next
+    static constexpr size_t kSliceStep = 2;
+    // of the length of a band | whose sides are known, at least | set by hand
+    static constexpr double kMinSlices = 0.25;
+    // slices | from a band's end, that tell where it goes on | set by hand
+    static constexpr size_t kSlopeSlices = 8;
+    // cells | of a part of a band, at least | fewer than a check has
+    static constexpr size_t kMinCells = 4;
+    // directions | in which a part of a band may slide | set by hand
+    static constexpr int kDirections = 8;
+    // cosine | between the directions in which parts of a band slide, at least | half of what
+    //   `kDirections` tells apart, and a half more
+    static constexpr double kSameDirection = 0.8;
+    // spacings of control points | between parts of a band | set by hand
+    static constexpr double kJoin = 4;
+    // spacings of control points | by which the sides moved along each other, at least: a surface
+    //   follows less
+    static constexpr double kMinSlip = 1;
+    // of the median | what a slice slides at least to be alike
+    static constexpr double kAlike = 0.5;
+    // share of the slices | that must be alike
+    static constexpr double kMinAlike = 0.8;
+    // of the median along the line | what the sides moved otherwise, at most
+    static constexpr double kMaxAside = 0.5;
+    // ZNCC | of the better side: less tells nothing | as a check
+    static constexpr double kMinZncc = 0.5;
+    // ZNCC per cell | by which the line's place in a slice may differ from that in the next | set by
+    //   hand
+    static constexpr double kBend = 0.3;
+    // spacings of control points | a line that ends so near the surface's border ends there | set by
+    //   hand
+    static constexpr double kToBorder = 3;
+    // share of the image | a check so near the image's border says nothing | its window and search
+    static constexpr double kMargin = 0.03;
+    // samples | to each side of a window's middle, two pixels apart, four in large images | set by
+    //   hand
+    static constexpr int kWindowRadius = 3;
+    // half steps between samples | how far a window is searched | set by hand
+    static constexpr int kSearchRadius = 2;
 };
 
 // ---- tissue that is not seen --------------------------------------------------------------------

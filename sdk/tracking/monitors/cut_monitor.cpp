@@ -1,8 +1,6 @@
 // See cut_monitor.hpp.
 #include "sdk/tracking/monitors/cut_monitor.hpp"
 
-#include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -10,62 +8,12 @@
 #include "sdk/base/util/median.hpp"
 #include "sdk/template/cut.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/monitors/band.hpp"
 
 namespace defrec {
 namespace {
 
 using decisions::Cuts;
-
-using Cell = Eigen::Vector2d;  // column and row of the grid
-
-struct Gap {
-    uint8_t piece = 0;
-    std::vector<Cell> cells;
-};
-
-// The gap's main direction, and its cells' extent along it.
-struct Axis {
-    Cell centre, along, across;
-    double begin, end;
-};
-
-Axis axis_of(const Gap& gap) {
-    Axis axis{Cell::Zero(), Cell::Zero(), Cell::Zero(), 0, 0};
-    for (const Cell& cell : gap.cells) axis.centre += cell;
-    axis.centre /= static_cast<double>(gap.cells.size());
-    Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
-    for (const Cell& cell : gap.cells)
-        moments += (cell - axis.centre) * (cell - axis.centre).transpose();
-    axis.along = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(moments).eigenvectors().col(1);
-    axis.across = {-axis.along.y(), axis.along.x()};
-    for (const Cell& cell : gap.cells) {
-        const double at = axis.along.dot(cell - axis.centre);
-        axis.begin = std::min(axis.begin, at);
-        axis.end = std::max(axis.end, at);
-    }
-    return axis;
-}
-
-// Through the middle of the gap, a step of the grid apart along its axis.
-std::vector<Cell> middle_line(const Gap& gap, const Axis& axis) {
-    const auto slices = static_cast<size_t>(std::lround(axis.end - axis.begin)) + 1;
-    std::vector<double> sum(slices, 0), count(slices, 0);
-    for (const Cell& cell : gap.cells) {
-        const auto at =
-            static_cast<int>(std::lround(axis.along.dot(cell - axis.centre) - axis.begin));
-        for (int near = at - Cuts::kSmooth; near <= at + Cuts::kSmooth; ++near) {
-            if (near < 0 || near >= static_cast<int>(slices)) continue;
-            sum[static_cast<size_t>(near)] += axis.across.dot(cell - axis.centre);
-            ++count[static_cast<size_t>(near)];
-        }
-    }
-    std::vector<Cell> line;
-    for (size_t i = 0; i < slices; ++i)
-        if (count[i] > 0)
-            line.push_back(axis.centre + (axis.begin + static_cast<double>(i)) * axis.along +
-                           sum[i] / count[i] * axis.across);
-    return line;
-}
 
 class Watcher {
   public:
@@ -83,56 +31,21 @@ class Watcher {
         return sample.observation == DEFREC_INCONSISTENT && sample.residual > 0;
     }
 
-    // The cells with a gap that are connected with one of them, which they are removed with.
-    Gap take_gap(std::vector<uint8_t>& open, size_t from) const {
-        const int columns = data_.grid.columns, rows = data_.grid.rows;
-        Gap gap{piece_of(from), {}};
-        std::vector<size_t> next{from};
-        open[from] = 0;
-        while (!next.empty()) {
-            const auto x = static_cast<int>(next.back() % static_cast<size_t>(columns)),
-                       y = static_cast<int>(next.back() / static_cast<size_t>(columns));
-            next.pop_back();
-            gap.cells.emplace_back(x, y);
-            for (int row = std::max(0, y - 1); row <= std::min(rows - 1, y + 1); ++row)
-                for (int column = std::max(0, x - 1); column <= std::min(columns - 1, x + 1);
-                     ++column) {
-                    const auto cell = static_cast<size_t>(row * columns + column);
-                    if (open[cell] == 0 || piece_of(cell) != gap.piece) continue;
-                    open[cell] = 0;
-                    next.push_back(cell);
-                }
-        }
-        return gap;
-    }
-
-    std::optional<CutLine> cut_of(const Gap& gap) const {
-        const Axis axis = axis_of(gap);
-        const double length = axis.end - axis.begin + 1;
-        if (length < Cuts::kMinLength * spacing_ ||
-            length * length < Cuts::kMinSlimness * static_cast<double>(gap.cells.size()))
-            return std::nullopt;
-        const std::vector<Cell> middle = middle_line(gap, axis);
+    std::optional<CutLine> cut_of(const Band& gap) const {
+        const BandAxis axis = axis_of(gap);
+        if (!is_line(gap, axis, spacing_)) return std::nullopt;
+        std::vector<Cell> middle = middle_line(gap, axis);
         if (!comes_apart(middle, axis, gap.piece)) return std::nullopt;
-        return as_cut(middle, gap.piece);
+        const double beyond = Cuts::kBeyond * spacing_;
+        return as_cut(std::move(middle), gap, data_.grid, spacing_, {beyond, beyond});
     }
 
   private:
-    uint8_t piece_of(size_t cell) const {
-        return data_.grid.piece.empty() ? uint8_t{0} : data_.grid.piece[cell];
-    }
-
     // The first vertex with photometric evidence that way; -1: there is none.
     int32_t confirmed_vertex(const Cell& from, const Cell& step, uint8_t piece) const {
         for (double steps = 1; steps <= Cuts::kReach * spacing_; ++steps) {
-            const auto x = static_cast<int>(std::lround(from.x() + steps * step.x())),
-                       y = static_cast<int>(std::lround(from.y() + steps * step.y()));
-            if (x < 0 || y < 0 || x >= data_.grid.columns || y >= data_.grid.rows) return -1;
-            const auto cell = static_cast<size_t>(y * data_.grid.columns + x);
-            const int32_t vertex = data_.grid.vertex[cell];
-            if (vertex >= 0 && piece_of(cell) == piece &&
-                is_confirmed_[static_cast<size_t>(vertex)] != 0)
-                return vertex;
+            const int32_t vertex = vertex_at(data_.grid, from + steps * step, piece);
+            if (vertex >= 0 && is_confirmed_[static_cast<size_t>(vertex)] != 0) return vertex;
         }
         return -1;
     }
@@ -149,7 +62,7 @@ class Watcher {
         return rest > 0 ? std::sqrt(now / rest) : 1;
     }
 
-    bool comes_apart(const std::vector<Cell>& middle, const Axis& axis, uint8_t piece) const {
+    bool comes_apart(const std::vector<Cell>& middle, const BandAxis& axis, uint8_t piece) const {
         std::vector<double> across, along;
         int32_t last[2] = {-1, -1};
         const auto step = static_cast<size_t>(std::max(1.0, spacing_));
@@ -164,22 +77,6 @@ class Watcher {
         }
         return 2 * step * across.size() >= middle.size() && !along.empty() &&
                median(std::move(across)) > Cuts::kMinOpening * median(std::move(along));
-    }
-
-    CutLine as_cut(std::vector<Cell> middle, uint8_t piece) const {
-        const Cell first = middle.front(), last = middle.back();
-        const size_t beside = std::min(middle.size() - 1, static_cast<size_t>(spacing_) + 1);
-        const double beyond = Cuts::kBeyond * spacing_;
-        middle.insert(middle.begin(), first + beyond * (first - middle[beside]).normalized());
-        middle.push_back(last + beyond * (last - middle[middle.size() - 1 - beside]).normalized());
-        CutLine line{piece, {}};
-        const auto add = [&](const Cell& cell) {
-            line.pixels.push_back({static_cast<float>(cell.x() * data_.grid.spacing),
-                                   static_cast<float>(cell.y() * data_.grid.spacing)});
-        };
-        for (size_t i = 0; i + 1 < middle.size(); i += 2) add(middle[i]);
-        add(middle.back());
-        return line;
     }
 
     const TemplateData& data_;
@@ -218,7 +115,7 @@ void CutMonitor::add_frame(const TemplateData& data, std::span<const defrec_surf
                       data.node_grid.spacing_u;
     }
     for (size_t i = 0; i < open.size() && !found_; ++i)
-        if (open[i] != 0) found_ = watcher.cut_of(watcher.take_gap(open, i));
+        if (open[i] != 0) found_ = watcher.cut_of(take_band(grid, open, i));
 }
 
 }  // namespace defrec

@@ -300,15 +300,19 @@ void Pipeline::forget(ObservedFrame frame) {
 void Pipeline::read_front(const ObservedFrame& frame, FrontImages& images) {
     const Observation& o = *frame.observation_;
     const size_t pixels = size_t{rig_->width()} * rig_->height();
-    images.gray.resize(pixels);
     images.mask.resize(pixels);
     images.disparity.resize(pixels);
     images.features.resize(settings_.max_features);
-    read_all(queue_, o.gray[0], images.gray);
+    read_gray(frame, images.gray);
     read_all(queue_, o.mask[0], images.mask);
     read_all(queue_, o.disparity, images.disparity);
     read_all(queue_, o.features, images.features);
     queue_.read(o.feature_count, &images.feature_count, sizeof images.feature_count);
+}
+
+void Pipeline::read_gray(const ObservedFrame& frame, std::vector<uint8_t>& gray) {
+    gray.resize(size_t{rig_->width()} * rig_->height());
+    read_all(queue_, frame.observation_->gray[0], gray);
 }
 
 void Pipeline::check(const FrontImages& images) const {

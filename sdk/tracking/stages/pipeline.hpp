@@ -48,6 +48,8 @@ class Pipeline {
 
     // Queues reading what a template is made of.
     void read_front(const ObservedFrame& frame, FrontImages& images);
+    // The same of the left view's gray image alone.
+    void read_gray(const ObservedFrame& frame, std::vector<uint8_t>& gray);
     // Throw Error(DEFREC_ERROR_PLUGIN) where the device gave what its stages never give. data: of
     // the template that was followed.
     void check(const FrontImages& images) const;

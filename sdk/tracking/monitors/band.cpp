@@ -1,0 +1,115 @@
+// See band.hpp.
+#include "sdk/tracking/monitors/band.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "sdk/tracking/frame/decisions.hpp"
+
+namespace defrec {
+namespace {
+
+using decisions::Cuts;
+
+uint8_t piece_of(const SurfaceGrid& grid, size_t cell) {
+    return grid.piece.empty() ? uint8_t{0} : grid.piece[cell];
+}
+
+Cell centre_of(const Band& band) {
+    Cell sum = Cell::Zero();
+    for (const Cell& cell : band.cells) sum += cell;
+    return sum / static_cast<double>(band.cells.size());
+}
+
+}  // namespace
+
+Band take_band(const SurfaceGrid& grid, std::vector<uint8_t>& open, size_t from) {
+    Band band{piece_of(grid, from), {}};
+    std::vector<size_t> next{from};
+    open[from] = 0;
+    while (!next.empty()) {
+        const auto x = static_cast<int>(next.back() % static_cast<size_t>(grid.columns)),
+                   y = static_cast<int>(next.back() / static_cast<size_t>(grid.columns));
+        next.pop_back();
+        band.cells.emplace_back(x, y);
+        for (int row = std::max(0, y - 1); row <= std::min(grid.rows - 1, y + 1); ++row)
+            for (int column = std::max(0, x - 1); column <= std::min(grid.columns - 1, x + 1);
+                 ++column) {
+                const auto cell = static_cast<size_t>(row * grid.columns + column);
+                if (open[cell] == 0 || piece_of(grid, cell) != band.piece) continue;
+                open[cell] = 0;
+                next.push_back(cell);
+            }
+    }
+    return band;
+}
+
+BandAxis axis_of(const Band& band) {
+    const Cell centre = centre_of(band);
+    Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
+    for (const Cell& cell : band.cells) moments += (cell - centre) * (cell - centre).transpose();
+    return axis_along(band,
+                      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(moments).eigenvectors().col(1));
+}
+
+BandAxis axis_along(const Band& band, const Cell& along) {
+    BandAxis axis{centre_of(band), along, {-along.y(), along.x()}, 0, 0};
+    for (const Cell& cell : band.cells) {
+        const double at = axis.along.dot(cell - axis.centre);
+        axis.begin = std::min(axis.begin, at);
+        axis.end = std::max(axis.end, at);
+    }
+    return axis;
+}
+
+bool is_line(const Band& band, const BandAxis& axis, double node_spacing) {
+    return axis.length() >= Cuts::kMinLength * node_spacing &&
+           axis.length() * axis.length() >=
+               Cuts::kMinSlimness * static_cast<double>(band.cells.size());
+}
+
+std::vector<Cell> middle_line(const Band& band, const BandAxis& axis) {
+    const auto slices = static_cast<size_t>(std::lround(axis.end - axis.begin)) + 1;
+    std::vector<double> sum(slices, 0), count(slices, 0);
+    for (const Cell& cell : band.cells) {
+        const auto at =
+            static_cast<int>(std::lround(axis.along.dot(cell - axis.centre) - axis.begin));
+        for (int near = at - Cuts::kSmooth; near <= at + Cuts::kSmooth; ++near) {
+            if (near < 0 || near >= static_cast<int>(slices)) continue;
+            sum[static_cast<size_t>(near)] += axis.across.dot(cell - axis.centre);
+            ++count[static_cast<size_t>(near)];
+        }
+    }
+    std::vector<Cell> line;
+    for (size_t i = 0; i < slices; ++i)
+        if (count[i] > 0)
+            line.push_back(axis.at(axis.begin + static_cast<double>(i), sum[i] / count[i]));
+    return line;
+}
+
+CutLine as_cut(std::vector<Cell> line, const Band& band, const SurfaceGrid& grid,
+               double node_spacing, const std::array<double, 2>& beyond) {
+    const Cell first = line.front(), last = line.back();
+    const size_t beside = std::min(line.size() - 1, static_cast<size_t>(node_spacing) + 1);
+    line.insert(line.begin(), first + beyond[0] * (first - line[beside]).normalized());
+    line.push_back(last + beyond[1] * (last - line[line.size() - 1 - beside]).normalized());
+    CutLine cut{band.piece, {}};
+    const auto add = [&](const Cell& cell) {
+        cut.pixels.push_back({static_cast<float>(cell.x() * grid.spacing),
+                              static_cast<float>(cell.y() * grid.spacing)});
+    };
+    for (size_t i = 0; i + 1 < line.size(); i += 2) add(line[i]);
+    add(line.back());
+    return cut;
+}
+
+int32_t vertex_at(const SurfaceGrid& grid, const Cell& cell, uint8_t piece) {
+    const auto x = static_cast<int>(std::lround(cell.x())),
+               y = static_cast<int>(std::lround(cell.y()));
+    if (x < 0 || y < 0 || x >= grid.columns || y >= grid.rows) return -1;
+    const auto index = static_cast<size_t>(y * grid.columns + x);
+    return piece_of(grid, index) == piece ? grid.vertex[index] : -1;
+}
+
+}  // namespace defrec

@@ -1,0 +1,51 @@
+// Bands of cells of the template's grid along a line: gaps, and sides that slide along each other.
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "sdk/template/template.hpp"
+
+namespace defrec {
+
+using Cell = Eigen::Vector2d;  // column and row of the grid
+
+struct Band {
+    uint8_t piece = 0;
+    std::vector<Cell> cells;
+};
+
+// A band's main direction, and its cells' extent along it.
+struct BandAxis {
+    Cell centre, along, across;
+    double begin, end;
+    // at: along it from the centre; beside: across.
+    Cell at(double along_it, double beside) const {
+        return centre + along_it * along + beside * across;
+    }
+    double length() const { return end - begin + 1; }
+};
+
+// The cells that are marked, 1 in open, and connected with `from` in its piece; they are unmarked.
+Band take_band(const SurfaceGrid& grid, std::vector<uint8_t>& open, size_t from);
+
+BandAxis axis_of(const Band& band);
+// The same, in a direction that is known; of length 1.
+BandAxis axis_along(const Band& band, const Cell& along);
+
+// Whether it is long enough for a line, and slim. node_spacing: of control points, cells.
+bool is_line(const Band& band, const BandAxis& axis, double node_spacing);
+
+// Through the middle of the band, a step of the grid apart along its axis.
+std::vector<Cell> middle_line(const Band& band, const BandAxis& axis);
+
+// The line in the first view, longer at its begin and end by `beyond` cells. node_spacing: as above.
+CutLine as_cut(std::vector<Cell> line, const Band& band, const SurfaceGrid& grid,
+               double node_spacing, const std::array<double, 2>& beyond);
+
+// The vertex at a cell of the piece's surface; -1: there is none.
+int32_t vertex_at(const SurfaceGrid& grid, const Cell& cell, uint8_t piece);
+
+}  // namespace defrec

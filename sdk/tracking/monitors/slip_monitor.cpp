@@ -1,0 +1,457 @@
+// See slip_monitor.hpp.
+#include "sdk/tracking/monitors/slip_monitor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "backends/shared/motion.hpp"
+#include "backends/shared/rigid_fit.hpp"
+#include "sdk/base/util/median.hpp"
+#include "sdk/template/cut.hpp"
+#include "sdk/template/surface_point.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/monitors/band.hpp"
+#include "sdk/tracking/monitors/window_match.hpp"
+
+namespace defrec {
+namespace {
+
+using decisions::Slips;
+
+using Motion = DualQuaternion<double>;
+
+// How the surface on one side of a band moves, near one of its slices.
+struct Side {
+    Motion motion;
+    double nearest = 0;  // cells across from the band's middle, to what is seen
+};
+
+// A band's slice across.
+struct Slice {
+    double along = 0, middle = 0;  // cells from the axis' centre
+    std::array<Side, 2> sides;     // towards negative and positive offsets across
+};
+
+double node_spacing(const TemplateData& data) {
+    return data.node_grid.spacing_u / data.grid.spacing;
+}
+
+class SlidingBand {
+  public:
+    SlidingBand(const TemplateData& data, const FrameOutput& output,
+                std::span<const uint8_t> is_confirmed, Band band, const Cell& along = {1, 0})
+        : data_(data),
+          output_(output),
+          is_confirmed_(is_confirmed),
+          band_(std::move(band)),
+          axis_(axis_along(band_, along)) {}
+
+    bool is_slim() const { return is_line(band_, axis_, node_spacing(data_)); }
+    const Band& band() const { return band_; }
+    const BandAxis& axis() const { return axis_; }
+
+    // Whether what is seen on both sides of a small part of a band moved by different amounts, along
+    // any direction, which becomes its axis.
+    bool slides_somewhere() {
+        double most = 0;
+        Cell along = axis_.along;
+        for (int k = 0; k < Slips::kDirections; ++k) {
+            const double angle = std::numbers::pi * k / Slips::kDirections;
+            axis_ = axis_along(band_, {std::cos(angle), std::sin(angle)});
+            Slice slice;
+            if (!find_side(slice, 0) || !find_side(slice, 1)) continue;
+            const std::optional<SlipAt> slip = slip_at(slice);
+            if (!slip || slip->aside > Slips::kMaxAside * std::abs(slip->along) ||
+                std::abs(slip->along) <= most)
+                continue;
+            most = std::abs(slip->along);
+            along = slip->direction;
+        }
+        axis_ = axis_along(band_, along);
+        return most >= Slips::kMinSlip * data_.node_spacing_mm;
+    }
+
+    // Whether what is seen on both sides moved along the band by different amounts.
+    bool slides() {
+        find_slices();
+        if (static_cast<double>(slices_.size() * Slips::kSliceStep) <
+            Slips::kMinSlices * axis_.length())
+            return false;
+        std::vector<double> along, aside;
+        for (const Slice& slice : slices_) {
+            const std::optional<SlipAt> slip = slip_at(slice);
+            if (!slip) continue;
+            along.push_back(slip->along);
+            aside.push_back(slip->aside);
+        }
+        if (along.empty()) return false;
+        const double middle = median(along), least = Slips::kMinSlip * data_.node_spacing_mm;
+        const auto alike = std::count_if(along.begin(), along.end(), [&](double slip) {
+            return slip * middle > 0 && std::abs(slip) >= Slips::kAlike * std::abs(middle);
+        });
+        if (std::abs(middle) < least ||
+            static_cast<double>(alike) < Slips::kMinAlike * static_cast<double>(along.size()) ||
+            median(std::move(aside)) > Slips::kMaxAside * std::abs(middle))
+            return false;
+        extend(middle);
+        return true;
+    }
+
+    // The line between what moves with one side and what moves with the other, by the image; after
+    // slides().
+    Slip locate(std::span<const uint8_t> image) const {
+        const std::vector<double> offsets = split(image);
+        std::vector<Cell> line;
+        for (size_t i = 0; i < slices_.size(); ++i)
+            line.push_back(axis_.at(slices_[i].along, offsets[i]));
+        const Cell first = line.front(), last = line.back();
+        Slip slip{as_cut(std::move(line), band_, data_.grid, node_spacing(data_),
+                         {to_border(first, -axis_.along), to_border(last, axis_.along)}),
+                  {}};
+        move_nodes(offsets, slip);
+        return slip;
+    }
+
+  private:
+    void find_slices() {
+        for (const Cell& cell : middle_line(band_, axis_)) {
+            const double at = axis_.along.dot(cell - axis_.centre);
+            if (!slices_.empty() && at < slices_.back().along + Slips::kSliceStep) continue;
+            Slice slice{at, axis_.across.dot(cell - axis_.centre), {}};
+            if (find_side(slice, 0) && find_side(slice, 1)) slices_.push_back(slice);
+        }
+    }
+
+    // As far as the sides slide beyond its ends.
+    void extend(double slip) {
+        for (const int end : {0, 1}) {
+            const auto at = [&]() -> const Slice& { return end == 0 ? slices_.front() : slices_.back(); };
+            const size_t apart = std::min<size_t>(slices_.size() - 1, Slips::kSlopeSlices);
+            const Slice& inner = slices_[end == 0 ? apart : slices_.size() - 1 - apart];
+            const double step = end == 0 ? -static_cast<double>(Slips::kSliceStep)
+                                         : static_cast<double>(Slips::kSliceStep),
+                         slope = apart == 0 ? 0
+                                            : (at().middle - inner.middle) /
+                                                  (at().along - inner.along);
+            for (;;) {
+                Slice next{at().along + step, at().middle + slope * step, {}};
+                if (vertex_at(data_.grid, axis_.at(next.along, next.middle), band_.piece) < 0 ||
+                    !find_side(next, 0) || !find_side(next, 1))
+                    break;
+                const std::optional<SlipAt> found = slip_at(next);
+                if (!found || found->along * slip <= 0 ||
+                    std::abs(found->along) < Slips::kAlike * std::abs(slip))
+                    break;
+                slices_.insert(end == 0 ? slices_.begin() : slices_.end(), next);
+            }
+        }
+    }
+
+    bool is_seen(const Cell& cell, int32_t& vertex) const {
+        vertex = vertex_at(data_.grid, cell, band_.piece);
+        return vertex >= 0 && is_confirmed_[static_cast<size_t>(vertex)] != 0 &&
+               output_.samples[static_cast<size_t>(vertex)].observation == DEFREC_OBSERVED;
+    }
+
+    // By what is seen there of the tissue beside the band.
+    bool find_side(Slice& slice, size_t which) const {
+        const double sign = which == 0 ? -1 : 1, spacing = node_spacing(data_);
+        const int width = static_cast<int>(spacing),
+                  depth = static_cast<int>(Slips::kSideDepth * spacing),
+                  reach = static_cast<int>(Slips::kReach * spacing);
+        RigidFit fit;
+        size_t count = 0;
+        int nearest = reach + 1;
+        for (int aside = -width; aside <= width; ++aside) {
+            int first = reach + 1;
+            for (int steps = 1; steps <= std::min(reach + depth, first + depth); ++steps) {
+                int32_t vertex;
+                if (!is_seen(axis_.at(slice.along + aside, slice.middle + sign * steps), vertex))
+                    continue;
+                if (first > reach) {
+                    if (steps > reach) break;
+                    first = steps;
+                }
+                const auto index = static_cast<size_t>(vertex);
+                fit.add(1, load3<double>(data_.vertices[index].position),
+                        load3<double>(output_.samples[index].position));
+                ++count;
+            }
+            nearest = std::min(nearest, first);
+        }
+        if (count < Slips::kMinSeen) return false;
+        slice.sides[which] = {normalise(fit.solve()), static_cast<double>(nearest)};
+        return true;
+    }
+
+    bool place_at(const Slice& slice, double offset, SurfacePlace& place) const {
+        const Cell cell = axis_.at(slice.along, offset);
+        return surface_place(data_, cell.x() * data_.grid.spacing, cell.y() * data_.grid.spacing,
+                             place);
+    }
+
+    // How far one side is from where the other one's motion has it.
+    struct SlipAt {
+        double along = 0, aside = 0;  // mm, along the axis and across it
+        Cell direction;               // in the first view, of length 1
+    };
+    std::optional<SlipAt> slip_at(const Slice& slice) const {
+        SurfacePlace place;
+        if (!place_at(slice, slice.middle, place)) return std::nullopt;
+        const auto moved = [&](const Side& side, const Eigen::Vector3d& point) {
+            const Vec3<double> at = apply(side.motion, {point.x(), point.y(), point.z()});
+            return Eigen::Vector3d(at.x, at.y, at.z);
+        };
+        const Eigen::Vector3d from = moved(slice.sides[0], place.position),
+                              slip = moved(slice.sides[1], place.position) - from;
+        Eigen::Matrix<double, 3, 2> tangents;
+        tangents.col(0) = moved(slice.sides[0], place.position + place.tangent_u) - from;
+        tangents.col(1) = moved(slice.sides[0], place.position + place.tangent_v) - from;
+        const Eigen::Vector3d ahead = (tangents * axis_.along).normalized();
+        const double along = ahead.dot(slip);
+        const Cell direction =
+            (tangents.transpose() * tangents).ldlt().solve(tangents.transpose() * slip);
+        return SlipAt{along, (slip - along * ahead).norm(), direction.normalized()};
+    }
+
+    // The offset across, per slice, between what each side's motion explains: the largest sum of
+    // ZNCC over all slices, less kBend for each cell by which neighbours differ (Viterbi 1967).
+    std::vector<double> split(std::span<const uint8_t> image) const {
+        int low = 0, high = 0;
+        for (const Slice& slice : slices_) {
+            low = std::min(low, static_cast<int>(slice.middle - slice.sides[0].nearest));
+            high = std::max(high, static_cast<int>(slice.middle + slice.sides[1].nearest) + 1);
+        }
+        const auto states = static_cast<size_t>(high - low + 1);
+        std::vector<double> best(states, 0);
+        std::vector<std::vector<size_t>> from;
+        for (const Slice& slice : slices_) {
+            const std::vector<double> gains = gains_of(slice, low, states, image);
+            std::vector<double> next(states);
+            from.emplace_back(states);
+            for (size_t s = 0; s < states; ++s) {
+                next[s] = -std::numeric_limits<double>::infinity();
+                for (size_t k = 0; k < states; ++k) {
+                    const double sum =
+                        best[k] -
+                        Slips::kBend * std::abs(static_cast<double>(s) - static_cast<double>(k));
+                    if (sum > next[s]) {
+                        next[s] = sum;
+                        from.back()[s] = k;
+                    }
+                }
+                next[s] += gains[s];
+            }
+            best = std::move(next);
+        }
+        auto state = static_cast<size_t>(std::max_element(best.begin(), best.end()) - best.begin());
+        std::vector<double> offsets(slices_.size());
+        for (size_t i = slices_.size(); i-- > 0; state = from[i][state])
+            offsets[i] = low + static_cast<double>(state) - 0.5;
+        return offsets;
+    }
+
+    // Per place of the line: the sum of what the sides explain of the slice, if it lies there.
+    std::vector<double> gains_of(const Slice& slice, int low, size_t states,
+                                 std::span<const uint8_t> image) const {
+        const WindowMatch match(data_, image);
+        // From the end on that lies in tissue of the side: it need not move rigidly up to the line.
+        const auto explained = [&](size_t side) {
+            std::vector<double> zncc(states, 0);
+            WindowMatch::Shift shift;
+            for (size_t k = 0; k < states; ++k) {
+                const size_t s = side == 0 ? k : states - 1 - k;
+                SurfacePlace place;
+                if (place_at(slice, low + static_cast<double>(s), place))
+                    zncc[s] = match.zncc(place, slice.sides[side].motion, shift);
+            }
+            return zncc;
+        };
+        const std::vector<double> before = explained(0), beyond = explained(1);
+        std::vector<double> gains(states, 0);
+        double sum = 0;  // of the advantage of the side before the line
+        for (size_t s = 0; s < states; ++s) {
+            gains[s] = sum;
+            if (std::max(before[s], beyond[s]) >= Slips::kMinZncc) sum += before[s] - beyond[s];
+        }
+        return gains;
+    }
+
+    // How many cells a line goes on at its end: out of the surface, where that ends near.
+    double to_border(const Cell& end, const Cell& direction) const {
+        const double spacing = node_spacing(data_), beyond = decisions::Cuts::kBeyond * spacing;
+        for (double steps = 1; steps <= Slips::kToBorder * spacing; ++steps)
+            if (vertex_at(data_.grid, end + steps * direction, band_.piece) < 0)
+                return steps + beyond;
+        return beyond;
+    }
+
+    void move_nodes(const std::vector<double>& offsets, Slip& slip) const {
+        const NodeGrid& grid = data_.node_grid;
+        for (size_t cell = 0; cell < grid.cells(); ++cell) {
+            const int32_t node = grid.node[band_.piece * grid.cells() + cell];
+            if (node < 0) continue;
+            const auto columns = static_cast<size_t>(grid.columns);
+            const Cell at(static_cast<double>(cell % columns) * grid.spacing_u / data_.grid.spacing,
+                          static_cast<double>(cell / columns) * grid.spacing_v /
+                              data_.grid.spacing);
+            const double along = axis_.along.dot(at - axis_.centre),
+                         beside = axis_.across.dot(at - axis_.centre);
+            size_t nearest = 0;
+            for (size_t i = 1; i < slices_.size(); ++i)
+                if (std::abs(slices_[i].along - along) < std::abs(slices_[nearest].along - along))
+                    nearest = i;
+            const Slice& slice = slices_[nearest];
+            if (std::abs(slice.along - along) > Slips::kToBorder * node_spacing(data_) ||
+                beside < slice.middle - slice.sides[0].nearest ||
+                beside > slice.middle + slice.sides[1].nearest)
+                continue;
+            slip.motions.emplace_back(static_cast<size_t>(node),
+                                      slice.sides[beside < offsets[nearest] ? 0 : 1].motion.store());
+        }
+    }
+
+    const TemplateData& data_;
+    const FrameOutput& output_;
+    const std::span<const uint8_t> is_confirmed_;
+    const Band band_;
+    BandAxis axis_;
+    std::vector<Slice> slices_;
+};
+
+// Whether the check of a vertex was to be found, and was not.
+class Unconfirmed {
+  public:
+    Unconfirmed(const TemplateData& data, const FrameOutput& output,
+                std::span<const uint8_t> is_confirmed)
+        : data_(data), output_(output), is_confirmed_(is_confirmed) {}
+
+    bool at(size_t cell) const {
+        const int32_t index = data_.grid.vertex[cell];
+        if (index < 0) return false;
+        const auto vertex = static_cast<size_t>(index);
+        const int32_t check = data_.check_of_vertex[vertex];
+        if (check < 0 || is_confirmed_[vertex] != 0) return false;
+        const defrec_patch_prediction& expected =
+            output_.check_predictions[static_cast<size_t>(check)];
+        const uint32_t observation = output_.samples[vertex].observation;
+        return expected.valid != 0 && is_inside(expected.u, data_.width) &&
+               is_inside(expected.v, data_.height) &&
+               (observation == DEFREC_OBSERVED || observation == DEFREC_INCONSISTENT);
+    }
+
+  private:
+    static bool is_inside(int32_t at, uint32_t size) {
+        const double px = at / 256.0, margin = Slips::kMargin * static_cast<double>(size);
+        return px >= margin && px <= size - margin;
+    }
+
+    const TemplateData& data_;
+    const FrameOutput& output_;
+    const std::span<const uint8_t> is_confirmed_;
+};
+
+ViewPixel pixel_of(const SurfaceGrid& grid, size_t cell) {
+    const auto columns = static_cast<size_t>(grid.columns);
+    return {static_cast<double>(cell % columns) * grid.spacing,
+            static_cast<double>(cell / columns) * grid.spacing};
+}
+
+struct SlidingPart {
+    Band band;
+    Cell along;  // how it slides
+};
+
+// The parts of the marked cells beside which the surface slides.
+std::vector<SlidingPart> sliding_parts(const TemplateData& data, const FrameOutput& output,
+                                std::span<const uint8_t> is_confirmed, std::vector<uint8_t> open) {
+    std::vector<SlidingPart> parts;
+    for (size_t i = 0; i < open.size(); ++i) {
+        if (open[i] == 0) continue;
+        SlidingBand part(data, output, is_confirmed, take_band(data.grid, open, i));
+        if (part.band().cells.size() >= Slips::kMinCells && part.slides_somewhere())
+            parts.push_back({part.band(), part.axis().along});
+    }
+    return parts;
+}
+
+bool belong_together(const SlidingPart& a, const SlidingPart& b, double distance) {
+    return a.band.piece == b.band.piece && std::abs(a.along.dot(b.along)) >= Slips::kSameDirection &&
+           std::any_of(a.band.cells.begin(), a.band.cells.end(), [&](const Cell& cell) {
+               return std::any_of(b.band.cells.begin(), b.band.cells.end(), [&](const Cell& other) {
+                   return (cell - other).squaredNorm() <= distance * distance;
+               });
+           });
+}
+
+// Those that lie near each other and slide alike as one.
+std::vector<SlidingPart> join(std::vector<SlidingPart> parts, double spacing) {
+    std::vector<SlidingPart> joined;
+    while (!parts.empty()) {
+        SlidingPart all = std::move(parts.back());
+        parts.pop_back();
+        for (size_t i = 0; i < parts.size();) {
+            if (!belong_together(all, parts[i], Slips::kJoin * spacing)) {
+                ++i;
+                continue;
+            }
+            const double sign = all.along.dot(parts[i].along) < 0 ? -1 : 1,
+                         share = static_cast<double>(parts[i].band.cells.size()) /
+                                 static_cast<double>(all.band.cells.size());
+            all.along = (all.along + sign * share * parts[i].along).normalized();
+            all.band.cells.insert(all.band.cells.end(), parts[i].band.cells.begin(),
+                                  parts[i].band.cells.end());
+            parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(i));
+            i = 0;
+        }
+        joined.push_back(std::move(all));
+    }
+    return joined;
+}
+
+}  // namespace
+
+void SlipMonitor::reset() {
+    frames_.clear();
+    found_.reset();
+    wants_image_ = false;
+}
+
+void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
+                            std::span<const uint8_t> is_confirmed,
+                            std::span<const uint8_t> image) {
+    wants_image_ = false;
+    if (found_) return;
+    const SurfaceGrid& grid = data.grid;
+    const Unconfirmed unconfirmed(data, output, is_confirmed);
+    frames_.resize(grid.vertex.size(), 0);
+    size_t cells = 0;
+    for (size_t i = 0; i < frames_.size(); ++i) {
+        if (unconfirmed.at(i))
+            frames_[i] = static_cast<uint8_t>(std::min<int>(frames_[i] + 1, Slips::kFrames));
+        else if (frames_[i] > 0)
+            --frames_[i];
+        cells += frames_[i] == Slips::kFrames ? 1 : 0;
+    }
+    const double spacing = node_spacing(data);
+    if (static_cast<double>(cells) < decisions::Cuts::kMinLength * spacing) return;
+    std::vector<uint8_t> open(frames_.size(), 0);
+    for (size_t i = 0; i < frames_.size(); ++i)
+        open[i] = frames_[i] == Slips::kFrames &&
+                  distance_to_cut(data.node_grid.cuts, grid.piece.empty() ? 0 : grid.piece[i],
+                                  pixel_of(grid, i)) > Slips::kReach * data.node_grid.spacing_u;
+    for (SlidingPart& joined : join(sliding_parts(data, output, is_confirmed, open), spacing)) {
+        SlidingBand band(data, output, is_confirmed, std::move(joined.band), joined.along);
+        if (!band.is_slim() || !band.slides()) continue;
+        if (image.empty())
+            wants_image_ = true;
+        else
+            found_ = band.locate(image);
+        return;
+    }
+}
+
+}  // namespace defrec

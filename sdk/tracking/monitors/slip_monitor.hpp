@@ -1,0 +1,46 @@
+// Notices where two sides of a surface slide along each other in contact, without a gap.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "sdk/tracking/frame/frame_output.hpp"
+
+namespace defrec {
+
+struct Slip {
+    CutLine line;
+    // Control points beside it and how the side moved that they are on; indices of the template's.
+    std::vector<std::pair<size_t, defrec_motion>> motions;
+};
+
+// One thread, the tracker's.
+class SlipMonitor {
+  public:
+    // Begins with another template, or with the same one after a line was released.
+    void reset();
+
+    // Whether add_frame() is to be given the next frame's image.
+    bool wants_image() const { return wants_image_; }
+
+    // Once for each frame in which the surface was found with depth. is_confirmed: photometric
+    // evidence, per vertex. image: the left image, width * height, if it was wanted before the
+    // frame; else empty. Nothing more is looked for once a line was found.
+    void add_frame(const TemplateData& data, const FrameOutput& output,
+                   std::span<const uint8_t> is_confirmed, std::span<const uint8_t> image);
+
+    // A line along which the first view's surface slides: for some frames a band showed nothing of
+    // the template although something lay at its depth or behind, what is seen on both sides of it
+    // moved along it by different amounts, and each side's motion explains the image up to the
+    // line.
+    const std::optional<Slip>& found() const { return found_; }
+
+  private:
+    std::optional<Slip> found_;
+    std::vector<uint8_t> frames_;  // per cell of the grid: without evidence, at most Slips::kFrames
+    bool wants_image_ = false;
+};
+
+}  // namespace defrec
