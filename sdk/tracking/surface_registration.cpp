@@ -309,9 +309,8 @@ bool SurfaceRegistration::release_cut() {
     std::vector<defrec_motion> motions(surface_.motions().begin(), surface_.motions().end());
     if (slip)
         for (const auto& [node, motion] : slip->motions) motions[node] = motion;
-    change_template(
-        release_across(surface_.data(), slip ? slip->line : *cut_monitor_.found()),
-        std::move(motions));
+    change_template(release_across(surface_.data(), slip ? slip->line : *cut_monitor_.found()),
+                    std::move(motions));
     cut_monitor_.reset();
     slip_monitor_.reset();
     growth_.reset();

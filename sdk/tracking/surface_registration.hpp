@@ -16,8 +16,8 @@
 #include "sdk/tracking/map/map_growth.hpp"
 #include "sdk/tracking/monitors/backoff.hpp"
 #include "sdk/tracking/monitors/cut_monitor.hpp"
-#include "sdk/tracking/monitors/slip_monitor.hpp"
 #include "sdk/tracking/monitors/image_check.hpp"
+#include "sdk/tracking/monitors/slip_monitor.hpp"
 #include "sdk/tracking/monitors/stale_vertices.hpp"
 #include "sdk/tracking/monitors/template_trial.hpp"
 #include "sdk/tracking/tracked_surface.hpp"
@@ -131,7 +131,7 @@ class SurfaceRegistration {
     CutMonitor cut_monitor_;
     SlipMonitor slip_monitor_;
     std::vector<uint8_t> slip_image_;  // of a frame that it wanted
-    bool is_depth_spoilt_ = false;  // in the last frame, by the right view's lag
+    bool is_depth_spoilt_ = false;     // in the last frame, by the right view's lag
 
     std::array<FrameAttempt, 2> attempts_;  // a second one beside the best so far
     AttemptMemory second_memory_;           // of its results, or of those of the first

@@ -63,7 +63,8 @@ void sum_regions(const TemplateData& data, PhotometricEvidence& evidence) {
             rows[cell].setZero();
             for (int at = std::max(0, x - kReach); at <= std::min(grid.columns - 1, x + kReach);
                  ++at)
-                if (const int32_t node = grid.node[first + static_cast<size_t>(y * grid.columns + at)];
+                if (const int32_t node =
+                        grid.node[first + static_cast<size_t>(y * grid.columns + at)];
                     node >= 0)
                     rows[cell] += own(static_cast<size_t>(node));
         });
@@ -85,8 +86,7 @@ int32_t required_zncc(float region_share) {
                        (Confidence::kFittingRegion - Confidence::kContradictedRegion),
                    0.0f, 1.0f);
     return Confidence::kMinZncc +
-           static_cast<int32_t>(contradicted *
-                                (Confidence::kMinZnccAlone - Confidence::kMinZncc));
+           static_cast<int32_t>(contradicted * (Confidence::kMinZnccAlone - Confidence::kMinZncc));
 }
 
 float region_share(const defrec_surface_point& vertex, const PhotometricEvidence& evidence) {

@@ -668,7 +668,8 @@ struct Cuts {
 // runs.
 // Source: [sliding], where it names no other
 struct Slips {
-    // frames | without photometric evidence at a cell, less those with it, before it counts | a band
+    // frames | without photometric evidence at a cell, less those with it, before it counts | a
+    // band
     //   whose sides slide is told by these already
     static constexpr uint8_t kFrames = 3;
     // spacings of control points | across the band, to where the template is seen again | as cuts
@@ -703,10 +704,12 @@ struct Slips {
     static constexpr double kMaxAside = 0.5;
     // ZNCC | of the better side: less tells nothing | as a check
     static constexpr double kMinZncc = 0.5;
-    // ZNCC per cell | by which the line's place in a slice may differ from that in the next | set by
+    // ZNCC per cell | by which the line's place in a slice may differ from that in the next | set
+    // by
     //   hand
     static constexpr double kBend = 0.3;
-    // spacings of control points | a line that ends so near the surface's border ends there | set by
+    // spacings of control points | a line that ends so near the surface's border ends there | set
+    // by
     //   hand
     static constexpr double kToBorder = 3;
     // share of the image | a check so near the image's border says nothing | its window and search

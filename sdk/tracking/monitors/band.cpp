@@ -49,8 +49,8 @@ BandAxis axis_of(const Band& band) {
     const Cell centre = centre_of(band);
     Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
     for (const Cell& cell : band.cells) moments += (cell - centre) * (cell - centre).transpose();
-    return axis_along(band,
-                      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(moments).eigenvectors().col(1));
+    return axis_along(
+        band, Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(moments).eigenvectors().col(1));
 }
 
 BandAxis axis_along(const Band& band, const Cell& along) {

@@ -41,7 +41,8 @@ bool is_line(const Band& band, const BandAxis& axis, double node_spacing);
 // Through the middle of the band, a step of the grid apart along its axis.
 std::vector<Cell> middle_line(const Band& band, const BandAxis& axis);
 
-// The line in the first view, longer at its begin and end by `beyond` cells. node_spacing: as above.
+// The line in the first view, longer at its begin and end by `beyond` cells. node_spacing: as
+// above.
 CutLine as_cut(std::vector<Cell> line, const Band& band, const SurfaceGrid& grid,
                double node_spacing, const std::array<double, 2>& beyond);
 

@@ -53,8 +53,8 @@ class SlidingBand {
     const Band& band() const { return band_; }
     const BandAxis& axis() const { return axis_; }
 
-    // Whether what is seen on both sides of a small part of a band moved by different amounts, along
-    // any direction, which becomes its axis.
+    // Whether what is seen on both sides of a small part of a band moved by different amounts,
+    // along any direction, which becomes its axis.
     bool slides_somewhere() {
         double most = 0;
         Cell along = axis_.along;
@@ -128,14 +128,16 @@ class SlidingBand {
     // As far as the sides slide beyond its ends.
     void extend(double slip) {
         for (const int end : {0, 1}) {
-            const auto at = [&]() -> const Slice& { return end == 0 ? slices_.front() : slices_.back(); };
+            const auto at = [&]() -> const Slice& {
+                return end == 0 ? slices_.front() : slices_.back();
+            };
             const size_t apart = std::min<size_t>(slices_.size() - 1, Slips::kSlopeSlices);
             const Slice& inner = slices_[end == 0 ? apart : slices_.size() - 1 - apart];
             const double step = end == 0 ? -static_cast<double>(Slips::kSliceStep)
                                          : static_cast<double>(Slips::kSliceStep),
-                         slope = apart == 0 ? 0
-                                            : (at().middle - inner.middle) /
-                                                  (at().along - inner.along);
+                         slope = apart == 0
+                                     ? 0
+                                     : (at().middle - inner.middle) / (at().along - inner.along);
             for (;;) {
                 Slice next{at().along + step, at().middle + slope * step, {}};
                 if (vertex_at(data_.grid, axis_.at(next.along, next.middle), band_.piece) < 0 ||
@@ -235,9 +237,8 @@ class SlidingBand {
             for (size_t s = 0; s < states; ++s) {
                 next[s] = -std::numeric_limits<double>::infinity();
                 for (size_t k = 0; k < states; ++k) {
-                    const double sum =
-                        best[k] -
-                        Slips::kBend * std::abs(static_cast<double>(s) - static_cast<double>(k));
+                    const double sum = best[k] - Slips::kBend * std::abs(static_cast<double>(s) -
+                                                                         static_cast<double>(k));
                     if (sum > next[s]) {
                         next[s] = sum;
                         from.back()[s] = k;
@@ -295,9 +296,9 @@ class SlidingBand {
             const int32_t node = grid.node[band_.piece * grid.cells() + cell];
             if (node < 0) continue;
             const auto columns = static_cast<size_t>(grid.columns);
-            const Cell at(static_cast<double>(cell % columns) * grid.spacing_u / data_.grid.spacing,
-                          static_cast<double>(cell / columns) * grid.spacing_v /
-                              data_.grid.spacing);
+            const Cell at(
+                static_cast<double>(cell % columns) * grid.spacing_u / data_.grid.spacing,
+                static_cast<double>(cell / columns) * grid.spacing_v / data_.grid.spacing);
             const double along = axis_.along.dot(at - axis_.centre),
                          beside = axis_.across.dot(at - axis_.centre);
             size_t nearest = 0;
@@ -309,8 +310,9 @@ class SlidingBand {
                 beside < slice.middle - slice.sides[0].nearest ||
                 beside > slice.middle + slice.sides[1].nearest)
                 continue;
-            slip.motions.emplace_back(static_cast<size_t>(node),
-                                      slice.sides[beside < offsets[nearest] ? 0 : 1].motion.store());
+            slip.motions.emplace_back(
+                static_cast<size_t>(node),
+                slice.sides[beside < offsets[nearest] ? 0 : 1].motion.store());
         }
     }
 
@@ -367,7 +369,8 @@ struct SlidingPart {
 
 // The parts of the marked cells beside which the surface slides.
 std::vector<SlidingPart> sliding_parts(const TemplateData& data, const FrameOutput& output,
-                                std::span<const uint8_t> is_confirmed, std::vector<uint8_t> open) {
+                                       std::span<const uint8_t> is_confirmed,
+                                       std::vector<uint8_t> open) {
     std::vector<SlidingPart> parts;
     for (size_t i = 0; i < open.size(); ++i) {
         if (open[i] == 0) continue;
@@ -379,7 +382,8 @@ std::vector<SlidingPart> sliding_parts(const TemplateData& data, const FrameOutp
 }
 
 bool belong_together(const SlidingPart& a, const SlidingPart& b, double distance) {
-    return a.band.piece == b.band.piece && std::abs(a.along.dot(b.along)) >= Slips::kSameDirection &&
+    return a.band.piece == b.band.piece &&
+           std::abs(a.along.dot(b.along)) >= Slips::kSameDirection &&
            std::any_of(a.band.cells.begin(), a.band.cells.end(), [&](const Cell& cell) {
                return std::any_of(b.band.cells.begin(), b.band.cells.end(), [&](const Cell& other) {
                    return (cell - other).squaredNorm() <= distance * distance;
@@ -421,8 +425,7 @@ void SlipMonitor::reset() {
 }
 
 void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
-                            std::span<const uint8_t> is_confirmed,
-                            std::span<const uint8_t> image) {
+                            std::span<const uint8_t> is_confirmed, std::span<const uint8_t> image) {
     wants_image_ = false;
     if (found_) return;
     const SurfaceGrid& grid = data.grid;

@@ -21,8 +21,7 @@ struct Pixel {
 };
 
 // Bilinear; false outside.
-bool sample(const uint8_t* image, uint32_t width, uint32_t height, const Pixel& at,
-            double& value) {
+bool sample(const uint8_t* image, uint32_t width, uint32_t height, const Pixel& at, double& value) {
     const double left = std::floor(at.u), top = std::floor(at.v);
     if (!(left >= 0 && top >= 0 && left + 1 < width && top + 1 < height)) return false;
     const uint8_t* from = image + static_cast<size_t>(top) * width + static_cast<size_t>(left);
@@ -68,12 +67,11 @@ double WindowMatch::zncc(const SurfacePlace& place, const DualQuaternion<double>
     for (int y = -Slips::kWindowRadius; y <= Slips::kWindowRadius; ++y)
         for (int x = -Slips::kWindowRadius; x <= Slips::kWindowRadius; ++x, ++i) {
             const double du = x * step, dv = y * step;
-            if (!sample(data_.image.data(), data_.width, data_.height,
-                        {rest.u + du, rest.v + dv}, shown[i]))
+            if (!sample(data_.image.data(), data_.width, data_.height, {rest.u + du, rest.v + dv},
+                        shown[i]))
                 return 0;
-            places[i] = {
-                centre.u + du * (right.u - centre.u) + dv * (below.u - centre.u),
-                centre.v + du * (right.v - centre.v) + dv * (below.v - centre.v)};
+            places[i] = {centre.u + du * (right.u - centre.u) + dv * (below.u - centre.u),
+                         centre.v + du * (right.v - centre.v) + dv * (below.v - centre.v)};
         }
     double best = 0;
     Shift found = shift;
