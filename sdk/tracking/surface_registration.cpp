@@ -243,6 +243,7 @@ void SurfaceRegistration::forget_course() {
     trial_.end();
     cut_monitor_.reset();
     slip_monitor_.reset();
+    departed_.reset();
 }
 
 // A frame that gives no template only because its mask hides the tissue is the caller's mistake.
@@ -345,6 +346,8 @@ FrameAttempt& SurfaceRegistration::register_surface(Frame& frame) {
              wide_search_.is_due())
         attempt = &attempt_widely(frame, *attempt);
     if (!frame.spoils_rows || frame.left_is_frozen) find_stale_parts(frame, *attempt);
+    if (departed_.share() > decisions::Departure::kMaxShare)
+        attempt->quality.add(DEFREC_REASON_LARGE_RESIDUAL);
     frame.reasons |= attempt->quality.reasons;
     if (!attempt->quality.found && attempt->plan().uses_depth) look_for_swapped_views(frame);
     return *attempt;

@@ -16,6 +16,7 @@
 #include "sdk/tracking/map/map_growth.hpp"
 #include "sdk/tracking/monitors/backoff.hpp"
 #include "sdk/tracking/monitors/cut_monitor.hpp"
+#include "sdk/tracking/monitors/departed_tissue.hpp"
 #include "sdk/tracking/monitors/image_check.hpp"
 #include "sdk/tracking/monitors/slip_monitor.hpp"
 #include "sdk/tracking/monitors/stale_vertices.hpp"
@@ -112,6 +113,8 @@ class SurfaceRegistration {
     void conclude_lost(Frame& frame, FrameAttempt& attempt, const PieceEvidences& pieces);
     void place_outside(const TrackerJob& job, FrameAttempt& attempt);
     void describe_surface(const TrackerJob& job, FrameAttempt& attempt);
+    // Nothing is known of tissue that left.
+    void forget_departed(VertexConfidence& confidence) const;
     void end(Frame& frame);
     void watch_for_cuts(const TrackerJob& job, const FrameAttempt& attempt) noexcept;
     void plan_growth(const TrackerJob& job) noexcept;
@@ -129,6 +132,7 @@ class SurfaceRegistration {
     StaleVertices stale_;  // of this frame
     TemplateTrial trial_;
     CutMonitor cut_monitor_;
+    DepartedTissue departed_;
     SlipMonitor slip_monitor_;
     std::vector<uint8_t> slip_image_;  // of a frame that it wanted
     bool is_depth_spoilt_ = false;     // in the last frame, by the right view's lag

@@ -153,6 +153,7 @@ void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& 
             job.services()->own_threads(), [&] { attempt.fit_rigid_motion(surface_.model()); },
             result.confidence);
         forget_lost_pieces(surface_.pieces().pieces(), surface.vertex_pieces(), result.confidence);
+        forget_departed(result.confidence);
         result.known = {
             job.input.held_motion,
             surface_.camera.add_frame(job.input.camera_pose, result.rigid_motion.data())};
@@ -162,6 +163,14 @@ void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& 
         share_observed(surface.vertex_pieces(), result.confidence, result.pieces);
     result.observed_share = static_cast<float>(observed) /
                             static_cast<float>(std::max(1u, result.evidence.vertices_inside));
+}
+
+void SurfaceRegistration::forget_departed(VertexConfidence& confidence) const {
+    if (!departed_.any()) return;
+    const std::vector<defrec_surface_point>& vertices = surface_.data().vertices;
+    for (size_t i = 0; i < vertices.size(); ++i)
+        if (const uint32_t age = departed_.age_of(vertices[i]); age > 0)
+            forget_vertex(age, i, confidence);
 }
 
 // Ends the job, and then does what nobody waits for. The arrays stay as they are until this thread
@@ -184,6 +193,7 @@ void SurfaceRegistration::watch_for_cuts(const TrackerJob& job,
     try {
         cut_monitor_.add_frame(surface_.data(), job.memory.output.samples,
                                attempt.photometric().is_confirmed);
+        departed_.add_frame(surface_.data(), job.memory.output, attempt.photometric().is_confirmed);
         slip_monitor_.add_frame(
             surface_.data(), job.memory.output, attempt.photometric().is_confirmed,
             slip_monitor_.wants_image() ? slip_image_ : std::span<const uint8_t>());

@@ -318,17 +318,20 @@ void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertic
     for (size_t i = 0; i < vertices; ++i) set_isotropic(error, &confidence.covariance[6 * i]);
 }
 
+void forget_vertex(uint32_t age, size_t vertex, VertexConfidence& confidence) {
+    confidence.status[vertex] = DEFREC_POINT_UNKNOWN;
+    confidence.evidence[vertex] = 0;
+    confidence.expected_error[vertex] = error_unknown(age);
+    set_isotropic(confidence.expected_error[vertex], &confidence.covariance[6 * vertex]);
+}
+
 void forget_lost_pieces(std::span<const defrec_piece> pieces,
                         std::span<const uint8_t> vertex_pieces, VertexConfidence& confidence) {
     const auto is_lost = [](const defrec_piece& piece) { return piece.state == DEFREC_LOST; };
     if (std::none_of(pieces.begin(), pieces.end(), is_lost)) return;
     for (size_t i = 0; i < vertex_pieces.size(); ++i) {
         const defrec_piece& piece = pieces[vertex_pieces[i]];
-        if (!is_lost(piece)) continue;
-        confidence.status[i] = DEFREC_POINT_UNKNOWN;
-        confidence.evidence[i] = 0;
-        confidence.expected_error[i] = error_unknown(piece.age);
-        set_isotropic(confidence.expected_error[i], &confidence.covariance[6 * i]);
+        if (is_lost(piece)) forget_vertex(piece.age, i, confidence);
     }
 }
 

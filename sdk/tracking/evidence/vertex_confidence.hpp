@@ -79,6 +79,8 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
 // Confidence of a frame in which the surface was not found: every vertex is unknown, with errors
 // that grow by age (frames).
 void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertices);
+// The same of one vertex.
+void forget_vertex(uint32_t age, size_t vertex, VertexConfidence& confidence);
 // The same of the vertices of the pieces that are lost. vertex_pieces: per vertex.
 void forget_lost_pieces(std::span<const defrec_piece> pieces,
                         std::span<const uint8_t> vertex_pieces, VertexConfidence& confidence);

@@ -721,6 +721,28 @@ struct Slips {
     static constexpr int kSearchRadius = 2;
 };
 
+// Where tissue left the place at which the surface has it.
+// Source: [departed], where it names no other
+struct Departure {
+    // vertices | from one that is read to the next
+    static constexpr size_t kStep = 3;
+    // vertices | round a control point, as it moves them, at least | set by hand
+    static constexpr float kMinWeight = 0.5f;
+    // share of these | that show what the control point's tissue does | set by hand
+    static constexpr float kMostOf = 0.5f;
+    // share of these | fewer that are seen beside tissue that left went with it | set by hand
+    static constexpr float kFewOf = 0.3f;
+    // control points | connected with one, that it leaves with at least | a flap has 19 to 28, other
+    //   scenes 1
+    static constexpr uint32_t kMinNodes = 4;
+    // frames | in a row, in which its image is seen elsewhere | set by hand
+    static constexpr uint8_t kFrames = 2;
+    // frames | in a row, in which it is seen again | set by hand
+    static constexpr uint8_t kFramesBack = 3;
+    // share of the vertices in the image | more that left degrade a frame, and are its reason
+    static constexpr double kMaxShare = 0.05;
+};
+
 // ---- tissue that is not seen --------------------------------------------------------------------
 
 // The cells of the surface whose means tell where tissue out of the image is.
