@@ -210,17 +210,21 @@ class ConfidenceEstimate {
             return Values(&of_all[first], count);
         };
         Few x(count), y(count), z(count), residual(count), to_photometric(count),
-            to_observed(count), mismatch(count);
+            to_observed(count), mismatch(count), astray(count);
         for (Eigen::Index k = 0; k < count; ++k) {
             const size_t i = first + static_cast<size_t>(k);
             const defrec_surface_sample& sample = samples_[i];
             x[k] = sample.position[0];
             y[k] = sample.position[1];
             z[k] = sample.position[2];
+            const bool is_behind = sample.observation == DEFREC_INCONSISTENT,
+                       is_shown = photometric_.is_confirmed[i] != 0,
+                       is_in_front = sample.observation == DEFREC_OCCLUDED && is_shown;
             residual[k] = sample.observation == DEFREC_OBSERVED ? sample.residual : 0;
+            astray[k] = is_behind || is_in_front ? sample.residual : 0;
             to_photometric[k] = confidence_.to_photometric[model_.grids.cell(i)];
             to_observed[k] = confidence_.to_observed[model_.grids.cell(i)];
-            mismatch[k] = photometric_.is_confirmed[i] != 0 ? 1 - photometric_.check_score[i] : 0;
+            mismatch[k] = is_shown ? 1 - photometric_.check_score[i] : 0;
         }
         const Values patches = values(photometric_.patch_px2),
                      check = values(photometric_.check_px2), step = values(model_.step_mm),
@@ -241,7 +245,7 @@ class ConfidenceEstimate {
                                values(confidence_.rig_px2)) +
                           Share::kFarObserved * far_observed * far_observed +
                           Share::kSupportShare * support * support +
-                          Share::kResidualShare * residual * residual + noise_;
+                          Share::kResidualShare * residual * residual + astray * astray + noise_;
         x /= z;
         y /= z;
         Eigen::Array<float, Eigen::Dynamic, 6, 0, kFew, 6> covariance(count, 6);
