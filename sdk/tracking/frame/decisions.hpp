@@ -736,7 +736,7 @@ struct Departure {
     //   scenes 1
     static constexpr uint32_t kMinNodes = 4;
     // frames | in a row, in which its image is seen elsewhere | set by hand
-    static constexpr uint8_t kFrames = 2;
+    static constexpr uint8_t kFrames = 1;
     // frames | in a row, in which it is seen again | set by hand
     static constexpr uint8_t kFramesBack = 3;
     // share of the vertices in the image | more that left degrade a frame, and are its reason
