@@ -42,16 +42,18 @@ double node_spacing(const TemplateData& data) {
 class SlidingBand {
   public:
     SlidingBand(const TemplateData& data, const FrameOutput& output,
-                std::span<const uint8_t> is_confirmed, Band band, const Cell& along = {1, 0})
+                std::span<const uint8_t> is_confirmed, SlidingPart part)
         : data_(data),
           output_(output),
           is_confirmed_(is_confirmed),
-          band_(std::move(band)),
-          axis_(axis_along(band_, along)) {}
+          band_(std::move(part.band)),
+          axis_(axis_along(band_, part.along)),
+          goes_left_(part.goes_left) {}
 
+    size_t size() const { return band_.cells.size(); }
     bool is_slim() const { return is_line(band_, axis_, node_spacing(data_)); }
-    const Band& band() const { return band_; }
-    const BandAxis& axis() const { return axis_; }
+    // As a part of a band, after slides_somewhere().
+    SlidingPart part() const { return {band_, axis_.along, goes_left_}; }
 
     // Whether what is seen on both sides of a small part of a band moved by different amounts,
     // along any direction, which becomes its axis.
@@ -68,7 +70,8 @@ class SlidingBand {
                 std::abs(slip->along) <= most)
                 continue;
             most = std::abs(slip->along);
-            along = slip->direction;
+            goes_left_ = slip->along > 0;
+            along = goes_left_ ? slip->direction : Cell(-slip->direction);
         }
         axis_ = axis_along(band_, along);
         return most >= Slips::kMinSlip * data_.node_spacing_mm;
@@ -321,6 +324,7 @@ class SlidingBand {
     const std::span<const uint8_t> is_confirmed_;
     const Band band_;
     BandAxis axis_;
+    bool goes_left_;
     std::vector<Slice> slices_;
 };
 
@@ -362,11 +366,6 @@ ViewPixel pixel_of(const SurfaceGrid& grid, size_t cell) {
             static_cast<double>(cell / columns) * grid.spacing};
 }
 
-struct SlidingPart {
-    Band band;
-    Cell along;  // how it slides
-};
-
 // The parts of the marked cells beside which the surface slides.
 std::vector<SlidingPart> sliding_parts(const TemplateData& data, const FrameOutput& output,
                                        std::span<const uint8_t> is_confirmed,
@@ -374,9 +373,9 @@ std::vector<SlidingPart> sliding_parts(const TemplateData& data, const FrameOutp
     std::vector<SlidingPart> parts;
     for (size_t i = 0; i < open.size(); ++i) {
         if (open[i] == 0) continue;
-        SlidingBand part(data, output, is_confirmed, take_band(data.grid, open, i));
-        if (part.band().cells.size() >= Slips::kMinCells && part.slides_somewhere())
-            parts.push_back({part.band(), part.axis().along});
+        SlidingBand part(data, output, is_confirmed, {take_band(data.grid, open, i), {1, 0}});
+        if (part.size() >= Slips::kMinCells && part.slides_somewhere())
+            parts.push_back(part.part());
     }
     return parts;
 }
@@ -421,12 +420,11 @@ std::vector<SlidingPart> join(std::vector<SlidingPart> parts, double spacing) {
 void SlipMonitor::reset() {
     frames_.clear();
     found_.reset();
-    wants_image_ = false;
+    suspected_.reset();
 }
 
 void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
                             std::span<const uint8_t> is_confirmed, std::span<const uint8_t> image) {
-    wants_image_ = false;
     if (found_) return;
     const SurfaceGrid& grid = data.grid;
     const Unconfirmed unconfirmed(data, output, is_confirmed);
@@ -440,17 +438,23 @@ void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
         cells += frames_[i] == Slips::kFrames ? 1 : 0;
     }
     const double spacing = node_spacing(data);
-    if (static_cast<double>(cells) < decisions::Cuts::kMinLength * spacing) return;
+    if (static_cast<double>(cells) < decisions::Cuts::kMinLength * spacing) {
+        suspected_.reset();
+        return;
+    }
     std::vector<uint8_t> open(frames_.size(), 0);
     for (size_t i = 0; i < frames_.size(); ++i)
         open[i] = frames_[i] == Slips::kFrames &&
                   distance_to_cut(data.node_grid.cuts, grid.piece.empty() ? 0 : grid.piece[i],
                                   pixel_of(grid, i)) > Slips::kReach * data.node_grid.spacing_u;
-    for (SlidingPart& joined : join(sliding_parts(data, output, is_confirmed, open), spacing)) {
-        SlidingBand band(data, output, is_confirmed, std::move(joined.band), joined.along);
+    std::vector<SlidingPart> bands = join(sliding_parts(data, output, is_confirmed, open), spacing);
+    if (suspected_ && !image.empty()) bands.push_back(std::move(*suspected_));
+    suspected_.reset();
+    for (SlidingPart& joined : bands) {
+        SlidingBand band(data, output, is_confirmed, joined);
         if (!band.is_slim() || !band.slides()) continue;
         if (image.empty())
-            wants_image_ = true;
+            suspected_ = std::move(joined);
         else
             found_ = band.locate(image);
         return;

@@ -7,8 +7,16 @@
 #include <vector>
 
 #include "sdk/tracking/frame/frame_output.hpp"
+#include "sdk/tracking/monitors/band.hpp"
 
 namespace defrec {
+
+// A band of cells that show nothing of the template, between sides that slide.
+struct SlidingPart {
+    Band band;
+    Cell along;              // how they slide, of length 1
+    bool goes_left = false;  // each side as seen from the other
+};
 
 struct Slip {
     CutLine line;
@@ -23,7 +31,7 @@ class SlipMonitor {
     void reset();
 
     // Whether add_frame() is to be given the next frame's image.
-    bool wants_image() const { return wants_image_; }
+    bool wants_image() const { return suspected_.has_value(); }
 
     // Once for each frame in which the surface was found with depth. is_confirmed: photometric
     // evidence, per vertex. image: the left image, width * height, if it was wanted before the
@@ -40,7 +48,7 @@ class SlipMonitor {
   private:
     std::optional<Slip> found_;
     std::vector<uint8_t> frames_;  // per cell of the grid: without evidence, at most Slips::kFrames
-    bool wants_image_ = false;
+    std::optional<SlidingPart> suspected_;
 };
 
 }  // namespace defrec
