@@ -264,7 +264,7 @@ class SlidingBand {
         const WindowMatch match(data_, image);
         // From the end on that lies in tissue of the side: it need not move rigidly up to the line.
         const auto explained = [&](size_t side) {
-            std::vector<double> zncc(states, 0);
+            std::vector<std::optional<double>> zncc(states);
             WindowMatch::Shift shift;
             for (size_t k = 0; k < states; ++k) {
                 const size_t s = side == 0 ? k : states - 1 - k;
@@ -274,12 +274,13 @@ class SlidingBand {
             }
             return zncc;
         };
-        const std::vector<double> before = explained(0), beyond = explained(1);
+        const auto before = explained(0), beyond = explained(1);
         std::vector<double> gains(states, 0);
         double sum = 0;  // of the advantage of the side before the line
         for (size_t s = 0; s < states; ++s) {
             gains[s] = sum;
-            if (std::max(before[s], beyond[s]) >= Slips::kMinZncc) sum += before[s] - beyond[s];
+            if (before[s] && beyond[s] && std::max(*before[s], *beyond[s]) >= Slips::kMinZncc)
+                sum += *before[s] - *beyond[s];
         }
         return gains;
     }

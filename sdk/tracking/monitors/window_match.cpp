@@ -48,8 +48,9 @@ double correlation(const Window& a, const Window& b) {
 
 }  // namespace
 
-double WindowMatch::zncc(const SurfacePlace& place, const DualQuaternion<double>& motion,
-                         Shift& shift) const {
+std::optional<double> WindowMatch::zncc(const SurfacePlace& place,
+                                        const DualQuaternion<double>& motion,
+                                        Shift& shift) const {
     const defrec_camera& camera = data_.camera;
     const double step = 1 << check_level(data_.width);
     const auto project = [&](const Eigen::Vector3d& point) -> Pixel {
@@ -69,11 +70,12 @@ double WindowMatch::zncc(const SurfacePlace& place, const DualQuaternion<double>
             const double du = x * step, dv = y * step;
             if (!sample(data_.image.data(), data_.width, data_.height, {rest.u + du, rest.v + dv},
                         shown[i]))
-                return 0;
+                return std::nullopt;
             places[i] = {centre.u + du * (right.u - centre.u) + dv * (below.u - centre.u),
                          centre.v + du * (right.v - centre.v) + dv * (below.v - centre.v)};
         }
     double best = 0;
+    bool is_any_inside = false;
     Shift found = shift;
     for (int y = shift.y - Slips::kSearchRadius; y <= shift.y + Slips::kSearchRadius; ++y)
         for (int x = shift.x - Slips::kSearchRadius; x <= shift.x + Slips::kSearchRadius; ++x) {
@@ -82,11 +84,14 @@ double WindowMatch::zncc(const SurfacePlace& place, const DualQuaternion<double>
                 is_inside =
                     sample(image_.data(), data_.width, data_.height,
                            {places[k].u + x * step / 2, places[k].v + y * step / 2}, live[k]);
-            const double score = is_inside ? correlation(shown, live) : 0;
+            if (!is_inside) continue;
+            is_any_inside = true;
+            const double score = correlation(shown, live);
             if (score <= best) continue;
             best = score;
             found = {x, y};
         }
+    if (!is_any_inside) return std::nullopt;
     if (best >= Slips::kMinZncc) shift = found;
     return best;
 }

@@ -1,6 +1,7 @@
 // How well the live image shows a window of the template's first view where a motion has it.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "backends/shared/motion.hpp"
@@ -20,9 +21,9 @@ class WindowMatch {
         int x = 0, y = 0;
     };
     // The largest ZNCC of a window round the place within decisions::Slips::kSearchRadius of where
-    // the motion and the shift have it; 0 where a window leaves its image, is flat or shows nothing
-    // alike. Where it is at least kMinZncc the shift becomes the one that was found.
-    double zncc(const SurfacePlace& place, const DualQuaternion<double>& motion,
+    // the motion and the shift have it, 0 where it is flat; nothing where a window leaves its
+    // image. Where it is at least kMinZncc the shift becomes the one that was found.
+    std::optional<double> zncc(const SurfacePlace& place, const DualQuaternion<double>& motion,
                 Shift& shift) const;
 
   private:

@@ -1,0 +1,86 @@
+// Checks on a grid of control points, of which those of a region fail: what they say is made up.
+#include "sdk/tracking/evidence/photometric_evidence.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "sdk/tracking/frame/decisions.hpp"
+
+using namespace defrec;
+using decisions::Confidence;
+
+namespace {
+
+constexpr int kSide = 24;  // control points, each with a check and a vertex of its own
+
+struct Surface {
+    TemplateData data;
+    std::vector<defrec_patch_observation> checks{size_t{kSide} * kSide};
+    std::vector<defrec_patch_prediction> predictions{size_t{kSide} * kSide};
+    PhotometricEvidence evidence;
+
+    Surface() {
+        data.nodes.resize(size_t{3} * kSide * kSide);
+        data.node_grid.columns = data.node_grid.rows = kSide;
+        for (int32_t i = 0; i < kSide * kSide; ++i) {
+            data.node_grid.node.push_back(i);
+            defrec_surface_point vertex{};
+            defrec_patch check{};
+            for (int k = 0; k < DEFREC_BLEND_NODES; ++k) vertex.node[k] = check.node[k] = i;
+            vertex.weight[0] = check.weight[0] = 1;
+            data.vertices.push_back(vertex);
+            data.checks.push_back(check);
+            data.check_of_vertex.push_back(i);
+        }
+        for (defrec_patch_observation& check : checks) fit(check, 4000);
+        evidence.make_room(data);
+    }
+    static void fit(defrec_patch_observation& check, int32_t score) {
+        check.valid = 1;
+        check.score = score;
+    }
+    // Checks less than so many control points from the middle fail, but for the middle's own.
+    void fail_round_middle(int distance) {
+        for (int y = 0; y < kSide; ++y)
+            for (int x = 0; x < kSide; ++x)
+                if (std::max(std::abs(x - kSide / 2), std::abs(y - kSide / 2)) < distance)
+                    checks[static_cast<size_t>(y * kSide + x)] = {};
+    }
+    bool confirms_middle(int32_t score) {
+        const size_t middle = size_t{kSide / 2} * kSide + kSide / 2;
+        fit(checks[middle], score);
+        FrameOutput output;
+        output.checks = checks;
+        output.check_predictions = predictions;
+        spread_checks(data, output, evidence);
+        measure_photometric(data, output, 0, data.vertices.size(), evidence);
+        return evidence.is_confirmed[middle] != 0;
+    }
+};
+
+}  // namespace
+
+TEST_CASE("a check is evidence from the least ZNCC on where those round it fit") {
+    Surface surface;
+    CHECK(surface.confirms_middle(Confidence::kMinZncc));
+    CHECK(!surface.confirms_middle(Confidence::kMinZncc - 1));
+}
+
+TEST_CASE("where most of a region does not fit, a check must fit best") {
+    Surface surface;
+    surface.fail_round_middle(Confidence::kRegionReach + 1);
+    CHECK(!surface.confirms_middle(Confidence::kMinZnccAlone - 1));
+    CHECK(surface.confirms_middle(Confidence::kMinZnccAlone));
+}
+
+TEST_CASE("what is required rises as fewer checks of the region fit") {
+    // 49 of 121 fail: a share of 0.6 fits, 0.35 is reached with 81.
+    Surface few, more;
+    few.fail_round_middle(4);
+    CHECK(few.confirms_middle(Confidence::kMinZncc + 200));
+    more.fail_round_middle(5);
+    CHECK(!more.confirms_middle(Confidence::kMinZncc + 800));
+    CHECK(more.confirms_middle(Confidence::kMinZnccAlone));
+}
