@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "sdk/template/cut.hpp"
 #include "sdk/template/surface_point.hpp"
 #include "sdk/template/texture.hpp"
 
@@ -62,6 +63,19 @@ void place_checks(TemplateData& data) {
                                            data.piece_of(patch))
                         data.check_of_vertex[static_cast<size_t>(vertex)] = index;
         }
+    forget_checks_at_cuts(data);
+}
+
+void forget_checks_at_cuts(TemplateData& data) {
+    if (data.node_grid.cuts.empty()) return;
+    const double radius = CheckPatches::kCheckRadius << check_level(data.width);
+    const size_t first = std::min<size_t>(data.first_counts().checks, data.checks.size());
+    std::vector<uint8_t> is_crossed(data.checks.size(), 0);
+    for (size_t i = 0; i < first; ++i)
+        is_crossed[i] = distance_to_cut(data.node_grid.cuts, data.piece_of(data.checks[i]),
+                                        {data.checks[i].u, data.checks[i].v}) < radius;
+    for (int32_t& check : data.check_of_vertex)
+        if (check >= 0 && is_crossed[static_cast<size_t>(check)] != 0) check = -1;
 }
 
 }  // namespace defrec

@@ -18,4 +18,7 @@ bool has_check_texture(const uint8_t* gray, uint32_t width, uint32_t height, dou
 // directions.
 void place_checks(TemplateData& data);
 
+// A check whose window a cut crosses shows tissue of both sides: it is no vertex's any more.
+void forget_checks_at_cuts(TemplateData& data);
+
 }  // namespace defrec

@@ -6,6 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include "sdk/template/check_patches.hpp"
+
 namespace defrec {
 namespace {
 
@@ -143,6 +145,7 @@ TemplateData release_across(TemplateData data, const CutLine& line) {
         part(data, {data.patches[i].u, data.patches[i].v}, data.patches[i]);
     for (size_t i = 0; i < first.checks; ++i)
         part(data, {data.checks[i].u, data.checks[i].v}, data.checks[i]);
+    forget_checks_at_cuts(data);
     return data;
 }
 

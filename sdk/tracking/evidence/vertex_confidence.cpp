@@ -259,7 +259,8 @@ class ConfidenceEstimate {
 
     void set_status(size_t i, float to_observed) const {
         // At an edge it lies in a gap, or was counted to the wrong side.
-        const bool is_astray = model_.is_at_edge[i] != 0 && confidence_.evidence[i] == 0;
+        const bool is_astray = model_.is_at_edge[i] != 0 &&
+                               (confidence_.evidence[i] & DEFREC_EVIDENCE_PHOTOMETRIC) == 0;
         confidence_.status[i] = confidence_.evidence[i] == kBoth ? DEFREC_POINT_OBSERVED
                                 : to_observed <= Confidence::kFarthest && !is_astray
                                     ? DEFREC_POINT_EXTRAPOLATED
