@@ -149,7 +149,8 @@ void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& 
             {job.memory.output, attempt.photometric(),
              static_cast<float>(result.evidence.mean_residual_mm), rig_monitor_.state().left,
              before, attempt.plan().uses_depth, result.is_interlaced(),
-             rig_monitor_.state().disparities.baseline_drift_px(), stale_.views()},
+             rig_monitor_.state().disparities.baseline_drift_px(), stale_.views(),
+             slip_monitor_.doubts()},
             job.services()->own_threads(), [&] { attempt.fit_rigid_motion(surface_.model()); },
             result.confidence);
         forget_lost_pieces(surface_.pieces().pieces(), surface.vertex_pieces(), result.confidence);

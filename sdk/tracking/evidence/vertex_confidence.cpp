@@ -236,16 +236,18 @@ class ConfidenceEstimate {
         const Few mm_per_px = z / static_cast<float>(camera_.fx), per_px = depth_per_px(camera_, z);
         const Few far_photometric = (to_photometric * step).min(Confidence::kFarthestGrowth),
                   far_observed = to_observed.min(Confidence::kFarthestGrowth);
-        const Few across = mm_per_px * mm_per_px *
-                               (Share::kPatchShare * patches + Share::kCheckShare * check +
-                                Share::kMismatchShare * mismatch) +
-                           Share::kFarPhotometric * far_photometric * far_photometric;
+        Few across = mm_per_px * mm_per_px *
+                         (Share::kPatchShare * patches + Share::kCheckShare * check +
+                          Share::kMismatchShare * mismatch) +
+                     Share::kFarPhotometric * far_photometric * far_photometric;
         const Few along = per_px * per_px *
                               (Share::kDisparityShare + Share::kDisparityPatchShare * patches +
                                values(confidence_.rig_px2)) +
                           Share::kFarObserved * far_observed * far_observed +
                           Share::kSupportShare * support * support +
                           Share::kResidualShare * residual * residual + astray * astray + noise_;
+        if (!evidence_.slip_doubts.empty())
+            across += Values(&evidence_.slip_doubts[first], count).square();
         x /= z;
         y /= z;
         Eigen::Array<float, Eigen::Dynamic, 6, 0, kFew, 6> covariance(count, 6);

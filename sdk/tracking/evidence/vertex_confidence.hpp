@@ -59,6 +59,8 @@ struct FrameEvidence {
     double baseline_drift_px = 0;  // by which disparities are off
     // Per vertex, kLeftView and kRightView: that view shows it as it was. Empty: none does.
     std::span<const uint8_t> stale_views = {};
+    // Per vertex, mm: SlipMonitor::doubts().
+    std::span<const float> slip_doubts = {};
 };
 // How far a vertex moved in the image, px^2.
 float squared_step(const defrec_camera& camera, const defrec_surface_sample& from,

@@ -674,6 +674,9 @@ struct Slips {
     static constexpr uint8_t kFrames = 3;
     // spacings of control points | across the band, to where the template is seen again | as cuts
     static constexpr double kReach = 5;
+    // spacings of control points | from a line that was released within which none is looked for |
+    //   tissue there may count to the wrong side
+    static constexpr double kBesideCut = 1.5;
     // spacings of control points | from there on, of what tells how a side moves
     static constexpr double kSideDepth = 3;
     // vertices | seen of a side, at least
@@ -732,7 +735,8 @@ struct Departure {
     static constexpr float kMostOf = 0.5f;
     // share of these | fewer that are seen beside tissue that left went with it | set by hand
     static constexpr float kFewOf = 0.3f;
-    // control points | connected with one, that it leaves with at least | a flap has 19 to 28, other
+    // control points | connected with one, that it leaves with at least | a flap has 19 to 28,
+    // other
     //   scenes 1
     static constexpr uint32_t kMinNodes = 4;
     // frames | in a row, in which its image is seen elsewhere | set by hand

@@ -10,8 +10,8 @@ using decisions::Departure;
 
 namespace {
 
-constexpr int kNodes = 10;       // in each direction
-constexpr int kVertices = 4;     // between two control points
+constexpr int kNodes = 10;    // in each direction
+constexpr int kVertices = 4;  // between two control points
 constexpr int kSide = kVertices * (kNodes - 1);
 
 struct Surface {
@@ -34,8 +34,8 @@ struct Surface {
                 const float a = static_cast<float>(x % kVertices) / kVertices,
                             b = static_cast<float>(y % kVertices) / kVertices;
                 const int left = x / kVertices, top = y / kVertices;
-                const int32_t nodes[4] = {node(left, top), node(left + 1, top),
-                                          node(left, top + 1), node(left + 1, top + 1)};
+                const int32_t nodes[4] = {node(left, top), node(left + 1, top), node(left, top + 1),
+                                          node(left + 1, top + 1)};
                 const float weights[4] = {(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b};
                 for (int k = 0; k < 4; ++k) {
                     point.node[k] = nodes[k];
@@ -66,9 +66,8 @@ struct Surface {
         for (int i = 0; i < count; ++i) departed.add_frame(data, output, is_confirmed);
     }
     uint32_t age_at(int x, int y) const {
-        return departed.any()
-                   ? departed.age_of(data.vertices[static_cast<size_t>(y * kSide + x)])
-                   : 0;
+        return departed.any() ? departed.age_of(data.vertices[static_cast<size_t>(y * kSide + x)])
+                              : 0;
     }
 };
 
@@ -80,7 +79,8 @@ TEST_CASE("tissue that is seen at another depth has left, and what hides beside 
     Surface surface;
     surface.frames(3);
     CHECK(!surface.departed.any());
-    surface.show(kFrom, kTo + 2 * kVertices, DEFREC_OBSERVED, false);  // the bed that comes to light
+    surface.show(kFrom, kTo + 2 * kVertices, DEFREC_OBSERVED,
+                 false);  // the bed that comes to light
     surface.show(kFrom, kTo, DEFREC_OCCLUDED, true);
     surface.frames(Departure::kFrames);
     REQUIRE(surface.departed.any());

@@ -53,7 +53,7 @@ class SlidingBand {
     size_t size() const { return band_.cells.size(); }
     bool is_slim() const { return is_line(band_, axis_, node_spacing(data_)); }
     // As a part of a band, after slides_somewhere().
-    SlidingPart part() const { return {band_, axis_.along, goes_left_}; }
+    SlidingPart part() const { return {band_, axis_.along, goes_left_, slip_}; }
 
     // Whether what is seen on both sides of a small part of a band moved by different amounts,
     // along any direction, which becomes its axis.
@@ -74,6 +74,7 @@ class SlidingBand {
             along = goes_left_ ? slip->direction : Cell(-slip->direction);
         }
         axis_ = axis_along(band_, along);
+        slip_ = most;
         return most >= Slips::kMinSlip * data_.node_spacing_mm;
     }
 
@@ -326,6 +327,7 @@ class SlidingBand {
     const Band band_;
     BandAxis axis_;
     bool goes_left_;
+    double slip_ = 0;  // mm
     std::vector<Slice> slices_;
 };
 
@@ -422,6 +424,18 @@ void SlipMonitor::reset() {
     frames_.clear();
     found_.reset();
     suspected_.reset();
+    doubts_.clear();
+}
+
+// A surface that follows both sides of a line lies between them: half a slip is the most.
+void SlipMonitor::doubt(const TemplateData& data, std::span<const SlidingPart> parts) {
+    doubts_.clear();
+    if (parts.empty()) return;
+    doubts_.resize(data.vertices.size(), 0);
+    for (const SlidingPart& part : parts)
+        for (const Cell& cell : part.band.cells)
+            if (const int32_t vertex = vertex_at(data.grid, cell, part.band.piece); vertex >= 0)
+                doubts_[static_cast<size_t>(vertex)] = static_cast<float>(part.slip / 2);
 }
 
 void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
@@ -441,14 +455,17 @@ void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
     const double spacing = node_spacing(data);
     if (static_cast<double>(cells) < decisions::Cuts::kMinLength * spacing) {
         suspected_.reset();
+        doubts_.clear();
         return;
     }
     std::vector<uint8_t> open(frames_.size(), 0);
     for (size_t i = 0; i < frames_.size(); ++i)
         open[i] = frames_[i] == Slips::kFrames &&
                   distance_to_cut(data.node_grid.cuts, grid.piece.empty() ? 0 : grid.piece[i],
-                                  pixel_of(grid, i)) > Slips::kReach * data.node_grid.spacing_u;
-    std::vector<SlidingPart> bands = join(sliding_parts(data, output, is_confirmed, open), spacing);
+                                  pixel_of(grid, i)) > Slips::kBesideCut * data.node_grid.spacing_u;
+    std::vector<SlidingPart> bands = sliding_parts(data, output, is_confirmed, open);
+    doubt(data, bands);
+    bands = join(std::move(bands), spacing);
     if (suspected_ && !image.empty()) bands.push_back(std::move(*suspected_));
     suspected_.reset();
     for (SlidingPart& joined : bands) {

@@ -16,6 +16,7 @@ struct SlidingPart {
     Band band;
     Cell along;              // how they slide, of length 1
     bool goes_left = false;  // each side as seen from the other
+    double slip = 0;         // mm, of one side along the other
 };
 
 struct Slip {
@@ -45,10 +46,17 @@ class SlipMonitor {
     // line.
     const std::optional<Slip>& found() const { return found_; }
 
+    // Per vertex: mm by which it may be off where sides slide that are not parted yet; empty where
+    // none do.
+    std::span<const float> doubts() const { return doubts_; }
+
   private:
+    void doubt(const TemplateData& data, std::span<const SlidingPart> parts);
+
     std::optional<Slip> found_;
     std::vector<uint8_t> frames_;  // per cell of the grid: without evidence, at most Slips::kFrames
     std::optional<SlidingPart> suspected_;
+    std::vector<float> doubts_;
 };
 
 }  // namespace defrec

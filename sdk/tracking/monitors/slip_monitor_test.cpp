@@ -22,9 +22,9 @@ constexpr double kMmPerPx = kDepth / kFocal;
 
 struct Sliding {
     double slip = 10;      // mm, of the lower side to the right
-    double unseen = 6;    // cells on either side of the line that do not show the template
+    double unseen = 6;     // cells on either side of the line that do not show the template
     double curvature = 0;  // px of the line, per squared px to either side
-    double all = 0;       // mm, of both sides
+    double all = 0;        // mm, of both sides
     uint32_t observation = DEFREC_OBSERVED;
 };
 
@@ -82,9 +82,9 @@ class Surface {
         for (int y = 0; y < grid.rows; ++y)
             for (int x = 0; x < grid.columns; ++x) {
                 grid.node.push_back(static_cast<int32_t>(grid.node.size()));
-                for (const double place : {(x * grid.spacing_u - data_.camera.cx) * kMmPerPx,
-                                           (y * grid.spacing_v - data_.camera.cy) * kMmPerPx,
-                                           kDepth})
+                for (const double place :
+                     {(x * grid.spacing_u - data_.camera.cx) * kMmPerPx,
+                      (y * grid.spacing_v - data_.camera.cy) * kMmPerPx, kDepth})
                     data_.nodes.push_back(static_cast<float>(place));
             }
     }
@@ -180,8 +180,8 @@ TEST_CASE("control points beside the line move with the side that they are on") 
         const float* place = &surface.data().nodes[3 * node];
         const double v = double{place[1]} / kMmPerPx + surface.data().camera.cy;
         if (std::abs(v - surface.data().height / 2.0) < kStep) continue;
-        const auto moved =
-            apply(DualQuaternion<double>::load(motion), load3<double>(place)) - load3<double>(place);
+        const auto moved = apply(DualQuaternion<double>::load(motion), load3<double>(place)) -
+                           load3<double>(place);
         CHECK(moved.x ==
               doctest::Approx(v > surface.data().height / 2.0 ? given.slip : 0).epsilon(0.02));
     }

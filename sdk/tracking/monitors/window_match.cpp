@@ -49,8 +49,7 @@ double correlation(const Window& a, const Window& b) {
 }  // namespace
 
 std::optional<double> WindowMatch::zncc(const SurfacePlace& place,
-                                        const DualQuaternion<double>& motion,
-                                        Shift& shift) const {
+                                        const DualQuaternion<double>& motion, Shift& shift) const {
     const defrec_camera& camera = data_.camera;
     const double step = 1 << check_level(data_.width);
     const auto project = [&](const Eigen::Vector3d& point) -> Pixel {

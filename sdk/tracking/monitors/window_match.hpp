@@ -24,7 +24,7 @@ class WindowMatch {
     // the motion and the shift have it, 0 where it is flat; nothing where a window leaves its
     // image. Where it is at least kMinZncc the shift becomes the one that was found.
     std::optional<double> zncc(const SurfacePlace& place, const DualQuaternion<double>& motion,
-                Shift& shift) const;
+                               Shift& shift) const;
 
   private:
     const TemplateData& data_;
