@@ -1001,8 +1001,8 @@ enum {
                                                   @remedy move the instrument; give ignore of
                                                   defrec_frame where it is known */
     DEFREC_REASON_LARGE_RESIDUAL = 1u << 5,  /**< measured depth and the surface lie more than
-                                                  1 mm apart on average
-                                                  @effect degraded
+                                                  1 mm apart on average, or tissue left its place
+                                                  on 5 % of the surface @effect degraded
                                                   @remedy tissue was cut or is covered: a new
                                                   template if it lasts */
     DEFREC_REASON_FAST_MOTION    = 1u << 6,  /**< half of the surface moved more than 5 mm since
@@ -1080,10 +1080,10 @@ enum {
     DEFREC_REASON_OVERDUE        = 1u << 20, /**< done after its deadline
                                                   @remedy as for DEFREC_REASON_COARSE */
     DEFREC_REASON_CUT            = 1u << 21, /**< from this frame on the template is parted along
-                                                  a line where tissue came apart: see cut_points
-                                                  of defrec_template_info
-                                                  @effect vertices beside the line without any
-                                                  evidence are unknown
+                                                  a line where tissue came apart or slides: see
+                                                  cut_points of defrec_template_info
+                                                  @effect vertices beside the line that the image
+                                                  does not show are unknown
                                                   @remedy take the triangles again:
                                                   defrec_job_get_template() */
     DEFREC_REASON_PIECE_LOST     = 1u << 22, /**< a piece of the surface is not found where it is
@@ -1349,7 +1349,7 @@ typedef struct defrec_template_info {
     const uint8_t              *image;           /**< width * height gray values of the rectified
                                                      left image */
     const defrec_cut_point     *cut_points;      /**< points of the lines along which tissue came
-                                                      apart */
+                                                      apart, or slides */
     uint64_t                    cut_point_count; /**< cut points */
     const uint8_t              *vertex_pieces;   /**< piece of the surface per vertex, from 0: no
                                                      triangle and no edge leads from one to

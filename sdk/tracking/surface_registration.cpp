@@ -132,9 +132,8 @@ bool SurfaceRegistration::prefetch(const RegisteredFrame& registered) {
 // Most frames are as expected: a device that works by itself goes on with theirs while the host
 // still looks at the images. Not where more than the images decides how they are registered.
 bool SurfaceRegistration::can_begin_speculatively(const TrackerJob& job) const {
-    return surface_.is_tracking() && !asks_for_template(job) && !cut_monitor_.found() &&
-           !slip_monitor_.found() && !slip_monitor_.wants_image() && growth_.rests() &&
-           pipeline_.can_follow_speculatively();
+    return surface_.is_tracking() && !asks_for_template(job) && !changes_.found_line() &&
+           !changes_.wants_image() && growth_.rests() && pipeline_.can_follow_speculatively();
 }
 
 // Where it fails the frame is observed after all: its images decide whether the failure matters.
@@ -241,9 +240,7 @@ void SurfaceRegistration::adopt(std::shared_ptr<const Template> surface, bool is
 void SurfaceRegistration::forget_course() {
     growth_.reset();
     trial_.end();
-    cut_monitor_.reset();
-    slip_monitor_.reset();
-    departed_.reset();
+    changes_.reset();
 }
 
 // A frame that gives no template only because its mask hides the tissue is the caller's mistake.
@@ -305,15 +302,11 @@ void SurfaceRegistration::change_template(TemplateData changed,
 // Releases what connects the sides of a cut, or of a line that they slide along, that the frames
 // before showed; false where there is none. Tissue that was about to join is fitted anew.
 bool SurfaceRegistration::release_cut() {
-    const std::optional<Slip>& slip = slip_monitor_.found();
-    if (!cut_monitor_.found() && !slip) return false;
+    if (!changes_.found_line()) return false;
+    const Slip line = changes_.take_line();
     std::vector<defrec_motion> motions(surface_.motions().begin(), surface_.motions().end());
-    if (slip)
-        for (const auto& [node, motion] : slip->motions) motions[node] = motion;
-    change_template(release_across(surface_.data(), slip ? slip->line : *cut_monitor_.found()),
-                    std::move(motions));
-    cut_monitor_.reset();
-    slip_monitor_.reset();
+    for (const auto& [node, motion] : line.motions) motions[node] = motion;
+    change_template(release_across(surface_.data(), line.line), std::move(motions));
     growth_.reset();
     return true;
 }
@@ -346,7 +339,7 @@ FrameAttempt& SurfaceRegistration::register_surface(Frame& frame) {
              wide_search_.is_due())
         attempt = &attempt_widely(frame, *attempt);
     if (!frame.spoils_rows || frame.left_is_frozen) find_stale_parts(frame, *attempt);
-    if (departed_.share() > decisions::Departure::kMaxShare)
+    if (changes_.departed().share() > decisions::Departure::kMaxShare)
         attempt->quality.add(DEFREC_REASON_LARGE_RESIDUAL);
     frame.reasons |= attempt->quality.reasons;
     if (!attempt->quality.found && attempt->plan().uses_depth) look_for_swapped_views(frame);
@@ -430,7 +423,7 @@ FrameAttempt& SurfaceRegistration::attempt_widely(Frame& frame, FrameAttempt& be
 FrameAttempt& SurfaceRegistration::follow(Frame& frame, std::span<const defrec_motion> start,
                                           FrameAttempt& attempt) {
     if (FrontImages* images = growth_.images()) pipeline_.read_front(*frame.images, *images);
-    if (slip_monitor_.wants_image()) pipeline_.read_gray(*frame.images, slip_image_);
+    if (std::vector<uint8_t>* image = changes_.image()) pipeline_.read_gray(*frame.images, *image);
     return finish(frame, pipeline_.follow(std::move(*frame.images), start, attempt.plan()),
                   attempt);
 }

@@ -15,12 +15,10 @@
 #include "sdk/tracking/frame_queue.hpp"
 #include "sdk/tracking/map/map_growth.hpp"
 #include "sdk/tracking/monitors/backoff.hpp"
-#include "sdk/tracking/monitors/cut_monitor.hpp"
-#include "sdk/tracking/monitors/departed_tissue.hpp"
 #include "sdk/tracking/monitors/image_check.hpp"
-#include "sdk/tracking/monitors/slip_monitor.hpp"
 #include "sdk/tracking/monitors/stale_vertices.hpp"
 #include "sdk/tracking/monitors/template_trial.hpp"
+#include "sdk/tracking/monitors/tissue_changes.hpp"
 #include "sdk/tracking/tracked_surface.hpp"
 
 namespace defrec {
@@ -116,7 +114,6 @@ class SurfaceRegistration {
     // Nothing is known of tissue that left.
     void forget_departed(VertexConfidence& confidence) const;
     void end(Frame& frame);
-    void watch_for_cuts(const TrackerJob& job, const FrameAttempt& attempt) noexcept;
     void plan_growth(const TrackerJob& job) noexcept;
 
     const std::shared_ptr<const Rig> rig_;
@@ -131,11 +128,8 @@ class SurfaceRegistration {
     RigMonitor rig_monitor_;
     StaleVertices stale_;  // of this frame
     TemplateTrial trial_;
-    CutMonitor cut_monitor_;
-    DepartedTissue departed_;
-    SlipMonitor slip_monitor_;
-    std::vector<uint8_t> slip_image_;  // of a frame that it wanted
-    bool is_depth_spoilt_ = false;     // in the last frame, by the right view's lag
+    TissueChanges changes_;
+    bool is_depth_spoilt_ = false;  // in the last frame, by the right view's lag
 
     std::array<FrameAttempt, 2> attempts_;  // a second one beside the best so far
     AttemptMemory second_memory_;           // of its results, or of those of the first

@@ -150,7 +150,7 @@ void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& 
              static_cast<float>(result.evidence.mean_residual_mm), rig_monitor_.state().left,
              before, attempt.plan().uses_depth, result.is_interlaced(),
              rig_monitor_.state().disparities.baseline_drift_px(), stale_.views(),
-             slip_monitor_.doubts()},
+             changes_.slip_doubts()},
             job.services()->own_threads(), [&] { attempt.fit_rigid_motion(surface_.model()); },
             result.confidence);
         forget_lost_pieces(surface_.pieces().pieces(), surface.vertex_pieces(), result.confidence);
@@ -167,10 +167,11 @@ void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& 
 }
 
 void SurfaceRegistration::forget_departed(VertexConfidence& confidence) const {
-    if (!departed_.any()) return;
+    const DepartedTissue& departed = changes_.departed();
+    if (!departed.any()) return;
     const std::vector<defrec_surface_point>& vertices = surface_.data().vertices;
     for (size_t i = 0; i < vertices.size(); ++i)
-        if (const uint32_t age = departed_.age_of(vertices[i]); age > 0)
+        if (const uint32_t age = departed.age_of(vertices[i]); age > 0)
             forget_vertex(age, i, confidence);
 }
 
@@ -184,26 +185,13 @@ void SurfaceRegistration::end(Frame& frame) {
     if (now > job.input.deadline) job.result.reasons |= DEFREC_REASON_OVERDUE;
     job.finish(DEFREC_OK, "");
     if (surface_.is_tracking()) surface_.keep_samples(job.memory.output.samples);
-    if (frame.shows_cuts) watch_for_cuts(job, *frame.committed);
+    if (frame.shows_cuts)
+        changes_.add_frame(surface_.data(), job.memory.output,
+                           frame.committed->photometric().is_confirmed);
     if (frame.may_grow) plan_growth(job);
 }
 
 // After the job has ended, which must hear of no failure any more.
-void SurfaceRegistration::watch_for_cuts(const TrackerJob& job,
-                                         const FrameAttempt& attempt) noexcept {
-    try {
-        cut_monitor_.add_frame(surface_.data(), job.memory.output.samples,
-                               attempt.photometric().is_confirmed);
-        departed_.add_frame(surface_.data(), job.memory.output, attempt.photometric().is_confirmed);
-        slip_monitor_.add_frame(
-            surface_.data(), job.memory.output, attempt.photometric().is_confirmed,
-            slip_monitor_.wants_image() ? slip_image_ : std::span<const uint8_t>());
-    } catch (const std::exception&) {
-        cut_monitor_.reset();  // the gap, if there is one, is still there in later frames
-        slip_monitor_.reset();
-    }
-}
-
 void SurfaceRegistration::plan_growth(const TrackerJob& job) noexcept {
     try {
         growth_.plan(surface_.data(), job.memory.output);

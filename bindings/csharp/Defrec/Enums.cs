@@ -266,7 +266,10 @@ namespace Defrec
         FewMatches = 1u << 3,
         /// <summary>Something lies in front of a quarter of the surface.</summary>
         Occluded = 1u << 4,
-        /// <summary>Measured depth and the surface lie more than 1 mm apart on average.</summary>
+        /// <summary>
+        /// Measured depth and the surface lie more than 1 mm apart on average, or tissue left its
+        /// place on 5 % of the surface.
+        /// </summary>
         LargeResidual = 1u << 5,
         /// <summary>Half of the surface moved more than 5 mm since the frame before.</summary>
         FastMotion = 1u << 6,
@@ -316,8 +319,8 @@ namespace Defrec
         /// <summary>Done after its deadline.</summary>
         Overdue = 1u << 20,
         /// <summary>
-        /// From this frame on the template is parted along a line where tissue came apart: see
-        /// CutPoints of Template.
+        /// From this frame on the template is parted along a line where tissue came apart or
+        /// slides: see CutPoints of Template.
         /// </summary>
         Cut = 1u << 21,
         /// <summary>

@@ -261,7 +261,8 @@ class Reason(IntFlag):
     OCCLUDED = 16
     """Something lies in front of a quarter of the surface."""
     LARGE_RESIDUAL = 32
-    """Measured depth and the surface lie more than 1 mm apart on average."""
+    """Measured depth and the surface lie more than 1 mm apart on average, or tissue left its place
+    on 5 % of the surface."""
     FAST_MOTION = 64
     """Half of the surface moved more than 5 mm since the frame before."""
     OUT_OF_VIEW = 128
@@ -298,7 +299,7 @@ class Reason(IntFlag):
     OVERDUE = 1048576
     """Done after its deadline."""
     CUT = 2097152
-    """From this frame on the template is parted along a line where tissue came apart: see
+    """From this frame on the template is parted along a line where tissue came apart or slides: see
     cut_points of TemplateData."""
     PIECE_LOST = 4194304
     """A piece of the surface is not found where it is expected in the image, others are: see pieces

@@ -1062,7 +1062,7 @@ class TemplateInfo(Struct):
     image: Address
     """Width * height gray values of the rectified left image."""
     cut_points: Address
-    """Points of the lines along which tissue came apart."""
+    """Points of the lines along which tissue came apart, or slides."""
     cut_point_count: U64
     """Cut points."""
     vertex_pieces: Address

@@ -725,7 +725,7 @@ struct Slips {
 };
 
 // Where tissue left the place at which the surface has it.
-// Source: [departed], where it names no other
+// Source: [contradicted], where it names no other
 struct Departure {
     // vertices | from one that is read to the next
     static constexpr size_t kStep = 3;

@@ -25,7 +25,7 @@ class DepartedTissue {
     bool any() const { return any_; }
     // The same at a point: at the control point that moves it most. Needs any().
     uint32_t age_of(const defrec_surface_point& point) const;
-    // Of the vertices inside the image.
+    // Share of the vertices inside the image at which it is.
     double share() const { return share_; }
 
   private:

@@ -1,0 +1,45 @@
+// What becomes of the tissue itself: it comes apart, slides along itself or leaves its place.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sdk/tracking/monitors/cut_monitor.hpp"
+#include "sdk/tracking/monitors/departed_tissue.hpp"
+#include "sdk/tracking/monitors/slip_monitor.hpp"
+
+namespace defrec {
+
+// One thread, the tracker's.
+class TissueChanges {
+  public:
+    // Begins with another template.
+    void reset();
+
+    // Where the next frame's left image is to be read to; nullptr: nobody looks at it.
+    std::vector<uint8_t>* image() { return slips_.wants_image() ? &image_ : nullptr; }
+    bool wants_image() const { return slips_.wants_image(); }
+
+    // Once for each frame in which the surface was found with depth. is_confirmed: photometric
+    // evidence, per vertex.
+    void add_frame(const TemplateData& data, const FrameOutput& output,
+                   std::span<const uint8_t> is_confirmed) noexcept;
+
+    // Whether there is a line to release.
+    bool found_line() const { return cuts_.found() || slips_.found(); }
+    // That line, with the control points that it moves; what is found later is another one.
+    Slip take_line();
+
+    const DepartedTissue& departed() const { return departed_; }
+    // SlipMonitor::doubts().
+    std::span<const float> slip_doubts() const { return slips_.doubts(); }
+
+  private:
+    CutMonitor cuts_;
+    SlipMonitor slips_;
+    DepartedTissue departed_;
+    std::vector<uint8_t> image_;  // of a frame, where the slips wanted it
+};
+
+}  // namespace defrec
