@@ -23,6 +23,7 @@ FOLDERS = (
     "sdk/io",
     "sdk/input/compression",
     "sdk/doctor",
+    "sdk/registration",
     "sdk/session",
 )
 HEADERS = (
@@ -33,6 +34,8 @@ HEADERS = (
     "sdk/io/decisions.hpp",
     "sdk/input/compression/decisions.hpp",
     "sdk/doctor/decisions.hpp",
+    "sdk/registration/decisions.hpp",
+    "sdk/registration/program/decisions.hpp",
     "sdk/session/decisions.hpp",
 )
 TAGS = {"Source:": "source", "Judged again by:": "command"}

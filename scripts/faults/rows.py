@@ -376,6 +376,47 @@ SECTIONS = (
             ),
         ),
     ),
+    (
+        "Registration of a model",
+        (
+            (
+                170,
+                "pairs, surfaces, starts and options that are no such thing",
+                "refused with file and line, or with the number of the pair or point",
+            ),
+            (
+                171,
+                "a model that is cut short, has numbers that are not finite, or is too large",
+                "refused with the place; holes are told, an inside-out mesh is turned",
+            ),
+            (
+                172,
+                "pairs in a line or at one place",
+                "undetermined, with the axis of the turn that they leave open",
+            ),
+            (
+                173,
+                "a pair that contradicts the others, or two that are exchanged",
+                "failed, with the pair; exit code 9",
+            ),
+            (
+                174,
+                "a surface like a ball, a plane or a cylinder",
+                "undetermined, with every motion that it leaves open",
+            ),
+            (175, "a surface that fits in several ways", "ambiguous, with the other poses"),
+            (
+                176,
+                "a surface of something else, a start too far away",
+                "failed, with the residual or the share of the points that fit",
+            ),
+            (
+                177,
+                "a model in metres or centimetres",
+                "metres are told by the size, and noted; another size is refused with the remedy",
+            ),
+        ),
+    ),
 )
 
 # Tests that are not C++, or why there is none.

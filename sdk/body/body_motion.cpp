@@ -6,10 +6,10 @@
 #include <array>
 #include <cmath>
 
+#include "sdk/base/os/helped_loop.hpp"
 #include "sdk/base/os/services.hpp"
 #include "sdk/body/decisions.hpp"
 #include "sdk/body/deep_motion.hpp"
-#include "sdk/body/helped_loop.hpp"
 
 namespace defrec {
 namespace {

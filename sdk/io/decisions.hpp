@@ -1,6 +1,8 @@
-// The numbers by which a calibration file is refused or doubted, as in
+// The numbers by which a calibration file or a mesh is refused or doubted, as in
 // sdk/tracking/frame/decisions.hpp: unit | what it decides | source.
 #pragma once
+
+#include <cstddef>
 
 namespace defrec::decisions {
 
@@ -19,6 +21,33 @@ struct CalibrationFile {
     static constexpr double kRectifiedTolerance = 1e-9;
     // sides of the image | a principal point farther outside is refused | set by hand
     static constexpr double kMaxOutside = 0.5;
+};
+
+// Meshes of other programs.
+struct MeshFiles {
+    // bytes | a larger file is refused | two million triangles of STL as text take 0.5e9
+    static constexpr std::size_t kMaxBytes = 1000000000;
+    // triangles | more are refused | as RegistrationModel
+    static constexpr std::size_t kMaxTriangles = 2000000;
+    // vertices | likewise | three for each triangle
+    static constexpr std::size_t kMaxVertices = 6000000;
+    // corners | of a polygon, at most | set by hand
+    static constexpr std::size_t kMaxCorners = 255;
+    // groups | of a file, at most | set by hand
+    static constexpr std::size_t kMaxParts = 1000;
+    // numbers | of a vertex of PLY, at most | set by hand
+    static constexpr std::size_t kMaxColumns = 64;
+    // characters | of a line of a header, at most | set by hand
+    static constexpr std::size_t kMaxLine = 10000;
+    // m | a mesh without a unit whose longest side is shorter is refused | organs are longer
+    static constexpr double kMinMetres = 0.01;
+    // m | and up to here it is in metres, where no unit is given | organs are shorter, and in mm
+    // longer
+    static constexpr double kMaxMetres = 1;
+    // mm | the longest side of a mesh, at least | as kMinMetres
+    static constexpr double kMinSide = 10;
+    // mm | and at most | as RegistrationModel
+    static constexpr double kMaxSide = 2000;
 };
 
 }  // namespace defrec::decisions

@@ -146,7 +146,7 @@ void require_text(std::string_view text, const std::string& path, ExitCode code)
     }
 }
 
-std::string read_text_file(const std::filesystem::path& path, std::size_t limit, ExitCode code) {
+std::string read_file(const std::filesystem::path& path, std::size_t limit, ExitCode code) {
     const std::string name = path.string();
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(path, error);
@@ -168,7 +168,12 @@ std::string read_text_file(const std::filesystem::path& path, std::size_t limit,
         }
     }
     if (std::ferror(file.get())) throw CliError(code, name + ": reading the file failed part way.");
+    return text;
+}
 
+std::string read_text_file(const std::filesystem::path& path, std::size_t limit, ExitCode code) {
+    const std::string name = path.string();
+    std::string text = read_file(path, limit, code);
     if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
     if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
         throw CliError(code, name + ": the file is UTF-16; save it as UTF-8.");

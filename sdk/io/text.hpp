@@ -35,9 +35,11 @@ std::string printable(std::string_view text);
 // The candidate that a mistyped `name` most likely meant; empty when none is near.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
 
-// The bytes of a regular file of at most `limit` bytes, without a UTF-8 byte order mark and with CR
-// LF turned into LF. Throws CliError(code) for a missing, unreadable, oversized, UTF-16 or binary
-// file.
+// The bytes of a regular file of at most `limit` bytes. Throws CliError(code) for a missing,
+// unreadable or oversized file.
+std::string read_file(const std::filesystem::path& path, std::size_t limit, ExitCode code);
+// Those of a text file, without a UTF-8 byte order mark and with CR LF turned into LF. Throws for a
+// UTF-16 or binary file, too.
 std::string read_text_file(const std::filesystem::path& path, std::size_t limit, ExitCode code);
 
 // Throws CliError(code) unless `text`, read from `path`, is free of the bytes that only binary

@@ -120,7 +120,7 @@ TEST_CASE("help and version are no errors") {
     CHECK(run({"--help"}) == 0);
     CHECK(run({"--version"}) == 0);
     for (const char* command :
-         {"track", "doctor", "render", "score", "evaluate", "devices", "bench"})
+         {"track", "doctor", "register", "render", "score", "evaluate", "devices", "bench"})
         CHECK(run({command, "--help"}) == 0);
 }
 

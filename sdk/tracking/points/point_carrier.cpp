@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "sdk/base/os/helped_loop.hpp"
 #include "sdk/base/os/services.hpp"
 #include "sdk/body/decisions.hpp"
 #include "sdk/body/deep_motion.hpp"
-#include "sdk/body/helped_loop.hpp"
 #include "sdk/template/nearest_surface.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
 #include "sdk/tracking/frame/decisions.hpp"

@@ -1,5 +1,5 @@
 // Loops that other threads help with.
-#include "sdk/body/helped_loop.hpp"
+#include "sdk/base/os/helped_loop.hpp"
 
 #include <doctest/doctest.h>
 

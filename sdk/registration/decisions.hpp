@@ -1,0 +1,191 @@
+// The numbers by which a registration decides, as in sdk/tracking/frame/decisions.hpp: unit | what
+// it decides | source.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+namespace defrec::decisions {
+
+// A preoperative model's mesh.
+struct RegistrationModel {
+    // triangles | more are refused | set by hand: a liver by 0.3 mm
+    static constexpr size_t kMaxTriangles = 2000000;
+    // mm | a shorter longest side is refused | coordinates in metres
+    static constexpr float kMinSide = 3;
+    // mm | a longer one is refused | coordinates in micrometres
+    static constexpr float kMaxSide = 2000;
+    // 1 | a triangle whose height is a smaller share of its longest side has no area | rounding to
+    //   float
+    static constexpr double kMinHeight = 1e-6;
+    // share of the edges | more that are open or turn differently: the mesh has no outside | set by
+    //   hand
+    static constexpr double kMaxOpenShare = 0.01;
+};
+
+// Where the search for a pose begins, and how much it looks at.
+struct SurfaceSearch {
+    // starts | the given one included | set by hand
+    static constexpr uint32_t kStarts = 20;
+    // rad | turn of a start against the given one, at most: 30 degrees | set by hand
+    static constexpr double kStartTurn = 0.5236;
+    // mm | shift of a start, at most | set by hand
+    static constexpr double kStartShift = 30;
+    // points | with which starts approach | set by hand
+    static constexpr size_t kApproachPoints = 300;
+    // points | of the surface that are compared in the end | set by hand: neighbours share errors
+    static constexpr size_t kMaxPoints = 4000;
+    // poses | where starts have ended that are refined, the best ones | set by hand
+    static constexpr size_t kCandidates = 5;
+    // points | with which these are refined first | set by hand
+    static constexpr size_t kRefinePoints = 800;
+    // times the cost of the best | of a pose that is refined with all points, at most | set by hand
+    static constexpr double kWorthRefining = 1.5;
+    // mm | by which the points move between poses that count as one, before they are refined | set
+    //   by hand
+    static constexpr double kSamePose = 3;
+    // points | by which two poses are compared | set by hand
+    static constexpr size_t kDistancePoints = 60;
+    // points | fewer are refused | set by hand
+    static constexpr size_t kMinPoints = 50;
+    // mm | error of a point whose covariance is not given | set by hand
+    static constexpr double kPointError = 0.5;
+    // mm | error of the model's surface: segmentation | set by hand
+    static constexpr double kModelError = 0.2;
+    // mm | points so near each other share it, for the covariance | with 25, a third of organs that
+    //   are bent by 0.5 mm are undetermined, [registration]
+    static constexpr double kModelErrorLength = 15;
+    // mm | added to the error of every point | rounding
+    static constexpr double kMinPointError = 0.01;
+    // mm | the distance from the middle of the points at which turns are measured, at least | set
+    // by
+    //   hand
+    static constexpr double kMinLength = 1;
+};
+
+// How starts approach the surface.
+struct SurfaceApproach {
+    // steps | of least squares | set by hand
+    static constexpr int kRounds = 25;
+    // mm | width of Geman and McClure's kernel in the first step | set by hand
+    static constexpr double kFirstWidth = 15;
+    // mm | and in the last one | set by hand
+    static constexpr double kLastWidth = 2;
+    // share of a point's information | of every point, that holds all motions | set by hand
+    static constexpr double kDamping = 0.005;
+    // mm | a longer step is shortened | set by hand
+    static constexpr double kMaxStep = 15;
+};
+
+// What a point counts in the end.
+struct SurfaceKernel {
+    // robust standard deviations | farther points count nothing | Tukey's biweight: 95 % efficient
+    static constexpr double kTukey = 4.685;
+    // robust standard deviations | farther points are outliers | set by hand
+    static constexpr double kInlier = 3;
+    // 1 | standard deviation of a normal distribution over its median deviation | 1.4826
+    static constexpr double kMedianToSigma = 1.4826;
+    // of the expected errors | the robust standard deviation is no less | rounding
+    static constexpr double kMinScale = 0.01;
+    // 1 | cosine of the angle between the normals of a point and of the model, at least | set by
+    // hand
+    static constexpr double kMinAgreement = 0.5;
+    // share of a point's information | as kDamping of SurfaceApproach | rounding
+    static constexpr double kDamping = 1e-6;
+    // steps | at most | set by hand
+    static constexpr int kMaxRounds = 60;
+    // mm | a shorter step is the last one | set by hand
+    static constexpr double kRest = 0.002;
+};
+
+// How far neighbours share an error.
+struct ResidualCorrelation {
+    // points | whose neighbours are looked at, about | set by hand
+    static constexpr size_t kSamples = 400;
+    // median distances of neighbours | width of a ring | set by hand
+    static constexpr double kBin = 1.5;
+    // rings | at most | set by hand
+    static constexpr size_t kBins = 40;
+    // 1 | a smaller correlation ends the sum | chance, between 400 points and their ring
+    static constexpr double kFaded = 0.05;
+};
+
+// Motions that the data do not hold.
+struct FreeMotions {
+    // median angle between facets | root mean square of the angle between a motion and the surface,
+    //   below which the motion is open | 0.33 to 0.35 of a sphere, 0.6 or more of an organ of 1280
+    //   triangles, [registration]
+    static constexpr double kFacetShare = 0.4;
+    // rad | that angle, at least | set by hand
+    static constexpr double kMinAngle = 0.01;
+    // mm | standard deviation in the covariance along such a motion | set by hand: of no use
+    static constexpr double kExpected = 1000;
+    // 1 | share of a motion that is a turn; with less it is a shift | rounding
+    static constexpr double kMinTurn = 0.05;
+    // mm | rounding of what is printed | set by hand
+    static constexpr double kTextStep = 0.01;
+};
+
+// Whether a registration may be used.
+struct RegistrationVerdicts {
+    // mm | robust standard deviation of the residuals; more: failed | set by hand
+    static constexpr double kMaxResidual = 3;
+    // share of the points | on the model; less: failed | set by hand
+    static constexpr double kMinInliers = 0.4;
+    // times what the errors of points and model explain | robust standard deviation of the
+    // residuals;
+    //   more: failed | 0.4 to 1 of right poses, 1.9 to 15 of wrong ones, [registration]
+    static constexpr double kMaxRatio = 1.75;
+    // mm | standard deviation of a motion, root mean square over the points; more: undetermined |
+    //   0.7 of an organ with a fifth in view, 2.7 of a wrong pose, [registration]
+    static constexpr double kMaxError = 2;
+    // mm | between two poses that are told apart | set by hand
+    static constexpr double kOtherPose = 3;
+    // 1 | cost of another pose that fits alike, at most | set by hand
+    static constexpr double kLikeCost = 1.1;
+    // 1 | or more by so much chi^2 | set by hand
+    static constexpr double kChiSquared = 16;
+    // 1 | negative eigenvalue of a covariance, in the largest one | rounding to float
+    static constexpr double kRounding = 1e-5;
+};
+
+// Registration by pairs of points.
+struct RegistrationPairs {
+    // pairs | fewer are refused | three places fix a rigid motion
+    static constexpr size_t kMinPairs = 3;
+    // 1 | relative difference of a covariance from its transpose, at most | rounding to float
+    static constexpr double kSymmetric = 1e-6;
+    // steps | of least squares after the closed form | it is at rest after 4
+    static constexpr int kRounds = 10;
+    // share of a covariance's trace | added to its diagonal, so that it has an inverse | rounding
+    static constexpr double kRounding = 1e-9;
+    // mm | likewise | rounding
+    static constexpr double kMinError = 1e-3;
+    // mm | the distance from the middle at which turns are measured, at least | set by hand
+    static constexpr double kMinLength = 1;
+    // share of the mean information | a motion with less is open | rounding
+    static constexpr double kMinShare = 1e-6;
+    // expected errors | a pair that is farther off contradicts the others | 1 of 1500 by chance
+    static constexpr double kMaxRatio = 4;
+    // times the variance of the residuals | likewise where errors are not stated | set by hand
+    static constexpr double kMaxUnstatedRatio = 16;
+    // mm | root mean square of the residuals; more: failed | set by hand
+    static constexpr double kMaxResidual = 5;
+};
+
+// The options that are taken.
+struct RegistrationLimits {
+    // rad | turn of the starts, at most | half a turn
+    static constexpr double kMaxTurn = 3.1416;
+    // mm | shift of the starts, at most | set by hand
+    static constexpr double kMaxShift = 500;
+    // starts | at most | set by hand
+    static constexpr uint32_t kMaxStarts = 10000;
+    // mm | smallest error or limit | set by hand
+    static constexpr double kMinError = 1e-3;
+    // mm | largest one | set by hand
+    static constexpr double kMaxError = 100;
+    // 1 | element of R R^T - 1, at most | files round to six digits
+    static constexpr double kRotation = 1e-3;
+};
+
+}  // namespace defrec::decisions

@@ -1,0 +1,45 @@
+// The files that `defrec register` reads besides the model.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sdk/registration/point_pairs.hpp"
+#include "sdk/registration/pose.hpp"
+
+namespace defrec::cli {
+
+// Every failure of a reader is a CliError(kInput) that names file and line.
+
+struct SurfaceFile {
+    std::vector<float> places, normals,
+        covariances;           // as of SeenSurface; the last two may be empty
+    std::size_t left_out = 0;  // vertices that were not observed
+    std::string error_column;  // where the covariances come from; empty: there are none
+};
+// PLY or CSV with x, y, z; nx, ny, nz; the covariance xx, xy, xz, yy, yz, zz, or expected_error_mm,
+// whose error is taken to lie along the line of sight from the origin; and status, of which only
+// observed ones are taken, as `defrec track --meshes` and points.csv have it.
+SurfaceFile read_surface_file(const std::filesystem::path& path);
+
+// Columns id, model_x, model_y, model_z, x, y, z, and either error_mm and model_error_mm or none.
+struct PairsFile {
+    std::vector<std::int64_t> ids;
+    std::vector<PointPair> pairs;
+};
+PairsFile read_pairs_file(const std::filesystem::path& path);
+
+struct ModelTarget {
+    std::string name;
+    Eigen::Vector3d place;  // mm, in the model's frame
+};
+// Columns id, x, y, z.
+std::vector<ModelTarget> read_model_targets(const std::filesystem::path& path);
+
+// Columns x, y, z, t: the three rows of [R | t], mm; or the transform of a registration.json.
+Pose read_pose_file(const std::filesystem::path& path);
+
+}  // namespace defrec::cli

@@ -1,0 +1,23 @@
+// registration.png: the model and the points that were seen, from three sides.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+#include "sdk/registration/registration.hpp"
+
+namespace defrec::cli {
+
+struct PictureInput {
+    std::span<const float> model_vertices;  // xyz each, mm, in the model's frame
+    std::span<const std::uint32_t> model_triangles;
+    std::span<const float> places;     // xyz each, mm: what was seen
+    const Registration* registration;  // of these places
+};
+
+// Three orthogonal projections of the surface's frame: as the camera sees it, from its right, and
+// from above. Points are coloured by their residual, outliers are black. Throws FileError.
+void write_register_picture(const std::filesystem::path& path, const PictureInput& input);
+
+}  // namespace defrec::cli

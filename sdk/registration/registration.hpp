@@ -1,0 +1,61 @@
+// Where a preoperative model lies: the rigid motion from its frame to the frame that a camera sees
+// (the template frame), how exactly it is known, and whether it may be used.
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sdk/registration/pose.hpp"
+#include "sdk/registration/uncertainty.hpp"
+
+namespace defrec {
+
+enum class RegistrationVerdict {
+    kRegistered,
+    kAmbiguous,     // another pose fits as well
+    kUndetermined,  // the data leave a motion open
+    kFailed         // no pose fits
+};
+
+struct RegistrationResiduals {
+    double rms_mm = 0;        // of the inliers
+    double robust_mm = 0;     // robust standard deviation of all
+    double error_ratio = 0;   // that of the residuals in units of their expected errors
+    double inlier_share = 0;  // of the data that were compared
+    double correlated = 1;    // so many neighbours have one error
+    uint64_t used = 0;        // data that were compared
+};
+
+// Another pose that was found.
+struct RegistrationAlternative {
+    Pose pose;
+    double distance_mm = 0;  // root mean square by which it moves the data against the result
+    double rms_mm = 0;
+    double inlier_share = 0;
+};
+
+struct Registration {
+    RegistrationVerdict verdict = RegistrationVerdict::kFailed;
+    std::string reason;  // one sentence
+    Pose pose;           // from the model's frame to the one that is seen
+    // Covariance of the twist about the frame's origin that the true pose has after `pose`, see
+    // place_shift: turn in rad about x, y, z, then shift in mm.
+    TwistMatrix covariance = TwistMatrix::Zero();
+    std::vector<FreeMotion> free;
+    RegistrationResiduals residuals;
+    std::vector<RegistrationAlternative> alternatives;  // those that fit nearly as well first
+    // For each point that was given: mm, along the model's outside normal; of a pair its length.
+    // NaN where it was not compared.
+    std::vector<float> residual_mm;
+    std::vector<uint8_t> is_inlier;
+
+    // Covariance of the error of a place of the model, in the frame that is seen, mm^2.
+    Eigen::Matrix3d target_covariance(const Eigen::Vector3d& model_place) const {
+        return defrec::target_covariance(covariance, pose * model_place);
+    }
+};
+
+const char* name_of(RegistrationVerdict verdict);
+
+}  // namespace defrec
