@@ -735,6 +735,9 @@ struct Departure {
     static constexpr float kMostOf = 0.5f;
     // share of these | fewer that are seen beside tissue that left went with it | set by hand
     static constexpr float kFewOf = 0.3f;
+    // px of disparity | between the surface and the depth at which its image is seen, at least |
+    //   frames blurred by 2 px at 320x240, whose depth errs by 2 mm at 0.5 px
+    static constexpr float kMinPx = 1.5f;
     // control points | connected with one, that it leaves with at least | a flap has 19 to 28,
     // other
     //   scenes 1

@@ -2,7 +2,9 @@
 #include "sdk/tracking/monitors/departed_tissue.hpp"
 
 #include <algorithm>
+#include <cmath>
 
+#include "sdk/tracking/evidence/vertex_confidence.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
@@ -20,6 +22,12 @@ std::vector<uint32_t> count_neighbours(const TemplateData& data,
         count[b] += is_marked[a];
     }
     return count;
+}
+
+// By more than what disparity gets wrong in poor images.
+bool lies_elsewhere(const defrec_camera& camera, const defrec_surface_sample& sample) {
+    const float per_px = depth_per_px(camera, sample.position[2]);
+    return std::abs(sample.residual) > Departure::kMinPx * per_px;
 }
 
 }  // namespace
@@ -62,8 +70,8 @@ void DepartedTissue::weigh(const TemplateData& data, const FrameOutput& output,
         const uint32_t observation = output.samples[i].observation;
         if (observation == DEFREC_OUTSIDE || data.check_of_vertex[i] < 0) continue;
         const bool is_seen = is_confirmed[i] != 0 && observation == DEFREC_OBSERVED,
-                   is_elsewhere = is_confirmed[i] != 0 && (observation == DEFREC_OCCLUDED ||
-                                                           observation == DEFREC_INCONSISTENT);
+                   is_elsewhere = is_confirmed[i] != 0 && observation != DEFREC_OBSERVED &&
+                                  lies_elsewhere(data.camera, output.samples[i]);
         for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
             Node& node = nodes_[static_cast<size_t>(data.vertices[i].node[k])];
             const float weight = data.vertices[i].weight[k];

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include "sdk/tracking/evidence/vertex_confidence.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
 using namespace defrec;
@@ -21,6 +22,7 @@ struct Surface {
     DepartedTissue departed;
 
     Surface() {
+        data.camera = {400, 400, 240, 160, 5, 0};
         data.nodes.resize(size_t{3} * kNodes * kNodes);
         const auto node = [](int x, int y) { return static_cast<int32_t>(y * kNodes + x); };
         for (int y = 0; y < kNodes; ++y)
@@ -48,15 +50,19 @@ struct Surface {
     }
 
     void show_all() {
-        samples.assign(data.vertices.size(), {});
+        defrec_surface_sample sample{};
+        sample.position[2] = 80;
+        samples.assign(data.vertices.size(), sample);
         is_confirmed.assign(data.vertices.size(), 1);
     }
     // In columns and rows from..to of the vertices.
-    void show(int from, int to, uint32_t observation, bool confirmed) {
+    void show(int from, int to, uint32_t observation, bool confirmed,
+              float px = -2 * Departure::kMinPx) {
         for (int y = from; y < to; ++y)
             for (int x = from; x < to; ++x) {
                 const auto i = static_cast<size_t>(y * kSide + x);
                 samples[i].observation = observation;
+                samples[i].residual = px * depth_per_px(data.camera, samples[i].position[2]);
                 is_confirmed[i] = confirmed ? 1 : 0;
             }
     }
@@ -127,6 +133,11 @@ TEST_CASE("what hides, what is nowhere seen and what never was seen has not left
     first.show(kFrom, kTo, DEFREC_OCCLUDED, true);
     first.frames(5);
     CHECK(!first.departed.any());
+    Surface blurred;  // depth errs by little
+    blurred.frames(2);
+    blurred.show(kFrom, kTo, DEFREC_OCCLUDED, true, -0.9f * Departure::kMinPx);
+    blurred.frames(5);
+    CHECK(!blurred.departed.any());
     Surface late;  // depth is wrong, not the tissue gone
     late.frames(2);
     late.show(0, kSide, DEFREC_OCCLUDED, true);
