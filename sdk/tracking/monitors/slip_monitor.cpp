@@ -300,10 +300,11 @@ class SlidingBand {
         for (size_t cell = 0; cell < grid.cells(); ++cell) {
             const int32_t node = grid.node[band_.piece * grid.cells() + cell];
             if (node < 0) continue;
-            const auto columns = static_cast<size_t>(grid.columns);
-            const Cell at(
-                static_cast<double>(cell % columns) * grid.spacing_u / data_.grid.spacing,
-                static_cast<double>(cell / columns) * grid.spacing_v / data_.grid.spacing);
+            const size_t columns = static_cast<size_t>(grid.columns), column = cell % columns,
+                         row = cell / columns;
+            const Cell at = Cell(static_cast<double>(column) * grid.spacing_u,
+                                 static_cast<double>(row) * grid.spacing_v) /
+                            data_.grid.spacing;
             const double along = axis_.along.dot(at - axis_.centre),
                          beside = axis_.across.dot(at - axis_.centre);
             size_t nearest = 0;
@@ -364,9 +365,9 @@ class Unconfirmed {
 };
 
 ViewPixel pixel_of(const SurfaceGrid& grid, size_t cell) {
-    const auto columns = static_cast<size_t>(grid.columns);
-    return {static_cast<double>(cell % columns) * grid.spacing,
-            static_cast<double>(cell / columns) * grid.spacing};
+    const size_t columns = static_cast<size_t>(grid.columns), column = cell % columns,
+                 row = cell / columns;
+    return {static_cast<double>(column) * grid.spacing, static_cast<double>(row) * grid.spacing};
 }
 
 // The parts of the marked cells beside which the surface slides.
