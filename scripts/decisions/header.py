@@ -24,6 +24,7 @@ FOLDERS = (
     "sdk/input/compression",
     "sdk/doctor",
     "sdk/registration",
+    "sdk/hand_eye",
     "sdk/session",
 )
 HEADERS = (
@@ -36,6 +37,8 @@ HEADERS = (
     "sdk/doctor/decisions.hpp",
     "sdk/registration/decisions.hpp",
     "sdk/registration/program/decisions.hpp",
+    "sdk/hand_eye/decisions.hpp",
+    "sdk/hand_eye/program/decisions.hpp",
     "sdk/session/decisions.hpp",
 )
 TAGS = {"Source:": "source", "Judged again by:": "command"}

@@ -417,6 +417,44 @@ SECTIONS = (
             ),
         ),
     ),
+    (
+        "Hand-eye calibration",
+        (
+            (
+                180,
+                "poses that are shifted alone, or hardly turned",
+                "undetermined: all shifts are open",
+            ),
+            (
+                181,
+                "rotations about one axis",
+                "undetermined, with the direction of the shift that they leave open",
+            ),
+            (182, "fewer than three poses", "undetermined, with how many there are"),
+            (
+                183,
+                "one of both streams inverted",
+                "failed, and told: the poses fit the other way round; exit code 9",
+            ),
+            (
+                184,
+                "lengths of both streams in different units, or a board of another size",
+                "failed, with the factor; a few per cent are noted",
+            ),
+            (185, "poses that do not belong together", "failed, with the residuals"),
+            (
+                186,
+                "poses, quaternions and times that are none or do not grow",
+                "refused with file and line, or with the number of the pose",
+            ),
+            (187, "streams that do not overlap", "undetermined, with both spans of time"),
+            (
+                188,
+                "a motion that does not show the offset between the clocks",
+                "undetermined, unless the offset is stated",
+            ),
+        ),
+    ),
 )
 
 # Tests that are not C++, or why there is none.

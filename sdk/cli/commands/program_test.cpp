@@ -119,8 +119,8 @@ TEST_CASE("row 96: more threads than there can be are a mistake of usage") {
 TEST_CASE("help and version are no errors") {
     CHECK(run({"--help"}) == 0);
     CHECK(run({"--version"}) == 0);
-    for (const char* command :
-         {"track", "doctor", "register", "render", "score", "evaluate", "devices", "bench"})
+    for (const char* command : {"track", "doctor", "register", "handeye", "render", "score",
+                                "evaluate", "devices", "bench"})
         CHECK(run({command, "--help"}) == 0);
 }
 

@@ -25,7 +25,9 @@ constexpr char kOverview[] =
     "calibration invalid, 5 plugin\n"
     "or device unavailable, 6 finished but below the asked threshold, 7 output failed, 8 nothing "
     "tracked, 9 `defrec\n"
-    "doctor` found something, `defrec register` has no registration, 130 interrupted.";
+    "doctor` found something, `defrec register` has no registration, `defrec handeye` no "
+    "transform,\n"
+    "130 interrupted.";
 
 // OpenCV's and FFmpeg's own complaints would stand between ours, which say the same with file and
 // reason.
@@ -67,6 +69,7 @@ int run_program(int argc, const char* const* argv) {
     add_doctor_command(app, run);
     add_render_command(app, run, interrupt_requested);
     add_register_command(app, run);
+    add_hand_eye_command(app, run);
     add_score_command(app, run);
     add_evaluate_command(app, run);
     add_devices_command(app, run);

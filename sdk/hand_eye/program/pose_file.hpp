@@ -1,0 +1,28 @@
+// Files with poses: CSV by name of its columns, and trajectories of the TUM benchmark (J. Sturm et
+// al., "A benchmark for the evaluation of RGB-D SLAM systems", IROS 2012).
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sdk/hand_eye/pose_stream.hpp"
+
+namespace defrec::cli {
+
+enum class PoseUnit { kMillimetre, kCentimetre, kMetre };
+const char* name_of(PoseUnit unit);
+
+struct PoseFile {
+    std::vector<TimedPose> poses;  // mm
+    bool is_tum = false;
+    PoseUnit unit = PoseUnit::kMillimetre;  // of the file
+};
+
+// unit: of the file; without it mm of CSV and metres of TUM. is_ordered: times must grow. Throws
+// CliError(kInput), with file and line.
+PoseFile read_timed_poses(const std::filesystem::path& path, std::optional<PoseUnit> unit,
+                          bool is_ordered);
+
+}  // namespace defrec::cli
