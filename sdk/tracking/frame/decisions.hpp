@@ -699,6 +699,10 @@ struct Slips {
     // spacings of control points | by which the sides moved along each other, at least: a surface
     //   follows less
     static constexpr double kMinSlip = 1;
+    // spacings of control points | between the motions of the nearest that is seen on either side
+    // of
+    //   a part of a band: less cannot be that much | set by hand
+    static constexpr double kMayHaveSlid = 0.5;
     // of the median | what a slice slides at least to be alike
     static constexpr double kAlike = 0.5;
     // share of the slices | that must be alike

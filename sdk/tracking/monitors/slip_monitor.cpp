@@ -64,7 +64,7 @@ class SlidingBand {
             const double angle = std::numbers::pi * k / Slips::kDirections;
             axis_ = axis_along(band_, {std::cos(angle), std::sin(angle)});
             Slice slice;
-            if (!find_side(slice, 0) || !find_side(slice, 1)) continue;
+            if (!may_slide() || !find_side(slice, 0) || !find_side(slice, 1)) continue;
             const std::optional<SlipAt> slip = slip_at(slice);
             if (!slip || slip->aside > Slips::kMaxAside * std::abs(slip->along) ||
                 std::abs(slip->along) <= most)
@@ -160,6 +160,23 @@ class SlidingBand {
         vertex = vertex_at(data_.grid, cell, band_.piece);
         return vertex >= 0 && is_confirmed_[static_cast<size_t>(vertex)] != 0 &&
                output_.samples[static_cast<size_t>(vertex)].observation == DEFREC_OBSERVED;
+    }
+
+    // Spares the fits where the nearest that is seen on either side moved alike.
+    bool may_slide() const {
+        Eigen::Vector3f moved[2];
+        for (const int side : {0, 1}) {
+            int32_t vertex = -1;
+            double steps = 1;
+            const double reach = Slips::kReach * node_spacing(data_);
+            while (steps <= reach && !is_seen(axis_.at(0, side == 0 ? -steps : steps), vertex))
+                ++steps;
+            if (steps > reach) return false;
+            const auto index = static_cast<size_t>(vertex);
+            moved[side] = Eigen::Map<const Eigen::Vector3f>(output_.samples[index].position) -
+                          Eigen::Map<const Eigen::Vector3f>(data_.vertices[index].position);
+        }
+        return (moved[1] - moved[0]).norm() >= Slips::kMayHaveSlid * data_.node_spacing_mm;
     }
 
     // By what is seen there of the tissue beside the band.
