@@ -86,17 +86,17 @@ void DepartedTissue::weigh(const TemplateData& data, const FrameOutput& output,
 // what an instrument's edge gives. Where most of the surface is, depth is wrong.
 void DepartedTissue::find_leaving(const TemplateData& data) {
     size_t seen = 0, elsewhere = 0;
-    std::vector<uint8_t> is_leaving(nodes_.size());
+    is_leaving_.resize(nodes_.size());
     for (size_t i = 0; i < nodes_.size(); ++i) {
-        is_leaving[i] = was_seen_[i] != 0 && nodes_[i].shows(nodes_[i].elsewhere);
-        elsewhere_[i] = is_leaving[i] != 0 ? std::min(elsewhere_[i] + 1, 255) : 0;
+        is_leaving_[i] = was_seen_[i] != 0 && nodes_[i].shows(nodes_[i].elsewhere);
+        elsewhere_[i] = is_leaving_[i] != 0 ? std::min(elsewhere_[i] + 1, 255) : 0;
         const bool is_seen = nodes_[i].shows(nodes_[i].seen);
         was_seen_[i] |= is_seen ? 1 : 0;
         seen += is_seen ? 1 : 0;
-        elsewhere += is_leaving[i];
+        elsewhere += is_leaving_[i];
     }
     if (elsewhere < Departure::kMinNodes || elsewhere > seen) return;
-    const std::vector<uint32_t> neighbours = count_neighbours(data, is_leaving);
+    const std::vector<uint32_t> neighbours = count_neighbours(data, is_leaving_);
     for (size_t i = 0; i < nodes_.size(); ++i)
         if (elsewhere_[i] >= Departure::kFrames && neighbours[i] >= Departure::kMinNodes) {
             ages_[i] = std::max(ages_[i], 1u);

@@ -40,6 +40,7 @@ class DepartedTissue {
     void count_vertices(const TemplateData& data, const FrameOutput& output);
 
     std::vector<Node> nodes_;
+    std::vector<uint8_t> is_leaving_;  // per control point, in this frame
     std::vector<uint8_t> was_seen_;    // per control point
     std::vector<uint8_t> elsewhere_;   // frames in a row, per control point
     std::vector<uint8_t> seen_again_;  // likewise
