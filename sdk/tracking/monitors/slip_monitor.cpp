@@ -436,6 +436,30 @@ std::vector<SlidingPart> join(std::vector<SlidingPart> parts, double spacing) {
     return joined;
 }
 
+// Whether the surface moved differently on both sides of any cell without evidence, along a row or
+// a column. Takes no memory: most frames end here.
+bool any_moves_otherwise(const TemplateData& data, const FrameOutput& output,
+                         const std::vector<uint8_t>& frames) {
+    const SurfaceGrid& grid = data.grid;
+    const auto reach = static_cast<int>(Slips::kReach * node_spacing(data));
+    const auto moved = [&](int x, int y) -> Eigen::Vector3f {
+        const int32_t vertex = grid.vertex[static_cast<size_t>(
+            std::clamp(y, 0, grid.rows - 1) * grid.columns + std::clamp(x, 0, grid.columns - 1))];
+        if (vertex < 0) return Eigen::Vector3f::Zero();
+        const auto index = static_cast<size_t>(vertex);
+        return Eigen::Map<const Eigen::Vector3f>(output.samples[index].position) -
+               Eigen::Map<const Eigen::Vector3f>(data.vertices[index].position);
+    };
+    const auto least = static_cast<float>(Slips::kMayHaveSlid * data.node_spacing_mm);
+    for (int y = 0; y < grid.rows; ++y)
+        for (int x = 0; x < grid.columns; ++x)
+            if (frames[static_cast<size_t>(y * grid.columns + x)] == Slips::kFrames &&
+                ((moved(x - reach, y) - moved(x + reach, y)).norm() >= least ||
+                 (moved(x, y - reach) - moved(x, y + reach)).norm() >= least))
+                return true;
+    return false;
+}
+
 }  // namespace
 
 void SlipMonitor::reset() {
@@ -471,7 +495,8 @@ void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
         cells += frames_[i] == Slips::kFrames ? 1 : 0;
     }
     const double spacing = node_spacing(data);
-    if (static_cast<double>(cells) < decisions::Cuts::kMinLength * spacing) {
+    if (static_cast<double>(cells) < decisions::Cuts::kMinLength * spacing ||
+        !any_moves_otherwise(data, output, frames_)) {
         suspected_.reset();
         doubts_.clear();
         return;
