@@ -246,7 +246,7 @@ class ConfidenceEstimate {
                           Share::kFarObserved * far_observed * far_observed +
                           Share::kSupportShare * support * support +
                           Share::kResidualShare * residual * residual + astray * astray + noise_;
-        if (!evidence_.slip_doubts.empty())
+        if (first + given <= evidence_.slip_doubts.size())
             across += Values(&evidence_.slip_doubts[first], count).square();
         x /= z;
         y /= z;

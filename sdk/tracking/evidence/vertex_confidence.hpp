@@ -59,7 +59,7 @@ struct FrameEvidence {
     double baseline_drift_px = 0;  // by which disparities are off
     // Per vertex, kLeftView and kRightView: that view shows it as it was. Empty: none does.
     std::span<const uint8_t> stale_views = {};
-    // Per vertex, mm: SlipMonitor::doubts().
+    // Per vertex, mm: SlipMonitor::doubts(). Shorter in the frame in which tissue joins.
     std::span<const float> slip_doubts = {};
 };
 // How far a vertex moved in the image, px^2.

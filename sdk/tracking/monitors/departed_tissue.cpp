@@ -127,7 +127,8 @@ uint32_t DepartedTissue::age_of(const defrec_surface_point& point) const {
     int most = 0;
     for (int k = 1; k < DEFREC_BLEND_NODES; ++k)
         if (point.weight[k] > point.weight[most]) most = k;
-    return ages_[static_cast<size_t>(point.node[most])];
+    const auto node = static_cast<size_t>(point.node[most]);
+    return node < ages_.size() ? ages_[node] : 0;
 }
 
 void DepartedTissue::count_vertices(const TemplateData& data, const FrameOutput& output) {

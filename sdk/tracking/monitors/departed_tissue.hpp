@@ -23,7 +23,8 @@ class DepartedTissue {
     // Whether any tissue is gone: it was seen, and its image is then seen at another depth, in some
     // frames; what is not seen beside it went with it. It is back once it is seen again.
     bool any() const { return any_; }
-    // The same at a point: at the control point that moves it most. Needs any().
+    // The same at a point: at the control point that moves it most. 0 where that joined since the
+    // last frame that was added.
     uint32_t age_of(const defrec_surface_point& point) const;
     // Share of the vertices inside the image at which it is.
     double share() const { return share_; }

@@ -157,3 +157,15 @@ TEST_CASE("another template begins anew") {
     surface.frames(1);
     CHECK(!surface.departed.any());
 }
+
+TEST_CASE("tissue that joins after the last frame has not left") {
+    Surface surface;
+    surface.frames(2);
+    surface.show(kFrom, kTo, DEFREC_OCCLUDED, true);
+    surface.frames(Departure::kFrames);
+    REQUIRE(surface.departed.any());
+    defrec_surface_point joined{};
+    for (int32_t& node : joined.node) node = kNodes * kNodes;
+    joined.weight[0] = 1;
+    CHECK(surface.departed.age_of(joined) == 0);
+}
