@@ -28,6 +28,11 @@ struct BandAxis {
     double length() const { return end - begin + 1; }
 };
 
+// Cells from one control point to the next.
+inline double node_spacing(const TemplateData& data) {
+    return data.node_grid.spacing_u / data.grid.spacing;
+}
+
 // The cells that are marked, 1 in open, and connected with `from` in its piece; they are unmarked.
 Band take_band(const SurfaceGrid& grid, std::vector<uint8_t>& open, size_t from);
 

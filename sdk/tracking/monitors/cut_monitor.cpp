@@ -22,7 +22,7 @@ class Watcher {
         : data_(data),
           samples_(samples),
           is_confirmed_(is_confirmed),
-          spacing_(data.node_grid.spacing_u / data.grid.spacing) {}
+          spacing_(node_spacing(data)) {}
 
     bool shows_gap(size_t cell) const {
         const int32_t vertex = data_.grid.vertex[cell];

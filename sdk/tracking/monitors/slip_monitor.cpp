@@ -35,8 +35,11 @@ struct Slice {
     std::array<Side, 2> sides;     // towards negative and positive offsets across
 };
 
-double node_spacing(const TemplateData& data) {
-    return data.node_grid.spacing_u / data.grid.spacing;
+// mm that a vertex has moved from rest.
+Eigen::Vector3f displacement(const TemplateData& data, const FrameOutput& output, int32_t vertex) {
+    const auto index = static_cast<size_t>(vertex);
+    return Eigen::Map<const Eigen::Vector3f>(output.samples[index].position) -
+           Eigen::Map<const Eigen::Vector3f>(data.vertices[index].position);
 }
 
 class SlidingBand {
@@ -47,13 +50,12 @@ class SlidingBand {
           output_(output),
           is_confirmed_(is_confirmed),
           band_(std::move(part.band)),
-          axis_(axis_along(band_, part.along)),
-          goes_left_(part.goes_left) {}
+          axis_(axis_along(band_, part.along)) {}
 
     size_t size() const { return band_.cells.size(); }
     bool is_slim() const { return is_line(band_, axis_, node_spacing(data_)); }
     // As a part of a band, after slides_somewhere().
-    SlidingPart part() const { return {band_, axis_.along, goes_left_, slip_}; }
+    SlidingPart part() const { return {band_, axis_.along, slip_}; }
 
     // Whether what is seen on both sides of a small part of a band moved by different amounts,
     // along any direction, which becomes its axis.
@@ -70,8 +72,7 @@ class SlidingBand {
                 std::abs(slip->along) <= most)
                 continue;
             most = std::abs(slip->along);
-            goes_left_ = slip->along > 0;
-            along = goes_left_ ? slip->direction : Cell(-slip->direction);
+            along = slip->along > 0 ? slip->direction : Cell(-slip->direction);
         }
         axis_ = axis_along(band_, along);
         slip_ = most;
@@ -172,9 +173,7 @@ class SlidingBand {
             while (steps <= reach && !is_seen(axis_.at(0, side == 0 ? -steps : steps), vertex))
                 ++steps;
             if (steps > reach) return false;
-            const auto index = static_cast<size_t>(vertex);
-            moved[side] = Eigen::Map<const Eigen::Vector3f>(output_.samples[index].position) -
-                          Eigen::Map<const Eigen::Vector3f>(data_.vertices[index].position);
+            moved[side] = displacement(data_, output_, vertex);
         }
         return (moved[1] - moved[0]).norm() >= Slips::kMayHaveSlid * data_.node_spacing_mm;
     }
@@ -344,7 +343,6 @@ class SlidingBand {
     const std::span<const uint8_t> is_confirmed_;
     const Band band_;
     BandAxis axis_;
-    bool goes_left_;
     double slip_ = 0;  // mm
     std::vector<Slice> slices_;
 };
@@ -411,7 +409,7 @@ bool belong_together(const SlidingPart& a, const SlidingPart& b, double distance
            });
 }
 
-// Those that lie near each other and slide alike as one.
+// Joins the parts that lie near each other and slide alike.
 std::vector<SlidingPart> join(std::vector<SlidingPart> parts, double spacing) {
     std::vector<SlidingPart> joined;
     while (!parts.empty()) {
@@ -446,9 +444,7 @@ bool any_moves_otherwise(const TemplateData& data, const FrameOutput& output,
         const int32_t vertex = grid.vertex[static_cast<size_t>(
             std::clamp(y, 0, grid.rows - 1) * grid.columns + std::clamp(x, 0, grid.columns - 1))];
         if (vertex < 0) return Eigen::Vector3f::Zero();
-        const auto index = static_cast<size_t>(vertex);
-        return Eigen::Map<const Eigen::Vector3f>(output.samples[index].position) -
-               Eigen::Map<const Eigen::Vector3f>(data.vertices[index].position);
+        return displacement(data, output, vertex);
     };
     const auto least = static_cast<float>(Slips::kMayHaveSlid * data.node_spacing_mm);
     for (int y = 0; y < grid.rows; ++y)

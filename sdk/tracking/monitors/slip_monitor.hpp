@@ -14,9 +14,8 @@ namespace defrec {
 // A band of cells that show nothing of the template, between sides that slide.
 struct SlidingPart {
     Band band;
-    Cell along;              // how they slide, of length 1
-    bool goes_left = false;  // each side as seen from the other
-    double slip = 0;         // mm, of one side along the other
+    Cell along;       // how they slide, of length 1
+    double slip = 0;  // mm, of one side along the other
 };
 
 struct Slip {

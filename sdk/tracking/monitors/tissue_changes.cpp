@@ -19,7 +19,8 @@ void TissueChanges::add_frame(const TemplateData& data, const FrameOutput& outpu
         slips_.add_frame(data, output, is_confirmed,
                          slips_.wants_image() ? image_ : std::span<const uint8_t>());
     } catch (const std::exception&) {
-        reset();  // what has happened still shows in later frames
+        cuts_.reset();  // gaps and slips still show in later frames; that tissue left does not
+        slips_.reset();
     }
 }
 
