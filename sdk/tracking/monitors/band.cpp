@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/template/cut.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
@@ -23,6 +24,22 @@ Cell centre_of(const Band& band) {
 }
 
 }  // namespace
+
+std::vector<uint8_t> open_cells(const TemplateData& data, const std::vector<uint8_t>& frames,
+                                uint8_t counts_from, double beside) {
+    const SurfaceGrid& grid = data.grid;
+    std::vector<uint8_t> open(frames.size(), 0);
+    for (size_t i = 0; i < frames.size(); ++i) {
+        const size_t columns = static_cast<size_t>(grid.columns), column = i % columns,
+                     row = i / columns;
+        const ViewPixel at{static_cast<double>(column) * grid.spacing,
+                           static_cast<double>(row) * grid.spacing};
+        open[i] = frames[i] == counts_from &&
+                  distance_to_cut(data.node_grid.cuts, piece_of(grid, i), at) >
+                      beside * data.node_grid.spacing_u;
+    }
+    return open;
+}
 
 Band take_band(const SurfaceGrid& grid, std::vector<uint8_t>& open, size_t from) {
     Band band{piece_of(grid, from), {}};

@@ -33,6 +33,26 @@ inline double node_spacing(const TemplateData& data) {
     return data.node_grid.spacing_u / data.grid.spacing;
 }
 
+// 1 for each cell that counts and lies farther than `beside` spacings of control points from every
+// line that was released: beside one some tissue counts to the wrong side. frames: per cell.
+std::vector<uint8_t> open_cells(const TemplateData& data, const std::vector<uint8_t>& frames,
+                                uint8_t counts_from, double beside);
+
+// Counts a frame for each cell that is so, up to `most`, and takes one from the others. Returns how
+// many cells have `most`.
+template <class IsSo>
+size_t count_frame(std::vector<uint8_t>& frames, uint8_t most, const IsSo& is_so) {
+    size_t cells = 0;
+    for (size_t i = 0; i < frames.size(); ++i) {
+        if (is_so(i))
+            frames[i] += frames[i] < most ? 1 : 0;
+        else if (frames[i] > 0)
+            --frames[i];
+        cells += frames[i] == most ? 1 : 0;
+    }
+    return cells;
+}
+
 // The cells that are marked, 1 in open, and connected with `from` in its piece; they are unmarked.
 Band take_band(const SurfaceGrid& grid, std::vector<uint8_t>& open, size_t from);
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "sdk/base/util/median.hpp"
-#include "sdk/template/cut.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/monitors/band.hpp"
 
@@ -93,27 +92,11 @@ void CutMonitor::add_frame(const TemplateData& data, std::span<const defrec_surf
     const SurfaceGrid& grid = data.grid;
     const Watcher watcher(data, samples, is_confirmed);
     frames_.resize(grid.vertex.size(), 0);
-    size_t cells = 0;
-    for (size_t i = 0; i < frames_.size(); ++i) {
-        if (watcher.shows_gap(i))
-            frames_[i] = static_cast<uint8_t>(std::min<int>(frames_[i] + 1, Cuts::kFrames));
-        else if (frames_[i] > 0)
-            --frames_[i];
-        cells += frames_[i] == Cuts::kFrames ? 1 : 0;
-    }
+    const size_t cells =
+        count_frame(frames_, Cuts::kFrames, [&](size_t i) { return watcher.shows_gap(i); });
     if (static_cast<double>(cells) * grid.spacing < Cuts::kMinLength * data.node_grid.spacing_u)
         return;
-    // Beside a line that was released some tissue counts to the wrong side.
-    std::vector<uint8_t> open(frames_.size(), 0);
-    for (size_t i = 0; i < frames_.size(); ++i) {
-        const size_t columns = static_cast<size_t>(grid.columns), column = i % columns,
-                     row = i / columns;
-        const ViewPixel at{static_cast<double>(column) * grid.spacing,
-                           static_cast<double>(row) * grid.spacing};
-        open[i] = frames_[i] == Cuts::kFrames &&
-                  distance_to_cut(data.node_grid.cuts, grid.piece.empty() ? 0 : grid.piece[i], at) >
-                      data.node_grid.spacing_u;
-    }
+    std::vector<uint8_t> open = open_cells(data, frames_, Cuts::kFrames, 1);
     for (size_t i = 0; i < open.size() && !found_; ++i)
         if (open[i] != 0) found_ = watcher.cut_of(take_band(grid, open, i));
 }

@@ -10,7 +10,6 @@
 #include "backends/shared/motion.hpp"
 #include "backends/shared/rigid_fit.hpp"
 #include "sdk/base/util/median.hpp"
-#include "sdk/template/cut.hpp"
 #include "sdk/template/surface_point.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/monitors/band.hpp"
@@ -379,12 +378,6 @@ class Unconfirmed {
     const std::span<const uint8_t> is_confirmed_;
 };
 
-ViewPixel pixel_of(const SurfaceGrid& grid, size_t cell) {
-    const size_t columns = static_cast<size_t>(grid.columns), column = cell % columns,
-                 row = cell / columns;
-    return {static_cast<double>(column) * grid.spacing, static_cast<double>(row) * grid.spacing};
-}
-
 // The parts of the marked cells beside which the surface slides.
 std::vector<SlidingPart> sliding_parts(const TemplateData& data, const FrameOutput& output,
                                        std::span<const uint8_t> is_confirmed,
@@ -482,14 +475,8 @@ void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
     const SurfaceGrid& grid = data.grid;
     const Unconfirmed unconfirmed(data, output, is_confirmed);
     frames_.resize(grid.vertex.size(), 0);
-    size_t cells = 0;
-    for (size_t i = 0; i < frames_.size(); ++i) {
-        if (unconfirmed.at(i))
-            frames_[i] = static_cast<uint8_t>(std::min<int>(frames_[i] + 1, Slips::kFrames));
-        else if (frames_[i] > 0)
-            --frames_[i];
-        cells += frames_[i] == Slips::kFrames ? 1 : 0;
-    }
+    const size_t cells =
+        count_frame(frames_, Slips::kFrames, [&](size_t i) { return unconfirmed.at(i); });
     const double spacing = node_spacing(data);
     if (static_cast<double>(cells) < decisions::Cuts::kMinLength * spacing ||
         !any_moves_otherwise(data, output, frames_)) {
@@ -497,11 +484,7 @@ void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
         doubts_.clear();
         return;
     }
-    std::vector<uint8_t> open(frames_.size(), 0);
-    for (size_t i = 0; i < frames_.size(); ++i)
-        open[i] = frames_[i] == Slips::kFrames &&
-                  distance_to_cut(data.node_grid.cuts, grid.piece.empty() ? 0 : grid.piece[i],
-                                  pixel_of(grid, i)) > Slips::kBesideCut * data.node_grid.spacing_u;
+    std::vector<uint8_t> open = open_cells(data, frames_, Slips::kFrames, Slips::kBesideCut);
     std::vector<SlidingPart> bands = sliding_parts(data, output, is_confirmed, open);
     doubt(data, bands);
     bands = join(std::move(bands), spacing);
