@@ -44,38 +44,40 @@ bool fits(const defrec_patch_observation& found) {
 }
 
 // Sums of checks over the control points at most kRegionReach away along rows and columns of the
-// grid, per control point; tissue that joined has its own.
+// grid, per control point, by summed-area tables (Crow 1984); tissue that joined has its own.
 void sum_regions(const TemplateData& data, PhotometricEvidence& evidence) {
     constexpr int kReach = Confidence::kRegionReach;
     const NodeGrid& grid = data.node_grid;
-    const auto own = [&](size_t node) -> Eigen::Array2f {
-        return evidence.sums[node].segment<2>(kChecks);
+    const auto own = [&](int32_t node) -> Eigen::Array2f {
+        return evidence.sums[static_cast<size_t>(node)].segment<2>(kChecks);
     };
-    for (size_t i = 0; i < evidence.sums.size(); ++i) evidence.regions[i] = own(i);
-    std::vector<Eigen::Array2f>& rows = evidence.rows;
+    for (size_t i = 0; i < evidence.sums.size(); ++i)
+        evidence.regions[i] = own(static_cast<int32_t>(i));
+    const auto above = [&](int x, int y) -> Eigen::Array2d& {
+        return evidence.area[static_cast<size_t>(y * (grid.columns + 1) + x)];
+    };
     for (size_t first = 0; first < grid.node.size(); first += grid.cells()) {
-        const auto for_cells = [&](auto&& visit) {
-            for (int y = 0; y < grid.rows; ++y)
-                for (int x = 0; x < grid.columns; ++x)
-                    visit(x, y, static_cast<size_t>(y * grid.columns + x));
-        };
-        for_cells([&](int x, int y, size_t cell) {
-            rows[cell].setZero();
-            for (int at = std::max(0, x - kReach); at <= std::min(grid.columns - 1, x + kReach);
-                 ++at)
-                if (const int32_t node =
-                        grid.node[first + static_cast<size_t>(y * grid.columns + at)];
-                    node >= 0)
-                    rows[cell] += own(static_cast<size_t>(node));
-        });
-        for_cells([&](int x, int y, size_t cell) {
-            const int32_t node = grid.node[first + cell];
-            if (node < 0) return;
-            Eigen::Array2f sum = Eigen::Array2f::Zero();
-            for (int at = std::max(0, y - kReach); at <= std::min(grid.rows - 1, y + kReach); ++at)
-                sum += rows[static_cast<size_t>(at * grid.columns + x)];
-            evidence.regions[static_cast<size_t>(node)] = sum;
-        });
+        const int32_t* nodes = grid.node.data() + first;
+        for (int y = 0; y < grid.rows; ++y) {
+            Eigen::Array2d row = Eigen::Array2d::Zero();
+            for (int x = 0; x < grid.columns; ++x) {
+                const int32_t node = nodes[y * grid.columns + x];
+                if (node >= 0) row += own(node).cast<double>();
+                above(x + 1, y + 1) = above(x + 1, y) + row;
+            }
+        }
+        for (int y = 0; y < grid.rows; ++y)
+            for (int x = 0; x < grid.columns; ++x) {
+                const int32_t node = nodes[y * grid.columns + x];
+                if (node < 0) continue;
+                const int left = std::max(0, x - kReach), top = std::max(0, y - kReach),
+                          right = std::min(grid.columns, x + kReach + 1),
+                          bottom = std::min(grid.rows, y + kReach + 1);
+                evidence.regions[static_cast<size_t>(node)] =
+                    (above(right, bottom) - above(left, bottom) - above(right, top) +
+                     above(left, top))
+                        .cast<float>();
+            }
     }
 }
 
@@ -89,10 +91,10 @@ int32_t required_zncc(float region_share) {
            static_cast<int32_t>(contradicted * (Confidence::kMinZnccAlone - Confidence::kMinZncc));
 }
 
-float region_share(const defrec_surface_point& vertex, const PhotometricEvidence& evidence) {
+float region_share(const defrec_patch& check, const PhotometricEvidence& evidence) {
     Eigen::Array2f sum = Eigen::Array2f::Zero();
     for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
-        sum += vertex.weight[k] * evidence.regions[static_cast<size_t>(vertex.node[k])];
+        sum += check.weight[k] * evidence.regions[static_cast<size_t>(check.node[k])];
     return sum[1] > 1e-3f ? sum[0] / sum[1] : 0;
 }
 
@@ -108,8 +110,7 @@ void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t 
     if (data.check_of_vertex[vertex] < 0) return;
     const auto check = static_cast<size_t>(data.check_of_vertex[vertex]);
     const defrec_patch_observation& found = output.checks[check];
-    if (!fits(found) || mean_of<kChecks>(sums) < Confidence::kMinFittingShare ||
-        found.score < required_zncc(region_share(point, evidence)))
+    if (evidence.is_accepted[check] == 0 || mean_of<kChecks>(sums) < Confidence::kMinFittingShare)
         return;
     const defrec_patch_prediction& expected = output.check_predictions[check];
     const float du = static_cast<float>(int64_t{found.u} - expected.u) / 256,
@@ -128,7 +129,10 @@ void PhotometricEvidence::make_room(const TemplateData& data) {
         values->resize(vertices);
     sums.resize(data.nodes.size() / 3);
     regions.resize(sums.size());
-    rows.resize(data.node_grid.cells());
+    const NodeGrid& grid = data.node_grid;
+    area.assign(static_cast<size_t>(grid.columns + 1) * static_cast<size_t>(grid.rows + 1),
+                Eigen::Array2d::Zero());
+    is_accepted.resize(data.checks.size());
 }
 
 void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
@@ -148,6 +152,12 @@ void spread_checks(const TemplateData& data, const FrameOutput& output,
     for (size_t i = 0; i < data.checks.size(); ++i)
         add<kChecks>(data.checks[i], fits(output.checks[i]) ? 1 : 0, evidence.sums);
     sum_regions(data, evidence);
+    for (size_t i = 0; i < data.checks.size(); ++i) {
+        const defrec_patch_observation& found = output.checks[i];
+        evidence.is_accepted[i] =
+            fits(found) && (found.score >= Confidence::kMinZnccAlone ||
+                            found.score >= required_zncc(region_share(data.checks[i], evidence)));
+    }
 }
 
 void measure_photometric(const TemplateData& data, const FrameOutput& output, size_t begin,

@@ -22,7 +22,8 @@ struct PhotometricEvidence {
     // patches and weights of those; checks that fit and weights of all checks.
     std::vector<Eigen::Array4f> sums;
     std::vector<Eigen::Array2f> regions;  // those of checks, summed over a control point's region
-    std::vector<Eigen::Array2f> rows;     // likewise, along a row of the grid
+    std::vector<Eigen::Array2d> area;     // likewise, of all above and to the left in the grid
+    std::vector<uint8_t> is_accepted;     // per check: it fits as well as its region asks for
 
     void make_room(const TemplateData& data);
 };

@@ -672,6 +672,8 @@ struct Slips {
     // band
     //   whose sides slide is told by these already
     static constexpr uint8_t kFrames = 3;
+    // frames | from a search that found no side that slides to the next | set by hand
+    static constexpr int kRest = 3;
     // spacings of control points | across the band, to where the template is seen again | as cuts
     static constexpr double kReach = 5;
     // spacings of control points | from a line that was released within which none is looked for |
@@ -733,6 +735,10 @@ struct Slips {
 struct Departure {
     // vertices | from one that is read to the next
     static constexpr size_t kStep = 3;
+    // frames | from one in which is noted what was seen to the next, while nothing is seen
+    // elsewhere
+    //   | set by hand
+    static constexpr uint32_t kSeenEvery = 8;
     // vertices | round a control point, as it moves them, at least | set by hand
     static constexpr float kMinWeight = 0.5f;
     // share of these | that show what the control point's tissue does | set by hand

@@ -17,26 +17,26 @@ uint8_t piece_of(const SurfaceGrid& grid, size_t cell) {
     return grid.piece.empty() ? uint8_t{0} : grid.piece[cell];
 }
 
+}  // namespace
+
 Cell centre_of(const Band& band) {
     Cell sum = Cell::Zero();
     for (const Cell& cell : band.cells) sum += cell;
     return sum / static_cast<double>(band.cells.size());
 }
 
-}  // namespace
-
 std::vector<uint8_t> open_cells(const TemplateData& data, const std::vector<uint8_t>& frames,
                                 uint8_t counts_from, double beside) {
     const SurfaceGrid& grid = data.grid;
     std::vector<uint8_t> open(frames.size(), 0);
     for (size_t i = 0; i < frames.size(); ++i) {
+        if (frames[i] != counts_from) continue;
         const size_t columns = static_cast<size_t>(grid.columns), column = i % columns,
                      row = i / columns;
         const ViewPixel at{static_cast<double>(column) * grid.spacing,
                            static_cast<double>(row) * grid.spacing};
-        open[i] = frames[i] == counts_from &&
-                  distance_to_cut(data.node_grid.cuts, piece_of(grid, i), at) >
-                      beside * data.node_grid.spacing_u;
+        open[i] = distance_to_cut(data.node_grid.cuts, piece_of(grid, i), at) >
+                  beside * data.node_grid.spacing_u;
     }
     return open;
 }

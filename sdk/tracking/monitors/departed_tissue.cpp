@@ -30,6 +30,21 @@ bool lies_elsewhere(const defrec_camera& camera, const defrec_surface_sample& sa
     return std::abs(sample.residual) > Departure::kMinPx * per_px;
 }
 
+// Whether the vertex's own tissue is seen, at another depth than the surface's.
+bool is_seen_elsewhere(const TemplateData& data, const FrameOutput& output,
+                       std::span<const uint8_t> is_confirmed, size_t vertex) {
+    const defrec_surface_sample& sample = output.samples[vertex];
+    return is_confirmed[vertex] != 0 && sample.observation != DEFREC_OBSERVED &&
+           sample.observation != DEFREC_OUTSIDE && lies_elsewhere(data.camera, sample);
+}
+
+bool any_elsewhere(const TemplateData& data, const FrameOutput& output,
+                   std::span<const uint8_t> is_confirmed) {
+    for (size_t i = 0; i < data.vertices.size(); i += Departure::kStep)
+        if (is_seen_elsewhere(data, output, is_confirmed, i)) return true;
+    return false;
+}
+
 }  // namespace
 
 bool DepartedTissue::Node::shows(float part) const {
@@ -40,6 +55,7 @@ void DepartedTissue::reset() {
     for (std::vector<uint8_t>* of_nodes : {&was_seen_, &elsewhere_, &seen_again_})
         of_nodes->clear();
     ages_.clear();
+    frames_ = 0;
     any_ = false;
     share_ = 0;
 }
@@ -50,6 +66,11 @@ void DepartedTissue::add_frame(const TemplateData& data, const FrameOutput& outp
     for (std::vector<uint8_t>* of_nodes : {&was_seen_, &elsewhere_, &seen_again_})
         of_nodes->resize(count, 0);
     ages_.resize(count, 0);
+    if (frames_++ % Departure::kSeenEvery != 0 && !any_ &&
+        !any_elsewhere(data, output, is_confirmed)) {
+        std::fill(elsewhere_.begin(), elsewhere_.end(), uint8_t{0});
+        return;
+    }
     weigh(data, output, is_confirmed);
     find_leaving(data);
     if (!any_) return;
@@ -70,8 +91,7 @@ void DepartedTissue::weigh(const TemplateData& data, const FrameOutput& output,
         const uint32_t observation = output.samples[i].observation;
         if (observation == DEFREC_OUTSIDE || data.check_of_vertex[i] < 0) continue;
         const bool is_seen = is_confirmed[i] != 0 && observation == DEFREC_OBSERVED,
-                   is_elsewhere = is_confirmed[i] != 0 && observation != DEFREC_OBSERVED &&
-                                  lies_elsewhere(data.camera, output.samples[i]);
+                   is_elsewhere = is_seen_elsewhere(data, output, is_confirmed, i);
         for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
             Node& node = nodes_[static_cast<size_t>(data.vertices[i].node[k])];
             const float weight = data.vertices[i].weight[k];

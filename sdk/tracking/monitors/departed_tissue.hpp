@@ -46,6 +46,7 @@ class DepartedTissue {
     std::vector<uint8_t> elsewhere_;   // frames in a row, per control point
     std::vector<uint8_t> seen_again_;  // likewise
     std::vector<uint32_t> ages_;  // frames that it has been gone, per control point; 0: it is not
+    uint32_t frames_ = 0;
     bool any_ = false;
     double share_ = 0;
 };

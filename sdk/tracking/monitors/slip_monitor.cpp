@@ -61,9 +61,11 @@ class SlidingBand {
     bool slides_somewhere() {
         double most = 0;
         Cell along = axis_.along;
+        const Cell centre = axis_.centre;
         for (int k = 0; k < Slips::kDirections; ++k) {
             const double angle = std::numbers::pi * k / Slips::kDirections;
-            axis_ = axis_along(band_, {std::cos(angle), std::sin(angle)});
+            const Cell ahead(std::cos(angle), std::sin(angle));
+            axis_ = {centre, ahead, {-ahead.y(), ahead.x()}, 0, 0};  // its extent does not matter
             Slice slice;
             if (!may_slide() || !find_side(slice, 0) || !find_side(slice, 1)) continue;
             const std::optional<SlipAt> slip = slip_at(slice);
@@ -351,7 +353,11 @@ class Unconfirmed {
   public:
     Unconfirmed(const TemplateData& data, const FrameOutput& output,
                 std::span<const uint8_t> is_confirmed)
-        : data_(data), output_(output), is_confirmed_(is_confirmed) {}
+        : data_(data),
+          output_(output),
+          is_confirmed_(is_confirmed),
+          inside_u_(data.width),
+          inside_v_(data.height) {}
 
     bool at(size_t cell) const {
         const int32_t index = data_.grid.vertex[cell];
@@ -362,20 +368,24 @@ class Unconfirmed {
         const defrec_patch_prediction& expected =
             output_.check_predictions[static_cast<size_t>(check)];
         const uint32_t observation = output_.samples[vertex].observation;
-        return expected.valid != 0 && is_inside(expected.u, data_.width) &&
-               is_inside(expected.v, data_.height) &&
+        return expected.valid != 0 && inside_u_.has(expected.u) && inside_v_.has(expected.v) &&
                (observation == DEFREC_OBSERVED || observation == DEFREC_INCONSISTENT);
     }
 
   private:
-    static bool is_inside(int32_t at, uint32_t size) {
-        const double px = at / 256.0, margin = Slips::kMargin * static_cast<double>(size);
-        return px >= margin && px <= size - margin;
-    }
+    // Far enough from both borders of an image.
+    struct Inside {
+        explicit Inside(uint32_t size)
+            : from(static_cast<int32_t>(Slips::kMargin * size * 256)),
+              to(static_cast<int32_t>(size * 256) - from) {}
+        bool has(int32_t at) const { return at >= from && at <= to; }
+        int32_t from, to;  // px / 256
+    };
 
     const TemplateData& data_;
     const FrameOutput& output_;
     const std::span<const uint8_t> is_confirmed_;
+    const Inside inside_u_, inside_v_;
 };
 
 // The parts of the marked cells beside which the surface slides.
@@ -454,6 +464,7 @@ bool any_moves_otherwise(const TemplateData& data, const FrameOutput& output,
 void SlipMonitor::reset() {
     frames_.clear();
     found_.reset();
+    rest_ = 0;
     suspected_.reset();
     doubts_.clear();
 }
@@ -484,9 +495,11 @@ void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
         doubts_.clear();
         return;
     }
+    if (--rest_ > 0) return;
     std::vector<uint8_t> open = open_cells(data, frames_, Slips::kFrames, Slips::kBesideCut);
     std::vector<SlidingPart> bands = sliding_parts(data, output, is_confirmed, open);
     doubt(data, bands);
+    rest_ = bands.empty() && !suspected_ ? Slips::kRest : 0;
     bands = join(std::move(bands), spacing);
     if (suspected_ && !image.empty()) bands.push_back(std::move(*suspected_));
     suspected_.reset();
