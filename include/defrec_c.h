@@ -643,28 +643,31 @@ typedef struct defrec_match_params {
 
 /** Parameters of stage align. */
 typedef struct defrec_align_params {
-    uint32_t      struct_size;   /**< see DEFREC_INIT */
-    uint32_t      patches;       /**< max number of patches @range 0..4194304 */
-    uint32_t      nodes;         /**< exact count of control points @range 0..4194304 */
-    uint32_t      views;         /**< images patches are taken from @default 1 @range 1..64 */
-    uint32_t      width;         /**< width of the live image, the mask and each view
+    uint32_t      struct_size;    /**< see DEFREC_INIT */
+    uint32_t      patches;        /**< max number of patches @range 0..4194304 */
+    uint32_t      nodes;          /**< exact count of control points @range 0..4194304 */
+    uint32_t      views;          /**< images patches are taken from @default 1 @range 1..64 */
+    uint32_t      width;          /**< width of the live image, the mask and each view
                                       @range DEFREC_MIN_WIDTH..DEFREC_MAX_SIDE @unit px */
-    uint32_t      height;        /**< height of the live image, the mask and each view
+    uint32_t      height;         /**< height of the live image, the mask and each view
                                       @range DEFREC_MIN_HEIGHT..DEFREC_MAX_SIDE @unit px */
-    uint32_t      stride;        /**< distance from row to row of the live image, the mask and each
+    uint32_t      stride;         /**< distance from row to row of the live image, the mask and each
                                       view @default width @range width..1048576 @unit bytes */
-    uint32_t      level;         /**< search on images halved this many times @range 0..3 */
-    uint32_t      patch_radius;  /**< half the side of a patch @default 5 @range 1..7
+    uint32_t      level;          /**< search on images halved this many times @range 0..3 */
+    uint32_t      patch_radius;   /**< half the side of a patch @default 5 @range 1..7
                                       @unit px of that level */
-    uint32_t      search_radius; /**< found is what lies less far away than this @default 4
+    uint32_t      search_radius;  /**< found is what lies less far away than this @default 4
                                       @range 1..16 @unit px of that level */
-    uint32_t      min_score;     /**< ZNCC below this is not found @default 2867 (0.7) @range 1..
+    uint32_t      min_score;      /**< ZNCC below this is not found @default 2867 (0.7) @range 1..
                                       @unit 1/4096 */
-    uint32_t      texture;       /**< min standard deviation of the patch @default 16 @range 1..
+    uint32_t      texture;        /**< min standard deviation of the patch @default 16 @range 1..
                                       @unit 1/16 gray level */
-    defrec_camera camera;        /**< rectified */
-    uint32_t      right_view;    /**< 1: live image, mask, predictions and observations are the
+    defrec_camera camera;         /**< rectified */
+    uint32_t      right_view;     /**< 1: live image, mask, predictions and observations are the
                                       right view's @range 0..1 */
+    uint32_t      keep_predicted; /**< 1: a patch that is not found is compared where it is
+                                       predicted, and kept there if its score suffices
+                                       @range 0..1 */
 } defrec_align_params;
 
 /** Parameters of stage ransac. */

@@ -79,6 +79,7 @@ TEST_CASE(
                 options.prediction_error = search / 2.0;
                 AlignScene scene = make_align_scene(options);
                 scene.params.min_score = 1000;
+                scene.params.keep_predicted = search % 4 == 3 ? 1 : 0;
                 Pair pair(scene.params);
                 pair.check_equal(scene);
                 mask_blocks(scene, options.seed);
@@ -118,10 +119,14 @@ TEST_CASE(
                 scene.predictions.push_back(prediction);
             }
             scene.params.patches = uint32_t(scene.patches.size());
-            Pair pair(scene.params);
-            pair.check_equal(scene);
-            mask_blocks(scene, 9);
-            pair.check_equal(scene);
+            AlignScene masked = scene;
+            mask_blocks(masked, 9);
+            for (const uint32_t keep : {0u, 1u}) {
+                scene.params.keep_predicted = keep;
+                Pair pair(scene.params);
+                pair.check_equal(scene);
+                pair.check_equal(masked);
+            }
         }
 }
 

@@ -76,6 +76,9 @@ class Align final : public Stage {
                     defrec_patch_observation observation{};
                     if (align_search(run, centres_[i], prediction, scratch, peak))
                         align_refine(run, scratch, peak, observation);
+                    if (observation.valid == 0 && params_.keep_predicted != 0)
+                        observation = align::predicted_observation(
+                            prediction, align_predicted_score(run, prediction, scratch), params_);
                     buffers.observations[i] = observation;
                     if (buffers.predictions != nullptr) buffers.predictions[i] = prediction;
                 }

@@ -52,6 +52,7 @@ struct AlignScratch {
     alignas(64) AlignWindow usable_live;  // live where usable, else 0; only where masked
     alignas(64) AlignSums i, ii, ti, n, t_sum, tt_high, tt_low;  // the last four only where masked
     bool masked;
+    bool is_searched;         // all above is there
     int32_t full_tt, full_t;  // of the whole patch
 };
 
@@ -109,6 +110,9 @@ struct AlignPeak {
 bool align_search(const AlignRun& run, const AlignCentre& centre,
                   const defrec_patch_prediction& prediction, AlignScratch& scratch,
                   AlignPeak& peak);
+// The score where it is predicted, after align_search; kUnscored where there is none.
+int32_t align_predicted_score(const AlignRun& run, const defrec_patch_prediction& prediction,
+                              AlignScratch& scratch);
 // To a fraction of a pixel; result is zero unless found.
 void align_refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& peak,
                   defrec_patch_observation& result);

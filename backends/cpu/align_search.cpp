@@ -632,6 +632,7 @@ bool find_displacement(int32_t radius, const AlignRun& run, const Limits& limits
 bool search(const AlignRun& run, const AlignCentre& centre,
             const defrec_patch_prediction& prediction, AlignScratch& scratch, AlignPeak& peak) {
     const defrec_align_params& params = *run.params;
+    scratch.is_searched = false;
     if (!centre.valid || !usable(prediction, params)) return false;
     const int32_t u = to_level(prediction.u, params.level),
                   v = to_level(prediction.v, params.level);
@@ -648,6 +649,7 @@ bool search(const AlignRun& run, const AlignCentre& centre,
                         std::max(-s, r - y), std::min(s, run.level.height - 1 - r - y)};
     if (limits.left > limits.right || limits.top > limits.bottom) return false;
     load_window(run.level, x, y, r + s + 1, scratch);
+    scratch.is_searched = true;
     int32_t dx = 0, dy = 0;
     if (!find_displacement(r, run, limits, scratch, dx, dy)) return false;
     peak.x = x + dx;
@@ -655,6 +657,25 @@ bool search(const AlignRun& run, const AlignCentre& centre,
     peak.window_x = r + s + 1 + dx;
     peak.window_y = r + s + 1 + dy;
     return true;
+}
+
+int32_t predicted_score(const AlignRun& run, const defrec_patch_prediction& prediction,
+                        AlignScratch& scratch) {
+    if (!scratch.is_searched) return kUnscored;
+    const defrec_align_params& params = *run.params;
+    const int32_t x = (to_level(prediction.u, params.level) + 128) >> 8,
+                  y = (to_level(prediction.v, params.level) + 128) >> 8,
+                  r = int32_t(params.patch_radius), s = int32_t(params.search_radius);
+    if (x < r || y < r || x + r >= run.level.width || y + r >= run.level.height) return kUnscored;
+    near_sums(r, *run.places, s * (kAlignWindowRow + 1), scratch);
+    constexpr int32_t kMiddle = 5;  // of the rows of near_sums()
+    const int32_t all = (2 * r + 1) * (2 * r + 1), lanes = int32_t(hn::Lanes(D32())),
+                  at = kMiddle / lanes * lanes;
+    const PatchTerms patch =
+        scratch.masked ? usable_patch(run, scratch, at) : whole_patch(run, scratch, all);
+    alignas(64) int32_t q[kAlignLanes];
+    hn::StoreU(scores(scratch, patch, all, at), D32(), q);
+    return q[kMiddle - at];
 }
 
 }  // namespace
@@ -669,6 +690,12 @@ bool align_search(const AlignRun& run, const AlignCentre& centre,
                   const defrec_patch_prediction& prediction, AlignScratch& scratch,
                   AlignPeak& peak) {
     return HWY_DYNAMIC_DISPATCH(search)(run, centre, prediction, scratch, peak);
+}
+
+HWY_EXPORT(predicted_score);
+int32_t align_predicted_score(const AlignRun& run, const defrec_patch_prediction& prediction,
+                              AlignScratch& scratch) {
+    return HWY_DYNAMIC_DISPATCH(predicted_score)(run, prediction, scratch);
 }
 
 }  // namespace defrec::cpu

@@ -73,11 +73,16 @@ __device__ defrec_patch_observation observe(const PatchTask& task, const Centre&
         make_int2(centre.x, centre.y), prediction.view_from_live, fraction, task.min_spread);
     if (!patch.textured) return {};
     __syncwarp();
-    int2 by = make_int2(0, 0);
-    if (!search(task.level, window, patch, predicted, search_radius, by)) return {};
-    const int2 found = make_int2(predicted.x + by.x, predicted.y + by.y);
-    if (!task.level.inside(found, kRadius + 2)) return {};
-    return refine(params, window, patch, found, make_int2(margin + by.x, margin + by.y), fraction);
+    const DisplacementSearch<kRadius> search(task.level, window, patch, predicted, search_radius);
+    defrec_patch_observation observation{};
+    if (int2 by; search.find(by)) {
+        const int2 found = make_int2(predicted.x + by.x, predicted.y + by.y);
+        if (task.level.inside(found, kRadius + 2))
+            observation = refine(params, window, patch, found,
+                                 make_int2(margin + by.x, margin + by.y), fraction);
+    }
+    if (observation.valid != 0 || params.keep_predicted == 0) return observation;
+    return predicted_observation(prediction, search.predicted_score(), params);
 }
 
 // Every lane predicts: that is no more work for the warp than if one did, and needs no exchange.

@@ -166,8 +166,12 @@ class DisplacementSearch {
         whole_ = patch_terms(L::kPixels, patch.t, patch.tt);
     }
 
-    // The best displacement's index in the grid; -1 where none is scored.
-    __device__ int32_t best_of(const Displacements& grid) const {
+    // The best displacement's index in the grid, and its score less what it costs; -1 and kUnscored
+    // where none is scored.
+    struct Best {
+        int32_t place, score;
+    };
+    __device__ Best best_of(const Displacements& grid) const {
         const int32_t count = grid.columns * grid.rows, groups = min(count, kLanes),
                       parts = kLanes / groups, rows = (L::kSide + parts - 1) / parts;
         const int32_t lane = static_cast<int32_t>(threadIdx.x), first = lane / groups * rows,
@@ -193,8 +197,25 @@ class DisplacementSearch {
             place = index;
         }
         const int32_t highest = max_of_warp(best);
-        if (highest == kUnscored) return -1;
-        return -max_of_warp(best == highest ? -place : INT32_MIN);  // of equals the first
+        if (highest == kUnscored) return {-1, kUnscored};
+        return {-max_of_warp(best == highest ? -place : INT32_MIN),
+                highest};  // of equals the first
+    }
+
+    // Finds the displacement of the best score; false if there is none or it lies at the border.
+    __device__ bool find(int2& displacement) const {
+        const Displacements coarse = first_displacements(radius_);
+        const int32_t place = best_of(coarse).place;
+        if (place < 0) return false;
+        const int2 best = coarse.at(place);
+        const Displacements nearby{make_int2(best.x - 1, best.y - 1), 3, 3, 1, 1, 0};
+        displacement = nearby.at(best_of(nearby).place);
+        return max(std::abs(displacement.x), std::abs(displacement.y)) < radius_;
+    }
+
+    // That of no displacement; kUnscored where it has none.
+    __device__ int32_t predicted_score() const {
+        return best_of({make_int2(0, 0), 1, 1, 1, 1, 0}).score;
     }
 
   private:
@@ -228,22 +249,6 @@ class DisplacementSearch {
     Squares<kRadius> squares_{};
     PatchTerms whole_;
 };
-
-// Finds the displacement of the best score round the pixel at; false if there is none or it lies at
-// the border.
-template <int kRadius>
-__device__ bool search(const Level& level, const Window<kRadius>& window,
-                       const Template<kRadius>& patch, int2 at, int32_t search_radius,
-                       int2& displacement) {
-    const DisplacementSearch<kRadius> search(level, window, patch, at, search_radius);
-    const Displacements coarse = first_displacements(search_radius);
-    const int32_t place = search.best_of(coarse);
-    if (place < 0) return false;
-    const int2 best = coarse.at(place);
-    const Displacements nearby{make_int2(best.x - 1, best.y - 1), 3, 3, 1, 1, 0};
-    displacement = nearby.at(search.best_of(nearby));
-    return max(std::abs(displacement.x), std::abs(displacement.y)) < search_radius;
-}
 
 }  // namespace
 }  // namespace defrec::cuda

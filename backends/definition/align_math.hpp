@@ -94,6 +94,21 @@ constexpr bool usable(const defrec_patch_prediction& p, const defrec_align_param
     return true;
 }
 
+// A patch that is not found, where it is predicted. q: its score there, kUnscored where it has
+// none.
+constexpr defrec_patch_observation predicted_observation(const defrec_patch_prediction& prediction,
+                                                         int32_t q,
+                                                         const defrec_align_params& params) {
+    defrec_patch_observation out{};
+    const int32_t score = (q < kOneScore ? q : kOneScore) >> kScoreShift;
+    if (q == kUnscored || score < int32_t(params.min_score)) return out;
+    out.u = prediction.u;
+    out.v = prediction.v;
+    out.score = score;
+    out.valid = 1;
+    return out;
+}
+
 // Sums over a patch's usable pixels: x and y the offset from its centre, t the template, gx and gy
 // its gradient, i the live image; docs/stages/align.md.
 struct TemplateSums {

@@ -206,10 +206,13 @@ class Align final : public Stage {
         int32_t x = (u + 128) >> 8, y = (v + 128) >> 8;
         const int32_t fraction_x = u - kPatchOne * x, fraction_y = v - kPatchOne * y;
         Sampled sampled(radius());
-        if (!sample(patch, prediction.view_from_live, fraction_x, fraction_y, sampled) ||
-            !search(sampled, x, y))
-            return {};
-        return refine(sampled, x, y, fraction_x, fraction_y);
+        if (!sample(patch, prediction.view_from_live, fraction_x, fraction_y, sampled)) return {};
+        const int32_t q = params_.keep_predicted != 0 ? score(sampled, x, y) : kUnscored;
+        if (search(sampled, x, y)) {
+            const auto found = refine(sampled, x, y, fraction_x, fraction_y);
+            if (found.valid != 0) return found;
+        }
+        return predicted_observation(prediction, q, params_);
     }
 
     // The best displacement among some from the pixel (x, y).

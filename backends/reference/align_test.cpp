@@ -119,6 +119,48 @@ TEST_CASE("a patch farther away than the search radius is not found where it is 
     CHECK(accuracy(scene).found < 0.1);
 }
 
+TEST_CASE("what is not found is kept where it is predicted if asked for, and fits there") {
+    AlignSceneOptions options;
+    options.prediction_error = 0;
+    AlignScene scene = make_align_scene(options);
+    // Smooth: a window's peak is out of reach, and hardly higher than where it is predicted.
+    const auto smooth = [](double x, double y) {
+        return uint8_t(std::lround(120 + 50 * std::sin(x / 14) + 50 * std::cos(y / 17)));
+    };
+    for (uint32_t y = 0; y < scene.params.height; ++y)
+        for (uint32_t x = 0; x < scene.params.width; ++x) {
+            const size_t at = size_t(y) * scene.params.stride + x;
+            scene.view[at] = smooth(x, y);
+            scene.live[at] = smooth(x + 5, y + 5);
+        }
+    for (size_t i = 0; i < scene.patches.size(); ++i) {
+        scene.predictions[i].u = int32_t(std::lround(256.0 * double(scene.patches[i].u)));
+        scene.predictions[i].v = int32_t(std::lround(256.0 * double(scene.patches[i].v)));
+        const int32_t straight[4] = {kPatchMatrixOne, 0, 0, kPatchMatrixOne};
+        std::copy_n(straight, 4, scene.predictions[i].view_from_live);
+    }
+    const auto kept_from = [&](uint32_t keep, uint32_t min_score) {
+        scene.params.keep_predicted = keep;
+        scene.params.min_score = min_score;
+        size_t kept = 0;
+        const auto observations =
+            observe(*reference::make_align(scene.params, TestHost().host()), scene);
+        for (size_t i = 0; i < observations.size(); ++i) {
+            const defrec_patch_observation& o = observations[i];
+            if (o.valid == 0 || o.information[0] != 0 || o.information[2] != 0) continue;
+            CHECK(o.u == scene.predictions[i].u);
+            CHECK(o.v == scene.predictions[i].v);
+            CHECK(o.score >= int32_t(min_score));
+            ++kept;
+        }
+        return kept;
+    };
+    CHECK(kept_from(0, 1) == 0);
+    const size_t kept = kept_from(1, 1);
+    CHECK(kept > scene.patches.size() / 4);
+    CHECK(kept_from(1, 4096) < kept);
+}
+
 TEST_CASE("row 61: masked pixels do not count, and too few usable ones are no observation") {
     AlignSceneOptions options;
     AlignScene scene = make_align_scene(options);
@@ -296,6 +338,7 @@ TEST_CASE("bad parameters and buffers are refused") {
     refused([](defrec_align_params& p) { p.patch_radius = 8; });
     refused([](defrec_align_params& p) { p.search_radius = 17; });
     refused([](defrec_align_params& p) { p.right_view = 2; });
+    refused([](defrec_align_params& p) { p.keep_predicted = 2; });
     const auto stage = reference::make_align(scene.params, host.host());
     CHECK_THROWS_AS(stage->run({}, {}), StageError);
     const std::vector<uint8_t> few(scene.view.size() - 1);

@@ -24,6 +24,7 @@ struct AlignConstants {
     uint texture;
     int level, min_score;
     int patch_radius, search_radius;  // px of the level
+    int keep_predicted;
 };
 
 // A patch's centre in its view, 1/256 px of the level; valid 0: no such place.
@@ -51,7 +52,8 @@ constexpr AlignConstants constants_of(const defrec_align_params& p) {
             .level = int32_t(p.level),
             .min_score = int32_t(p.min_score),
             .patch_radius = int32_t(p.patch_radius),
-            .search_radius = int32_t(p.search_radius)};
+            .search_radius = int32_t(p.search_radius),
+            .keep_predicted = int32_t(p.keep_predicted)};
 }
 
 // Bytes of the live image or its mask, and where a view begins among all of them.

@@ -225,6 +225,7 @@ int main(void) {
     FIELD(defrec_align_params, texture);
     FIELD(defrec_align_params, camera);
     FIELD(defrec_align_params, right_view);
+    FIELD(defrec_align_params, keep_predicted);
     FIELD(defrec_ransac_params, struct_size);
     FIELD(defrec_ransac_params, landmarks);
     FIELD(defrec_ransac_params, references);

@@ -181,6 +181,7 @@ inline std::string range_error(const defrec_align_params& p) {
     check.real("camera.baseline_mm", p.camera.baseline_mm, 0.0, kNoMax, true);
     check.real("camera.disparity_offset_px", p.camera.disparity_offset_px, -4096.0, 4096.0, false);
     check.integer("right_view", p.right_view, 0, 1);
+    check.integer("keep_predicted", p.keep_predicted, 0, 1);
     return check.error();
 }
 inline constexpr int32_t kAlignMaxViews = 64;
@@ -188,6 +189,7 @@ inline constexpr int32_t kAlignMaxLevel = 3;
 inline constexpr int32_t kAlignMaxPatchRadius = 7;
 inline constexpr int32_t kAlignMaxSearchRadius = 16;
 inline constexpr int32_t kAlignMaxRightView = 1;
+inline constexpr int32_t kAlignMaxKeepPredicted = 1;
 
 inline void fill_defaults(defrec_ransac_params& p) {
     p.struct_size = sizeof p;

@@ -187,7 +187,7 @@ void SurfaceRegistration::end(Frame& frame) {
     if (surface_.is_tracking()) surface_.keep_samples(job.memory.output.samples);
     if (frame.shows_cuts)
         changes_.add_frame(surface_.data(), job.memory.output,
-                           frame.committed->photometric().is_confirmed);
+                           frame.committed->photometric().is_located);
     if (frame.may_grow) plan_growth(job);
 }
 

@@ -445,30 +445,8 @@ void pack_template(int mean) {
     barrier();
 }
 
-PatchObservation observe(int index) {
-    const PatchPrediction prediction = predictions[index];
-    const AlignCentre centre = centres[index];
-    if (!followed(prediction) || centre.valid == 0) return kNotFound;
-    const ivec2 position =
-        ivec2(to_level(prediction.u, push.level), to_level(prediction.v, push.level));
-    const ivec2 pixel = (position + 128) >> 8, fraction = position - kPatchOne * pixel;
-    if (lane == 0) some_hidden = 0;
-    barrier();
-    load_window(pixel - kRadius - kSearch - ivec2(4, 1));
-    sample_view(centre, prediction.view_from_live, fraction);
-    add_up(3);
-    const int sum = sums[0], squares = sums[1], mean = (2 * sum + kPixels) / (2 * kPixels);
-    const int64_t n = int64_t(kPixels), whole = int64_t(sum);
-    const int64_t variance = n * int64_t(uint(squares)) - whole * whole;
-    if (sums[2] != 0 || variance < n * n * int64_t(push.texture) * int64_t(push.texture))
-        return kNotFound;
-
-    pack_template(mean);
-    ivec2 displacement;
-    if (!search(pixel, sum - kPixels * mean, squares - 2 * mean * sum + kPixels * mean * mean,
-                displacement))
-        return kNotFound;
-
+// From the best displacement of the predicted pixel on, whose fraction is `fraction`.
+PatchObservation refine(ivec2 pixel, ivec2 fraction, ivec2 displacement, int mean) {
     const ivec2 best = pixel + displacement;
     if (!inside(best, kRadius + 2)) return kNotFound;
     const ivec2 first =
@@ -500,6 +478,42 @@ PatchObservation observe(int index) {
     return PatchObservation(from_level(found.x, push.level), from_level(found.y, push.level),
                             score >> kScoreShift, 1,
                             information(system, kPixels, score, push.level), 0);
+}
+
+// Where the patch is predicted, if that pixel's score suffices. t, tt: of the whole patch.
+PatchObservation predicted_observation(PatchPrediction prediction, ivec2 pixel, int t, int tt) {
+    const int q = best_of(pixel, Displacements(ivec2(0), 1, 1, ivec2(1), 0), t, tt).score;
+    const int score = min(q, kOneScore) >> kScoreShift;
+    if (q == kUnscored || score < push.min_score) return kNotFound;
+    return PatchObservation(prediction.u, prediction.v, score, 1, float[3](0, 0, 0), 0);
+}
+
+PatchObservation observe(int index) {
+    const PatchPrediction prediction = predictions[index];
+    const AlignCentre centre = centres[index];
+    if (!followed(prediction) || centre.valid == 0) return kNotFound;
+    const ivec2 position =
+        ivec2(to_level(prediction.u, push.level), to_level(prediction.v, push.level));
+    const ivec2 pixel = (position + 128) >> 8, fraction = position - kPatchOne * pixel;
+    if (lane == 0) some_hidden = 0;
+    barrier();
+    load_window(pixel - kRadius - kSearch - ivec2(4, 1));
+    sample_view(centre, prediction.view_from_live, fraction);
+    add_up(3);
+    const int sum = sums[0], squares = sums[1], mean = (2 * sum + kPixels) / (2 * kPixels);
+    const int64_t n = int64_t(kPixels), whole = int64_t(sum);
+    const int64_t variance = n * int64_t(uint(squares)) - whole * whole;
+    if (sums[2] != 0 || variance < n * n * int64_t(push.texture) * int64_t(push.texture))
+        return kNotFound;
+
+    pack_template(mean);
+    const int t = sum - kPixels * mean, tt = squares - 2 * mean * sum + kPixels * mean * mean;
+    ivec2 displacement;
+    if (search(pixel, t, tt, displacement)) {
+        const PatchObservation found = refine(pixel, fraction, displacement, mean);
+        if (found.valid != 0) return found;
+    }
+    return push.keep_predicted != 0 ? predicted_observation(prediction, pixel, t, tt) : kNotFound;
 }
 
 void main() {

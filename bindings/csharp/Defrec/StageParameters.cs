@@ -235,6 +235,11 @@ namespace Defrec
         /// 1: live image, mask, predictions and observations are the right view's; 0 to 1.
         /// </summary>
         public uint RightView;
+        /// <summary>
+        /// 1: a patch that is not found is compared where it is predicted, and kept there if its
+        /// score suffices; 0 to 1.
+        /// </summary>
+        public uint KeepPredicted;
     }
 
     /// <summary>Parameters of stage ransac.</summary>

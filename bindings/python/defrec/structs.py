@@ -610,6 +610,9 @@ class AlignParams(Struct):
     """Rectified."""
     right_view: U32
     """1: live image, mask, predictions and observations are the right view's; 0 to 1."""
+    keep_predicted: U32
+    """1: a patch that is not found is compared where it is predicted, and kept there if its score
+    suffices; 0 to 1."""
 
 
 @c_struct("defrec_ransac_params", references=30, iterations=10, min_support=6)

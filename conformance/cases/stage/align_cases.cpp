@@ -244,6 +244,18 @@ void add_parameters(std::vector<StageCase>& cases) {
     params.search_radius = 16;
     add(cases, "large_radii", "The largest patches and searches.",
         {params, {.patches = 16, .prediction_error = 8}, align_predictions | align_mask});
+    for (const uint32_t level : {0u, 1u}) {
+        params = base();
+        params.level = level;
+        params.patch_radius = 7 - 2 * level;
+        params.min_score = 1 + 1500 * level;
+        params.keep_predicted = 1;
+        add(cases, level == 0 ? "keep_predicted" : "keep_predicted_level_1",
+            "Patches that are not found are compared where they are predicted.",
+            {params,
+             {.width = 163, .height = 129, .prediction_error = 4.5},
+             align_predictions | align_mask});
+    }
     params = base();
     params.min_score = 4000;
     params.texture = 200;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/template/check_patches.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
@@ -11,36 +12,57 @@ namespace {
 
 using decisions::Confidence;
 
-// The two of a control point's sums that are of patches, and of checks.
-enum SumsOf : Eigen::Index { kPatches = 0, kChecks = 2 };
+// A control point's sums of checks: those that are located, those that fit, and all.
+enum Checks : Eigen::Index { kLocated, kFitting, kAll };
 
-template <SumsOf kOf>
-void clear(std::vector<Eigen::Array4f>& sums) {
-    for (Eigen::Array4f& all : sums) all.segment<2>(kOf).setZero();
-}
-// Spreads a patch's value over the control points that move it.
-template <SumsOf kOf>
-void add(const defrec_patch& patch, float value, std::vector<Eigen::Array4f>& sums) {
+// Spreads values over the control points that move a patch.
+template <class Sums>
+void add(const defrec_patch& patch, const Sums& values, std::vector<Sums>& sums) {
     for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
-        sums[static_cast<size_t>(patch.node[k])].segment<2>(kOf) +=
-            patch.weight[k] * Eigen::Array2f(value, 1);
+        sums[static_cast<size_t>(patch.node[k])] += patch.weight[k] * values;
 }
 
-Eigen::Array4f sums_at(const defrec_surface_point& vertex,
-                       const std::vector<Eigen::Array4f>& sums) {
-    Eigen::Array4f sum = Eigen::Array4f::Zero();
+template <class Sums>
+Sums sums_at(const defrec_surface_point& vertex, const std::vector<Sums>& sums) {
+    Sums sum = Sums::Zero();
     for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
         sum += vertex.weight[k] * sums[static_cast<size_t>(vertex.node[k])];
     return sum;
 }
 // 0 where there is none near.
-template <SumsOf kOf>
-float mean_of(const Eigen::Array4f& sums) {
-    return sums[kOf + 1] > 1e-3f ? sums[kOf] / sums[kOf + 1] : 0;
+float mean(float sum, float weight) { return weight > 1e-3f ? sum / weight : 0; }
+
+// Whether the check's own peak was found, rather than compared where it is predicted.
+bool has_peak(const defrec_patch_observation& found) {
+    return found.information[0] > 0 || found.information[2] > 0;
 }
 
-bool fits(const defrec_patch_observation& found) {
-    return found.valid != 0 && found.score >= Confidence::kMinZncc;
+bool is_located(const defrec_patch_observation& found) {
+    return found.valid != 0 && has_peak(found) && found.score >= Confidence::kMinZncc;
+}
+
+// px^2 between where a check was found and where the surface has it.
+float distance2(const defrec_patch_observation& found, const defrec_patch_prediction& expected) {
+    const float du = static_cast<float>(int64_t{found.u} - expected.u) / 256,
+                dv = static_cast<float>(int64_t{found.v} - expected.v) / 256;
+    return du * du + dv * dv;
+}
+
+// level: of the image in which checks are searched.
+bool fits(const defrec_patch_observation& found, const defrec_patch_prediction& expected,
+          uint32_t level) {
+    if (found.valid == 0) return false;
+    if (!has_peak(found)) return found.score >= Confidence::kMinZnccKept;
+    const float px2 = distance2(found, expected) / static_cast<float>(1u << (2 * level));
+    return static_cast<float>(found.score) >= Confidence::kMinZncc + Confidence::kZnccPerPx2 * px2;
+}
+
+// Squared distance at which the peak of a check may lie that was not located.
+float kept_px2(uint32_t width) {
+    const uint32_t level = check_level(width);
+    const auto reach =
+        static_cast<float>((decisions::StageParameters::kCheckSearchRadius - level) << level);
+    return Confidence::kKeptShare * reach * reach;
 }
 
 // Sums of checks over the control points at most kRegionReach away along rows and columns of the
@@ -49,9 +71,10 @@ void sum_regions(const TemplateData& data, PhotometricEvidence& evidence) {
     constexpr int kReach = Confidence::kRegionReach;
     const NodeGrid& grid = data.node_grid;
     const auto own = [&](int32_t node) -> Eigen::Array2f {
-        return evidence.sums[static_cast<size_t>(node)].segment<2>(kChecks);
+        const Eigen::Array4f& sums = evidence.checks[static_cast<size_t>(node)];
+        return {sums[kLocated], sums[kAll]};
     };
-    for (size_t i = 0; i < evidence.sums.size(); ++i)
+    for (size_t i = 0; i < evidence.checks.size(); ++i)
         evidence.regions[i] = own(static_cast<int32_t>(i));
     const auto above = [&](int x, int y) -> Eigen::Array2d& {
         return evidence.area[static_cast<size_t>(y * (grid.columns + 1) + x)];
@@ -95,68 +118,83 @@ float region_share(const defrec_patch& check, const PhotometricEvidence& evidenc
     Eigen::Array2f sum = Eigen::Array2f::Zero();
     for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
         sum += check.weight[k] * evidence.regions[static_cast<size_t>(check.node[k])];
-    return sum[1] > 1e-3f ? sum[0] / sum[1] : 0;
+    return mean(sum[0], sum[1]);
 }
 
 // From the sums.
 void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t vertex,
                     PhotometricEvidence& evidence) {
     const defrec_surface_point& point = data.vertices[vertex];
-    const Eigen::Array4f sums = sums_at(point, evidence.sums);
-    evidence.patch_px2[vertex] = mean_of<kPatches>(sums);
-    evidence.is_confirmed[vertex] = 0;
+    const Eigen::Array2f patches = sums_at(point, evidence.patches);
+    evidence.patch_px2[vertex] = mean(patches[0], patches[1]);
+    evidence.is_confirmed[vertex] = evidence.is_located[vertex] = 0;
     evidence.check_px2[vertex] = 0;
     evidence.check_score[vertex] = 0;
     if (data.check_of_vertex[vertex] < 0) return;
     const auto check = static_cast<size_t>(data.check_of_vertex[vertex]);
+    const Eigen::Array4f checks = sums_at(point, evidence.checks);
+    const auto most_are = [&](Checks such) {
+        return mean(checks[such], checks[kAll]) >= Confidence::kMinFittingShare;
+    };
+    evidence.is_located[vertex] = evidence.is_check_located[check] != 0 && most_are(kLocated);
+    if (evidence.does_check_fit[check] == 0 || !most_are(kFitting)) return;
     const defrec_patch_observation& found = output.checks[check];
-    if (evidence.is_accepted[check] == 0 || mean_of<kChecks>(sums) < Confidence::kMinFittingShare)
-        return;
-    const defrec_patch_prediction& expected = output.check_predictions[check];
-    const float du = static_cast<float>(int64_t{found.u} - expected.u) / 256,
-                dv = static_cast<float>(int64_t{found.v} - expected.v) / 256;
     evidence.is_confirmed[vertex] = 1;
-    evidence.check_px2[vertex] = du * du + dv * dv;
+    evidence.check_px2[vertex] =
+        has_peak(found) ? distance2(found, output.check_predictions[check]) : kept_px2(data.width);
     evidence.check_score[vertex] = static_cast<float>(found.score) / 4096;
 }
 
 }  // namespace
 
 void PhotometricEvidence::make_room(const TemplateData& data) {
-    const size_t vertices = data.vertices.size();
+    const size_t vertices = data.vertices.size(), nodes = data.nodes.size() / 3;
     is_confirmed.resize(vertices);
+    is_located.resize(vertices);
     for (std::vector<float>* values : {&check_px2, &check_score, &patch_px2})
         values->resize(vertices);
-    sums.resize(data.nodes.size() / 3);
-    regions.resize(sums.size());
+    patches.resize(nodes);
+    checks.resize(nodes);
+    regions.resize(nodes);
     const NodeGrid& grid = data.node_grid;
     area.assign(static_cast<size_t>(grid.columns + 1) * static_cast<size_t>(grid.rows + 1),
                 Eigen::Array2d::Zero());
-    is_accepted.resize(data.checks.size());
+    is_check_located.resize(data.checks.size());
+    does_check_fit.resize(data.checks.size());
 }
 
 void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
                     PhotometricEvidence& evidence) {
     constexpr float kFarthest2 = Confidence::kFarthestPatch * Confidence::kFarthestPatch;
-    clear<kPatches>(evidence.sums);
+    std::fill(evidence.patches.begin(), evidence.patches.end(), Eigen::Array2f(0, 0));
     for (size_t i = 0; i < data.patches.size(); ++i)
         if (!std::isnan(patch_px2[i]))
-            add<kPatches>(data.patches[i],
-                          static_cast<float>(std::min<double>(patch_px2[i], kFarthest2)),
-                          evidence.sums);
+            add<Eigen::Array2f>(
+                data.patches[i],
+                {static_cast<float>(std::min<double>(patch_px2[i], kFarthest2)), 1.0f},
+                evidence.patches);
 }
 
 void spread_checks(const TemplateData& data, const FrameOutput& output,
                    PhotometricEvidence& evidence) {
-    clear<kChecks>(evidence.sums);
-    for (size_t i = 0; i < data.checks.size(); ++i)
-        add<kChecks>(data.checks[i], fits(output.checks[i]) ? 1 : 0, evidence.sums);
-    sum_regions(data, evidence);
+    std::fill(evidence.checks.begin(), evidence.checks.end(), Eigen::Array4f(0, 0, 0, 0));
+    const uint32_t level = check_level(data.width);
     for (size_t i = 0; i < data.checks.size(); ++i) {
         const defrec_patch_observation& found = output.checks[i];
-        evidence.is_accepted[i] =
-            fits(found) && (found.score >= Confidence::kMinZnccAlone ||
-                            found.score >= required_zncc(region_share(data.checks[i], evidence)));
+        uint8_t &located = evidence.is_check_located[i], &fit = evidence.does_check_fit[i];
+        located = is_located(found) ? 1 : 0;
+        fit = fits(found, output.check_predictions[i], level) ? 1 : 0;
+        add<Eigen::Array4f>(data.checks[i],
+                            {static_cast<float>(located), static_cast<float>(fit), 1.0f, 0.0f},
+                            evidence.checks);
+    }
+    sum_regions(data, evidence);
+    for (size_t i = 0; i < data.checks.size(); ++i) {
+        const int32_t score = output.checks[i].score;
+        uint8_t &located = evidence.is_check_located[i], &fit = evidence.does_check_fit[i];
+        if (located + fit > 0 && score < Confidence::kMinZnccAlone &&
+            score < required_zncc(region_share(data.checks[i], evidence)))
+            located = fit = 0;
     }
 }
 

@@ -14,20 +14,24 @@ namespace defrec {
 struct PhotometricEvidence {
     // The live image shows there what the template shows, and does so at most checks round it.
     std::vector<uint8_t> is_confirmed;
+    // Likewise, by checks that were found, not only compared where they are predicted: what the
+    // tissue does that is noticed where checks are not found.
+    std::vector<uint8_t> is_located;
     std::vector<float> check_px2;    // squared distance at which it fits best; where confirmed
     std::vector<float> check_score;  // ZNCC there, 0..1; where confirmed
     std::vector<float> patch_px2;  // mean squared distance of the patches round it from where they
                                    // were found
-    // Working memory, per control point, sums weighted as it moves what they are of: px^2 of
-    // patches and weights of those; checks that fit and weights of all checks.
-    std::vector<Eigen::Array4f> sums;
-    std::vector<Eigen::Array2f> regions;  // those of checks, summed over a control point's region
+    // Working memory, per control point, sums weighted as it moves what they are of.
+    std::vector<Eigen::Array2f> patches;  // px^2 of them, and their weights
+    std::vector<Eigen::Array4f> checks;   // that are located, that fit, all
+    std::vector<Eigen::Array2f> regions;  // located ones and all, over a control point's region
     std::vector<Eigen::Array2d> area;     // likewise, of all above and to the left in the grid
-    std::vector<uint8_t> is_accepted;     // per check: it fits as well as its region asks for
+    // Per check: it was found, or fits, as well as its region asks for.
+    std::vector<uint8_t> is_check_located, does_check_fit;
 
     void make_room(const TemplateData& data);
 };
-// Their own two of the sums, so that both may run at once; patch_px2: of measure_patches. Throw
+// Sums of their own, so that both may run at once; patch_px2: of measure_patches. Throw
 // nothing once there is room.
 void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
                     PhotometricEvidence& evidence);

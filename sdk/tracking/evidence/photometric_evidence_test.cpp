@@ -40,6 +40,7 @@ struct Surface {
     static void fit(defrec_patch_observation& check, int32_t score) {
         check.valid = 1;
         check.score = score;
+        check.information[0] = check.information[2] = 1;
     }
     // Checks less than so many control points from the middle fail, but for the middle's own.
     void fail_round_middle(int distance) {
@@ -48,15 +49,18 @@ struct Surface {
                 if (std::max(std::abs(x - kSide / 2), std::abs(y - kSide / 2)) < distance)
                     checks[static_cast<size_t>(y * kSide + x)] = {};
     }
+    static constexpr size_t kMiddle = size_t{kSide / 2} * kSide + kSide / 2;
     bool confirms_middle(int32_t score) {
-        const size_t middle = size_t{kSide / 2} * kSide + kSide / 2;
-        fit(checks[middle], score);
+        fit(checks[kMiddle], score);
+        return confirms_middle();
+    }
+    bool confirms_middle() {
         FrameOutput output;
         output.checks = checks;
         output.check_predictions = predictions;
         spread_checks(data, output, evidence);
         measure_photometric(data, output, 0, data.vertices.size(), evidence);
-        return evidence.is_confirmed[middle] != 0;
+        return evidence.is_confirmed[kMiddle] != 0;
     }
 };
 
@@ -83,4 +87,35 @@ TEST_CASE("what is required rises as fewer checks of the region fit") {
     more.fail_round_middle(5);
     CHECK(!more.confirms_middle(Confidence::kMinZncc + 800));
     CHECK(more.confirms_middle(Confidence::kMinZnccAlone));
+}
+
+TEST_CASE("a check that was found elsewhere must fit better, the farther off") {
+    Surface surface;
+    const auto confirms_at = [&](double px, int32_t score) {
+        Surface::fit(surface.checks[Surface::kMiddle], score);
+        surface.checks[Surface::kMiddle].u = static_cast<int32_t>(256 * px);
+        return surface.confirms_middle();
+    };
+    const auto needed = static_cast<int32_t>(Confidence::kMinZncc + 9 * Confidence::kZnccPerPx2);
+    CHECK(confirms_at(0, Confidence::kMinZncc));
+    CHECK_FALSE(confirms_at(3, Confidence::kMinZncc));
+    CHECK_FALSE(confirms_at(3, needed - 1));
+    CHECK(confirms_at(3, needed));
+    CHECK(surface.evidence.check_px2[Surface::kMiddle] == 9);
+}
+
+TEST_CASE("a check that is compared where it is predicted confirms, and locates nothing") {
+    Surface surface;
+    defrec_patch_observation& middle = surface.checks[Surface::kMiddle];
+    const auto keep = [&](int32_t score) {
+        Surface::fit(middle, score);
+        middle.information[0] = middle.information[2] = 0;
+        return surface.confirms_middle();
+    };
+    CHECK_FALSE(keep(Confidence::kMinZnccKept - 1));
+    CHECK(keep(Confidence::kMinZnccKept));
+    CHECK(surface.evidence.check_px2[Surface::kMiddle] > 4);
+    CHECK(surface.evidence.is_located[Surface::kMiddle] == 0);
+    CHECK(surface.confirms_middle(Confidence::kMinZncc));
+    CHECK(surface.evidence.is_located[Surface::kMiddle] == 1);
 }

@@ -433,6 +433,16 @@ struct Confidence {
     // 1/4096 | ZNCC of a check that fits, at least | tissue that slid by a millimetre has a median
     //   of 0 to 0.15, tissue in its place one above 0.9
     static constexpr int32_t kMinZncc = 2048;
+    // 1/4096 per px^2 | by which it must be higher where the check was found away from where the
+    //   surface has it, px of its level | 0.03: of points called tracked in `invivo1` 1.5 % agree
+    //   by less than 0.5 with the template, 2.1 % without, [in-vivo-evidence]
+    static constexpr float kZnccPerPx2 = 123;
+    // 1/4096 | ZNCC of a check that is not located and fits where the surface has it, at least |
+    //   0.8: `invivo1`, [in-vivo-evidence]
+    static constexpr int32_t kMinZnccKept = 3277;
+    // 1 | squared distance of its peak, of the squared radius in which it was searched | set by
+    //   hand: as likely anywhere within
+    static constexpr float kKeptShare = 0.5f;
     // share of the checks round a vertex | that must fit: some fit elsewhere by chance | points
     //   called observed beyond 2 mm fell from 7 to 0 in `motion-blur`, from 1 to 0 in `late-view`
     //   and `grasp`
@@ -672,8 +682,6 @@ struct Slips {
     // band
     //   whose sides slide is told by these already
     static constexpr uint8_t kFrames = 3;
-    // frames | from a search that found no side that slides to the next | set by hand
-    static constexpr int kRest = 3;
     // spacings of control points | across the band, to where the template is seen again | as cuts
     static constexpr double kReach = 5;
     // spacings of control points | from a line that was released within which none is looked for |

@@ -464,7 +464,6 @@ bool any_moves_otherwise(const TemplateData& data, const FrameOutput& output,
 void SlipMonitor::reset() {
     frames_.clear();
     found_.reset();
-    rest_ = 0;
     suspected_.reset();
     doubts_.clear();
 }
@@ -495,11 +494,9 @@ void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
         doubts_.clear();
         return;
     }
-    if (--rest_ > 0) return;
     std::vector<uint8_t> open = open_cells(data, frames_, Slips::kFrames, Slips::kBesideCut);
     std::vector<SlidingPart> bands = sliding_parts(data, output, is_confirmed, open);
     doubt(data, bands);
-    rest_ = bands.empty() && !suspected_ ? Slips::kRest : 0;
     bands = join(std::move(bands), spacing);
     if (suspected_ && !image.empty()) bands.push_back(std::move(*suspected_));
     suspected_.reset();

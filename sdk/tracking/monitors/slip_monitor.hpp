@@ -54,7 +54,6 @@ class SlipMonitor {
 
     std::optional<Slip> found_;
     std::vector<uint8_t> frames_;  // per cell of the grid: without evidence, at most Slips::kFrames
-    int rest_ = 0;                 // frames before the next search
     std::optional<SlidingPart> suspected_;
     std::vector<float> doubts_;
 };

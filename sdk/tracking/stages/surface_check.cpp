@@ -27,6 +27,7 @@ defrec_align_params check_params(const defrec_camera& camera, const TemplateData
     align.patch_radius = decisions::CheckPatches::kCheckRadius;
     align.search_radius = StageParameters::kCheckSearchRadius - check_level(data.width);
     align.min_score = 1;
+    align.keep_predicted = 1;
     return align;
 }
 
