@@ -106,6 +106,13 @@ typedef struct defrec_memory_   *defrec_memory;   /**< the caller's memory, know
 typedef struct defrec_targets_  *defrec_targets;  /**< points of a plan, prepared for a template:
                                                        defrec_targets_create() */
 
+typedef struct defrec_registration_ *defrec_registration; /**< where a preoperative model lies:
+                                                               defrec_registration_from_surface()
+                                                               and those beside it */
+typedef struct defrec_hand_eye_     *defrec_hand_eye;     /**< where a camera is on the marker that
+                                                               a navigation system sees:
+                                                               defrec_hand_eye_create() */
+
 /** Makes *p all default: zero, with struct_size set. */
 #define DEFREC_INIT(p) \
   (memset((p), 0, sizeof *(p)), (void)((p)->struct_size = (uint32_t)sizeof *(p)))
@@ -1463,6 +1470,360 @@ DEFREC_API defrec_status DEFREC_CALL defrec_template_save(
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_template_load(
     defrec_context context, const char *path, defrec_template *out);
+
+/** @} */
+/** @defgroup registration Registration of a preoperative model
+ *  Model frame: that of the model, such as a scan's, mm. Seen frame: that of what was seen,
+ *  normally the template frame. docs/program/register.md says how it is computed, and cites.
+ *  @{ */
+
+/** Whether a registration or a hand-eye calibration may be used. */
+enum {
+    DEFREC_VERDICT_FAILED       = 0, /**< nothing fits the data */
+    DEFREC_VERDICT_UNDETERMINED = 1, /**< the data leave a motion open: see free motions */
+    DEFREC_VERDICT_AMBIGUOUS    = 2, /**< another pose fits as well: see alternatives */
+    DEFREC_VERDICT_ACCEPTED     = 3  /**< one solution fits, and the data hold all its motions */
+};
+/** Kinds of motions that data do not tell from rest. */
+enum {
+    DEFREC_FREE_TURN  = 1, /**< a turn about an axis, with a shift along it */
+    DEFREC_FREE_SHIFT = 2  /**< a shift alone */
+};
+/** A motion that the data of a registration or a hand-eye calibration do not tell from rest. */
+typedef struct defrec_free_motion {
+    uint32_t    struct_size;      /**< see DEFREC_INIT */
+    uint32_t    kind;             /**< DEFREC_FREE_* */
+    double      axis[3];          /**< unit length, seen frame; of a hand-eye calibration the
+                                       marker's frame */
+    double      point[3];         /**< on the axis of a turn, seen frame; of a hand-eye calibration
+                                       the camera's place @unit mm */
+    double      pitch_mm_per_rad; /**< shift along the axis for each rad of a turn @unit mm/rad */
+    double      expected_mm;      /**< standard deviation of the shift, or of what a turn moves, at
+                                       the typical distance of the data; 0: see expected_rad
+                                       @unit mm */
+    double      expected_rad;     /**< standard deviation of a hand-eye calibration's turn, else 0
+                                       @unit rad */
+    const char *text;             /**< for people: "turn about the axis (0 0 1) through (0 0 60)
+                                       mm". Lives as long as the handle */
+} defrec_free_motion;
+
+/** Pairs of places of a model, and where they are seen. */
+typedef struct defrec_registration_pairs {
+    uint32_t      struct_size;      /**< see DEFREC_INIT */
+    uint32_t      flags;            /**< 0 @range 0..0 */
+    const double *model_xyz;        /**< xyz each, model frame, mm */
+    const double *seen_xyz;         /**< xyz each, seen frame, mm */
+    const double *model_covariance; /**< xx, xy, xz, yy, yz, zz of each place's error, model frame,
+                                         mm^2; NULL: 0 */
+    const double *seen_covariance;  /**< likewise of the seen place, seen frame. Both NULL or all
+                                         0: errors are not known, and alike */
+    uint64_t      count;            /**< number of pairs, at least 3 @range 0..1000000 */
+    double        max_residual_mm;  /**< where the root mean square of the residuals is larger, the
+                                         registration has failed @default 5 @range 0.001..100
+                                         @unit mm */
+    double        max_error_mm;     /**< a motion with a larger standard deviation is undetermined
+                                         @default 2 @range 0.001..100 @unit mm */
+} defrec_registration_pairs;
+
+/** Flags of defrec_registration_desc. */
+enum {
+    DEFREC_REGISTRATION_NO_CAMERA = 1u << 0 /**< the surface was not seen from viewer: triangles
+                                                 that turn away from it are compared as well */
+};
+/** A model's surface, what was seen of it, and where it lies about. */
+typedef struct defrec_registration_desc {
+    uint32_t        struct_size;          /**< see DEFREC_INIT */
+    uint32_t        flags;                /**< DEFREC_REGISTRATION_*
+                                               @range 0..DEFREC_REGISTRATION_NO_CAMERA */
+    const float    *model_vertices;       /**< xyz each, model frame, mm */
+    uint64_t        model_vertex_count;   /**< number of vertices @range 3..6000000 */
+    const uint32_t *model_triangles;      /**< three vertex indices each, counter-clockwise seen
+                                               from outside; a closed mesh that is inside out is
+                                               turned */
+    uint64_t        model_triangle_count; /**< number of triangles @range 1..2000000 */
+    const float    *seen_vertices;        /**< xyz each, seen frame, mm */
+    const float    *seen_normals;         /**< xyz each, towards the camera; 0 0 0: not known;
+                                               NULL: none is known */
+    const float    *seen_covariances;     /**< xx, xy, xz, yy, yz, zz of each point's error, seen
+                                               frame, mm^2; NULL: see point_error_mm */
+    const uint8_t  *seen_status;          /**< DEFREC_POINT_* each: those that are not
+                                               DEFREC_POINT_OBSERVED are passed over; NULL: all
+                                               count */
+    uint64_t        seen_count;           /**< number of points, at least 50 that count
+                                               @range 0..16777216 */
+    double          start[12];            /**< about where the model lies: seen frame from model
+                                               frame, 3x4 row-major, a rotation and mm; all 0: the
+                                               identity */
+    double          viewer[3];            /**< where the camera stood, seen frame: what turns away
+                                               from there was not seen @unit mm */
+    double          max_turn_rad;         /**< how far the start may be turned, about the middle of
+                                               the points @default 0.5236 (30 degrees)
+                                               @range 0..3.1416 @unit rad */
+    double          max_shift_mm;         /**< how far it may be shifted @default 30 @range 0..500
+                                               @unit mm */
+    double          point_error_mm;       /**< standard deviation along each axis of points without
+                                               a covariance @default 0.5 @range 0.001..100
+                                               @unit mm */
+    double          model_error_mm;       /**< standard deviation of the model's surface along its
+                                               normal @default 0.2 @range 0..100 @unit mm */
+    double          max_residual_mm;      /**< where the robust standard deviation of the residuals
+                                               is larger, the registration has failed @default 3
+                                               @range 0.001..100 @unit mm */
+    double          min_inlier_share;     /**< where a smaller share of the points lies on the
+                                               model, it has failed @default 0.4 @range 0..1 */
+    double          max_error_mm;         /**< a motion with a larger standard deviation, root mean
+                                               square over the points, is undetermined @default 2
+                                               @range 0.001..100 @unit mm */
+    uint32_t        starts;               /**< poses within max_turn_rad and max_shift_mm from
+                                               which the search begins, the start included
+                                               @default 20 @range 1..10000 */
+    uint32_t        reserved;             /**< 0 */
+} defrec_registration_desc;
+
+/** Registers a model by the pairs in desc: Horn's closed form (J. Opt. Soc. Am. A 4, 1987), then
+ *  least squares weighted by the covariances. What desc points to is copied. Pairs that contradict
+ *  each other or lie in a line give a handle, whose verdict says so.
+ *  @errors DEFREC_ERROR_ARGUMENT: a field is out of range, a coordinate is not finite, a covariance
+ *  is none, or errors are stated of some pairs alone.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_registration_from_pairs(
+    const defrec_registration_pairs *desc, defrec_registration *out);
+/** Registers the model's surface in desc to the points that were seen of it: point to plane,
+ *  robust, from several starts (docs/program/register.md), with the context's threads. The result
+ *  does not depend on how many there are. What desc points to is copied. A surface that fits
+ *  nowhere, in several places or leaves a motion open gives a handle, whose verdict says so.
+ *  @errors DEFREC_ERROR_ARGUMENT: a field is out of range, an array is NULL, a number is not
+ *  finite, a covariance is none, there are fewer than 50 points, or the model has no surface or a
+ *  size that is not one in mm; the error message begins with "the model" where the model is at
+ *  fault.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_registration_from_surface(
+    defrec_context context, const defrec_registration_desc *desc, defrec_registration *out);
+/** Likewise, to the vertices of the template surface whose depth was measured, with the errors that
+ *  stereo leaves at their depth, or point_error_mm where desc gives it; with the context's threads.
+ *  desc names no seen points: its seen_count is 0. The seen frame is the template frame.
+ *  @errors as defrec_registration_from_surface(); DEFREC_ERROR_ARGUMENT: desc names seen points.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_registration_from_template(
+    defrec_context context, defrec_template surface, const defrec_registration_desc *desc,
+    defrec_registration *out);
+/** Ends the use of the registration.
+ *  @threads any @since 1.0 */
+DEFREC_API void DEFREC_CALL defrec_registration_destroy(defrec_registration registration);
+
+/** Where a model lies. The pointers live as long as the handle. */
+typedef struct defrec_registration_info {
+    uint32_t        struct_size;       /**< see DEFREC_INIT */
+    uint32_t        verdict;           /**< DEFREC_VERDICT_*: use nothing else but
+                                               DEFREC_VERDICT_ACCEPTED without a person's look */
+    const char     *reason;            /**< the verdict's, one sentence for people */
+    double          transform[12];     /**< seen frame from model frame, 3x4 row-major, a
+                                               rotation and mm; of a failed one the best pose that
+                                               was found */
+    double          covariance[36];    /**< 6x6 row-major, of the motion that the true transform
+                                               has after this one: a turn about x, y, z of the seen
+                                               frame and about its origin, rad, then a shift, mm;
+                                               along free motions at least (1000 mm)^2 */
+    double          rms_mm;            /**< root mean square of the inliers' residuals @unit mm */
+    double          robust_mm;         /**< robust standard deviation of all residuals
+                                               @unit mm */
+    double          error_ratio;       /**< that of the residuals in units of their expected
+                                               errors */
+    double          inlier_share;      /**< 0..1 of what was compared */
+    double          correlated;        /**< so many neighbours share an error */
+    uint64_t        used;              /**< points or pairs that were compared */
+    const float    *residuals;         /**< per point or pair given: along the model's outside
+                                               normal, of a pair its length, mm; NaN where it was
+                                               not compared @count point_count */
+    const uint8_t  *inliers;           /**< per point or pair given: 1 where it fits
+                                               @count point_count */
+    uint64_t        point_count;       /**< points or pairs that were given; of a template its
+                                               vertices */
+    const uint32_t *triangles;         /**< three vertex indices each: those of the model that
+                                               have an area, turned outwards @count triangle_count
+                                               @components 3 */
+    uint64_t        triangle_count;    /**< triangles; 0 of a registration by pairs */
+    uint64_t        dropped_triangles; /**< triangles of the model without an area */
+    uint64_t        open_edges;        /**< edges of one triangle: the model is not closed */
+    uint64_t        odd_edges;         /**< edges of more than two triangles, or of two that turn
+                                               differently */
+    uint32_t        model_turned;      /**< 1: the model was inside out */
+    uint32_t        model_has_outside; /**< 1: it tells its outside, so that its back is not
+                                               taken for its front */
+    uint64_t        free_motion_count; /**< see defrec_registration_get_free_motion() */
+    uint64_t        alternative_count; /**< see defrec_registration_get_alternative() */
+} defrec_registration_info;
+/** Describes the registration.
+ *  @errors none but those of every function.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_registration_get(
+    defrec_registration registration, defrec_registration_info *out);
+/** Motion number index, from 0, that the data of the registration leave open.
+ *  @errors DEFREC_ERROR_ARGUMENT: there is none of that index.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_registration_get_free_motion(
+    defrec_registration registration, size_t index, defrec_free_motion *out);
+
+/** Another pose that fits about as well. */
+typedef struct defrec_registration_alternative {
+    uint32_t struct_size;   /**< see DEFREC_INIT */
+    uint32_t reserved;      /**< 0 */
+    double   transform[12]; /**< as in defrec_registration_info */
+    double   distance_mm;   /**< root mean square by which it moves the points against the transform
+                                 that was chosen @unit mm */
+    double   rms_mm;        /**< as in defrec_registration_info @unit mm */
+    double   inlier_share;  /**< as in defrec_registration_info */
+} defrec_registration_alternative;
+/** Other pose number index, from 0, of the registration, the one that fits best first.
+ *  @errors DEFREC_ERROR_ARGUMENT: there is none of that index.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_registration_get_alternative(
+    defrec_registration registration, size_t index, defrec_registration_alternative *out);
+
+/** Moves count points model_xyz, mm, of the model frame by the registration to the seen frame, xyz.
+ *  covariance: of each the error's xx, xy, xz, yy, yz, zz, seen frame, mm^2, J C J^T with J = [-[x]
+ *  1] at xyz x and the covariance C of defrec_registration_info; expected_error_mm, the target
+ *  registration error: the root of its trace; both may be NULL. A point that is not finite comes
+ *  out as NaN. model_xyz and xyz may be the same memory.
+ *  @errors none but those of every function.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_registration_move_points(
+    defrec_registration registration, const double *model_xyz, size_t count, double *xyz,
+    double *covariance, double *expected_error_mm);
+
+/** @} */
+/** @defgroup hand_eye Hand-eye calibration
+ *  Marker: what a navigation system sees on the camera. World: where the camera's own poses are,
+ *  such as a board, fixed to the navigation system. docs/program/handeye.md says how it is
+ *  computed, and cites.
+ *  @{ */
+
+/** Flags of defrec_hand_eye_desc. */
+enum {
+    DEFREC_HAND_EYE_PAIRED       = 1u << 0, /**< pose i of both belong together, whatever their
+                                                 times */
+    DEFREC_HAND_EYE_KNOWN_OFFSET = 1u << 1  /**< offset_s is given: it is not estimated */
+};
+/** Poses of a camera and of the marker on it, as many as there are of each, or two streams with
+ *  times. */
+typedef struct defrec_hand_eye_desc {
+    uint32_t      struct_size;        /**< see DEFREC_INIT */
+    uint32_t      flags;              /**< DEFREC_HAND_EYE_* @range 0..3 */
+    const double *camera_poses;       /**< world from camera, 3x4 row-major each, a rotation and
+                                           mm */
+    const double *camera_times_s;     /**< time of each, growing; may be NULL with
+                                           DEFREC_HAND_EYE_PAIRED @unit s */
+    uint64_t      camera_count;       /**< number of the camera's poses @range 1..4194304 */
+    const double *tracker_poses;      /**< navigation system from marker, 3x4 row-major each, a
+                                           rotation and mm */
+    const double *tracker_times_s;    /**< likewise, by the navigation system's clock @unit s */
+    uint64_t      tracker_count;      /**< number of the marker's poses @range 1..4194304 */
+    double        camera_error_mm;    /**< standard deviation along each axis of the camera's
+                                           places. All four errors or none: then the residuals say
+                                           how large they are @range 0..100 @unit mm */
+    double        camera_error_rad;   /**< likewise of its rotations @range 0..1 @unit rad */
+    double        tracker_error_mm;   /**< likewise of the marker's places @range 0..100 @unit mm */
+    double        tracker_error_rad;  /**< likewise of its rotations @range 0..1 @unit rad */
+    double        offset_s;           /**< with DEFREC_HAND_EYE_KNOWN_OFFSET: the navigation
+                                           system's time is the camera's plus it @unit s */
+    double        max_offset_s;       /**< how far the offset is searched @default 2
+                                           @range 0..3600 @unit s */
+    double        max_residual_mm;    /**< where the root mean square of the residuals of places is
+                                           larger, the calibration has failed @default 3
+                                           @range 0.001..1000 @unit mm */
+    double        max_residual_rad;   /**< likewise of rotations @default 0.0349 (2 degrees)
+                                           @range 0.00001..3.1416 @unit rad */
+    double        max_error_mm;       /**< a motion with a larger standard deviation, 100 mm from
+                                           the camera, is undetermined @default 1
+                                           @range 0.001..1000 @unit mm */
+    double        max_offset_error_s; /**< likewise the offset @default 0.01 @range 0.000001..10
+                                           @unit s */
+} defrec_hand_eye_desc;
+
+/** Finds where the camera is on its marker from the poses in desc, A X = Z B: Park and Martin's
+ *  closed form (IEEE Trans. Robotics and Automation 10, 1994), then least squares
+ *  (docs/program/handeye.md). What desc points to is copied. Poses that fit nothing, or do not
+ *  determine it, give a handle, whose verdict says so.
+ *  @errors DEFREC_ERROR_ARGUMENT: a field is out of range, an array is NULL, a pose is no rotation
+ *  and translation, times are not finite or do not grow, some of the four errors are given but not
+ *  all, or counts differ with DEFREC_HAND_EYE_PAIRED.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_create(
+    const defrec_hand_eye_desc *desc, defrec_hand_eye *out);
+/** Ends the use of the hand_eye calibration.
+ *  @threads any @since 1.0 */
+DEFREC_API void DEFREC_CALL defrec_hand_eye_destroy(defrec_hand_eye hand_eye);
+
+/** Where a camera is on its marker. The pointers live as long as the handle. */
+typedef struct defrec_hand_eye_info {
+    uint32_t       struct_size;            /**< see DEFREC_INIT */
+    uint32_t       verdict;                /**< DEFREC_VERDICT_*: never DEFREC_VERDICT_AMBIGUOUS */
+    const char    *reason;                 /**< the verdict's, one sentence for people */
+    const char    *notes;                  /**< remarks for people, a line each; "" without */
+    double         marker_from_camera[12]; /**< 3x4 row-major, a rotation and mm */
+    double         tracker_from_world[12]; /**< the camera's world in the navigation system, 3x4
+                                                row-major, a rotation and mm */
+    double         covariance[36];         /**< 6x6 row-major, of the motion that the true
+                                                marker_from_camera has after this one: a turn about
+                                                x, y, z of the marker's frame and about its origin,
+                                                rad, then a shift, mm; along free motions
+                                                (1000 mm)^2 is added. NaN: nothing was solved */
+    uint32_t       is_solved;              /**< 1: transforms, covariance and residuals are those of
+                                                the best solution; 0: it was refused before, and
+                                                they are the identity, NaN and NULL */
+    uint32_t       offset_estimated;       /**< 1: the offset was estimated */
+    double         offset_s;               /**< the navigation system's time is the camera's plus
+                                                it @unit s */
+    double         offset_sigma_s;         /**< its standard deviation @unit s */
+    double         offset_correlation;     /**< correlation of both speeds of rotation, -1..1 */
+    double         rms_mm, rms_rad;        /**< root mean squares of the residuals at the camera, of
+                                                the poses that fit, mm and rad */
+    double         error_ratio;            /**< residuals in units of the errors */
+    double         camera_error_mm;        /**< the errors as stated or estimated @unit mm */
+    double         camera_error_rad;       /**< likewise @unit rad */
+    double         tracker_error_mm;       /**< likewise @unit mm */
+    double         tracker_error_rad;      /**< likewise @unit rad */
+    double         correlated;             /**< so many neighbours share an error */
+    double         turn_rad;               /**< root mean square of the rotations against their
+                                                mean @unit rad */
+    double         cross_turn_rad;         /**< that of their parts across the main axis
+                                                @unit rad */
+    double         length_factor;          /**< what lengths of the camera's world are to be
+                                                multiplied by to be the navigation system's; not
+                                                applied */
+    double         length_factor_sigma;    /**< its standard deviation */
+    uint64_t       used;                   /**< poses of the camera that were used */
+    uint64_t       inlier_count;           /**< those of them that fit */
+    const double  *residuals_mm;           /**< per pose of the camera: how far off it is; NaN
+                                                where it was not used @count residual_count */
+    const double  *residuals_rad;          /**< likewise its rotation @count residual_count */
+    const uint8_t *inliers;                /**< per pose of the camera: 1 where it fits
+                                                @count residual_count */
+    uint64_t       residual_count;         /**< poses of the camera that were given; 0 where nothing
+                                                was solved */
+    uint64_t       free_motion_count;      /**< see defrec_hand_eye_get_free_motion() */
+} defrec_hand_eye_info;
+/** Describes the hand_eye calibration.
+ *  @errors none but those of every function.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_get(
+    defrec_hand_eye hand_eye, defrec_hand_eye_info *out);
+/** Motion number index, from 0, of the transform that the poses of the hand_eye calibration leave
+ *  open.
+ *  @errors DEFREC_ERROR_ARGUMENT: there is none of that index.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_get_free_motion(
+    defrec_hand_eye hand_eye, size_t index, defrec_free_motion *out);
+
+/** Where the camera is, by the hand_eye calibration, for each of count poses of its marker:
+ *  marker_pose is navigation system from marker, 3x4 row-major each, a rotation and mm; camera_pose
+ *  is navigation system from camera likewise, what camera_pose of defrec_frame takes where the
+ *  calibration is of the rectified camera. The two may be the same memory.
+ *  @errors DEFREC_ERROR_STATE: the verdict is not DEFREC_VERDICT_ACCEPTED. DEFREC_ERROR_ARGUMENT: a
+ *  pose is no rotation and translation.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_camera_pose(
+    defrec_hand_eye hand_eye, const double *marker_pose, size_t count, double *camera_pose);
 
 /** @} */
 

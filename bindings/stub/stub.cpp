@@ -438,3 +438,136 @@ DEFREC_API defrec_status DEFREC_CALL defrec_template_load(
     call.made_handle("out", out);
     return call.status();
 }
+
+DEFREC_API defrec_status DEFREC_CALL defrec_registration_from_pairs(
+        const defrec_registration_pairs *desc,
+        defrec_registration *out) {
+    Call call("defrec_registration_from_pairs");
+    call.structure("desc", desc);
+    call.made_handle("out", out);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_registration_from_surface(
+        defrec_context context,
+        const defrec_registration_desc *desc,
+        defrec_registration *out) {
+    Call call("defrec_registration_from_surface");
+    call.handle("context", context);
+    call.structure("desc", desc);
+    call.made_handle("out", out);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_registration_from_template(
+        defrec_context context,
+        defrec_template surface,
+        const defrec_registration_desc *desc,
+        defrec_registration *out) {
+    Call call("defrec_registration_from_template");
+    call.handle("context", context);
+    call.handle("surface", surface);
+    call.structure("desc", desc);
+    call.made_handle("out", out);
+    return call.status();
+}
+
+DEFREC_API void DEFREC_CALL defrec_registration_destroy(defrec_registration registration) {
+    Call call("defrec_registration_destroy");
+    call.handle("registration", registration);
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_registration_get(
+        defrec_registration registration,
+        defrec_registration_info *out) {
+    Call call("defrec_registration_get");
+    call.handle("registration", registration);
+    call.made_structure("out", out);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_registration_get_free_motion(
+        defrec_registration registration,
+        size_t index,
+        defrec_free_motion *out) {
+    Call call("defrec_registration_get_free_motion");
+    call.handle("registration", registration);
+    call.integer("index", index);
+    call.made_structure("out", out);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_registration_get_alternative(
+        defrec_registration registration,
+        size_t index,
+        defrec_registration_alternative *out) {
+    Call call("defrec_registration_get_alternative");
+    call.handle("registration", registration);
+    call.integer("index", index);
+    call.made_structure("out", out);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_registration_move_points(
+        defrec_registration registration,
+        const double *model_xyz,
+        size_t count,
+        double *xyz,
+        double *covariance,
+        double *expected_error_mm) {
+    Call call("defrec_registration_move_points");
+    call.handle("registration", registration);
+    call.doubles("model_xyz", model_xyz, 3 * count);
+    call.integer("count", count);
+    call.made_array("xyz", xyz, 3 * count);
+    call.made_array("covariance", covariance, 6 * count);
+    call.made_array("expected_error_mm", expected_error_mm, 1 * count);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_create(
+        const defrec_hand_eye_desc *desc,
+        defrec_hand_eye *out) {
+    Call call("defrec_hand_eye_create");
+    call.structure("desc", desc);
+    call.made_handle("out", out);
+    return call.status();
+}
+
+DEFREC_API void DEFREC_CALL defrec_hand_eye_destroy(defrec_hand_eye hand_eye) {
+    Call call("defrec_hand_eye_destroy");
+    call.handle("hand_eye", hand_eye);
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_get(
+        defrec_hand_eye hand_eye,
+        defrec_hand_eye_info *out) {
+    Call call("defrec_hand_eye_get");
+    call.handle("hand_eye", hand_eye);
+    call.made_structure("out", out);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_get_free_motion(
+        defrec_hand_eye hand_eye,
+        size_t index,
+        defrec_free_motion *out) {
+    Call call("defrec_hand_eye_get_free_motion");
+    call.handle("hand_eye", hand_eye);
+    call.integer("index", index);
+    call.made_structure("out", out);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_camera_pose(
+        defrec_hand_eye hand_eye,
+        const double *marker_pose,
+        size_t count,
+        double *camera_pose) {
+    Call call("defrec_hand_eye_camera_pose");
+    call.handle("hand_eye", hand_eye);
+    call.doubles("marker_pose", marker_pose, 12 * count);
+    call.integer("count", count);
+    call.made_array("camera_pose", camera_pose, 12 * count);
+    return call.status();
+}

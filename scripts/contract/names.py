@@ -47,6 +47,12 @@ ENUMERATIONS = [
         "DEFREC_EVIDENCE_", "Evidence", "Evidence", is_flags=True, zero="None", csharp_type="byte"
     ),
     Enumeration("DEFREC_OBSERVED", "Observation", "Observation"),
+    Enumeration("DEFREC_VERDICT_", "Verdict", "Verdict"),
+    Enumeration("DEFREC_FREE_", "FreeMotionKind", "FreeMotionKind"),
+    Enumeration(
+        "DEFREC_REGISTRATION_", "RegistrationFlag", "RegistrationFlags", is_flags=True, zero="None"
+    ),
+    Enumeration("DEFREC_HAND_EYE_", "HandEyeFlag", "HandEyeFlags", is_flags=True, zero="None"),
 ]
 CONSTANTS = {"DEFREC_STAGE_COUNT_V1"}  # among the enumerators of an enumeration
 
@@ -59,6 +65,12 @@ CLASSES = {
     "defrec_result": ("Result", "FrameResult"),
     "defrec_template_info": ("TemplateData", "Template"),
     "defrec_body_region": ("BodyRegion", "BodyRegion"),
+    "defrec_registration_desc": ("Registration.from_surface", "RegistrationOptions"),
+    "defrec_registration_info": ("Registration", "Registration"),
+    "defrec_registration_alternative": ("AlternativePose", "AlternativePose"),
+    "defrec_free_motion": ("FreeMotion", "FreeMotion"),
+    "defrec_hand_eye_desc": ("HandEye", "HandEyeOptions"),
+    "defrec_hand_eye_info": ("HandEye", "HandEye"),
 }
 
 

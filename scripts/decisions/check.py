@@ -25,7 +25,7 @@ import header
 ALLOWED = {
     ("api/api.cpp", "max() / 64"): "range of a parameter of the C API",
     ("api/handles.cpp", "kSerialMask = "): "bits of a handle",
-    ("api/tracking.cpp", "max() / 64"): "range of a parameter of the C API",
+    ("api/read.hpp", "max() / 64"): "range of a parameter of the C API",
     ("api/tracking.cpp", "kTolerance = 1e-3, kMaxMm = 1e6"): "range of a parameter of the C API",
     ("body/body_description.cpp", "kLeast = 0.01f"): "range of a parameter of the C API",
     ("body/body_description.hpp", "poisson_ratio = 0.43"): "default of a parameter of the C API",

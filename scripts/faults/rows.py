@@ -455,6 +455,33 @@ SECTIONS = (
             ),
         ),
     ),
+    (
+        "Registration and hand-eye calibration in an application",
+        (
+            (
+                189,
+                (
+                    "arrays of a registration that are missing, numbers out of range, counts that"
+                    " are too large"
+                ),
+                "refused, with the field or the number of the vertex, point or pair",
+            ),
+            (
+                190,
+                (
+                    "likewise of a hand-eye calibration; some of its four errors; a marker's pose"
+                    " that is none"
+                ),
+                "refused, with the field or the number of the pose",
+            ),
+            (
+                191,
+                "a hand-eye calibration that was refused, used all the same",
+                "`DEFREC_ERROR_STATE`, with the reason",
+            ),
+            (192, "targets of a registration that are not finite", "NaN; the others move"),
+        ),
+    ),
 )
 
 # Tests that are not C++, or why there is none.

@@ -16,7 +16,9 @@ enum class HandleKind : uint8_t {
     kJob,
     kStage,
     kMemory,
-    kTargets
+    kTargets,
+    kRegistration,
+    kHandEye
 };
 
 namespace detail {

@@ -6,8 +6,10 @@
 #include <atomic>
 #include <cstdlib>
 #include <functional>
+#include <vector>
 
 #include "sdk/base/os/aligned_memory.hpp"
+#include "sdk/registration/test_organ.hpp"
 #include "sdk/testing/test_context.hpp"
 #include "sdk/testing/test_files.hpp"
 #include "sdk/testing/test_frames.hpp"
@@ -131,6 +133,77 @@ TEST_CASE("row 50: memory runs out while a context is made") {
         defrec_context_destroy(context);
         return status;
     });
+}
+
+TEST_CASE("row 50: memory runs out while pairs are registered, or a camera found on its marker") {
+    warm_up();
+    const double places[] = {0, 0, -50, 60, 10, -30, -40, 30, -35, 10, -45, -20};
+    defrec_registration_pairs pairs;
+    DEFREC_INIT(&pairs);
+    pairs.model_xyz = pairs.seen_xyz = places;
+    pairs.count = 4;
+    check_every_failure([&] {
+        defrec_registration registration = nullptr;
+        const defrec_status status = defrec_registration_from_pairs(&pairs, &registration);
+        CHECK((registration != nullptr) == (status == DEFREC_OK));
+        const Destroying scope;
+        defrec_registration_destroy(registration);
+        return status;
+    });
+    double poses[3][12] = {};  // turns about each axis, in the camera's frame: all three fit
+    for (int i = 0; i < 3; ++i) {
+        poses[i][4 * i + i] = 1;
+        poses[i][4 * ((i + 1) % 3) + (i + 2) % 3] = -1;
+        poses[i][4 * ((i + 2) % 3) + (i + 1) % 3] = 1;
+    }
+    defrec_hand_eye_desc desc;
+    DEFREC_INIT(&desc);
+    desc.flags = DEFREC_HAND_EYE_PAIRED;
+    desc.camera_poses = desc.tracker_poses = poses[0];
+    desc.camera_count = desc.tracker_count = 3;
+    check_every_failure(
+        [&] {
+            defrec_hand_eye hand_eye = nullptr;
+            const defrec_status status = defrec_hand_eye_create(&desc, &hand_eye);
+            CHECK((hand_eye != nullptr) == (status == DEFREC_OK));
+            const Destroying scope;
+            defrec_hand_eye_destroy(hand_eye);
+            return status;
+        },
+        7);
+}
+
+TEST_CASE("row 50: memory runs out while a surface is registered") {
+    warm_up();
+    const defrec::TestMesh mesh =
+        defrec::sphere_mesh(2, [](const Eigen::Vector3d& d) { return Eigen::Vector3d(40 * d); });
+    std::vector<float> seen = mesh.vertices;
+    for (size_t i = 2; i < seen.size(); i += 3) seen[i] += 150;
+    defrec_context context = nullptr;
+    REQUIRE(make_context(&context) == DEFREC_OK);
+    defrec_registration_desc desc;
+    DEFREC_INIT(&desc);
+    desc.model_vertices = mesh.vertices.data();
+    desc.model_vertex_count = mesh.vertices.size() / 3;
+    desc.model_triangles = mesh.triangles.data();
+    desc.model_triangle_count = mesh.triangles.size() / 3;
+    desc.seen_vertices = seen.data();
+    desc.seen_count = seen.size() / 3;
+    desc.start[0] = desc.start[5] = desc.start[10] = 1;
+    desc.start[11] = 150;
+    desc.starts = 2;
+    check_every_failure(
+        [&] {
+            defrec_registration registration = nullptr;
+            const defrec_status status =
+                defrec_registration_from_surface(context, &desc, &registration);
+            CHECK((registration != nullptr) == (status == DEFREC_OK));
+            const Destroying scope;
+            defrec_registration_destroy(registration);
+            return status;
+        },
+        11);
+    defrec_context_destroy(context);
 }
 
 TEST_CASE("row 50: memory runs out while a rig is made") {

@@ -3,11 +3,16 @@
 #include <memory>
 #include <mutex>
 #include <shared_mutex>
+#include <string>
+#include <vector>
 
 #include "sdk/api/handles.hpp"
 #include "sdk/base/util/error.hpp"
 #include "sdk/device/context.hpp"
 #include "sdk/device/stage_runner.hpp"
+#include "sdk/hand_eye/hand_eye.hpp"
+#include "sdk/registration/model_surface.hpp"
+#include "sdk/registration/registration.hpp"
 #include "sdk/rig/rig.hpp"
 #include "sdk/template/template.hpp"
 #include "sdk/tracking/points/prepared_targets.hpp"
@@ -47,6 +52,19 @@ struct JobObject {
     std::shared_ptr<Job> job;
     std::shared_mutex in_use;  // shared by whoever reads the job, alone for its release
     bool released = false;
+};
+// Neither changes once it is made. With the texts that its description points to.
+struct RegistrationObject {
+    Registration found;
+    ModelFindings model;
+    bool model_has_outside = false;
+    std::vector<uint32_t> triangles;
+    std::vector<std::string> free_texts;
+};
+struct HandEyeObject {
+    HandEyeCalibration found;
+    std::string notes;
+    std::vector<std::string> free_texts;
 };
 struct StageObject {
     StageObject(std::shared_ptr<Context> owner, const DeviceChoice& device,
@@ -91,6 +109,16 @@ template <>
 struct HandleTraits<defrec_targets> {
     static constexpr HandleKind kind = HandleKind::kTargets;
     using Object = PreparedTargets;
+};
+template <>
+struct HandleTraits<defrec_registration> {
+    static constexpr HandleKind kind = HandleKind::kRegistration;
+    using Object = RegistrationObject;
+};
+template <>
+struct HandleTraits<defrec_hand_eye> {
+    static constexpr HandleKind kind = HandleKind::kHandEye;
+    using Object = HandEyeObject;
 };
 template <>
 struct HandleTraits<defrec_stage> {

@@ -1,26 +1,15 @@
 // The exported functions for trackers, jobs and templates: check, catch, forward.
 #include <array>
-#include <limits>
 
 #include "sdk/api/destroy.hpp"
+#include "sdk/api/read.hpp"
 #include "sdk/base/util/image.hpp"
-#include "sdk/base/util/struct_size.hpp"
 #include "sdk/tracking/frame_result.hpp"
 #include "sdk/tracking/scan_order.hpp"
 
 using namespace defrec;
 
 namespace {
-
-template <class Pointer>
-void expect_given(const char* name, Pointer* pointer) {
-    if (pointer == nullptr) fail(DEFREC_ERROR_ARGUMENT, name, " is NULL");
-}
-
-void check_count(size_t count) {
-    if (count > std::numeric_limits<size_t>::max() / 64)
-        fail(DEFREC_ERROR_ARGUMENT, "count is ", count);
-}
 
 // For as long as it lives the job cannot be released.
 class JobUse {
@@ -104,10 +93,7 @@ FrameInput::Clock::time_point read_deadline(uint64_t deadline_ns,
 // values: 3x4 row-major.
 Eigen::Isometry3d read_motion(const char* name, const double* values) {
     constexpr double kTolerance = 1e-3, kMaxMm = 1e6;
-    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-    for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 4; ++column)
-            motion.matrix()(row, column) = values[4 * row + column];
+    const Eigen::Isometry3d motion = affine_of(values);
     const Eigen::Matrix3d rotation = motion.linear();
     const double off = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm();
     if (!(off < kTolerance) || !(rotation.determinant() > 0))

@@ -108,4 +108,81 @@ inline std::string range_error(const defrec_body_desc& p) {
     return check.error();
 }
 inline constexpr int32_t kBodyMaxRegionCount = 64;
+
+inline void fill_defaults(defrec_registration_pairs& p) {
+    p.struct_size = sizeof p;
+    if (p.max_residual_mm == 0) p.max_residual_mm = 5.0;
+    if (p.max_error_mm == 0) p.max_error_mm = 2.0;
+}
+inline std::string range_error(const defrec_registration_pairs& p) {
+    RangeCheck check("desc.");
+    check.integer("flags", p.flags, 0, 0);
+    check.integer("count", p.count, 0, 1000000);
+    if (p.max_residual_mm != 0)
+        check.real("max_residual_mm", p.max_residual_mm, 0.001, 100.0, false);
+    if (p.max_error_mm != 0) check.real("max_error_mm", p.max_error_mm, 0.001, 100.0, false);
+    return check.error();
+}
+inline constexpr int32_t kRegistrationPairsMaxFlags = 0;
+
+inline void fill_defaults(defrec_registration_desc& p) {
+    p.struct_size = sizeof p;
+    if (p.max_turn_rad == 0) p.max_turn_rad = 0.5236;
+    if (p.max_shift_mm == 0) p.max_shift_mm = 30.0;
+    if (p.point_error_mm == 0) p.point_error_mm = 0.5;
+    if (p.model_error_mm == 0) p.model_error_mm = 0.2;
+    if (p.max_residual_mm == 0) p.max_residual_mm = 3.0;
+    if (p.min_inlier_share == 0) p.min_inlier_share = 0.4;
+    if (p.max_error_mm == 0) p.max_error_mm = 2.0;
+    if (p.starts == 0) p.starts = 20;
+}
+inline std::string range_error(const defrec_registration_desc& p) {
+    RangeCheck check("desc.");
+    check.integer("flags", p.flags, 0, DEFREC_REGISTRATION_NO_CAMERA);
+    check.integer("model_vertex_count", p.model_vertex_count, 3, 6000000);
+    check.integer("model_triangle_count", p.model_triangle_count, 1, 2000000);
+    check.integer("seen_count", p.seen_count, 0, 16777216);
+    if (p.max_turn_rad != 0) check.real("max_turn_rad", p.max_turn_rad, 0.0, 3.1416, false);
+    if (p.max_shift_mm != 0) check.real("max_shift_mm", p.max_shift_mm, 0.0, 500.0, false);
+    if (p.point_error_mm != 0) check.real("point_error_mm", p.point_error_mm, 0.001, 100.0, false);
+    if (p.model_error_mm != 0) check.real("model_error_mm", p.model_error_mm, 0.0, 100.0, false);
+    if (p.max_residual_mm != 0)
+        check.real("max_residual_mm", p.max_residual_mm, 0.001, 100.0, false);
+    if (p.min_inlier_share != 0)
+        check.real("min_inlier_share", p.min_inlier_share, 0.0, 1.0, false);
+    if (p.max_error_mm != 0) check.real("max_error_mm", p.max_error_mm, 0.001, 100.0, false);
+    if (p.starts != 0) check.integer("starts", p.starts, 1, 10000);
+    return check.error();
+}
+inline constexpr int32_t kRegistrationMaxStarts = 10000;
+
+inline void fill_defaults(defrec_hand_eye_desc& p) {
+    p.struct_size = sizeof p;
+    if (p.max_offset_s == 0) p.max_offset_s = 2.0;
+    if (p.max_residual_mm == 0) p.max_residual_mm = 3.0;
+    if (p.max_residual_rad == 0) p.max_residual_rad = 0.0349;
+    if (p.max_error_mm == 0) p.max_error_mm = 1.0;
+    if (p.max_offset_error_s == 0) p.max_offset_error_s = 0.01;
+}
+inline std::string range_error(const defrec_hand_eye_desc& p) {
+    RangeCheck check("desc.");
+    check.integer("flags", p.flags, 0, 3);
+    check.integer("camera_count", p.camera_count, 1, 4194304);
+    check.integer("tracker_count", p.tracker_count, 1, 4194304);
+    check.real("camera_error_mm", p.camera_error_mm, 0.0, 100.0, false);
+    check.real("camera_error_rad", p.camera_error_rad, 0.0, 1.0, false);
+    check.real("tracker_error_mm", p.tracker_error_mm, 0.0, 100.0, false);
+    check.real("tracker_error_rad", p.tracker_error_rad, 0.0, 1.0, false);
+    check.finite("offset_s", p.offset_s);
+    if (p.max_offset_s != 0) check.real("max_offset_s", p.max_offset_s, 0.0, 3600.0, false);
+    if (p.max_residual_mm != 0)
+        check.real("max_residual_mm", p.max_residual_mm, 0.001, 1000.0, false);
+    if (p.max_residual_rad != 0)
+        check.real("max_residual_rad", p.max_residual_rad, 0.00001, 3.1416, false);
+    if (p.max_error_mm != 0) check.real("max_error_mm", p.max_error_mm, 0.001, 1000.0, false);
+    if (p.max_offset_error_s != 0)
+        check.real("max_offset_error_s", p.max_offset_error_s, 0.000001, 10.0, false);
+    return check.error();
+}
+inline constexpr int32_t kHandEyeMaxFlags = 3;
 }  // namespace defrec

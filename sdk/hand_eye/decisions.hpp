@@ -88,17 +88,8 @@ struct HandEyeFit {
 
 // Whether the transform may be used.
 struct HandEyeVerdicts {
-    // mm | root mean square of the residuals of places; more: failed | set by hand
-    static constexpr double kMaxResidual = 3;
-    // rad | likewise of rotations: 2 degrees | set by hand
-    static constexpr double kMaxTurn = 0.0349;
     // share of the poses | that fit; less: failed | half of them may be wrong
     static constexpr double kMinInliers = 0.55;
-    // mm | standard deviation of a motion of the transform, at kLength; more: undetermined | set by
-    //   hand: half of what a navigation system allows
-    static constexpr double kMaxError = 1;
-    // s | standard deviation of the offset; more: undetermined | 20 mm/s are 0.2 mm
-    static constexpr double kMaxOffsetError = 0.01;
     // mm | standard deviation in the covariance along what is undetermined | set by hand: of no use
     static constexpr double kExpected = 1000;
     // times the error otherwise | of poses the other way round, at most: they are inverted | set by
@@ -114,8 +105,6 @@ struct HandEyeVerdicts {
 
 // The offset between two clocks, by the correlation of rotation speeds.
 struct HandEyeOffset {
-    // s | the offset is searched up to it | set by hand
-    static constexpr double kMax = 2;
     // s | over which a speed is measured | set by hand: a hand turns by 5 degrees in it
     static constexpr double kWindow = 0.25;
     // s | both streams overlap at least, at any offset that is tried | set by hand

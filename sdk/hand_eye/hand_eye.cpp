@@ -8,7 +8,9 @@
 #include <numbers>
 
 #include "sdk/base/util/error.hpp"
+#include "sdk/contract/descs.hpp"
 #include "sdk/hand_eye/closed_form.hpp"
+#include "sdk/hand_eye/decisions.hpp"
 #include "sdk/hand_eye/pose_matching.hpp"
 #include "sdk/hand_eye/refinement.hpp"
 #include "sdk/hand_eye/rotation_spread.hpp"
@@ -34,30 +36,6 @@ std::string digits(double value) {
                 .ptr};
 }
 std::string degrees(double turn) { return digits(turn / kDegree) + " degrees"; }
-
-void check_options(const HandEyeOptions& options) {
-    const auto require = [](bool is_right, const char* name, double value, const char* expected) {
-        if (!is_right)
-            fail(DEFREC_ERROR_ARGUMENT, "hand-eye options: ", name, " is ", value, ", expected ",
-                 expected);
-    };
-    const auto require_positive = [&](const char* name, double value) {
-        require(std::isfinite(value) && value > 0, name, value, "a positive number");
-    };
-    if (options.noise) {
-        require_positive("the error of the camera's places", options.noise->camera_mm);
-        require_positive("the error of the camera's rotations", options.noise->camera_rad);
-        require_positive("the error of the tracker's places", options.noise->tracker_mm);
-        require_positive("the error of the tracker's rotations", options.noise->tracker_rad);
-    }
-    if (options.offset_s)
-        require(std::isfinite(*options.offset_s), "the offset", *options.offset_s, "a number");
-    require_positive("the largest offset", options.max_offset_s);
-    require_positive("the largest residual of places", options.max_residual_mm);
-    require_positive("the largest residual of rotations", options.max_residual_rad);
-    require_positive("the largest error", options.max_error_mm);
-    require_positive("the largest error of the offset", options.max_offset_error_s);
-}
 
 class Calibration {
   public:
@@ -312,6 +290,16 @@ class Calibration {
 
 }  // namespace
 
+HandEyeOptions::HandEyeOptions() {
+    defrec_hand_eye_desc desc{};
+    fill_defaults(desc);
+    max_offset_s = desc.max_offset_s;
+    max_residual_mm = desc.max_residual_mm;
+    max_residual_rad = desc.max_residual_rad;
+    max_error_mm = desc.max_error_mm;
+    max_offset_error_s = desc.max_offset_error_s;
+}
+
 const char* name_of(HandEyeVerdict verdict) {
     switch (verdict) {
         case HandEyeVerdict::kSolved:
@@ -326,7 +314,6 @@ const char* name_of(HandEyeVerdict verdict) {
 HandEyeCalibration calibrate_hand_eye(const std::vector<TimedPose>& camera,
                                       const std::vector<TimedPose>& tracker,
                                       const HandEyeOptions& options) {
-    check_options(options);
     return Calibration(camera, tracker, options).run();
 }
 

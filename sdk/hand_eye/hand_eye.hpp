@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "sdk/hand_eye/decisions.hpp"
 #include "sdk/hand_eye/hand_eye_pair.hpp"
 #include "sdk/hand_eye/pose_stream.hpp"
 
@@ -19,11 +18,13 @@ struct HandEyeOptions {
     bool is_paired = false;             // pose i of both belong together, whatever their times
     // Tracking system's time = camera's time + offset, s; absent: it is estimated. Not of pairs.
     std::optional<double> offset_s;
-    double max_offset_s = decisions::HandEyeOffset::kMax;
-    double max_residual_mm = decisions::HandEyeVerdicts::kMaxResidual;
-    double max_residual_rad = decisions::HandEyeVerdicts::kMaxTurn;
-    double max_error_mm = decisions::HandEyeVerdicts::kMaxError;
-    double max_offset_error_s = decisions::HandEyeVerdicts::kMaxOffsetError;
+    double max_offset_s;
+    double max_residual_mm;
+    double max_residual_rad;
+    double max_error_mm;
+    double max_offset_error_s;
+
+    HandEyeOptions();  // defaults of defrec_hand_eye_desc
 };
 
 enum class HandEyeVerdict {
@@ -82,7 +83,8 @@ struct HandEyeCalibration {
 const char* name_of(HandEyeVerdict verdict);
 
 // camera: world from camera, of a world that is fixed to the tracking system; tracker: tracking
-// system from marker. Throws Error for poses, times and options that are none.
+// system from marker. Throws Error for poses and times that are none; options are within the ranges
+// of defrec_hand_eye_desc.
 HandEyeCalibration calibrate_hand_eye(const std::vector<TimedPose>& camera,
                                       const std::vector<TimedPose>& tracker,
                                       const HandEyeOptions& options);

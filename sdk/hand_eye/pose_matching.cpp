@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sdk/base/util/error.hpp"
+#include "sdk/hand_eye/decisions.hpp"
 #include "sdk/hand_eye/time_offset.hpp"
 
 namespace defrec {

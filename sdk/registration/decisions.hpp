@@ -24,12 +24,6 @@ struct RegistrationModel {
 
 // Where the search for a pose begins, and how much it looks at.
 struct SurfaceSearch {
-    // starts | the given one included | set by hand
-    static constexpr uint32_t kStarts = 20;
-    // rad | turn of a start against the given one, at most: 30 degrees | set by hand
-    static constexpr double kStartTurn = 0.5236;
-    // mm | shift of a start, at most | set by hand
-    static constexpr double kStartShift = 30;
     // points | with which starts approach | set by hand
     static constexpr size_t kApproachPoints = 300;
     // points | of the surface that are compared in the end | set by hand: neighbours share errors
@@ -47,11 +41,8 @@ struct SurfaceSearch {
     static constexpr size_t kDistancePoints = 60;
     // points | fewer are refused | set by hand
     static constexpr size_t kMinPoints = 50;
-    // mm | error of a point whose covariance is not given | set by hand
-    static constexpr double kPointError = 0.5;
-    // mm | error of the model's surface: segmentation | set by hand
-    static constexpr double kModelError = 0.2;
-    // mm | points so near each other share it, for the covariance | with 25, a third of organs that
+    // mm | points so near each other share the model's error, for the covariance | with 25, a third
+    // of organs that
     //   are bent by 0.5 mm are undetermined, [registration]
     static constexpr double kModelErrorLength = 15;
     // mm | added to the error of every point | rounding
@@ -127,17 +118,10 @@ struct FreeMotions {
 
 // Whether a registration may be used.
 struct RegistrationVerdicts {
-    // mm | robust standard deviation of the residuals; more: failed | set by hand
-    static constexpr double kMaxResidual = 3;
-    // share of the points | on the model; less: failed | set by hand
-    static constexpr double kMinInliers = 0.4;
     // times what the errors of points and model explain | robust standard deviation of the
     // residuals;
     //   more: failed | 0.4 to 1 of right poses, 1.9 to 15 of wrong ones, [registration]
     static constexpr double kMaxRatio = 1.75;
-    // mm | standard deviation of a motion, root mean square over the points; more: undetermined |
-    //   0.7 of an organ with a fifth in view, 2.7 of a wrong pose, [registration]
-    static constexpr double kMaxError = 2;
     // mm | between two poses that are told apart | set by hand
     static constexpr double kOtherPose = 3;
     // 1 | cost of another pose that fits alike, at most | set by hand
@@ -168,22 +152,10 @@ struct RegistrationPairs {
     static constexpr double kMaxRatio = 4;
     // times the variance of the residuals | likewise where errors are not stated | set by hand
     static constexpr double kMaxUnstatedRatio = 16;
-    // mm | root mean square of the residuals; more: failed | set by hand
-    static constexpr double kMaxResidual = 5;
 };
 
-// The options that are taken.
-struct RegistrationLimits {
-    // rad | turn of the starts, at most | half a turn
-    static constexpr double kMaxTurn = 3.1416;
-    // mm | shift of the starts, at most | set by hand
-    static constexpr double kMaxShift = 500;
-    // starts | at most | set by hand
-    static constexpr uint32_t kMaxStarts = 10000;
-    // mm | smallest error or limit | set by hand
-    static constexpr double kMinError = 1e-3;
-    // mm | largest one | set by hand
-    static constexpr double kMaxError = 100;
+// The start that is taken.
+struct RegistrationStart {
     // 1 | element of R R^T - 1, at most | files round to six digits
     static constexpr double kRotation = 1e-3;
 };

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "sdk/base/util/error.hpp"
+#include "sdk/contract/descs.hpp"
 #include "sdk/registration/decisions.hpp"
 
 namespace defrec {
@@ -192,9 +193,12 @@ void judge(Registration& result, const PairFit& fit, const PairOptions& options,
 
 }  // namespace
 
-PairOptions::PairOptions()
-    : max_error_mm(decisions::RegistrationVerdicts::kMaxError),
-      max_residual_mm(RegistrationPairs::kMaxResidual) {}
+PairOptions::PairOptions() {
+    defrec_registration_pairs desc{};
+    fill_defaults(desc);
+    max_error_mm = desc.max_error_mm;
+    max_residual_mm = desc.max_residual_mm;
+}
 
 Registration register_pairs(std::span<const PointPair> pairs, const PairOptions& options) {
     const bool is_stated = check_pairs(pairs);

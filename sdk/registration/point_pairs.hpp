@@ -18,7 +18,7 @@ struct PointPair {
 struct PairOptions {
     double max_error_mm;     // a motion that is less exact is undetermined
     double max_residual_mm;  // a registration with a larger root mean square has failed
-    PairOptions();
+    PairOptions();           // defaults of defrec_registration_pairs
 };
 
 // Throws Error(DEFREC_ERROR_ARGUMENT) for fewer than three pairs, numbers that are not finite, and

@@ -14,6 +14,7 @@
 
 #include "sdk/base/os/helped_loop.hpp"
 #include "sdk/base/util/error.hpp"
+#include "sdk/contract/descs.hpp"
 #include "sdk/registration/decisions.hpp"
 #include "sdk/registration/residual_correlation.hpp"
 #include "sdk/registration/starts.hpp"
@@ -71,23 +72,11 @@ std::vector<SeenPoint> seen_points(const SeenSurface& seen, double error_mm) {
     return points;
 }
 
-void check_options(const SurfaceOptions& options) {
-    const auto check = [](const char* name, double value, double least, double most) {
-        if (!(value >= least && value <= most))
-            fail(DEFREC_ERROR_ARGUMENT, name, " is ", value, ", expected ", least, "..", most);
-    };
-    using Limits = decisions::RegistrationLimits;
-    check("start_turn", options.start_turn, 0, Limits::kMaxTurn);
-    check("start_shift_mm", options.start_shift_mm, 0, Limits::kMaxShift);
-    check("starts", options.starts, 1, Limits::kMaxStarts);
-    check("point_error_mm", options.point_error_mm, Limits::kMinError, Limits::kMaxError);
-    check("model_error_mm", options.model_error_mm, 0, Limits::kMaxError);
-    check("max_residual_mm", options.max_residual_mm, Limits::kMinError, Limits::kMaxError);
-    check("min_inlier_share", options.min_inlier_share, 0, 1);
-    check("max_error_mm", options.max_error_mm, Limits::kMinError, Limits::kMaxError);
+void check_places(const SurfaceOptions& options) {
     const Eigen::Matrix3d& r = options.start.rotation;
     if (!r.allFinite() || !options.start.translation.allFinite() ||
-        !(r * r.transpose()).isIdentity(Limits::kRotation) || r.determinant() < 0)
+        !(r * r.transpose()).isIdentity(decisions::RegistrationStart::kRotation) ||
+        r.determinant() < 0)
         fail(DEFREC_ERROR_ARGUMENT,
              "the start is no rigid motion, expected a rotation and a finite shift");
     if (options.viewer && !options.viewer->allFinite())
@@ -342,19 +331,22 @@ class Search {
 
 }  // namespace
 
-SurfaceOptions::SurfaceOptions()
-    : start_turn(SurfaceSearch::kStartTurn),
-      start_shift_mm(SurfaceSearch::kStartShift),
-      starts(SurfaceSearch::kStarts),
-      point_error_mm(SurfaceSearch::kPointError),
-      model_error_mm(SurfaceSearch::kModelError),
-      max_residual_mm(RegistrationVerdicts::kMaxResidual),
-      min_inlier_share(RegistrationVerdicts::kMinInliers),
-      max_error_mm(RegistrationVerdicts::kMaxError) {}
+SurfaceOptions::SurfaceOptions() {
+    defrec_registration_desc desc{};
+    fill_defaults(desc);
+    start_turn = desc.max_turn_rad;
+    start_shift_mm = desc.max_shift_mm;
+    starts = desc.starts;
+    point_error_mm = desc.point_error_mm;
+    model_error_mm = desc.model_error_mm;
+    max_residual_mm = desc.max_residual_mm;
+    min_inlier_share = desc.min_inlier_share;
+    max_error_mm = desc.max_error_mm;
+}
 
 Registration register_surface(const ModelSurface& model, const SeenSurface& seen,
                               const SurfaceOptions& options, const Services* helpers) {
-    check_options(options);
+    check_places(options);
     return Search(model, seen, options, helpers).run();
 }
 

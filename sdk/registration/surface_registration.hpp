@@ -36,12 +36,13 @@ struct SurfaceOptions {
     double min_inlier_share;  // of the points
     double max_error_mm;      // of a direction, root mean square over the points
 
-    SurfaceOptions();  // defaults of decisions.hpp
+    SurfaceOptions();  // defaults of defrec_registration_desc
 };
 
 // helpers: whose threads take part; null: the caller's alone. The result does not depend on them.
 // Throws Error(DEFREC_ERROR_ARGUMENT) for arrays of unlike lengths, numbers that are not finite,
-// covariances that are none and for too few points; std::bad_alloc.
+// covariances that are none and for too few points; std::bad_alloc. Options are within the ranges
+// of defrec_registration_desc.
 Registration register_surface(const ModelSurface& model, const SeenSurface& seen,
                               const SurfaceOptions& options, const Services* helpers);
 

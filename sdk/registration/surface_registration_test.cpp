@@ -209,9 +209,6 @@ TEST_CASE("row 170: surfaces and options that are refused, each with the reason"
     CHECK_SAYS(refusal({places, {}, {}}, {}), "point 2 has a coordinate that is not finite");
     places[7] = 1;
     SurfaceOptions options;
-    options.starts = 0;
-    CHECK_SAYS(refusal({places, {}, {}}, options), "starts is 0, expected 1..");
-    options = {};
     options.start.rotation(0, 0) = 2;
     CHECK_SAYS(refusal({places, {}, {}}, options), "the start is no rigid motion");
     options = {};

@@ -402,6 +402,53 @@ namespace Defrec
         Held = 1u << 0
     }
 
+    /// <summary>Whether a registration or a hand-eye calibration may be used.</summary>
+    public enum Verdict : uint
+    {
+        /// <summary>Nothing fits the data.</summary>
+        Failed = 0,
+        /// <summary>The data leave a motion open: see free motions.</summary>
+        Undetermined = 1,
+        /// <summary>Another pose fits as well: see alternatives.</summary>
+        Ambiguous = 2,
+        /// <summary>One solution fits, and the data hold all its motions.</summary>
+        Accepted = 3
+    }
+
+    /// <summary>Kinds of motions that data do not tell from rest.</summary>
+    public enum FreeMotionKind : uint
+    {
+        /// <summary>A turn about an axis, with a shift along it.</summary>
+        Turn = 1,
+        /// <summary>A shift alone.</summary>
+        Shift = 2
+    }
+
+    /// <summary>Flags of RegistrationOptions.</summary>
+    [Flags]
+    public enum RegistrationFlags : uint
+    {
+        /// <summary>None.</summary>
+        None = 0,
+        /// <summary>
+        /// The surface was not seen from viewer: triangles that turn away from it are compared as
+        /// well.
+        /// </summary>
+        NoCamera = 1u << 0
+    }
+
+    /// <summary>Flags of HandEyeOptions.</summary>
+    [Flags]
+    public enum HandEyeFlags : uint
+    {
+        /// <summary>None.</summary>
+        None = 0,
+        /// <summary>Pose i of both belong together, whatever their times.</summary>
+        Paired = 1u << 0,
+        /// <summary>OffsetS is given: it is not estimated.</summary>
+        KnownOffset = 1u << 1
+    }
+
     /// <summary>Which stages a device offers: bit <c>1 &lt;&lt; StageKind</c>.</summary>
     [Flags]
     public enum StageMask : uint

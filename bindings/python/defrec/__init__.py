@@ -23,8 +23,16 @@ from .body import BodyRegion, Mesh
 from .calibration import Calibration
 from .context import Context, DeviceInfo, PluginInfo, library_release, library_version, status_name
 from .errors import BusyError, Error
+from .hand_eye import HandEye, HandEyeResult
 from .memory import Memory
 from .points import LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
+from .registration import (
+    AlternativePose,
+    FreeMotion,
+    RegisteredPoints,
+    Registration,
+    RegistrationResult,
+)
 from .result import Result, StageTime
 from .rig import Rig
 from .scan import detect_scan
@@ -55,18 +63,22 @@ from .enums import (
     Format,
     Found,
     FrameFlag,
+    FreeMotionKind,
+    HandEyeFlag,
     LogLevel,
     MemoryKind,
     Observation,
     PointStatus,
     Reason,
     RegionFlag,
+    RegistrationFlag,
     Scan,
     SelfCalibration,
     Solver,
     StageKind,
     State,
     Status,
+    Verdict,
 )
 from .stages import (
     AlignStage,
@@ -118,6 +130,7 @@ __all__ = [
     "TRACKER_FALLBACK",
     "AlignParams",
     "AlignStage",
+    "AlternativePose",
     "BodyMode",
     "BodyRegion",
     "BodyState",
@@ -139,6 +152,11 @@ __all__ = [
     "Format",
     "Found",
     "FrameFlag",
+    "FreeMotion",
+    "FreeMotionKind",
+    "HandEye",
+    "HandEyeFlag",
+    "HandEyeResult",
     "Job",
     "Landmark",
     "Lifted",
@@ -173,6 +191,10 @@ __all__ = [
     "RectifyParams",
     "RectifyStage",
     "RegionFlag",
+    "RegisteredPoints",
+    "Registration",
+    "RegistrationFlag",
+    "RegistrationResult",
     "Result",
     "Rig",
     "RigEstimate",
@@ -194,6 +216,7 @@ __all__ = [
     "TrackedFrame",
     "Tracker",
     "Tracking",
+    "Verdict",
     "WarpParams",
     "WarpStage",
     "WarpedPoints",

@@ -88,4 +88,38 @@ PROTOTYPES: Dict[str, Tuple[Any, Sequence[Any]]] = {
     "defrec_targets_destroy": (None, [c_void_p]),
     "defrec_template_save": (StatusResult, [c_void_p, c_char_p]),
     "defrec_template_load": (StatusResult, [c_void_p, c_char_p, _handle_out]),
+    "defrec_registration_from_pairs": (
+        StatusResult,
+        [_pointer(structs.RegistrationPairs), _handle_out],
+    ),
+    "defrec_registration_from_surface": (
+        StatusResult,
+        [c_void_p, _pointer(structs.RegistrationDesc), _handle_out],
+    ),
+    "defrec_registration_from_template": (
+        StatusResult,
+        [c_void_p, c_void_p, _pointer(structs.RegistrationDesc), _handle_out],
+    ),
+    "defrec_registration_destroy": (None, [c_void_p]),
+    "defrec_registration_get": (StatusResult, [c_void_p, _pointer(structs.RegistrationInfo)]),
+    "defrec_registration_get_free_motion": (
+        StatusResult,
+        [c_void_p, c_size_t, _pointer(structs.FreeMotionStruct)],
+    ),
+    "defrec_registration_get_alternative": (
+        StatusResult,
+        [c_void_p, c_size_t, _pointer(structs.RegistrationAlternative)],
+    ),
+    "defrec_registration_move_points": (
+        StatusResult,
+        [c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p],
+    ),
+    "defrec_hand_eye_create": (StatusResult, [_pointer(structs.HandEyeDesc), _handle_out]),
+    "defrec_hand_eye_destroy": (None, [c_void_p]),
+    "defrec_hand_eye_get": (StatusResult, [c_void_p, _pointer(structs.HandEyeInfo)]),
+    "defrec_hand_eye_get_free_motion": (
+        StatusResult,
+        [c_void_p, c_size_t, _pointer(structs.FreeMotionStruct)],
+    ),
+    "defrec_hand_eye_camera_pose": (StatusResult, [c_void_p, c_void_p, c_size_t, c_void_p]),
 }

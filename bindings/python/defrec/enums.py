@@ -358,3 +358,42 @@ class RegionFlag(IntFlag):
     HELD = 1
     """What lies in it is held: it moves with held_motion of Tracker.submit, or with the deep tissue
     where that is not given."""
+
+
+class Verdict(OpenEnum):
+    """Whether a registration or a hand-eye calibration may be used."""
+
+    FAILED = 0
+    """Nothing fits the data."""
+    UNDETERMINED = 1
+    """The data leave a motion open: see free motions."""
+    AMBIGUOUS = 2
+    """Another pose fits as well: see alternatives."""
+    ACCEPTED = 3
+    """One solution fits, and the data hold all its motions."""
+
+
+class FreeMotionKind(OpenEnum):
+    """Kinds of motions that data do not tell from rest."""
+
+    TURN = 1
+    """A turn about an axis, with a shift along it."""
+    SHIFT = 2
+    """A shift alone."""
+
+
+class RegistrationFlag(IntFlag):
+    """Flags of Registration.from_surface."""
+
+    NO_CAMERA = 1
+    """The surface was not seen from viewer: triangles that turn away from it are compared as
+    well."""
+
+
+class HandEyeFlag(IntFlag):
+    """Flags of HandEye."""
+
+    PAIRED = 1
+    """Pose i of both belong together, whatever their times."""
+    KNOWN_OFFSET = 2
+    """Offset_s is given: it is not estimated."""

@@ -31,6 +31,7 @@ F32x9 = Annotated[Any, c_type(F32) * 9]
 F64x12 = Annotated[Any, c_type(F64) * 12]
 F64x14 = Annotated[Any, c_type(F64) * 14]
 F64x3 = Annotated[Any, c_type(F64) * 3]
+F64x36 = Annotated[Any, c_type(F64) * 36]
 F64x9 = Annotated[Any, c_type(F64) * 9]
 I32x4 = Annotated[Any, c_type(I32) * 4]
 U32x8 = Annotated[Any, c_type(U32) * 8]
@@ -1119,3 +1120,311 @@ class BodyDesc(Struct):
     """Poisson's ratio of the tissue; 0.01 to 0.495; default 0.43."""
     cut_depth_mm: F32
     """How deep a cut parts the body, mm; 0.1 to 1000; default 10."""
+
+
+@c_struct("defrec_free_motion")
+class FreeMotionStruct(Struct):
+    """A motion that the data of a registration or a hand-eye calibration do not tell from rest."""
+
+    struct_size: U32
+    kind: U32
+    """FreeMotionKind."""
+    axis: F64x3
+    """Unit length, seen frame; of a hand-eye calibration the marker's frame."""
+    point: F64x3
+    """On the axis of a turn, seen frame; of a hand-eye calibration the camera's place, mm."""
+    pitch_mm_per_rad: F64
+    """Shift along the axis for each rad of a turn, mm/rad."""
+    expected_mm: F64
+    """Standard deviation of the shift, or of what a turn moves, at the typical distance of the
+    data; 0: see expected_rad, mm."""
+    expected_rad: F64
+    """Standard deviation of a hand-eye calibration's turn, else 0, rad."""
+    text: Text
+    """For people: "turn about the axis (0 0 1) through (0 0 60) mm". Lives as long as the
+    handle."""
+
+
+@c_struct("defrec_registration_pairs", max_residual_mm=5, max_error_mm=2)
+class RegistrationPairs(Struct):
+    """Pairs of places of a model, and where they are seen."""
+
+    struct_size: U32
+    flags: U32
+    """0; 0 to 0."""
+    model_xyz: Address
+    """xyz each, model frame, mm."""
+    seen_xyz: Address
+    """xyz each, seen frame, mm."""
+    model_covariance: Address
+    """xx, xy, xz, yy, yz, zz of each place's error, model frame, mm^2; None: 0."""
+    seen_covariance: Address
+    """Likewise of the seen place, seen frame. Both None or all 0: errors are not known, and
+    alike."""
+    count: U64
+    """Number of pairs, at least 3; 0 to 1000000."""
+    max_residual_mm: F64
+    """Where the root mean square of the residuals is larger, the registration has failed, mm; 0.001
+    to 100; default 5."""
+    max_error_mm: F64
+    """A motion with a larger standard deviation is undetermined, mm; 0.001 to 100; default 2."""
+
+
+@c_struct(
+    "defrec_registration_desc",
+    max_turn_rad=0.5236,
+    max_shift_mm=30,
+    point_error_mm=0.5,
+    model_error_mm=0.2,
+    max_residual_mm=3,
+    min_inlier_share=0.4,
+    max_error_mm=2,
+    starts=20,
+)
+class RegistrationDesc(Struct):
+    """A model's surface, what was seen of it, and where it lies about."""
+
+    struct_size: U32
+    flags: U32
+    """RegistrationFlag; 0 to RegistrationFlag.NO_CAMERA."""
+    model_vertices: Address
+    """xyz each, model frame, mm."""
+    model_vertex_count: U64
+    """Number of vertices; 3 to 6000000."""
+    model_triangles: Address
+    """Three vertex indices each, counter-clockwise seen from outside; a closed mesh that is inside
+    out is turned."""
+    model_triangle_count: U64
+    """Number of triangles; 1 to 2000000."""
+    seen_vertices: Address
+    """xyz each, seen frame, mm."""
+    seen_normals: Address
+    """xyz each, towards the camera; 0 0 0: not known; None: none is known."""
+    seen_covariances: Address
+    """xx, xy, xz, yy, yz, zz of each point's error, seen frame, mm^2; None: see point_error_mm."""
+    seen_status: Address
+    """PointStatus each: those that are not PointStatus.OBSERVED are passed over; None: all
+    count."""
+    seen_count: U64
+    """Number of points, at least 50 that count; 0 to 16777216."""
+    start: F64x12
+    """About where the model lies: seen frame from model frame, 3x4 row-major, a rotation and mm;
+    all 0: the identity."""
+    viewer: F64x3
+    """Where the camera stood, seen frame: what turns away from there was not seen, mm."""
+    max_turn_rad: F64
+    """How far the start may be turned, about the middle of the points, rad; 0 to 3.1416; default
+    0.5236 (30 degrees)."""
+    max_shift_mm: F64
+    """How far it may be shifted, mm; 0 to 500; default 30."""
+    point_error_mm: F64
+    """Standard deviation along each axis of points without a covariance, mm; 0.001 to 100; default
+    0.5."""
+    model_error_mm: F64
+    """Standard deviation of the model's surface along its normal, mm; 0 to 100; default 0.2."""
+    max_residual_mm: F64
+    """Where the robust standard deviation of the residuals is larger, the registration has failed,
+    mm; 0.001 to 100; default 3."""
+    min_inlier_share: F64
+    """Where a smaller share of the points lies on the model, it has failed; 0 to 1; default 0.4."""
+    max_error_mm: F64
+    """A motion with a larger standard deviation, root mean square over the points, is undetermined,
+    mm; 0.001 to 100; default 2."""
+    starts: U32
+    """Poses within max_turn_rad and max_shift_mm from which the search begins, the start included;
+    1 to 10000; default 20."""
+    reserved: U32
+
+
+@c_struct("defrec_registration_info")
+class RegistrationInfo(Struct):
+    """Where a model lies. The pointers live as long as the handle."""
+
+    struct_size: U32
+    verdict: U32
+    """Verdict: use nothing else but Verdict.ACCEPTED without a person's look."""
+    reason: Text
+    """The verdict's, one sentence for people."""
+    transform: F64x12
+    """Seen frame from model frame, 3x4 row-major, a rotation and mm; of a failed one the best pose
+    that was found."""
+    covariance: F64x36
+    """6x6 row-major, of the motion that the true transform has after this one: a turn about x, y, z
+    of the seen frame and about its origin, rad, then a shift, mm; along free motions at least (1000
+    mm)^2."""
+    rms_mm: F64
+    """Root mean square of the inliers' residuals, mm."""
+    robust_mm: F64
+    """Robust standard deviation of all residuals, mm."""
+    error_ratio: F64
+    """That of the residuals in units of their expected errors."""
+    inlier_share: F64
+    """0..1 of what was compared."""
+    correlated: F64
+    """So many neighbours share an error."""
+    used: U64
+    """Points or pairs that were compared."""
+    residuals: Address
+    """Per point or pair given: along the model's outside normal, of a pair its length, mm; NaN
+    where it was not compared."""
+    inliers: Address
+    """Per point or pair given: 1 where it fits."""
+    point_count: U64
+    """Points or pairs that were given; of a template its vertices."""
+    triangles: Address
+    """Three vertex indices each: those of the model that have an area, turned outwards."""
+    triangle_count: U64
+    """Triangles; 0 of a registration by pairs."""
+    dropped_triangles: U64
+    """Triangles of the model without an area."""
+    open_edges: U64
+    """Edges of one triangle: the model is not closed."""
+    odd_edges: U64
+    """Edges of more than two triangles, or of two that turn differently."""
+    model_turned: U32
+    """1: the model was inside out."""
+    model_has_outside: U32
+    """1: it tells its outside, so that its back is not taken for its front."""
+    free_motion_count: U64
+    """See defrec_registration_get_free_motion()."""
+    alternative_count: U64
+    """See defrec_registration_get_alternative()."""
+
+
+@c_struct("defrec_registration_alternative")
+class RegistrationAlternative(Struct):
+    """Another pose that fits about as well."""
+
+    struct_size: U32
+    reserved: U32
+    transform: F64x12
+    """As in Registration."""
+    distance_mm: F64
+    """Root mean square by which it moves the points against the transform that was chosen, mm."""
+    rms_mm: F64
+    """As in Registration, mm."""
+    inlier_share: F64
+    """As in Registration."""
+
+
+@c_struct(
+    "defrec_hand_eye_desc",
+    max_offset_s=2,
+    max_residual_mm=3,
+    max_residual_rad=0.0349,
+    max_error_mm=1,
+    max_offset_error_s=0.01,
+)
+class HandEyeDesc(Struct):
+    """Poses of a camera and of the marker on it, as many as there are of each, or two streams with
+    times."""
+
+    struct_size: U32
+    flags: U32
+    """HandEyeFlag; 0 to 3."""
+    camera_poses: Address
+    """World from camera, 3x4 row-major each, a rotation and mm."""
+    camera_times_s: Address
+    """Time of each, growing; may be None with HandEyeFlag.PAIRED, s."""
+    camera_count: U64
+    """Number of the camera's poses; 1 to 4194304."""
+    tracker_poses: Address
+    """Navigation system from marker, 3x4 row-major each, a rotation and mm."""
+    tracker_times_s: Address
+    """Likewise, by the navigation system's clock."""
+    tracker_count: U64
+    """Number of the marker's poses; 1 to 4194304."""
+    camera_error_mm: F64
+    """Standard deviation along each axis of the camera's places. All four errors or none: then the
+    residuals say how large they are, mm; 0 to 100."""
+    camera_error_rad: F64
+    """Likewise of its rotations, rad; 0 to 1."""
+    tracker_error_mm: F64
+    """Likewise of the marker's places, mm; 0 to 100."""
+    tracker_error_rad: F64
+    """Likewise of its rotations, rad; 0 to 1."""
+    offset_s: F64
+    """With HandEyeFlag.KNOWN_OFFSET: the navigation system's time is the camera's plus it."""
+    max_offset_s: F64
+    """How far the offset is searched; 0 to 3600; default 2."""
+    max_residual_mm: F64
+    """Where the root mean square of the residuals of places is larger, the calibration has failed,
+    mm; 0.001 to 1000; default 3."""
+    max_residual_rad: F64
+    """Likewise of rotations, rad; 0.00001 to 3.1416; default 0.0349 (2 degrees)."""
+    max_error_mm: F64
+    """A motion with a larger standard deviation, 100 mm from the camera, is undetermined; 0.001 to
+    1000; default 1."""
+    max_offset_error_s: F64
+    """Likewise the offset; 0.000001 to 10; default 0.01."""
+
+
+@c_struct("defrec_hand_eye_info")
+class HandEyeInfo(Struct):
+    """Where a camera is on its marker. The pointers live as long as the handle."""
+
+    struct_size: U32
+    verdict: U32
+    """Verdict: never Verdict.AMBIGUOUS."""
+    reason: Text
+    """The verdict's, one sentence for people."""
+    notes: Text
+    """Remarks for people, a line each; "" without."""
+    marker_from_camera: F64x12
+    """3x4 row-major, a rotation and mm."""
+    tracker_from_world: F64x12
+    """The camera's world in the navigation system, 3x4 row-major, a rotation and mm."""
+    covariance: F64x36
+    """6x6 row-major, of the motion that the true marker_from_camera has after this one: a turn
+    about x, y, z of the marker's frame and about its origin, rad, then a shift, mm; along free
+    motions (1000 mm)^2 is added. NaN: nothing was solved."""
+    is_solved: U32
+    """1: transforms, covariance and residuals are those of the best solution; 0: it was refused
+    before, and they are the identity, NaN and None."""
+    offset_estimated: U32
+    """1: the offset was estimated."""
+    offset_s: F64
+    """The navigation system's time is the camera's plus it."""
+    offset_sigma_s: F64
+    """Its standard deviation."""
+    offset_correlation: F64
+    """Correlation of both speeds of rotation, -1..1."""
+    rms_mm: F64
+    """Root mean squares of the residuals at the camera, of the poses that fit, mm and rad."""
+    rms_rad: F64
+    """Root mean squares of the residuals at the camera, of the poses that fit, mm and rad."""
+    error_ratio: F64
+    """Residuals in units of the errors."""
+    camera_error_mm: F64
+    """The errors as stated or estimated, mm."""
+    camera_error_rad: F64
+    """Likewise, rad."""
+    tracker_error_mm: F64
+    """Likewise, mm."""
+    tracker_error_rad: F64
+    """Likewise, rad."""
+    correlated: F64
+    """So many neighbours share an error."""
+    turn_rad: F64
+    """Root mean square of the rotations against their mean, rad."""
+    cross_turn_rad: F64
+    """That of their parts across the main axis, rad."""
+    length_factor: F64
+    """What lengths of the camera's world are to be multiplied by to be the navigation system's; not
+    applied."""
+    length_factor_sigma: F64
+    """Its standard deviation."""
+    used: U64
+    """Poses of the camera that were used."""
+    inlier_count: U64
+    """Those of them that fit."""
+    residuals_mm: Address
+    """Per pose of the camera: how far off it is; NaN where it was not used."""
+    residuals_rad: Address
+    """Likewise its rotation."""
+    inliers: Address
+    """Per pose of the camera: 1 where it fits."""
+    residual_count: U64
+    """Poses of the camera that were given; 0 where nothing was solved."""
+    free_motion_count: U64
+    """See defrec_hand_eye_get_free_motion()."""

@@ -37,6 +37,10 @@ PREFIXES = {
     "DEFREC_FRAME_": enums.FrameFlag,
     "DEFREC_REASON_": enums.Reason,
     "DEFREC_POINT_": enums.PointStatus,
+    "DEFREC_VERDICT_": enums.Verdict,
+    "DEFREC_FREE_": enums.FreeMotionKind,
+    "DEFREC_REGISTRATION_": enums.RegistrationFlag,
+    "DEFREC_HAND_EYE_": enums.HandEyeFlag,
 }
 WITHOUT_PREFIX = [enums.Status, enums.Observation, enums.State]
 

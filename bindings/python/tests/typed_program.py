@@ -38,3 +38,18 @@ def plan(tracker: Tracker, left: bytes, right: bytes) -> List[float]:
         if job.result().body != defrec.BodyState.READY:
             return []
         return [float(error) for error in moved.expected_error_mm]
+
+
+def registered(context: Context, template: defrec.Template, mesh: defrec.Mesh) -> List[float]:
+    with defrec.Registration.from_template(context, template, mesh, starts=40) as found:
+        result: defrec.RegistrationResult = found.result()
+        if result.verdict != defrec.Verdict.ACCEPTED:
+            return [motion.expected_mm for motion in result.free_motions]
+        moved: defrec.RegisteredPoints = found.move_points([(0, 0, 0)])
+        return [float(error) for error in moved.expected_error_mm]
+
+
+def camera_pose(marker: List[List[float]], poses: List[List[List[float]]]) -> float:
+    with defrec.HandEye(poses, poses, errors=(0.1, 0.001, 0.1, 0.001)) as hand_eye:
+        result: defrec.HandEyeResult = hand_eye.result()
+        return float(hand_eye.camera_poses([marker])[0][0][3]) + result.offset_s

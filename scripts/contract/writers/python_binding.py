@@ -50,7 +50,13 @@ RESULTS = {
 }
 
 # Structs whose plain names are those of the public classes that are made from them.
-COPIED = {"defrec_plugin_info", "defrec_device_info", "defrec_result", "defrec_stage_time"}
+COPIED = {
+    "defrec_plugin_info",
+    "defrec_device_info",
+    "defrec_result",
+    "defrec_stage_time",
+    "defrec_free_motion",
+}
 
 
 def class_name(struct):

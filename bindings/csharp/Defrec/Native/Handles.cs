@@ -145,4 +145,21 @@ namespace Defrec.Native
             NativeMethods.defrec_targets_destroy(native);
         }
     }
+    internal sealed class RegistrationHandle : DefrecHandle
+    {
+        internal RegistrationHandle(ContextLog log) : base(nameof(Registration), log) { }
+        protected override void Destroy(IntPtr native)
+        {
+            NativeMethods.defrec_registration_destroy(native);
+        }
+    }
+
+    internal sealed class HandEyeHandle : DefrecHandle
+    {
+        internal HandEyeHandle() : base(nameof(HandEye), null) { }
+        protected override void Destroy(IntPtr native)
+        {
+            NativeMethods.defrec_hand_eye_destroy(native);
+        }
+    }
 }

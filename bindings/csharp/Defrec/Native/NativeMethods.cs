@@ -178,5 +178,56 @@ namespace Defrec.Native
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_template_load(
             IntPtr context, byte* path, IntPtr* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_registration_from_pairs(
+            defrec_registration_pairs* desc, IntPtr* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_registration_from_surface(
+            IntPtr context, defrec_registration_desc* desc, IntPtr* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_registration_from_template(
+            IntPtr context, IntPtr surface, defrec_registration_desc* desc, IntPtr* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern void defrec_registration_destroy(IntPtr registration);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_registration_get(
+            IntPtr registration, defrec_registration_info* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_registration_get_free_motion(
+            IntPtr registration, UIntPtr index, defrec_free_motion* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_registration_get_alternative(
+            IntPtr registration, UIntPtr index, defrec_registration_alternative* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_registration_move_points(
+            IntPtr registration, double* modelXyz, UIntPtr count, double* xyz, double* covariance,
+            double* expectedErrorMm);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_hand_eye_create(
+            defrec_hand_eye_desc* desc, IntPtr* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern void defrec_hand_eye_destroy(IntPtr handEye);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_hand_eye_get(
+            IntPtr handEye, defrec_hand_eye_info* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_hand_eye_get_free_motion(
+            IntPtr handEye, UIntPtr index, defrec_free_motion* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_hand_eye_camera_pose(
+            IntPtr handEye, double* markerPose, UIntPtr count, double* cameraPose);
     }
 }

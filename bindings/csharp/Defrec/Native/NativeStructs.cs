@@ -289,4 +289,156 @@ namespace Defrec.Native
         internal float poisson_ratio;
         internal float cut_depth_mm;
     }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_free_motion
+    {
+        internal uint struct_size;
+        internal FreeMotionKind kind;
+        internal fixed double axis[3];
+        internal fixed double point[3];
+        internal double pitch_mm_per_rad;
+        internal double expected_mm;
+        internal double expected_rad;
+        internal byte* text;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_registration_pairs
+    {
+        internal uint struct_size;
+        internal uint flags;
+        internal double* model_xyz;
+        internal double* seen_xyz;
+        internal double* model_covariance;
+        internal double* seen_covariance;
+        internal ulong count;
+        internal double max_residual_mm;
+        internal double max_error_mm;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_registration_desc
+    {
+        internal uint struct_size;
+        internal RegistrationFlags flags;
+        internal float* model_vertices;
+        internal ulong model_vertex_count;
+        internal uint* model_triangles;
+        internal ulong model_triangle_count;
+        internal float* seen_vertices;
+        internal float* seen_normals;
+        internal float* seen_covariances;
+        internal byte* seen_status;
+        internal ulong seen_count;
+        internal RigidTransform start;
+        internal fixed double viewer[3];
+        internal double max_turn_rad;
+        internal double max_shift_mm;
+        internal double point_error_mm;
+        internal double model_error_mm;
+        internal double max_residual_mm;
+        internal double min_inlier_share;
+        internal double max_error_mm;
+        internal uint starts;
+        internal uint reserved;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_registration_info
+    {
+        internal uint struct_size;
+        internal Verdict verdict;
+        internal byte* reason;
+        internal RigidTransform transform;
+        internal fixed double covariance[36];
+        internal double rms_mm;
+        internal double robust_mm;
+        internal double error_ratio;
+        internal double inlier_share;
+        internal double correlated;
+        internal ulong used;
+        internal float* residuals;
+        internal byte* inliers;
+        internal ulong point_count;
+        internal uint* triangles;
+        internal ulong triangle_count;
+        internal ulong dropped_triangles;
+        internal ulong open_edges;
+        internal ulong odd_edges;
+        internal uint model_turned;
+        internal uint model_has_outside;
+        internal ulong free_motion_count;
+        internal ulong alternative_count;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_registration_alternative
+    {
+        internal uint struct_size;
+        internal uint reserved;
+        internal RigidTransform transform;
+        internal double distance_mm;
+        internal double rms_mm;
+        internal double inlier_share;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_hand_eye_desc
+    {
+        internal uint struct_size;
+        internal HandEyeFlags flags;
+        internal double* camera_poses;
+        internal double* camera_times_s;
+        internal ulong camera_count;
+        internal double* tracker_poses;
+        internal double* tracker_times_s;
+        internal ulong tracker_count;
+        internal double camera_error_mm;
+        internal double camera_error_rad;
+        internal double tracker_error_mm;
+        internal double tracker_error_rad;
+        internal double offset_s;
+        internal double max_offset_s;
+        internal double max_residual_mm;
+        internal double max_residual_rad;
+        internal double max_error_mm;
+        internal double max_offset_error_s;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_hand_eye_info
+    {
+        internal uint struct_size;
+        internal Verdict verdict;
+        internal byte* reason;
+        internal byte* notes;
+        internal RigidTransform marker_from_camera;
+        internal RigidTransform tracker_from_world;
+        internal fixed double covariance[36];
+        internal uint is_solved;
+        internal uint offset_estimated;
+        internal double offset_s;
+        internal double offset_sigma_s;
+        internal double offset_correlation;
+        internal double rms_mm;
+        internal double rms_rad;
+        internal double error_ratio;
+        internal double camera_error_mm;
+        internal double camera_error_rad;
+        internal double tracker_error_mm;
+        internal double tracker_error_rad;
+        internal double correlated;
+        internal double turn_rad;
+        internal double cross_turn_rad;
+        internal double length_factor;
+        internal double length_factor_sigma;
+        internal ulong used;
+        internal ulong inlier_count;
+        internal double* residuals_mm;
+        internal double* residuals_rad;
+        internal byte* inliers;
+        internal ulong residual_count;
+        internal ulong free_motion_count;
+    }
 }

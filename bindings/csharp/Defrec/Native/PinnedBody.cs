@@ -1,6 +1,4 @@
 using System;
-using System.Collections.Generic;
-using System.Runtime.InteropServices;
 
 namespace Defrec.Native
 {
@@ -10,7 +8,7 @@ namespace Defrec.Native
     /// </summary>
     internal sealed unsafe class PinnedBody : IDisposable
     {
-        private readonly List<GCHandle> pins = new List<GCHandle>();
+        private readonly Pins pins = new Pins();
         private readonly defrec_body_desc[] desc = new defrec_body_desc[1];
 
         internal PinnedBody(BodyDescription body)
@@ -30,11 +28,11 @@ namespace Defrec.Native
                 }
                 desc[0].struct_size = (uint)sizeof(defrec_body_desc);
                 if (body.Mesh != null) desc[0].mesh = Pin(body.Mesh, "body.Mesh");
-                desc[0].regions = (defrec_body_region*)Pin(regions);
+                desc[0].regions = (defrec_body_region*)pins.Add(regions);
                 desc[0].region_count = (ulong)regions.Length;
                 desc[0].poisson_ratio = body.PoissonRatio;
                 desc[0].cut_depth_mm = body.CutDepthMm;
-                Desc = (defrec_body_desc*)Pin(desc);
+                Desc = (defrec_body_desc*)pins.Add(desc);
             }
             catch
             {
@@ -45,11 +43,7 @@ namespace Defrec.Native
 
         internal defrec_body_desc* Desc { get; }
 
-        public void Dispose()
-        {
-            foreach (GCHandle pin in pins) pin.Free();
-            pins.Clear();
-        }
+        public void Dispose() { pins.Dispose(); }
 
         private defrec_mesh Pin(TriangleMesh mesh, string name)
         {
@@ -60,17 +54,9 @@ namespace Defrec.Native
             return new defrec_mesh {
                 vertex_count = (ulong)Check.Groups(vertices.Length, 3, name + ".Vertices"),
                 triangle_count = (ulong)Check.Groups(triangles.Length, 3, name + ".Triangles"),
-                vertices = (float*)Pin(vertices),
-                triangles = (uint*)Pin(triangles),
+                vertices = (float*)pins.Add(vertices),
+                triangles = (uint*)pins.Add(triangles),
             };
-        }
-
-        // NULL of an array without elements.
-        private void* Pin(Array array)
-        {
-            if (array.Length == 0) return null;
-            pins.Add(GCHandle.Alloc(array, GCHandleType.Pinned));
-            return (void*)pins[pins.Count - 1].AddrOfPinnedObject();
         }
     }
 }
