@@ -90,7 +90,8 @@ Context open_context(const ContextOptions& options) {
     auto desc = initialised<defrec_context_desc>();
     std::vector<const char*> paths;
     for (const std::string& path : options.only_plugins) paths.push_back(path.c_str());
-    desc.flags = paths.empty() ? DEFREC_CONTEXT_USE_ENVIRONMENT : DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS;
+    desc.flags = paths.empty() && options.has_plugins ? DEFREC_CONTEXT_USE_ENVIRONMENT
+                                                      : DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS;
     desc.plugin_paths = paths.data();
     desc.plugin_path_count = paths.size();
     desc.log = options.quiet ? nullptr : &log_to_standard_error;

@@ -29,6 +29,8 @@ using Tracker = std::unique_ptr<defrec_tracker_, Releaser<&defrec_tracker_destro
 using Job = std::unique_ptr<defrec_job_, Releaser<&defrec_job_release>>;
 using Template = std::unique_ptr<defrec_template_, Releaser<&defrec_template_release>>;
 using Targets = std::unique_ptr<defrec_targets_, Releaser<&defrec_targets_destroy>>;
+using Registration = std::unique_ptr<defrec_registration_, Releaser<&defrec_registration_destroy>>;
+using HandEye = std::unique_ptr<defrec_hand_eye_, Releaser<&defrec_hand_eye_destroy>>;
 
 template <typename T>
 T initialised() {
@@ -62,6 +64,7 @@ struct ContextOptions {
     std::vector<std::string> only_plugins;  // manifests; empty: the library's own search
     PluginRemarks* remarks = nullptr;       // kept instead of any log; outlives the context
     LibraryRemarks* library = nullptr;      // kept beside the log; outlives the context
+    bool has_plugins = true;                // false: none is looked for
 };
 Context open_context(const ContextOptions& options);
 

@@ -65,8 +65,8 @@ void add_inputs(CLI::App& command, RegisterOptions& options) {
 
 template <class Number>
 void add_number(CLI::App& command, const char* name, std::optional<Number>& value, const char* what,
-                double most) {
-    command.add_option(name, value, what)->type_name("N")->check(CLI::Range(0.0, most));
+                double most, double least = 0) {
+    command.add_option(name, value, what)->type_name("N")->check(CLI::Range(least, most));
 }
 
 void add_search(CLI::App& command, RegisterOptions& options) {
@@ -75,7 +75,7 @@ void add_search(CLI::App& command, RegisterOptions& options) {
     add_number(command, "--max-shift", options.start_shift_mm,
                "How far it may be shifted, mm; default 30", 500);
     add_number(command, "--starts", options.starts,
-               "From how many poses within that the search begins; default 20", 10000);
+               "From how many poses within that the search begins; default 20", 10000, 1);
     add_number(command, "--point-error", options.point_error_mm,
                "Error of points whose covariance is not given, mm; default 0.5", 100);
     add_number(command, "--model-error", options.model_error_mm,

@@ -3,13 +3,23 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
-#include "sdk/hand_eye/hand_eye.hpp"
+#include "sdk/client/library.hpp"
 
 namespace defrec::cli {
 
-nlohmann::ordered_json hand_eye_json(const HandEyeCalibration& calibration);
+// What a run of `defrec handeye` found; the pointers of info live as long as the handle.
+struct HandEyeFindings {
+    HandEye hand_eye;
+    defrec_hand_eye_info info;
+    std::vector<std::string> notes;
+
+    bool is_solved() const { return info.verdict == DEFREC_VERDICT_ACCEPTED; }
+};
+
+nlohmann::ordered_json hand_eye_json(const HandEyeFindings& findings);
 // A few lines for people.
-std::string hand_eye_text(const HandEyeCalibration& calibration);
+std::string hand_eye_text(const HandEyeFindings& findings);
 
 }  // namespace defrec::cli

@@ -1,6 +1,7 @@
 // See pose_file.hpp.
 #include "sdk/hand_eye/program/pose_file.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -31,15 +32,16 @@ std::string add(PoseFile& file, const std::array<double, kColumns>& line, bool i
     if (!(std::abs(length - 1) <= HandEyeFiles::kQuaternion))
         return "qx,qy,qz,qw is no rotation: its length is " + format_fixed(length, 4) +
                ", expected 1.";
-    TimedPose pose;
-    pose.time_s = line[0];
-    if (is_ordered && !file.poses.empty() && !(pose.time_s > file.poses.back().time_s))
-        return "the time " + format_fixed(pose.time_s, 6) +
-               " s is not after that of the pose before, " +
-               format_fixed(file.poses.back().time_s, 6) + " s.";
-    pose.pose.linear() = rotation.normalized().toRotationMatrix();
-    pose.pose.translation() = millimetres(file.unit) * Eigen::Vector3d(line[1], line[2], line[3]);
-    file.poses.push_back(pose);
+    if (is_ordered && !file.times_s.empty() && !(line[0] > file.times_s.back()))
+        return "the time " + format_fixed(line[0], 6) +
+               " s is not after that of the pose before, " + format_fixed(file.times_s.back(), 6) +
+               " s.";
+    const Eigen::Matrix3d matrix = rotation.normalized().toRotationMatrix();
+    file.times_s.push_back(line[0]);
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column) file.poses.push_back(matrix(row, column));
+        file.poses.push_back(millimetres(file.unit) * line[1 + static_cast<std::size_t>(row)]);
+    }
     return {};
 }
 
@@ -134,7 +136,7 @@ PoseFile read_timed_poses(const std::filesystem::path& path, std::optional<PoseU
     } else {
         read_csv(file, path, is_ordered);
     }
-    if (file.poses.empty())
+    if (file.times_s.empty())
         throw CliError(ExitCode::kInput, path.string() + ": there are no poses.");
     return file;
 }

@@ -2,12 +2,11 @@
 // al., "A benchmark for the evaluation of RGB-D SLAM systems", IROS 2012).
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "sdk/hand_eye/pose_stream.hpp"
 
 namespace defrec::cli {
 
@@ -15,7 +14,9 @@ enum class PoseUnit { kMillimetre, kCentimetre, kMetre };
 const char* name_of(PoseUnit unit);
 
 struct PoseFile {
-    std::vector<TimedPose> poses;  // mm
+    std::vector<double> times_s;
+    std::vector<double> poses;  // of each [R | t], 3x4 row-major, mm
+    std::size_t count() const { return times_s.size(); }
     bool is_tum = false;
     PoseUnit unit = PoseUnit::kMillimetre;  // of the file
 };

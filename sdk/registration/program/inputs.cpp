@@ -138,7 +138,9 @@ SurfaceFile surface_of_csv(const std::filesystem::path& path) {
     return builder->take();
 }
 
-Pose checked_pose(const Eigen::Matrix<double, 3, 4>& rows, const std::string& name) {
+// The nearest rigid motion, 3x4 row-major.
+std::array<double, 12> checked_pose(const Eigen::Matrix<double, 3, 4>& rows,
+                                    const std::string& name) {
     const Eigen::Matrix3d rotation = rows.leftCols<3>();
     const double off =
         (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
@@ -150,7 +152,16 @@ Pose checked_pose(const Eigen::Matrix<double, 3, 4>& rows, const std::string& na
                             " at most was expected, and a determinant of 1.");
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(rotation,
                                                 Eigen::ComputeFullU | Eigen::ComputeFullV);
-    return {svd.matrixU() * svd.matrixV().transpose(), rows.col(3)};
+    std::array<double, 12> values{};
+    Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> made(values.data());
+    made.leftCols<3>() = svd.matrixU() * svd.matrixV().transpose();
+    made.col(3) = rows.col(3);
+    return values;
+}
+
+// xx, xy, xz, yy, yz, zz.
+void add_isotropic(double variance, std::vector<double>& covariance) {
+    covariance.insert(covariance.end(), {variance, 0, 0, variance, 0, variance});
 }
 
 }  // namespace
@@ -175,12 +186,12 @@ PairsFile read_pairs_file(const std::filesystem::path& path) {
     while (csv.next()) {
         file.ids.push_back(csv.integer(0));
         ids.add(csv, file.ids.back());
-        PointPair pair;
-        pair.model = {csv.number(1), csv.number(2), csv.number(3)};
-        pair.seen = {csv.number(4), csv.number(5), csv.number(6)};
-        pair.seen_covariance = variance(7) * Eigen::Matrix3d::Identity();
-        pair.model_covariance = variance(8) * Eigen::Matrix3d::Identity();
-        file.pairs.push_back(pair);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            file.model_xyz.push_back(csv.number(1 + axis));
+            file.seen_xyz.push_back(csv.number(4 + axis));
+        }
+        add_isotropic(variance(7), file.seen_covariance);
+        add_isotropic(variance(8), file.model_covariance);
     }
     return file;
 }
@@ -201,7 +212,7 @@ std::vector<ModelTarget> read_model_targets(const std::filesystem::path& path) {
     return targets;
 }
 
-Pose read_pose_file(const std::filesystem::path& path) {
+std::array<double, 12> read_pose_file(const std::filesystem::path& path) {
     const std::string name = path.string();
     Eigen::Matrix<double, 3, 4> rows;
     if (path.extension() == ".json") {

@@ -1,14 +1,11 @@
 // The files that `defrec register` reads besides the model.
 #pragma once
 
-#include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
-
-#include "sdk/registration/point_pairs.hpp"
-#include "sdk/registration/pose.hpp"
 
 namespace defrec::cli {
 
@@ -16,7 +13,7 @@ namespace defrec::cli {
 
 struct SurfaceFile {
     std::vector<float> places, normals,
-        covariances;           // as of SeenSurface; the last two may be empty
+        covariances;           // as of defrec_registration_desc; the last two may be empty
     std::size_t left_out = 0;  // vertices that were not observed
     std::string error_column;  // where the covariances come from; empty: there are none
 };
@@ -28,18 +25,20 @@ SurfaceFile read_surface_file(const std::filesystem::path& path);
 // Columns id, model_x, model_y, model_z, x, y, z, and either error_mm and model_error_mm or none.
 struct PairsFile {
     std::vector<std::int64_t> ids;
-    std::vector<PointPair> pairs;
+    // As of defrec_registration_pairs.
+    std::vector<double> model_xyz, seen_xyz, model_covariance, seen_covariance;
 };
 PairsFile read_pairs_file(const std::filesystem::path& path);
 
 struct ModelTarget {
     std::string name;
-    Eigen::Vector3d place;  // mm, in the model's frame
+    std::array<double, 3> place;  // mm, in the model's frame
 };
 // Columns id, x, y, z.
 std::vector<ModelTarget> read_model_targets(const std::filesystem::path& path);
 
 // Columns x, y, z, t: the three rows of [R | t], mm; or the transform of a registration.json.
-Pose read_pose_file(const std::filesystem::path& path);
+// 3x4 row-major.
+std::array<double, 12> read_pose_file(const std::filesystem::path& path);
 
 }  // namespace defrec::cli

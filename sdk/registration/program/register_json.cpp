@@ -1,7 +1,7 @@
 // See register_json.hpp.
 #include "sdk/registration/program/register_json.hpp"
 
-#include <cmath>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "sdk/io/text.hpp"
@@ -11,110 +11,143 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json numbers(const Eigen::Vector3d& values) {
+Json numbers(const double* values, std::size_t count) {
     Json made = Json::array();
-    for (const double value : values) made.push_back(value);
+    for (std::size_t i = 0; i < count; ++i) made.push_back(values[i]);
     return made;
 }
 
-Json rows(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
+// values: a matrix, row-major.
+Json rows(const double* values, std::size_t height, std::size_t width) {
     Json made = Json::array();
-    for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
-        Json line = Json::array();
-        for (Eigen::Index column = 0; column < matrix.cols(); ++column)
-            line.push_back(matrix(row, column));
-        made.push_back(std::move(line));
-    }
+    for (std::size_t row = 0; row < height; ++row)
+        made.push_back(numbers(values + row * width, width));
     return made;
 }
 
-Json transform(const Pose& pose) {
-    Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-    matrix.topLeftCorner<3, 3>() = pose.rotation;
-    matrix.topRightCorner<3, 1>() = pose.translation;
-    return rows(matrix);
+// The four rows of a rigid motion.
+Json transform(const double* values) {
+    Json made = rows(values, 3, 4);
+    made.push_back({0.0, 0.0, 0.0, 1.0});
+    return made;
 }
 
-Json free_motion(const FreeMotion& motion) {
+Json free_motion(const RegisterFindings& findings, std::size_t index) {
+    auto motion = initialised<defrec_free_motion>();
+    require(defrec_registration_get_free_motion(findings.registration.get(), index, &motion),
+            ExitCode::kInternal, "reading the result");
+    const bool is_turn = motion.kind == DEFREC_FREE_TURN;
     Json made;
-    made["kind"] = motion.is_turn ? "turn" : "shift";
-    made["axis"] = numbers(motion.axis);
-    if (motion.is_turn) {
-        made["point"] = numbers(motion.point);
-        made["pitch_mm_per_rad"] = motion.pitch_mm;
+    made["kind"] = is_turn ? "turn" : "shift";
+    made["axis"] = numbers(motion.axis, 3);
+    if (is_turn) {
+        made["point"] = numbers(motion.point, 3);
+        made["pitch_mm_per_rad"] = motion.pitch_mm_per_rad;
     }
     made["expected_mm"] = motion.expected_mm;
-    made["text"] = motion.text();
+    made["text"] = motion.text;
     return made;
 }
 
-double expected_error(const Eigen::Matrix3d& covariance) { return std::sqrt(covariance.trace()); }
+Json alternative(const RegisterFindings& findings, std::size_t index) {
+    auto other = initialised<defrec_registration_alternative>();
+    require(defrec_registration_get_alternative(findings.registration.get(), index, &other),
+            ExitCode::kInternal, "reading the result");
+    return {{"transform", transform(other.transform)},
+            {"distance_mm", other.distance_mm},
+            {"rms_mm", other.rms_mm},
+            {"inlier_share", other.inlier_share}};
+}
 
-Json target_json(const Registration& registration, const ModelTarget& target) {
-    const Eigen::Matrix3d covariance = registration.target_covariance(target.place);
+// A target in the frame that is seen.
+struct MovedTarget {
+    std::array<double, 3> place{};
+    std::array<double, 6> covariance{};
+    double expected_error_mm = 0;
+};
+MovedTarget moved(const RegisterFindings& findings, const ModelTarget& target) {
+    MovedTarget made;
+    require(defrec_registration_move_points(findings.registration.get(), target.place.data(), 1,
+                                            made.place.data(), made.covariance.data(),
+                                            &made.expected_error_mm),
+            ExitCode::kInternal, "moving a target");
+    return made;
+}
+
+Json target_json(const RegisterFindings& findings, const ModelTarget& target) {
+    const MovedTarget at = moved(findings, target);
+    const std::array<double, 6>& c = at.covariance;
+    const std::array<double, 9> matrix{c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5]};
     Json made;
     made["name"] = target.name;
-    made["model"] = numbers(target.place);
-    made["position"] = numbers(registration.pose * target.place);
-    made["expected_error_mm"] = expected_error(covariance);
-    made["covariance_mm2"] = rows(covariance);
+    made["model"] = numbers(target.place.data(), 3);
+    made["position"] = numbers(at.place.data(), 3);
+    made["expected_error_mm"] = at.expected_error_mm;
+    made["covariance_mm2"] = rows(matrix.data(), 3, 3);
     return made;
 }
 
-Json residuals_json(const RegistrationResiduals& residuals) {
-    return {{"rms_mm", residuals.rms_mm},           {"robust_mm", residuals.robust_mm},
-            {"error_ratio", residuals.error_ratio}, {"inlier_share", residuals.inlier_share},
-            {"correlated", residuals.correlated},   {"used", residuals.used}};
+Json residuals_json(const defrec_registration_info& info) {
+    return {{"rms_mm", info.rms_mm},           {"robust_mm", info.robust_mm},
+            {"error_ratio", info.error_ratio}, {"inlier_share", info.inlier_share},
+            {"correlated", info.correlated},   {"used", info.used}};
 }
 
 }  // namespace
 
+const char* verdict_of(const defrec_registration_info& info) {
+    switch (info.verdict) {
+        case DEFREC_VERDICT_ACCEPTED:
+            return "registered";
+        case DEFREC_VERDICT_AMBIGUOUS:
+            return "ambiguous";
+        case DEFREC_VERDICT_UNDETERMINED:
+            return "undetermined";
+        default:
+            return "failed";
+    }
+}
+
 Json register_json(const RegisterFindings& findings) {
-    const Registration& registration = findings.registration;
+    const defrec_registration_info& info = findings.info;
     Json made;
-    made["verdict"] = name_of(registration.verdict);
-    made["reason"] = registration.reason;
+    made["verdict"] = verdict_of(info);
+    made["reason"] = info.reason;
     made["method"] = findings.method;
-    made["transform"] = transform(registration.pose);
-    made["covariance"] = rows(registration.covariance);
+    made["transform"] = transform(info.transform);
+    made["covariance"] = rows(info.covariance, 6, 6);
     made["covariance_of"] =
         "turn in rad about x, y, z, then shift in mm, of a motion of the surface's frame about its "
         "origin after the transform";
     made["undetermined"] = Json::array();
-    for (const FreeMotion& motion : registration.free)
-        made["undetermined"].push_back(free_motion(motion));
-    made["residuals"] = residuals_json(registration.residuals);
+    for (std::size_t i = 0; i < info.free_motion_count; ++i)
+        made["undetermined"].push_back(free_motion(findings, i));
+    made["residuals"] = residuals_json(info);
     made["pairs"] = Json::array();
     for (std::size_t i = 0; i < findings.pair_ids.size(); ++i)
         made["pairs"].push_back({{"id", findings.pair_ids[i]},
-                                 {"residual_mm", registration.residual_mm[i]},
-                                 {"fits", registration.is_inlier[i] != 0}});
+                                 {"residual_mm", info.residuals[i]},
+                                 {"fits", info.inliers[i] != 0}});
     made["alternatives"] = Json::array();
-    for (const RegistrationAlternative& other : registration.alternatives)
-        made["alternatives"].push_back({{"transform", transform(other.pose)},
-                                        {"distance_mm", other.distance_mm},
-                                        {"rms_mm", other.rms_mm},
-                                        {"inlier_share", other.inlier_share}});
+    for (std::size_t i = 0; i < info.alternative_count; ++i)
+        made["alternatives"].push_back(alternative(findings, i));
     made["targets"] = Json::array();
     for (const ModelTarget& target : findings.targets)
-        made["targets"].push_back(target_json(registration, target));
+        made["targets"].push_back(target_json(findings, target));
     made["notes"] = findings.notes;
     return made;
 }
 
 std::string register_text(const RegisterFindings& findings) {
-    const Registration& registration = findings.registration;
-    std::string text =
-        std::string(name_of(registration.verdict)) + ": " + registration.reason + "\n";
+    std::string text = std::string(verdict_of(findings.info)) + ": " + findings.info.reason + "\n";
     for (const std::string& note : findings.notes) text += "note: " + note + "\n";
     constexpr std::size_t kMostShown = 10;
     for (std::size_t i = 0; i < findings.targets.size() && i < kMostShown; ++i) {
         const ModelTarget& target = findings.targets[i];
-        const Eigen::Vector3d place = registration.pose * target.place;
-        text +=
-            "target " + printable(target.name) + ": " + format_fixed(place.x(), 2) + " " +
-            format_fixed(place.y(), 2) + " " + format_fixed(place.z(), 2) + " mm, expected error " +
-            format_fixed(expected_error(registration.target_covariance(target.place)), 2) + " mm\n";
+        const MovedTarget at = moved(findings, target);
+        text += "target " + printable(target.name) + ": " + format_fixed(at.place[0], 2) + " " +
+                format_fixed(at.place[1], 2) + " " + format_fixed(at.place[2], 2) +
+                " mm, expected error " + format_fixed(at.expected_error_mm, 2) + " mm\n";
     }
     if (findings.targets.size() > kMostShown)
         text += "... and " + std::to_string(findings.targets.size() - kMostShown) +

@@ -5,19 +5,25 @@
 #include <string>
 #include <vector>
 
+#include "sdk/client/library.hpp"
 #include "sdk/registration/program/inputs.hpp"
-#include "sdk/registration/registration.hpp"
 
 namespace defrec::cli {
 
-// All that a run of `defrec register` found.
+// All that a run of `defrec register` found; the pointers of info live as long as the handle.
 struct RegisterFindings {
     Registration registration;
+    defrec_registration_info info{};
     std::string method;  // "pairs" or "surface"
     std::vector<std::string> notes;
     std::vector<ModelTarget> targets;
     std::vector<std::int64_t> pair_ids;  // of a registration by pairs
+
+    bool is_registered() const { return info.verdict == DEFREC_VERDICT_ACCEPTED; }
 };
+
+// "registered", "ambiguous", "undetermined" or "failed".
+const char* verdict_of(const defrec_registration_info& info);
 
 nlohmann::ordered_json register_json(const RegisterFindings& findings);
 // A few lines for people.

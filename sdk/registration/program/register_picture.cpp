@@ -15,6 +15,7 @@
 
 #include "sdk/base/os/atomic_file.hpp"
 #include "sdk/io/text.hpp"
+#include "sdk/registration/program/register_json.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -49,10 +50,15 @@ class Painter {
         : input_(input),
           most_(most),
           image_(kPanel + kLegend, 3 * kPanel + 2 * kGap, CV_8UC3, cv::Scalar(255, 255, 255)) {
-        const Pose& pose = input.registration->pose;
+        using Rows = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+        const Eigen::Map<const Rows> pose(input.registration->transform);
+        const Eigen::Matrix3d rotation = pose.leftCols<3>();
+        const Eigen::Vector3d translation = pose.col(3);
         for (std::size_t i = 0; i + 2 < input.model_vertices.size(); i += 3)
-            model_.push_back(
-                pose * Eigen::Map<const Eigen::Vector3f>(&input.model_vertices[i]).cast<double>());
+            model_.emplace_back(
+                rotation *
+                    Eigen::Map<const Eigen::Vector3f>(&input.model_vertices[i]).cast<double>() +
+                translation);
         for (std::size_t i = 0; i + 2 < input.places.size(); i += 3)
             places_.push_back(Eigen::Map<const Eigen::Vector3f>(&input.places[i]).cast<double>());
     }
@@ -84,7 +90,9 @@ class Painter {
             low = low.cwiseMin(view.axes * place);
             high = high.cwiseMax(view.axes * place);
         };
-        for (const std::uint32_t vertex : input_.model_triangles) include(model_[vertex]);
+        const std::size_t corners = 3 * input_.registration->triangle_count;
+        for (std::size_t i = 0; i < corners; ++i)
+            include(model_[input_.registration->triangles[i]]);
         for (const Eigen::Vector3d& place : places_) include(place);
         const double size = std::max((high - low).head<2>().maxCoeff(), 1.0);
         scale_ = 0.92 * kPanel / size;
@@ -97,9 +105,9 @@ class Painter {
 
     // From behind to the front.
     void paint_model(const View& view, cv::Mat& part) const {
-        const std::size_t count = input_.model_triangles.size() / 3;
+        const std::size_t count = input_.registration->triangle_count;
         const auto corner = [&](std::size_t triangle, std::size_t i) -> const Eigen::Vector3d& {
-            return model_[input_.model_triangles[3 * triangle + i]];
+            return model_[input_.registration->triangles[3 * triangle + i]];
         };
         std::vector<double> depth(count);
         std::vector<std::uint32_t> order(count);
@@ -121,10 +129,10 @@ class Painter {
     }
 
     void paint_points(const View& view, cv::Mat& part) const {
-        const Registration& registration = *input_.registration;
+        const defrec_registration_info& registration = *input_.registration;
         for (std::size_t i = 0; i < places_.size(); ++i) {
-            const double residual = registration.residual_mm[i];
-            const bool is_inlier = registration.is_inlier[i] != 0 && std::isfinite(residual);
+            const double residual = registration.residuals[i];
+            const bool is_inlier = registration.inliers[i] != 0 && std::isfinite(residual);
             cv::circle(part, pixel(view, places_[i]), 2,
                        is_inlier ? colour_of(residual, most_) : cv::Scalar(0, 0, 0), cv::FILLED,
                        cv::LINE_AA);
@@ -139,11 +147,11 @@ class Painter {
         write(image_, format_fixed(-most_, 1), {22, kTop + 12});
         write(image_, format_fixed(most_, 1) + " mm above the model; black: outliers",
               {76 + kBar, kTop + 12});
-        const Registration& registration = *input_.registration;
+        const defrec_registration_info& registration = *input_.registration;
         write(image_,
-              std::string(name_of(registration.verdict)) + ", rms " +
-                  format_fixed(registration.residuals.rms_mm, 2) + " mm, " +
-                  format_fixed(100 * registration.residuals.inlier_share, 0) + " % inliers",
+              std::string(verdict_of(registration)) + ", rms " +
+                  format_fixed(registration.rms_mm, 2) + " mm, " +
+                  format_fixed(100 * registration.inlier_share, 0) + " % inliers",
               {kPanel + 250, kTop + 12});
     }
 
@@ -158,7 +166,7 @@ class Painter {
 }  // namespace
 
 void write_register_picture(const std::filesystem::path& path, const PictureInput& input) {
-    const double most = std::max(0.5, 3 * input.registration->residuals.rms_mm);
+    const double most = std::max(0.5, 3 * input.registration->rms_mm);
     std::vector<unsigned char> bytes;
     cv::imencode(".png", Painter(input, most).paint(), bytes);
     write_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});

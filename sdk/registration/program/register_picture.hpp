@@ -1,19 +1,17 @@
 // registration.png: the model and the points that were seen, from three sides.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <span>
 
-#include "sdk/registration/registration.hpp"
+#include "include/defrec_c.h"
 
 namespace defrec::cli {
 
 struct PictureInput {
-    std::span<const float> model_vertices;  // xyz each, mm, in the model's frame
-    std::span<const std::uint32_t> model_triangles;
-    std::span<const float> places;     // xyz each, mm: what was seen
-    const Registration* registration;  // of these places
+    std::span<const float> model_vertices;         // xyz each, mm, in the model's frame
+    std::span<const float> places;                 // xyz each, mm: what was seen
+    const defrec_registration_info* registration;  // of these places, with the model's triangles
 };
 
 // Three orthogonal projections of the surface's frame: as the camera sees it, from its right, and

@@ -2,25 +2,21 @@
 #include "sdk/registration/program/run_register.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <memory>
+#include <array>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <string_view>
 
 #include "sdk/base/os/atomic_file.hpp"
-#include "sdk/base/os/services.hpp"
-#include "sdk/base/util/error.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/json_text.hpp"
 #include "sdk/io/output_folder.hpp"
 #include "sdk/io/terminal.hpp"
 #include "sdk/io/text.hpp"
-#include "sdk/registration/model_surface.hpp"
-#include "sdk/registration/point_pairs.hpp"
 #include "sdk/registration/program/inputs.hpp"
 #include "sdk/registration/program/register_json.hpp"
 #include "sdk/registration/program/register_picture.hpp"
-#include "sdk/registration/surface_registration.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -30,6 +26,8 @@ namespace fs = std::filesystem;
 constexpr const char* kJson = "registration.json";
 constexpr const char* kPicture = "registration.png";
 constexpr double kDegree = std::numbers::pi / 180;
+
+using Transform = std::array<double, 12>;  // 3x4 row-major
 
 void check_options(const RegisterOptions& options) {
     const auto refuse = [](const std::string& message) {
@@ -54,13 +52,17 @@ std::vector<fs::path> inputs_of(const RegisterOptions& options) {
 }
 
 // What the library says of an input, as the program's own error.
-template <class Function>
-auto with_file(const std::string& path, const Function& function) {
-    try {
-        return function();
-    } catch (const Error& error) {
-        throw CliError(ExitCode::kInput, path + ": " + error.what() + ".");
-    }
+void expect_accepted(defrec_status status, const std::string& path) {
+    if (status == DEFREC_ERROR_ARGUMENT)
+        throw CliError(ExitCode::kInput, path + ": " + defrec_last_error() + ".");
+    require(status, ExitCode::kInput, path);
+}
+
+void take(RegisterFindings& findings, defrec_registration registration) {
+    findings.registration.reset(registration);
+    findings.info = initialised<defrec_registration_info>();
+    require(defrec_registration_get(registration, &findings.info), ExitCode::kInternal,
+            "reading the result");
 }
 
 // The part whose surface is seen; the others become targets: their middles.
@@ -81,85 +83,111 @@ MeshFile load_model(const RegisterOptions& options, RegisterFindings& findings) 
     for (const MeshPart& part : file.parts) {
         if (part.name == options.part) continue;
         const MeshFile other = file.part(part.name);
-        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        std::array<double, 3> sum{};
         for (const std::uint32_t vertex : other.triangles)
-            sum += Eigen::Map<const Eigen::Vector3f>(&other.vertices[3 * std::size_t{vertex}])
-                       .cast<double>();
-        findings.targets.push_back({part.name, sum / static_cast<double>(other.triangles.size())});
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                sum[axis] += double{other.vertices[3 * std::size_t{vertex} + axis]};
+        for (double& value : sum) value /= static_cast<double>(other.triangles.size());
+        findings.targets.push_back({part.name, sum});
     }
     return seen;
 }
 
-void note_findings(const ModelSurface& model, std::vector<std::string>& notes) {
-    const ModelFindings& found = model.findings();
-    if (found.was_turned)
+void note_findings(const defrec_registration_info& info, std::vector<std::string>& notes) {
+    if (info.model_turned != 0)
         notes.emplace_back("The model was inside out: its triangles were turned.");
-    if (found.dropped_triangles > 0)
-        notes.push_back(std::to_string(found.dropped_triangles) +
+    if (info.dropped_triangles > 0)
+        notes.push_back(std::to_string(info.dropped_triangles) +
                         " triangles of the model have no area and were left out.");
-    if (found.open_edges > 0)
-        notes.push_back("The model is not closed: " + std::to_string(found.open_edges) +
+    if (info.open_edges > 0)
+        notes.push_back("The model is not closed: " + std::to_string(info.open_edges) +
                         " edges have one triangle. It may be cut short.");
-    if (found.odd_edges > 0)
-        notes.push_back(std::to_string(found.odd_edges) +
+    if (info.odd_edges > 0)
+        notes.push_back(std::to_string(info.odd_edges) +
                         " edges of the model have more than two triangles, or two that turn "
                         "differently.");
-    if (!model.has_outside())
+    if (info.model_has_outside == 0)
         notes.emplace_back(
             "The model does not say where its outside is: its back may be taken for its front.");
 }
 
-SurfaceOptions surface_options(const RegisterOptions& given, const Pose& start) {
-    SurfaceOptions options;
-    options.start = start;
-    if (given.start_turn_degrees) options.start_turn = *given.start_turn_degrees * kDegree;
-    if (given.start_shift_mm) options.start_shift_mm = *given.start_shift_mm;
-    if (given.starts) options.starts = *given.starts;
-    if (given.point_error_mm) options.point_error_mm = *given.point_error_mm;
-    if (given.model_error_mm) options.model_error_mm = *given.model_error_mm;
-    if (given.max_residual_mm) options.max_residual_mm = *given.max_residual_mm;
-    if (given.max_error_mm) options.max_error_mm = *given.max_error_mm;
-    if (!given.is_tracked_camera) options.viewer.reset();
-    return options;
+// 0, which is the library's default where nothing is given, as a number next to it.
+double given_or_default(const std::optional<double>& value) {
+    if (!value) return 0;
+    return *value == 0 ? std::numeric_limits<double>::min() : *value;
 }
 
-Registration by_pairs(const RegisterOptions& options, RegisterFindings& findings) {
+defrec_registration_desc desc_of(const RegisterOptions& given, const Transform& start,
+                                 const MeshFile& model, const SurfaceFile& surface) {
+    auto desc = initialised<defrec_registration_desc>();
+    if (!given.is_tracked_camera) desc.flags = DEFREC_REGISTRATION_NO_CAMERA;
+    desc.model_vertices = model.vertices.data();
+    desc.model_vertex_count = model.vertices.size() / 3;
+    desc.model_triangles = model.triangles.data();
+    desc.model_triangle_count = model.triangles.size() / 3;
+    desc.seen_vertices = surface.places.data();
+    desc.seen_count = surface.places.size() / 3;
+    if (!surface.normals.empty()) desc.seen_normals = surface.normals.data();
+    if (!surface.covariances.empty()) desc.seen_covariances = surface.covariances.data();
+    std::copy(start.begin(), start.end(), desc.start);
+    desc.max_turn_rad = given_or_default(given.start_turn_degrees) * kDegree;
+    desc.max_shift_mm = given_or_default(given.start_shift_mm);
+    desc.starts = given.starts.value_or(0);
+    desc.point_error_mm = given_or_default(given.point_error_mm);
+    desc.model_error_mm = given_or_default(given.model_error_mm);
+    desc.max_residual_mm = given_or_default(given.max_residual_mm);
+    desc.max_error_mm = given_or_default(given.max_error_mm);
+    return desc;
+}
+
+void register_by_pairs(const RegisterOptions& options, RegisterFindings& findings) {
     const PairsFile file = read_pairs_file(options.pairs);
-    PairOptions limits;
-    if (options.max_error_mm) limits.max_error_mm = *options.max_error_mm;
-    if (options.max_residual_mm) limits.max_residual_mm = *options.max_residual_mm;
+    auto desc = initialised<defrec_registration_pairs>();
+    desc.model_xyz = file.model_xyz.data();
+    desc.seen_xyz = file.seen_xyz.data();
+    desc.model_covariance = file.model_covariance.data();
+    desc.seen_covariance = file.seen_covariance.data();
+    desc.count = file.ids.size();
+    desc.max_residual_mm = given_or_default(options.max_residual_mm);
+    desc.max_error_mm = given_or_default(options.max_error_mm);
+    defrec_registration registration = nullptr;
+    expect_accepted(defrec_registration_from_pairs(&desc, &registration), options.pairs);
+    take(findings, registration);
     findings.method = "pairs";
     findings.pair_ids = file.ids;
-    return with_file(options.pairs, [&] { return register_pairs(file.pairs, limits); });
 }
 
 // What was compared, for the picture.
 struct Compared {
-    std::optional<ModelSurface> model;
+    std::optional<MeshFile> model;
     SurfaceFile surface;
 };
 
-Compared by_surface(const RegisterOptions& options, const Pose& start, RegisterFindings& findings) {
+Compared register_by_surface(const RegisterOptions& options, const Transform& start,
+                             RegisterFindings& findings) {
     Compared compared;
-    const MeshFile mesh = load_model(options, findings);
-    with_file(options.model,
-              [&] { compared.model.emplace(mesh.vertices, mesh.triangles, "the model"); });
-    note_findings(*compared.model, findings.notes);
+    compared.model = load_model(options, findings);
     compared.surface = read_surface_file(options.surface);
+    ContextOptions library;
+    library.threads = options.threads;
+    library.has_plugins = false;
+    const Context context = open_context(library);
+    const defrec_registration_desc desc =
+        desc_of(options, start, *compared.model, compared.surface);
+    defrec_registration registration = nullptr;
+    const defrec_status status =
+        defrec_registration_from_surface(context.get(), &desc, &registration);
+    const bool is_model_at_fault =
+        status < 0 && std::string_view(defrec_last_error()).starts_with("the model");
+    expect_accepted(status, is_model_at_fault ? options.model : options.surface);
+    take(findings, registration);
+    note_findings(findings.info, findings.notes);
     const SurfaceFile& surface = compared.surface;
     if (surface.left_out > 0)
         findings.notes.push_back(std::to_string(surface.left_out) +
                                  " points of the surface were not observed and were left out.");
     if (surface.error_column.empty())
         findings.notes.emplace_back("The surface's points have no errors; they count alike.");
-    defrec_context_desc desc{};
-    desc.threads = options.threads;
-    const Services services(desc);
-    findings.registration = with_file(options.surface, [&] {
-        return register_surface(*compared.model,
-                                {surface.places, surface.normals, surface.covariances},
-                                surface_options(options, start), &services);
-    });
     findings.method = "surface";
     findings.pair_ids.clear();
     return compared;
@@ -172,8 +200,7 @@ void write_outputs(const RegisterOptions& options, const RegisterFindings& findi
     write_atomically(out / kJson, json);
     if (compared.model)
         write_register_picture(out / kPicture,
-                               {compared.model->vertices(), compared.model->triangles(),
-                                compared.surface.places, &findings.registration});
+                               {compared.model->vertices, compared.surface.places, &findings.info});
 }
 
 }  // namespace
@@ -184,17 +211,17 @@ int run_register(const RegisterOptions& options) {
     for (const fs::path& input : inputs_of(options))
         keep_input(input, {out / kJson, out / kPicture});
     RegisterFindings findings;
-    Pose start;
+    Transform start{};
     if (!options.start.empty()) start = read_pose_file(options.start);
     if (!options.pairs.empty()) {
-        findings.registration = by_pairs(options, findings);
-        start = findings.registration.pose;
+        register_by_pairs(options, findings);
+        std::copy_n(findings.info.transform, start.size(), start.begin());
     }
     // Pairs that contradict each other, or leave a motion open, give no start.
-    const bool has_start =
-        options.pairs.empty() || findings.registration.verdict == RegistrationVerdict::kRegistered;
+    const bool has_start = options.pairs.empty() || findings.is_registered();
     Compared compared;
-    if (!options.surface.empty() && has_start) compared = by_surface(options, start, findings);
+    if (!options.surface.empty() && has_start)
+        compared = register_by_surface(options, start, findings);
     if (!has_start && !options.surface.empty())
         findings.notes.emplace_back("The surface was not looked at: the pairs give no start.");
     if (!options.targets.empty())
@@ -203,9 +230,7 @@ int run_register(const RegisterOptions& options) {
     const std::string json = json_text(register_json(findings), 2) + "\n";
     write_outputs(options, findings, compared, json);
     if (!options.quiet) print(options.json ? json : register_text(findings));
-    return static_cast<int>(findings.registration.verdict == RegistrationVerdict::kRegistered
-                                ? ExitCode::kOk
-                                : ExitCode::kFound);
+    return static_cast<int>(findings.is_registered() ? ExitCode::kOk : ExitCode::kFound);
 }
 
 }  // namespace defrec::cli
