@@ -96,23 +96,4 @@ namespace Defrec
         /// </summary>
         public double MaxErrorMm { get; set; }
     }
-
-    /// <summary>Three numbers.</summary>
-    public struct Double3
-    {
-        /// <summary>The first.</summary>
-        public double X;
-        /// <summary>The second.</summary>
-        public double Y;
-        /// <summary>The third.</summary>
-        public double Z;
-
-        /// <summary>Three numbers.</summary>
-        public Double3(double x, double y, double z)
-        {
-            X = x;
-            Y = y;
-            Z = z;
-        }
-    }
 }

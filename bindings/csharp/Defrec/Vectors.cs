@@ -116,6 +116,25 @@ namespace Defrec
         public Float3 Row2;
     }
 
+    /// <summary>Three numbers.</summary>
+    public struct Double3
+    {
+        /// <summary>The first.</summary>
+        public double X;
+        /// <summary>The second.</summary>
+        public double Y;
+        /// <summary>The third.</summary>
+        public double Z;
+
+        /// <summary>Three numbers.</summary>
+        public Double3(double x, double y, double z)
+        {
+            X = x;
+            Y = y;
+            Z = z;
+        }
+    }
+
     /// <summary>256 bits of an ORB descriptor: bit i is bit i % 32 of word i / 32.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct Descriptor
