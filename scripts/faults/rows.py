@@ -381,7 +381,7 @@ SECTIONS = (
         (
             (
                 170,
-                "pairs, surfaces, starts and options that are no such thing",
+                "pairs, surfaces and starts that are no such thing",
                 "refused with file and line, or with the number of the pair or point",
             ),
             (
