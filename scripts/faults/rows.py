@@ -212,7 +212,14 @@ SECTIONS = (
                 "a disk that is full or cannot be written, the limit on file sizes",
                 "`DEFREC_ERROR_IO`, exit code 7; no signal, no half file",
             ),
-            (73, "Ctrl-C, a closed pipe", "outputs are finished; exit code 130"),
+            (
+                73,
+                "Ctrl-C, a closed pipe",
+                (
+                    "outputs are finished, before anything that others are connected to ends; exit"
+                    " code 130. A second Ctrl-C ends the program at once, and they are lost"
+                ),
+            ),
             (
                 74,
                 "a network client that is slow, gone or sends garbage",
@@ -247,7 +254,7 @@ SECTIONS = (
             (
                 80,
                 "a plugin that throws something else than an exception class",
-                "`DEFREC_ERROR_PLUGIN`, the host lives",
+                "`DEFREC_ERROR_PLUGIN`, the host lives; one that ends its thread: row 118",
             ),
             (81, "a plugin that throws when asked for its devices", "refused alone"),
             (
@@ -286,7 +293,11 @@ SECTIONS = (
                 "a forged reply of the process that probes a plugin; a stray `.json`",
                 "refused with a sentence; not listed",
             ),
-            (98, "no file descriptors left", "the reason says so"),
+            (
+                98,
+                "no file descriptors left",
+                "the reason says so, of plugins, outputs, images and videos (row 113)",
+            ),
             (99, "a baseline of 1e150 mm, cameras 100 degrees apart", "refused"),
             (100, "escape sequences in names", "shown, not sent to the terminal"),
             (
@@ -314,6 +325,12 @@ SECTIONS = (
                     " a slip"
                 ),
             ),
+        ),
+    ),
+    (
+        "Neighbours, inputs and runs",
+        (
+            (121, "Ctrl-C in Python during a wait for a device that hangs", "heard at once"),
         ),
     ),
     (
@@ -488,4 +505,5 @@ SECTIONS = (
 WITHOUT_TEST = {
     44: "`plugins/vulkan/loads_lacking_*`, and `plugins/cuda` where there is no CUDA driver",
     50: "`bindings/csharp/memory`, `bindings/python/memory`",
+    121: "`bindings/python/calls`",
 }

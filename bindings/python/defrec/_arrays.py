@@ -91,11 +91,21 @@ _STRIDES_AND_FORMAT = 0x1C
 _WRITABLE = 0x01
 
 
+def refuse_mask(name: str, value: Any) -> None:
+    """A mask would be lost: what it hides would be taken for numbers."""
+    if numpy is not None and isinstance(value, numpy.ma.MaskedArray):
+        raise TypeError(
+            f"{name} is a masked array, whose mask is not taken: give {name}.filled(...) or"
+            f" {name}.data"
+        )
+
+
 class BufferView:
     """Someone else's memory, which stays in place until close(): address, shape, strides (bytes),
     type code."""
 
     def __init__(self, name: str, value: BufferLike, writable: bool = False) -> None:
+        refuse_mask(name, value)
         self.name = name
         self._buffer: Optional[_PyBuffer] = None
         buffer = _PyBuffer()
@@ -242,6 +252,7 @@ class Points:
     a copy. They stay where they are as long as this object lives."""
 
     def __init__(self, name: str, value: ArrayLike, columns: int, code: str = "d") -> None:
+        refuse_mask(name, value)
         if numpy is not None:
             self._values = _numpy_rows(name, value, columns, code)
             self.count = len(self._values)
@@ -299,6 +310,7 @@ def flat(name: str, value: ArrayLike, counts: Sequence[int]) -> List[float]:
     found: List[float] = []
 
     def collect(item: Any) -> None:
+        refuse_mask(name, item)
         if hasattr(item, "tolist"):
             item = item.tolist()
         if isinstance(item, (list, tuple)):

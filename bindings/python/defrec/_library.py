@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import ctypes
 import os
+import time
 from ctypes import c_char_p, c_int32, c_uint32, c_void_p
-from typing import Any, Optional, Tuple
+from typing import Any, Callable, Optional, Tuple
 
 from ._prototypes import API_MAJOR, API_MINOR, PROTOTYPES
 from ._struct import StatusResult
@@ -105,6 +106,21 @@ def nanoseconds(timeout: Optional[float]) -> int:
     if not timeout >= 0:
         raise ValueError(f"timeout is {timeout}, seconds of at least 0 expected")
     return int(min(timeout * 1e9, _FOR_EVER)) if timeout < _FOR_EVER else _FOR_EVER
+
+
+_SLICE = 100_000_000  # ns
+
+
+def wait_in_slices(wait: Callable[[int], Any], timeout: Optional[float]) -> bool:
+    """Whether wait(nanoseconds) ended in time. Between slices Python takes signals, so that Ctrl-C
+    ends a wait for a device that hangs."""
+    left = nanoseconds(timeout)
+    end = time.monotonic_ns() + left
+    while wait(min(left, _SLICE)) == Status.TIMEOUT:
+        left = end - time.monotonic_ns()
+        if left <= 0:
+            return False
+    return True
 
 
 native, path = _open()

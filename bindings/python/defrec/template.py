@@ -19,10 +19,9 @@ from ._arrays import (
     empty,
 )
 from ._handle import Handle
-from ._library import c_path, native, nanoseconds
+from ._library import c_path, native, wait_in_slices
 from .body import BodyRegion, MeshLike, body_desc
 from .context import Context
-from .enums import Status
 from .structs import Camera, CutPoint, Edge, Landmark, Patch, SurfacePoint
 
 
@@ -143,8 +142,8 @@ class Template(Handle):
 
         threads: any. Raises Error, with Status.ERROR_UNSUPPORTED where no body can be made of it.
         """
-        return bool(
-            native.defrec_template_wait_body(self._native, nanoseconds(timeout)) != Status.TIMEOUT
+        return wait_in_slices(
+            lambda ns: native.defrec_template_wait_body(self._native, ns), timeout
         )
 
     def data(self) -> TemplateData:

@@ -9,10 +9,10 @@ from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, Optiona
 from . import structs
 from ._arrays import BYTES_PER_PIXEL, ArrayLike, BufferLike, Points, address_of, empty, image
 from ._handle import Handle
-from ._library import c_text, nanoseconds, native
+from ._library import c_text, native, wait_in_slices
 from ._tracker_options import OPTIONS, TrackerOptions
 from .context import Context
-from .enums import Field, Format, FrameFlag, MemoryKind, Status
+from .enums import Field, Format, FrameFlag, MemoryKind
 from .memory import Memory, memory_desc
 from .points import LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
 from .result import Result, copy_result
@@ -35,11 +35,11 @@ class Job(Handle):
 
     def wait(self, timeout: Optional[float] = None) -> bool:
         """Waits until the frame is computed, at most timeout seconds; None: for ever. False: not
-        yet.
+        yet. Ctrl-C ends it with KeyboardInterrupt.
 
         threads: any. Raises Error where the job failed.
         """
-        return bool(native.defrec_job_wait(self._native, nanoseconds(timeout)) != Status.TIMEOUT)
+        return wait_in_slices(lambda ns: native.defrec_job_wait(self._native, ns), timeout)
 
     def result(self) -> Result:
         """Waits for the frame, and copies what it gave. threads: any. Raises Error where the job

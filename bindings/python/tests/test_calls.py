@@ -3,7 +3,10 @@ received each of them, in its place."""
 import ctypes
 import dataclasses
 import gc
+import os
 import pathlib
+import signal
+import threading
 import unittest
 from unittest import mock
 
@@ -339,36 +342,53 @@ class Calls(stub.StubTest):
             (-(1 << 63) + 5, 1, None, None, 1 << 63),
         )
         self.assertEqual(frame.field, Field.BOTTOM)
-        for_ever = f"defrec_job_wait(job={j}, timeout_ns=18446744073709551615)"
+        a_slice = f"defrec_job_wait(job={j}, timeout_ns=100000000)"
         self.assertEqual(
             [str(call) for call in rest],
             [
-                for_ever,
-                f"defrec_job_wait(job={j}, timeout_ns=1500000000)",
+                a_slice,
+                f"defrec_job_wait(job={j}, timeout_ns=100000000)",
                 f"defrec_job_wait(job={j}, timeout_ns=0)",
-                for_ever,
+                a_slice,
                 f"defrec_job_result(job={j}, out={WRITTEN['defrec_result']})",
-                for_ever,
+                a_slice,
                 (
                     f"defrec_job_warp_points(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5],"
                     " count=2, xyz=written, status=written, expected_error_mm=written)"
                 ),
-                for_ever,
+                a_slice,
                 (
                     f"defrec_job_point_covariances(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5,"
                     " 6.5], count=2, covariance=written, evidence=written)"
                 ),
-                for_ever,
+                a_slice,
                 (
                     f"defrec_job_lift_points(job={j}, uv=[1.5, 2.5], count=1, xyz=written,"
                     " found=written)"
                 ),
-                for_ever,
+                a_slice,
                 f"defrec_job_get_template(job={j}, out={s})",
                 f"defrec_template_release(surface={s})",
                 f"defrec_job_release(job={j})",
             ],
         )
+
+    def test_ctrl_c_ends_a_wait_for_a_device_that_hangs(self):
+        """Row 121."""
+        tracker = Tracker(self.context, make_rig(self.context))
+        image = bytes(96 * 80 * 3)
+        job = tracker.submit(image, image, 0)
+        stub.answer("defrec_job_wait", Status.TIMEOUT)
+        ctrl_c = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+        ctrl_c.start()
+        with self.assertRaises(KeyboardInterrupt):
+            job.wait()
+        ctrl_c.join()
+        waits = {call.arguments["timeout_ns"] for call in self.log() if "wait" in call.function}
+        self.assertEqual(waits, {"100000000"})
+        self.assertFalse(job.wait(0.01))
+        stub.answer("defrec_job_wait", Status.OK)
+        job.close()
 
     def test_every_field_of_a_result_keeps_its_name(self):
         counted_by = {
@@ -572,8 +592,8 @@ class Calls(stub.StubTest):
             [str(call) for call in lines],
             [
                 f"defrec_template_set_body(surface={s}, desc=NULL)",
-                f"defrec_template_wait_body(surface={s}, timeout_ns=18446744073709551615)",
-                f"defrec_template_wait_body(surface={s}, timeout_ns=1500000000)",
+                f"defrec_template_wait_body(surface={s}, timeout_ns=100000000)",
+                f"defrec_template_wait_body(surface={s}, timeout_ns=100000000)",
                 f"defrec_template_wait_body(surface={s}, timeout_ns=0)",
             ],
         )
@@ -670,7 +690,7 @@ class Calls(stub.StubTest):
                 ),
                 f"defrec_targets_count(targets={t})",
                 f"defrec_template_release(surface={s})",
-                f"defrec_job_wait(job={j}, timeout_ns=18446744073709551615)",
+                f"defrec_job_wait(job={j}, timeout_ns=100000000)",
                 (
                     f"defrec_job_move_targets(job={j}, targets={t}, count=2, xyz=written,"
                     " covariance=written, status=written, expected_error_mm=written)"
