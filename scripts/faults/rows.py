@@ -331,6 +331,11 @@ SECTIONS = (
         "Neighbours, inputs and runs",
         (
             (121, "Ctrl-C in Python during a wait for a device that hangs", "heard at once"),
+            (
+                126,
+                "half written files of a run that was killed",
+                "removed by the next run in the folder; those of runs that live stay",
+            ),
         ),
     ),
     (

@@ -19,6 +19,18 @@ std::string describe(const std::filesystem::path& path, const std::string& what,
         "; check the folder's permissions, the space on its disk and the limit on file sizes");
 }
 
+// In the name of a file that is being written: STEM.defrec-NUMBER.partial.EXTENSION.
+constexpr char kBeforeNumber[] = ".defrec-", kAfterNumber[] = ".partial";
+
+bool is_partial_name(const std::string& name) {
+    const size_t before = name.rfind(kBeforeNumber);
+    if (before == std::string::npos || before == 0) return false;
+    const size_t first = before + sizeof kBeforeNumber - 1;
+    const size_t end = name.find_first_not_of("0123456789", first);
+    return end != std::string::npos && end > first &&
+           name.compare(end, sizeof kAfterNumber - 1, kAfterNumber) == 0;
+}
+
 // Its first so many code units, or fewer, so that no character is cut in two.
 std::filesystem::path shortened(const std::filesystem::path& name, size_t units) {
     std::u8string text = name.u8string();
@@ -41,13 +53,14 @@ AtomicFile::AtomicFile(const std::filesystem::path& path)
     const std::filesystem::path stem = shortened(path_.stem(), kMaxStem);
     for (int i = 0; i < kMaxNames && file_ == nullptr; ++i) {
         temporary_ = path_.parent_path() / stem;
-        temporary_ += ".";
+        temporary_ += kBeforeNumber;
         temporary_ += std::to_string(i);
-        temporary_ += ".partial";
+        temporary_ += kAfterNumber;
         temporary_ += path_.extension();
         errno = 0;
         file_.reset(create_file(temporary_));
         if (file_ == nullptr && errno != EEXIST) break;
+        if (file_ == nullptr && remove_abandoned(temporary_)) --i;
     }
     if (file_ == nullptr) throw FileError(path_, "cannot be created", errno);
 }
@@ -75,6 +88,15 @@ void AtomicFile::commit() {
     std::filesystem::rename(temporary_, path_, error);
     if (error) throw FileError(path_, "cannot be given its name", error.value());
     temporary_.clear();
+}
+
+void remove_abandoned_files(const std::filesystem::path& folder) {
+    std::error_code error;
+    for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+        const std::u8string name = entry->path().filename().u8string();
+        if (is_partial_name({name.begin(), name.end()})) remove_abandoned(entry->path());
+    }
 }
 
 void write_atomically(const std::filesystem::path& path, std::string_view bytes) {

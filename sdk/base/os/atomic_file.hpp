@@ -19,7 +19,8 @@ class FileError : public std::runtime_error {
 // Every failure (not writable, disk full) is a FileError. One thread at a time.
 class AtomicFile {
   public:
-    // Under a name of its own: several may be written to one path at the same time.
+    // Under a name of its own: several may be written to one path at the same time. What a process
+    // that died left under such a name is removed.
     explicit AtomicFile(const std::filesystem::path& path);
     // Removes the file unless commit() was reached.
     ~AtomicFile();
@@ -39,6 +40,9 @@ class AtomicFile {
     std::filesystem::path path_, temporary_;  // temporary_: empty once renamed
     std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
 };
+
+// Removes what processes that died have left of AtomicFiles in the folder, and nothing of others.
+void remove_abandoned_files(const std::filesystem::path& folder);
 
 void write_atomically(const std::filesystem::path& path, std::string_view bytes);
 

@@ -3,6 +3,8 @@
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <string>
 
@@ -62,9 +64,9 @@ TEST_CASE("row 85: a link, a FIFO or a folder in a temporary file's place is pas
     const TemporaryFolder folder;
     const auto path = folder.path() / "a.csv", victim = folder.path() / "victim";
     defrec::test::write_file(victim, std::string("mine"));
-    std::filesystem::create_symlink(victim, folder.path() / "a.0.partial.csv");
-    REQUIRE(::mkfifo((folder.path() / "a.1.partial.csv").c_str(), 0600) == 0);
-    std::filesystem::create_directory(folder.path() / "a.2.partial.csv");
+    std::filesystem::create_symlink(victim, folder.path() / "a.defrec-0.partial.csv");
+    REQUIRE(::mkfifo((folder.path() / "a.defrec-1.partial.csv").c_str(), 0600) == 0);
+    std::filesystem::create_directory(folder.path() / "a.defrec-2.partial.csv");
     write_atomically(path, "x");
     CHECK(text_of(path) == "x");
     CHECK(text_of(victim) == "mine");
@@ -82,4 +84,37 @@ TEST_CASE("row 85: a link or a FIFO in the file's own place is replaced, and not
     REQUIRE(::mkfifo(path.c_str(), 0600) == 0);
     write_atomically(path, "y");
     CHECK(text_of(path) == "y");
+}
+
+TEST_CASE("row 126: what a killed process left goes with the next, what others write stays") {
+    const TemporaryFolder folder;
+    const auto path = folder.path() / "a.csv";
+    const pid_t child = ::fork();
+    if (child == 0) {
+        // Their destructors never run.
+        new AtomicFile(path);
+        new AtomicFile(folder.path() / "b.mp4");
+        ::_exit(0);
+    }
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    REQUIRE(WEXITSTATUS(status) == 0);
+    const auto left_behind = folder.path() / "b.defrec-0.partial.mp4";
+    REQUIRE(files_in(folder.path()) == 2);
+    REQUIRE(std::filesystem::exists(left_behind));
+    for (const char* name : {"mine.partial.csv", "mine.defrec-.partial.csv", ".defrec-0.partial",
+                             "mine.defrec-0.csv", "mine.0.partial.csv"})
+        defrec::test::write_file(folder.path() / name, std::string("mine"));
+    std::filesystem::create_symlink("mine.partial.csv", folder.path() / "c.defrec-0.partial.csv");
+
+    AtomicFile first(path);
+    CHECK(first.temporary().filename() == "a.defrec-0.partial.csv");
+    AtomicFile second(path);
+    CHECK(second.temporary().filename() == "a.defrec-1.partial.csv");
+    remove_abandoned_files(folder.path());
+    CHECK_FALSE(std::filesystem::exists(left_behind));
+    CHECK(files_in(folder.path()) == 2 + 6);
+    first.commit();
+    second.commit();
+    CHECK(files_in(folder.path()) == 1 + 6);
 }

@@ -3,6 +3,8 @@
 #include <io.h>
 #include <sys/stat.h>
 
+#include <system_error>
+
 #include "sdk/base/os/stdio_file.hpp"
 
 namespace defrec {
@@ -17,8 +19,17 @@ std::FILE* create_file(const std::filesystem::path& path) {
     return file;
 }
 
+// The system removes no file that is open.
+bool remove_abandoned(const std::filesystem::path& path) {
+    std::error_code error;
+    return std::filesystem::is_regular_file(std::filesystem::symlink_status(path, error)) &&
+           std::filesystem::remove(path, error);
+}
+
 std::FILE* open_file(const std::filesystem::path& path) { return ::_wfopen(path.c_str(), L"rbN"); }
 
 bool synchronise(std::FILE* file) { return ::_commit(::_fileno(file)) == 0; }
+
+void synchronise_folder(const std::filesystem::path&) {}
 
 }  // namespace defrec

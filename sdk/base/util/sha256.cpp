@@ -1,6 +1,7 @@
 // SHA-256 as FIPS 180-4 section 6.2 defines it.
 #include "sdk/base/util/sha256.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -49,26 +50,44 @@ void add_block(State& state, const unsigned char* block) {
 
 }  // namespace
 
-std::string sha256_hex(std::span<const unsigned char> bytes) {
-    State state = {0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
-                   0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
-    size_t at = 0;
-    for (; bytes.size() - at >= 64; at += 64) add_block(state, bytes.data() + at);
+void Sha256::add(std::span<const unsigned char> bytes) {
+    size_t kept = size_ % rest_.size();
+    size_ += bytes.size();
+    while (!bytes.empty()) {
+        if (kept == 0 && bytes.size() >= rest_.size()) {
+            add_block(state_, bytes.data());
+            bytes = bytes.subspan(rest_.size());
+            continue;
+        }
+        const size_t count = std::min(rest_.size() - kept, bytes.size());
+        std::memcpy(rest_.data() + kept, bytes.data(), count);
+        bytes = bytes.subspan(count);
+        kept += count;
+        if (kept < rest_.size()) return;
+        add_block(state_, rest_.data());
+        kept = 0;
+    }
+}
 
-    std::array<unsigned char, 128> tail{};
-    const size_t rest = bytes.size() - at;
-    if (rest != 0) std::memcpy(tail.data(), bytes.data() + at, rest);
-    tail[rest] = 0x80;
-    const size_t tail_size = rest < 56 ? 64 : 128;
-    const uint64_t bits = uint64_t{bytes.size()} * 8;
-    for (size_t i = 0; i < 8; ++i)
-        tail[tail_size - 1 - i] = static_cast<unsigned char>(bits >> (8 * i));
-    for (size_t i = 0; i < tail_size; i += 64) add_block(state, tail.data() + i);
+std::string Sha256::hex() {
+    const uint64_t bits = 8 * size_;
+    const unsigned char one = 0x80, zero = 0;
+    add({&one, 1});
+    while (size_ % rest_.size() != 56) add({&zero, 1});
+    std::array<unsigned char, 8> length;
+    for (size_t i = 0; i < 8; ++i) length[7 - i] = static_cast<unsigned char>(bits >> (8 * i));
+    add(length);
 
     std::string hex;
-    for (const uint32_t word : state)
+    for (const uint32_t word : state_)
         for (int shift = 28; shift >= 0; shift -= 4) hex += "0123456789abcdef"[word >> shift & 15];
     return hex;
+}
+
+std::string sha256_hex(std::span<const unsigned char> bytes) {
+    Sha256 sum;
+    sum.add(bytes);
+    return sum.hex();
 }
 
 }  // namespace defrec

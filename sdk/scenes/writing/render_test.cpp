@@ -680,7 +680,7 @@ TEST_CASE("the command answers with exit codes") {
                        "--quiet"}) == 0);
     CHECK(fs::exists(folder.path / "out/right/000000.png"));
     CHECK_FALSE(fs::exists(folder.path / "out/right/000001.png"));
-    CHECK_FALSE(fs::exists(folder.path / "out/truth.0.partial.csv"));
+    CHECK_FALSE(fs::exists(folder.path / "out/truth.defrec-0.partial.csv"));
 }
 
 TEST_CASE("a parameter's own value changes nothing, another value changes the scene") {
