@@ -330,11 +330,29 @@ SECTIONS = (
     (
         "Neighbours, inputs and runs",
         (
+            (
+                117,
+                "a plugin that changes rounding, or unmasks floating point exceptions",
+                "set back behind each call, with a warning; the numbers are the same",
+            ),
+            (
+                118,
+                "a plugin that ends or cancels the thread that called it",
+                "a device that does not answer, as in row 79; a cancellation has no effect",
+            ),
             (121, "Ctrl-C in Python during a wait for a device that hangs", "heard at once"),
             (
                 126,
                 "half written files of a run that was killed",
                 "removed by the next run in the folder; those of runs that live stay",
+            ),
+            (
+                128,
+                "a timestamp far ahead, and then the true ones",
+                (
+                    "refused until time has caught up, or another tracker takes the template; the"
+                    " message says so"
+                ),
             ),
         ),
     ),

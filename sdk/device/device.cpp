@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cstring>
+#include <exception>
 #include <new>
 
 #include "backends/stages/list.hpp"
+#include "sdk/base/os/run_within.hpp"
 #include "sdk/plugin/host.hpp"
 #include "sdk/plugin/loader.hpp"
 
@@ -67,6 +69,7 @@ defrec_status Device::end_call(const char* what, defrec_status status) const {
 }
 
 void Device::refuse_exception(const char* what) const {
+    keep_thread(what);
     fail(DEFREC_ERROR_PLUGIN, id_, ": ", what, " threw an exception");
 }
 
@@ -80,12 +83,29 @@ void Device::refuse_unanswered(const char* what) const {
 std::chrono::milliseconds Device::deadline() const { return services().plugin_deadline(); }
 
 void Device::log_exception(const char* what) const noexcept {
+    keep_thread(what);
+    log(DEFREC_LOG_ERROR, what, " threw an exception");
+}
+
+void Device::log(int32_t level, const char* what, const char* happened) const noexcept {
     try {
-        services().log(DEFREC_LOG_ERROR, "sdk",
-                       concat(id_, ": ", what, " threw an exception").c_str());
+        services().log(level, "sdk", concat(id_, ": ", what, happened).c_str());
     } catch (const std::bad_alloc&) {
         // Without memory nothing is logged.
     }
+}
+
+void Device::keep_thread(const char* what) const noexcept {
+    if (std::current_exception() != nullptr) return;
+    // The device has not answered.
+    if (watch_ != nullptr) watch_->enter(what);
+    log(DEFREC_LOG_ERROR, what, " ended the thread that called it");
+    stay_if_thread_ends();
+}
+
+void Device::tell_changed_mode(const char* what) const noexcept {
+    if (has_told_mode_.exchange(true)) return;
+    log(DEFREC_LOG_WARNING, what, " changed the floating point mode; it was set back");
 }
 
 DeviceBuffer::DeviceBuffer(std::shared_ptr<const Device> device, uint64_t size)

@@ -14,6 +14,7 @@
 
 #include "backends/stages/list.hpp"
 #include "include/defrec_plugin.h"
+#include "sdk/base/os/kept_floating_point.hpp"
 #include "sdk/base/util/error.hpp"
 #include "sdk/device/device_watch.hpp"
 
@@ -44,7 +45,8 @@ class Device {
     // nullptr where the device does not offer the stage.
     const defrec_stage_table* stage_table(uint32_t stage) const;
 
-    // Calls one function of the plugin and throws unless it answers with 0 or more, which is
+    // Calls one function of the plugin, after which the thread's floating point mode is as it was,
+    // and throws unless it answers with 0 or more, which is
     // returned. what names the call in the text, static storage: "queue_create". After
     // DEFREC_ERROR_DEVICE_LOST every further call fails with the same, uncalled.
     template <class Function, class... Args>
@@ -77,22 +79,28 @@ class Device {
     // The scope of a call. what: static storage.
     class Inside {
       public:
-        Inside(const Device& device, const char* what) : watch_(device.watch_.get()) {
-            if (watch_ != nullptr) watch_->enter(what);
+        Inside(const Device& device, const char* what) : device_(device), what_(what) {
+            if (device_.watch_ != nullptr) device_.watch_->enter(what);
         }
         ~Inside() {
-            if (watch_ != nullptr) watch_->leave();
+            if (mode_.restore()) device_.tell_changed_mode(what_);
+            if (device_.watch_ != nullptr) device_.watch_->leave();
         }
         Inside(const Inside&) = delete;
         Inside& operator=(const Inside&) = delete;
 
       private:
-        DeviceWatch* watch_;
+        const Device& device_;
+        const char* what_;
+        KeptFloatingPoint mode_;
     };
+    void tell_changed_mode(const char* what) const noexcept;
     void begin_call(const char* what) const;
     defrec_status end_call(const char* what, defrec_status status) const;
     [[noreturn]] void refuse_exception(const char* what) const;
     void log_exception(const char* what) const noexcept;
+    void keep_thread(const char* what) const noexcept;
+    void log(int32_t level, const char* what, const char* happened) const noexcept;
 
     std::shared_ptr<const LoadedPlugin> plugin_;
     const size_t index_;
@@ -102,6 +110,7 @@ class Device {
     uint32_t stages_;
     defrec_pdevice* device_ = nullptr;
     mutable std::atomic<bool> lost_{false};
+    mutable std::atomic<bool> has_told_mode_{false};
 };
 
 // Movable; empty after a move and when made without arguments.

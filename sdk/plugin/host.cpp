@@ -1,6 +1,7 @@
 // See host.hpp.
 #include "sdk/plugin/host.hpp"
 
+#include "sdk/base/os/kept_floating_point.hpp"
 #include "sdk/base/util/status.hpp"
 #include "sdk/base/util/text_buffer.hpp"
 
@@ -21,7 +22,19 @@ void* host_alloc(void* self, size_t size, size_t alignment) {
 }
 void host_free(void* self, void* memory) { services(self).release(memory); }
 void host_parallel_for(void* self, size_t count, void (*body)(void*, size_t), void* arg) {
-    services(self).parallel_for_raw(count, body, arg);
+    struct Bodies {
+        void (*body)(void*, size_t);
+        void* arg;
+    } bodies{body, arg};
+    // On threads of the host's, which go on to other work.
+    services(self).parallel_for_raw(
+        count,
+        [](void* given, size_t index) {
+            const KeptFloatingPoint mode;
+            const auto& [run, with] = *static_cast<const Bodies*>(given);
+            run(with, index);
+        },
+        &bodies);
 }
 uint32_t host_concurrency(void* self) { return services(self).concurrency(); }
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "backends/stages/list.hpp"
+#include "sdk/base/os/kept_floating_point.hpp"
 #include "sdk/base/os/platform.hpp"
 #include "sdk/base/os/run_within.hpp"
 #include "sdk/base/util/error.hpp"
@@ -25,8 +26,10 @@ constexpr char kEntryName[] = "defrec_plugin_entry_v1";
 template <class Function, class... Args>
 auto ask(const std::string& path, const char* name, Function function, Args... args) {
     try {
+        const KeptFloatingPoint mode;
         return function(args...);
     } catch (...) {
+        stay_if_thread_ends();
         fail(DEFREC_ERROR_PLUGIN, path, ": ", name, " threw an exception");
     }
 }
@@ -105,8 +108,10 @@ LoadedPlugin::~LoadedPlugin() { shut_down(); }
 
 void LoadedPlugin::shut_down() noexcept {
     try {
+        const KeptFloatingPoint mode;
         if (DEFREC_HAS(table_, shutdown)) table_->shutdown(table_->self);
     } catch (...) {
+        stay_if_thread_ends();
         services_->log(DEFREC_LOG_ERROR, name_.c_str(), "shutdown threw an exception");
     }
 }

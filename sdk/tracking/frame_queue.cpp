@@ -72,8 +72,9 @@ FrameQueue::Reserved FrameQueue::reserve(int64_t timestamp_ns) {
          " places in the queue are taken; release a job first");
 }
 
-// One wrong timestamp must not make all later ones too small. A clock that was set does not return:
-// the second frame after a jump is accepted.
+// One wrong timestamp must not make all later ones too small, so a jump of more than a day is
+// refused. A clock that was set does not return: the second frame after such a jump is accepted. A
+// shorter jump is believed, and never taken back: what frames are compared by would run backwards.
 void FrameQueue::check_timestamp(int64_t timestamp_ns) {
     constexpr uint64_t kMaxGap = uint64_t{24} * 3600 * 1000000000u;
     const auto gap = [&](int64_t before) {
@@ -85,7 +86,9 @@ void FrameQueue::check_timestamp(int64_t timestamp_ns) {
     if (submitted_ == 0) return;
     if (timestamp_ns <= last_timestamp_)
         fail(DEFREC_ERROR_ARGUMENT, "timestamp_ns is ", timestamp_ns, ", the frame before had ",
-             last_timestamp_, "; it must grow");
+             last_timestamp_,
+             "; it must grow. If that one was wrong, or the clock was set back, go "
+             "on with another tracker and the template of this one");
     if (gap(last_timestamp_) <= kMaxGap) {
         refused_timestamp_.reset();
         return;

@@ -144,6 +144,26 @@ TEST_CASE("row 91: a timestamp far ahead is refused, and those that go on are ta
     CHECK(queued.refused(23 * hour) == DEFREC_OK);
 }
 
+TEST_CASE(
+    "row 128: behind a timestamp that was far ahead none is taken, and the reason says what to "
+    "do") {
+    const int64_t hour = int64_t{3600} * 1000000000;
+    Queued queued;
+    queued.submit_at(20 * hour)->finish(DEFREC_OK, "");
+    for (int64_t frame = 1; frame <= 3; ++frame) {
+        try {
+            queued.submit_at(33 * frame);
+            FAIL("a timestamp that does not grow was taken");
+        } catch (const Error& error) {
+            CHECK(error.status() == DEFREC_ERROR_ARGUMENT);
+            CHECK(std::string(error.what()).find("another tracker and the template of this one") !=
+                  std::string::npos);
+        }
+    }
+    CHECK(queued.refused(21 * hour) == DEFREC_OK);
+    CHECK(Queued().refused(33) == DEFREC_OK);
+}
+
 TEST_CASE("row 91: a clock that was set is believed with its second frame") {
     Queued queued;
     const int64_t hour = int64_t{3600} * 1000000000;

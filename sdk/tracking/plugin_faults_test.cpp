@@ -290,6 +290,63 @@ TEST_CASE("row 81: a plugin that throws when it is asked for its devices is refu
 }
 
 TEST_CASE(
+    "row 118: a plugin that ends its thread is a device that does not answer; the host lives") {
+    for (const char* place : {"enqueue", "wait", "read"}) {
+        CAPTURE(place);
+        Session session;
+        REQUIRE(session.make_tracker() == DEFREC_OK);
+        REQUIRE(session.track() == DEFREC_OK);
+        session.misbehave("exit", place);
+        CHECK(session.track() == DEFREC_ERROR_DEVICE_LOST);
+        CHECK(contains(last_error(), "no answer within"));
+        CHECK(session.application.logged("ended the thread that called it"));
+        check_quarantined(session);
+        check_nobody_called(session);
+    }
+    for (const char* place : {"device_open", "create"}) {
+        CAPTURE(place);
+        Session session;
+        session.misbehave("exit", place);
+        CHECK(session.make_tracker() < 0);
+        session.behave();
+        CHECK(session.make_tracker("cpu") == DEFREC_OK);
+        CHECK(session.track() == DEFREC_OK);
+    }
+}
+
+TEST_CASE("row 118: a thread of the library that a plugin cancels goes on") {
+    Session session;
+    REQUIRE(session.make_tracker() == DEFREC_OK);
+    for (const char* place : {"create", "enqueue", "wait", "read", "signal"}) {
+        CAPTURE(place);
+        session.misbehave("cancel", place);
+        CHECK(session.track() == DEFREC_OK);
+    }
+    session.behave();
+    CHECK(session.track() == DEFREC_OK);
+}
+
+TEST_CASE("row 117: a plugin changes neither the host's floating point mode nor its numbers") {
+    std::vector<std::vector<float>> surfaces;
+    for (const char* how : {"", "round", "trap"})
+        for (const char* place : {"create", "enqueue", "wait", "write", "read", "signal"}) {
+            CAPTURE(how);
+            CAPTURE(place);
+            Session session;
+            session.misbehave(how, place);
+            REQUIRE(session.make_tracker() == DEFREC_OK);
+            REQUIRE(session.submit() == DEFREC_OK);
+            REQUIRE(session.submit() == DEFREC_OK);
+            const defrec_result result = session.result();
+            const auto count = static_cast<std::ptrdiff_t>(3 * result.vertex_count);
+            surfaces.emplace_back(result.vertices, result.vertices + count);
+            CHECK(session.application.logged("changed the floating point mode") == (*how != 0));
+            session.end();
+        }
+    for (const std::vector<float>& surface : surfaces) CHECK(surface == surfaces.front());
+}
+
+TEST_CASE(
     "rows 38 and 79: a frame whose device does not answer fails, and the device is quarantined") {
     for (const char* place : {"enqueue", "wait", "read"}) {
         CAPTURE(place);

@@ -12,6 +12,7 @@
 #include "conformance/scenes/sample_job.hpp"
 #include "conformance/worker/system.hpp"
 #include "conformance/worker/threads.hpp"
+#include "sdk/base/os/kept_floating_point.hpp"
 
 namespace defrec::conformance {
 namespace {
@@ -83,6 +84,8 @@ struct Environment {
 void environment(CaseRun& run) {
     std::fesetenv(FE_DFL_ENV);  // whatever the cases before have let happen
     const Environment before;
+    // The host sets it back behind each call.
+    const uint64_t changes = KeptFloatingPoint::changes();
     {
         Session session(run.subject_plugin());
         use_every_stage(session);
@@ -90,7 +93,7 @@ void environment(CaseRun& run) {
     const Environment after;
     std::fesetenv(FE_DFL_ENV);  // or the cases that follow would suffer
     require(before.rounding == after.rounding && before.control == after.control &&
-                before.exceptions == after.exceptions,
+                before.exceptions == after.exceptions && KeptFloatingPoint::changes() == changes,
             "the plugin changed the floating point mode of its caller");
     const std::string changed = before.signals.difference(after.signals);
     require(changed.empty(), "the plugin changed ", changed);

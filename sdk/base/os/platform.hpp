@@ -19,8 +19,9 @@ namespace defrec::platform {
 uint64_t process_id() noexcept;
 
 // Starts a thread of the library: it receives none of the application's signals (but real-time
-// ones, SIGPWR and SIGXCPU, by which runtimes stop threads) and computes in the default floating
-// point mode, whatever the mode of the starting thread. Throws Error(DEFREC_ERROR_OUT_OF_MEMORY).
+// ones, SIGPWR and SIGXCPU, by which runtimes stop threads), cannot be cancelled, and computes in
+// the default floating point mode, whatever the mode of the starting thread. Throws
+// Error(DEFREC_ERROR_OUT_OF_MEMORY).
 std::thread start_thread(std::function<void()> body);
 
 // This thread gets less of a core that others want.

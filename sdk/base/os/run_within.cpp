@@ -5,6 +5,7 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <thread>
 
 #include "sdk/base/os/platform.hpp"
 
@@ -34,6 +35,12 @@ struct Call {
 };
 
 }  // namespace
+
+void stay_if_thread_ends() noexcept {
+    // No exception, but an unwinding that was forced.
+    if (std::current_exception() != nullptr) return;
+    for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+}
 
 bool run_within(std::chrono::milliseconds limit, std::function<void()> body) {
     const auto call = std::make_shared<Call>();

@@ -11,4 +11,9 @@ namespace defrec {
 // has not run then.
 bool run_within(std::chrono::milliseconds limit, std::function<void()> body);
 
+// In a catch (...) round foreign code, on a thread that somebody waits for with a limit: does not
+// return where that code ends the thread itself (pthread_exit, pthread_cancel), which a handler
+// cannot stop without ending the process. The thread then stays, as one that gets no answer.
+void stay_if_thread_ends() noexcept;
+
 }  // namespace defrec

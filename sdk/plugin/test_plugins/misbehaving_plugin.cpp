@@ -1,6 +1,11 @@
 // Backend cpu that misbehaves in one place, as a test asks for by defrec_misbehave: throws, hangs,
 // or gives what a stage never gives. What is asked for holds in every context. MISBEHAVES_AT_START:
 // the arguments of a first call of it, in a plugin that no context takes.
+#ifndef _WIN32
+#include <pthread.h>
+#endif
+
+#include <cfenv>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
@@ -43,6 +48,13 @@ void at(const char* place) {
     std::unique_lock lock(mutex);
     if (where != place) return;
     if (how == "throw") throw 5;
+#ifndef _WIN32
+    if (how == "exit") pthread_exit(nullptr);
+    if (how == "cancel") {
+        pthread_cancel(pthread_self());
+        pthread_testcancel();
+    }
+#endif
     if (how != "hang") return;
     ++inside;
     changed.notify_all();
@@ -50,6 +62,24 @@ void at(const char* place) {
     --inside;
     changed.notify_all();
 }
+// The same, and behind the right thing another floating point mode.
+class At {
+  public:
+    explicit At(const char* place) : place_(place) { at(place); }
+    ~At() {
+        const std::lock_guard lock(mutex);
+        if (where != place_) return;
+        if (how == "round") std::fesetround(FE_UPWARD);
+#ifdef __GLIBC__
+        if (how == "trap") feenableexcept(FE_DIVBYZERO | FE_INEXACT | FE_INVALID);
+#endif
+    }
+    At(const At&) = delete;
+    At& operator=(const At&) = delete;
+
+  private:
+    const char* place_;
+};
 // Whether this is the call of kind "memory" that fails: the one after so many as the place ends
 // with ("buffer_create 7").
 bool is_out_of_memory(const std::string& place) {
@@ -96,7 +126,7 @@ constexpr Lie kLies[] = {
 template <size_t kStage>
 defrec_status enqueue(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer* const* in,
                       size_t in_count, defrec_pbuffer* const* out, size_t out_count) {
-    at("enqueue");
+    const At here("enqueue");
     const defrec_status status =
         inner_stages[kStage]->enqueue(stage, queue, in, in_count, out, out_count);
     for (const Lie& lie : kLies)
@@ -107,7 +137,7 @@ defrec_status enqueue(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer
 }
 template <size_t kStage>
 defrec_status create(defrec_pdevice* device, const void* params, defrec_pstage** out) {
-    at("create");
+    const At here("create");
     if (is_out_of_memory("create")) return DEFREC_ERROR_OUT_OF_MEMORY;
     return inner_stages[kStage]->create(device, params, out);
 }
@@ -135,7 +165,7 @@ void wrap_devices(defrec_plugin& outer) {
         return status;
     };
     outer.device_open = [](void* self, size_t index, defrec_pdevice** out) {
-        at("device_open");
+        const At here("device_open");
         return inner.device_open(self, index, out);
     };
     outer.device_close = [](defrec_pdevice* device) {
@@ -147,7 +177,7 @@ void wrap_devices(defrec_plugin& outer) {
 void wrap_buffers(defrec_plugin& outer) {
     outer.buffer_create = [](defrec_pdevice* device, uint64_t size,
                              defrec_pbuffer** out) -> defrec_status {
-        at("buffer_create");
+        const At here("buffer_create");
         if (is_out_of_memory("buffer_create")) return DEFREC_ERROR_OUT_OF_MEMORY;
         return inner.buffer_create(device, size, out);
     };
@@ -169,20 +199,20 @@ void wrap_queues(defrec_plugin& outer) {
     };
     outer.write = [](defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, const void* src,
                      uint64_t size) {
-        at("write");
+        const At here("write");
         return inner.write(queue, buffer, offset, src, size);
     };
     outer.read = [](defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, void* dst,
                     uint64_t size) {
-        at("read");
+        const At here("read");
         return inner.read(queue, buffer, offset, dst, size);
     };
     outer.signal = [](defrec_pqueue* queue, uint64_t* out_value) {
-        at("signal");
+        const At here("signal");
         return inner.signal(queue, out_value);
     };
     outer.wait = [](defrec_pqueue* queue, uint64_t value, uint64_t timeout_ns) -> defrec_status {
-        at("wait");
+        const At here("wait");
         if (asked_for("early", "wait")) return DEFREC_TIMEOUT;
         if (!asked_for("never", "wait")) return inner.wait(queue, value, timeout_ns);
         std::this_thread::sleep_for(std::chrono::nanoseconds(timeout_ns));
@@ -208,7 +238,8 @@ defrec_plugin wrapped(const defrec_plugin& plugin) {
 
 }  // namespace
 
-// From now on: kind "throw", "hang", "lie", "never", "early" or "memory" at this place; "" nowhere.
+// From now on: kind "throw", "exit", "cancel" (the thread), "round" (upwards), "trap" (floating
+// point exceptions), "hang", "lie", "never", "early" or "memory" at this place; "" nowhere.
 // What hangs goes on when this is called again. "memory" happens once, and then the place is "".
 extern "C" DEFREC_PLUGIN_EXPORT void defrec_misbehave(const char* kind, const char* place) {
     std::unique_lock lock(mutex);
