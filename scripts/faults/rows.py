@@ -331,6 +331,11 @@ SECTIONS = (
         "Neighbours, inputs and runs",
         (
             (
+                113,
+                "a thousand connections to the live view",
+                "at most 32, fewer with few descriptors; without one the reason says so",
+            ),
+            (
                 117,
                 "a plugin that changes rounding, or unmasks floating point exceptions",
                 "set back behind each call, with a warning; the numbers are the same",

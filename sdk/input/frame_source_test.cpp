@@ -2,6 +2,7 @@
 #include "sdk/input/frame_source.hpp"
 
 #include <doctest/doctest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <fstream>
@@ -305,6 +306,29 @@ TEST_CASE("row 71: damaged images end the sequence after those that could be rea
     const Outcome cut = read_all(two(folder / "j", folder / "j"));
     CHECK(cut.indices.size() == 1);
     CHECK_SAYS(cut.fault, "1.jpg");
+}
+
+TEST_CASE(
+    "row 113: without a file descriptor the message says so, and not that the image is none") {
+    const TestFolder folder;
+    const std::string images = write_images(folder / "l", 4, 10);
+    const std::string video = write_video(folder / "whole.avi", 3);
+    FrameSource source(two(images, images));
+    StereoFrame frame;
+    REQUIRE(source.next(frame));
+    std::string refused;
+    {
+        rlimit before{};
+        ::getrlimit(RLIMIT_NOFILE, &before);
+        const rlimit none{3, before.rlim_max};
+        ::setrlimit(RLIMIT_NOFILE, &none);
+        while (source.next(frame)) {
+        }
+        refused = refusal(two(video, video));
+        ::setrlimit(RLIMIT_NOFILE, &before);
+    }
+    CHECK_SAYS(source.fault(), "Too many open files");
+    CHECK_SAYS(refused, "Too many open files");
 }
 
 TEST_CASE("row 71: a video is read, and one that is cut short delivers what it has") {

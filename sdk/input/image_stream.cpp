@@ -2,11 +2,13 @@
 #include "sdk/input/image_stream.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <string_view>
+#include <system_error>
 
 #include "include/defrec_c.h"
 #include "sdk/io/exit_code.hpp"
@@ -50,15 +52,20 @@ bool is_cut(const std::vector<unsigned char>& bytes) {
     return false;
 }
 
-// Empty when the file is no whole image.
-cv::Mat decode_file(const fs::path& path) {
+// Empty when the file is no whole image; reason: the system's, where it says why.
+cv::Mat decode_file(const fs::path& path, std::string& reason) {
     std::error_code error;
     const std::uintmax_t size = fs::file_size(path, error);
+    if (error) reason = error.message();
     if (error || size == 0 || size > kLargestImageFile) return {};
     std::vector<unsigned char> bytes(size);
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
                                                                &std::fclose);
-    if (!file || std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) return {};
+    if (!file) {
+        reason = std::generic_category().message(errno);
+        return {};
+    }
+    if (std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) return {};
     if (is_cut(bytes)) return {};
     const std::optional<HeaderSize> claimed = image_header_size(bytes);
     if (!claimed || claimed->width > kMaxSide || claimed->height > kMaxSide) return {};
@@ -72,11 +79,14 @@ cv::Mat decode_file(const fs::path& path) {
     }
 }
 
+// Throws CliError(kInput) where the file cannot be opened.
 bool is_video(const fs::path& path) {
     unsigned char begin[512] = {};
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
                                                                &std::fclose);
-    if (!file) return false;
+    if (!file)
+        fail(path.string() + ": the file cannot be opened (" +
+             std::generic_category().message(errno) + ").");
     return begins_video({begin, std::fread(begin, 1, sizeof begin, file.get())});
 }
 
@@ -89,7 +99,12 @@ class FileStream : public ImageStream {
 
     bool read(cv::Mat& image) override {
         if (!fault_.empty() || position_ == files_.size()) return false;
-        image = decode_file(files_[position_]);
+        std::string reason;
+        image = decode_file(files_[position_], reason);
+        if (image.empty() && !reason.empty()) {
+            fault_ = files_[position_].string() + ": the file cannot be opened (" + reason + ").";
+            return false;
+        }
         if (image.empty()) {
             fault_ = files_[position_].string() +
                      ": this is not a whole image that can be read, of sides up to " +
