@@ -347,9 +347,19 @@ SECTIONS = (
             ),
             (121, "Ctrl-C in Python during a wait for a device that hangs", "heard at once"),
             (
+                122,
+                "links within a data set, and clips that name files elsewhere",
+                "each real folder once; plain file names only",
+            ),
+            (
                 126,
                 "half written files of a run that was killed",
                 "removed by the next run in the folder; those of runs that live stay",
+            ),
+            (
+                127,
+                "a name that is a formula; a header twice; a masked array in Python",
+                "marked by an apostrophe; status 400; `TypeError`",
             ),
             (
                 128,

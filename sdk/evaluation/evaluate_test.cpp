@@ -253,17 +253,34 @@ TEST_CASE("parameters are variants, with a table of their effects") {
 
 TEST_CASE("clips are named by their folders under the root, also where these are links") {
     const TestFolder root, elsewhere;
-    elsewhere.write("truth.csv", "");
     fs::create_directories(root / "deep/er");
     fs::create_directory(root / ".hidden");
-    for (const char* link : {"b10", "b9", "deep/er/c", ".hidden/d"})
-        fs::create_directory_symlink(elsewhere.path(), root.path() / link);
+    for (const std::string link : {"b10", "b9", "deep/er/c", ".hidden/d"}) {
+        const std::string clip = fs::path(link).filename().string();
+        fs::create_directory(elsewhere / clip);
+        elsewhere.write(clip + "/truth.csv", "");
+        fs::create_directory_symlink(elsewhere / clip, root.path() / link);
+    }
     const std::vector<std::string> expected{"b9", "b10", "deep/er/c"};
     const DataSet& sequences = data_set_of("defrec");
     CHECK(clips_of(sequences, root.path()) == expected);
     CHECK(clips_of(sequences, root / "") == expected);
     CHECK(clips_of(sequences, root.path() / "b9") == std::vector<std::string>{"."});
     CHECK(clips_of(sequences, root / "deep/er/c/") == std::vector<std::string>{"."});
+}
+
+TEST_CASE("row 122: each real folder is listed once, whatever links lead to it or nowhere") {
+    const TestFolder root;
+    for (const char* clip : {"a", "b", "deep/c"}) {
+        fs::create_directories(root / clip);
+        root.write(std::string(clip) + "/truth.csv", "");
+    }
+    fs::create_directory_symlink(".", root / "0_itself");
+    fs::create_directory_symlink("../deep", root / "deep/above");
+    fs::create_directory_symlink("b", root / "0_b");
+    fs::create_symlink("nowhere", root / "dangling");
+    CHECK(clips_of(data_set_of("defrec"), root.path()) ==
+          std::vector<std::string>{"a", "b", "deep/c"});
 }
 
 TEST_CASE("what cannot be evaluated is said before anything is run") {

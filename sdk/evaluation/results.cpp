@@ -10,8 +10,13 @@
 namespace defrec::cli {
 namespace {
 
-// A field of a file without quoting.
-std::string field(std::string text) {
+// A field of a file without quoting. A spreadsheet takes what begins like a formula for one, unless
+// an apostrophe stands before it.
+std::string field(const std::string& given) {
+    constexpr std::string_view kFormula = "=+-@\t\r";
+    std::string text;
+    if (!given.empty() && kFormula.find(given.front()) != std::string_view::npos) text += '\'';
+    text += given;
     for (char& c : text) {
         if (c == ',') c = ';';
         if (c == '\n' || c == '\r') c = ' ';

@@ -59,6 +59,24 @@ TEST_CASE("tables have a row for each clip and for each variant") {
     CHECK(text.find("clips_per_hour                 3600           3600\n") != std::string::npos);
 }
 
+TEST_CASE(
+    "row 127: a name that a spreadsheet would take for a formula has an apostrophe before it") {
+    Results results{"a set", "the root", {{"error_mm"}}, {}};
+    results.variants.push_back({"+one", {}, {kNone}});
+    for (const char* name : {"=1+1", "-2", "@SUM(A1)", "a=b"}) {
+        ClipResult clip = clip_of(name, 1, 1);
+        clip.values = {1};
+        results.variants[0].clips.push_back(clip);
+    }
+    const std::string text = results_csv(results) + summary_csv(results) + times_csv(results);
+    CHECK(text.find("'+one,'=1+1,done") != std::string::npos);
+    CHECK(text.find("'+one,a=b,done") != std::string::npos);
+    for (const char* raw : {",=", "\n=", ",-2", ",@", "\n+"}) {
+        CAPTURE(raw);
+        CHECK(text.find(raw) == std::string::npos);
+    }
+}
+
 TEST_CASE("targets have a row for each depth, and a table only where there are any") {
     Results results = two_variants();
     CHECK_FALSE(results.has_depths());

@@ -2,6 +2,8 @@
 #include "sdk/evaluation/data_sets/data_set.hpp"
 
 #include <algorithm>
+#include <set>
+#include <utility>
 
 #include "sdk/evaluation/score/percentile.hpp"
 #include "sdk/input/image_stream.hpp"
@@ -29,21 +31,50 @@ std::vector<std::unique_ptr<DataSet>> make_data_sets() {
     return sets;
 }
 
-void find_clips(const DataSet& data_set, const fs::path& folder, const fs::path& root, int depth,
-                std::vector<std::string>& clips) {
-    // By its name, also where it is a link.
-    if (data_set.is_clip(folder)) clips.push_back(folder.lexically_relative(root).generic_string());
-    if (depth == kDeepestFolder) return;
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(folder, error)) {
-        if (entry.is_directory(error) && !entry.path().filename().string().starts_with("."))
-            find_clips(data_set, entry.path(), root, depth + 1, clips);
+// Folders that are clips, each once: by its own name, or where only links lead to it by the first
+// of these.
+class ClipSearch {
+  public:
+    ClipSearch(const DataSet& data_set, const fs::path& root) : data_set_(data_set), root_(root) {
+        visit(root, 0);
+        while (!links_.empty()) {
+            std::sort(links_.begin(), links_.end());
+            for (const auto& [link, depth] : std::exchange(links_, {})) visit(link, depth);
+        }
     }
-    if (error) {
-        throw CliError(ExitCode::kInput,
-                       folder.string() + ": the folder cannot be read (" + error.message() + ").");
+
+    std::vector<std::string> take() { return std::move(clips_); }
+
+  private:
+    void visit(const fs::path& folder, int depth) {
+        std::error_code error;
+        const fs::path real = fs::canonical(folder, error);
+        if (!error && !seen_.insert(real).second) return;
+        if (data_set_.is_clip(folder))
+            clips_.push_back(folder.lexically_relative(root_).generic_string());
+        if (depth == kDeepestFolder) return;
+        for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+             entry.increment(error)) {
+            // A link that leads nowhere is no folder.
+            std::error_code unknown;
+            if (!entry->is_directory(unknown) || entry->path().filename().string().starts_with("."))
+                continue;
+            if (entry->is_symlink(unknown))
+                links_.emplace_back(entry->path(), depth + 1);
+            else
+                visit(entry->path(), depth + 1);
+        }
+        if (error)
+            throw CliError(ExitCode::kInput, folder.string() + ": the folder cannot be read (" +
+                                                 error.message() + ").");
     }
-}
+
+    const DataSet& data_set_;
+    const fs::path& root_;
+    std::set<fs::path> seen_;  // canonical
+    std::vector<std::pair<fs::path, int>> links_;
+    std::vector<std::string> clips_;
+};
 
 }  // namespace
 
@@ -71,9 +102,8 @@ std::vector<std::string> clips_of(const DataSet& data_set, const fs::path& root)
     std::error_code error;
     if (!fs::is_directory(root, error))
         throw CliError(ExitCode::kInput, root.string() + ": there is no such folder.");
-    std::vector<std::string> clips;
     const fs::path base = root.has_filename() ? root : root.parent_path();  // "a/" is "a"
-    find_clips(data_set, base, base, 0, clips);
+    std::vector<std::string> clips = ClipSearch(data_set, base).take();
     if (clips.empty()) {
         throw CliError(ExitCode::kInput, root.string() + ": no clip of data set " +
                                              data_set.name() + " was found; expected was " +

@@ -60,6 +60,14 @@ const YamlNode& value_of(const YamlDocument& document, const YamlNode& map, cons
     return entry->value;
 }
 
+// The name of a file in the clip's own folder.
+void require_plain(const YamlDocument& document, const YamlNode& node, const std::string& key) {
+    const std::string& name = node.scalar;
+    if (name.empty() || name == "." || name == ".." ||
+        name.find_first_of("/\\") != std::string::npos)
+        document.fail(node.line, key, "a file name without a folder was expected.");
+}
+
 Info read_info(const fs::path& path) {
     using Kind = YamlNode::Kind;
     constexpr int kLargestSide = 16384;
@@ -78,12 +86,15 @@ Info read_info(const fs::path& path) {
         return document.integer(node, name, 1, kLargestSide);
     };
     info.size = {side("width"), side("height")};
-    info.video =
-        value_of(document, root, "name_video", Kind::kScalar, "the video's file name").scalar;
+    const YamlNode& video =
+        value_of(document, root, "name_video", Kind::kScalar, "the video's file name");
+    require_plain(document, video, "name_video");
+    info.video = video.scalar;
     const char* what = "a list of the truth's file names";
     const YamlNode& names = value_of(document, root, "name_ground_truth", Kind::kSequence, what);
     for (const YamlNode& name : names.items) {
         if (name.kind != Kind::kScalar) document.fail(name.line, "name_ground_truth", what);
+        require_plain(document, name, "name_ground_truth");
         info.truth.push_back(name.scalar);
     }
     if (info.truth.empty()) document.fail(names.line, "name_ground_truth", what);

@@ -274,3 +274,16 @@ TEST_CASE("what is not as expected is named") {
     copies.says("short_box", "frame 0: a box [u; v; width; height] was expected");
     copies.says("few_frames", "the truth of 6 frames was expected; as many as video.mp4 has");
 }
+
+TEST_CASE("row 122: files that a clip names lie in its own folder") {
+    BrokenCopies copies(data_set().path() / kClip);
+    const std::string elsewhere =
+        "name_video: " + (data_set().path() / kClip / "video.mp4").string();
+    change(copies.copy("absolute") / "info.yaml", "name_video: video.mp4", elsewhere.c_str());
+    change(copies.copy("above") / "info.yaml", "name_video: video.mp4", "name_video: ../video.mp4");
+    change(copies.copy("truth") / "info.yaml", "gt_rectified_0.yaml", "../gt_rectified_0.yaml");
+    copies.evaluate("surgt");
+    copies.says("absolute", "name_video: a file name without a folder was expected");
+    copies.says("above", "name_video: a file name without a folder was expected");
+    copies.says("truth", "name_ground_truth: a file name without a folder was expected");
+}
