@@ -81,6 +81,10 @@ endfunction()
 # wherever the whole lies.
 function(defrec_install_program target)
   file(RELATIVE_PATH libraries "/${CMAKE_INSTALL_BINDIR}" "/${CMAKE_INSTALL_LIBDIR}")
-  set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN/${libraries}")
+  # The build tree's lies in ../lib. A path that is changed at installation ends with an empty entry
+  # until then, which stands for the current folder.
+  set(paths "$ORIGIN/${libraries}" "$ORIGIN/../lib")
+  list(REMOVE_DUPLICATES paths)
+  set_target_properties(${target} PROPERTIES BUILD_WITH_INSTALL_RPATH ON INSTALL_RPATH "${paths}")
   install(TARGETS ${target} RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT tools)
 endfunction()

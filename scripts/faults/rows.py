@@ -331,10 +331,24 @@ SECTIONS = (
         "Neighbours, inputs and runs",
         (
             (
+                110,
+                "a warning with `--quiet`",
+                (
+                    "stands in `summary.json` and in the report; an application sees warnings by"
+                    " its log callback only"
+                ),
+            ),
+            (
                 113,
                 "a thousand connections to the live view",
                 "at most 32, fewer with few descriptors; without one the reason says so",
             ),
+            (
+                115,
+                "an output over an input or another output",
+                "exit code 2 before anything is written, by device and inode",
+            ),
+            (116, "a terminal that is closed", "as Ctrl-C, unless the run was told to ignore it"),
             (
                 117,
                 "a plugin that changes rounding, or unmasks floating point exceptions",
@@ -345,11 +359,30 @@ SECTIONS = (
                 "a plugin that ends or cancels the thread that called it",
                 "a device that does not answer, as in row 79; a cancellation has no effect",
             ),
+            (119, "a library in the current folder", "never looked for there"),
+            (
+                120,
+                "a run that is killed, in a folder with an earlier one's results",
+                (
+                    "the earlier `summary.json` goes first, the new one comes last, with the run's"
+                    " name and the hash of each file"
+                ),
+            ),
             (121, "Ctrl-C in Python during a wait for a device that hangs", "heard at once"),
             (
                 122,
                 "links within a data set, and clips that name files elsewhere",
                 "each real folder once; plain file names only",
+            ),
+            (
+                123,
+                "nothing tracked; a point of a frame that never comes",
+                "exit code 8; a note",
+            ),
+            (
+                124,
+                "`nan` as a number, a seed of 20 digits, the greatest id taken",
+                "exit code 2; a free id",
             ),
             (
                 126,

@@ -13,15 +13,15 @@ namespace {
 thread_local bool is_opening_library = false;
 
 void log_to_remarks(void* library, std::int32_t level, const char* source, const char* text) {
-    if (level == DEFREC_LOG_INFO && std::string_view(source) == "sdk")
-        static_cast<LibraryRemarks*>(library)->add(text);
+    if (library != nullptr)
+        static_cast<LibraryRemarks*>(library)->add(level, source, text, is_opening_library);
 }
 
 void log_to_standard_error(void* library, std::int32_t level, const char* source,
                            const char* text) {
-    if (level == DEFREC_LOG_INFO) return log_to_remarks(library, level, source, text);
+    log_to_remarks(library, level, source, text);
     const bool is_error = level >= DEFREC_LOG_ERROR;
-    if (is_opening_library && !is_error) return;
+    if (level == DEFREC_LOG_INFO || (is_opening_library && !is_error)) return;
     std::fprintf(stderr, "defrec: %s: %s: %s\n", is_error ? "error" : "warning", source, text);
 }
 
@@ -76,9 +76,34 @@ void require(defrec_status status, ExitCode otherwise, const std::string& doing)
                    doing + ": " + defrec_last_error());
 }
 
-void LibraryRemarks::add(std::string text) {
+void LibraryRemarks::add(std::int32_t level, std::string_view source, std::string_view text,
+                         bool is_opening) {
+    constexpr std::size_t kMostWarnings = 100;
     const std::lock_guard lock(mutex_);
-    texts_.push_back(std::move(text));
+    if (level == DEFREC_LOG_INFO) {
+        if (source == "sdk") texts_.emplace_back(text);
+        return;
+    }
+    std::string warning = level >= DEFREC_LOG_ERROR ? "error: " : "warning: ";
+    warning.append(source).append(": ").append(text);
+    std::vector<std::string>& kept = is_opening ? opening_ : warnings_;
+    if (std::find(kept.begin(), kept.end(), warning) != kept.end()) return;
+    if (kept.size() < kMostWarnings)
+        kept.push_back(std::move(warning));
+    else
+        ++left_out_;
+}
+
+std::vector<std::string> LibraryRemarks::warnings() const {
+    const std::lock_guard lock(mutex_);
+    std::vector<std::string> all = warnings_;
+    if (left_out_ > 0) all.push_back("and " + std::to_string(left_out_) + " more");
+    return all;
+}
+
+std::vector<std::string> LibraryRemarks::warnings_of_opening() const {
+    const std::lock_guard lock(mutex_);
+    return opening_;
 }
 
 std::vector<std::string> LibraryRemarks::all() const {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -47,15 +48,23 @@ void require(defrec_status status, ExitCode otherwise, const std::string& doing)
 // What plugins said of themselves (DEFREC_LOG_INFO), by their names.
 using PluginRemarks = std::map<std::string, std::string>;
 
-// Remarks of the library itself on what it found and chose (DEFREC_LOG_INFO). Any thread.
+// Remarks of the library itself on what it found and chose (DEFREC_LOG_INFO), and warnings and
+// errors, also of plugins. Any thread.
 class LibraryRemarks {
   public:
-    void add(std::string text);
+    // is_opening: while plugins are looked for.
+    void add(std::int32_t level, std::string_view source, std::string_view text, bool is_opening);
     std::vector<std::string> all() const;
+    // "warning: SOURCE: TEXT", each once, in the order of their first time; of many the first ones,
+    // and how many more there were. Those of plugins and devices that were left out stand apart:
+    // they matter to who misses one.
+    std::vector<std::string> warnings() const;
+    std::vector<std::string> warnings_of_opening() const;
 
   private:
     mutable std::mutex mutex_;
-    std::vector<std::string> texts_;
+    std::vector<std::string> texts_, warnings_, opening_;
+    std::size_t left_out_ = 0;  // of warnings
 };
 
 struct ContextOptions {

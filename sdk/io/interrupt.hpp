@@ -1,5 +1,6 @@
-// Ctrl-C: the first ends the work early with its outputs finished, the second ends the program at
-// once.
+// Ctrl-C, SIGTERM and the end of the terminal: the first ends the work early with its outputs
+// finished, a second Ctrl-C or
+// SIGTERM ends the program at once.
 #pragma once
 
 namespace defrec::cli {

@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "sdk/io/exit_code.hpp"
+#include "sdk/io/interrupt.hpp"
 #include "sdk/io/text.hpp"
 
 namespace defrec::cli {
@@ -66,7 +67,9 @@ void ProgressBar::clear() {
 void print(const std::string& text) {
     if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0)
         return;
-    if (errno == EPIPE) throw CliError(ExitCode::kInterrupted, "the reader of the output is gone.");
+    // Also a terminal that was closed.
+    if (errno == EPIPE || interrupt_requested())
+        throw CliError(ExitCode::kInterrupted, "the reader of the output is gone.");
     throw CliError(ExitCode::kOutput, "the standard output cannot be written.");
 }
 

@@ -262,7 +262,9 @@ LiveView::LiveView(std::uint16_t port, ViewFacts facts, Projector projector)
                   [&impl](const ViewRequest& request) { return impl.record(request); }});
 }
 
-LiveView::~LiveView() {
+LiveView::~LiveView() { end(); }
+
+void LiveView::end() {
     {
         const std::lock_guard lock(impl_->mutex);
         impl_->has_ended = true;

@@ -27,7 +27,7 @@ class LiveView {
     // Listens at 127.0.0.1; port 0: any that is free. projector is called on the view's threads,
     // one call at a time. Throws CliError(kUsage) where nothing can listen.
     LiveView(std::uint16_t port, ViewFacts facts, Projector projector);
-    // Pages say that the run has ended.
+    // As end().
     ~LiveView();
     LiveView(const LiveView&) = delete;
     LiveView& operator=(const LiveView&) = delete;
@@ -44,6 +44,8 @@ class LiveView {
     // What the video and the calibration have wrong: JSON, as `defrec doctor --json` prints it. Any
     // thread.
     void set_checks(std::string checks);
+    // Pages say that the run has ended, and get nothing more.
+    void end();
     // What browsers asked for since the last call.
     std::vector<ViewCommand> take_commands();
 

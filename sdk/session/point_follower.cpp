@@ -131,10 +131,16 @@ void PointFollower::forget_template() {
 }
 
 std::int64_t PointFollower::follow(double u, double v, std::int64_t frame) {
-    std::int64_t id = 0;
-    for (const FollowedPoint& point : points_) id = std::max(id, point.id + 1);
+    const std::int64_t id = free_id(points_);
     points_.push_back({id, u, v, frame});
     return id;
+}
+
+std::size_t PointFollower::points_never_reached() const {
+    return static_cast<std::size_t>(
+        std::count_if(points_.begin(), points_.end(), [this](const FollowedPoint& point) {
+            return newest_ && point.frame.value_or(*newest_) > *newest_;
+        }));
 }
 
 void PointFollower::lift_in(std::int64_t frame, defrec_job job) {

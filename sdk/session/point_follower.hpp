@@ -49,6 +49,8 @@ class PointFollower {
     // the surface was not followed, or not closely. Without those of a template that was given up.
     std::size_t points_without_surface() const { return without_surface_; }
     std::size_t points_of_lost_frames() const { return of_lost_frames_; }
+    // Points that were given in a frame behind the last one.
+    std::size_t points_never_reached() const;
 
   private:
     // The places in points_ of those given in the frame; none: without a frame.

@@ -1,6 +1,9 @@
 // points.csv as input.
 #include "sdk/session/points.hpp"
 
+#include <limits>
+#include <set>
+
 #include "sdk/io/csv.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/session/decisions.hpp"
@@ -26,6 +29,16 @@ std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int wi
     }
     if (points.empty()) csv.fail("the file names no point.");
     return points;
+}
+
+std::int64_t free_id(const std::vector<FollowedPoint>& points) {
+    std::set<std::int64_t> taken;
+    for (const FollowedPoint& point : points) taken.insert(point.id);
+    if (taken.empty() || *taken.rbegin() < 0) return 0;
+    if (*taken.rbegin() < std::numeric_limits<std::int64_t>::max()) return *taken.rbegin() + 1;
+    std::int64_t id = 0;
+    while (taken.contains(id)) ++id;
+    return id;
 }
 
 std::vector<FollowedPoint> grid_points(int width, int height) {

@@ -19,6 +19,9 @@ struct FollowedPoint {
 // size.
 std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int width, int height);
 
+// For one more point: after the greatest, or the least that is free where there is none after it.
+std::int64_t free_id(const std::vector<FollowedPoint>& points);
+
 // A grid over the middle 90 % of the image, ids row by row from 0.
 std::vector<FollowedPoint> grid_points(int width, int height);
 

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cstdint>
 #include <string>
 
 #include "sdk/io/test_folder.hpp"
@@ -69,4 +70,12 @@ TEST_CASE("the default grid lies inside the image") {
         CHECK(point.v >= 0);
         CHECK(point.v <= 47);
     }
+}
+
+TEST_CASE("row 124: a point more gets a free id, whatever ids there are") {
+    CHECK(free_id({}) == 0);
+    CHECK(free_id({{7, 0, 0, {}}, {3, 0, 0, {}}}) == 8);
+    CHECK(free_id({{-5, 0, 0, {}}}) == 0);
+    CHECK(free_id({{INT64_MAX, 0, 0, {}}, {0, 0, 0, {}}, {-1, 0, 0, {}}, {2, 0, 0, {}}}) == 1);
+    CHECK(free_id({{INT64_MAX - 1, 0, 0, {}}}) == INT64_MAX);
 }

@@ -115,6 +115,9 @@ void SessionNotes::conclude(const PointFollower& points, bool has_template, bool
     if (const std::size_t count = points.points_without_surface(); count > 0)
         add(std::to_string(count) + all +
             "lie where the template has no surface; they are lost in every frame.");
+    if (const std::size_t count = points.points_never_reached(); count > 0)
+        add(std::to_string(count) + all +
+            "were given in a frame that was not reached; points.csv has no rows of them.");
     if (const std::size_t count = points.points_of_lost_frames(); count > 0)
         add(std::to_string(count) + all +
             "were given in a frame in which the surface was not followed, or not closely; they "

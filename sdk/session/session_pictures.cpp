@@ -63,6 +63,7 @@ void SessionPictures::start_recording() {
     std::array<char, 32> name{};
     std::snprintf(name.data(), name.size(), "recording_%03d.mp4", ++recordings_);
     recording_ = open_overlay(name.data());
+    recorded_from_ = frames_;
     if (template_) recording_->set_template(*template_);
     view_->set_recording(recording_->path().filename().string());
 }
@@ -70,6 +71,7 @@ void SessionPictures::start_recording() {
 void SessionPictures::finish_recording() {
     if (!recording_) return;
     recording_->finish();
+    if (frames_ > recorded_from_) written_.push_back(recording_->path().filename().string());
     recording_.reset();
     if (view_) view_->set_recording("");
 }
@@ -102,6 +104,7 @@ void SessionPictures::add(const cv::Mat& left, const FrameRecord& record) {
         if (report_) report_->add(left, record);
         if (recording_) recording_->add(left, record);
     });
+    ++frames_;
 }
 
 void SessionPictures::add_to_view(const cv::Mat& left, const FrameRecord& record,
@@ -112,6 +115,7 @@ void SessionPictures::add_to_view(const cv::Mat& left, const FrameRecord& record
 std::string SessionPictures::finish_overlay() {
     if (!overlay_) return {};
     overlay_->finish();
+    if (frames_ > 0) written_.push_back(overlay_->path().filename().string());
     if (report_) report_->meta().overlay_file = overlay_->path().filename().string();
     return overlay_->note();
 }
@@ -121,6 +125,7 @@ void SessionPictures::finish_report(const std::string& origin, std::span<const s
     report_->meta().facts.emplace_back("Template", origin);
     report_->meta().notes.insert(report_->meta().notes.end(), notes.begin(), notes.end());
     report_->finish();
+    written_.emplace_back("report.html");
 }
 
 }  // namespace defrec::cli

@@ -39,6 +39,10 @@ class SessionPictures {
     // have it. camera: of the rectified views.
     void check_input(StereoCalibration calibration, const defrec_camera& camera);
     bool has_view() const { return view_ != nullptr; }
+    // Browsers are told that the run has ended.
+    void end_view() {
+        if (view_) view_->end();
+    }
     void close_view() {
         checks_.reset();
         view_.reset();
@@ -56,6 +60,8 @@ class SessionPictures {
     }
 
     void finish_recording();
+    // Names of the files that were finished.
+    const std::vector<std::string>& written() const { return written_; }
     // Returns a note on the overlay, empty for none.
     std::string finish_overlay();
     // origin: of the template.
@@ -73,6 +79,9 @@ class SessionPictures {
     std::unique_ptr<InputChecks> checks_;       // for the view; ends before it
     std::unique_ptr<OverlayWriter> recording_;  // null while none is made
     int recordings_ = 0;
+    // Given so far, and when the recording began: without any there is no file.
+    std::int64_t frames_ = 0, recorded_from_ = 0;
+    std::vector<std::string> written_;
     std::optional<TemplateRecord> template_;  // the present one, for recordings; only with a view
 };
 

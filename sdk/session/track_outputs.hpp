@@ -54,6 +54,7 @@ class PointsFile {
     std::string line_;
 };
 
+inline constexpr char kPointsFile[] = "points.csv";
 inline constexpr char kTargetsFile[] = "targets.csv";
 
 // frame,timestamp_ms,id,depth,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz. What is unknown

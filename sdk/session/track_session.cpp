@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "sdk/base/os/atomic_file.hpp"
+#include "sdk/base/os/stdio_file.hpp"
 #include "sdk/client/library.hpp"
 #include "sdk/client/tracker_config.hpp"
 #include "sdk/input/view_image.hpp"
@@ -23,6 +24,7 @@
 #include "sdk/io/text.hpp"
 #include "sdk/live_link/live_link.hpp"
 #include "sdk/session/decisions.hpp"
+#include "sdk/session/output_checks.hpp"
 #include "sdk/session/point_follower.hpp"
 #include "sdk/session/real_time.hpp"
 #include "sdk/session/result_record.hpp"
@@ -32,6 +34,7 @@
 #include "sdk/session/template_search.hpp"
 #include "sdk/session/trace_file.hpp"
 #include "sdk/session/track_summary.hpp"
+#include "sdk/session/written_files.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -39,6 +42,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFramesInFlight = 2;
+constexpr char kMeshFolder[] = "deformed";
 
 void check_frame_size(const FrameSource& source) {
     const int width = source.width(), height = source.height();
@@ -92,13 +96,7 @@ struct Followed {
         points_of_first = !options.points.empty() &&
                           std::any_of(points.begin(), points.end(),
                                       [](const FollowedPoint& point) { return !point.frame; });
-        if (options.targets.empty()) return;
-        const fs::path out = options.out;
-        keep_input(options.targets,
-                   {out / kTargetsFile, out / "points.csv", out / "frames.csv",
-                    out / "summary.json", out / "template.ply", out / "overlay.mp4",
-                    out / "report.html", options.recordings.trace, options.surface.save});
-        targets = read_targets(options.targets);
+        if (!options.targets.empty()) targets = read_targets(options.targets);
     }
 
     std::vector<FollowedPoint> points;
@@ -184,7 +182,7 @@ class TrackSession {
   public:
     explicit TrackSession(const TrackOptions& options)
         : options_(options),
-          source_((expect_source(options), options.source)),
+          source_((expect_source(options), check_outputs(options), options.source)),
           calibration_((check_frame_size(source_), calibration_for(options, source_))),
           desc_(tracker_desc(options, source_)),
           progress_(options.quiet),
@@ -192,8 +190,8 @@ class TrackSession {
           setup_(options, calibration_),
           followed_(options, source_),
           folder_(options.out),
-          points_(folder_ / "points.csv", std::move(followed_.points), setup_.rig,
-                  setup_.projection) {
+          points_((folder_.forget(kSummaryFile), folder_ / kPointsFile),
+                  std::move(followed_.points), setup_.rig, setup_.projection) {
         options_.source.fields = source_.fields();
         notes_.add_fields(source_.fields());
         if (!followed_.targets.empty())
@@ -201,7 +199,7 @@ class TrackSession {
                              setup_.projection);
         create_tracker();
         notes_.add_frame_of_points(options_.source.range.first, followed_.points_of_first);
-        if (options_.recordings.meshes) create_output_folder(folder_ / "deformed");
+        if (options_.recordings.meshes) empty_mesh_folder();
         as_output([&] {
             if (!options_.recordings.trace.empty())
                 trace_.emplace(options_.recordings.trace, setup_.device.id);
@@ -216,16 +214,18 @@ class TrackSession {
         std::exception_ptr failure;
         try {
             track_all();
-        } catch (const CliError&) {
+        } catch (const std::exception&) {
             failure = std::current_exception();
         }
         pending_.clear();
-        pictures_->close_view();
+        pictures_->end_view();
         progress_.clear();
         const double seconds =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         link_.finish(notes_);
         const nlohmann::ordered_json summary = finish(seconds, failure);
+        // Whoever is connected to it waits, and not the outputs.
+        pictures_->close_view();
         if (failure) std::rethrow_exception(failure);
         return report_end(summary);
     }
@@ -266,6 +266,17 @@ class TrackSession {
         require(defrec_template_load(setup_.context.get(), options_.surface.load.c_str(), &handle),
                 ExitCode::kInput, "reading the template");
         follow(Template(handle), options_.surface.load);
+    }
+
+    // A longer run's would pass for meshes of this one.
+    void empty_mesh_folder() const {
+        create_output_folder(folder_ / kMeshFolder);
+        std::error_code ignored;
+        for (const auto& entry : fs::directory_iterator(folder_ / kMeshFolder, ignored)) {
+            const std::string stem = entry.path().stem().string();
+            const bool is_number = stem.find_first_not_of("0123456789") == std::string::npos;
+            if (is_number && entry.path().extension() == ".ply") fs::remove(entry.path(), ignored);
+        }
     }
 
     bool is_loaded() const { return !options_.surface.load.empty(); }
@@ -324,7 +335,8 @@ class TrackSession {
         meta.facts = {{"Calibration", options_.calibration},
                       {"Frame size",
                        std::to_string(source_.width()) + " x " + std::to_string(source_.height())},
-                      {"Points", options_.points.empty() ? "a grid" : options_.points}};
+                      {"Points", options_.points.empty() ? "a grid" : options_.points},
+                      {"Run", folder_.run()}};
         if (targets_) meta.facts.emplace_back("Targets", options_.targets);
         return std::make_unique<SessionPictures>(
             PictureOptions{folder_.path(), source_.width(), source_.height(), source_.fps(),
@@ -504,7 +516,7 @@ class TrackSession {
         std::array<char, 32> name{};
         std::snprintf(name.data(), name.size(), "%06lld.ply", static_cast<long long>(frame));
         const std::vector<std::uint32_t>& triangles = *template_.triangles;
-        write_ply(folder_ / "deformed" / name.data(),
+        write_ply(folder_ / kMeshFolder / name.data(),
                   {result.vertices, result.normals, result.vertex_status, result.expected_error_mm,
                    result.vertex_count, triangles.data(), triangles.size() / 3});
     }
@@ -514,30 +526,44 @@ class TrackSession {
     nlohmann::ordered_json finish(double seconds, std::exception_ptr& failure) {
         notes_.add(source_.fault());
         notes_.conclude(points_, template_.frame.has_value(), has_tracked());
-        const auto attempt = [&](const std::function<void()>& function) {
+        WrittenFiles files(folder_.path());
+        // function: gives a file its name; it is listed where that name is not empty.
+        const auto attempt = [&](const std::string& name, const std::function<void()>& function) {
             try {
                 as_output(function);
+                if (!name.empty()) files.add(name);
             } catch (const CliError&) {
                 if (!failure) failure = std::current_exception();
             }
         };
-        attempt([&] { points_.commit(); });
-        attempt([&] {
-            if (targets_) targets_->commit();
-        });
-        attempt([&] { finish_template(); });
-        attempt([&] {
+        attempt(kPointsFile, [&] { points_.commit(); });
+        if (targets_) attempt(kTargetsFile, [&] { targets_->commit(); });
+        attempt(template_.frame ? "template.ply" : "", [&] { finish_template(); });
+        attempt("", [&] {
             if (trace_) trace_->commit();
         });
-        attempt([&] { write_frames(folder_ / "frames.csv", rows_); });
-        attempt([&] { pictures_->finish_recording(); });
-        attempt([&] { notes_.add(pictures_->finish_overlay()); });
-        attempt([&] { pictures_->finish_report(origin_of_template(), notes_.all()); });
-        const nlohmann::ordered_json summary = summarise_track(
-            {options_, setup_.device, calibration_, rig_info(setup_.rig), rows_, points_,
-             targets_ ? &*targets_ : nullptr, notes_.all(), setup_.remarks.all(), template_.frame,
-             link_.facts(), source_.camera_counts(), seconds});
-        attempt([&] { write_atomically(folder_ / "summary.json", json_text(summary, 2) + "\n"); });
+        attempt("frames.csv", [&] { write_frames(folder_ / "frames.csv", rows_); });
+        attempt("", [&] { pictures_->finish_recording(); });
+        attempt("", [&] { notes_.add(pictures_->finish_overlay()); });
+        attempt("", [&] {
+            std::vector<std::string> notes(notes_.all().begin(), notes_.all().end());
+            for (const std::string& warning : setup_.remarks.warnings())
+                notes.push_back("The library's " + warning);
+            pictures_->finish_report(origin_of_template(), notes);
+        });
+        for (const std::string& name : pictures_->written()) attempt(name, [] {});
+        nlohmann::ordered_json summary =
+            summarise_track({options_, setup_.device, calibration_, rig_info(setup_.rig), rows_,
+                             points_, targets_ ? &*targets_ : nullptr, notes_.all(), setup_.remarks,
+                             template_.frame, link_.facts(), source_.camera_counts(), seconds});
+        summary["run"] = folder_.run();
+        summary["files"] = files.json();
+        // It says that the run was finished, so the disk gets it last.
+        synchronise_folder(folder_.path());
+        attempt("", [&] {
+            write_atomically(folder_ / kSummaryFile, json_text(summary, 2) + "\n");
+            synchronise_folder(folder_.path());
+        });
         return summary;
     }
 

@@ -178,7 +178,10 @@ Json summarise_track(const TrackFacts& facts) {
     json["cameras"] = cameras_json(facts);
     json["seconds"] = facts.seconds;
     json["peak_memory_mb"] = peak_megabytes();
-    json["library"] = facts.remarks;
+    json["library"] = facts.library.all();
+    json["warnings"] = facts.library.warnings();
+    for (const std::string& warning : facts.library.warnings_of_opening())
+        json["warnings"].push_back(warning);
     json["notes"] = facts.notes;
     return json;
 }

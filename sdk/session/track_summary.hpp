@@ -31,7 +31,7 @@ struct TrackFacts {
     const PointFollower& points;
     const TargetFollower* targets;  // null without any
     std::span<const std::string> notes;
-    std::vector<std::string> remarks;  // of the library
+    const LibraryRemarks& library;
     std::optional<std::int64_t> template_frame;
     const std::optional<LinkFacts>& link;  // empty without a live link
     std::optional<CameraCounts> cameras;   // empty for recorded images

@@ -139,7 +139,7 @@ void add_comparison_options(CLI::App& command, Given& given) {
     compare->type_name("F");
     command.add_option("--limit", given.limit_percent, "Of --compare, percent")
         ->type_name("P")
-        ->check(CLI::Range(0.0, 1000.0))
+        ->check(number_in(0.0, 1000.0))
         ->needs(compare)
         ->capture_default_str();
 }

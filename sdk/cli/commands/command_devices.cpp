@@ -6,6 +6,7 @@
 #include "sdk/cli/commands/commands.hpp"
 #include "sdk/cli/devices/probe.hpp"
 #include "sdk/client/library.hpp"
+#include "sdk/io/number_checks.hpp"
 #include "sdk/io/terminal.hpp"
 
 namespace defrec::cli {
@@ -101,7 +102,7 @@ CLI::App* add_devices_command(CLI::App& app, std::function<int()>& run) {
     command
         ->add_option("--timeout", options->limit_seconds, "Seconds that --verify gives each plugin")
         ->type_name("S")
-        ->check(CLI::Range(0.1, 3600.0))
+        ->check(number_in(0.1, 3600.0))
         ->capture_default_str();
     command->add_flag("--json", options->json, "Print JSON");
     command->add_option("--probe", options->probe)->group("");

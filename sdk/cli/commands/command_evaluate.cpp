@@ -57,7 +57,8 @@ void add_run_options(CLI::App& command, EvaluateOptions& options) {
     add_device_options(command, options.settings.backend, options.settings.device,
                        options.settings.threads);
     command.add_option("--seed", options.settings.seed, "Seed of the random choices")
-        ->type_name("S");
+        ->type_name("S")
+        ->check(seed_number());
     command
         .add_option("--video", options.settings.video,
                     "Names of the videos in a clip, for data sets that do not fix them "
@@ -71,7 +72,7 @@ void add_run_options(CLI::App& command, EvaluateOptions& options) {
         .add_option("--time-limit", options.time_limit_s,
                     "Seconds after which a clip is ended and put in quarantine")
         ->type_name("S")
-        ->check(CLI::PositiveNumber)
+        ->check(number_in(1e-3, 1e9))
         ->capture_default_str();
 }
 

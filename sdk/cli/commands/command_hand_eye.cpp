@@ -4,6 +4,7 @@
 
 #include "sdk/cli/commands/commands.hpp"
 #include "sdk/hand_eye/program/run_hand_eye.hpp"
+#include "sdk/io/number_checks.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -34,7 +35,7 @@ void add_unit(CLI::App& command, const char* name, std::optional<PoseUnit>& unit
 
 void add_number(CLI::App& command, const char* name, std::optional<double>& value, const char* what,
                 double least, double most) {
-    command.add_option(name, value, what)->type_name("N")->check(CLI::Range(least, most));
+    command.add_option(name, value, what)->type_name("N")->check(number_in(least, most));
 }
 
 void add_inputs(CLI::App& command, HandEyeCommand& options) {

@@ -6,6 +6,7 @@
 
 #include "sdk/contract/descs.hpp"
 #include "sdk/io/calibration.hpp"
+#include "sdk/io/number_checks.hpp"
 
 namespace defrec::cli {
 
@@ -32,7 +33,7 @@ inline void add_deadline_option(CLI::App& command, std::uint64_t& deadline_ns) {
             "When a frame is to be done after its submission, ms: what is not expected to fit is "
             "left out, and the frame's reasons say so; default: no deadline")
         ->type_name("MS")
-        ->check(CLI::Range(1e-6, 1e6));
+        ->check(number_in(1e-6, 1e6));
 }
 
 inline void add_units_option(CLI::App& command, LengthUnit& units) {

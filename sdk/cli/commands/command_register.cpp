@@ -5,6 +5,7 @@
 
 #include "sdk/cli/commands/commands.hpp"
 #include "sdk/contract/descs.hpp"
+#include "sdk/io/number_checks.hpp"
 #include "sdk/registration/program/run_register.hpp"
 
 namespace defrec::cli {
@@ -66,7 +67,7 @@ void add_inputs(CLI::App& command, RegisterOptions& options) {
 template <class Number>
 void add_number(CLI::App& command, const char* name, std::optional<Number>& value, const char* what,
                 double most, double least = 0) {
-    command.add_option(name, value, what)->type_name("N")->check(CLI::Range(least, most));
+    command.add_option(name, value, what)->type_name("N")->check(number_in(least, most));
 }
 
 void add_search(CLI::App& command, RegisterOptions& options) {

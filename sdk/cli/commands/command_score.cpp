@@ -11,8 +11,11 @@
 #include "sdk/evaluation/score/target_score.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/json_text.hpp"
+#include "sdk/io/number_checks.hpp"
+#include "sdk/io/output_folder.hpp"
 #include "sdk/io/terminal.hpp"
 #include "sdk/session/track_outputs.hpp"
+#include "sdk/session/written_files.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -94,6 +97,16 @@ nlohmann::ordered_json json_of(const Scores& scores) {
 
 int run_score(const ScoreOptions& options) {
     const Truth truth = truth_of(options);
+    const fs::path folder(options.folder);
+    keep_apart({truth.surface, truth.deep, truth.reference, folder / kPointsFile,
+                folder / kTargetsFile, folder / "frames.csv", folder / "summary.json"},
+               {options.report});
+    if (!options.quiet)
+        for (const std::string& name :
+             not_as_summarised(folder, {kPointsFile, kTargetsFile, "frames.csv"}))
+            print_notice((folder / name).string() +
+                         ": this file is not as summary.json says; it is of another run, or was "
+                         "changed.");
     Scores scores;
     std::vector<std::string> messages;
     if (!truth.surface.empty()) {
@@ -101,8 +114,8 @@ int run_score(const ScoreOptions& options) {
         messages = exceeded(*scores.points, options.limits);
     }
     if (!truth.deep.empty()) {
-        scores.targets = target_score_of(read_scored_targets(
-            fs::path(options.folder) / kTargetsFile, truth.deep, truth.reference, options.range));
+        scores.targets = target_score_of(
+            read_scored_targets(folder / kTargetsFile, truth.deep, truth.reference, options.range));
         for (std::string& message : exceeded(*scores.targets, options.deep_limits))
             messages.push_back(std::move(message));
     }
@@ -128,21 +141,25 @@ void add_limit_options(CLI::App& command, ScoreOptions& options) {
     command
         .add_option("--max-median", options.limits.max_median_mm,
                     "Exit 6 when the median over visible points is larger")
-        ->type_name("MM");
+        ->type_name("MM")
+        ->check(any_number());
     command
         .add_option("--max-p95", options.limits.max_p95_mm,
                     "Exit 6 when their 95th percentile is larger")
-        ->type_name("MM");
+        ->type_name("MM")
+        ->check(any_number());
     command.add_flag("--calibrated", options.limits.calibrated,
                      "Exit 6 when a status' expected errors do not hold");
     command
         .add_option("--max-deep-median", options.deep_limits.max_median_mm,
                     "Exit 6 when the median over targets is larger at any depth")
-        ->type_name("MM");
+        ->type_name("MM")
+        ->check(any_number());
     command
         .add_option("--max-deep-p95", options.deep_limits.max_p95_mm,
                     "Exit 6 when their 95th percentile is larger at any depth")
-        ->type_name("MM");
+        ->type_name("MM")
+        ->check(any_number());
     command.add_flag("--deep-calibrated", options.deep_limits.calibrated,
                      "Exit 6 when a status' expected errors do not hold at any depth of targets");
 }

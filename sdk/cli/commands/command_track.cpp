@@ -57,7 +57,7 @@ void add_input_options(CLI::App& command, TrackOptions& options) {
         .add_option("--reconnect", options.source.reconnect_seconds,
                     "How long to try to start a camera again that stopped; default: 60")
         ->type_name("SECONDS")
-        ->check(CLI::Range(0.0, 1e6));
+        ->check(number_in(0.0, 1e6));
 }
 
 void add_tracking_options(CLI::App& command, TrackOptions& options) {
@@ -67,7 +67,8 @@ void add_tracking_options(CLI::App& command, TrackOptions& options) {
     command
         .add_option("--seed", options.seed,
                     "Seed of the random choices; the same seed gives the same bits")
-        ->type_name("S");
+        ->type_name("S")
+        ->check(seed_number());
     add_deadline_option(command, options.deadline_ns);
     command.add_flag("--grow", options.grow, "Let tissue that comes into view join the template");
     command

@@ -2,6 +2,7 @@
 // same input gives the same bytes.
 #include <doctest/doctest.h>
 #include <fcntl.h>
+#include <pty.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -13,6 +14,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -20,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "sdk/base/util/sha256.hpp"
 #include "sdk/cli/commands/commands.hpp"
 #include "sdk/io/calibration.hpp"
 #include "sdk/io/csv.hpp"
@@ -116,6 +119,103 @@ TEST_CASE("row 96: more threads than there can be are a mistake of usage") {
     CHECK(run(track_arguments(folder / "out", {"--threads", "257"})) == 2);
 }
 
+TEST_CASE("row 124: what is no number, or a seed that 64 bits do not hold, is a mistake of usage") {
+    const TestFolder folder;
+    using Option = std::vector<std::string>;
+    for (const Option& option : {Option{"--fps", "nan"},
+                                 {"--fps", "inf"},
+                                 {"--deadline", "nan"},
+                                 {"--deadline", "-nan"},
+                                 {"--reconnect", "nan"},
+                                 {"--seed", "-1"},
+                                 {"--seed", "99999999999999999999"},
+                                 {"--seed", "+1"},
+                                 {"--seed", "1.5"},
+                                 {"--seed", ""}}) {
+        CAPTURE(option[0] + " " + option[1]);
+        CHECK(run(track_arguments(folder / "out", option)) == 2);
+    }
+    CHECK(run({"render", "heartbeat", "--out", folder / "out", "--seed", "-1"}) == 2);
+    CHECK(run({"score", folder / "out", "--truth", "x", "--max-median", "nan"}) == 2);
+    CHECK(run({"evaluate", "--dataset", "defrec", "--out", folder / "out", "x", "--seed", "-1"}) ==
+          2);
+    CHECK(run({"evaluate", "--dataset", "defrec", "--out", folder / "out", "x", "--time-limit",
+               "nan"}) == 2);
+    CHECK_FALSE(fs::exists(folder / "out"));
+    CHECK(run(track_arguments(folder / "out", {"--no-overlay", "--seed", "18446744073709551615",
+                                               "--fps", "25"})) == 0);
+}
+
+TEST_CASE(
+    "row 123: exchanged views are exit code 8, and points of a frame that never comes a note") {
+    const TestFolder folder;
+    CHECK(run({"track", "--quiet", "--no-overlay", "--left", sequence() / "right", "--right",
+               sequence() / "left", "--calibration", sequence() / "calibration.yaml", "--out",
+               folder / "swapped"}) == 8);
+    const std::string points =
+        folder.write("points.csv", "id,u,v,frame\n1,160,120,0\n2,160,120,5000000\n");
+    std::vector<std::string> arguments = track_arguments(folder / "out", {"--no-overlay"});
+    *(std::find(arguments.begin(), arguments.end(), "--points") + 1) = points;
+    REQUIRE(run(arguments) == 0);
+    CHECK(lines_of(folder / "out/points.csv") == 1 + kFrames);
+    const auto summary = nlohmann::json::parse(TestFolder::read(folder / "out/summary.json"));
+    CHECK(summary["notes"].dump().find(
+              "1 of 2 points to follow were given in a frame that was not reached") !=
+          std::string::npos);
+}
+
+TEST_CASE("row 119: no program looks for libraries in the current folder") {
+    std::size_t looked_at = 0;
+    for (const auto& entry : fs::directory_iterator(DEFREC_BUILD_DIR "/bin")) {
+        if (!entry.is_regular_file()) continue;
+        CAPTURE(entry.path().string());
+        const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(
+            ::popen(("readelf -d '" + entry.path().string() + "' 2>/dev/null").c_str(), "r"),
+            &::pclose);
+        REQUIRE(pipe);
+        std::array<char, 4096> line{};
+        while (std::fgets(line.data(), static_cast<int>(line.size()), pipe.get()) != nullptr) {
+            const std::string text = line.data();
+            if (text.find("(RUNPATH)") == std::string::npos &&
+                text.find("(RPATH)") == std::string::npos)
+                continue;
+            const std::size_t begin = text.find('['), end = text.find(']');
+            REQUIRE(end > begin);
+            std::string paths(1, ':');
+            paths.append(text, begin + 1, end - begin - 1).append(":");
+            CHECK_MESSAGE(paths.find("::") == std::string::npos, paths);
+            ++looked_at;
+        }
+    }
+    CHECK(looked_at >= 2);
+}
+
+TEST_CASE("row 110: a warning leaves a trace in summary and report, also with --quiet") {
+    const TestFolder folder;
+    // Distortion that folds over towards the corners: they are masked, with a warning.
+    const std::string calibration = folder.write("calibration.yaml",
+                                                 "M1: [400, 0, 159.5, 0, 400, 119.5, 0, 0, 1]\n"
+                                                 "D1: [-0.73, 0, 0, 0]\n"
+                                                 "M2: [400, 0, 159.5, 0, 400, 119.5, 0, 0, 1]\n"
+                                                 "D2: [-0.73, 0, 0, 0]\n"
+                                                 "R: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
+                                                 "T: [-5, 0, 0]\n"
+                                                 "image_width: 320\nimage_height: 240\n");
+    std::vector<std::string> arguments = track_arguments(folder / "out", {"--no-overlay"});
+    *(std::find(arguments.begin(), arguments.end(), "--calibration") + 1) = calibration;
+    run(arguments);
+    const auto summary = nlohmann::json::parse(TestFolder::read(folder / "out/summary.json"));
+    const std::string warnings = summary["warnings"].dump();
+    CHECK_MESSAGE(warnings.find("warning: sdk: ") != std::string::npos, warnings);
+    CHECK_MESSAGE(warnings.find("they are masked") != std::string::npos, warnings);
+    CHECK(TestFolder::read(folder / "out/report.html").find("they are masked") !=
+          std::string::npos);
+    REQUIRE(run(track_arguments(folder / "other", {"--no-overlay"})) == 0);
+    CHECK(nlohmann::json::parse(TestFolder::read(folder / "other/summary.json"))["warnings"]
+              .dump()
+              .find("masked") == std::string::npos);
+}
+
 TEST_CASE("help and version are no errors") {
     CHECK(run({"--help"}) == 0);
     CHECK(run({"--version"}) == 0);
@@ -180,6 +280,20 @@ TEST_CASE(
     const auto summary = nlohmann::json::parse(TestFolder::read(folder / "a/summary.json"));
     CHECK(summary["frames"] == kFrames);
     CHECK(summary["states"]["tracking"].get<int>() > 0);
+    std::vector<std::string> listed;
+    for (const auto& file : summary["files"]) {
+        const std::string bytes = TestFolder::read(folder / "a/" + file["name"].get<std::string>());
+        listed.push_back(file["name"]);
+        CHECK(file["bytes"] == bytes.size());
+        CHECK(file["sha256"] ==
+              defrec::sha256_hex(std::vector<unsigned char>(bytes.begin(), bytes.end())));
+    }
+    CHECK(listed == std::vector<std::string>{"points.csv", "template.ply", "frames.csv",
+                                             "overlay.mp4", "report.html"});
+    CHECK(summary["run"].get<std::string>().size() == 32);
+    CHECK(TestFolder::read(folder / "a/report.html").find(summary["run"]) != std::string::npos);
+    CHECK(summary["run"] !=
+          nlohmann::json::parse(TestFolder::read(folder / "b/summary.json"))["run"]);
 
     CHECK(run({"score", folder / "a", "--truth", sequence() / "truth.csv", "--max-median", "2",
                "--report", folder / "score.html"}) == 0);
@@ -388,6 +502,127 @@ TEST_CASE("row 73: Ctrl-C finishes the outputs and the exit code is 130") {
     CHECK(lines_of(out + "/points.csv") == 1 + frames * 144);
     CHECK(fs::exists(out + "/report.html"));
     CHECK_FALSE(has_partial_files(out));
+}
+
+TEST_CASE("row 116: a terminal that is closed finishes the outputs as Ctrl-C does") {
+    const TestFolder folder;
+    repeat_sequence(sequence(), folder);
+    const std::string out = folder / "out";
+    int terminal = -1;
+    const pid_t child = ::forkpty(&terminal, nullptr, nullptr, nullptr);
+    if (child == 0) {
+        // The terminal's own signal, and the one that a shell sends on.
+        const pid_t program = start_program(
+            {"track", "--left", folder / "left", "--right", folder / "right", "--calibration",
+             sequence() / "calibration.yaml", "--out", out, "--no-overlay"});
+        ::signal(SIGHUP, SIG_IGN);
+        folder.write("program", std::to_string(program));
+        int status = 0;
+        ::waitpid(program, &status, 0);
+        folder.write("ended", std::to_string(WIFEXITED(status) ? WEXITSTATUS(status) : -1));
+        ::_exit(0);
+    }
+    REQUIRE(child > 0);
+    const int flags = ::fcntl(terminal, F_GETFL);
+    REQUIRE(::fcntl(terminal, F_SETFL, flags | O_NONBLOCK) == 0);
+    std::array<char, 4096> drawn{};
+    for (int waited = 0; waited < 6000 && !fs::exists(out + "/template.ply"); ++waited) {
+        while (::read(terminal, drawn.data(), drawn.size()) > 0) {
+        }
+        ::usleep(10000);
+    }
+    const auto program = static_cast<pid_t>(std::stol(TestFolder::read(folder / "program")));
+    ::close(terminal);
+    ::kill(program, SIGHUP);
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK(TestFolder::read(folder / "ended") == "130");
+    const std::size_t frames = lines_of(out + "/frames.csv") - 1;
+    CHECK(frames >= 1);
+    CHECK(frames < 2000);
+    CHECK(fs::exists(out + "/summary.json"));
+    CHECK(fs::exists(out + "/report.html"));
+    CHECK_FALSE(has_partial_files(out));
+}
+
+TEST_CASE(
+    "rows 120 and 126: a killed run never looks finished, and the next removes its leftovers") {
+    const TestFolder folder;
+    repeat_sequence(sequence(), folder);
+    const std::string out = folder / "out";
+    REQUIRE(run(track_arguments(out, {"--no-overlay"})) == 0);
+    REQUIRE(fs::exists(out + "/summary.json"));
+    const auto before = fs::last_write_time(out + "/template.ply");
+    const pid_t child =
+        start_program({"track", "--quiet", "--left", folder / "left", "--right", folder / "right",
+                       "--calibration", sequence() / "calibration.yaml", "--out", out});
+    int status = 0;
+    for (int waited = 0; waited < 6000 && fs::last_write_time(out + "/template.ply") == before;
+         ++waited) {
+        REQUIRE(::waitpid(child, &status, WNOHANG) == 0);
+        ::usleep(10000);
+    }
+    // points.csv is still the first run's, and nothing says that it belongs to anything.
+    CHECK_FALSE(fs::exists(out + "/summary.json"));
+    REQUIRE(::kill(child, SIGKILL) == 0);
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK_FALSE(fs::exists(out + "/summary.json"));
+    CHECK(has_partial_files(out));
+    REQUIRE(run(track_arguments(out, {"--no-overlay"})) == 0);
+    CHECK_FALSE(has_partial_files(out));
+    CHECK(fs::exists(out + "/summary.json"));
+}
+
+TEST_CASE("row 115: the program ends with exit code 2, and the input is as it was") {
+    const TestFolder folder;
+    for (const char* name : {"calibration.yaml", "points.csv", "truth.csv"})
+        fs::copy(sequence() / name, folder / name);
+    for (const char* view : {"left", "right"}) fs::copy(sequence() / view, folder / view);
+    const auto is_untouched = [&](const char* name) {
+        return TestFolder::read(folder / name) == TestFolder::read(sequence() / name);
+    };
+    const auto track = [&](const std::string& out, const std::vector<std::string>& more) {
+        std::vector<std::string> arguments{"track",
+                                           "--quiet",
+                                           "--no-overlay",
+                                           "--left",
+                                           folder / "left",
+                                           "--right",
+                                           folder / "right",
+                                           "--calibration",
+                                           folder / "calibration.yaml",
+                                           "--out",
+                                           out};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run(arguments);
+    };
+    CHECK(track(folder.path().string(), {"--points", folder / "points.csv"}) == 2);
+    CHECK(track(folder / "out", {"--save-template", folder / "calibration.yaml"}) == 2);
+    CHECK(track(folder / "out", {"--trace", folder / "out/points.csv"}) == 2);
+    CHECK_FALSE(fs::exists(folder / "out"));
+    REQUIRE(track(folder / "out", {}) == 0);
+    CHECK(run({"score", folder / "out", "--truth", folder / "truth.csv", "--report",
+               folder / "truth.csv"}) == 2);
+    CHECK(run({"score", folder / "out", "--truth", folder / "truth.csv", "--report",
+               folder / "out/points.csv"}) == 2);
+    CHECK(lines_of(folder / "out/points.csv") > 100);
+    // A folder that holds a calibration, but no rendered sequence.
+    fs::create_directory(folder / "rig");
+    fs::copy(sequence() / "calibration.yaml", folder / "rig/calibration.yaml");
+    const std::vector<std::string> render{"render",  "heartbeat", "--quiet", "--size",
+                                          "160x120", "--frames",  "1",       "--out"};
+    const auto rendered = [&](const std::string& out) {
+        std::vector<std::string> arguments = render;
+        arguments.push_back(out);
+        return run(arguments);
+    };
+    CHECK(rendered(folder / "rig") == 2);
+    CHECK(TestFolder::read(folder / "rig/calibration.yaml") ==
+          TestFolder::read(sequence() / "calibration.yaml"));
+    CHECK(rendered(folder / "new") == 0);
+    CHECK(rendered(folder / "new") == 0);
+    for (const char* name : {"calibration.yaml", "points.csv", "truth.csv"})
+        CHECK(is_untouched(name));
 }
 
 TEST_CASE("row 73: with a closed pipe as output the files are finished and the exit code is 130") {

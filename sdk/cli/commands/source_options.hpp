@@ -51,7 +51,7 @@ inline void add_source_options(CLI::App& command, SourceOptions& source) {
         .add_option("--fps", source.fps,
                     "Images per second; default: the video's or camera's own, 30 for images")
         ->type_name("R")
-        ->check(CLI::Range(0.001, 10000.0));
+        ->check(number_in(0.001, 10000.0));
 }
 
 inline void add_calibration_options(CLI::App& command, std::string& calibration,

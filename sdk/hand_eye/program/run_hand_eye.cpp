@@ -105,8 +105,7 @@ HandEyeFindings calibrate(const defrec_hand_eye_desc& desc) {
 
 int run_hand_eye(const HandEyeCommand& command) {
     check_options(command);
-    for (const std::string& input : {command.camera_poses, command.tracker_poses})
-        if (!command.out.empty()) keep_input(input, {command.out});
+    keep_apart({command.camera_poses, command.tracker_poses}, {command.out});
     std::vector<std::string> notes;
     const bool is_ordered = !command.is_paired;
     const PoseFile camera = load(command.camera_poses, command.camera_unit,

@@ -197,10 +197,11 @@ Compared register_by_surface(const RegisterOptions& options, const Transform& st
 void write_outputs(const RegisterOptions& options, const RegisterFindings& findings,
                    const Compared& compared, const std::string& json) {
     const OutputFolder out(options.out);
-    write_atomically(out / kJson, json);
+    out.forget(kJson);
     if (compared.model)
         write_register_picture(out / kPicture,
                                {compared.model->vertices, compared.surface.places, &findings.info});
+    write_atomically(out / kJson, json);
 }
 
 }  // namespace
@@ -208,8 +209,7 @@ void write_outputs(const RegisterOptions& options, const RegisterFindings& findi
 int run_register(const RegisterOptions& options) {
     check_options(options);
     const fs::path out(options.out);
-    for (const fs::path& input : inputs_of(options))
-        keep_input(input, {out / kJson, out / kPicture});
+    keep_apart(inputs_of(options), {out / kJson, out / kPicture});
     RegisterFindings findings;
     Transform start{};
     if (!options.start.empty()) start = read_pose_file(options.start);

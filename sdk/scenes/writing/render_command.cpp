@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <memory>
 
+#include "sdk/io/number_checks.hpp"
 #include "sdk/scenes/writing/layouts.hpp"
 
 namespace defrec::cli {
@@ -113,6 +114,7 @@ CLI::App* add_render_command(CLI::App& app, std::function<int()>& run, const Sto
                      "NAME=NUMBER: a parameter of the scene (see --list); may be repeated")
         ->allow_extra_args(false);
     command->add_option("--seed", options.seed, "Another seed is another organ")
+        ->check(seed_number())
         ->capture_default_str();
     command->add_option("--threads", options.threads, "0: all; the result does not depend on it")
         ->capture_default_str();

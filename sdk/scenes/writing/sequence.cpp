@@ -233,6 +233,24 @@ void remove_leftovers(const RenderOptions& options, int frames) {
     }
 }
 
+/// A folder that holds one of the files without being a sequence is somebody's own. A killed run
+/// has left the truth half written.
+void keep_files_of_others(const RenderOptions& options) {
+    const fs::path out(options.out_dir);
+    std::error_code error;
+    for (const char* truth : {"truth.csv", "truth.defrec-0.partial.csv"}) {
+        if (fs::exists(out / truth, error)) return;
+    }
+    for (const char* name : {"calibration.yaml", "points.csv"}) {
+        if (fs::exists(out / name, error)) {
+            throw RenderUsageError(
+                (out / name).string() +
+                " would be overwritten, which is of no rendered sequence; choose "
+                "another folder with --out");
+        }
+    }
+}
+
 void make_folders(const RenderOptions& options) {
     std::vector<std::string> folders = {"left", "right"};
     if (options.depth) {
@@ -290,6 +308,7 @@ int render_sequence(const RenderOptions& options, const ProgressFn& progress, co
         throw RenderUsageError("scene '" + options.scene +
                                "' has raw images; --depth is for rectified scenes only");
     }
+    keep_files_of_others(options);
     make_folders(options);
     remove_leftovers(options, frames);
     try {

@@ -1,0 +1,100 @@
+// See output_checks.hpp.
+#include "sdk/session/output_checks.hpp"
+
+#include <filesystem>
+#include <vector>
+
+#include "sdk/io/exit_code.hpp"
+#include "sdk/io/output_folder.hpp"
+#include "sdk/io/text.hpp"
+#include "sdk/session/track_outputs.hpp"
+
+namespace defrec::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> results_in(const TrackOptions& options) {
+    std::vector<fs::path> names = {kPointsFile, "frames.csv", kSummaryFile, "template.ply"};
+    if (!options.targets.empty()) names.emplace_back(kTargetsFile);
+    // One of them: what OpenCV can encode decides.
+    if (options.recordings.overlay)
+        names.insert(names.end(), {"overlay.mp4", "overlay.webm", "overlay.avi"});
+    if (options.recordings.report) names.emplace_back("report.html");
+    for (fs::path& name : names) name = options.out / name;
+    return names;
+}
+
+std::vector<fs::path> files_read(const TrackOptions& options) {
+    std::vector<fs::path> files = {options.source.left, options.source.right, options.source.stereo,
+                                   options.points,      options.targets,      options.config,
+                                   options.surface.load};
+    for (const std::string_view file : split(options.calibration, ',')) files.emplace_back(file);
+    return files;
+}
+
+bool is_same(const fs::path& a, const fs::path& b) {
+    std::error_code error;
+    return fs::equivalent(a.empty() ? "." : a, b.empty() ? "." : b, error);
+}
+
+fs::path folder_of(const fs::path& path) {
+    // "images/" is the folder images.
+    return (path.has_filename() ? path : path.parent_path()).parent_path();
+}
+
+// The folder of the images or of the video, or the one that holds the folders of both views.
+bool holds_recording(const fs::path& folder, const std::string& source) {
+    if (source.empty()) return false;
+    std::error_code error;
+    const fs::path parent = folder_of(source);
+    if (fs::is_regular_file(source, error)) return is_same(folder, parent);
+    if (fs::is_directory(source, error)) return is_same(folder, source) || is_same(folder, parent);
+    // A pattern, or a camera, which lies in no folder of results.
+    return source.find('%') != std::string::npos &&
+           (is_same(folder, parent) || is_same(folder, folder_of(parent)));
+}
+
+void keep_files_of_others(const TrackOptions& options, const std::vector<fs::path>& results) {
+    const SourceOptions& source = options.source;
+    const fs::path out(options.out);
+    std::error_code error;
+    if (fs::exists(out / kSummaryFile, error) ||
+        !(holds_recording(out, source.left) || holds_recording(out, source.right) ||
+          holds_recording(out, source.stereo)))
+        return;
+    for (const fs::path& result : results)
+        if (fs::exists(result, error))
+            throw CliError(ExitCode::kUsage,
+                           options.out + ": this folder is the recording's own, and " +
+                               result.filename().string() +
+                               " there, which no run left, would be overwritten; choose another "
+                               "with --out.");
+}
+
+// Files that are named one by one: they replace none of the images of a folder.
+void keep_images(const TrackOptions& options, const fs::path& output) {
+    std::error_code error;
+    if (output.empty() || !fs::exists(output, error)) return;
+    for (const std::string& source :
+         {options.source.left, options.source.right, options.source.stereo})
+        if (fs::is_directory(source, error) && is_same(output.parent_path(), source))
+            throw CliError(ExitCode::kUsage, output.string() +
+                                                 ": this file lies among the images of the "
+                                                 "recording; choose another output.");
+}
+
+}  // namespace
+
+void check_outputs(const TrackOptions& options) {
+    const std::vector<fs::path> results = results_in(options);
+    std::vector<fs::path> outputs = results;
+    outputs.emplace_back(options.recordings.trace);
+    outputs.emplace_back(options.surface.save);
+    keep_apart(files_read(options), outputs);
+    keep_images(options, options.recordings.trace);
+    keep_images(options, options.surface.save);
+    keep_files_of_others(options, results);
+}
+
+}  // namespace defrec::cli
