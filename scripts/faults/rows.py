@@ -339,9 +339,19 @@ SECTIONS = (
                 ),
             ),
             (
+                112,
+                "a client without the token that never ends its request to the live view",
+                "outputs are finished first; each request has a deadline, and sockets are shut",
+            ),
+            (
                 113,
                 "a thousand connections to the live view",
                 "at most 32, fewer with few descriptors; without one the reason says so",
+            ),
+            (
+                114,
+                "clients that send slowly, or ask for thousands of ranges",
+                "they make room for others and are dropped after 5 s; ranges are ignored",
             ),
             (
                 115,

@@ -66,7 +66,7 @@ Addresses::~Addresses() {
     if (list_ != nullptr) ::freeaddrinfo(list_);
 }
 
-Socket listen_at(const Endpoint& endpoint) {
+Socket listen_at(const Endpoint& endpoint, const std::string& what) {
     const Addresses addresses(endpoint);
     Socket socket = open_socket(addresses[0]);
     // The port is free at once after a run, though its connections linger.
@@ -74,8 +74,8 @@ Socket listen_at(const Endpoint& endpoint) {
     if (!socket || ::bind(socket.get(), addresses[0].ai_addr, addresses[0].ai_addrlen) != 0 ||
         ::listen(socket.get(), kBacklog) != 0) {
         const std::string reason = describe(errno);
-        throw CliError(ExitCode::kOutput, "the live link cannot listen at " + to_string(endpoint) +
-                                              " (" + reason + ").");
+        throw CliError(ExitCode::kOutput, "the " + what + " cannot listen at " +
+                                              to_string(endpoint) + " (" + reason + ").");
     }
     return socket;
 }
@@ -117,8 +117,10 @@ std::string connection_error(const Socket& socket) {
     return is_connected_to_itself(socket) ? describe(ECONNREFUSED) : "";
 }
 
+void send_at_once(const Socket& socket) { set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1); }
+
 void prepare_to_send(const Socket& socket) {
-    set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1);
+    send_at_once(socket);
     set_option(socket, SOL_SOCKET, SO_SNDBUF, kSendBufferBytes);
 }
 
@@ -130,13 +132,17 @@ Transfer send_some(const Socket& socket, std::string_view bytes, std::size_t& do
     return Transfer::kSome;
 }
 
-Transfer discard_some(const Socket& socket, std::size_t& done) {
-    std::array<char, 4096> scratch;
-    const ssize_t count = ::recv(socket.get(), scratch.data(), scratch.size(), MSG_DONTWAIT);
+Transfer receive_some(const Socket& socket, char* bytes, std::size_t size, std::size_t& done) {
+    const ssize_t count = ::recv(socket.get(), bytes, size, MSG_DONTWAIT);
     if (count < 0) return is_for_later(errno) ? Transfer::kNothingNow : Transfer::kGone;
     if (count == 0) return Transfer::kGone;
     done = static_cast<std::size_t>(count);
     return Transfer::kSome;
+}
+
+Transfer discard_some(const Socket& socket, std::size_t& done) {
+    std::array<char, 4096> scratch;
+    return receive_some(socket, scratch.data(), scratch.size(), done);
 }
 
 void end_sending(const Socket& socket) { ::shutdown(socket.get(), SHUT_WR); }

@@ -32,8 +32,8 @@ class Addresses {
     std::vector<const addrinfo*> items_;
 };
 
-// Throws CliError(kOutput) where nothing can listen there.
-Socket listen_at(const Endpoint& endpoint);
+// Throws CliError(kOutput) where nothing can listen there. what: listens, for the message.
+Socket listen_at(const Endpoint& endpoint, const std::string& what = "live link");
 // Where it listens, with the port that was chosen for port 0.
 Endpoint local_endpoint(const Socket& listener);
 
@@ -49,10 +49,14 @@ std::string connection_error(const Socket& socket);
 // Makes an accepted or connected socket fit for frames: without delay, and with a short queue in
 // the system, so that what a slow receiver gets is not old.
 void prepare_to_send(const Socket& socket);
+// Small pieces go out without delay.
+void send_at_once(const Socket& socket);
 
 enum class Transfer { kSome, kNothingNow, kGone };
 // `done`: how many bytes were taken. Never raises SIGPIPE.
 Transfer send_some(const Socket& socket, std::string_view bytes, std::size_t& done);
+// `done`: how many bytes have come. kGone also at the end of the stream.
+Transfer receive_some(const Socket& socket, char* bytes, std::size_t size, std::size_t& done);
 // Throws away what has come. `done`: how many bytes.
 Transfer discard_some(const Socket& socket, std::size_t& done);
 // The other side sees the end of the stream once it has read everything; receiving goes on.

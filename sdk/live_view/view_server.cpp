@@ -1,14 +1,22 @@
-// See view_server.hpp.
+// One thread waits for all connections; others run the handlers.
 #include "sdk/live_view/view_server.hpp"
 
-#include <httplib.h>
+#include <poll.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <array>
+#include <chrono>
+#include <condition_variable>
 #include <cstddef>
-#include <random>
+#include <deque>
+#include <map>
+#include <mutex>
 #include <thread>
 #include <utility>
+#include <vector>
 
+#include "sdk/base/os/random_token.hpp"
 #include "sdk/base/util/error.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/text.hpp"
@@ -16,22 +24,17 @@
 namespace defrec::cli {
 namespace {
 
-constexpr char kAddress[] = "127.0.0.1";
-// A browser opens up to six connections, each of which takes a thread while it is open.
-constexpr std::size_t kThreads = 16;
-constexpr std::size_t kMaxPosted = 1024;  // bytes
+using Clock = ViewConnection::Clock;
+using std::chrono::milliseconds;
 
-// 128 bits from the system's source of randomness.
-std::string random_token() {
-    std::random_device source;
-    std::string token;
-    constexpr char kDigits[] = "0123456789abcdef";
-    for (int i = 0; i < 4; ++i) {
-        std::uint32_t bits = source();
-        for (int digit = 0; digit < 8; ++digit, bits >>= 4) token += kDigits[bits & 15];
-    }
-    return token;
-}
+constexpr char kAddress[] = "127.0.0.1";
+// Each waits with a browser for its next frame.
+constexpr std::size_t kThreads = 16;
+// For answers under way when the server ends.
+constexpr milliseconds kEndTime(500);
+// Without descriptors or memory for a connection.
+constexpr milliseconds kPauseOfAccepting(100);
+constexpr int kAcceptedAtOnce = 64;
 
 // Takes as long wherever they differ.
 bool is_same(std::string_view a, std::string_view b) {
@@ -42,104 +45,288 @@ bool is_same(std::string_view a, std::string_view b) {
     return difference == 0;
 }
 
-void refuse(httplib::Response& response, int status, const char* reason) {
-    response.status = status;
-    response.set_content(concat(reason, "\n"), "text/plain");
+// This computer's names that no name server can give to another address. The port is the tunnel's
+// where one leads here.
+bool is_this_computer(std::string_view host) {
+    constexpr std::size_t kMaxDigits = 5;
+    for (const std::string_view name : {"127.0.0.1", "localhost", "[::1]"}) {
+        if (!host.starts_with(name)) continue;
+        const std::string_view port = host.substr(name.size());
+        if (port.empty()) return true;
+        return port.front() == ':' && port.size() > 1 && port.size() <= 1 + kMaxDigits &&
+               std::all_of(port.begin() + 1, port.end(),
+                           [](char c) { return c >= '0' && c <= '9'; });
+    }
+    return false;
+}
+
+// Tracking needs descriptors too.
+std::size_t max_connections() {
+    constexpr rlim_t kShare = 8;
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
+        return ViewServer::kMaxConnections;
+    return static_cast<std::size_t>(
+        std::clamp<rlim_t>(limit.rlim_cur / kShare, 4, rlim_t{ViewServer::kMaxConnections}));
+}
+
+ViewAnswer refusal(int status, const char* reason) {
+    return {status, concat(reason, "\n"), "text/plain"};
 }
 
 }  // namespace
 
-struct ViewServer::Impl {
-    explicit Impl(Handlers given) : handlers(std::move(given)), token(random_token()) {}
+class ViewServer::Impl {
+  public:
+    Impl(std::uint16_t port, Handlers handlers)
+        : handlers_(std::move(handlers)), max_connections_(max_connections()) {
+        try {
+            listener_ = listen_at({kAddress, port}, "live view");
+        } catch (const CliError& error) {
+            throw CliError(error.code(), concat(error.what(),
+                                                " Choose another port, or 0 for any "
+                                                "that is free."));
+        }
+        url_ = concat("http://", kAddress, ":", local_endpoint(listener_).port, "/?token=", token_);
+        for (std::size_t i = 0; i < kThreads; ++i) workers_.emplace_back([this] { work(); });
+        thread_ = std::thread([this] { serve(); });
+    }
+    ~Impl() {
+        {
+            const std::lock_guard lock(mutex_);
+            is_ending_ = true;
+        }
+        wake_up_.ring();
+        thread_.join();
+        has_work_.notify_all();
+        for (std::thread& worker : workers_) worker.join();
+    }
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
 
-    bool is_permitted(const httplib::Request& request, httplib::Response& response) const {
-        const std::string host = request.get_header_value("Host");
-        if (host != authority[0] && host != authority[1]) {
-            refuse(response, 403, "another host");
-            return false;
+    const std::string& url() const { return url_; }
+
+  private:
+    using Id = std::uint64_t;  // of a connection, growing
+    struct Work {
+        Id id;
+        const Handler* handler;
+        HttpRequest request;
+    };
+
+    // The handler of a permitted request; null: the answer says why there is none.
+    const Handler* handler_of(const HttpRequest& request, ViewAnswer& answer) const {
+        const auto refuse = [&](int status, const char* reason) {
+            answer = refusal(status, reason);
+            return nullptr;
+        };
+        if (!is_this_computer(request.host)) return refuse(403, "another host");
+        if (!request.origin.empty() && request.origin != "http://" + request.host)
+            return refuse(403, "another origin");
+        const std::string_view given =
+            request.path == "/" ? request.parameter("token") : std::string_view(request.token);
+        if (!is_same(given, token_))
+            return refuse(403, "the token is missing or wrong: open the address as printed");
+        const std::pair<const char*, const Handler*> routes[] = {
+            {"GET /", &handlers_.page},           {"GET /frame", &handlers_.frame},
+            {"GET /surface", &handlers_.surface}, {"GET /checks", &handlers_.checks},
+            {"POST /points", &handlers_.points},  {"POST /recording", &handlers_.recording}};
+        const std::string asked = request.method + " " + request.path;
+        for (const auto& [route, handler] : routes)
+            if (asked == route) return handler;
+        return refuse(404, "nothing is here");
+    }
+
+    void serve() {
+        Clock::time_point end = Clock::time_point::max();
+        std::vector<pollfd> polled;
+        while (Clock::now() < end) {
+            wait(polled, end);
+            hand_out_answers();
+            step_all(polled);
+            if (end == Clock::time_point::max() && is_ending()) {
+                end = Clock::now() + kEndTime;
+                listener_.close();
+            }
+            if (end != Clock::time_point::max()) {
+                std::erase_if(connections_, [](const auto& item) { return item.second.is_idle(); });
+                if (connections_.empty()) break;
+            } else {
+                accept_browsers();
+            }
         }
-        const std::string origin = request.get_header_value("Origin");
-        if (!origin.empty() && origin != concat("http://", host)) {
-            refuse(response, 403, "another origin");
-            return false;
+        connections_.clear();
+    }
+
+    bool is_ending() {
+        const std::lock_guard lock(mutex_);
+        return is_ending_;
+    }
+
+    // Polls the wake-up, the connections in their order, and the listener.
+    void wait(std::vector<pollfd>& polled, Clock::time_point until) {
+        polled.assign(1, {wake_up_.descriptor(), POLLIN, 0});
+        for (const auto& [id, connection] : connections_) {
+            polled.push_back({connection.descriptor(), connection.events(), 0});
+            until = std::min(until, connection.deadline());
         }
-        const std::string given = request.path == "/" ? request.get_param_value("token")
-                                                      : request.get_header_value("X-Token");
-        if (!is_same(given, token)) {
-            refuse(response, 403, "the token is missing or wrong: open the address as printed");
-            return false;
+        if (listener_ && accept_after_ <= Clock::now())
+            polled.push_back({listener_.get(), POLLIN, 0});
+        else if (listener_)
+            until = std::min(until, accept_after_);
+        int timeout = -1;
+        if (until != Clock::time_point::max()) {
+            const auto left = std::chrono::ceil<milliseconds>(until - Clock::now());
+            timeout = static_cast<int>(std::max(left, milliseconds(0)).count());
         }
+        ::poll(polled.data(), polled.size(), timeout);
+        if (polled.front().revents != 0) wake_up_.clear();
+    }
+
+    void hand_out_answers() {
+        std::deque<std::pair<Id, ViewAnswer>> answers;
+        {
+            const std::lock_guard lock(mutex_);
+            answers.swap(answers_);
+        }
+        for (const auto& [id, answer] : answers) {
+            const auto found = connections_.find(id);
+            if (found == connections_.end()) continue;
+            found->second.answer(answer, false);
+            if (!go_on(found->first, found->second)) connections_.erase(found);
+        }
+    }
+
+    void step_all(const std::vector<pollfd>& polled) {
+        std::map<int, short> happened;
+        for (const pollfd& one : polled)
+            if (one.revents != 0) happened[one.fd] = one.revents;
+        const Clock::time_point now = Clock::now();
+        for (auto item = connections_.begin(); item != connections_.end();) {
+            ViewConnection& connection = item->second;
+            const auto found = happened.find(connection.descriptor());
+            bool stays = connection.deadline() > now;
+            if (stays && found != happened.end()) {
+                // A browser that has gone while a handler works.
+                const bool has_gone =
+                    connection.is_working() && (found->second & (POLLHUP | POLLERR)) != 0;
+                stays = !has_gone && go_on(item->first, connection);
+            }
+            item = stays ? std::next(item) : connections_.erase(item);
+        }
+    }
+
+    // False: it has ended.
+    bool go_on(Id id, ViewConnection& connection) {
+        for (;;) {
+            switch (connection.step()) {
+                case ViewConnection::Step::kEnd:
+                    return false;
+                case ViewConnection::Step::kNothing:
+                    return true;
+                case ViewConnection::Step::kRequest:
+                    begin(id, connection);
+            }
+        }
+    }
+
+    void begin(Id id, ViewConnection& connection) {
+        ViewAnswer answer;
+        const Handler* handler = handler_of(connection.request(), answer);
+        // Whoever has no token gets no second try on the same connection.
+        if (handler == nullptr) return connection.answer(answer, answer.status == 403);
+        connection.begin_work();
+        {
+            const std::lock_guard lock(mutex_);
+            work_.push_back({id, handler, connection.request()});
+        }
+        has_work_.notify_one();
+    }
+
+    void accept_browsers() {
+        for (int i = 0; i < kAcceptedAtOnce; ++i) {
+            Socket socket;
+            switch (accept_from(listener_, socket)) {
+                case Accepted::kNobody:
+                    return;
+                case Accepted::kNoResources:
+                    accept_after_ = Clock::now() + kPauseOfAccepting;
+                    return;
+                case Accepted::kReceiver:
+                    break;
+            }
+            if (connections_.size() >= max_connections_ && !make_room()) continue;
+            send_at_once(socket);
+            const Id id = next_id_++;
+            ViewConnection& connection =
+                connections_.emplace(id, ViewConnection(std::move(socket))).first->second;
+            if (!go_on(id, connection)) connections_.erase(id);
+        }
+    }
+
+    bool make_room() {
+        const auto stranger =
+            std::find_if(connections_.begin(), connections_.end(),
+                         [](const auto& item) { return !item.second.is_known(); });
+        if (stranger == connections_.end()) return false;
+        connections_.erase(stranger);
         return true;
     }
 
-    httplib::Server::Handler answer_with(const Handler& handler) {
-        return [&handler](const httplib::Request& request, httplib::Response& response) {
-            ViewRequest asked;
-            asked.body = request.body;
-            if (request.has_param("after"))
-                asked.after = parse_integer(request.get_param_value("after")).value_or(-1);
-            asked.has_overlay = request.get_param_value("overlay") == "1";
-            const ViewAnswer answer = handler(asked);
-            response.status = answer.status;
-            response.set_content(answer.body, answer.type);
-        };
+    void work() {
+        std::unique_lock lock(mutex_);
+        for (;;) {
+            has_work_.wait(lock, [this] { return is_ending_ || !work_.empty(); });
+            if (work_.empty()) return;
+            const Work work = std::move(work_.front());
+            work_.pop_front();
+            lock.unlock();
+            ViewAnswer answer = answer_of(work);
+            lock.lock();
+            answers_.emplace_back(work.id, std::move(answer));
+            wake_up_.ring();
+        }
     }
 
-    Handlers handlers;
-    const std::string token;
-    std::array<std::string, 2> authority;  // as the Host header has it
-    std::string url;
-    httplib::Server server;
-    std::thread thread;
+    static ViewAnswer answer_of(const Work& work) {
+        ViewRequest asked;
+        asked.body = work.request.content;
+        const std::string_view after = work.request.parameter("after");
+        if (!after.empty()) asked.after = parse_integer(after).value_or(-1);
+        asked.has_overlay = work.request.parameter("overlay") == "1";
+        try {
+            return (*work.handler)(asked);
+        } catch (const std::exception& error) {
+            return refusal(503, error.what());
+        }
+    }
+
+    const Handlers handlers_;
+    const std::string token_ = random_token();
+    const std::size_t max_connections_;
+    std::string url_;
+    Socket listener_;
+    WakeUp wake_up_;
+    // For the serving thread alone.
+    std::map<Id, ViewConnection> connections_;
+    Id next_id_ = 0;
+    Clock::time_point accept_after_{};
+
+    std::mutex mutex_;  // of what follows
+    std::condition_variable has_work_;
+    std::deque<Work> work_;
+    std::deque<std::pair<Id, ViewAnswer>> answers_;
+    bool is_ending_ = false;
+
+    std::vector<std::thread> workers_;
+    std::thread thread_;
 };
 
 ViewServer::ViewServer(std::uint16_t port, Handlers handlers)
-    : impl_(std::make_unique<Impl>(std::move(handlers))) {
-    httplib::Server& server = impl_->server;
-    server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
-    // Without the library's own SO_REUSEPORT, by which two programs would share the port.
-    server.set_socket_options([](socket_t) {});
-    server.set_tcp_nodelay(true);
-    server.set_keep_alive_timeout(2);
-    server.set_keep_alive_max_count(1000000);
-    server.set_payload_max_length(kMaxPosted);
-    server.set_default_headers(
-        {{"Cache-Control", "no-store"},
-         {"Referrer-Policy", "no-referrer"},
-         {"X-Content-Type-Options", "nosniff"},
-         {"Cross-Origin-Resource-Policy", "same-origin"},
-         {"Content-Security-Policy",
-          "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src "
-          "data: blob:; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action "
-          "'none'"}});
-    server.set_pre_routing_handler([this](const auto& request, auto& response) {
-        return impl_->is_permitted(request, response) ? httplib::Server::HandlerResponse::Unhandled
-                                                      : httplib::Server::HandlerResponse::Handled;
-    });
-    server.Get("/", impl_->answer_with(impl_->handlers.page));
-    server.Get("/frame", impl_->answer_with(impl_->handlers.frame));
-    server.Get("/surface", impl_->answer_with(impl_->handlers.surface));
-    server.Get("/checks", impl_->answer_with(impl_->handlers.checks));
-    server.Post("/points", impl_->answer_with(impl_->handlers.points));
-    server.Post("/recording", impl_->answer_with(impl_->handlers.recording));
+    : impl_(std::make_unique<Impl>(port, std::move(handlers))) {}
 
-    const int bound = port != 0 ? (server.bind_to_port(kAddress, port) ? int{port} : -1)
-                                : server.bind_to_any_port(kAddress);
-    if (bound <= 0)
-        throw CliError(ExitCode::kOutput,
-                       concat("the live view cannot listen at port ", port,
-                              "; choose another one, or 0 for any that is free."));
-    impl_->authority = {concat(kAddress, ":", bound), concat("localhost:", bound)};
-    impl_->url = concat("http://", impl_->authority[0], "/?token=", impl_->token);
-    impl_->thread = std::thread([&server] { server.listen_after_bind(); });
-    while (!server.is_running()) std::this_thread::yield();
-}
+ViewServer::~ViewServer() = default;
 
-ViewServer::~ViewServer() {
-    impl_->server.stop();
-    impl_->thread.join();
-}
-
-const std::string& ViewServer::url() const { return impl_->url; }
+const std::string& ViewServer::url() const { return impl_->url(); }
 
 }  // namespace defrec::cli
