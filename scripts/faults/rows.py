@@ -155,7 +155,10 @@ SECTIONS = (
             (
                 54,
                 "left and right taken at different times",
-                "`DEFREC_REASON_VIEW_LATE` with the lag",
+                (
+                    "`DEFREC_REASON_VIEW_LATE` with the lag: at once where rows move, within two"
+                    " seconds where tissue moves along them"
+                ),
             ),
             (
                 55,
@@ -234,7 +237,7 @@ SECTIONS = (
             (
                 76,
                 "the right view a frame late, as in row 54, or one view that stands still",
-                "degraded; depth from two times is not used",
+                "degraded; depth from two times is not used once the lag is told, as in row 54",
             ),
             (
                 77,
@@ -324,6 +327,32 @@ SECTIONS = (
                     "`DEFREC_REASON_CALIBRATION` with the estimate; corrected where asked, but for"
                     " a slip"
                 ),
+            ),
+            (
+                107,
+                "a right view that is late from the start, while tissue moves along the rows",
+                (
+                    "told by depth that swings with the speed, as in row 54; before that a larger"
+                    " expected error"
+                ),
+            ),
+            (
+                108,
+                "a right view that is turned to the side",
+                (
+                    "`DEFREC_REASON_CALIBRATION`, and an expected error that covers it; corrected"
+                    " where asked"
+                ),
+            ),
+            (
+                109,
+                "a calibration of another image size, focal lengths that differ",
+                "a warning; refused where they are more than four times apart",
+            ),
+            (
+                129,
+                "points of a first frame that gives no template",
+                "followed back from the template's frame, or lost with a reason",
             ),
         ),
     ),

@@ -127,13 +127,13 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     DisparityMonitor disparities;
     disparities.make_room();
     disparities.add_frame(model_data, reply.output.samples);
-    std::vector<float> last_rows, rows;
+    std::vector<RigPatch> last_patches, patches;
     std::vector<RowMatch> row_matches;
     RowMonitor monitor(kWidth, kHeight);
     RigEstimate rig;
     for (int frame = 0; frame < 2; ++frame) {
-        match_rows(model_data, reply.output, last_rows, rows, row_matches);
-        last_rows = rows;
+        match_rows(model_data, reply.output, last_patches, patches, row_matches);
+        last_patches = patches;
         rig = monitor.update(row_matches);
     }
     try {

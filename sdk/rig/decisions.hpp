@@ -15,9 +15,15 @@ struct RigLimits {
     static constexpr double kMaxBefore = 1;
     // sides of the image | or one farther beyond that pixel | set by hand
     static constexpr double kMaxBeyond = 2;
-    // share of both sides | from the image's middle, beyond which a principal point is doubted | a
-    //   calibration of images of half or twice the size puts it at a quarter, or at the end
-    static constexpr double kFarOff = 0.2;
+    // share of both sides | from the image's middle, in the same direction of both, beyond which a
+    //   principal point is doubted | a calibration of images of another size puts it at half of
+    //   their ratio: 1280 for 1920 px at a third
+    static constexpr double kFarOff = 0.05;
+    // times | of focal lengths along both sides, or of both views, beyond which they are doubted |
+    //   square pixels, a pair of equal cameras; fields of interlaced video have 2
+    static constexpr double kFarApart = 1.1;
+    // times | of focal lengths along both sides, beyond which they are refused | set by hand
+    static constexpr double kTooFarApart = 4;
     // rad | by which a sensor may be tilted | set by hand
     static constexpr double kMaxTilt = 1;
     // share of the image | beyond a fold of the distortion; more is refused | coefficients fold at

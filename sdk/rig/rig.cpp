@@ -138,7 +138,8 @@ void Rig::fill_map(int view, const ViewShift& shift, int32_t* map) const {
         int32_t* out = map + 2 * width * row;
         for (size_t column = 0; column < width; ++column, out += 2) {
             out[0] = out[1] = std::numeric_limits<int32_t>::min();
-            const Eigen::Vector2d from = Eigen::Vector2d(double(column), double(row)) - centre;
+            const Eigen::Vector2d from =
+                turned(view, {double(column), double(row)}, shift.vergence) - centre;
             Eigen::Vector2d raw = turn * from + offset + centre;
             if (!identity_ && !to_raw(view, Eigen::Vector2d(raw), raw)) continue;
             const double x = std::floor(raw.x() * kMapOne + 0.5),
@@ -148,6 +149,16 @@ void Rig::fill_map(int view, const ViewShift& shift, int32_t* map) const {
             out[1] = static_cast<int32_t>(y);
         }
     });
+}
+
+// Where a rectified pixel of a view lies when that is turned about its vertical axis, rad.
+Eigen::Vector2d Rig::turned(int view, const Eigen::Vector2d& rectified, double angle) const {
+    if (angle == 0) return rectified;
+    const double x = (rectified.x() - principal_x(view)) / camera_.fx,
+                 y = (rectified.y() - camera_.cy) / camera_.fy,
+                 z = std::cos(angle) - std::sin(angle) * x;
+    return {principal_x(view) + camera_.fx * (std::cos(angle) * x + std::sin(angle)) / z,
+            camera_.cy + camera_.fy * y / z};
 }
 
 bool Rig::to_raw(int view, const Eigen::Vector2d& rectified, Eigen::Vector2d& raw) const {

@@ -37,9 +37,10 @@ class Rig {
     const int32_t* map(int view) const { return identity_ ? nullptr : map_[view].data(); }
     // The right view's map for a right camera that lies otherwise than the calibration says: a
     // rectified pixel (x, y), from the image's centre, is seen at (x - roll y + ratio x, y + offset
-    // + roll x + ratio y). roll: rad; ratio: of the focal lengths, right to left, less 1.
+    // + roll x + ratio y), where the vergence's turn about the vertical axis takes it before. roll
+    // and vergence: rad; ratio: of the focal lengths, right to left, less 1.
     struct ViewShift {
-        double offset_px = 0, roll = 0, ratio = 0;
+        double offset_px = 0, roll = 0, ratio = 0, vergence = 0;
     };
     std::vector<int32_t> shifted_right_map(const ViewShift& shift) const;
     uint64_t map_bytes() const { return uint64_t{8} * desc_.width * desc_.height; }
@@ -55,6 +56,7 @@ class Rig {
     void rectify();
     void choose_camera();
     void fill_map(int view, const ViewShift& shift, int32_t* map) const;
+    Eigen::Vector2d turned(int view, const Eigen::Vector2d& rectified, double angle) const;
     bool to_raw(int view, const Eigen::Vector2d& rectified, Eigen::Vector2d& raw) const;
     bool to_rectified(int view, const Eigen::Vector2d& raw, Eigen::Vector2d& rectified) const;
     template <class Convert>

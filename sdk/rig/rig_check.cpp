@@ -33,17 +33,40 @@ void check_centre(const char* view, const char* name, double value, uint32_t sid
         refuse(view, ".", name, " is ", value, " px, far outside images of ", side, " px");
 }
 
-// Cameras with a centre that is far off in both directions are hardly built.
-void doubt_centre(const Services& services, const char* view, const defrec_intrinsics& camera,
+double times_apart(double a, double b) { return std::max(a / b, b / a); }
+
+// Focal lengths along both sides differ where pixels are not square, and hardly else.
+void check_aspect(const char* view, const defrec_intrinsics& camera) {
+    if (times_apart(camera.fx, camera.fy) > RigLimits::kTooFarApart)
+        refuse(view, ".fx is ", camera.fx, " px and ", view, ".fy ", camera.fy,
+               " px, at most ", RigLimits::kTooFarApart, " times apart expected");
+}
+
+// Cameras with a centre that is off in both directions alike are hardly built.
+void doubt_camera(const Services& services, const char* view, const defrec_intrinsics& camera,
                   uint32_t width, uint32_t height) {
-    const auto is_far_off = [](double centre, uint32_t side) {
-        return std::abs(centre / side - 0.5) > RigLimits::kFarOff;
-    };
-    if (is_far_off(camera.cx, width) && is_far_off(camera.cy, height))
+    const double off_x = camera.cx / width - 0.5, off_y = camera.cy / height - 0.5;
+    if (off_x * off_y > 0 && std::min(std::abs(off_x), std::abs(off_y)) > RigLimits::kFarOff)
         services.log(DEFREC_LOG_WARNING, "sdk",
                      concat(view, ": the principal point (", camera.cx, ", ", camera.cy,
                             ") lies far from the middle of images of ", width, " x ", height,
                             " px; is the calibration one of images of another size?")
+                         .c_str());
+    if (times_apart(camera.fx, camera.fy) > RigLimits::kFarApart)
+        services.log(DEFREC_LOG_WARNING, "sdk",
+                     concat(view, ": the focal lengths ", camera.fx, " and ", camera.fy,
+                            " px differ; are the images stretched, or the calibration one of "
+                            "images of another shape?")
+                         .c_str());
+}
+
+void doubt_pair(const Services& services, const defrec_rig_desc& desc) {
+    if (times_apart(desc.left.fx, desc.right.fx) > RigLimits::kFarApart ||
+        times_apart(desc.left.fy, desc.right.fy) > RigLimits::kFarApart)
+        services.log(DEFREC_LOG_WARNING, "sdk",
+                     concat("the focal lengths of left (", desc.left.fx, ", ", desc.left.fy,
+                            " px) and right view (", desc.right.fx, ", ", desc.right.fy,
+                            " px) differ; are both calibrated at the same zoom?")
                          .c_str());
 }
 
@@ -84,7 +107,8 @@ void check_camera(const Services& services, const char* view, const defrec_intri
     check_focal_length(view, "fy", camera.fy, height);
     check_centre(view, "cx", camera.cx, width);
     check_centre(view, "cy", camera.cy, height);
-    doubt_centre(services, view, camera, width, height);
+    check_aspect(view, camera);
+    doubt_camera(services, view, camera, width, height);
     const uint32_t count = camera.distortion_count;
     if (count != 0 && count != 4 && count != 5 && count != 8 && count != 12 && count != 14)
         refuse(view, ".distortion_count is ", count, ", 0, 4, 5, 8, 12 or 14 expected");
@@ -145,6 +169,7 @@ void check_rig(const Services& services, const defrec_rig_desc& desc) {
                int{DEFREC_MAX_SIDE}, " expected");
     check_camera(services, "left", desc.left, desc.width, desc.height);
     check_camera(services, "right", desc.right, desc.width, desc.height);
+    doubt_pair(services, desc);
     const Eigen::Matrix3d rotation =
         Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(desc.rotation);
     check_rotation(rotation);

@@ -1,4 +1,4 @@
-// What a calibration must fulfil before anything is computed from it (faults rows 1-9).
+// What a calibration must fulfil before anything is computed from it (faults rows 1-9 and 109).
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace defrec {
 
 // desc: struct_size settled. Throws Error(DEFREC_ERROR_ARGUMENT), or DEFREC_ERROR_UNSUPPORTED for a
 // baseline that is not horizontal, with an error message that names the field. Logs a warning where
-// a distortion folds within the image.
+// a distortion folds within the image, or numbers are those of hardly any camera.
 void check_rig(const Services& services, const defrec_rig_desc& desc);
 
 // Calls visit(pixel) for pixels that stand for all, borders and corners among them.

@@ -379,6 +379,24 @@ TEST_CASE("the map of a right view that is turned and enlarged, of a rectified p
         }
 }
 
+TEST_CASE("row 108: the map of a right view that is turned to the side, of a rectified pair") {
+    const Rig rig(services(), rectified());
+    const double vergence = 0.02, f = rig.camera().fx;
+    const std::vector<int32_t> map = rig.shifted_right_map({.vergence = vergence});
+    for (const double x : {20.0, 80.0, 130.0})
+        for (const double y : {20.0, 60.0, 100.0}) {
+            const Eigen::Vector3d ray((x - rig.camera().cx) / f, (y - rig.camera().cy) / f, 1);
+            const Eigen::Vector3d seen =
+                Eigen::AngleAxisd(vergence, Eigen::Vector3d::UnitY()) * ray;
+            const double u = rig.camera().cx + f * seen.x() / seen.z(),
+                         v = rig.camera().cy + f * seen.y() / seen.z();
+            const size_t at = 2 * (static_cast<size_t>(y) * rig.width() + static_cast<size_t>(x));
+            CHECK(std::abs(map[at] / 128.0 - u) <= 0.5 / 128 + 1e-9);
+            CHECK(std::abs(map[at + 1] / 128.0 - v) <= 0.5 / 128 + 1e-9);
+            CHECK(u > x);
+        }
+}
+
 TEST_CASE("pixels without an answer give NaN, not a guess") {
     const Rig rig(services(), endoscope());
     const double nothing[] = {std::nan(""), 3, 1e9, 1e9};
@@ -409,7 +427,7 @@ TEST_CASE("row 2: focal lengths and principal points that cannot be are refused"
     check_refused("right.cy is -900", [](auto& d) { d.right.cy = -900; });
 }
 
-TEST_CASE("row 10: a calibration that looks like one of images of another size is doubted aloud") {
+TEST_CASE("rows 10 and 109: a calibration that looks like one of images of another size is doubted") {
     const auto log_of = [](double scale, double off_x) {
         std::string log;
         defrec_rig_desc desc = endoscope(0);
@@ -425,13 +443,44 @@ TEST_CASE("row 10: a calibration that looks like one of images of another size i
     };
     CHECK(log_of(1, 0).empty());
     CHECK(log_of(1, 50).empty());  // of rectified images
-    for (const double scale : {0.5, 2.0}) {
+    CHECK(log_of(0.95, 0).empty());
+    for (const double scale : {0.5, 0.75, 1.25, 2.0}) {
         const std::string log = log_of(scale, 0);
         CAPTURE(log);
         CHECK(log.find("left: the principal point (") != std::string::npos);
         CHECK(log.find("right: the principal point (") != std::string::npos);
         CHECK(log.find("another size") != std::string::npos);
     }
+}
+
+TEST_CASE("row 109: focal lengths that differ along both sides, or between the views, are doubted") {
+    const auto log_of = [](double fy, double right) {
+        std::string log;
+        defrec_rig_desc desc = endoscope(0);
+        desc.left.fy *= fy;
+        desc.right.fy *= fy * right;
+        desc.right.fx *= right;
+        const Rig rig(logging_into(log), desc);
+        return log;
+    };
+    CHECK(log_of(1, 1).empty());
+    CHECK(log_of(1.05, 1.05).empty());
+    for (const double fy : {0.5, 0.85, 1.15, 1.5}) {
+        const std::string log = log_of(fy, 1);
+        CHECK(log.find("left: the focal lengths 170 and ") != std::string::npos);
+        CHECK(log.find("right: the focal lengths ") != std::string::npos);
+    }
+    CHECK(log_of(1, 1.25).find("at the same zoom?") != std::string::npos);
+}
+
+TEST_CASE("row 109: focal lengths that are far apart are refused") {
+    check_refused("left.fx is 12.8 px and left.fy 240000 px", [](auto& d) {
+        d.width = 640;
+        d.height = 480;
+        d.left.fx = 12.8;  // 6.4 is too short by itself
+        d.left.fy = 240000;
+    });
+    check_refused("right.fy 900 px", [](auto& d) { d.right.fy = 900; });
 }
 
 TEST_CASE("row 3: no baseline, and row 4: metres for millimetres") {

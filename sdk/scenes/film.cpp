@@ -115,10 +115,12 @@ void Film::place_views(const FrameState& state) {
     right_.view.rotation = scene_.rig.rotation * left_.view.rotation;
     right_.view.translation = scene_.rig.rotation * left_.view.translation + scene_.rig.translation;
     if (misaligned_right_) {
-        const Eigen::Matrix3d roll =
-            Eigen::AngleAxisd(state_.right.roll, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-        misaligned_right_->rotation = roll * right_.view.rotation;
-        misaligned_right_->translation = roll * right_.view.translation;
+        const Eigen::Matrix3d turn =
+            (Eigen::AngleAxisd(state_.right.roll, Eigen::Vector3d::UnitZ()) *
+             Eigen::AngleAxisd(state_.right.vergence, Eigen::Vector3d::UnitY()))
+                .toRotationMatrix();
+        misaligned_right_->rotation = turn * right_.view.rotation;
+        misaligned_right_->translation = turn * right_.view.translation;
     }
 }
 

@@ -80,6 +80,24 @@ FrameState misaligned(const Setting& setting, double time) {
     return state;
 }
 
+FrameState sideways(const Setting& setting, double time) {
+    FrameState state;
+    state.time = time;
+    state.motion.respiration.swell = setting.parameter("swell");
+    const double half = 0.5 * setting.parameter("distance"),
+                 angle = setting.parameter("angle") * kDegree,
+                 start = kTwoPi * setting.parameter("phase");
+    // The speed is greatest where the phase is a quarter of a turn.
+    const double phase = start + time * setting.parameter("speed") / half;
+    state.motion.respiration.period = kTwoPi * half / setting.parameter("speed");
+    state.right = {.lag = setting.parameter("lag"),
+                   .vergence = setting.parameter("vergence_deg") * kDegree};
+    const double along = half * (std::cos(start) - std::cos(phase));
+    state.camera =
+        pose_of({.shift = {-along * std::cos(angle), -along * std::sin(angle), 0}}, setting.depth);
+    return state;
+}
+
 void compress(const SceneParameters& parameters, Scene& scene) {
     scene.compression.jpeg_quality =
         static_cast<int>(std::lround(parameters.find("quality")->second));

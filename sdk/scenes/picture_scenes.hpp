@@ -8,6 +8,7 @@ namespace defrec::cli {
 
 FrameState late_view(const Setting& setting, double time);
 FrameState misaligned(const Setting& setting, double time);
+FrameState sideways(const Setting& setting, double time);
 FrameState blood(const Setting& setting, double time);
 FrameState heavy_smoke(const Setting& setting, double time);
 FrameState compressed(const Setting& setting, double time);

@@ -205,6 +205,31 @@ TEST_CASE("a misaligned right view is low, rolled and enlarged by what the scene
     }
 }
 
+TEST_CASE("tissue moves sideways at the scene's angle and speed, in a right view that is turned") {
+    constexpr double kAngle = 20, kSpeed = 0.4, kTurn = 0.5;
+    const Written w({.scene = "sideways",
+                     .settings = {{"angle", kAngle},
+                                  {"speed", kSpeed},
+                                  {"phase", 0.25},
+                                  {"lag", 0},
+                                  {"vergence_deg", kTurn}},
+                     .width = 480,
+                     .height = 270,
+                     .frames = 2});
+    const cv::Point3d step = w.in_rectified(w.truth[1][0].point) - w.in_rectified(w.truth[0][0].point);
+    const double baseline = -w.p2.at<double>(0, 3) / w.p2.at<double>(0, 0),
+                 mm_per_px = baseline / w.in_rectified(w.truth[0][0].point).z;
+    CHECK(mm_per_px * std::hypot(step.x, step.y) == doctest::Approx(kSpeed).epsilon(0.05));
+    CHECK(std::atan2(step.y, step.x) == doctest::Approx(kAngle * CV_PI / 180).epsilon(0.01));
+    CHECK(std::abs(step.z) < 1e-6);
+    std::vector<double> turned;
+    for (const Seen& seen : seen_in_right(w, 0, 0)) {
+        const double f = w.p2.at<double>(0, 0), x = (seen.expected.x - w.p2.at<double>(0, 2)) / f;
+        turned.push_back(seen.offset.x / (f * (1 + x * x)));
+    }
+    CHECK(median(turned) == doctest::Approx(kTurn * CV_PI / 180).epsilon(0.05));
+}
+
 TEST_CASE("the misaligned right view has its own exposure and gamma, both views lose to JPEG") {
     const auto rendered = [](double exposure, double gamma, double quality) {
         return Written(

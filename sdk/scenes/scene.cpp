@@ -320,6 +320,21 @@ std::vector<Entry> right_view_entries() {
          0.66f,
          misaligned,
          compress},
+        {{.name = "sideways",
+          .summary = "tissue moves along the rows; the right view is late, or turned",
+          .parameters =
+              {{"angle", 0, -90, 90, "degrees", "of the motion to the rows"},
+               {"speed", 0.3, 0.001, 2, "mm/frame", "of the tissue at its fastest"},
+               {"distance", 4, 0.1, 12, "mm", "to and fro"},
+               {"phase", 0, 0, 1, "", "of the motion in the first frame; 0: rests, 0.25: fastest"},
+               {"swell", 0, 0, 10, "mm", "towards the camera while it moves"},
+               {"lag", 1, -2, 2, "frames", "of the right view; negative: early"},
+               {"vergence_deg", 0, -3, 3, "degrees",
+                "by which the right view is turned to the left"}}},
+         kPicturedOrgan,
+         0.9,
+         0.70f,
+         sideways},
     };
 }
 

@@ -31,11 +31,14 @@ struct RightView {
     double lag = 0;          ///< frames by which it is late; negative: early
     double offset = 0;       ///< px by which all is lower in its image
     double roll = 0;         ///< rad about its axis: lowers what is right of the middle
+    double vergence = 0;     ///< rad about its vertical axis: moves its image to the right
     double focal_ratio = 1;  ///< true over calibrated focal length
     float exposure = 0.93f;  ///< of the green channel; 1: as the left view's
     float gamma = 1;         ///< as Sensor has it
 
-    bool misaligned() const { return offset != 0 || roll != 0 || focal_ratio != 1; }
+    bool misaligned() const {
+        return offset != 0 || roll != 0 || vergence != 0 || focal_ratio != 1;
+    }
 };
 
 /// All that differs from frame to frame.

@@ -49,7 +49,7 @@ void FrameAttempt::prepare_measuring(const TrackedSurface& surface, const RigMon
     const RigState& before = rig.state();
     rig_.monitor = before.monitor;
     rig_.left = before.left;
-    rig_.rows.reserve(rig_patch_count(data));
+    rig_.patches.reserve(rig_patch_count(data));
     rig_.disparities = before.disparities;
     rig_.disparities.make_room();
 }
@@ -106,7 +106,7 @@ class FrameAttempt::Measuring {
     void measure_rows() {
         if (!rig_.is_on()) return;
         RigState& next = attempt_.rig_;
-        match_rows(data_, output_, rig_.state().rows, next.rows, attempt_.row_matches_);
+        match_rows(data_, output_, rig_.state().patches, next.patches, attempt_.row_matches_);
         next.left = next.monitor.update(attempt_.row_matches_);
     }
     void measure_disparities() {

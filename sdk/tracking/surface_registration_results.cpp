@@ -71,6 +71,7 @@ void SurfaceRegistration::conclude(Frame& frame, FrameAttempt& attempt) {
     const std::span<const defrec_motion> motions = frame.job.memory.output.motions;
     result.motions.assign(motions.begin(), motions.end());
     if (is_found) place_outside(frame.job, attempt);
+    if (is_found && uses_depth) rig_monitor_.end_depth();
     frame.committed = &attempt;
     std::swap(frame.job.result, attempt.result);
     // Working memory stays where it has grown.

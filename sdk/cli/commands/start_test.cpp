@@ -28,6 +28,20 @@ constexpr int kFrames = 10, kSpoilt = 4;
 
 const TestFolder& sequence() { return rendered_sequence<kFrames>(); }
 
+// Its images, of which the first show two times in turns, row by row.
+void interlace(const TestFolder& folder) {
+    for (const char* view : {"left", "right"}) {
+        fs::copy(sequence() / view, folder / view);
+        const std::vector<fs::path> files = images_of(folder / view);
+        for (std::size_t i = 0; i < kSpoilt; ++i) {
+            cv::Mat image = cv::imread(files[i].string(), cv::IMREAD_UNCHANGED);
+            const cv::Mat next = cv::imread(files[i + 1].string(), cv::IMREAD_UNCHANGED);
+            for (int row = 1; row < image.rows; row += 2) next.row(row).copyTo(image.row(row));
+            REQUIRE(cv::imwrite(files[i].string(), image));
+        }
+    }
+}
+
 // Its images, the first of them blurred; sigma in px, 0: black.
 void spoil(const TestFolder& folder, double sigma) {
     for (const char* view : {"left", "right"}) {
@@ -125,7 +139,7 @@ TEST_CASE("row 150: after black frames the template is a later one's, and a grid
     CHECK(tracked.summary["states"]["lost"] == kSpoilt);
 }
 
-TEST_CASE("row 151: points of a black frame are lost with a reason, and nothing is tracked") {
+TEST_CASE("rows 129 and 151: points of a black frame are lost with a reason, nothing is tracked") {
     const TestFolder folder;
     spoil(folder, 0);
     const Tracked tracked = track(folder.path().string(), {"--points", points()});
@@ -136,7 +150,7 @@ TEST_CASE("row 151: points of a black frame are lost with a reason, and nothing 
     CHECK(tracked.says("nothing was tracked"));
 }
 
-TEST_CASE("row 150: points of a blurred frame are where they belong, or lost") {
+TEST_CASE("rows 129 and 150: points of a blurred frame are where they belong, or lost") {
     for (const double sigma : {2.0, 6.0, 12.0, 25.0}) {
         CAPTURE(sigma);
         const TestFolder folder;
@@ -147,6 +161,24 @@ TEST_CASE("row 150: points of a blurred frame are where they belong, or lost") {
         CHECK(tracked.summary["template_frame"].get<int>() <= kSpoilt + 3);
         CHECK(tracked.summary["states"]["tracking"].get<int>() >= kFrames - kSpoilt - 1);
         if (tracked.errors.empty()) continue;
+        CHECK(Tracked::percentile(tracked.shares, 93) < 2);
+        CHECK(Tracked::percentile(tracked.shares, 98) < 3);
+    }
+}
+
+TEST_CASE("row 129: points of the first of interlaced frames are where they belong, or lost") {
+    const TestFolder folder;
+    interlace(folder);
+    const std::string with_frames = folder / "points.csv";
+    std::string text = "id,u,v,frame\n";
+    CsvReader given(points(), {"id", "u", "v"});
+    while (given.next())
+        text += given.field(0) + "," + given.field(1) + "," + given.field(2) + ",0\n";
+    folder.write("points.csv", text);
+    for (const std::string& file : {points(), with_frames}) {
+        const Tracked tracked = track(folder.path().string(), {"--points", file});
+        if (tracked.errors.empty()) continue;
+        CHECK(Tracked::percentile(tracked.errors, 50) < 0.5);
         CHECK(Tracked::percentile(tracked.shares, 93) < 2);
         CHECK(Tracked::percentile(tracked.shares, 98) < 3);
     }

@@ -101,34 +101,59 @@ void make_room(VertexConfidence& confidence, size_t vertices) {
     confidence.expected_error.resize(vertices);
 }
 
-// Px^2 of disparity that the rig gets wrong at a vertex: by what moved during a lag, and by rows of
-// the views that do not agree, or of a view that do not belong together.
+// How far a vertex moved in the image, px.
+struct ImageStep {
+    float along, down;
+};
+ImageStep image_step(const defrec_camera& camera, const defrec_surface_sample& from,
+                     const defrec_surface_sample& to) {
+    const float *now = to.position, *last = from.position;
+    return {static_cast<float>(camera.fx) * (now[0] / now[2] - last[0] / last[2]),
+            static_cast<float>(camera.fy) * (now[1] / now[2] - last[1] / last[2])};
+}
+
+// Px^2 of disparity that the rig gets wrong at a vertex: by what moved during a lag, by a vergence
+// that is wrong, and by rows of the views that do not agree, or of a view that do not belong
+// together.
 class RigDoubt {
   public:
     RigDoubt(const TemplateData& data, const FrameEvidence& evidence)
-        : camera_(data.camera), lag_(evidence.last_samples.empty() ? 0 : evidence.rig.lag_frames) {
+        : camera_(data.camera),
+          squared_lag_(evidence.last_samples.empty()
+                           ? 0
+                           : evidence.rig.lag_frames * evidence.rig.lag_frames +
+                                 evidence.rig.unseen_lag_frames * evidence.rig.unseen_lag_frames) {
         const double roll =
                          std::tan(evidence.rig.roll_deg * std::numbers::pi / 180) * data.width / 2,
                      ratio = (evidence.rig.focal_ratio - 1) * data.height / 2,
-                     offset = evidence.rig.vertical_offset_px,
-                     distortion = evidence.rig.distortion_px;
-        rows_ = Share::kRowShare * static_cast<float>(offset * offset + roll * roll +
-                                                      ratio * ratio + distortion * distortion);
+                     offset = evidence.rig.vertical_offset_px;
+        rows_ = Share::kRowShare *
+                static_cast<float>(offset * offset + roll * roll + ratio * ratio);
         if (evidence.is_interlaced) rows_ += Share::kInterlaced;
         rows_ += static_cast<float>(evidence.baseline_drift_px * evidence.baseline_drift_px);
         const double angle = camera_.disparity_offset_px / camera_.fx;
         rows_ += Share::kConvergence * static_cast<float>(angle * angle);
+        const double vergence = evidence.rig.vergence,
+                     noise = Share::kVergenceNoise * double{evidence.rig.vergence_sigma};
+        vergence_ = static_cast<float>(
+            camera_.fx * camera_.fx * std::max(0.0, vergence * vergence - noise * noise));
+        one_view_ = Share::kOneView + vergence_ +
+                    evidence.rig.last_depth_px * evidence.rig.last_depth_px;
     }
     float at(const FrameEvidence& evidence, size_t vertex) const {
-        if (lag_ == 0) return rows_;
-        const float px2 =
-            squared_step(camera_, evidence.last_samples[vertex], evidence.output.samples[vertex]);
-        return rows_ + Share::kLateShare * lag_ * lag_ * px2;
+        if (!evidence.uses_depth) return one_view_;
+        if (squared_lag_ == 0) return rows_ + vergence_;
+        const ImageStep step =
+            image_step(camera_, evidence.last_samples[vertex], evidence.output.samples[vertex]);
+        const float by_lag = squared_lag_ * (step.along * step.along +
+                                             Share::kLateShare * step.down * step.down);
+        return rows_ + vergence_ +
+               std::max(by_lag, evidence.rig.lag_px * evidence.rig.lag_px);
     }
 
   private:
     const defrec_camera& camera_;
-    float lag_, rows_;
+    float squared_lag_, rows_, vergence_, one_view_;
 };
 
 // Variances across the ray (both directions together) and along it (of the depth) as a covariance,
@@ -148,10 +173,8 @@ void set_covariance(const Values& x, const Values& y, const Values& across, cons
 
 float squared_step(const defrec_camera& camera, const defrec_surface_sample& from,
                    const defrec_surface_sample& to) {
-    const float *now = to.position, *last = from.position;
-    const float du = static_cast<float>(camera.fx) * (now[0] / now[2] - last[0] / last[2]),
-                dv = static_cast<float>(camera.fy) * (now[1] / now[2] - last[1] / last[2]);
-    return du * du + dv * dv;
+    const ImageStep step = image_step(camera, from, to);
+    return step.along * step.along + step.down * step.down;
 }
 
 namespace {
@@ -167,14 +190,15 @@ class ConfidenceEstimate {
           samples_(evidence.output.samples),
           photometric_(evidence.photometric),
           rig_(*model.data, evidence),
+          max_doubt_(evidence.rig.lag_frames == 0 ? Confidence::kMaxRigDoubt
+                                                  : Confidence::kMaxLateDoubt),
           noise_(Share::kNoiseShare * evidence.mean_residual_mm * evidence.mean_residual_mm),
           confidence_(confidence) {}
 
     // What is seen of a vertex itself.
     void look_at(size_t i) const {
         const float per_px = depth_per_px(camera_, samples_[i].position[2]);
-        const float rig_px2 = confidence_.rig_px2[i] =
-            evidence_.uses_depth ? rig_.at(evidence_, i) : Share::kOneView;
+        const float rig_px2 = confidence_.rig_px2[i] = rig_.at(evidence_, i);
         const unsigned stale =
             evidence_.stale_views.empty() ? 0u : unsigned{evidence_.stale_views[i]};
         const bool is_stale = (stale & (evidence_.uses_depth ? kBothViews : kLeftView)) != 0,
@@ -183,8 +207,7 @@ class ConfidenceEstimate {
                              (!evidence_.uses_depth && samples_[i].observation != DEFREC_OUTSIDE)),
                    is_confirmed = photometric_.is_confirmed[i] != 0 && (stale & kLeftView) == 0,
                    has_depth = evidence_.uses_depth && !evidence_.is_interlaced && agrees &&
-                               rig_px2 * per_px * per_px <=
-                                   Confidence::kMaxRigDoubt * Confidence::kMaxRigDoubt;
+                               rig_px2 * per_px * per_px <= max_doubt_ * max_doubt_;
         confidence_.evidence[i] =
             static_cast<uint8_t>((has_depth ? DEFREC_EVIDENCE_DEPTH : 0) |
                                  (is_confirmed ? DEFREC_EVIDENCE_PHOTOMETRIC : 0));
@@ -281,7 +304,7 @@ class ConfidenceEstimate {
     const SurfaceSamples samples_;
     const PhotometricEvidence& photometric_;
     const RigDoubt rig_;
-    const float noise_;
+    const float max_doubt_, noise_;
     VertexConfidence& confidence_;
 };
 

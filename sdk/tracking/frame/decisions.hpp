@@ -463,6 +463,9 @@ struct Confidence {
     static constexpr float kFarthestPatch = 8;
     // mm | depth that the rig makes more uncertain is no evidence | set by hand
     static constexpr float kMaxRigDoubt = 0.5f;
+    // mm | likewise where the right view is late | observed points beyond 1 mm fell from 2 to 0 in
+    //   `sideways` at 0.1 mm a frame, [late-along-rows]
+    static constexpr float kMaxLateDoubt = 0.3f;
     // mm | extrapolation reaches no farther from evidence, nor from the surface | set by hand
     static constexpr float kFarthest = 40;
     // mm | the error grows no farther with the distance from evidence | set by hand
@@ -509,7 +512,7 @@ struct ExpectedError {
     static constexpr float kDisparityShare = 0.0013f;
     // 1 | b2: the squared distance of patches | doubled after the fit
     static constexpr float kDisparityPatchShare = 0.032f;
-    // 1 | b3: the squared motion during the lag
+    // 1 | b3: the squared motion down the image during the lag; along the rows it is all an error
     static constexpr float kLateShare = 0.5f;
     // 1 | b4: the squared distance of the rows
     static constexpr float kRowShare = 0.155f;
@@ -521,6 +524,8 @@ struct ExpectedError {
     static constexpr float kResidualShare = 0.028f;
     // 1 | b8: the squared mean depth residual of the frame
     static constexpr float kNoiseShare = 0.033f;
+    // standard deviations | of the vergence, which are no vergence | set by hand
+    static constexpr double kVergenceNoise = 2;
     // px^2 | in place of b3 and b4 without the right view | late frames of `late-view` and
     //   `rendered_d`
     static constexpr float kOneView = 1.7f;
@@ -566,10 +571,15 @@ struct RigRows {
     static constexpr size_t kMinRowMatches = 90;
     // px RMS | more is corrected, where that is asked for | set by hand
     static constexpr double kCorrectedRowError = 0.15;
-    // px | a larger residual is a wrong match and says nothing of distortion | set by hand
-    static constexpr double kMaxDistortionResidual = 6;
-    // matches | behind a distortion, at least | ten frames' `min_matches`
-    static constexpr double kMinDistortionMatches = 300;
+    // rad | standard deviation of the vergence before anything is known | set by hand
+    static constexpr double kPriorVergence = 0.05;
+    // rad | a larger vergence is `DEFREC_REASON_CALIBRATION` | at most 0.0015 in rendered sequences
+    //   without one, 0.0025 +- 0.0025 in a beating heart, [late-along-rows]
+    static constexpr double kMaxVergence = 0.002;
+    // rad | a larger one is corrected, where that is asked for | set by hand
+    static constexpr double kCorrectedVergence = 0.001;
+    // standard deviations | of a vergence that counts, at least | set by hand
+    static constexpr double kVergenceSignificance = 3;
 };
 
 // Whether the right view is late or early.
@@ -588,6 +598,46 @@ struct ViewLag {
     // standard deviations | of the lag that they show, at least | 5.2 where a view is late, 2 where
     //   none is, [jumps]
     static constexpr double kSignificanceAround = 4;
+};
+
+// Whether the right view is late or early all the time, from what a second's frames show together.
+// Source: `sideways` and the sequences without a lag of [late-along-rows], unless said otherwise
+struct LastingLag {
+    // frames | in which depth is compared with speed, at most | 2 s
+    static constexpr size_t kWindow = 60;
+    // frames | at least | five values are fitted
+    static constexpr size_t kMinFrames = 12;
+    // matches | of which the motion is known, at least | set by hand
+    static constexpr double kMinMatches = 24;
+    // px | width of Tukey's kernel in each step of a fit to the motion of the matches | set by hand
+    static constexpr std::array<double, 6> kMotionWidths = {48, 24, 12, 6, 3, 2};
+    // px | likewise to the growth of their disparities | set by hand
+    static constexpr std::array<double, 5> kGrowthWidths = {12, 6, 3, 1.5, 1};
+    // frames | standard deviation of a lag by rows, up to which they decide
+    static constexpr double kSeenByRows = 0.15;
+    // frames | by which a frame's own lag must differ, at least, to be another one
+    static constexpr double kChange = 0.25;
+    // frames | standard deviation of a lag by depth, up to which it decides where rows do not
+    static constexpr double kSeenByDepth = 0.15;
+    // frames | a smaller lag by depth is 0 | at most 0.2 where no view is late, 0.42 in `approach`,
+    //   where rows decide
+    static constexpr double kMinByDepth = 0.35;
+    // standard deviations | of a lag by depth, at least | 3.5 in `approach`
+    static constexpr double kSignificanceByDepth = 4;
+    // px | standard deviation of the first disparity, which is not known | set by hand
+    static constexpr double kPriorDisparity = 100;
+    // px of disparity per px | likewise of what a change of place changes | a slope of 70 degrees
+    static constexpr double kPriorByPlace = 0.2;
+    // px of disparity per % | likewise of what a change of scale changes | disparities of 200 px
+    static constexpr double kPriorByScale = 2;
+    // px | a mean disparity errs by this at least | 0.02 in rendered sequences
+    static constexpr double kLeastNoise = 0.03;
+    // 1 | correlation of neighbouring residuals, at most | set by hand
+    static constexpr double kMostAlike = 0.95;
+    // steps | in which the noise is found | set by hand
+    static constexpr int kNoiseSteps = 3;
+    // frames | standard deviation of a lag that nothing has shown yet, for the expected error
+    static constexpr double kUnseen = 0.05;
 };
 
 // Whether the right view has moved sideways: disparities and lengths change, and the left image

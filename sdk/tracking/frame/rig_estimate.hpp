@@ -9,9 +9,11 @@ struct RigEstimate {
     float vertical_offset_px = 0;  // of the right view at the image centre, down is positive
     float roll_deg = 0;            // of the right view about the image centre, clockwise
     float focal_ratio = 1;         // right to left
-    // Shift of rows in the corners of the image, down and up in turn: distortion that the
-    // calibration does not know shifts the rows of near things so. 0: none, or not measured.
-    float distortion_px = 0;
+    float vergence = 0;        // of the right view to the left, rad; moves its image to the right
+    float vergence_sigma = 0;  // its standard deviation; 0: not measured
+    float unseen_lag_frames = 0;  // standard deviation of a lag that would not be seen
+    float lag_px = 0;  // of disparity, by which a lag that lasts spoils the middle of the image
+    float last_depth_px = 0;  // of disparity, by which it was wrong when depth was last used
     uint32_t matches = 0;  // between left and right, behind the last four; 0: not measured
 };
 

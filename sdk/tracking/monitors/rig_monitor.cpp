@@ -16,6 +16,7 @@ RigEstimate RigMonitor::estimate() const {
     all.vertical_offset_px += static_cast<float>(shift_.offset_px);
     all.roll_deg += static_cast<float>(shift_.roll * 180 / std::numbers::pi);
     all.focal_ratio += static_cast<float>(shift_.ratio);
+    all.vergence += static_cast<float>(shift_.vergence);
     return all;
 }
 
@@ -31,7 +32,8 @@ uint32_t RigMonitor::reasons() const {
 void RigMonitor::commit(RigState& next, Disparities disparities) {
     state_.monitor = next.monitor;
     state_.left = next.left;
-    state_.rows.swap(next.rows);
+    state_.left.last_depth_px = state_.left.lag_frames * static_cast<float>(speed_with_depth_);
+    state_.patches.swap(next.patches);
     if (disparities == Disparities::kCount && !state_.monitor.is_late())
         std::swap(state_.disparities, next.disparities);
     else
@@ -39,12 +41,12 @@ void RigMonitor::commit(RigState& next, Disparities disparities) {
 }
 
 void RigMonitor::skip_frame() {
-    state_.rows.clear();
+    state_.patches.clear();
     state_.disparities.skip_frame();
 }
 
 void RigMonitor::forget_template() {
-    state_.rows.clear();
+    state_.patches.clear();
     state_.disparities.reset();
 }
 
@@ -54,6 +56,7 @@ std::optional<Rig::ViewShift> RigMonitor::due_correction() const {
     shift.offset_px += state_.left.vertical_offset_px;
     shift.roll += state_.left.roll_deg * std::numbers::pi / 180;
     shift.ratio += state_.left.focal_ratio - 1;
+    shift.vergence += state_.left.vergence;
     return shift;
 }
 

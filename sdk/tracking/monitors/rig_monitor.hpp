@@ -18,9 +18,7 @@ struct RigState {
     RowMonitor monitor;  // of what is left after the correction
     RigEstimate left;    // its last estimate
     DisparityMonitor disparities;
-    // Rows of the patches of the rig in the left view; NaN: not found. Empty: there is no such
-    // frame.
-    std::vector<float> rows;
+    std::vector<RigPatch> patches;  // of its last frame; empty: there is no such frame
 };
 
 class RigMonitor {
@@ -36,7 +34,7 @@ class RigMonitor {
     uint32_t reasons() const;
 
     // Once for each frame, first of all.
-    void begin_frame() { state_.left = state_.monitor.update({}); }
+    void begin_frame() { state_.left = state_.monitor.skip(); }
     // Whether a frame's disparities say anything.
     enum class Disparities { kCount, kSayNothing };
     // The frame was found. next: begun as state(), after the frame's measurements; left with the
@@ -44,11 +42,16 @@ class RigMonitor {
     void commit(RigState& next, Disparities disparities);
     // The frame says nothing of disparities, and none of rows for the next.
     void skip_frame();
+    // The frame was followed with depth.
+    void end_depth() { speed_with_depth_ = state_.monitor.speed_along_rows(); }
     // From the next frame on the template, or only the vertices, are others.
     void forget_template();
     void forget_vertices() { state_.disparities.forget_vertices(); }
     // Frames are missing before the one that begins.
-    void begin_anew() { state_.disparities.begin_anew(); }
+    void begin_anew() {
+        state_.disparities.begin_anew();
+        state_.monitor.break_off();
+    }
 
     // The correction that is due, in place of the one before; none where the error is small.
     std::optional<Rig::ViewShift> due_correction() const;
@@ -57,6 +60,7 @@ class RigMonitor {
   private:
     RigState state_;
     Rig::ViewShift shift_;  // that the right view is corrected by
+    double speed_with_depth_ = 0;  // along the rows, px per frame, when depth was last used
     const bool is_on_, corrects_;
 };
 

@@ -24,7 +24,7 @@ std::vector<RowMatch> shifted_rows(double px) {
 RigState after(const RigMonitor& monitor, const std::vector<RowMatch>& matches) {
     RigState next = monitor.state();
     next.left = next.monitor.update(matches);
-    next.rows = {1, 2};
+    next.patches = {{1, 2, 3}};
     return next;
 }
 
@@ -39,7 +39,7 @@ TEST_CASE("a state that is not committed changes nothing") {
         after(monitor, shifted_rows(1));
     }
     CHECK(monitor.reasons() == 0);
-    CHECK(monitor.state().rows.empty());
+    CHECK(monitor.state().patches.empty());
     CHECK_FALSE(monitor.due_correction());
 }
 
@@ -69,11 +69,34 @@ TEST_CASE("rows that disagree are a reason, and corrected where that is asked fo
     CHECK_FALSE(other.due_correction());
 }
 
+TEST_CASE("row 108: a right view that is turned is a reason, and corrected where that is asked for") {
+    constexpr double kFocal = 600, kTurn = 0.01;
+    std::vector<RowMatch> matches = shifted_rows(0);
+    for (RowMatch& match : matches) {
+        match.turn = match.x * match.y / kFocal;
+        match.step = kTurn * match.turn;
+    }
+    RigMonitor monitor = monitor_of(DEFREC_SELF_CALIBRATION_CORRECT);
+    for (int frame = 0; frame < 5; ++frame) {
+        monitor.begin_frame();
+        RigState next = after(monitor, matches);
+        monitor.commit(next, RigMonitor::Disparities::kSayNothing);
+    }
+    CHECK(monitor.reasons() == DEFREC_REASON_CALIBRATION);
+    const std::optional<Rig::ViewShift> shift = monitor.due_correction();
+    REQUIRE(shift);
+    CHECK(shift->vergence == doctest::Approx(kTurn).epsilon(0.02));
+    CHECK(std::abs(shift->offset_px) < 0.02);
+    monitor.correct(*shift);
+    CHECK(monitor.reasons() == 0);
+    CHECK(monitor.estimate().vergence == doctest::Approx(kTurn).epsilon(0.02));
+}
+
 TEST_CASE("a frame that says nothing leaves no rows for the next") {
     RigMonitor monitor = monitor_of(DEFREC_SELF_CALIBRATION_REPORT);
     RigState next = after(monitor, shifted_rows(0));
     monitor.commit(next, RigMonitor::Disparities::kSayNothing);
-    CHECK(monitor.state().rows == std::vector<float>{1, 2});
+    CHECK(monitor.state().patches.size() == 1);
     monitor.skip_frame();
-    CHECK(monitor.state().rows.empty());
+    CHECK(monitor.state().patches.empty());
 }

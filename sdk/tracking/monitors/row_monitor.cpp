@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 namespace defrec {
@@ -15,50 +16,52 @@ namespace {
 using decisions::RigRows;
 using decisions::ViewLag;
 
-// Information on offset (px), roll (px per px) and ratio of focal lengths less 1, before anything
-// is known.
-Eigen::Vector3d prior_information() {
+// Information on offset (px), roll (px per px), ratio of focal lengths less 1 and vergence (rad),
+// before anything is known.
+Eigen::Vector4d prior_information() {
     return {1 / (RigRows::kPriorOffset * RigRows::kPriorOffset),
             1 / (RigRows::kPriorRoll * RigRows::kPriorRoll),
-            1 / (RigRows::kPriorRatio * RigRows::kPriorRatio)};
+            1 / (RigRows::kPriorRatio * RigRows::kPriorRatio),
+            1 / (RigRows::kPriorVergence * RigRows::kPriorVergence)};
 }
 
+constexpr int kLag = 4;  // of RowValues
+
 struct Fit {
-    Eigen::Matrix4d information = Eigen::Matrix4d::Zero();  // of the matches alone
-    Eigen::Vector4d weighted = Eigen::Vector4d::Zero();
-    Eigen::Vector4d values = Eigen::Vector4d::Zero();  // offset, along x, along y, lag
+    RowInformation information = RowInformation::Zero();  // of the matches alone
+    RowValues weighted = RowValues::Zero();
+    RowValues values = RowValues::Zero();
     double lag_sigma = 0;
     double matches = 0;  // sum of the robust weights
 };
 
-// Information and information times mean.
-struct Prior {
-    Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
-    Eigen::Vector4d weighted = Eigen::Vector4d::Zero();
-};
+using Prior = RowKnowledge;
 
 // Iteratively reweighted least squares from these values on, with Tukey's kernel as wide in each
-// step as widths (px) say. with_lag: else the lag is 0.
-Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const Eigen::Vector4d& start,
-             std::span<const double> widths, bool with_lag) {
+// step as widths (px) say. known_lag: the lag, if it is known.
+Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const RowValues& start,
+             std::span<const double> widths, std::optional<double> known_lag) {
     using Pair = Eigen::Array2d;  // of two matches
+    constexpr int kValues = 5;
     constexpr RowMatch kNoMatch{0, 0, 1e9, 0};
-    const double lag_sign = with_lag ? -1 : 0;
+    const double lag_sign = known_lag ? 0 : -1, lag = known_lag.value_or(0);
     Fit fit;
     fit.values = start;
     for (const double width : widths) {
-        Pair sums[4][4], weighted[4];
-        std::fill_n(*sums, 16, Pair::Zero());
-        std::fill_n(weighted, 4, Pair::Zero());
+        Pair sums[kValues][kValues], weighted[kValues];
+        std::fill_n(*sums, kValues * kValues, Pair::Zero());
+        std::fill_n(weighted, kValues, Pair::Zero());
         for (size_t m = 0; m < matches.size(); m += 2) {
             const RowMatch &a = matches[m], &b = m + 1 < matches.size() ? matches[m + 1] : kNoMatch;
-            const Pair row[4] = {{1, 1}, {a.x, b.x}, {a.y, b.y}, lag_sign * Pair(a.speed, b.speed)};
-            const Pair step(a.step, b.step);
+            const Pair speed(a.speed, b.speed);
+            const Pair row[kValues] = {
+                {1, 1}, {a.x, b.x}, {a.y, b.y}, {a.turn, b.turn}, lag_sign * speed};
+            const Pair step = Pair(a.step, b.step) + lag * speed;
             const Pair x = (step - fit.values[0] - row[1] * fit.values[1] - row[2] * fit.values[2] -
-                            row[3] * fit.values[3]) /
+                            row[3] * fit.values[3] - row[4] * fit.values[4]) /
                            width;
             const Pair inside = (1 - x * x).max(0), weight = inside * inside;
-            for (int i = 0; i < 4; ++i) {
+            for (int i = 0; i < kValues; ++i) {
                 const Pair of_row = weight * row[i];
                 for (int j = 0; j <= i; ++j) sums[i][j] += of_row * row[j];
                 weighted[i] += of_row * step;
@@ -66,7 +69,7 @@ Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const Eigen:
         }
         constexpr double kInformation = 1 / (RigRows::kStepSigma * RigRows::kStepSigma);
         fit.matches = sums[0][0].sum();
-        for (int i = 0; i < 4; ++i) {
+        for (int i = 0; i < kValues; ++i) {
             for (int j = 0; j <= i; ++j)
                 fit.information(i, j) = fit.information(j, i) = kInformation * sums[i][j].sum();
             fit.weighted[i] = kInformation * weighted[i].sum();
@@ -74,11 +77,9 @@ Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const Eigen:
         fit.values =
             (prior.information + fit.information).ldlt().solve(prior.weighted + fit.weighted);
     }
-    const Eigen::Matrix4d covariance =
-        (prior.information + RigRows::kIndependentShare * fit.information)
-            .ldlt()
-            .solve(Eigen::Matrix4d::Identity());
-    fit.lag_sigma = std::sqrt(covariance(3, 3));
+    fit.lag_sigma = std::sqrt((prior.information + RigRows::kIndependentShare * fit.information)
+                                  .ldlt()
+                                  .solve(RowValues::Unit(kLag))[kLag]);
     return fit;
 }
 
@@ -103,87 +104,105 @@ double speed_around(std::span<const RowMatch> matches, size_t at) {
 // Whether the lag of a fit also shows in what moves around each match. Where a match's row in the
 // left view is wrong, its step and its speed are wrong alike, which looks like a lag.
 bool shows_around(std::span<const RowMatch> matches, const Prior& prior, const Fit& fit) {
-    Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
-    Eigen::Vector4d weighted = prior.weighted;
+    RowInformation information = RowInformation::Zero();
+    RowValues weighted = prior.weighted;
     for (size_t m = 0; m < matches.size(); ++m) {
         const RowMatch& match = matches[m];
-        const Eigen::Vector4d own(1, match.x, match.y, -match.speed),
-            around(1, match.x, match.y, -speed_around(matches, m));
+        RowValues own, around;
+        own << 1, match.x, match.y, match.turn, -match.speed;
+        around << 1, match.x, match.y, match.turn, -speed_around(matches, m);
         const double x = (match.step - own.dot(fit.values)) / RigRows::kTukeyWidths.back(),
                      inside = std::max(0.0, 1 - x * x),
                      weight = inside * inside / (RigRows::kStepSigma * RigRows::kStepSigma);
         information += weight * around * around.transpose();
         weighted += weight * match.step * around;
     }
-    const double lag = (prior.information + information).ldlt().solve(weighted)[3],
+    const double lag = (prior.information + information).ldlt().solve(weighted)[kLag],
                  variance = (prior.information + RigRows::kIndependentShare * information)
                                 .ldlt()
-                                .solve(Eigen::Vector4d::Unit(3))[3];
-    return std::copysign(lag, lag * fit.values[3]) >
+                                .solve(RowValues::Unit(kLag))[kLag];
+    return std::copysign(lag, lag * fit.values[kLag]) >
            std::max(ViewLag::kMinLag, ViewLag::kSignificanceAround * std::sqrt(variance));
 }
 
 }  // namespace
 
 void match_rows(const TemplateData& data, const FrameOutput& output,
-                std::span<const float> last_rows, std::vector<float>& rows,
+                std::span<const RigPatch> last, std::vector<RigPatch>& now,
                 std::vector<RowMatch>& matches) {
     constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+    constexpr double kOne = 256;  // of an observation, per px
     const size_t step = rig_patch_step(data);
-    rows.resize(rig_patch_count(data));
+    const defrec_camera& camera = data.camera;
+    now.resize(rig_patch_count(data));
     matches.clear();
-    matches.reserve(rows.size());
-    for (size_t i = 0; i < rows.size(); ++i) {
+    matches.reserve(now.size());
+    for (size_t i = 0; i < now.size(); ++i) {
         const defrec_patch_observation &left = output.observations[i * step],
                                        &right = output.right_observations[i];
-        const float last = i < last_rows.size() ? last_rows[i] : kNone;
-        rows[i] = left.valid == 1 ? static_cast<float>(left.v) / 256 : kNone;
-        if (left.valid != 1 || right.valid != 1) continue;
-        matches.push_back({left.u / 256.0 - 0.5 * (data.width - 1),
-                           left.v / 256.0 - 0.5 * (data.height - 1),
-                           static_cast<double>(int64_t{right.v} - left.v) / 256,
-                           std::isnan(last) ? 0 : rows[i] - last});
+        const bool is_seen = left.valid == 1, is_matched = is_seen && right.valid == 1;
+        const double column = left.u / kOne, row = left.v / kOne, of_right = right.u / kOne;
+        now[i] = {is_seen ? static_cast<float>(column) : kNone,
+                  is_seen ? static_cast<float>(row) : kNone,
+                  is_matched ? static_cast<float>(column - of_right) : kNone};
+        if (!is_matched) continue;
+        const RigPatch before = i < last.size() ? last[i] : RigPatch{kNone, kNone, kNone};
+        matches.push_back(
+            {.x = column - 0.5 * (data.width - 1),
+             .y = row - 0.5 * (data.height - 1),
+             .step = static_cast<double>(int64_t{right.v} - left.v) / kOne,
+             .speed = std::isnan(before.row) ? 0 : double{now[i].row - before.row},
+             .turn = (of_right - camera.cx - camera.disparity_offset_px) * (row - camera.cy) /
+                     camera.fy,
+             .along = double{now[i].column - before.column},
+             .growth = double{now[i].disparity - before.disparity}});
     }
 }
 
-RigEstimate RowMonitor::update(std::span<const RowMatch> matches) {
+RigEstimate RowMonitor::skip() {
     is_late_ = false;
-    if (matches.size() < RigRows::kMinMatches) return estimate(0);
+    return estimate(0);
+}
+
+RigEstimate RowMonitor::update(std::span<const RowMatch> matches) {
+    is_late_ = lasting_.lag() != 0;
+    if (matches.size() < RigRows::kMinMatches) {
+        break_off();
+        return estimate(lasting_.lag());
+    }
     Prior prior;
-    prior.information.topLeftCorner<3, 3>() = information_;
-    prior.information.diagonal().head<3>() += prior_information();
-    prior.information(3, 3) = 1 / (ViewLag::kLagSigma * ViewLag::kLagSigma);
-    prior.weighted.head<3>() = weighted_;
-    const Eigen::Vector4d mean = prior.information.ldlt().solve(prior.weighted);
-    const Fit with_lag = fit_rows(matches, prior, mean, RigRows::kTukeyWidths, true);
-    const double lag = with_lag.values[3];
-    is_late_ =
+    prior.information.topLeftCorner<4, 4>() = information_;
+    prior.information.diagonal().head<4>() += prior_information();
+    prior.information(kLag, kLag) = 1 / (ViewLag::kLagSigma * ViewLag::kLagSigma);
+    prior.weighted.head<4>() = weighted_;
+    const RowValues mean = prior.information.ldlt().solve(prior.weighted);
+    const Fit with_lag =
+        fit_rows(matches, prior, mean, RigRows::kTukeyWidths, std::nullopt);
+    const double lag = with_lag.values[kLag];
+    const bool is_late_now =
         std::abs(lag) > std::max(ViewLag::kMinLag, ViewLag::kSignificance * with_lag.lag_sigma) &&
         shows_around(matches, prior, with_lag);
     information_ *= RigRows::kMemory;
     weighted_ *= RigRows::kMemory;
-    distortion_squares_ *= RigRows::kMemory;
-    distortion_weighted_ *= RigRows::kMemory;
+    const bool had_none = lasting_.unseen() == 0;  // or another one, told before
+    lasting_.add_frame(matches, {prior.information, prior.weighted}, with_lag.values, is_late_now);
+    if (!had_none && lasting_.lag() != 0) take_rows_of_lasting();
     matches_ *= RigRows::kMemory;
-    if (is_late_) return estimate(lag);
-    const Fit without = fit_rows(matches, prior, with_lag.values, RigRows::kNextTukeyWidths, false);
-    add_distortion(matches, without.values.head<3>());
-    information_ += RigRows::kIndependentShare * without.information.topLeftCorner<3, 3>();
-    weighted_ += RigRows::kIndependentShare * without.weighted.head<3>();
+    is_late_ = is_late_now || lasting_.lag() != 0;
+    if (is_late_now) return estimate(lag);
+    const Fit without =
+        fit_rows(matches, prior, with_lag.values, RigRows::kNextTukeyWidths, lasting_.lag());
+    information_ += RigRows::kIndependentShare * without.information.topLeftCorner<4, 4>();
+    weighted_ += RigRows::kIndependentShare * without.weighted.head<4>();
     matches_ += without.matches;
-    return estimate(0);
+    return estimate(lasting_.lag());
 }
 
-// The rest that offset, roll and ratio leave, as far as it grows with x y. A kernel as narrow as
-// theirs would leave out the corners, which say most of it.
-void RowMonitor::add_distortion(std::span<const RowMatch> matches, const Eigen::Vector3d& fit) {
-    for (const RowMatch& match : matches) {
-        const double left = match.step - fit[0] - match.x * fit[1] - match.y * fit[2],
-                     place = 4 * match.x * match.y / (double(width_) * height_);
-        if (std::abs(left) > RigRows::kMaxDistortionResidual) continue;
-        distortion_squares_ += place * place;
-        distortion_weighted_ += place * left;
-    }
+// Before the lag was told, rows that it moves were taken for an offset.
+void RowMonitor::take_rows_of_lasting() {
+    const RowKnowledge& all = lasting_.rows();
+    information_ = all.information.topLeftCorner<4, 4>();
+    weighted_ = all.weighted.head<4>() - lasting_.lag() * all.information.topRightCorner<4, 1>();
 }
 
 double RowMonitor::row_error() const {
@@ -196,21 +215,29 @@ double RowMonitor::row_error() const {
     return std::sqrt(squared);
 }
 
-double RowMonitor::distortion_error() const { return std::abs(estimate(0).distortion_px) / 3; }
+bool RowMonitor::is_turned(double least) const {
+    const RigEstimate now = estimate(0);
+    return std::abs(now.vergence) >
+           std::max(least, RigRows::kVergenceSignificance * double{now.vergence_sigma});
+}
 
 RigEstimate RowMonitor::estimate(double lag) const {
     RigEstimate estimate;
     estimate.lag_frames = static_cast<float>(lag);
+    estimate.unseen_lag_frames = static_cast<float>(lag == 0 ? lasting_.unseen() : 0);
+    estimate.lag_px = static_cast<float>(lasting_.lag() * lasting_.speed());
     if (matches_ < 1) return estimate;
-    Eigen::Matrix3d information = information_;
+    Eigen::Matrix4d information = information_;
     information.diagonal() += prior_information();
-    const Eigen::Vector3d mean = information.ldlt().solve(weighted_);
+    const Eigen::LDLT<Eigen::Matrix4d> factor(information);
+    const Values mean = factor.solve(weighted_);
     estimate.vertical_offset_px = static_cast<float>(mean[0]);
     estimate.roll_deg = static_cast<float>(std::atan(mean[1]) * 180 / std::numbers::pi);
     estimate.focal_ratio = static_cast<float>(1 + mean[2]);
+    estimate.vergence = static_cast<float>(mean[3]);
+    estimate.vergence_sigma =
+        static_cast<float>(std::sqrt(factor.solve(Values::Unit(3))[3]));
     estimate.matches = static_cast<uint32_t>(matches_);
-    if (matches_ >= RigRows::kMinDistortionMatches && distortion_squares_ > 0)
-        estimate.distortion_px = static_cast<float>(distortion_weighted_ / distortion_squares_);
     return estimate;
 }
 

@@ -11,21 +11,19 @@
 #include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/frame/frame_output.hpp"
 #include "sdk/tracking/frame/rig_estimate.hpp"
+#include "sdk/tracking/monitors/lasting_lag.hpp"
 
 namespace defrec {
 
-// A piece of tissue that is seen in both views.
-struct RowMatch {
-    double x, y;   // in the left view, px from the image's centre
-    double step;   // row in the right view less that in the left, px
-    double speed;  // of the row in the left view, px per frame; 0 where it is not known
+// Where a patch of the rig was found in the left view, and its disparity, px; NaN: not found.
+struct RigPatch {
+    float column, row, disparity;
 };
 
-// The frame's matches. last_rows: those of the rig's patches in the left view of the frame before,
-// empty where there is none; rows: on return this frame's. Throws nothing if rows and matches have
-// room for them.
+// The frame's matches. last: the rig's patches in the frame before, empty where there is none; now:
+// on return this frame's. Throws nothing if now and matches have room for them.
 void match_rows(const TemplateData& data, const FrameOutput& output,
-                std::span<const float> last_rows, std::vector<float>& rows,
+                std::span<const RigPatch> last, std::vector<RigPatch>& now,
                 std::vector<RowMatch>& matches);
 
 class RowMonitor {
@@ -34,32 +32,43 @@ class RowMonitor {
 
     // One frame's matches, in the order of the frames.
     RigEstimate update(std::span<const RowMatch> matches);
+    // A frame that is not measured.
+    RigEstimate skip();
     void reset() { *this = RowMonitor(width_, height_); }
+    // The frames before the next are of another time.
+    void break_off() { lasting_.break_off(); }
+    double speed_along_rows() const { return lasting_.speed(); }  // as LastingLag has it
 
     // Whether the right view was taken at another time in the frame of the last update.
     bool is_late() const { return is_late_; }
-    // Whether rows have disagreed by more than stereo bears, over the last frames.
+    // Whether rows have disagreed by more than stereo bears, over the last frames, or the right
+    // view is turned.
     bool is_out_of_calibration() const {
-        return std::hypot(row_error(), distortion_error()) > decisions::RigRows::kMaxRowError;
+        return row_error() > decisions::RigRows::kMaxRowError ||
+               is_turned(decisions::RigRows::kMaxVergence);
     }
-    // Whether offset, roll and ratio are worth a new map.
-    bool wants_correction() const { return row_error() > decisions::RigRows::kCorrectedRowError; }
+    // Whether offset, roll, ratio and vergence are worth a new map.
+    bool wants_correction() const {
+        return row_error() > decisions::RigRows::kCorrectedRowError ||
+               is_turned(decisions::RigRows::kCorrectedVergence);
+    }
 
   private:
+    using Values = Eigen::Vector4d;  // offset, along x, along y, vergence
+
+    void take_rows_of_lasting();
     RigEstimate estimate(double lag) const;
-    void add_distortion(std::span<const RowMatch> matches, const Eigen::Vector3d& fit);
-    // Root mean squares over the image, px, by offset, roll and ratio, and by the distortion; 0
-    // where too little was seen.
+    // Root mean square over the image, px, by offset, roll and ratio; 0 where too little was seen.
     double row_error() const;
-    double distortion_error() const;
+    bool is_turned(double least) const;
 
     uint32_t width_, height_;
-    // Estimate of the step at the centre, and its growth along x and y: information and information
-    // times mean, of a normal distribution.
-    Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d weighted_ = Eigen::Vector3d::Zero();
-    double distortion_squares_ = 0, distortion_weighted_ = 0;
+    // Estimate of the step at the centre, its growth along x and y, and the vergence: information
+    // and information times mean, of a normal distribution.
+    Eigen::Matrix4d information_ = Eigen::Matrix4d::Zero();
+    Values weighted_ = Values::Zero();
     double matches_ = 0;  // behind them, older ones counting less
+    LastingLag lasting_;
     bool is_late_ = false;
 };
 

@@ -11,12 +11,13 @@ using namespace defrec;
 namespace {
 
 constexpr uint32_t kWidth = 960, kHeight = 540;
+constexpr double kFocal = 1000;  // px
 
 // How the right view lies, and how the tissue moves: rows by speed px per frame where the wave
 // is 1.
 struct Setting {
     double offset = 0, roll = 0, ratio = 0, lag = 0, speed = 6;
-    double distortion = 0;   // px in the corners
+    double vergence = 0;     // rad
     double outliers = 0.15;  // share of the matches that are wrong
     double left_noise = 0;   // px, of rows in the left view
 };
@@ -31,9 +32,10 @@ std::vector<RowMatch> matches_of(const Setting& setting, uint32_t seed, size_t c
         match.x = (share(random) - 0.5) * kWidth;
         match.y = (share(random) - 0.5) * kHeight;
         match.speed = setting.speed * std::sin(0.01 * match.x + 0.013 * match.y);
+        match.turn = match.x * match.y / kFocal;
         match.step = setting.offset + setting.roll * match.x + setting.ratio * match.y -
                      setting.lag * match.speed + noise(random) +
-                     setting.distortion * 4 * match.x * match.y / (kWidth * kHeight);
+                     setting.vergence * match.turn;
         if (share(random) < setting.outliers) match.step += 30 * (share(random) - 0.5);
         const double wrong = setting.left_noise > 0 ? setting.left_noise * noise(random) / 0.2 : 0;
         match.step -= wrong;
@@ -69,6 +71,33 @@ TEST_CASE("a lag shows in the frames that have it, whole or fractional, late or 
             CHECK(estimate.lag_frames == doctest::Approx(setting.lag).epsilon(0.05));
             CHECK(std::abs(estimate.vertical_offset_px) < 0.1);
         }
+    }
+}
+
+TEST_CASE("row 107: a lag from the first frame on is told where all rows move alike, and ends") {
+    RowMonitor monitor(kWidth, kHeight);
+    const auto swinging = [](double lag, uint32_t frame) {
+        std::vector<RowMatch> matches = matches_of({.speed = 0}, frame);
+        for (RowMatch& match : matches) {
+            match.speed = 2 * std::sin(0.2 * frame + 1);
+            match.step -= lag * match.speed;
+            match.along = 0;
+        }
+        return matches;
+    };
+    size_t late = 0;
+    for (uint32_t frame = 0; frame < 60; ++frame) {
+        monitor.update(swinging(1, frame));
+        late += monitor.is_late();
+        if (frame < 15) continue;
+        CAPTURE(frame);
+        CHECK(monitor.is_late());
+        CHECK(monitor.update({}).lag_frames == doctest::Approx(1).epsilon(0.1));
+    }
+    CHECK(late >= 50);
+    for (uint32_t frame = 60; frame < 90; ++frame) {
+        monitor.update(swinging(0, frame));
+        CHECK((!monitor.is_late() || frame < 70));
     }
 }
 
@@ -120,18 +149,21 @@ TEST_CASE("offset, roll and ratio of focal lengths are measured together, within
     CHECK(estimate.matches > 1000);
 }
 
-TEST_CASE("distortion that the calibration leaves out shows in the corners within ten frames") {
-    for (const double distortion : {-3.5, 2.0, 0.3}) {
-        CAPTURE(distortion);
+TEST_CASE("row 108: a right view that is turned is measured within ten frames, and told") {
+    for (const double vergence : {-0.0175, 0.00436, 0.035, 0.0005}) {
+        CAPTURE(vergence);
         RowMonitor monitor(kWidth, kHeight);
-        const Setting setting{.distortion = distortion};
+        const Setting setting{.vergence = vergence};
         RigEstimate estimate;
         for (uint32_t frame = 0; frame < 10; ++frame)
             estimate = monitor.update(matches_of(setting, frame));
-        CHECK(std::abs(estimate.distortion_px - distortion) < 0.5);
-        CHECK(monitor.is_out_of_calibration() == (std::abs(distortion) > 1));
-        CHECK_FALSE(monitor.wants_correction());
+        const double error = std::abs(estimate.vergence - vergence);
+        CHECK(error < 0.0005);
+        CHECK(error < 3 * double{estimate.vergence_sigma});
+        CHECK(monitor.is_out_of_calibration() == (std::abs(vergence) > 0.001));
+        CHECK(monitor.wants_correction() == (std::abs(vergence) > 0.001));
         CHECK(std::abs(estimate.vertical_offset_px) < 0.1);
+        CHECK_FALSE(monitor.is_late());
     }
 }
 
