@@ -349,6 +349,7 @@ SECTIONS = (
                 "a calibration of another image size, focal lengths that differ",
                 "a warning; refused where they are more than four times apart",
             ),
+            (125, "views of different rates", "refused when they are opened"),
             (
                 129,
                 "points of a first frame that gives no template",

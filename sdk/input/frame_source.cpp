@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <deque>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 #include <utility>
 
 #include "sdk/input/camera_name.hpp"
@@ -215,6 +217,19 @@ struct FrameSource::Impl {
         if (is_one) return;
         right = ImageStream::open(names.back());
         require_pairs(*left, *right);
+        require_one_rate();
+    }
+
+    // Images are paired by their number: at two rates they would be of ever more distant times.
+    void require_one_rate() const {
+        constexpr double kSameRate = 0.005;  // 29.97 and 30 images a second are one rate
+        const double a = left->fps(), b = right->fps();
+        if (options.fps > 0 || !(a > 0 && b > 0) || std::abs(a - b) <= kSameRate * a) return;
+        std::ostringstream text;
+        text << options.left << " has " << a << " images a second and " << options.right << " has "
+             << b << ": images of one number are not of one time. Convert one video to the rate of "
+             << "the other, or state the rate of both with --fps.";
+        throw CliError(ExitCode::kInput, text.str());
     }
 
     // Name of the left view, or of the source that carries both.

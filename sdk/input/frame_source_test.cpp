@@ -37,8 +37,9 @@ std::string write_images(const std::string& folder, int count, int base,
     return folder;
 }
 
-std::string write_video(const std::string& path, int count, cv::Size size = {96, 64}) {
-    cv::VideoWriter writer(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25,
+std::string write_video(const std::string& path, int count, cv::Size size = {96, 64},
+                        double fps = 25) {
+    cv::VideoWriter writer(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), fps,
                            size);
     REQUIRE(writer.isOpened());
     for (int i = 0; i < count; ++i) writer.write(image_of(4 * i, size));
@@ -275,6 +276,20 @@ TEST_CASE("row 51: images that do not pair up are refused before anything is tra
     std::filesystem::remove(folder / "l/3.png");
     CHECK_SAYS(refusal(options), "4.png would be paired with");
     CHECK_SAYS(refusal(two(folder / "l/%d.png", folder / "r/%d.png")), "number 3 is missing");
+}
+
+TEST_CASE("row 125: views of different rates are refused when they are opened") {
+    const TestFolder folder;
+    const std::string slow = write_video(folder / "slow.avi", 5),
+                      fast = write_video(folder / "fast.avi", 6, {96, 64}, 30),
+                      about = write_video(folder / "about.avi", 6, {96, 64}, 29.97);
+    const std::string said = refusal(two(fast, slow));
+    CHECK_SAYS(said, "fast.avi has 30 images a second");
+    CHECK_SAYS(said, "slow.avi has 25");
+    CHECK(read_all(two(fast, about)).indices.size() == 6);
+    SourceOptions stated = two(fast, slow);
+    stated.fps = 25;
+    CHECK(read_all(stated).indices.size() == 5);
 }
 
 TEST_CASE("row 56: a size that changes ends the sequence with an error message") {

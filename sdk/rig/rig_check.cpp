@@ -38,8 +38,8 @@ double times_apart(double a, double b) { return std::max(a / b, b / a); }
 // Focal lengths along both sides differ where pixels are not square, and hardly else.
 void check_aspect(const char* view, const defrec_intrinsics& camera) {
     if (times_apart(camera.fx, camera.fy) > RigLimits::kTooFarApart)
-        refuse(view, ".fx is ", camera.fx, " px and ", view, ".fy ", camera.fy,
-               " px, at most ", RigLimits::kTooFarApart, " times apart expected");
+        refuse(view, ".fx is ", camera.fx, " px and ", view, ".fy ", camera.fy, " px, at most ",
+               RigLimits::kTooFarApart, " times apart expected");
 }
 
 // Cameras with a centre that is off in both directions alike are hardly built.

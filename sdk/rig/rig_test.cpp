@@ -427,7 +427,8 @@ TEST_CASE("row 2: focal lengths and principal points that cannot be are refused"
     check_refused("right.cy is -900", [](auto& d) { d.right.cy = -900; });
 }
 
-TEST_CASE("rows 10 and 109: a calibration that looks like one of images of another size is doubted") {
+TEST_CASE(
+    "rows 10 and 109: a calibration that looks like one of images of another size is doubted") {
     const auto log_of = [](double scale, double off_x) {
         std::string log;
         defrec_rig_desc desc = endoscope(0);
@@ -453,7 +454,8 @@ TEST_CASE("rows 10 and 109: a calibration that looks like one of images of anoth
     }
 }
 
-TEST_CASE("row 109: focal lengths that differ along both sides, or between the views, are doubted") {
+TEST_CASE(
+    "row 109: focal lengths that differ along both sides, or between the views, are doubted") {
     const auto log_of = [](double fy, double right) {
         std::string log;
         defrec_rig_desc desc = endoscope(0);

@@ -216,7 +216,8 @@ TEST_CASE("tissue moves sideways at the scene's angle and speed, in a right view
                      .width = 480,
                      .height = 270,
                      .frames = 2});
-    const cv::Point3d step = w.in_rectified(w.truth[1][0].point) - w.in_rectified(w.truth[0][0].point);
+    const cv::Point3d step =
+        w.in_rectified(w.truth[1][0].point) - w.in_rectified(w.truth[0][0].point);
     const double baseline = -w.p2.at<double>(0, 3) / w.p2.at<double>(0, 0),
                  mm_per_px = baseline / w.in_rectified(w.truth[0][0].point).z;
     CHECK(mm_per_px * std::hypot(step.x, step.y) == doctest::Approx(kSpeed).epsilon(0.05));

@@ -127,28 +127,27 @@ class RigDoubt {
                          std::tan(evidence.rig.roll_deg * std::numbers::pi / 180) * data.width / 2,
                      ratio = (evidence.rig.focal_ratio - 1) * data.height / 2,
                      offset = evidence.rig.vertical_offset_px;
-        rows_ = Share::kRowShare *
-                static_cast<float>(offset * offset + roll * roll + ratio * ratio);
+        rows_ =
+            Share::kRowShare * static_cast<float>(offset * offset + roll * roll + ratio * ratio);
         if (evidence.is_interlaced) rows_ += Share::kInterlaced;
         rows_ += static_cast<float>(evidence.baseline_drift_px * evidence.baseline_drift_px);
         const double angle = camera_.disparity_offset_px / camera_.fx;
         rows_ += Share::kConvergence * static_cast<float>(angle * angle);
         const double vergence = evidence.rig.vergence,
                      noise = Share::kVergenceNoise * double{evidence.rig.vergence_sigma};
-        vergence_ = static_cast<float>(
-            camera_.fx * camera_.fx * std::max(0.0, vergence * vergence - noise * noise));
-        one_view_ = Share::kOneView + vergence_ +
-                    evidence.rig.last_depth_px * evidence.rig.last_depth_px;
+        vergence_ = static_cast<float>(camera_.fx * camera_.fx *
+                                       std::max(0.0, vergence * vergence - noise * noise));
+        one_view_ =
+            Share::kOneView + vergence_ + evidence.rig.last_depth_px * evidence.rig.last_depth_px;
     }
     float at(const FrameEvidence& evidence, size_t vertex) const {
         if (!evidence.uses_depth) return one_view_;
         if (squared_lag_ == 0) return rows_ + vergence_;
         const ImageStep step =
             image_step(camera_, evidence.last_samples[vertex], evidence.output.samples[vertex]);
-        const float by_lag = squared_lag_ * (step.along * step.along +
-                                             Share::kLateShare * step.down * step.down);
-        return rows_ + vergence_ +
-               std::max(by_lag, evidence.rig.lag_px * evidence.rig.lag_px);
+        const float by_lag =
+            squared_lag_ * (step.along * step.along + Share::kLateShare * step.down * step.down);
+        return rows_ + vergence_ + std::max(by_lag, evidence.rig.lag_px * evidence.rig.lag_px);
     }
 
   private:

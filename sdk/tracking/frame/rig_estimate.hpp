@@ -14,7 +14,7 @@ struct RigEstimate {
     float unseen_lag_frames = 0;  // standard deviation of a lag that would not be seen
     float lag_px = 0;  // of disparity, by which a lag that lasts spoils the middle of the image
     float last_depth_px = 0;  // of disparity, by which it was wrong when depth was last used
-    uint32_t matches = 0;  // between left and right, behind the last four; 0: not measured
+    uint32_t matches = 0;     // between left and right, behind the last four; 0: not measured
 };
 
 }  // namespace defrec

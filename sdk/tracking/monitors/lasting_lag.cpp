@@ -19,7 +19,7 @@ using Plane = Eigen::Vector3d;
 
 // Robust plane through a value of the matches; none where too few have it.
 template <size_t kSteps>
-std::optional<Plane> fit_plane(std::span<const RowMatch> matches, double RowMatch::* value,
+std::optional<Plane> fit_plane(std::span<const RowMatch> matches, double RowMatch::*value,
                                const std::array<double, kSteps>& widths) {
     double sum = 0, count = 0;
     for (const RowMatch& match : matches) {
@@ -146,9 +146,7 @@ void LastingLag::add_course(const Motion& motion) {
     ++frames_;
 }
 
-Estimate LastingLag::by_rows() const {
-    return lag_of(rows_, prior());
-}
+Estimate LastingLag::by_rows() const { return lag_of(rows_, prior()); }
 
 // Depth depends on where the tissue is, and a lag on how fast it moves: least squares of disparity
 // on place, scale and speed. Neighbouring residuals that are alike are worth less.
@@ -175,8 +173,7 @@ Estimate LastingLag::by_depth() const {
     double noise = Decision::kLeastNoise, worth = 1;
     for (int step = 0; step < Decision::kNoiseSteps; ++step) {
         const double information = worth / (noise * noise);
-        const Row values =
-            (prior + information * squares).ldlt().solve(information * products);
+        const Row values = (prior + information * squares).ldlt().solve(information * products);
         double of_squares = 0, of_neighbours = 0, last = 0;
         for (size_t i = 0; i < count; ++i) {
             const double left = at(i).disparity - row_of(at(i)).dot(values);
@@ -184,12 +181,10 @@ Estimate LastingLag::by_depth() const {
             of_neighbours += left * last;
             last = left;
         }
-        noise = std::max(Decision::kLeastNoise,
-                         std::sqrt(of_squares / static_cast<double>(count - 5)));
+        noise =
+            std::max(Decision::kLeastNoise, std::sqrt(of_squares / static_cast<double>(count - 5)));
         const double alike =
-            of_squares > 0
-                ? std::clamp(of_neighbours / of_squares, 0.0, Decision::kMostAlike)
-                : 0;
+            of_squares > 0 ? std::clamp(of_neighbours / of_squares, 0.0, Decision::kMostAlike) : 0;
         worth = (1 - alike) / (1 + alike);
     }
     const double information = worth / (noise * noise);
@@ -211,7 +206,7 @@ void LastingLag::judge() {
     const Estimate depth = by_depth();
     if (depth.sigma > Decision::kSeenByDepth) return;
     lag_ = is_significant(depth, Decision::kMinByDepth, Decision::kSignificanceByDepth) ? depth.lag
-                                                                                       : 0;
+                                                                                        : 0;
     is_seen_ = true;
 }
 

@@ -16,12 +16,12 @@ namespace defrec {
 struct RowMatch {
     static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-    double x, y;   // in the left view, px from the image's centre
-    double step;   // row in the right view less that in the left, px
-    double speed;  // of the row in the left view, px per frame; 0 where it is not known
-    double turn = 0;            // step for a radian by which the right view is turned, px
-    double along = kUnknown;    // speed of the column in the left view, px per frame
-    double growth = kUnknown;   // of its disparity since the frame before, px
+    double x, y;               // in the left view, px from the image's centre
+    double step;               // row in the right view less that in the left, px
+    double speed;              // of the row in the left view, px per frame; 0 where it is not known
+    double turn = 0;           // step for a radian by which the right view is turned, px
+    double along = kUnknown;   // speed of the column in the left view, px per frame
+    double growth = kUnknown;  // of its disparity since the frame before, px
 };
 
 // Offset, growth along x and along y, and turn of the right view's rows, and its lag.

@@ -13,11 +13,11 @@ namespace {
 
 // How tissue swings, and how the right view is late.
 struct Swing {
-    double lag = 0, angle = 0;     // frames; of the motion to the rows, rad
-    double speed = 4, period = 60; // px per frame at its fastest; frames
-    double swell = 0;              // px of disparity by which it comes nearer while it swings
-    double strain = 0;             // by which it stretches along the rows meanwhile
-    double depth_with_speed = 0;   // px of disparity, in step with the speed, while scale follows
+    double lag = 0, angle = 0;      // frames; of the motion to the rows, rad
+    double speed = 4, period = 60;  // px per frame at its fastest; frames
+    double swell = 0;               // px of disparity by which it comes nearer while it swings
+    double strain = 0;              // by which it stretches along the rows meanwhile
+    double depth_with_speed = 0;    // px of disparity, in step with the speed, while scale follows
 };
 
 class Tissue {
@@ -56,8 +56,7 @@ class Tissue {
     double half() const { return swing_.speed * swing_.period / (2 * std::numbers::pi); }
     Place place(double time, double x) const {
         const double moved = half() * std::sin(phase(time));
-        return {moved * std::cos(swing_.angle) +
-                    swing_.strain * x * std::sin(phase(time) * 0.7),
+        return {moved * std::cos(swing_.angle) + swing_.strain * x * std::sin(phase(time) * 0.7),
                 moved * std::sin(swing_.angle)};
     }
     double scale(double time) const {

@@ -59,7 +59,7 @@ class RigMonitor {
 
   private:
     RigState state_;
-    Rig::ViewShift shift_;  // that the right view is corrected by
+    Rig::ViewShift shift_;         // that the right view is corrected by
     double speed_with_depth_ = 0;  // along the rows, px per frame, when depth was last used
     const bool is_on_, corrects_;
 };

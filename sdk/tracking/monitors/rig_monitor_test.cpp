@@ -69,7 +69,8 @@ TEST_CASE("rows that disagree are a reason, and corrected where that is asked fo
     CHECK_FALSE(other.due_correction());
 }
 
-TEST_CASE("row 108: a right view that is turned is a reason, and corrected where that is asked for") {
+TEST_CASE(
+    "row 108: a right view that is turned is a reason, and corrected where that is asked for") {
     constexpr double kFocal = 600, kTurn = 0.01;
     std::vector<RowMatch> matches = shifted_rows(0);
     for (RowMatch& match : matches) {

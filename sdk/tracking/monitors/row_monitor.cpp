@@ -127,9 +127,8 @@ bool shows_around(std::span<const RowMatch> matches, const Prior& prior, const F
 
 }  // namespace
 
-void match_rows(const TemplateData& data, const FrameOutput& output,
-                std::span<const RigPatch> last, std::vector<RigPatch>& now,
-                std::vector<RowMatch>& matches) {
+void match_rows(const TemplateData& data, const FrameOutput& output, std::span<const RigPatch> last,
+                std::vector<RigPatch>& now, std::vector<RowMatch>& matches) {
     constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
     constexpr double kOne = 256;  // of an observation, per px
     const size_t step = rig_patch_step(data);
@@ -147,15 +146,14 @@ void match_rows(const TemplateData& data, const FrameOutput& output,
                   is_matched ? static_cast<float>(column - of_right) : kNone};
         if (!is_matched) continue;
         const RigPatch before = i < last.size() ? last[i] : RigPatch{kNone, kNone, kNone};
-        matches.push_back(
-            {.x = column - 0.5 * (data.width - 1),
-             .y = row - 0.5 * (data.height - 1),
-             .step = static_cast<double>(int64_t{right.v} - left.v) / kOne,
-             .speed = std::isnan(before.row) ? 0 : double{now[i].row - before.row},
-             .turn = (of_right - camera.cx - camera.disparity_offset_px) * (row - camera.cy) /
-                     camera.fy,
-             .along = double{now[i].column - before.column},
-             .growth = double{now[i].disparity - before.disparity}});
+        matches.push_back({.x = column - 0.5 * (data.width - 1),
+                           .y = row - 0.5 * (data.height - 1),
+                           .step = static_cast<double>(int64_t{right.v} - left.v) / kOne,
+                           .speed = std::isnan(before.row) ? 0 : double{now[i].row - before.row},
+                           .turn = (of_right - camera.cx - camera.disparity_offset_px) *
+                                   (row - camera.cy) / camera.fy,
+                           .along = double{now[i].column - before.column},
+                           .growth = double{now[i].disparity - before.disparity}});
     }
 }
 
@@ -176,8 +174,7 @@ RigEstimate RowMonitor::update(std::span<const RowMatch> matches) {
     prior.information(kLag, kLag) = 1 / (ViewLag::kLagSigma * ViewLag::kLagSigma);
     prior.weighted.head<4>() = weighted_;
     const RowValues mean = prior.information.ldlt().solve(prior.weighted);
-    const Fit with_lag =
-        fit_rows(matches, prior, mean, RigRows::kTukeyWidths, std::nullopt);
+    const Fit with_lag = fit_rows(matches, prior, mean, RigRows::kTukeyWidths, std::nullopt);
     const double lag = with_lag.values[kLag];
     const bool is_late_now =
         std::abs(lag) > std::max(ViewLag::kMinLag, ViewLag::kSignificance * with_lag.lag_sigma) &&
@@ -235,8 +232,7 @@ RigEstimate RowMonitor::estimate(double lag) const {
     estimate.roll_deg = static_cast<float>(std::atan(mean[1]) * 180 / std::numbers::pi);
     estimate.focal_ratio = static_cast<float>(1 + mean[2]);
     estimate.vergence = static_cast<float>(mean[3]);
-    estimate.vergence_sigma =
-        static_cast<float>(std::sqrt(factor.solve(Values::Unit(3))[3]));
+    estimate.vergence_sigma = static_cast<float>(std::sqrt(factor.solve(Values::Unit(3))[3]));
     estimate.matches = static_cast<uint32_t>(matches_);
     return estimate;
 }

@@ -22,9 +22,8 @@ struct RigPatch {
 
 // The frame's matches. last: the rig's patches in the frame before, empty where there is none; now:
 // on return this frame's. Throws nothing if now and matches have room for them.
-void match_rows(const TemplateData& data, const FrameOutput& output,
-                std::span<const RigPatch> last, std::vector<RigPatch>& now,
-                std::vector<RowMatch>& matches);
+void match_rows(const TemplateData& data, const FrameOutput& output, std::span<const RigPatch> last,
+                std::vector<RigPatch>& now, std::vector<RowMatch>& matches);
 
 class RowMonitor {
   public:

@@ -34,8 +34,7 @@ std::vector<RowMatch> matches_of(const Setting& setting, uint32_t seed, size_t c
         match.speed = setting.speed * std::sin(0.01 * match.x + 0.013 * match.y);
         match.turn = match.x * match.y / kFocal;
         match.step = setting.offset + setting.roll * match.x + setting.ratio * match.y -
-                     setting.lag * match.speed + noise(random) +
-                     setting.vergence * match.turn;
+                     setting.lag * match.speed + noise(random) + setting.vergence * match.turn;
         if (share(random) < setting.outliers) match.step += 30 * (share(random) - 0.5);
         const double wrong = setting.left_noise > 0 ? setting.left_noise * noise(random) / 0.2 : 0;
         match.step -= wrong;
