@@ -172,8 +172,10 @@ TEST_CASE("row 129: points of the first of interlaced frames are where they belo
     const std::string with_frames = folder / "points.csv";
     std::string text = "id,u,v,frame\n";
     CsvReader given(points(), {"id", "u", "v"});
-    while (given.next())
-        text += given.field(0) + "," + given.field(1) + "," + given.field(2) + ",0\n";
+    while (given.next()) {
+        for (const std::size_t field : {0, 1, 2}) text.append(given.field(field)).append(",");
+        text.append("0\n");
+    }
     folder.write("points.csv", text);
     for (const std::string& file : {points(), with_frames}) {
         const Tracked tracked = track(folder.path().string(), {"--points", file});

@@ -17,34 +17,53 @@ constexpr int kLag = 4;  // of RowValues
 // A value of the matches: in the image's middle, and its growth along x and y.
 using Plane = Eigen::Vector3d;
 
+// One value of each match that was followed from the frame before, in single precision, of
+// which the compiler makes vectors.
+constexpr Eigen::Index kMostMatches = 400;
+using Column = Eigen::Array<float, Eigen::Dynamic, 1, 0, kMostMatches, 1>;
+
+Column column_of(std::span<const RowMatch> matches, double RowMatch::*value,
+                 double RowMatch::*known) {
+    Column column(kMostMatches);
+    Eigen::Index count = 0;
+    for (const RowMatch& match : matches) {
+        if (std::isnan(match.along) || std::isnan(match.*known)) continue;
+        column[count++] = static_cast<float>(match.*value);
+        if (count == kMostMatches) break;
+    }
+    column.conservativeResize(count);
+    return column;
+}
+
+// Tukey's weights of residuals.
+void weigh(const Column& residual, double width, Column& weight) {
+    const float scale = 1 / static_cast<float>(width);
+    weight = (1 - (scale * residual).square()).max(0).square();
+}
+
 // Robust plane through a value of the matches; none where too few have it.
 template <size_t kSteps>
 std::optional<Plane> fit_plane(std::span<const RowMatch> matches, double RowMatch::*value,
                                const std::array<double, kSteps>& widths) {
-    double sum = 0, count = 0;
-    for (const RowMatch& match : matches) {
-        if (std::isnan(match.along) || std::isnan(match.*value)) continue;
-        sum += match.*value;
-        ++count;
-    }
-    if (count < Decision::kMinMatches) return std::nullopt;
-    Plane plane(sum / count, 0, 0);
+    const Column x = column_of(matches, &RowMatch::x, value),
+                 y = column_of(matches, &RowMatch::y, value), z = column_of(matches, value, value);
+    if (static_cast<double>(z.size()) < Decision::kMinMatches) return std::nullopt;
+    Eigen::Vector3f plane(z.mean(), 0, 0);
+    Column weight, by_x, by_y;
     for (const double width : widths) {
-        Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-        Eigen::Vector3d products = Eigen::Vector3d::Zero();
-        for (const RowMatch& match : matches) {
-            if (std::isnan(match.along)) continue;
-            const Eigen::Vector3d place(1, match.x, match.y);
-            const double x = (match.*value - place.dot(plane)) / width;
-            if (!(std::abs(x) < 1)) continue;
-            const double inside = 1 - x * x, weight = inside * inside;
-            squares += weight * place * place.transpose();
-            products += weight * (match.*value) * place;
-        }
-        if (squares(0, 0) < Decision::kMinMatches / 2) return std::nullopt;
-        plane = squares.ldlt().solve(products);
+        weigh(z - plane[0] - plane[1] * x - plane[2] * y, width, weight);
+        by_x = weight * x;
+        by_y = weight * y;
+        const float sum = weight.sum(), sum_x = by_x.sum(), sum_y = by_y.sum(),
+                    sum_xy = (by_x * y).sum();
+        if (sum < Decision::kMinMatches / 2) return std::nullopt;
+        Eigen::Matrix3f squares;
+        squares << sum, sum_x, sum_y, sum_x, (by_x * x).sum(), sum_xy, sum_y, sum_xy,
+            (by_y * y).sum();
+        const Eigen::Vector3f products((weight * z).sum(), (by_x * z).sum(), (by_y * z).sum());
+        plane = squares.cast<double>().ldlt().solve(products.cast<double>()).cast<float>();
     }
-    return plane;
+    return plane.cast<double>();
 }
 
 bool is_significant(const Estimate& estimate, double least, double significance) {
@@ -99,20 +118,26 @@ RowKnowledge LastingLag::rows_of(std::span<const RowMatch> matches, const Motion
                                  const RowKnowledge& known, RowValues values) {
     constexpr double kInformation =
         RigRows::kIndependentShare / (RigRows::kStepSigma * RigRows::kStepSigma);
+    const Column step = column_of(matches, &RowMatch::step, &RowMatch::step);
+    std::array<Column, 5> columns{Column::Ones(step.size()),
+                                  column_of(matches, &RowMatch::x, &RowMatch::x),
+                                  column_of(matches, &RowMatch::y, &RowMatch::y),
+                                  column_of(matches, &RowMatch::turn, &RowMatch::turn), Column()};
+    const Eigen::Vector3f down = motion.down.cast<float>();
+    columns[kLag] = -down[0] - down[1] * columns[1] - down[2] * columns[2];
     RowKnowledge of_frame;
+    Column weight, of_row;
     for (const double width : RigRows::kNextTukeyWidths) {
-        of_frame = {};
-        for (const RowMatch& match : matches) {
-            if (std::isnan(match.along)) continue;
-            const double speed = motion.down.dot(Plane(1, match.x, match.y));
-            RowValues row;
-            row << 1, match.x, match.y, match.turn, -speed;
-            const double x = (match.step - row.dot(values)) / width;
-            if (!(std::abs(x) < 1)) continue;
-            const double inside = 1 - x * x;
-            const RowValues of_row = kInformation * inside * inside * row;
-            of_frame.information += of_row * row.transpose();
-            of_frame.weighted += match.step * of_row;
+        of_row = step;
+        for (size_t i = 0; i < columns.size(); ++i)
+            of_row -= static_cast<float>(values[static_cast<Eigen::Index>(i)]) * columns[i];
+        weigh(of_row, width, weight);
+        for (Eigen::Index i = 0; i < values.size(); ++i) {
+            of_row = weight * columns[static_cast<size_t>(i)];
+            for (Eigen::Index j = 0; j <= i; ++j)
+                of_frame.information(i, j) = of_frame.information(j, i) =
+                    kInformation * double{(of_row * columns[static_cast<size_t>(j)]).sum()};
+            of_frame.weighted[i] = kInformation * double{(of_row * step).sum()};
         }
         values = (known.information + of_frame.information)
                      .ldlt()
