@@ -30,6 +30,7 @@ constexpr std::size_t kMaxHistory = 600;      // frames; older ones a browser ne
 constexpr std::size_t kMaxCommands = 64;      // not yet taken
 constexpr int kMaxWidth = 960;                // of the pictures sent
 constexpr int kJpegQuality = 80;
+constexpr std::size_t kMaxName = 80;      // bytes of a point's name
 constexpr std::size_t kMaxTargets = 500;  // shown, evenly chosen of more
 
 struct Shown {
@@ -48,11 +49,12 @@ Json moment_json(const ViewMoment& moment) {
 }
 
 Json point_json(const ViewPoint& point) {
-    if (point.status == VertexStatus::unknown) return {point.id, static_cast<int>(point.status)};
-    return {point.id,        static_cast<int>(point.status),
-            number(point.u), number(point.v),
-            number(point.x), number(point.y),
-            number(point.z), number(point.expected_error_mm)};
+    Json json = {point.id, static_cast<int>(point.status), point.is_chosen, point.name};
+    if (point.status == VertexStatus::unknown) return json;
+    for (const double value :
+         {point.u, point.v, point.x, point.y, point.z, point.expected_error_mm})
+        json.push_back(number(value));
+    return json;
 }
 
 Json target_json(const TargetEstimate& target, const Projector& projector) {
@@ -83,6 +85,10 @@ void add_jpeg(const char* name, const cv::Mat& picture, ViewPacket& packet) {
     std::vector<std::uint8_t> jpeg;
     cv::imencode(".jpg", smaller, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
     packet.add(name, jpeg.data(), jpeg.size());
+}
+
+bool has(const Json& json, const char* name, bool (Json::*is_kind)() const noexcept) {
+    return json.is_object() && json.contains(name) && (json[name].*is_kind)();
 }
 
 ViewAnswer plain(int status, std::string text) {
@@ -198,13 +204,14 @@ struct LiveView::Impl {
         return {200, checks, "application/json"};
     }
 
-    ViewAnswer follow_point(const ViewRequest& request) {
+    // {u, v} follows a point, {id, name} names one, {id, removed: true} ends one.
+    ViewAnswer change_points(const ViewRequest& request) {
         const Json json = Json::parse(request.body, nullptr, false);
-        if (!json.is_object() || !json.contains("u") || !json.contains("v") ||
-            !json["u"].is_number() || !json["v"].is_number())
-            return plain(400, "an object with the numbers u and v is expected");
+        if (has(json, "id", &Json::is_number_integer)) return change_point(json);
+        if (!has(json, "u", &Json::is_number) || !has(json, "v", &Json::is_number))
+            return plain(400, "an object with the numbers u and v, or with an id, is expected");
         const ViewCommand command{ViewCommand::Kind::kFollowPoint, json["u"].get<double>(),
-                                  json["v"].get<double>(), false};
+                                  json["v"].get<double>()};
         const std::lock_guard lock(mutex);
         if (!newest || !(command.u >= -0.5 && command.u <= newest->left.cols - 0.5 &&
                          command.v >= -0.5 && command.v <= newest->left.rows - 0.5))
@@ -212,12 +219,31 @@ struct LiveView::Impl {
         return take(command);
     }
 
+    ViewAnswer change_point(const Json& json) {
+        ViewCommand command;
+        command.id = json["id"].get<std::int64_t>();
+        if (has(json, "removed", &Json::is_boolean) && json["removed"].get<bool>()) {
+            command.kind = ViewCommand::Kind::kRemovePoint;
+        } else if (has(json, "name", &Json::is_string) &&
+                   json["name"].get_ref<const std::string&>().size() <= kMaxName) {
+            command.kind = ViewCommand::Kind::kNamePoint;
+            command.name = json["name"];
+        } else {
+            return plain(400, "beside the id, removed: true or a name of at most " +
+                                  std::to_string(kMaxName) + " bytes is expected");
+        }
+        const std::lock_guard lock(mutex);
+        return take(command);
+    }
+
     ViewAnswer record(const ViewRequest& request) {
         const Json json = Json::parse(request.body, nullptr, false);
-        if (!json.is_object() || !json.contains("on") || !json["on"].is_boolean())
+        if (!has(json, "on", &Json::is_boolean))
             return plain(400, "an object with the boolean on is expected");
+        ViewCommand command{ViewCommand::Kind::kRecord};
+        command.is_on = json["on"].get<bool>();
         const std::lock_guard lock(mutex);
-        return take({ViewCommand::Kind::kRecord, 0, 0, json["on"].get<bool>()});
+        return take(command);
     }
 
     // mutex is held.
@@ -258,7 +284,7 @@ LiveView::LiveView(std::uint16_t port, ViewFacts facts, Projector projector)
                   [&impl](const ViewRequest& request) { return impl.frame(request); },
                   [&impl](const ViewRequest&) { return impl.triangles(); },
                   [&impl](const ViewRequest&) { return impl.look_at_checks(); },
-                  [&impl](const ViewRequest& request) { return impl.follow_point(request); },
+                  [&impl](const ViewRequest& request) { return impl.change_points(request); },
                   [&impl](const ViewRequest& request) { return impl.record(request); }});
 }
 
@@ -294,6 +320,7 @@ void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<Vi
     if (!is_awaited) return;
     if (!shown) shown = std::make_shared<Shown>();
     shown->record = frame;
+    shown->record.points.clear();  // the page draws them
     shown->targets.clear();
     shown->targets.swap(shown->record.targets);
     shown->points = std::move(points);

@@ -124,13 +124,15 @@ TEST_CASE("a browser gets the page, and frames with pictures, surface and points
     CHECK(page->get_header_value("Cache-Control") == "no-store");
 
     view.set_template(triangle());
-    const std::vector<ViewPoint> points = {{4, VertexStatus::observed, 10, 20, 1, 2, 80, 0.125},
+    const std::vector<ViewPoint> points = {{4, VertexStatus::observed, 10, 20, 1, 2, 80, 0.125,
+                                            "vessel", true},
                                            {5, VertexStatus::unknown}};
     const Packet packet = watched(view, browser, "/frame?after=-1&overlay=1", 3, points);
     CHECK(packet.header["frame"] >= 3);
     CHECK(packet.header["sequence"] == "a <sequence>");
     CHECK(packet.header["width"] == kWidth);
-    CHECK(packet.header["points"] == nlohmann::json({{4, 0, 10, 20, 1, 2, 80, 0.125}, {5, 2}}));
+    CHECK(packet.header["points"] == nlohmann::json({{4, 0, true, "vessel", 10, 20, 1, 2, 80, 0.125},
+                                                      {5, 2, false, ""}}));
     CHECK(packet.header["stages"].dump() == R"([["align",1.5],["lm",2.0],["align",0.25]])");
     CHECK(packet.header["moments"][0] == nlohmann::json({3, 0, "tracking", "", 20, 0.5}));
     for (const char* name : {"left", "overlay"}) {
@@ -158,9 +160,9 @@ TEST_CASE("targets come with their pixel and their expected error in mm and pixe
     Browser browser(view);
     CHECK(watched(view, browser, "/frame?after=-1", 0).header["targets"].empty());
     std::vector<TargetEstimate> targets = {
-        {{VertexStatus::extrapolated, {4, -8, 90}, {1, 0, 0, 1, 0, 2}}, 7, 12.5f},
-        {{VertexStatus::unknown}, -2, 3},
-        {{VertexStatus::observed, {0, 0, 80}, {0.25f, 0, 0, 0, 0, 0}}, 9'007'199'254'740'993}};
+        {{VertexStatus::extrapolated, {4, -8, 90}, {1, 0, 0, 1, 0, 2}, 7}, 12.5f},
+        {{VertexStatus::unknown, {}, {}, -2}, 3},
+        {{VertexStatus::observed, {0, 0, 80}, {0.25f, 0, 0, 0, 0, 0}, 9'007'199'254'740'993}}};
     const Packet packet = watched(view, browser, "/frame?after=99&overlay=1", 100, {}, {}, targets);
     CHECK(packet.header["target_count"] == 3);
     CHECK(packet.header["targets"] ==
@@ -226,16 +228,28 @@ TEST_CASE("clicks and the record button become commands; nonsense does not") {
         CHECK(browser.post("/points", body)->status == 400);
     }
     CHECK(browser.post("/recording", R"({"on":1})")->status == 400);
+    CHECK(browser.post("/points", R"({"id":4,"removed":true})")->status == 202);
+    CHECK(browser.post("/points", R"({"id":5,"name":"vessel"})")->status == 202);
+    for (const char* body : {R"({"id":4})", R"({"id":4,"removed":false})", R"({"id":"4"})",
+                             R"({"id":4,"name":7})", R"({"id":4.5,"removed":true})"})
+        CHECK(browser.post("/points", body)->status == 400);
+    CHECK(browser.post("/points", R"({"id":5,"name":")" + std::string(81, 'x') + "\"}")->status ==
+          400);
     const httplib::Result too_much = browser.post("/points", std::string(100000, ' '));
     REQUIRE(too_much);
     CHECK(too_much->status == 413);
     const std::vector<ViewCommand> commands = view.take_commands();
-    REQUIRE(commands.size() == 2);
+    REQUIRE(commands.size() == 4);
     CHECK(commands[0].kind == ViewCommand::Kind::kFollowPoint);
     CHECK(commands[0].u == 10.5);
     CHECK(commands[0].v == 20);
     CHECK(commands[1].kind == ViewCommand::Kind::kRecord);
     CHECK(commands[1].is_on);
+    CHECK(commands[2].kind == ViewCommand::Kind::kRemovePoint);
+    CHECK(commands[2].id == 4);
+    CHECK(commands[3].kind == ViewCommand::Kind::kNamePoint);
+    CHECK(commands[3].id == 5);
+    CHECK(commands[3].name == "vessel");
     for (int i = 0; i < 64; ++i) CHECK(browser.post("/points", R"({"u":1,"v":1})")->status == 202);
     CHECK(browser.post("/points", R"({"u":1,"v":1})")->status == 503);
 }

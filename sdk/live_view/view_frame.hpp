@@ -17,6 +17,8 @@ struct ViewPoint {
     double u = 0, v = 0;  // pixels of the left image as given
     double x = 0, y = 0, z = 0;
     double expected_error_mm = 0;
+    std::string name{};      // given by the user; or empty
+    bool is_chosen = false;  // by the user, not of the grid
 };
 
 // One of every frame, kept for browsers that ask later.
@@ -29,10 +31,12 @@ struct ViewMoment {
 
 // What a browser asks of the tracking.
 struct ViewCommand {
-    enum class Kind { kFollowPoint, kRecord };
+    enum class Kind { kFollowPoint, kRemovePoint, kNamePoint, kRecord };
     Kind kind = Kind::kFollowPoint;
-    double u = 0, v = 0;  // kFollowPoint: pixels of the left image as given
-    bool is_on = false;   // kRecord
+    double u = 0, v = 0;   // kFollowPoint: pixels of the left image as given
+    bool is_on = false;    // kRecord
+    std::int64_t id = 0;   // kRemovePoint, kNamePoint
+    std::string name{};    // kNamePoint
 };
 
 }  // namespace defrec::cli

@@ -1,7 +1,8 @@
-// overlay.mp4: the left image with the deformed grid, control points, matches, targets and state
-// drawn on it.
+// overlay.mp4: the left image with the deformed grid, matches, followed points, targets and state
+// drawn on it; where asked for, control points and matches that were refused as well.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -14,10 +15,16 @@ class Mat;
 
 namespace defrec::cli {
 
+enum class OverlayDetail : std::uint8_t {
+    usual,
+    all  ///< control points and refused matches as well, which look like faults to who does not
+         ///< know them
+};
+
 /// Draws one frame. One thread at a time per object.
 class OverlayPainter {
   public:
-    explicit OverlayPainter(Projector projector);
+    explicit OverlayPainter(Projector projector, OverlayDetail detail = OverlayDetail::usual);
     ~OverlayPainter();
     OverlayPainter(const OverlayPainter&) = delete;
     OverlayPainter& operator=(const OverlayPainter&) = delete;
@@ -45,7 +52,7 @@ class OverlayWriter {
     /// becomes 25. H.264 in `path`; where this OpenCV cannot encode it, another codec, which note()
     /// then names.
     OverlayWriter(const std::filesystem::path& path, int width, int height, double fps,
-                  Projector projector);
+                  Projector projector, OverlayDetail detail = OverlayDetail::usual);
     /// Removes the temporary file if finish() was not reached.
     ~OverlayWriter();
     OverlayWriter(const OverlayWriter&) = delete;

@@ -22,6 +22,9 @@ const cv::Scalar kOutlier(40, 30, 26);
 const cv::Scalar kControlPoint(255, 255, 255);
 const cv::Scalar kText(245, 245, 245);
 const cv::Scalar kMuted(190, 190, 190);
+const cv::Scalar kOutline(42, 23, 15);
+
+constexpr std::size_t kLabelledPoints = 40;  // of more, the labels would hide the tissue
 
 constexpr int kNodesPerLine =
     4;  // lattice nodes from one grid line to the next: lines bend with the surface
@@ -115,6 +118,24 @@ class TextRow {
 
 double text_scale(const cv::Mat& image) { return std::clamp(image.cols / 1700.0, 0.34, 1.2); }
 
+/// "points 3 observed, 1 extrapolated, 2 lost"; empty without any that the user chose.
+std::string points_text(const std::vector<PointEstimate>& points) {
+    int counts[3] = {};
+    for (const PointEstimate& point : points)
+        if (point.is_chosen) ++counts[static_cast<std::size_t>(point.status)];
+    if (counts[0] + counts[1] + counts[2] == 0) return {};
+    return format("points: %d observed, %d extrapolated, %d lost", counts[0], counts[1], counts[2]);
+}
+
+void draw_label(cv::Mat& image, const PointEstimate& point, cv::Point at) {
+    std::string text = point.name.empty() ? std::to_string(point.id) : point.name;
+    text += format(" %.1f mm", static_cast<double>(expected_error(point)));
+    const double scale = 0.8 * text_scale(image);
+    for (const bool is_outline : {true, false})
+        cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, scale,
+                    is_outline ? kOutline : kText, is_outline ? 3 : 1, cv::LINE_AA);
+}
+
 void draw_head(cv::Mat& image, const FrameRecord& frame) {
     const double scale = text_scale(image);
     const int row_height = cvRound(44 * scale), left = cvRound(16 * scale) + 4;
@@ -135,9 +156,10 @@ void draw_head(cv::Mat& image, const FrameRecord& frame) {
                kText);
     second.add(format("inliers %d of %d", frame.inliers, frame.matches), kText);
     second.add(format("observed %.0f %%", 100 * frame.observed_share), kText);
+    second.add(points_text(frame.points), kText);
 }
 
-void draw_legend(cv::Mat& image, bool with_targets) {
+void draw_legend(cv::Mat& image, const FrameRecord& frame, OverlayDetail detail) {
     const double scale = 0.85 * text_scale(image);
     const int row_height = cvRound(40 * scale);
     darken(image, {0, image.rows - row_height, image.cols, row_height}, 0.45);
@@ -145,16 +167,21 @@ void draw_legend(cv::Mat& image, bool with_targets) {
     row.add("observed", kObserved);
     row.add("extrapolated", kExtrapolated);
     row.add("unknown", kUnknown);
-    if (with_targets) row.add("o target, expected error", kControlPoint);
+    const bool has_points = std::any_of(frame.points.begin(), frame.points.end(),
+                                        [](const auto& point) { return point.is_chosen; });
+    if (has_points) row.add("o point, expected error", kControlPoint);
+    if (!frame.targets.empty()) row.add("o target, expected error", kControlPoint);
+    row.add("match", {255, 160, 90});
+    if (detail != OverlayDetail::all) return;
+    row.add("(dark: refused)", kMuted);
     row.add("+ control point", kControlPoint);
-    row.add("inlier", {255, 160, 90});
-    row.add("(dark: outlier)", kMuted);
 }
 
 }  // namespace
 
 struct OverlayPainter::Impl {
     Projector projector;
+    OverlayDetail detail = OverlayDetail::usual;
     std::size_t vertices = 0;
     SurfaceLattice lattice;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> lines;
@@ -165,6 +192,7 @@ struct OverlayPainter::Impl {
     void draw_grid(cv::Mat& image, const FrameRecord& frame);
     void draw_matches(cv::Mat& image, const FrameRecord& frame) const;
     void draw_control_points(cv::Mat& image, const FrameRecord& frame);
+    void draw_points(cv::Mat& image, const FrameRecord& frame) const;
     void draw_targets(cv::Mat& image, const FrameRecord& frame) const;
 };
 
@@ -197,7 +225,7 @@ void OverlayPainter::Impl::draw_grid(cv::Mat& image, const FrameRecord& frame) {
 void OverlayPainter::Impl::draw_matches(cv::Mat& image, const FrameRecord& frame) const {
     for (const bool inlier : {false, true})
         for (const MatchSegment& match : frame.matched) {
-            if (match.inlier != inlier) continue;
+            if (match.inlier != inlier || (!inlier && detail != OverlayDetail::all)) continue;
             const cv::Scalar& colour = inlier ? kInlier : kOutlier;
             const float from[2] = {match.template_u, match.template_v},
                         to[2] = {match.live_u, match.live_v};
@@ -207,6 +235,7 @@ void OverlayPainter::Impl::draw_matches(cv::Mat& image, const FrameRecord& frame
 }
 
 void OverlayPainter::Impl::draw_control_points(cv::Mat& image, const FrameRecord& frame) {
+    if (detail != OverlayDetail::all) return;
     const std::size_t count = frame.control_points.size() / 3;
     uv.resize(2 * count);
     if (count > 0) projector(frame.control_points.data(), count, uv.data());
@@ -215,6 +244,28 @@ void OverlayPainter::Impl::draw_control_points(cv::Mat& image, const FrameRecord
         if (near_image(u, v, image))
             cv::drawMarker(image, cv::Point(cvRound(u), cvRound(v)), kControlPoint,
                            cv::MARKER_CROSS, 5, 1);
+    }
+}
+
+// A dot with a ring as wide as the expected error, dashed where the point is not observed. What is
+// lost has no place.
+void OverlayPainter::Impl::draw_points(cv::Mat& image, const FrameRecord& frame) const {
+    const double radius = std::max(2.0, image.cols / 400.0);
+    std::size_t chosen = 0;
+    for (const PointEstimate& point : frame.points) chosen += point.is_chosen;
+    for (const PointEstimate& point : frame.points) {
+        if (!point.is_chosen || point.status == VertexStatus::unknown) continue;
+        const TargetMark mark = target_mark(point, projector);
+        if (!near_image(mark.u, mark.v, image)) continue;
+        const cv::Scalar& colour = status_colour(point.status);
+        dot(image, mark.u, mark.v, radius + 1, kOutline);
+        dot(image, mark.u, mark.v, radius, colour);
+        if (std::isfinite(mark.radius))
+            ring(image, mark.u, mark.v, std::max(double(mark.radius), radius + 2),
+                 point.status != VertexStatus::observed, colour);
+        if (chosen <= kLabelledPoints)
+            draw_label(image, point,
+                       {cvRound(mark.u + 2 * radius + 3), cvRound(mark.v - 2 * radius)});
     }
 }
 
@@ -235,8 +286,10 @@ void OverlayPainter::Impl::draw_targets(cv::Mat& image, const FrameRecord& frame
     }
 }
 
-OverlayPainter::OverlayPainter(Projector projector) : impl_(std::make_unique<Impl>()) {
+OverlayPainter::OverlayPainter(Projector projector, OverlayDetail detail)
+    : impl_(std::make_unique<Impl>()) {
     impl_->projector = std::move(projector);
+    impl_->detail = detail;
 }
 
 OverlayPainter::~OverlayPainter() = default;
@@ -254,9 +307,10 @@ void OverlayPainter::draw(cv::Mat& image, const FrameRecord& frame) {
     impl_->draw_grid(image, frame);
     impl_->draw_matches(image, frame);
     impl_->draw_control_points(image, frame);
+    impl_->draw_points(image, frame);
     impl_->draw_targets(image, frame);
     draw_head(image, frame);
-    draw_legend(image, !frame.targets.empty());
+    draw_legend(image, frame, impl_->detail);
     if (frame.state == "lost")
         cv::rectangle(image, cv::Rect(0, 0, image.cols, image.rows), state_colour(frame.state), 3);
 }

@@ -16,6 +16,7 @@
 #include "sdk/report/synthetic_sequence.hpp"
 
 namespace fs = std::filesystem;
+using defrec::cli::OverlayDetail;
 using defrec::cli::OverlayPainter;
 using defrec::cli::OverlayWriter;
 using defrec::cli::VertexStatus;
@@ -88,6 +89,7 @@ TEST_CASE("the grid is drawn where the surface is, in the colour of its status")
     frame.matched.clear();
     frame.control_points.clear();
     frame.targets.clear();
+    frame.points.clear();
     for (VertexStatus& status : frame.vertex_status) status = VertexStatus::observed;
     painter.draw(all_observed, frame);
     const cv::Mat middle = all_observed(cv::Rect(0, 80, 960, 400));
@@ -135,6 +137,56 @@ TEST_CASE(
     drawn(VertexStatus::observed);
 }
 
+TEST_CASE("chosen points are dots in a ring as wide as their expected error, those of a grid none") {
+    const SyntheticSequence sequence(960, 540, 40);
+    OverlayPainter painter(sequence.projector());
+    defrec::cli::FrameRecord frame;
+    frame.state = "tracking";
+    frame.points.reserve(200);
+    frame.points.resize(1);
+    defrec::cli::PointEstimate& point = frame.points[0];
+    point.xyz = {0, 0, 100};
+    point.covariance = {1, 0, 0, 1, 0, 2};  // 2 mm, 20.16 px
+    const auto drawn = [&](VertexStatus status, bool is_chosen) {
+        point.status = status;
+        point.is_chosen = is_chosen;
+        cv::Mat image(540, 960, CV_8UC3, cv::Scalar::all(90));
+        painter.draw(image, frame);
+        return image(cv::Rect(440, 230, 80, 80)).clone();
+    };
+    const cv::Scalar background = cv::Scalar::all(90);
+    CHECK(count_near(drawn(VertexStatus::observed, false), background, 0) == 80 * 80);
+    CHECK(count_near(drawn(VertexStatus::unknown, true), background, 0) == 80 * 80);
+    const cv::Mat observed = drawn(VertexStatus::observed, true);
+    CHECK(count_near(observed(cv::Rect(36, 36, 8, 8)), kObserved, 40) > 9);
+    CHECK(count_near(observed, kObserved, 60) > 110);
+    const cv::Mat hidden = drawn(VertexStatus::extrapolated, true);
+    CHECK(count_near(hidden, kObserved, 60) == 0);
+    CHECK(count_near(hidden, kExtrapolated, 60) > 30);
+    // The label stands to the upper right, and only where few points are followed.
+    const cv::Rect beside(48, 24, 32, 12);
+    CHECK(count_near(observed(beside), cv::Scalar::all(245), 20) > 0);
+    frame.points.resize(200, frame.points[0]);
+    CHECK(count_near(drawn(VertexStatus::observed, true)(beside), cv::Scalar::all(245), 20) == 0);
+}
+
+TEST_CASE("control points and refused matches are drawn where asked for") {
+    const SyntheticSequence sequence(960, 540, 40);
+    defrec::cli::FrameRecord frame;
+    frame.state = "tracking";
+    frame.control_points = {0, 0, 80};
+    frame.matched.push_back({400, 270, 440, 200, 0, false});
+    const auto differs = [&](OverlayDetail detail) {
+        OverlayPainter painter(sequence.projector(), detail);
+        cv::Mat image(540, 960, CV_8UC3, cv::Scalar::all(90));
+        painter.draw(image, frame);
+        const cv::Rect middle(380, 150, 200, 200);
+        return middle.area() - count_near(image(middle), cv::Scalar::all(90), 0);
+    };
+    CHECK(differs(OverlayDetail::usual) == 0);
+    CHECK(differs(OverlayDetail::all) > 50);
+}
+
 TEST_CASE("a lost frame carries no grid") {
     const SyntheticSequence sequence(960, 540, 40);
     OverlayPainter painter(sequence.projector());
@@ -155,6 +207,7 @@ TEST_CASE("geometry of another template, and points that cannot be projected, ar
     frame.targets.resize(1);
     frame.targets[0].status = VertexStatus::observed;
     frame.targets[0].xyz = {0, 0, -5};
+    frame.points = {{VertexStatus::observed, {0, 0, -5}, {}, 1, {}, true}};
     frame.control_points = {0, 0, -5, 1e9f, 1e9f, 1, std::nanf(""), 0, 80};
     for (std::size_t i = 2; i < frame.vertices.size(); i += 3)
         frame.vertices[i] = i % 2 ? -1.0f : std::nanf("");

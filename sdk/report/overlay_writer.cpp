@@ -37,7 +37,7 @@ struct OverlayWriter::Impl {
     std::int64_t frames = 0;
     std::string note;
 
-    explicit Impl(Projector projector) : painter(std::move(projector)) {}
+    Impl(Projector projector, OverlayDetail detail) : painter(std::move(projector), detail) {}
     void open(const std::filesystem::path& path, double fps);
     cv::Mat painted(const cv::Mat& left, const FrameRecord& frame);
     void check_readable() const;
@@ -90,8 +90,8 @@ void OverlayWriter::Impl::check_readable() const {
 }
 
 OverlayWriter::OverlayWriter(const std::filesystem::path& path, int width, int height, double fps,
-                             Projector projector)
-    : impl_(std::make_unique<Impl>(std::move(projector))) {
+                             Projector projector, OverlayDetail detail)
+    : impl_(std::make_unique<Impl>(std::move(projector), detail)) {
     if (width < 16 || height < 16)
         throw std::runtime_error("overlay: images of at least 16 x 16 pixels are needed, got " +
                                  std::to_string(width) + " x " + std::to_string(height));

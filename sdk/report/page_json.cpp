@@ -100,6 +100,28 @@ json to_json(const std::vector<KeyFrame>& pictures) {
     return result;
 }
 
+json to_json(const PointHistory& history) {
+    if (history.listed().empty()) return nullptr;
+    json listed = json::array(), moments = json::array();
+    for (const PointFacts& point : history.listed())
+        listed.push_back({{"id", point.id},
+                          {"name", point.name},
+                          {"first_frame", point.first_frame},
+                          {"frames", point.frames},
+                          {"median_mm", number_or_null(point.error_mm.quantile(0.5))},
+                          {"largest_mm", point.largest_mm}});
+    for (const PointMoment& moment : history.moments().items())
+        moments.push_back({{"frame", moment.frame},
+                           {"ms", moment.timestamp_ms},
+                           {"status", base64(moment.status)},
+                           {"points", to_json(moment.points)},
+                           {"uv", base64(moment.uv)},
+                           {"error", base64(moment.error)}});
+    return {{"count", history.count()},   {"listed", listed},
+            {"pixel_step", kPixelStep},   {"error_step_mm", kPointErrorStepMm},
+            {"stride", history.moments().stride()}, {"moments", moments}};
+}
+
 json to_json(const SurfaceHistory& history, const std::vector<std::uint8_t>& texture_jpeg,
              int width, int height) {
     if (history.lattice().size() == 0) return nullptr;

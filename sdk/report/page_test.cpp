@@ -34,6 +34,11 @@ TEST_CASE("the page shows itself without an error") {
         CHECK(dom.find("<section id=\"targets\" aria-labelledby=\"targets-title\">") !=
               std::string::npos);
         CHECK(dom.find("5 mm deep: median 0.59 mm") != std::string::npos);
+        CHECK(dom.find("<section id=\"points\" aria-labelledby=\"points-title\">") !=
+              std::string::npos);
+        CHECK(dom.find("<h3>Point first</h3>") != std::string::npos);
+        CHECK(dom.find("aria-label=\"Expected error, mm\"") != std::string::npos);
+        CHECK(dom.find("<polyline") != std::string::npos);
         if (!is_plain(read_page(page))) {
             CHECK(dom.find("data-targets=\"0\"") == std::string::npos);
             CHECK(dom.find("data-targets=") != std::string::npos);

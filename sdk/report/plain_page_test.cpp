@@ -48,7 +48,7 @@ TEST_CASE("the plain page says what it lacks and shows the rest") {
         CHECK(dom.find("<h1 id=\"sequence\">synthetic</h1>") != std::string::npos);
         CHECK(count(dom, "<p class=\"note\">Not in this report") == 2);
         CHECK(count(dom, "<figure>") > 0);
-        CHECK(count(dom, "class=\"depth-plot\"") == 1);
+        CHECK(count(dom, "class=\"depth-plot\"") == 3);
         CHECK(dom.find("<canvas") == std::string::npos);
     } else {
         MESSAGE("not shown in a browser: chromium is not installed");

@@ -46,16 +46,21 @@ struct MatchSegment {
     bool inlier = false;  ///< kept by RANSAC
 };
 
-/// A followed point; what is lost has status unknown and nothing else.
+/// A followed point; what is lost has status unknown and no position.
 struct PointEstimate {
     VertexStatus status = VertexStatus::unknown;
     std::array<float, 3> xyz{};         ///< mm
     std::array<float, 6> covariance{};  ///< xx, xy, xz, yy, yz, zz, mm^2
+    std::int64_t id = 0;
+    std::string name{};      ///< given by the user; or empty
+    bool is_chosen = false;  ///< by the user, and followed since this frame or an earlier one
 };
+
+/// Root mean square of the error to be expected, mm.
+float expected_error(const PointEstimate& point);
 
 /// A target beneath the surface; what is lost has status unknown and no position.
 struct TargetEstimate : PointEstimate {
-    std::int64_t id = 0;
     float depth = std::numeric_limits<float>::quiet_NaN();  ///< mm; NaN: not given
 };
 
@@ -82,8 +87,8 @@ struct FrameRecord {
     std::vector<float> expected_error_mm;     ///< one each, or empty: not known
     std::vector<float> control_points;        ///< x, y, z interleaved, mm, deformed
     std::vector<MatchSegment> matched;
-    std::vector<PointEstimate> points;    ///< the same ones in every frame with geometry
-    std::vector<TargetEstimate> targets;  ///< likewise
+    std::vector<PointEstimate> points;    ///< in the same order in every frame; new ones come last
+    std::vector<TargetEstimate> targets;  ///< the same ones in every frame with geometry
 };
 
 }  // namespace defrec::cli

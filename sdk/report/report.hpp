@@ -39,13 +39,14 @@ struct ReportMeta {
 };
 
 /// Collects frames and writes the page. Memory is bounded whatever the length of the sequence: at
-/// most 120 surfaces of at most about 2,000 points, 4,096 points per plotted line and 14 key frames
-/// are kept, evenly thinned as frames arrive. One thread at a time. Failures to write are
+/// most 120 surfaces of at most about 2,000 points, 4,096 points per plotted line, 14 key frames and
+/// 240 places of at most 100 followed points are kept, evenly thinned as frames arrive. One thread at a time. Failures to write are
 /// std::runtime_error (the caller's exit code 7).
 class ReportWriter {
   public:
     /// Fails at once if the folder of `path` cannot be written.
-    ReportWriter(const std::filesystem::path& path, ReportMeta meta, Projector projector);
+    ReportWriter(const std::filesystem::path& path, ReportMeta meta, Projector projector,
+                 OverlayDetail detail = OverlayDetail::usual);
     ~ReportWriter();
     ReportWriter(const ReportWriter&) = delete;
     ReportWriter& operator=(const ReportWriter&) = delete;

@@ -83,6 +83,45 @@ TEST_CASE("a 60 frame report is one file below 4 MB that loads nothing from else
     CHECK(data["surface"]["targets"]["labels"][0]["depth"] == 5);
     CHECK(data["surface"]["moments"][1]["targets"].contains("shapes"));
     CHECK_FALSE(data["surface"]["moments"][38].contains("targets"));
+    const std::size_t points = sequence.record(1).points.size();
+    CHECK(data["points"]["count"] == points);
+    CHECK(data["points"]["listed"].size() == points);
+    CHECK(data["points"]["listed"][0]["name"] == "first");
+    CHECK(data["points"]["listed"][0]["frames"] == json({54, 0, 6}));
+    CHECK(data["points"]["listed"][0]["median_mm"].get<double>() ==
+          doctest::Approx(std::sqrt(0.1)).epsilon(0.01));
+    CHECK(data["points"]["moments"].size() == 60);
+    CHECK(data["image"] == json({960, 540}));
+}
+
+TEST_CASE("points of a grid are not listed, and of many chosen ones some are, evenly") {
+    const Folder folder;
+    const SyntheticSequence sequence(160, 120, 2);
+    ReportWriter report(folder.path / "report.html", {}, sequence.projector());
+    FrameRecord record = sequence.record(1);
+    for (auto& point : record.points) point.is_chosen = false;
+    SUBCASE("a grid") {
+        report.add({}, record);
+        report.finish();
+        CHECK(data_of(read_page(folder.path / "report.html"))["points"].is_null());
+    }
+    SUBCASE("500 points, of which one begins later") {
+        record.points.assign(500, record.points.at(0));
+        for (std::int64_t i = 0; i < 500; ++i) {
+            record.points[static_cast<std::size_t>(i)].id = 1000 - i;
+            record.points[static_cast<std::size_t>(i)].is_chosen = i > 0;
+        }
+        report.add({}, record);
+        record.points[0].is_chosen = true;
+        report.add({}, record);
+        report.finish();
+        const json points = data_of(read_page(folder.path / "report.html"))["points"];
+        CHECK(points["count"] == 500);
+        CHECK(points["listed"].size() == 100);
+        CHECK(points["listed"][0]["id"] == 999);
+        CHECK(points["listed"][1]["id"] == 994);
+        CHECK(points["moments"].size() == 2);
+    }
 }
 
 TEST_CASE(

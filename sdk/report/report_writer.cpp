@@ -13,6 +13,7 @@
 #include "sdk/report/key_frames.hpp"
 #include "sdk/report/page.hpp"
 #include "sdk/report/page_json.hpp"
+#include "sdk/report/point_history.hpp"
 #include "sdk/report/report.hpp"
 #include "sdk/report/surface_history.hpp"
 #include "sdk/report/thinning.hpp"
@@ -86,6 +87,7 @@ struct ReportWriter::Impl {
     ReportMeta meta;
     OverlayPainter painter;
     SurfaceHistory surface;
+    PointHistory points;
     KeyFrames pictures;
     Series series{kPlotSamples};
     std::vector<std::uint8_t> texture;
@@ -100,8 +102,9 @@ struct ReportWriter::Impl {
     std::int64_t unlisted_changes = 0;
     std::string last_state;
 
-    Impl(const std::filesystem::path& path, ReportMeta given, Projector projector)
-        : file(path), meta(std::move(given)), painter(std::move(projector)) {}
+    Impl(const std::filesystem::path& path, ReportMeta given, const Projector& projector,
+         OverlayDetail detail)
+        : file(path), meta(std::move(given)), painter(projector, detail), points(projector) {}
 
     void count(const FrameRecord& frame);
     void plot(const FrameRecord& frame);
@@ -143,6 +146,11 @@ void ReportWriter::Impl::plot(const FrameRecord& frame) {
     set("inliers", Worst::smallest, frame.inliers);
     set("observed_share", Worst::smallest, frame.observed_share);
     set("frame_ms", Worst::largest, frame.frame_ms > 0 ? frame.frame_ms : std::nan(""));
+    if (const PointErrors errors = point_errors(frame); errors.chosen > 0) {
+        set("points_median_mm", Worst::largest, errors.median_mm);
+        set("points_largest_mm", Worst::largest, errors.largest_mm);
+        set("points_lost", Worst::largest, static_cast<double>(errors.lost));
+    }
     for (const auto& [name, ms] : stage_totals(frame))
         for (const auto& stage : stages)
             if (stage.first == name) set("stage " + name, Worst::largest, ms);
@@ -192,8 +200,9 @@ json ReportWriter::Impl::summary() const {
             {"state_order", kStates}};
 }
 
-ReportWriter::ReportWriter(const std::filesystem::path& path, ReportMeta meta, Projector projector)
-    : impl_(std::make_unique<Impl>(path, std::move(meta), std::move(projector))) {}
+ReportWriter::ReportWriter(const std::filesystem::path& path, ReportMeta meta, Projector projector,
+                           OverlayDetail detail)
+    : impl_(std::make_unique<Impl>(path, std::move(meta), std::move(projector), detail)) {}
 
 ReportWriter::~ReportWriter() = default;
 
@@ -219,6 +228,7 @@ void ReportWriter::add(const cv::Mat& left_bgr, const FrameRecord& frame) {
     impl_->plot(frame);
     impl_->note_change(frame);
     impl_->surface.add(frame);
+    impl_->points.add(frame);
     impl_->take_picture(left_bgr, frame);
 }
 
@@ -226,6 +236,8 @@ void ReportWriter::finish() {
     const json data{{"meta", to_json(impl_->meta)},
                     {"summary", impl_->summary()},
                     {"series", to_json(impl_->series)},
+                    {"points", to_json(impl_->points)},
+                    {"image", {impl_->texture_width, impl_->texture_height}},
                     {"key_frames", to_json(impl_->pictures.sorted())},
                     {"surface", to_json(impl_->surface, impl_->texture, impl_->texture_width,
                                         impl_->texture_height)}};

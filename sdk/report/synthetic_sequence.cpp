@@ -104,7 +104,11 @@ cv::Mat SyntheticSequence::image(int frame) const {
 
 FrameRecord SyntheticSequence::record(int frame) const {
     FrameRecord result = facts(frame);
-    if (result.state == "lost") return result;
+    if (result.state == "lost") {
+        result.points = record(0).points;
+        for (PointEstimate& point : result.points) point.status = VertexStatus::unknown;
+        return result;
+    }
     int observed = 0;
     for (int row = 0; row < rows_; ++row)
         for (int column = 0; column < columns_; ++column) {
@@ -163,7 +167,12 @@ void SyntheticSequence::add_estimates(const Vertex& vertex, bool hidden,
     const VertexStatus status = result.vertex_status.back();
     if (column % 7 == 2 && row % 7 == 2) {
         const float depth = hidden ? 1.6f : 0.08f;
-        result.points.push_back({status, {p[0], p[1], p[2]}, {0.01f, 0, 0.01f, 0.01f, 0, depth}});
+        result.points.push_back({status,
+                                 {p[0], p[1], p[2]},
+                                 {0.01f, 0, 0.01f, 0.01f, 0, depth},
+                                 row * columns_ + column,
+                                 column == 2 && row == 2 ? "first" : "",
+                                 true});
     }
     if (column % 9 == 4 && row % 9 == 4) {
         // 5, 10, 15 and 20 mm deep.

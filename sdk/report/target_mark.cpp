@@ -5,7 +5,7 @@
 
 namespace defrec::cli {
 
-TargetMark target_mark(const TargetEstimate& target, const Projector& projector) {
+TargetMark target_mark(const PointEstimate& target, const Projector& projector) {
     const auto& [x, y, z] = target.xyz;
     const float at[6] = {x, y, z, x + expected_error(target), y, z};
     float place[4];
@@ -13,8 +13,8 @@ TargetMark target_mark(const TargetEstimate& target, const Projector& projector)
     return {place[0], place[1], std::hypot(place[2] - place[0], place[3] - place[1])};
 }
 
-float expected_error(const TargetEstimate& target) {
-    const auto& covariance = target.covariance;
+float expected_error(const PointEstimate& point) {
+    const auto& covariance = point.covariance;
     return std::sqrt(covariance[0] + covariance[3] + covariance[5]);
 }
 

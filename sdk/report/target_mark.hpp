@@ -1,4 +1,4 @@
-// How a picture shows a target beneath the surface.
+// How a picture shows a followed point, or a target beneath the surface.
 #pragma once
 
 #include "sdk/report/record.hpp"
@@ -11,10 +11,7 @@ struct TargetMark {
     float radius = 0;  ///< as long as the expected error appears, square to the line of sight
 };
 
-/// The mark of a target that is not unknown.
-TargetMark target_mark(const TargetEstimate& target, const Projector& projector);
-
-/// Root mean square of the error to be expected, mm.
-float expected_error(const TargetEstimate& target);
+/// The mark of what is not unknown.
+TargetMark target_mark(const PointEstimate& target, const Projector& projector);
 
 }  // namespace defrec::cli

@@ -130,6 +130,21 @@ void PointFollower::forget_template() {
     make_room();
 }
 
+FollowedPoint* PointFollower::chosen(std::int64_t id) {
+    const auto found = std::find_if(points_.begin(), points_.end(), [id](const auto& point) {
+        return point.id == id && point.is_chosen && !point.is_removed;
+    });
+    return found == points_.end() ? nullptr : &*found;
+}
+
+void PointFollower::remove(std::int64_t id) {
+    if (FollowedPoint* point = chosen(id)) point->is_removed = true;
+}
+
+void PointFollower::rename(std::int64_t id, const std::string& name) {
+    if (FollowedPoint* point = chosen(id)) point->name = name;
+}
+
 std::int64_t PointFollower::follow(double u, double v, std::int64_t frame) {
     const std::int64_t id = free_id(points_);
     points_.push_back({id, u, v, frame});
@@ -223,6 +238,8 @@ std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timest
         rows[i].frame = frame;
         rows[i].timestamp_ms = timestamp_ms;
         rows[i].id = points_[i].id;
+        rows[i].name = points_[i].name;
+        rows[i].is_chosen = points_[i].is_chosen && points_[i].frame.value_or(frame) <= frame;
     }
     if (job != nullptr && !place_.empty()) {
         warp(job);
@@ -239,11 +256,17 @@ std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timest
             row.piece = pieces_[i];
         }
     }
+    std::size_t kept = 0;
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        if (points_[i].frame.value_or(frame) > frame) continue;
-        rows_.add(rows[i].status);
-        file_.add(rows[i]);
+        if (points_[i].is_removed) continue;
+        if (points_[i].frame.value_or(frame) <= frame) {
+            rows_.add(rows[i].status);
+            file_.add(rows[i]);
+        }
+        if (kept != i) rows[kept] = std::move(rows[i]);
+        ++kept;
     }
+    rows.resize(kept);
     return rows;
 }
 

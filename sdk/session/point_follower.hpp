@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "sdk/client/library.hpp"
@@ -35,9 +36,13 @@ class PointFollower {
     // Takes one more pixel, of the frame's image, with the next free id, which it returns. Before
     // add_frame() of that frame.
     std::int64_t follow(double u, double v, std::int64_t frame);
+    // A point of the user's, not of the grid, has no more rows, or gets a name; ids of no such
+    // point are ignored.
+    void remove(std::int64_t id);
+    void rename(std::int64_t id, const std::string& name);
     // Finds what lies under the pixels that are given in this frame, and lifts those that lay
     // beside the surface again, onto it, in the first frame in which it reaches them. Writes a row
-    // for each point that has been given so far, and returns those of all points. job is null where
+    // for each point that has been given so far, and returns those of all but removed ones. job is null where
     // the frame has no result to be trusted.
     std::vector<PointRow> add_frame(std::int64_t frame, double timestamp_ms, defrec_job job);
     void commit() { file_.commit(); }
@@ -53,6 +58,7 @@ class PointFollower {
     std::size_t points_never_reached() const;
 
   private:
+    FollowedPoint* chosen(std::int64_t id);  // null: no such point
     // The places in points_ of those given in the frame; none: without a frame.
     std::vector<std::size_t> given_in(std::optional<std::int64_t> frame) const;
     std::vector<double> rectified_pixels(const std::vector<std::size_t>& places) const;

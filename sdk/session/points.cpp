@@ -11,12 +11,13 @@
 namespace defrec::cli {
 
 std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int width, int height) {
-    CsvReader csv(path, {"id", "u", "v"}, {"frame"});
+    CsvReader csv(path, {"id", "u", "v"}, {"frame", "name"});
     std::vector<FollowedPoint> points;
     UniqueIds ids;
     while (csv.next()) {
         FollowedPoint point{csv.integer(0), csv.number(1), csv.number(2)};
         if (!csv.is_empty(3)) point.frame = csv.integer(3);
+        point.name = std::string(csv.field(4));
         if (point.frame.value_or(0) < 0)
             csv.fail("frame " + std::string(csv.field(3)) + " is negative.");
         ids.add(csv, point.id);
@@ -54,7 +55,9 @@ std::vector<FollowedPoint> grid_points(int width, int height) {
             points.push_back({row * kColumns + column,
                               place(column, kColumns, width),
                               place(row, kRows, height),
-                              {}});
+                              {},
+                              {},
+                              false});
         }
     }
     return points;

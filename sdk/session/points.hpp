@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace defrec::cli {
@@ -12,9 +13,12 @@ struct FollowedPoint {
     std::int64_t id = 0;
     double u = 0, v = 0;                  // pixels of the left image as given
     std::optional<std::int64_t> frame{};  // whose image; none: that which gives the template
+    std::string name{};                   // shown beside the point; or empty
+    bool is_chosen = true;                // false: of the grid
+    bool is_removed = false;              // no longer followed
 };
 
-// Columns id, u, v, and frame, which may be missing or empty. Throws CliError(kInput) naming the
+// Columns id, u, v, and frame and name, which may be missing or empty. Throws CliError(kInput) naming the
 // line for duplicate ids, for numbers that are not finite and for pixels outside an image of this
 // size.
 std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int width, int height);

@@ -44,6 +44,17 @@ TEST_CASE("points may be given in a frame of their own") {
     CHECK(points[2].frame == 0);
 }
 
+TEST_CASE("points may have names; those of the file are chosen, those of the grid are not") {
+    const TestFolder folder;
+    const auto points = read_points(folder.write("p.csv", "id,u,v,name\n1,2,3,vessel\n2,2,3,\n"),
+                                    640, 360);
+    REQUIRE(points.size() == 2);
+    CHECK(points[0].name == "vessel");
+    CHECK(points[1].name.empty());
+    CHECK(points[0].is_chosen);
+    CHECK_FALSE(grid_points(640, 360)[0].is_chosen);
+}
+
 TEST_CASE("faulty points name the line") {
     CHECK_SAYS(refusal("id,u,v\n1,2,3\n2,5,5\n1,4,4\n"),
                "points.csv:4: id 1 stands already in line 2");

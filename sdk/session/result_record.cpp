@@ -20,6 +20,7 @@ VertexStatus vertex_status(PointStatus status) {
 
 PointEstimate point_estimate(const PositionRow& row) {
     PointEstimate point;
+    point.id = row.id;
     point.status = vertex_status(row.status);
     if (row.status == PointStatus::kLost) return point;
     std::copy(std::begin(row.xyz), std::end(row.xyz), point.xyz.begin());
@@ -27,9 +28,15 @@ PointEstimate point_estimate(const PositionRow& row) {
     return point;
 }
 
+PointEstimate chosen_estimate(const PointRow& row) {
+    PointEstimate point = point_estimate(row);
+    point.name = row.name;
+    point.is_chosen = row.is_chosen;
+    return point;
+}
+
 TargetEstimate target_estimate(const TargetRow& row) {
     TargetEstimate target{point_estimate(row)};
-    target.id = row.id;
     if (row.depth) target.depth = static_cast<float>(*row.depth);
     return target;
 }
@@ -128,6 +135,8 @@ void fill_record(const FrameRow& row, const defrec_result& result,
     record.matched.clear();
     record.points.clear();
     record.targets.clear();
+    std::transform(points.begin(), points.end(), std::back_inserter(record.points),
+                   &chosen_estimate);
     if (!has_geometry(result)) return;
     record.vertices.assign(result.vertices, result.vertices + 3 * result.vertex_count);
     std::transform(result.vertex_status, result.vertex_status + result.vertex_count,
@@ -138,8 +147,6 @@ void fill_record(const FrameRow& row, const defrec_result& result,
     record.control_points.assign(result.node_positions,
                                  result.node_positions + 3 * result.node_count);
     fill_matches(result, projection, record.matched);
-    std::transform(points.begin(), points.end(), std::back_inserter(record.points),
-                   &point_estimate);
     std::transform(targets.begin(), targets.end(), std::back_inserter(record.targets),
                    &target_estimate);
 }
@@ -148,7 +155,7 @@ std::vector<ViewPoint> view_points(const std::vector<PointRow>& points) {
     std::vector<ViewPoint> shown;
     for (const PointRow& row : points)
         shown.push_back({row.id, vertex_status(row.status), row.uv[0], row.uv[1], row.xyz[0],
-                         row.xyz[1], row.xyz[2], row.expected_error_mm});
+                         row.xyz[1], row.xyz[2], row.expected_error_mm, row.name, row.is_chosen});
     return shown;
 }
 

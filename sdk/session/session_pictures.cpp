@@ -29,13 +29,13 @@ SessionPictures::SessionPictures(PictureOptions options, ReportMeta meta)
         }
         if (options_.has_report)
             report_ = std::make_unique<ReportWriter>(options_.folder / "report.html", meta,
-                                                     options_.project);
+                                                     options_.project, options_.detail);
     });
 }
 
 std::unique_ptr<OverlayWriter> SessionPictures::open_overlay(const std::string& name) const {
     return std::make_unique<OverlayWriter>(options_.folder / name, options_.width, options_.height,
-                                           options_.fps, options_.project);
+                                           options_.fps, options_.project, options_.detail);
 }
 
 void SessionPictures::open_view(std::uint16_t port, ViewFacts facts, Projector project) {
@@ -49,11 +49,12 @@ void SessionPictures::check_input(StereoCalibration calibration, const defrec_ca
         [view = view_.get()](std::string checks) { view->set_checks(std::move(checks)); });
 }
 
-void SessionPictures::obey_view(const std::function<void(double u, double v)>& follow_point) {
+void SessionPictures::obey_view(
+    const std::function<void(const ViewCommand&)>& change_points) {
     if (!view_) return;
     for (const ViewCommand& command : view_->take_commands()) {
-        if (command.kind == ViewCommand::Kind::kFollowPoint)
-            follow_point(command.u, command.v);
+        if (command.kind != ViewCommand::Kind::kRecord)
+            change_points(command);
         else if (command.is_on != (recording_ != nullptr))
             as_output([&] { command.is_on ? start_recording() : finish_recording(); });
     }

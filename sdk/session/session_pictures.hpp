@@ -24,6 +24,7 @@ struct PictureOptions {
     double fps = 0;
     Projector project;
     bool has_overlay = true, has_report = true;
+    OverlayDetail detail = OverlayDetail::usual;
 };
 
 // Functions that write throw CliError(ExitCode::kOutput) where a file cannot be written.
@@ -33,8 +34,8 @@ class SessionPictures {
 
     // project: on the view's threads, so with memory of its own.
     void open_view(std::uint16_t port, ViewFacts facts, Projector project);
-    // What browsers asked for takes effect with this frame; points to follow are handed on.
-    void obey_view(const std::function<void(double u, double v)>& follow_point);
+    // What browsers asked for takes effect with this frame; commands about points are handed on.
+    void obey_view(const std::function<void(const ViewCommand&)>& change_points);
     // The view shows what the doctor finds in the first frames and in the calibration, as its files
     // have it. camera: of the rectified views.
     void check_input(StereoCalibration calibration, const defrec_camera& camera);

@@ -35,6 +35,8 @@ struct PositionRow {
 struct PointRow : PositionRow {
     std::uint32_t evidence = 0;  // DEFREC_EVIDENCE_*
     std::uint32_t piece = 0;     // of the surface, that it lies on
+    std::string name{};          // not written
+    bool is_chosen = false;      // by the user, and followed since this frame or an earlier one
 };
 
 struct TargetRow : PositionRow {

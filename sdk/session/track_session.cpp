@@ -340,7 +340,9 @@ class TrackSession {
         if (targets_) meta.facts.emplace_back("Targets", options_.targets);
         return std::make_unique<SessionPictures>(
             PictureOptions{folder_.path(), source_.width(), source_.height(), source_.fps(),
-                           projector(), options_.recordings.overlay, options_.recordings.report},
+                           projector(), options_.recordings.overlay, options_.recordings.report,
+                           options_.recordings.overlay_details ? OverlayDetail::all
+                                                               : OverlayDetail::usual},
             std::move(meta));
     }
 
@@ -424,7 +426,8 @@ class TrackSession {
 
     void write_result(const Pending& pending, const defrec_result& result) {
         const StereoFrame& frame = pending.frame;
-        pictures_->obey_view([&](double u, double v) { points_.follow(u, v, frame.index); });
+        pictures_->obey_view(
+            [&](const ViewCommand& command) { change_points(command, frame.index); });
         defrec_job job = has_geometry(result) ? pending.job.get() : nullptr;
         const std::vector<PointRow> points =
             points_.add_frame(frame.index, frame.timestamp_ms, job);
@@ -442,6 +445,15 @@ class TrackSession {
         pictures_->add(left, record_);
         if (pictures_->has_view()) pictures_->add_to_view(left, record_, view_points(points));
         trace_host("overlay and report", frame, drawing, TraceFile::Clock::now());
+    }
+
+    void change_points(const ViewCommand& command, std::int64_t frame) {
+        if (command.kind == ViewCommand::Kind::kFollowPoint)
+            points_.follow(command.u, command.v, frame);
+        else if (command.kind == ViewCommand::Kind::kRemovePoint)
+            points_.remove(command.id);
+        else
+            points_.rename(command.id, command.name);
     }
 
     void say(const std::string& note) {

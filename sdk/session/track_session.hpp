@@ -19,6 +19,7 @@ struct TemplateOptions {
 // The files that are written beside the results.
 struct RecordingOptions {
     bool meshes = false, overlay = true, report = true;
+    bool overlay_details = false;  // control points and refused matches too
     std::string trace;  // file; empty: none
 };
 

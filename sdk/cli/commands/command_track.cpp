@@ -93,6 +93,8 @@ void add_recording_options(CLI::App& command, TrackOptions& options) {
     command.add_flag("--meshes", options.recordings.meshes,
                      "Also write the deformed surface of each frame, deformed/*.ply");
     command.add_flag("!--no-overlay", options.recordings.overlay, "Do not write overlay.mp4");
+    command.add_flag("--overlay-details", options.recordings.overlay_details,
+                     "Draw control points and refused matches too, in overlay and report");
     command
         .add_option("--trace", options.recordings.trace,
                     "Write a timeline of program, device and uploads that Perfetto and "

@@ -51,6 +51,12 @@ export function readData() {
   const series = data.series;
   series.ms = Array.from(new Float64Array(bytes(series.ms).buffer));
   series.lines = new Map(series.lines.map((line) => [line.name, gaps(floats(line.values))]));
+  for (const moment of data.points?.moments ?? []) {
+    moment.status = bytes(moment.status);
+    moment.xyz = positions(moment.points);
+    moment.uv = new Int16Array(bytes(moment.uv).buffer);
+    moment.error = new Uint16Array(bytes(moment.error).buffer);
+  }
   if (data.surface) {
     const surface = data.surface;
     surface.triangles = new Uint32Array(bytes(surface.triangles).buffer);

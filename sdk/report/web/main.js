@@ -4,6 +4,7 @@ import './report.css';
 import {readData} from './data.js';
 import {ready, watchErrors} from './health.js';
 import {showPictures} from './pictures.js';
+import {showPoints} from './points.js';
 import {showPlots} from './plots.js';
 import {showChanges, showLicences, showReading, showSummary} from './summary.js';
 import {showSurface} from './surface.js';
@@ -19,9 +20,11 @@ showPictures(data.key_frames);
 let surface;
 const plots = showPlots(data, (frame) => surface?.select(frame));
 const targets = showTargets(data);
+const points = showPoints(data);
 showSurface(data, (frame) => {
   plots.mark(frame);
   targets.select(frame);
+  points.select(frame);
 }).then((shown) => {
   surface = shown;
   ready();

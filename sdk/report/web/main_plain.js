@@ -3,6 +3,7 @@
 import {byId, element, readData} from './data.js';
 import {ready, watchErrors} from './health.js';
 import {showPictures} from './pictures.js';
+import {showPoints} from './points.js';
 import {showChanges, showReading, showSummary} from './summary.js';
 import {showTargets} from './targets.js';
 
@@ -19,6 +20,7 @@ showChanges(data);
 showReading();
 showPictures(data.key_frames);
 showTargets(data);
+showPoints(data);
 leaveOut(byId('surface'));
 leaveOut(byId('plots').closest('section'));
 byId('licences').closest('details').remove();

@@ -12,7 +12,7 @@ import pathlib
 import re
 import sys
 
-IMPORT = re.compile(r"^import .* from '(\.[\w./]+)';\n", re.MULTILINE)
+IMPORT = re.compile(r"^import [^;]* from '(\.[\w./]+)';\n", re.MULTILINE)
 
 
 def modules(path, before=()):

@@ -137,6 +137,15 @@ export function showPlots({series, summary}, onSelect) {
            values: line('observed_share').map((v) => v === null ? null : 100 * v),
            format: shown(1, ' %')
          }]);
+    if (series.lines.has('points_median_mm')) {
+      plot('Expected error of the followed points', 'mm', [
+        {name: 'median', values: line('points_median_mm'), format: shown(2, ' mm')},
+        {name: 'largest', values: line('points_largest_mm'), format: shown(2, ' mm')}
+      ]);
+      plot(
+          'Followed points that are lost', 'count',
+          [{name: 'lost', values: line('points_lost'), format: shown(0, '')}], {height: 110});
+    }
     const stages = [...series.lines.keys()].filter((name) => name.startsWith('stage '));
     const all = line('frame_ms').some((v) => v !== null) ?
         [{name: 'whole frame', values: line('frame_ms'), format: shown(2, ' ms')}] :

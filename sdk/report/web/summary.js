@@ -124,6 +124,9 @@ export function showReading() {
           'far it is from the truth.');
   add('Expected error',
       'The tracker\'s own estimate of how far a point may be off (root mean square).');
+  add('Followed point',
+      'A point that was given with --points or by a click. Lost: no claim is made about it in ' +
+          'that frame.');
   add('Error ellipsoid',
       'In which direction a followed point may be off: one standard deviation, enlarged as ' +
           'chosen.');
@@ -133,9 +136,10 @@ export function showReading() {
           'not observed.');
   add('Deformation', 'Displacement from the template with the rigid motion taken out.');
   add('Overlay',
-      'Grid: the surface\'s lines in the colours above. Crosses: control points. Blue: ' +
-          'feature matches that were kept, from their place in the template to now; dark: ' +
-          'matches that were refused.');
+      'Grid: the surface\'s lines in the colours above. Blue: feature matches, from their place in ' +
+          'the template to now. Dots: followed points in the colour of their status, in a ring ' +
+          'as wide as their expected error, dashed where not observed; lost ones are not drawn. ' +
+          'With --overlay-details also control points (crosses) and refused matches (dark).');
   byId('reading').append(list);
 }
 

@@ -1,26 +1,11 @@
 // Targets beneath the surface: expected error over their depth, and a list of them in a frame.
 import {unknownStatus} from './colours.js';
-import {byId, element, isPlaced, number, roundUp, table} from './data.js';
+import {byId, element, isPlaced, number, table} from './data.js';
 import {statusCell} from './summary.js';
+import {svg, tickLabel, ticks} from './svg.js';
 
 const kPlotWidth = 460, kPlotHeight = 300, kLeft = 48, kRight = 14, kTop = 10, kBottom = 42;
 const kMaxDepths = 12;  // more are shown in ranges
-
-function svg(name, attributes, ...children) {
-  const result = document.createElementNS('http://www.w3.org/2000/svg', name);
-  for (const [key, value] of Object.entries(attributes)) result.setAttribute(key, value);
-  result.append(...children);
-  return result;
-}
-
-/** Multiples of a round step, about five, from low to high. */
-function ticks(low, high) {
-  const step = roundUp((high - low) / 6);
-  const result = [];
-  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; ++i)
-    result.push(i * step);
-  return {step, values: result};
-}
 
 function share(sorted, part) {
   return sorted[Math.round(part * (sorted.length - 1))];
@@ -63,15 +48,14 @@ function depthPlot(groups) {
   const line = (name, x1, y1, x2, y2) => svg('line', {class: name, x1, y1, x2, y2});
   const text = (at, height, anchor, label) =>
       svg('text', {x: at, y: height, 'text-anchor': anchor}, label);
-  const labelled = (value) => `${+ value.toFixed(6)}`;
   for (const error of ticks(0, top).values)
     plot.append(
         line('grid', kLeft, y(error), kPlotWidth - kRight, y(error)),
-        text(kLeft - 6, y(error) + 4, 'end', labelled(error)));
+        text(kLeft - 6, y(error) + 4, 'end', tickLabel(error)));
   for (const depth of ticks(low - margin, high + margin).values)
     plot.append(
         line('grid', x(depth), kTop, x(depth), kPlotHeight - kBottom),
-        text(x(depth), kPlotHeight - kBottom + 16, 'middle', labelled(depth)));
+        text(x(depth), kPlotHeight - kBottom + 16, 'middle', tickLabel(depth)));
   plot.append(text(
       (kLeft + kPlotWidth - kRight) / 2, kPlotHeight - 8, 'middle',
       'depth beneath the surface, mm'));
