@@ -552,6 +552,39 @@ TEST_CASE("prepared targets move as warp_points and point_covariances have it, t
     }
 }
 
+TEST_CASE("points that are moved again and again move as each does alone, to the bit") {
+    for (const uint32_t body : {DEFREC_BODY_ON, DEFREC_BODY_OFF}) {
+        CAPTURE(body);
+        PlaneTracker tracker(body);
+        std::vector<double> points;
+        for (int i = 0; i < 900; ++i)
+            add_point(points, std::fmod(0.618 * i, 1.0) * 80 - 40,
+                      std::fmod(0.414 * i, 1.0) * 60 - 30, std::fmod(0.732 * i, 1.0) * 45 - 8);
+        points[3 * 450] = kNaN;
+        std::vector<double> others = points;
+        others[3 * 300 + 2] += 0.25;  // as many, and but for one the same
+        if (body == DEFREC_BODY_ON)
+            REQUIRE_OK(defrec_template_wait_body(tracker.surface(), UINT64_MAX));
+        for (int i = 1; i < 4; ++i) {
+            defrec_job job = tracker.track(0.4 * i, 0.1 * i);
+            for (const auto* set : {&points, &others, &points}) {
+                const Moved moved = warp(job, *set);
+                CHECK(same(moved, warp(job, *set)));
+                for (size_t k = 0; k < 900; k += 30) {
+                    const auto from = set->begin() + static_cast<std::ptrdiff_t>(3 * k);
+                    const Moved alone = warp(job, {from, from + 90});
+                    CHECK(std::memcmp(alone.xyz.data(), &moved.xyz[3 * k], 90 * sizeof(double)) ==
+                          0);
+                    CHECK(std::memcmp(alone.covariance.data(), &moved.covariance[6 * k],
+                                      180 * sizeof(double)) == 0);
+                    CHECK(std::memcmp(alone.status.data(), &moved.status[k], 30) == 0);
+                }
+            }
+            defrec_job_release(job);
+        }
+    }
+}
+
 TEST_CASE("points on the surface move as without a body, deep ones are never observed") {
     PlaneTracker with, without(DEFREC_BODY_OFF);
     REQUIRE_OK(defrec_template_wait_body(with.surface(), UINT64_MAX));

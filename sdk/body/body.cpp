@@ -60,6 +60,7 @@ BodyPoint Body::find(const Eigen::Vector3d& point, uint8_t piece) const {
         const Handle& handle = handles[static_cast<size_t>(found.handle[k])];
         found.depth_mm -= found.weight[k] * (point - handle.position).dot(handle.normal);
     }
+    found.fade = std::exp(-std::abs(found.depth_mm) / part.lattice().step());
     found.place = part.lattice().find_near(point, decisions::BodyCells::kReach);
     if (found.place.cell >= 0)
         found.beyond_mm = (part.lattice().position(found.place) - point).norm();

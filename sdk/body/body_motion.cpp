@@ -315,10 +315,8 @@ BodyMotion::Moved BodyMotion::move(const BodyPoint& point, const Eigen::Vector3d
     Eigen::Vector3d place = now.head<3>().cast<double>();
     if (point.beyond_mm > 0)
         place += piece.deep.linear() * (at_rest - made.lattice().position(point.place));
-    // Details that the lattice is too coarse for fade within a cell.
-    const double fade = std::exp(-std::abs(point.depth_mm) / made.lattice().step());
     for (size_t k = 0; k < BodyPoint::kHandles; ++k)
-        place += fade * point.weight[k] * piece.left.col(point.handle[k]).cast<double>();
+        place += point.fade * point.weight[k] * piece.left.col(point.handle[k]).cast<double>();
     return {place, now[3], now[4], now[5], now[6], now[7], piece.activity_mm2};
 }
 

@@ -85,15 +85,13 @@ int32_t SurfaceIndex::nearest_vertex(const TemplateData& data, const double xyz[
     return nearest;
 }
 
-DualQuaternion<double> SurfaceIndex::motion_at(const TemplateData& data, int32_t vertex,
-                                               const double xyz[3],
-                                               const defrec_motion* motions) const {
+PointAnchor SurfaceIndex::anchor_of(const TemplateData& data, int32_t vertex,
+                                    const double xyz[3]) const {
     const Point to{xyz[0], xyz[1], xyz[2]};
     const auto index = static_cast<size_t>(vertex);
-    const auto motion_of = [&](size_t i) {
-        return blend<double>(motions, data.vertices[i].node, data.vertices[i].weight);
-    };
-    std::array<size_t, 3> best{index, index, index};
+    PointAnchor anchor;
+    anchor.is_grown = true;
+    anchor.corner.fill(static_cast<uint32_t>(vertex));
     std::array<double, 3> weight{1, 0, 0};
     double least = std::numeric_limits<double>::infinity();
     for (uint32_t k = first_[index]; k < first_[index + 1]; ++k) {
@@ -104,16 +102,13 @@ DualQuaternion<double> SurfaceIndex::motion_at(const TemplateData& data, int32_t
         const Point d = at[0] * p[0] + at[1] * p[1] + at[2] * p[2];
         if (dot(d, d) >= least) continue;
         least = dot(d, d);
-        best = {corner[0], corner[1], corner[2]};
+        anchor.corner = {corner[0], corner[1], corner[2]};
         weight = at;
     }
-    DualQuaternion<double> corners[3];
-    for (size_t c = 0; c < 3; ++c) corners[c] = motion_of(best[c]);
-    const int32_t node[DEFREC_BLEND_NODES] = {0, 1, 2, 0};
-    const float share[DEFREC_BLEND_NODES] = {static_cast<float>(weight[0]),
-                                             static_cast<float>(weight[1]),
-                                             static_cast<float>(weight[2]), 0};
-    return blend<double>(corners, node, share);
+    anchor.weights.node = {0, 1, 2, 0};
+    anchor.weights.weight = {static_cast<float>(weight[0]), static_cast<float>(weight[1]),
+                             static_cast<float>(weight[2]), 0};
+    return anchor;
 }
 
 }  // namespace defrec

@@ -19,8 +19,7 @@ class SurfaceIndex {
 
     // How a point by that vertex moves: as the nearest point of the vertex's triangles, whose
     // corners' motions are blended with barycentric weights.
-    DualQuaternion<double> motion_at(const TemplateData& data, int32_t vertex, const double xyz[3],
-                                     const defrec_motion* motions) const;
+    PointAnchor anchor_of(const TemplateData& data, int32_t vertex, const double xyz[3]) const;
 
   private:
     struct Entry {

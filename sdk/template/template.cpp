@@ -174,10 +174,26 @@ uint8_t Template::piece_at(const double xyz[3]) const {
 
 DualQuaternion<double> Template::motion_at(const double xyz[3],
                                            const defrec_motion* motions) const {
+    return motion_of(anchor_of(xyz), motions);
+}
+
+PointAnchor Template::anchor_of(const double xyz[3]) const {
     if (const int32_t vertex = grown_vertex(xyz); vertex >= 0)
-        return index_->motion_at(data_, vertex, xyz, motions);
-    const BlendWeights blend_weights = blend_weights_of(xyz);
-    return blend<double>(motions, blend_weights.node.data(), blend_weights.weight.data());
+        return index_->anchor_of(data_, vertex, xyz);
+    return {blend_weights_of(xyz), {}, false};
+}
+
+DualQuaternion<double> Template::motion_of(const PointAnchor& anchor,
+                                           const defrec_motion* motions) const {
+    const int32_t* node = anchor.weights.node.data();
+    const float* weight = anchor.weights.weight.data();
+    if (!anchor.is_grown) return blend<double>(motions, node, weight);
+    DualQuaternion<double> corners[3];
+    for (size_t c = 0; c < 3; ++c) {
+        const defrec_surface_point& vertex = data_.vertices[anchor.corner[c]];
+        corners[c] = blend<double>(motions, vertex.node, vertex.weight);
+    }
+    return blend<double>(corners, node, weight);
 }
 
 // The control points that move a point, on the first view's surface or off it.

@@ -114,6 +114,14 @@ struct TemplateData {
     size_t views() const { return image.size() / (size_t{width} * height); }
 };
 
+// What moves a point of the template frame; the same in all frames.
+struct PointAnchor {
+    // Of the control points; of tissue that joined, of the corners' motions.
+    BlendWeights weights;
+    std::array<uint32_t, 3> corner{};  // vertices
+    bool is_grown = false;
+};
+
 class Template {
   public:
     // services: whose background thread computes the body beneath it.
@@ -135,6 +143,9 @@ class Template {
     // How a point of the template frame moves, on the surface or off it; motions: of the control
     // points.
     DualQuaternion<double> motion_at(const double xyz[3], const defrec_motion* motions) const;
+    // The same in two steps.
+    PointAnchor anchor_of(const double xyz[3]) const;
+    DualQuaternion<double> motion_of(const PointAnchor& anchor, const defrec_motion* motions) const;
     // The piece of the surface that a point belongs to.
     uint8_t piece_at(const double xyz[3]) const;
     // The same of each vertex.

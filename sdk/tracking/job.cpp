@@ -177,21 +177,31 @@ CarryingSurface TrackerJob::carrying_surface() const {
 }
 
 void TrackerJob::carry(const double* template_xyz, size_t count, const Carried& carried) const {
-    // Few points need no memory; of many, as many are prepared at a time as threads can share.
+    const std::shared_ptr<const Services> lent = services();
+    const Services* helpers = lent->own_threads();
+    if (count >= PreparedSets::kFewest && count <= PreparedSets::kMost) {
+        const auto set =
+            monitor->prepared.find_or_prepare(result.surface, template_xyz, count, helpers);
+        return carrier_.carry(carrying_surface(), set->view(), set->body, helpers, carried);
+    }
+    // Few points need no memory; of very many, as many are prepared at a time as threads can share.
     constexpr size_t kFew = 32, kBlock = 8192;
     const std::shared_ptr<const Body> body = result.surface->body().body();
     std::array<PreparedPoint, kFew> few;
+    std::array<DeepPoint, kFew> few_deep;
     std::vector<PreparedPoint> many(count > kFew ? std::min(count, kBlock) : 0);
-    const std::span<PreparedPoint> points = count > kFew ? std::span(many) : std::span(few);
-    for (size_t begin = 0; begin < count; begin += points.size()) {
-        const size_t used = std::min(points.size(), count - begin);
-        prepare_points(*result.surface, body.get(), template_xyz + 3 * begin,
-                       services()->own_threads(), points.first(used));
+    std::vector<DeepPoint> many_deep(many.size());
+    const std::span<PreparedPoint> room = count > kFew ? std::span(many) : std::span(few);
+    const std::span<DeepPoint> deep_room = count > kFew ? std::span(many_deep) : std::span(few_deep);
+    for (size_t begin = 0; begin < count; begin += room.size()) {
+        const std::span<PreparedPoint> points = room.first(std::min(room.size(), count - begin));
+        const std::span<DeepPoint> deep = deep_room.first(
+            prepare_points(*result.surface, template_xyz + 3 * begin, helpers, points));
+        prepare_deep_points(*result.surface, body.get(), helpers, points, deep);
         const auto of_block = [&](size_t i, const CarriedPoint& point) {
             carried(begin + i, point);
         };
-        carrier_.carry(carrying_surface(), points.first(used), body, services()->own_threads(),
-                       std::ref(of_block));
+        carrier_.carry(carrying_surface(), {points, deep}, body, helpers, std::ref(of_block));
     }
 }
 
@@ -240,7 +250,7 @@ void TrackerJob::move_targets(const PreparedTargets& targets, double* xyz, doubl
         fail(DEFREC_ERROR_ARGUMENT, "the targets were made for another template");
     const auto prepared = targets.prepared(result.surface, services()->own_threads());
     const MovedPointArrays arrays{xyz, covariance, point_status, expected_error_mm};
-    carrier_.carry(carrying_surface(), prepared->points, prepared->body, services()->own_threads(),
+    carrier_.carry(carrying_surface(), prepared->view(), prepared->body, services()->own_threads(),
                    std::cref(arrays));
 }
 

@@ -11,6 +11,7 @@
 #include "sdk/device/context.hpp"
 #include "sdk/tracking/frame/frame_output.hpp"
 #include "sdk/tracking/frame_result.hpp"
+#include "sdk/tracking/points/prepared_set.hpp"
 #include "sdk/tracking/tracker.hpp"
 
 namespace defrec {
@@ -28,6 +29,7 @@ struct JobMonitor {
     std::mutex mutex;                      // guards the phases
     std::atomic<bool> is_given_up{false};  // written under the mutex
     std::string failure;                   // under the mutex: why it is given up
+    PreparedSets prepared;                 // of points that applications move frame by frame
 };
 
 enum class JobPhase { kFree, kQueued, kRunning, kEnding, kDone };

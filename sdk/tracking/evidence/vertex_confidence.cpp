@@ -390,12 +390,9 @@ SurfaceConfidence nothing_known() {
 
 }  // namespace
 
-SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence& confidence,
-                                const double xyz[3]) {
+NearVertex near_vertex(const Template& surface, int32_t nearest, const double xyz[3]) {
+    if (nearest < 0) return {};
     const TemplateData& data = surface.data();
-    const int32_t nearest = surface.vertex_at(xyz);
-    if (nearest < 0) return nothing_known();
-    SurfaceConfidence at;
     const size_t vertex = static_cast<size_t>(nearest);
     double squared = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -403,14 +400,25 @@ SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence&
         squared += difference * difference;
     }
     const double distance = std::sqrt(squared);
-    if (!(distance <= Confidence::kFarthestOffSurface)) return nothing_known();
+    if (!(distance <= Confidence::kFarthestOffSurface)) return {};
     const double step_mm = data.grid.spacing * data.vertices[vertex].position[2] / data.camera.fx;
+    return {nearest, distance > Confidence::kFarthest,
+            Confidence::kGrowthOffSurface * std::max(0.0, distance - 2 * step_mm)};
+}
+
+SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence& confidence,
+                                const double xyz[3]) {
+    return confidence_at(confidence, near_vertex(surface, surface.vertex_at(xyz), xyz));
+}
+
+SurfaceConfidence confidence_at(const VertexConfidence& confidence, const NearVertex& near) {
+    if (near.vertex < 0) return nothing_known();
+    SurfaceConfidence at;
+    const size_t vertex = static_cast<size_t>(near.vertex);
     at.status = confidence.status[vertex];
-    if (distance > Confidence::kFarthest && at.status == DEFREC_POINT_OBSERVED)
-        at.status = DEFREC_POINT_EXTRAPOLATED;
+    if (near.is_off && at.status == DEFREC_POINT_OBSERVED) at.status = DEFREC_POINT_EXTRAPOLATED;
     at.evidence = confidence.evidence[vertex];
-    at.expected_error = confidence.expected_error[vertex] +
-                        Confidence::kGrowthOffSurface * std::max(0.0, distance - 2 * step_mm);
+    at.expected_error = confidence.expected_error[vertex] + near.growth_mm;
     const double growth = at.expected_error / confidence.expected_error[vertex];
     for (size_t i = 0; i < 6; ++i)
         at.covariance[i] = growth * growth * confidence.covariance[6 * vertex + i];

@@ -101,6 +101,14 @@ struct SurfaceConfidence {
 };
 SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence& confidence,
                                 const double xyz[3]);
+// The same in two steps, of which the first is the same in all frames.
+struct NearVertex {
+    int32_t vertex = -1;   // -1: nothing is known there
+    bool is_off = false;   // so far from the surface that it is not observed
+    double growth_mm = 0;  // of the expected error
+};
+NearVertex near_vertex(const Template& surface, int32_t vertex, const double xyz[3]);
+SurfaceConfidence confidence_at(const VertexConfidence& confidence, const NearVertex& near);
 
 // Confidence of a place beside the surface, that far from a vertex. place: in the frame.
 SurfaceConfidence confidence_beside(const VertexConfidence& confidence, size_t vertex,

@@ -69,45 +69,77 @@ int32_t nearest_vertex(const Template& surface, const Body* body, const BodyPoin
 
 }  // namespace
 
-PreparedPoint prepare_point(const Template& surface, const Body* body, const double xyz[3]) {
-    PreparedPoint point;
-    point.is_finite = std::isfinite(xyz[0]) && std::isfinite(xyz[1]) && std::isfinite(xyz[2]);
-    if (!point.is_finite) return point;
-    const TemplateData& data = surface.data();
-    point.at_rest = {xyz[0], xyz[1], xyz[2]};
-    const auto depth_under = [&](int32_t vertex) {
-        const defrec_surface_point& over = data.vertices[static_cast<size_t>(vertex)];
-        return -dot(point.at_rest - load3<double>(over.position), load3<double>(over.normal));
-    };
-    const int32_t under = surface.vertex_at(xyz);
-    if (under >= 0) {
-        const double step = step_mm(data, under);
-        const Vec3<double> d =
-            point.at_rest - load3<double>(data.vertices[static_cast<size_t>(under)].position);
-        point.vertex = under;
-        point.depth_mm = depth_under(under);
-        if (dot(d, d) <= BeneathSurface::kNearSteps * BeneathSurface::kNearSteps * step * step &&
-            std::abs(point.depth_mm) <=
-                BeneathSurface::kOnSurfaceSteps * step + BeneathSurface::kOnSurface)
-            return point;
-    }
-    if (body != nullptr) point.in_body = body->find(as_eigen(point.at_rest), surface.piece_at(xyz));
-    const int32_t nearest = nearest_vertex(surface, body, point.in_body, point.at_rest);
-    if (point.vertex < 0 || std::abs(depth_under(nearest)) < std::abs(point.depth_mm))
-        point.depth_mm = depth_under(nearest);
-    point.vertex = nearest;
-    const double beneath =
-        point.depth_mm -
-        (BeneathSurface::kOnSurfaceSteps * step_mm(data, nearest) + BeneathSurface::kOnSurface);
-    point.surface_share = 1 - smooth_step(beneath / BeneathSurface::kBlend);
-    return point;
+namespace {
+
+constexpr size_t kFewestToPrepare = 256;
+
+double depth_under(const TemplateData& data, int32_t vertex, const Vec3<double>& at) {
+    const defrec_surface_point& over = data.vertices[static_cast<size_t>(vertex)];
+    return -dot(at - load3<double>(over.position), load3<double>(over.normal));
 }
 
-void prepare_points(const Template& surface, const Body* body, const double* xyz,
-                    const Services* helpers, std::span<PreparedPoint> points) {
-    constexpr size_t kFewest = 256;
-    for_each_point(points.size(), kFewest, helpers,
-                   [&](size_t i) { points[i] = prepare_point(surface, body, xyz + 3 * i); });
+bool is_on_surface(const TemplateData& data, int32_t vertex, const Vec3<double>& at) {
+    if (vertex < 0) return false;
+    const double step = step_mm(data, vertex);
+    const Vec3<double> d = at - load3<double>(data.vertices[static_cast<size_t>(vertex)].position);
+    return dot(d, d) <= BeneathSurface::kNearSteps * BeneathSurface::kNearSteps * step * step &&
+           std::abs(depth_under(data, vertex, at)) <=
+               BeneathSurface::kOnSurfaceSteps * step + BeneathSurface::kOnSurface;
+}
+
+// All but what a deep point has; false: it is one.
+bool prepare_point(const Template& surface, const double xyz[3], PreparedPoint& point) {
+    point = {};
+    point.is_finite = std::isfinite(xyz[0]) && std::isfinite(xyz[1]) && std::isfinite(xyz[2]);
+    if (!point.is_finite) return true;
+    point.at_rest = {xyz[0], xyz[1], xyz[2]};
+    point.vertex = surface.vertex_at(xyz);
+    point.near = near_vertex(surface, point.vertex, xyz);
+    if (!is_on_surface(surface.data(), point.vertex, point.at_rest)) return false;
+    point.anchor = surface.anchor_of(xyz);
+    return true;
+}
+
+DeepPoint prepare_deep_point(const Template& surface, const Body* body, PreparedPoint& point) {
+    const TemplateData& data = surface.data();
+    const double xyz[3] = {point.at_rest.x, point.at_rest.y, point.at_rest.z};
+    DeepPoint deep;
+    if (body != nullptr) deep.in_body = body->find(as_eigen(point.at_rest), surface.piece_at(xyz));
+    deep.vertex = nearest_vertex(surface, body, deep.in_body, point.at_rest);
+    deep.depth_mm = depth_under(data, deep.vertex, point.at_rest);
+    if (point.vertex >= 0) {
+        const double under = depth_under(data, point.vertex, point.at_rest);
+        if (!(std::abs(deep.depth_mm) < std::abs(under))) deep.depth_mm = under;
+    }
+    const double beneath =
+        deep.depth_mm -
+        (BeneathSurface::kOnSurfaceSteps * step_mm(data, deep.vertex) + BeneathSurface::kOnSurface);
+    point.surface_share = 1 - smooth_step(beneath / BeneathSurface::kBlend);
+    if (point.surface_share > 0) point.anchor = surface.anchor_of(xyz);
+    return deep;
+}
+
+}  // namespace
+
+size_t prepare_points(const Template& surface, const double* xyz, const Services* helpers,
+                      std::span<PreparedPoint> points) {
+    for_each_point(points.size(), kFewestToPrepare, helpers, [&](size_t i) {
+        const bool is_whole = prepare_point(surface, xyz + 3 * i, points[i]);
+        points[i].deep = is_whole ? PreparedPoint::kNotDeep : 0;
+    });
+    uint32_t deep = 0;
+    for (PreparedPoint& point : points)
+        if (point.deep != PreparedPoint::kNotDeep) point.deep = deep++;
+    return deep;
+}
+
+void prepare_deep_points(const Template& surface, const Body* body, const Services* helpers,
+                         std::span<PreparedPoint> points, std::span<DeepPoint> deep) {
+    if (deep.empty()) return;
+    for_each_point(points.size(), kFewestToPrepare, helpers, [&](size_t i) {
+        if (points[i].deep != PreparedPoint::kNotDeep)
+            deep[points[i].deep] = prepare_deep_point(surface, body, points[i]);
+    });
 }
 
 namespace {
@@ -141,7 +173,8 @@ class RigidBeneath {
             motions_.push_back(fit_rigid_robust(rest, now, weight, decisions::DeepMotion::kFloor));
         }
     }
-    BodyMotion::Moved move(const CarryingSurface& frame, const PreparedPoint& point) const {
+    BodyMotion::Moved move(const CarryingSurface& frame, const DeepPoint& point,
+                           const Vec3<double>& at_rest) const {
         const auto vertex = static_cast<size_t>(point.vertex);
         const Eigen::Isometry3d& motion = motions_[frame.surface.vertex_pieces()[vertex]];
         const Eigen::Vector3d
@@ -153,7 +186,7 @@ class RigidBeneath {
                      evidence = evidence_of(error);
         BodyMotion::Moved moved;
         moved.place =
-            motion * as_eigen(point.at_rest) +
+            motion * as_eigen(at_rest) +
             evidence * std::exp(-std::max(0.0, point.depth_mm) / BeneathSurface::kRigidFade) * left;
         moved.surface_mm2 = error * error;
         moved.deformation_mm2 = left.squaredNorm();
@@ -194,14 +227,21 @@ std::shared_ptr<const PointCarrier::Shared> PointCarrier::shared(
 
 namespace {
 
-SurfaceConfidence surface_confidence(const CarryingSurface& frame, const PointMotion& moves,
-                                     const Vec3<double>& place, const double xyz[3]) {
-    return moves.is_beside && moves.is_near
-               ? confidence_beside(frame.confidence, moves.vertex, moves.distance_mm, place)
-               : confidence_at(frame.surface, frame.confidence, xyz);
+CarriedPoint carry_on_surface(const CarryingSurface& frame, const PreparedPoint& point) {
+    if (frame.grows && point.vertex < 0) {
+        const PointMotion moves =
+            point_motion(frame.surface, frame.motions, point.at_rest, frame.grows);
+        if (moves.is_near) {
+            const Vec3<double> place = apply(moves.motion, point.at_rest);
+            return {place,
+                    confidence_beside(frame.confidence, moves.vertex, moves.distance_mm, place)};
+        }
+    }
+    return {apply(frame.surface.motion_of(point.anchor, frame.motions.data()), point.at_rest),
+            confidence_at(frame.confidence, point.near)};
 }
 
-SurfaceConfidence beneath_confidence(const CarryingSurface& frame, const PreparedPoint& point,
+SurfaceConfidence beneath_confidence(const CarryingSurface& frame, const DeepPoint& point,
                                      const BodyMotion::Moved& moved) {
     using Share = decisions::BeneathError;
     const auto vertex = static_cast<size_t>(point.vertex);
@@ -249,14 +289,15 @@ CarriedPoint unknown_point() {
 
 }  // namespace
 
-void PointCarrier::carry(const CarryingSurface& frame, std::span<const PreparedPoint> points,
+void PointCarrier::carry(const CarryingSurface& frame, const PreparedPoints& prepared,
                          const std::shared_ptr<const Body>& body, const Services* helpers,
                          const std::function<void(size_t, const CarriedPoint&)>& carried) const {
     const auto needs_shared = [&](const PreparedPoint& point) {
         return point.is_finite && point.surface_share < 1;
     };
+    const std::span<const PreparedPoint> points = prepared.points;
     std::shared_ptr<const Shared> common;
-    if (std::any_of(points.begin(), points.end(), needs_shared))
+    if (!prepared.deep.empty() && std::any_of(points.begin(), points.end(), needs_shared))
         common = shared(frame, body, helpers);
     const auto carry_one = [&](const PreparedPoint& point) -> CarriedPoint {
         if (!point.is_finite) {
@@ -269,18 +310,15 @@ void PointCarrier::carry(const CarryingSurface& frame, std::span<const PreparedP
         const double share = point.surface_share;
         CarriedPoint on_surface, beneath;
         if (share > 0) {
-            const double xyz[3] = {point.at_rest.x, point.at_rest.y, point.at_rest.z};
-            const PointMotion moves =
-                point_motion(frame.surface, frame.motions, point.at_rest, frame.grows);
-            on_surface.place = apply(moves.motion, point.at_rest);
-            on_surface.confidence = surface_confidence(frame, moves, on_surface.place, xyz);
+            on_surface = carry_on_surface(frame, point);
             if (share >= 1) return on_surface;
         }
+        const DeepPoint& deep = prepared.deep[point.deep];
         const BodyMotion::Moved moved =
-            common->in_body ? common->in_body->move(point.in_body, as_eigen(point.at_rest))
-                            : common->rigid->move(frame, point);
+            common->in_body ? common->in_body->move(deep.in_body, as_eigen(point.at_rest))
+                            : common->rigid->move(frame, deep, point.at_rest);
         beneath.place = as_vec(moved.place);
-        beneath.confidence = beneath_confidence(frame, point, moved);
+        beneath.confidence = beneath_confidence(frame, deep, moved);
         if (share <= 0) return beneath;
         return {share * on_surface.place + (1 - share) * beneath.place,
                 mixed(on_surface.confidence, beneath.confidence, 1 - share)};

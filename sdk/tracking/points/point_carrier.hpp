@@ -32,18 +32,33 @@ struct CarriedPoint {
 
 // A point with all that stays the same from frame to frame, with one template and body.
 struct PreparedPoint {
-    bool is_finite = false;
     Vec3<double> at_rest;
-    int32_t vertex = -1;       // the nearest
-    double depth_mm = 0;       // beneath the surface; negative: in front of it
     double surface_share = 1;  // 1: on the surface or in front of it; 0: beneath it
-    BodyPoint in_body;         // where there is a body
+    NearVertex near;           // of the surface
+    PointAnchor anchor;        // where surface_share is above 0
+    int32_t vertex = -1;       // as Template::vertex_at
+    uint32_t deep = kNotDeep;  // which deep point has the rest
+    bool is_finite = false;
+
+    static constexpr uint32_t kNotDeep = UINT32_MAX;
 };
-// body: null where there is none.
-PreparedPoint prepare_point(const Template& surface, const Body* body, const double xyz[3]);
-// As many as there is room for. helpers: as PointCarrier::carry has it.
-void prepare_points(const Template& surface, const Body* body, const double* xyz,
-                    const Services* helpers, std::span<PreparedPoint> points);
+// What a point that does not lie on the surface has besides.
+struct DeepPoint {
+    int32_t vertex = -1;  // the nearest
+    double depth_mm = 0;  // beneath the surface; negative: in front of it
+    BodyPoint in_body;    // where there is a body
+};
+struct PreparedPoints {
+    std::span<const PreparedPoint> points;
+    std::span<const DeepPoint> deep;
+};
+// As many as there is room for, but for what deep points have; returns how many of these there are.
+// helpers: as PointCarrier::carry has it.
+size_t prepare_points(const Template& surface, const double* xyz, const Services* helpers,
+                      std::span<PreparedPoint> points);
+// The rest. body: null where there is none. deep: with room for those.
+void prepare_deep_points(const Template& surface, const Body* body, const Services* helpers,
+                         std::span<PreparedPoint> points, std::span<DeepPoint> deep);
 
 // Carries the points of a frame; what they share is computed when it is first asked for. Any
 // thread.
@@ -54,7 +69,7 @@ class PointCarrier {
     // body: the one that the points were prepared with. helpers: whose threads take part where
     // there is much to do; may be null. carried: called with each point's index and what became of
     // it, on any thread; must not throw.
-    void carry(const CarryingSurface& frame, std::span<const PreparedPoint> points,
+    void carry(const CarryingSurface& frame, const PreparedPoints& prepared,
                const std::shared_ptr<const Body>& body, const Services* helpers,
                const std::function<void(size_t, const CarriedPoint&)>& carried) const;
 

@@ -20,18 +20,13 @@ PreparedTargets::PreparedTargets(std::shared_ptr<const Template> surface,
                                  const double* template_xyz, size_t count)
     : surface_(std::move(surface)), xyz_(checked_copy(template_xyz, count)) {}
 
-std::shared_ptr<const PreparedTargets::Prepared> PreparedTargets::prepared(
+std::shared_ptr<const PreparedSet> PreparedTargets::prepared(
     const std::shared_ptr<const Template>& surface, const Services* helpers) const {
     std::shared_ptr<const Body> body = surface->body().body();
     const std::lock_guard lock(mutex_);
     if (last_ != nullptr && last_->surface == surface && last_->body == body) return last_;
-    auto made = std::make_shared<Prepared>();
-    made->surface = surface;
-    made->body = std::move(body);
-    made->points.resize(count());
-    prepare_points(*surface, made->body.get(), xyz_.data(), helpers, made->points);
-    last_ = made;
-    return made;
+    last_ = prepare_set(surface, std::move(body), xyz_.data(), count(), helpers);
+    return last_;
 }
 
 }  // namespace defrec

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <vector>
 
-#include "sdk/tracking/points/point_carrier.hpp"
+#include "sdk/tracking/points/prepared_set.hpp"
 
 namespace defrec {
 
@@ -21,21 +21,16 @@ class PreparedTargets {
 
     size_t count() const { return xyz_.size() / 3; }
     const Template& surface() const { return *surface_; }
-    struct Prepared {
-        std::shared_ptr<const Template> surface;
-        std::shared_ptr<const Body> body;
-        std::vector<PreparedPoint> points;
-    };
     // For frames with that template, and the body that it has now: kept until one of them changes.
     // helpers: whose threads take part; may be null.
-    std::shared_ptr<const Prepared> prepared(const std::shared_ptr<const Template>& surface,
-                                             const Services* helpers) const;
+    std::shared_ptr<const PreparedSet> prepared(const std::shared_ptr<const Template>& surface,
+                                                const Services* helpers) const;
 
   private:
     const std::shared_ptr<const Template> surface_;
     const std::vector<double> xyz_;
     mutable std::mutex mutex_;
-    mutable std::shared_ptr<const Prepared> last_;
+    mutable std::shared_ptr<const PreparedSet> last_;
 };
 
 }  // namespace defrec
