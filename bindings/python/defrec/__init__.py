@@ -22,7 +22,7 @@ ValueError.
 from .body import BodyRegion, Mesh
 from .calibration import Calibration
 from .context import Context, DeviceInfo, PluginInfo, library_release, library_version, status_name
-from .errors import BusyError, Error
+from .errors import BusyError, DefrecWarning, Error
 from .hand_eye import HandEye, HandEyeResult
 from .memory import Memory
 from .points import LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
@@ -40,6 +40,8 @@ from .stage import Stage
 from .template import Lifted, Targets, Template, TemplateData
 from .tracker import Job, Tracker
 from .tracking import FollowedPoints, RigEstimate, TrackedFrame, Tracking, track
+
+__version__ = library_release()
 
 # By scripts/contract/generate.py: the names of the C API, and everything public.
 from .enums import (
@@ -140,6 +142,7 @@ __all__ = [
     "Context",
     "ContextFlag",
     "CutPoint",
+    "DefrecWarning",
     "DeviceFeature",
     "DeviceInfo",
     "DeviceKind",

@@ -23,22 +23,30 @@ try:
 except ImportError:
     numpy = None
 
+# By names of their own: `numpy` above is a variable, whose members type checkers do not know.
 if TYPE_CHECKING:
-    import numpy.typing
+    import numpy as np
+    import numpy.typing as npt
 
-    FloatArray = numpy.typing.NDArray[numpy.floating[Any]]
-    ByteArray = numpy.typing.NDArray[numpy.uint8]
-    BoolArray = numpy.typing.NDArray[numpy.bool_]
-    DisparityArray = numpy.typing.NDArray[numpy.int16]
-    IndexArray = numpy.typing.NDArray[numpy.uint32]
-    RecordArray = numpy.typing.NDArray[numpy.void]
+    FloatArray = npt.NDArray[np.float64]
+    Float32Array = npt.NDArray[np.float32]
+    ByteArray = npt.NDArray[np.uint8]
+    BoolArray = npt.NDArray[np.bool_]
+    DisparityArray = npt.NDArray[np.int16]
+    IndexArray = npt.NDArray[np.uint32]
+    RecordArray = npt.NDArray[np.void]
+    ArrayLike = Union[npt.ArrayLike, memoryview]
+    BufferLike = Union[
+        npt.NDArray[Any], bytes, bytearray, memoryview, "ctypes.Array[Any]", ctypes.Structure
+    ]
 else:
-    FloatArray = ByteArray = BoolArray = DisparityArray = IndexArray = RecordArray = Any
-
-ArrayLike = Any
-"""Numbers in rows: a NumPy array, nested sequences, a memoryview."""
-BufferLike = Any
-"""What has the buffer protocol: a NumPy array, bytes, bytearray, memoryview, a ctypes array."""
+    FloatArray = Float32Array = ByteArray = BoolArray = Any
+    DisparityArray = IndexArray = RecordArray = Any
+    ArrayLike = Any
+    """Numbers in rows: a NumPy array, nested sequences, a memoryview."""
+    BufferLike = Any
+    """What has the buffer protocol: a NumPy array, bytes, bytearray, memoryview, a ctypes
+    array."""
 
 # Type codes as the struct module and NumPy have them.
 _C_TYPES: Dict[str, Any] = {
@@ -285,7 +293,7 @@ def _numpy_rows(name: str, value: ArrayLike, columns: int, code: str) -> Any:
         return numpy.require(given, numpy.dtype(code), ["C", "ALIGNED"])
 
 
-def _rows(name: str, value: ArrayLike, columns: int, code: str) -> Any:
+def _rows(name: str, value: Any, columns: int, code: str) -> Any:
     if isinstance(value, memoryview):
         value = value.tolist()
     elif isinstance(value, array.array):

@@ -22,5 +22,10 @@ class BusyError(Error):
     meets every day."""
 
 
+class DefrecWarning(UserWarning):
+    """What defrec.track() warns of: what the library logs as a warning or an error, and points that
+    cannot be followed."""
+
+
 def closed(what: str) -> Error:
     return Error(Status.ERROR_HANDLE, f"this {what} is closed")

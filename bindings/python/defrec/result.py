@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Optional, Tuple
 
 from . import structs
-from ._arrays import ByteArray, DisparityArray, FloatArray, RecordArray, copied
+from ._arrays import ByteArray, DisparityArray, Float32Array, FloatArray, RecordArray, copied
 from ._library import text
 from .enums import BodyState, Reason, State
 from .structs import Landmark, Match, Motion, PatchObservation, Piece
@@ -58,15 +58,15 @@ class Result:
     vertices."""
     motions: RecordArray
     """(nodes,) Motion: per control point, rectified camera from template frame."""
-    node_positions: FloatArray
+    node_positions: Float32Array
     """(nodes, 3) float32: xyz per control point, now, rectified camera, mm."""
-    vertices: FloatArray
+    vertices: Float32Array
     """(vertices, 3) float32: xyz per template vertex, rectified camera, mm."""
-    normals: FloatArray
+    normals: Float32Array
     """(vertices, 3) float32: xyz per template vertex, unit length, towards the camera."""
     vertex_status: ByteArray
     """(vertices,) uint8: pointStatus per template vertex: how far to trust it."""
-    expected_error_mm: FloatArray
+    expected_error_mm: Float32Array
     """(vertices,) float32: root mean square of the 3D error to be expected, per template vertex:
     the root of the trace of vertex_covariance. Over a sequence, 55 to 85 % of all vertices of a
     status have an error within it, at least 93 % within twice and at least 98.5 % within three
@@ -82,7 +82,7 @@ class Result:
     without keep_disparity and grow."""
     times: Tuple[StageTime, ...]
     """In order of execution."""
-    vertex_covariance: FloatArray
+    vertex_covariance: Float32Array
     """(vertices, 6) float32: xx, xy, xz, yy, yz, zz per template vertex: covariance of the
     position's error, rectified camera, mm^2."""
     vertex_evidence: ByteArray

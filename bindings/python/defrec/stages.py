@@ -195,7 +195,8 @@ class OrbStage(_ArrayStage):
         inputs = [self._image("gray", gray), self._mask("mask", mask)]
         count, features = empty("I", (1,)), empty(Feature, (self.params.capacity,))
         self.run_buffers(inputs, [count, features])
-        return head(features, count[0])
+        found: RecordArray = head(features, count[0])
+        return found
 
 
 class MatchStage(_ArrayStage):
@@ -213,8 +214,10 @@ class MatchStage(_ArrayStage):
     def run(self, features: BufferLike, disparity: BufferLike) -> RecordArray:
         """features: (m,) Feature. disparity: (height, width) int16, 1/16 px. Gives (n,) Match."""
         given, count = check_records("features", features, Feature)
-        matches = empty(Match, (self._landmarks or 0,))
-        self.run_buffers([ctypes.c_uint32(count), given, self._disparity(disparity)], [matches])
+        matches: RecordArray = empty(Match, (self._landmarks or 0,))
+        self.run_buffers(
+            [(ctypes.c_uint32 * 1)(count), given, self._disparity(disparity)], [matches]
+        )
         return matches
 
 
@@ -342,7 +345,7 @@ class WarpStage(_ArrayStage):
         """motions: (nodes,) Motion. disparity: (height, width) int16, 1/16 px. Gives (points,)
         SurfaceSample."""
         given, _ = check_records("motions", motions, Motion, self.params.nodes)
-        samples = empty(SurfaceSample, (self.params.points,))
+        samples: RecordArray = empty(SurfaceSample, (self.params.points,))
         self.run_buffers([given, self._disparity(disparity)], [samples])
         return samples
 

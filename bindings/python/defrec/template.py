@@ -10,6 +10,7 @@ from ._arrays import (
     ArrayLike,
     BoolArray,
     ByteArray,
+    Float32Array,
     FloatArray,
     IndexArray,
     Points,
@@ -46,7 +47,7 @@ class TemplateData:
     """(n,) SurfacePoint"""
     triangles: IndexArray
     """(n, 3) uint32, vertices, counter-clockwise seen from the camera"""
-    nodes: FloatArray
+    nodes: Float32Array
     """(n, 3) float32, control points"""
     edges: RecordArray
     """(n,) Edge"""
@@ -99,7 +100,7 @@ class Template(Handle):
         surface or off it, and with which Job.warp_points moves them: (n,) uint8; 255 for a point
         that is not finite. threads: any"""
         given = Points("template_xyz", template_xyz, 3)
-        pieces = empty("B", (given.count,))
+        pieces: ByteArray = empty("B", (given.count,))
         native.defrec_template_point_pieces(
             self._native, given.address, given.count, address_of(pieces)
         )
@@ -190,7 +191,8 @@ class Targets(Handle):
 
 def _copy_template(info: structs.TemplateInfo) -> TemplateData:
     def records(address: Any, struct: Any, count: int) -> RecordArray:
-        return copied(address, struct, (count,))
+        made: RecordArray = copied(address, struct, (count,))
+        return made
 
     return TemplateData(
         size=(info.width, info.height),

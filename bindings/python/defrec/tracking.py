@@ -13,7 +13,7 @@ import os
 import pathlib
 import re
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import (
     Any,
     Deque,
@@ -31,8 +31,9 @@ from typing import (
 from ._arrays import ArrayLike, BufferLike, ByteArray, FloatArray, numpy
 from .calibration import CalibrationLike, rig_of
 from .context import Context
-from .enums import BodyMode, Format, PointStatus, Reason, State, Status
-from .errors import Error
+from .enums import BodyMode, Format, LogLevel, PointStatus, Reason, State, Status
+from .errors import DefrecWarning, Error
+from .points import WarpedPoints
 from .result import Result
 from .rig import Rig
 from .template import Template
@@ -86,6 +87,7 @@ class TrackedFrame:
     """State, reasons, surface and everything else that the library says of the frame."""
     points: Optional[FollowedPoints]
     """None while there is no template."""
+    _job: Job = field(compare=False)
 
     @property
     def state(self) -> State:
@@ -106,6 +108,21 @@ class TrackedFrame:
         return RigEstimate(
             r.view_lag_frames, r.vertical_offset_px, r.roll_deg, r.focal_ratio, r.rig_matches
         )
+
+    def warp_points(self, template_xyz: ArrayLike) -> WarpedPoints:
+        """Moves (n, 3) points to this frame, mm, given in the template frame, such as those of a
+        preoperative model (Job.warp_points). Possible until the next frame is taken.
+
+        Raises Error, with Status.ERROR_STATE where there is no template yet, and with
+        Status.ERROR_HANDLE once the next frame was taken.
+        """
+        if self._job.is_closed:
+            raise Error(
+                Status.ERROR_HANDLE,
+                f"frame {self.index} was followed by another one: its points can be moved until the"
+                " next frame is taken",
+            )
+        return self._job.warp_points(template_xyz)
 
     def counts(self) -> Tuple[int, int, int]:
         """How many points are tracked, extrapolated and lost."""
@@ -254,11 +271,19 @@ class Tracking(Iterator[TrackedFrame]):
             options["format"] = Format.RGB8 if found == Format.BGR8 and _is_file(left) else found
         self._format = Format(options["format"])
         self._timestamps = iter(timestamps_ns)
-        self.context = Context()
+        pixels = None if points is None else _inside(points, self.width, self.height)
+        logged: Deque[str] = collections.deque()  # filled by threads of the library
+        self._logged = logged
+        self.context = Context(
+            log=lambda _, source, text: logged.append(
+                text if source == "sdk" else f"{source}: {text}"
+            ),
+            log_level=LogLevel.WARNING,
+        )
         self.rig: Rig = rig_of(self.context, calibration, self.width, self.height)
         self._is_grid = points is None
         self._pixels = self.rig._rectify_pixels(
-            "points", _grid(self.width, self.height) if points is None else points
+            "points", _grid(self.width, self.height) if pixels is None else pixels
         )
         self.tracker = Tracker(self.context, self.rig, device_id, **options)
         self._has_body = options.get("body", BodyMode.ON) == BodyMode.ON
@@ -267,12 +292,16 @@ class Tracking(Iterator[TrackedFrame]):
         self._pending: Deque[Any] = collections.deque()  # left images of frames that are computed
         self._count = 0
         self._frames = self._track(first)
+        self._warn()
 
     def __iter__(self) -> "Tracking":
         return self
 
     def __next__(self) -> TrackedFrame:
-        return next(self._frames)
+        try:
+            return next(self._frames)
+        finally:
+            self._warn()
 
     def __enter__(self) -> "Tracking":
         return self
@@ -293,6 +322,11 @@ class Tracking(Iterator[TrackedFrame]):
         """The present template. Raises Error before there is one."""
         return self.tracker.template()
 
+    def _warn(self) -> None:
+        """What the library's threads have logged since, on the thread that iterates."""
+        while self._logged:
+            warnings.warn(self._logged.popleft(), DefrecWarning, stacklevel=3)
+
     def _submitted(self, first: Tuple[Any, Any]) -> Iterator[Tuple[BufferLike, BufferLike, int]]:
         pair: Optional[Tuple[Any, Any]] = first
         while pair is not None:
@@ -312,6 +346,7 @@ class Tracking(Iterator[TrackedFrame]):
                 self._format,
                 result,
                 self._follow(job, result),
+                job,
             )
             self._count += 1
             yield frame
@@ -321,7 +356,7 @@ class Tracking(Iterator[TrackedFrame]):
             self._xyz = None  # of a template that was given up
             return None
         if self._xyz is None:
-            self._lift(job)
+            self._xyz = self._lift(job)
         moved, errors = job.warp_points(self._xyz), job.point_covariances(self._xyz)
         evidence = errors.evidence
         for i, found in enumerate(self._found):
@@ -332,18 +367,19 @@ class Tracking(Iterator[TrackedFrame]):
             uv, moved.xyz, moved.status, moved.expected_error_mm, errors.covariance, evidence
         )
 
-    def _lift(self, job: Job) -> None:
+    def _lift(self, job: Job) -> Any:
         """Points that were given are of the first image, the grid is of the template's."""
         with job.template() as template:
             self._await_body(template)
             lifted = template.lift(self._pixels)
-        self._xyz, self._found = lifted.xyz, lifted.found.tolist()
+        self._found = lifted.found.tolist()
         if self._count > 0 and not self._is_grid:
             self._found = [False] * len(self._found)
-            warnings.warn(
+            self._logged.append(
                 f"the template is of image {self._count}: the points, which are of the first one,"
                 " are lost"
             )
+        return lifted.xyz
 
     def _await_body(self, template: Template) -> None:
         """What is told of points then depends on the frames alone, as with `defrec track`."""
@@ -384,12 +420,12 @@ def track(
         Camera of rectified images.
     points: (n, 2) pixels of the first left image to follow; None: a grid of 16 x 9 in the image
         that gives the template. Where that is a later one than the first, points that were given
-        are lost, with a warning.
+        are lost, with a warning. Pixels outside the image are refused.
     fps, timestamps_ns: times of the frames, by their rate or each by itself, ns.
     device_id, options: of Tracker.
 
-    Raises ValueError and TypeError for images and arguments that do not fit together, OSError for
-    files, and Error.
+    What the library logs as a warning or an error becomes a DefrecWarning. Raises ValueError and
+    TypeError for images and arguments that do not fit together, OSError for files, and Error.
     """
     for name in options:
         if name not in _OPTIONS:
@@ -414,6 +450,21 @@ def _grid(width: int, height: int) -> List[Tuple[float, float]]:
         for row in range(9)
         for column in range(16)
     ]
+
+
+def _inside(points: Any, width: int, height: int) -> Any:
+    """The pixels, all of which lie in an image of that size."""
+    rows = points.tolist() if hasattr(points, "tolist") else points
+    try:
+        pixels = [(float(u), float(v)) for u, v in rows]
+    except (TypeError, ValueError):
+        return points  # what is wrong with them is said where they are used
+    for i, (u, v) in enumerate(pixels):
+        if not (-0.5 <= u <= width - 0.5 and -0.5 <= v <= height - 0.5):
+            raise ValueError(
+                f"points: point {i}, ({u:g}, {v:g}), lies outside the image of {width} x {height}"
+            )
+    return points
 
 
 def _is_file(images: Images) -> bool:

@@ -149,8 +149,13 @@ class Track(unittest.TestCase):
         black = memoryview(bytes(3 * 320 * 240)).cast("B", (240, 320, 3))
         left, right = ([black, *list(_read(folder))[1:3]] for folder in (LEFT, RIGHT))
         options = {"device_id": "cpu", "format": defrec.Format.RGB8}
-        with self.assertWarnsRegex(UserWarning, "template is of image 1: the points"):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
             frames = list(defrec.track(left, right, CALIBRATION, points(), **options))
+        self.assertIn(
+            "the template is of image 1: the points, which are of the first one, are lost",
+            [str(each.message) for each in caught if each.category is defrec.DefrecWarning],
+        )
         self.assertIsNone(frames[0].points)
         for frame in frames[1:]:
             self.assertGreater(len(frame.result.vertices), 0)
@@ -159,6 +164,31 @@ class Track(unittest.TestCase):
             warnings.simplefilter("error")
             frames = list(defrec.track(left, right, CALIBRATION, **options))
         self.assertIn(defrec.PointStatus.OBSERVED, frames[1].points.status.tolist())
+
+    def test_a_frame_moves_points_of_a_model_until_the_next_is_taken(self):
+        with start(points=points()) as tracking:
+            frame = next(tracking)
+            model = [list(xyz) for xyz in frame.points.xyz.tolist()[:5]]
+            model[0][2] += 10  # beneath the surface
+            moved = frame.warp_points(model)
+            self.assertEqual(len(moved.xyz), 5)
+            self.assertNotEqual(moved.status[0], defrec.PointStatus.OBSERVED)
+            # The first frame is the template's.
+            for i in range(1, 5):
+                for k in range(3):
+                    self.assertAlmostEqual(moved.xyz[i, k], model[i][k], delta=0.3)
+            next(tracking)
+            with self.assertRaisesRegex(defrec.Error, "until the next frame is taken") as caught:
+                frame.warp_points(model)
+            self.assertIs(caught.exception.status, defrec.Status.ERROR_HANDLE)
+
+    def test_what_the_library_warns_of_is_a_python_warning(self):
+        # Distorted so that it folds within the image: a part of it is masked, which is logged.
+        calibration = vars(defrec.Calibration.load(CALIBRATION)).copy()
+        calibration["D1"] = calibration["D2"] = [-0.9, 0, 0, 0, 0]
+        with self.assertWarnsRegex(defrec.DefrecWarning, "%") as caught:
+            defrec.track(LEFT, RIGHT, calibration, device_id="cpu").close()
+        self.assertEqual(caught.filename, __file__)
 
     def test_a_notebook_shows_a_frame(self):
         frame = next(start(points=points()))
@@ -223,6 +253,9 @@ class Track(unittest.TestCase):
             start(bakend="cpu")
         with self.assertRaisesRegex((TypeError, ValueError), "^points"):
             start(points=[400, 300])
+        for outside in ((320, 10), (-1, 10), (10, 240), (math.nan, 10)):
+            with self.assertRaisesRegex(ValueError, "point 1, .* outside the image of 320 x 240"):
+                start(points=[(10, 10), outside])
         with self.assertRaisesRegex(ValueError, "fps is 0"):
             defrec.track(LEFT, RIGHT, camera, fps=0)
         with self.assertRaisesRegex(ValueError, "more images than timestamps_ns"):

@@ -2,6 +2,10 @@
 types."""
 from typing import List, Optional
 
+import numpy as np
+import numpy.typing as npt
+from typing_extensions import assert_type
+
 import defrec
 from defrec import Context, Job, Rig, State, Tracker
 
@@ -12,6 +16,20 @@ def first_error(left: str, right: str, calibration: str) -> float:
         if points is not None and frame.state == State.TRACKING:
             return float(points.expected_error_mm[0])
     raise defrec.Error(defrec.Status.ERROR_STATE, "no surface")
+
+
+def arrays(
+    frame: defrec.TrackedFrame, model: "npt.NDArray[np.float64]"
+) -> "npt.NDArray[np.float64]":
+    """Arrays have types of their elements, not Any."""
+    assert_type(frame.result.vertices, "npt.NDArray[np.float32]")
+    assert_type(frame.result.vertex_status, "npt.NDArray[np.uint8]")
+    assert_type(frame.result.landmark_matches, "npt.NDArray[np.void]")
+    moved = frame.warp_points(model)
+    assert_type(moved.xyz, "npt.NDArray[np.float64]")
+    assert_type(moved.status, "npt.NDArray[np.uint8]")
+    seen: "npt.NDArray[np.float64]" = moved.xyz[moved.status == defrec.PointStatus.OBSERVED]
+    return seen
 
 
 def states(camera: defrec.Camera, left: bytes, right: bytes) -> List[State]:

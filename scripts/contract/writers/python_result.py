@@ -9,7 +9,7 @@ STEP = " " * 4
 # Types of elements: type code, name and type of arrays as _arrays.py has them.
 NUMBERS = {
     "double": ("d", "float64", "FloatArray"),
-    "float": ("f", "float32", "FloatArray"),
+    "float": ("f", "float32", "Float32Array"),
     "uint8_t": ("B", "uint8", "ByteArray"),
     "int16_t": ("h", "int16", "DisparityArray"),
     "uint32_t": ("I", "uint32", "IndexArray"),
