@@ -26,12 +26,12 @@ function item(finding) {
 const count = (number, name) => `${number} ${name}${number === 1 ? '' : 's'}`;
 
 /** "1 problem, 2 warnings", or that there are none. */
-function sentence(found, frames) {
+function summary(found) {
   const errors = found.filter(({severity}) => severity === 'error').length;
   const parts = [];
   if (errors) parts.push(count(errors, 'problem'));
   if (found.length > errors) parts.push(count(found.length - errors, 'warning'));
-  return `${parts.join(', ') || 'Nothing was found'} in the first ${frames} frames.`;
+  return parts.join(', ') || 'Nothing was found';
 }
 
 export class Checks {
@@ -47,11 +47,13 @@ export class Checks {
     this.isShown = true;
     const of = (verdict) => checks.findings.filter((finding) => finding.verdict === verdict);
     const found = of('found'), unknown = of('unknown'), fine = of('fine');
-    byId('checks-state').textContent = sentence(found, checks.frames);
+    byId('checks-state').textContent = `${summary(found)} in the first ${checks.frames} frames.`;
     byId('checks-found').replaceChildren(...found.map(item));
     byId('checks-others').replaceChildren(...[...unknown, ...fine].map(item));
     byId('checks-rest-title').textContent = `${fine.length} fine, ${unknown.length} unknown`;
     byId('checks-rest').hidden = false;
+    byId('checks-link').hidden = found.length === 0;
+    byId('checks-link').textContent = `${summary(found)} in video or calibration`;
     document.documentElement.dataset.found = found.map(({id}) => id).join(' ');
   }
 

@@ -22,32 +22,33 @@ const pause = (ms) => new Promise((resolve) => {
   setTimeout(resolve, ms);
 });
 
+const kRetryMs = 500;
+
 /**
- * Asks for one frame after the other until the run ends. options(): { overlay }; show: async, of a
- * packet.
+ * Asks for one frame after the other, and goes on asking while the program does not answer. Returns
+ * why it stopped: ended, refused. options(): { overlay }; show: async, of a packet; disconnected:
+ * called whenever there was no answer.
  */
-export async function watchFrames(options, show, connected) {
+export async function watchFrames({options, show, connected, disconnected}) {
   let after = -1;
-  let failures = 0;
-  while (failures < 5) {
+  for (;;) {
+    let frame = null;
     try {
       const response = await ask(`/frame?after=${after}&overlay=${options().overlay ? 1 : 0}`);
-      if (response.status === 410) return 'The run has ended.';
-      if (response.status === 403) return await response.text();
-      if (response.status === 200) {
-        const frame = await packet(response);
-        after = frame.header.frame;
-        connected();
-        await show(frame);
-      }
-      failures = 0;
+      if (response.status === 410) return 'ended';
+      if (response.status === 403) return 'refused';
+      if (response.status === 200) frame = await packet(response);
     } catch (error) {
       if (!(error instanceof TypeError)) throw error;  // fetch fails with this one
-      ++failures;
-      await pause(300);
+      disconnected();
+      await pause(kRetryMs);
+      continue;
     }
+    if (!frame) continue;
+    after = frame.header.frame;
+    connected();
+    await show(frame);
   }
-  return 'The program has ended.';
 }
 
 export const fetchSurface = async () => packet(await ask('/surface'));

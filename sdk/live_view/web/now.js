@@ -1,29 +1,20 @@
-// What is said in words: the state now, changes of state, points followed by click, the recording.
-import {
-  byId,
-  element,
-  milliseconds,
-  number,
-  percent,
-  seconds,
-  table
-} from '../../report/web/data.js';
-import {statuses} from '../../report/web/colours.js';
-import {stateChip} from '../../report/web/summary.js';
+// What is said in numbers now, the times of the stages, the recording.
+import {byId, element, milliseconds, number, percent, seconds} from '../../report/web/data.js';
 import {post} from './connection.js';
-
-const kMaxChanges = 200;
+import {isFollowed, stageInWords} from './words.js';
 
 /** Shows a followed frame. moment: [frame, ms, state, reasons, frame_ms, observed_share] */
 export function showNow(header, moment, shownPerSecond) {
   byId('sequence').textContent = header.sequence;
   byId('lead').textContent = `${header.device}; defrec ${header.version}`;
+  // What is not followed has neither residual nor a share that is seen.
+  const known = isFollowed(moment[2]);
   const entries = [
-    ['State', stateChip(moment[2])], ['Reasons', moment[3] || 'none'],
+    ['Tissue seen', known ? percent(moment[5]) : '–'],
+    ['Residual', known && header.residual_mm !== null ? `${number(header.residual_mm)} mm` : '–'],
     ['Frame', String(header.frame)], ['Time', seconds(header.timestamp_ms)],
-    ['Frame time', milliseconds(moment[4])], ['Observed', percent(moment[5])],
-    ['Residual', `${number(header.residual_mm)} mm`],
-    ['Shown', `${number(shownPerSecond, 0)} frames/s`]
+    ['Time for a frame', milliseconds(moment[4])],
+    ['Pictures here', `${number(shownPerSecond, 0)} per s`]
   ];
   byId('cards').replaceChildren(...entries.map(
       ([name, value]) => element('div', {}, element('dt', {}, name), element('dd', {}, value))));
@@ -34,42 +25,13 @@ export function showStages(stages) {
   const total = new Map();
   for (const [name, ms] of stages) total.set(name, (total.get(name) ?? 0) + ms);
   const longest = Math.max(...total.values(), Number.MIN_VALUE);
-  byId('stages').replaceChildren(...[...total].flatMap(([name, ms]) => {
+  byId('stages').replaceChildren(...[...total].map(([name, ms]) => {
     const bar = element('span', {class: 'bar'});
     bar.style.width = `${(100 * ms) / longest}%`;
-    return [
-      element('dt', {}, name),
-      element('dd', {}, element('span', {class: 'time'}, milliseconds(ms)), bar)
-    ];
+    return element(
+        'div', {'data-stage': name}, element('dt', {title: name}, stageInWords(name)),
+        element('dd', {}, milliseconds(ms)), element('dd', {class: 'track'}, bar));
   }));
-}
-
-export class Changes {
-  constructor() {
-    this.rows = [];
-    this.last = '';
-  }
-
-  add([frame, ms, state, reasons]) {
-    const now = `${state}: ${reasons}`;
-    if (now === this.last) return;
-    this.last = now;
-    this.rows.unshift([String(frame), seconds(ms), stateChip(state), reasons]);
-    this.rows.length = Math.min(this.rows.length, kMaxChanges);
-    byId('changes').replaceChildren(table(['Frame', 'Time', 'State', 'Reasons'], this.rows));
-  }
-}
-
-export function showPoints(points, clicked) {
-  const rows = points.filter(([id]) => clicked.has(id))
-                   .map(
-                       ([id, status, , , x, y, z, error]) =>
-                           [String(id), statuses[status].name,
-                            x === undefined ? '' : `${number(x)}, ${number(y)}, ${number(z)}`,
-                            error === undefined ? '' : `${number(error)} mm`]);
-  byId('points').replaceChildren(
-      rows.length ? table(['Point', 'Status', 'x, y, z in mm', 'Expected error'], rows) :
-                    element('p', {class: 'hint'}, 'None yet.'));
 }
 
 export function showRecording(name) {

@@ -1,17 +1,20 @@
 // The left view with the followed points and the targets; a click follows another one.
-import {statuses} from '../../report/web/colours.js';
-import {byId} from '../../report/web/data.js';
+import {observedStatus, statuses} from '../../report/web/colours.js';
+import {byId, number} from '../../report/web/data.js';
 import {request} from './now.js';
+import {labelOf} from './points.js';
 import {drawTargets} from './targets.js';
 
-const kRadius = 3.5;
+const kChosenRadius = 6, kGridRadius = 2;
 
 export class Picture {
   constructor() {
     this.canvas = byId('picture');
     this.context = this.canvas.getContext('2d');
     this.size = [1, 1];
+    this.hasEnded = false;
     this.canvas.addEventListener('click', (event) => {
+      if (this.hasEnded) return;
       const box = this.canvas.getBoundingClientRect();
       const u = ((event.clientX - box.left) / box.width) * this.size[0] - 0.5;
       const v = ((event.clientY - box.top) / box.height) * this.size[1] - 0.5;
@@ -19,8 +22,8 @@ export class Picture {
     });
   }
 
-  /** points: as the header has them. clicked: a set of ids. */
-  show(bitmap, header, clicked, targets) {
+  /** points: see readPoints. */
+  show(bitmap, header, points, targets) {
     if (this.canvas.width !== bitmap.width || this.canvas.height !== bitmap.height) {
       this.canvas.width = bitmap.width;
       this.canvas.height = bitmap.height;
@@ -28,21 +31,39 @@ export class Picture {
     this.size = [header.width, header.height];
     this.context.drawImage(bitmap, 0, 0);
     const scale = bitmap.width / header.width;
-    if (byId('show-points').checked) this.drawPoints(header.points, clicked, scale);
+    // Marks keep their size on the screen where the picture is shown smaller or larger.
+    this.unit = Math.min(3, Math.max(0.7, bitmap.width / (this.canvas.clientWidth || 1)));
+    if (byId('show-points').checked) this.drawPoints(points, scale);
     if (byId('show-targets').checked) drawTargets(this.context, targets, scale);
   }
 
-  drawPoints(points, clicked, scale) {
-    for (const [id, status, u, v] of points) {
-      if (u === undefined || u === null) continue;
-      const x = (u + 0.5) * scale, y = (v + 0.5) * scale;
-      this.context.beginPath();
-      this.context.arc(x, y, clicked.has(id) ? 2 * kRadius : kRadius, 0, 2 * Math.PI);
-      this.context.fillStyle = statuses[status].colour;
-      this.context.fill();
-      this.context.lineWidth = clicked.has(id) ? 2.5 : 1;
-      this.context.strokeStyle = clicked.has(id) ? '#ffffff' : '#0f172a';
-      this.context.stroke();
+  drawPoints(points, scale) {
+    for (const point of points) {
+      if (point.u === null || point.v === null) continue;
+      const x = (point.u + 0.5) * scale, y = (point.v + 0.5) * scale;
+      const {context, unit} = this;
+      context.beginPath();
+      context.arc(x, y, unit * (point.isChosen ? kChosenRadius : kGridRadius), 0, 2 * Math.PI);
+      context.fillStyle = statuses[point.status].colour;
+      context.fill();
+      context.setLineDash(point.status === observedStatus ? [] : [3 * unit, 2 * unit]);
+      context.lineWidth = (point.isChosen ? 2 : 0.7) * unit;
+      context.strokeStyle = point.isChosen ? '#ffffff' : '#0f172a';
+      context.stroke();
+      context.setLineDash([]);
+      if (point.isChosen) this.drawLabel(point, x + 10 * unit, y - 8 * unit);
     }
+  }
+
+  drawLabel(point, x, y) {
+    const {context, unit} = this;
+    context.font = `600 ${14 * unit}px system-ui, sans-serif`;
+    context.lineJoin = 'round';
+    context.lineWidth = 3.5 * unit;
+    context.strokeStyle = '#0f172a';
+    context.fillStyle = '#ffffff';
+    const text = `${labelOf(point)}  ${number(point.error, 1)} mm`;
+    context.strokeText(text, x, y);
+    context.fillText(text, x, y);
   }
 }

@@ -16,6 +16,18 @@ import {targetColour} from './targets.js';
 
 const kTopErrorMm = 2;
 
+/** Tissue out of the image has no texture there: a plain colour in place of the image's last row. */
+function leaveOutBeyondImage(material) {
+  material.onBeforeCompile = (shader) => {
+    shader.fragmentShader = shader.fragmentShader.replace(
+        '#include <map_fragment>', `#include <map_fragment>
+        #ifdef USE_MAP
+          if (any(lessThan(vMapUv, vec2(0.0))) || any(greaterThan(vMapUv, vec2(1.0))))
+            diffuseColor.rgb = vec3(0.22, 0.2, 0.2);
+        #endif`);
+  };
+}
+
 class LiveSurface extends Stage {
   constructor(canvas) {
     super(canvas);
@@ -25,6 +37,7 @@ class LiveSurface extends Stage {
     this.texture = new THREE.CanvasTexture(document.createElement('canvas'));
     this.texture.colorSpace = THREE.SRGBColorSpace;
     this.material = new THREE.MeshLambertMaterial({vertexColors: true, side: THREE.DoubleSide});
+    leaveOutBeyondImage(this.material);
     this.wires = new THREE.Mesh(
         this.geometry,
         new THREE.MeshBasicMaterial(
@@ -79,8 +92,6 @@ class LiveSurface extends Stage {
   /** targets: those with a place. */
   async show(header, sections, bitmap, targets) {
     const xyz = new Float32Array(sections.xyz);
-    byId('no-surface').hidden = xyz.length > 0;
-    this.group.visible = xyz.length > 0;
     if (xyz.length && (header.surface === this.number || await this.take(header.surface)))
       this.draw(xyz, header, sections, bitmap, targets);
     this.showTargets(targets);

@@ -2,55 +2,116 @@
 // that draw them are not inside.
 import {byId} from '../../report/web/data.js';
 import {ready} from '../../report/web/health.js';
+import {Alarm} from './alarm.js';
 import {Checks} from './checks.js';
 import {watchFrames} from './connection.js';
-import {Changes, listenToRecord, showNow, showPoints, showRecording, showStages} from './now.js';
+import {listenToRecord, showNow, showRecording, showStages} from './now.js';
 import {Picture} from './picture.js';
+import {PointList, readPoints} from './points.js';
+import {Changes, duration, State} from './state.js';
 import {placedTargets, readTargets, showTargetList} from './targets.js';
+import {listenToFullScreen, Pause} from './tools.js';
+import {isFollowed} from './words.js';
+
+/** Says what stands in place of the surface, and how old that is. */
+class SurfaceNote {
+  constructor(canShow) {
+    this.canShow = canShow;
+    this.seenAt = null;
+    this.state = 'connecting';
+    setInterval(() => this.tell(), 200);
+  }
+
+  /** state: that is shown. */
+  watch(state) {
+    this.state = state;
+    this.tell();
+  }
+
+  see() {
+    this.seenAt = performance.now();
+  }
+
+  tell() {
+    const isNow = isFollowed(this.state), wasSeen = this.seenAt !== null;
+    byId('surface').querySelector('.stage').classList.toggle('stale', !isNow && wasSeen);
+    byId('last-seen').hidden = isNow || !wasSeen;
+    if (!isNow && wasSeen)
+      byId('last-seen').textContent = `Last seen ${duration(performance.now() - this.seenAt)} ago`;
+    if (!this.canShow) return;
+    byId('no-surface').hidden = wasSeen;
+    byId('no-surface').textContent = this.state === 'lost' ? 'Lost: there is no surface to show' :
+        this.state === 'ended' ? 'There was no surface' :
+                                 'No surface yet';
+  }
+}
 
 export async function watch(surface, timeline) {
-  const picture = new Picture();
-  const changes = new Changes();
-  const checks = new Checks();
-  const given = new Set();  // points that were there when the page opened
-  const shown = [];         // times of the last frames, ms
-  let newest = -1;          // moment
-  let isFirst = true;
+  const picture = new Picture(), changes = new Changes(), checks = new Checks();
+  const list = new PointList(), pause = new Pause(), alarm = new Alarm();
+  const note = new SurfaceNote(surface !== null);
+  const state = new State((name) => {
+    note.watch(name);
+    alarm.watch(name);
+  });
+  const shown = [];  // times of the last frames, ms
+  let newest = -1;   // moment
   listenToRecord();
+  listenToFullScreen();
 
-  async function show({header, sections}) {
-    const [left, overlay] = await Promise.all([sections.left, sections.overlay].map(
-        (jpeg) => jpeg && createImageBitmap(new Blob([jpeg], {type: 'image/jpeg'}))));
-    for (const [id] of header.points)
-      if (isFirst) given.add(id);
-    isFirst = false;
-    const clicked = new Set(header.points.map(([id]) => id).filter((id) => !given.has(id)));
-    const moments = header.moments.filter(([frame]) => frame > newest);
-    for (const moment of moments) changes.add(moment);
-    if (moments.length) newest = moments.at(-1)[0];
+  function rate() {
     shown.push(performance.now());
     if (shown.length > 60) shown.shift();
-    const rate = shown.length > 1 ? (1000 * (shown.length - 1)) / (shown.at(-1) - shown[0]) : NaN;
-    const now = header.moments.find(([frame]) => frame === header.frame) ?? header.moments.at(-1);
-    if (now) showNow(header, now, rate);
-    showStages(header.stages);
-    showPoints(header.points, clicked);
-    showRecording(header.recording);
-    await checks.show(header);
-    const targets = readTargets(header);
-    showTargetList(targets, header.target_count);
-    picture.show(overlay ?? left, header, clicked, targets);
-    await surface?.show(
-        header, sections, left, byId('show-targets').checked ? placedTargets(targets) : []);
-    timeline?.add(moments);
-    document.documentElement.dataset.frame = header.frame;
-    document.documentElement.dataset.clicked = clicked.size;
+    return shown.length > 1 ? (1000 * (shown.length - 1)) / (shown.at(-1) - shown[0]) : NaN;
+  }
+
+  async function draw({header, sections}, points, targets) {
+    const [left, overlay] = await Promise.all([sections.left, sections.overlay].map(
+        (jpeg) => jpeg && createImageBitmap(new Blob([jpeg], {type: 'image/jpeg'}))));
+    picture.show(overlay ?? left, header, points, targets);
+    if (sections.xyz.byteLength) {
+      note.see();
+      await surface?.show(
+          header, sections, left, byId('show-targets').checked ? placedTargets(targets) : []);
+    }
     left.close();
     overlay?.close();
   }
 
-  const reason = await watchFrames(() => ({overlay: byId('overlay').checked}), show, ready);
-  byId('message').textContent = reason;
+  async function show(frame) {
+    const {header} = frame;
+    const points = readPoints(header);
+    const chosen = points.filter(({isChosen}) => isChosen);
+    const moments = header.moments.filter(([index]) => index > newest);
+    for (const moment of moments) changes.add(moment);
+    if (moments.length) newest = moments.at(-1)[0];
+    state.take(moments, chosen);
+    const now = header.moments.find(([index]) => index === header.frame) ?? header.moments.at(-1);
+    if (now) showNow(header, now, rate());
+    showStages(header.stages);
+    list.show(chosen);
+    showRecording(header.recording);
+    await checks.show(header);
+    const targets = readTargets(header);
+    showTargetList(targets, header.target_count);
+    if (!pause.isOn()) await draw(frame, points, targets);
+    timeline?.add(moments);
+    document.documentElement.dataset.frame = header.frame;
+    document.documentElement.dataset.clicked = chosen.length;
+  }
+
+  const why = await watchFrames({
+    options: () => ({overlay: byId('overlay').checked}),
+    show,
+    connected: ready,
+    disconnected: () => state.stop('disconnected')
+  });
+  state.stop(why);
+  if (pause.isOn()) pause.set(false);
+  for (const id of ['record', 'pause']) byId(id).disabled = true;
+  showRecording('');
+  picture.hasEnded = true;
+  list.end();
   checks.end();
   document.documentElement.dataset.ended = 'true';
 }

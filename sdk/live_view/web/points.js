@@ -1,0 +1,72 @@
+// The points that users chose: their list, in which they are named and removed.
+import {byId, element, number} from '../../report/web/data.js';
+import {statusCell} from '../../report/web/summary.js';
+import {request} from './now.js';
+
+const kMaxListed = 100;
+
+/** The header's; a lost one has neither pixel nor place. */
+export const readPoints = ({points}) =>
+    points.map(([id, status, isChosen, name, u, v, x, y, z, error]) => (
+                   {id, status, isChosen, name, u: u ?? null, v: v ?? null, x, y, z, error}));
+
+export const labelOf = ({id, name}) => name || `${id}`;
+
+export class PointList {
+  constructor() {
+    this.rows = new Map();  // by id
+    this.more = element('p', {class: 'hint'});
+    this.body = element('tbody');
+    const heads = ['Point', 'Status', 'Expected error', 'x, y, z in mm', ''].map(
+        (text) => element('th', {scope: 'col'}, text));
+    this.table = element(
+        'table', {class: 'point-table'}, element('thead', {}, element('tr', {}, ...heads)),
+        this.body);
+    byId('points').replaceChildren(this.table, this.more);
+  }
+
+  makeRow(id) {
+    const name = element(
+        'input', {type: 'text', maxlength: '24', placeholder: `${id}`, 'aria-label': `Name of ${id}`});
+    name.addEventListener('change', () => request('/points', {id, name: name.value}));
+    const remove = element('button', {type: 'button', 'aria-label': `Remove point ${id}`}, 'Remove');
+    remove.addEventListener('click', () => request('/points', {id, removed: true}));
+    const cells = Array.from({length: 5}, () => element('td'));
+    cells[0].append(name);
+    cells[4].append(remove);
+    const row = {name, cells, line: element('tr', {'data-id': `${id}`}, ...cells)};
+    this.body.append(row.line);
+    this.rows.set(id, row);
+    return row;
+  }
+
+  /** chosen: points of users. */
+  show(chosen) {
+    const listed = chosen.slice(0, kMaxListed);
+    const ids = new Set(listed.map(({id}) => id));
+    for (const [id, {line}] of this.rows) {
+      if (ids.has(id)) continue;
+      line.remove();
+      this.rows.delete(id);
+    }
+    for (const point of listed) {
+      const {name, cells} = this.rows.get(point.id) ?? this.makeRow(point.id);
+      if (document.activeElement !== name) name.value = point.name;
+      cells[1].replaceChildren(statusCell(point.status));
+      const isPlaced = point.error !== undefined;
+      cells[2].textContent = isPlaced ? `${number(point.error, 1)} mm` : '–';
+      cells[3].textContent =
+          isPlaced ? [point.x, point.y, point.z].map((value) => number(value, 1)).join(', ') : '–';
+    }
+    this.table.hidden = listed.length === 0;
+    this.more.textContent = chosen.length > listed.length ?
+        `and ${chosen.length - listed.length} more` :
+        listed.length ? '' :
+                        'None yet: click on tissue in the left view.';
+  }
+
+  /** The run has ended: nothing can be changed any more. */
+  end() {
+    for (const field of this.body.querySelectorAll('input, button')) field.disabled = true;
+  }
+}

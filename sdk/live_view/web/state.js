@@ -1,0 +1,128 @@
+// The state: the largest thing on the page. It never says more than is known now: without new
+// frames or a connection it says that.
+import {byId, element, seconds} from '../../report/web/data.js';
+import {stateColour} from '../../report/web/colours.js';
+import {isFollowed, reasonsInWords, states} from './words.js';
+
+const kStalledMs = 3000;  // without a frame
+const kStripMoments = 240;
+const kMaxReasons = 2;  // in the banner; the list of changes has all
+
+/** "4.2 s", "2 min 5 s". */
+export function duration(ms) {
+  if (ms < 60000) return `${(ms / 1000).toFixed(ms < 10000 ? 1 : 0)} s`;
+  return `${Math.floor(ms / 60000)} min ${Math.floor((ms % 60000) / 1000)} s`;
+}
+
+function setText(id, text) {
+  if (byId(id).textContent !== text) byId(id).textContent = text;
+}
+
+export class State {
+  /** changed: called with the name of the state that is shown. */
+  constructor(changed) {
+    this.changed = changed;
+    this.shown = 'connecting';
+    this.of = 'connecting';  // of the newest frame, or why there is none
+    this.reasons = '';
+    this.moments = [];
+    this.frameAt = null;  // when the newest frame came
+    this.since = performance.now();
+    this.timer = setInterval(() => this.tell(), 200);
+    addEventListener('resize', () => this.drawStrip());
+  }
+
+  /** moments: of the frames since the last call. */
+  take(moments, points) {
+    this.frameAt = performance.now();
+    for (const [, , state] of moments) this.moments.push(state);
+    this.moments.splice(0, Math.max(0, this.moments.length - kStripMoments));
+    const now = moments.at(-1);
+    if (now) [, , this.of, this.reasons] = now;
+    const lost = points.filter(({status}) => status === 2).length;
+    setText(
+        'state-points',
+        points.length === 0 ?
+            '' :
+            `${points.length - lost} of ${points.length} point${
+                points.length === 1 ? '' : 's'} followed`);
+    byId('state-points').style.fontWeight = lost ? '800' : '400';
+    this.drawStrip();
+    this.tell();
+  }
+
+  /** Why there are no frames: disconnected, refused, ended. */
+  stop(why) {
+    this.of = why;
+    this.reasons = '';
+    setText('state-points', '');
+    if (why !== 'disconnected') clearInterval(this.timer);
+    this.tell();
+  }
+
+  tell() {
+    const waits = this.frameAt !== null && performance.now() - this.frameAt > kStalledMs;
+    const isOfFrame = isFollowed(this.of) || this.of === 'lost' || this.of === 'initialising';
+    const name = waits && isOfFrame && !document.hidden ? 'stalled' : this.of;
+    if (name !== this.shown) {
+      this.shown = name;
+      this.since = name === 'stalled' ? this.frameAt : performance.now();
+      byId('state').dataset.state = name;
+      document.documentElement.dataset.state = name;
+      document.body.classList.toggle('ended', name === 'ended' || name === 'disconnected');
+      this.changed(name);
+    }
+    const {word, say} = states[name] ?? {word: name, say: ''};
+    const why = name === this.of && name !== 'tracking' ? reasonsInWords(this.reasons).slice(0, kMaxReasons) : [];
+    setText('state-word', word);
+    setText('state-say', why.length ? `${say} Why: ${why.join('; ')}.` : say);
+    document.title = `${word} – defrec`;
+    if (name !== 'ended' && name !== 'refused')
+      setText('state-since', `for ${duration(performance.now() - this.since)}`);
+    else
+      setText('state-since', '');
+  }
+
+  drawStrip() {
+    const canvas = byId('strip');
+    const width = Math.max(1, Math.round(canvas.clientWidth)), height = 10;
+    if (canvas.width !== width) canvas.width = width;
+    canvas.height = height;
+    const context = canvas.getContext('2d');
+    const step = width / kStripMoments;
+    this.moments.forEach((state, i) => {
+      const from = kStripMoments - this.moments.length + i;
+      context.fillStyle = stateColour(state);
+      context.fillRect(
+          Math.floor(from * step), 0, Math.ceil(step), height);
+    });
+  }
+}
+
+const kMaxChanges = 200;
+
+/** The list of changes. */
+export class Changes {
+  constructor() {
+    this.rows = [];
+    this.last = '';
+  }
+
+  add([frame, ms, state, reasons]) {
+    const now = `${state}: ${reasons}`;
+    if (now === this.last) return;
+    this.last = now;
+    const chip =
+        element('span', {class: 'chip', style: `--chip: ${stateColour(state)}`},
+                states[state]?.word ?? state);
+    const why = element('span', {title: reasons}, reasonsInWords(reasons).join('; '));
+    this.rows.unshift(element(
+        'tr', {}, ...[String(frame), seconds(ms), chip, why].map((cell) => element('td', {}, cell))));
+    this.rows.length = Math.min(this.rows.length, kMaxChanges);
+    const heads = ['Frame', 'Time', 'State', 'Why'].map(
+        (text) => element('th', {scope: 'col'}, text));
+    byId('changes').replaceChildren(element(
+        'table', {}, element('thead', {}, element('tr', {}, ...heads)),
+        element('tbody', {}, ...this.rows)));
+  }
+}

@@ -1,0 +1,43 @@
+// Full screen, and the pause of the pictures. The state goes on while they pause.
+import {byId} from '../../report/web/data.js';
+import {duration} from './state.js';
+
+export function listenToFullScreen() {
+  const button = byId('full-screen');
+  button.hidden = !document.fullscreenEnabled;
+  button.addEventListener(
+      'click',
+      () => (document.fullscreenElement ? document.exitFullscreen() :
+                                          document.documentElement.requestFullscreen()));
+  document.addEventListener('fullscreenchange', () => {
+    const isFull = Boolean(document.fullscreenElement);
+    document.body.classList.toggle('full', isFull);
+    button.textContent = isFull ? 'Leave full screen' : 'Full screen';
+  });
+}
+
+export class Pause {
+  constructor() {
+    this.from = null;
+    byId('pause').addEventListener('click', () => this.set(this.from === null));
+    setInterval(() => this.tell(), 500);
+  }
+
+  isOn() {
+    return this.from !== null;
+  }
+
+  set(on) {
+    this.from = on ? performance.now() : null;
+    byId('pause').setAttribute('aria-pressed', `${on}`);
+    byId('pause').textContent = on ? 'Go on' : 'Pause picture';
+    byId('paused').hidden = !on;
+    this.tell();
+  }
+
+  tell() {
+    if (this.from !== null)
+      byId('paused').textContent =
+          `Paused: picture of ${duration(performance.now() - this.from)} ago`;
+  }
+}
