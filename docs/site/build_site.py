@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Builds the site with Doxygen, warnings being errors, and checks it: every link leads somewhere,
-no unresolved Markdown is left, every guide can be reached and shows its pictures, and every sample
-is named.
+no unresolved Markdown is left, every guide can be reached and shows its pictures, every sample
+is named, and that the search in all text finds what people type.
 
 usage: build_site.py DOXYGEN DOXYFILE GUIDES SITE
 """
@@ -12,6 +12,8 @@ import shutil
 import subprocess
 import sys
 import urllib.parse
+
+import full_text
 
 PICTURE = re.compile(r"!\[[^\]]*\]\(([^)\s]+)\)")
 
@@ -105,7 +107,8 @@ def main():
     shutil.rmtree(site, ignore_errors=True)
     site.mkdir(parents=True)
     subprocess.run([doxygen, doxyfile], check=True)
-    found = [*faults(site, guides), *faults_of_samples(guides.parent)]
+    found = full_text.add(site, pathlib.Path(__file__).parent)
+    found += [*faults(site, guides), *faults_of_samples(guides.parent)]
     sys.exit("\n".join(found) if found else 0)
 
 
