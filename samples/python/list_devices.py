@@ -7,7 +7,7 @@ import defrec
 from input import run
 
 
-def main():
+def main() -> None:
     major, minor = defrec.library_version()
     print(f"defrec {defrec.library_release()}, API {major}.{minor}")
     with defrec.Context() as context:  # finds the plugins beside the library

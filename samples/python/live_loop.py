@@ -12,30 +12,39 @@ import math
 import sys
 import threading
 import time
+from typing import Deque, NamedTuple, Optional
 
 import defrec
-from input import Sequence, parse_camera, run
+from input import Image8, Sequence, parse_camera, run
 
 USAGE = "live_loop LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]"
 
-Frame = collections.namedtuple(
-    "Frame", "number left right arrived"
-)  # arrived: seconds of time.monotonic
-Pending = collections.namedtuple("Pending", "job number deadline")
+
+class Frame(NamedTuple):
+    number: int
+    left: Image8
+    right: Image8
+    arrived: float  # seconds of time.monotonic
+
+
+class Pending(NamedTuple):
+    job: defrec.Job
+    number: int
+    deadline: float
 
 
 class Camera(threading.Thread):
     """Keeps the newest frame; one that was not taken is lost, as with a real camera."""
 
-    def __init__(self, sequence):
+    def __init__(self, sequence: Sequence) -> None:
         super().__init__(daemon=True)
         self._sequence = sequence
         self._changed = threading.Condition()
-        self._newest = None
+        self._newest: Optional[Frame] = None
         self._has_ended = False
-        self._failure = None
+        self._failure: Optional[Exception] = None
 
-    def run(self):
+    def run(self) -> None:
         try:
             self._deliver()
         except Exception as error:
@@ -44,7 +53,7 @@ class Camera(threading.Thread):
             self._has_ended = True
             self._changed.notify()
 
-    def _deliver(self):
+    def _deliver(self) -> None:
         start = time.monotonic()
         for number in range(len(self._sequence)):
             left, right, timestamp_ns = self._sequence[number]
@@ -53,7 +62,7 @@ class Camera(threading.Thread):
                 self._newest = Frame(number, left, right, time.monotonic())
                 self._changed.notify()
 
-    def take_newest(self):
+    def take_newest(self) -> Optional[Frame]:
         """Waits for a frame; None: the camera has ended. Raises the error that stopped it."""
         with self._changed:
             self._changed.wait_for(lambda: self._newest is not None or self._has_ended)
@@ -63,13 +72,13 @@ class Camera(threading.Thread):
         return newest
 
 
-def show(pending):
+def show(pending: Pending) -> None:
     """What a display does with a result: a frame that is tracked or degraded moves the plan; a lost
     one hides it, or shows it as old."""
     result = pending.job.result()
     in_time = "in time" if time.monotonic() <= pending.deadline else "late"
     reasons = ", ".join(
-        reason.name.lower().replace("_", " ")
+        (reason.name or "").lower().replace("_", " ")
         for reason in defrec.Reason
         if reason in result.reasons
     )
@@ -79,14 +88,20 @@ def show(pending):
     )
 
 
-def take_results(queue, until):
+def take_results(queue: Deque[Pending], until: float) -> None:
     """Shows the results that are done by then, oldest first, and releases their places."""
     while queue and queue[0].job.wait(max(0, until - time.monotonic())):
         with queue[0].job:
             show(queue.popleft())
 
 
-def main(left_folder, right_folder, camera, deadline_ms, device_id=None):
+def main(
+    left_folder: str,
+    right_folder: str,
+    camera: str,
+    deadline_ms: str,
+    device_id: Optional[str] = None,
+) -> None:
     try:
         deadline = float(deadline_ms) / 1000
     except ValueError:
@@ -105,7 +120,8 @@ def main(left_folder, right_folder, camera, deadline_ms, device_id=None):
         source = Camera(sequence)
         source.start()
 
-        queue, submitted = collections.deque(), 0
+        queue: Deque[Pending] = collections.deque()
+        submitted = 0
         while (frame := source.take_newest()) is not None:
             take_results(queue, 0)  # late results
             try:

@@ -13,16 +13,18 @@ were observed; those that the tissue carries are orange.
 """
 import csv
 import pathlib
+from typing import List, Optional, TextIO, Tuple
 
 import numpy
+from numpy.typing import NDArray
 
 import defrec
-from input import Sequence, parse_camera, run
+from input import Image8, Sequence, parse_camera, run
 
 OBSERVED, CARRIED = (64, 220, 96), (255, 176, 32)
 
 
-def read_plan(path):
+def read_plan(path: str) -> Tuple[List[str], NDArray[numpy.float64]]:
     """Ids, and (n, 3) positions."""
     with open(path, newline="") as file:
         try:
@@ -36,7 +38,7 @@ def read_plan(path):
     return [name for name, _ in rows], numpy.array([xyz for _, xyz in rows])
 
 
-def prepare(job, xyz):
+def prepare(job: defrec.Job, xyz: NDArray[numpy.float64]) -> defrec.Targets:
     """The targets, prepared for the job's template."""
     with job.template() as template:
         try:
@@ -49,7 +51,9 @@ def prepare(job, xyz):
         return defrec.Targets(template, xyz)
 
 
-def write_rows(file, frame, names, moved):
+def write_rows(
+    file: TextIO, frame: int, names: List[str], moved: Optional[defrec.MovedTargets]
+) -> None:
     for i, name in enumerate(names):
         if moved is None or moved.status[i] == defrec.PointStatus.UNKNOWN:
             print(f"{frame},{name},,,,lost,", file=file)
@@ -61,16 +65,22 @@ def write_rows(file, frame, names, moved):
             print(f"{frame},{name},{x:.4f},{y:.4f},{z:.4f},{status},{error:.4f}", file=file)
 
 
-def print_frame(frame, names, moved, body):
-    known = [] if moved is None else moved.status != defrec.PointStatus.UNKNOWN
-    most = max(moved.expected_error_mm[known], default=0) if any(known) else 0
+def print_frame(
+    frame: int, names: List[str], moved: Optional[defrec.MovedTargets], body: defrec.BodyState
+) -> None:
+    errors = (
+        numpy.zeros(0)
+        if moved is None
+        else moved.expected_error_mm[moved.status != defrec.PointStatus.UNKNOWN]
+    )
+    most = errors.max(initial=0)
     print(
-        f"frame {frame}: body {body.name.lower()}, {sum(known)} of {len(names)} targets, "
+        f"frame {frame}: body {body.name.lower()}, {len(errors)} of {len(names)} targets, "
         f"expected error up to {most:.4f} mm"
     )
 
 
-def draw(picture, moved, camera):
+def draw(picture: Image8, moved: defrec.MovedTargets, camera: defrec.Camera) -> None:
     height, width, _ = picture.shape
     for (x, y, z), status, error in zip(moved.xyz, moved.status, moved.expected_error_mm):
         if status == defrec.PointStatus.UNKNOWN or not z > 0:
@@ -79,11 +89,11 @@ def draw(picture, moved, camera):
         radius = camera.fx * error / z
         if 0 <= u < width and 0 <= v < height and radius < 8192:
             colour = OBSERVED if status == defrec.PointStatus.OBSERVED else CARRIED
-            u, v, radius = (int(16 * px + 0.5) for px in (u, v, radius))
-            draw_target(picture, u, v, max(radius, 3 * 16), colour)
+            column, row, wide = (int(16 * px + 0.5) for px in (u, v, radius))
+            draw_target(picture, column, row, max(wide, 3 * 16), colour)
 
 
-def draw_target(picture, u, v, radius, colour):
+def draw_target(picture: Image8, u: int, v: int, radius: int, colour: Tuple[int, int, int]) -> None:
     """A dot and a ring; centre and radius in 1/16 px."""
     dot, half_line = 24, 12
     reach = max(radius + half_line, dot) // 16 + 1
@@ -95,7 +105,14 @@ def draw_target(picture, u, v, radius, colour):
     part[(squared <= dot**2) | ring] = colour
 
 
-def main(left_folder, right_folder, camera_text, targets_file, out_folder, device_id=None):
+def main(
+    left_folder: str,
+    right_folder: str,
+    camera_text: str,
+    targets_file: str,
+    out_folder: str,
+    device_id: Optional[str] = None,
+) -> None:
     sequence = Sequence(left_folder, right_folder)
     names, plan = read_plan(targets_file)
     camera = parse_camera(camera_text)

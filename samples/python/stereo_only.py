@@ -5,13 +5,15 @@ stereo_only.py LEFT.png RIGHT.png OUT.pgm [DEVICE_ID]
 
 OUT.pgm has 16 bits a pixel: disparity in 1/16 px, 0 where there is none.
 """
+from typing import Optional
+
 import numpy
 
 import defrec
 from input import read_gray, run
 
 
-def main(left_file, right_file, out_file, device_id=None):
+def main(left_file: str, right_file: str, out_file: str, device_id: Optional[str] = None) -> None:
     left, right = read_gray(left_file), read_gray(right_file)
     height, width = left.shape
     with defrec.Context() as context:

@@ -7,12 +7,13 @@ POINTS.csv has the columns id,u,v (px). OUT.csv has the position of each point i
 rectified left camera.
 """
 import csv
+from typing import List, Optional, Tuple
 
 import defrec
 from input import Sequence, parse_camera, run
 
 
-def read_points(path):
+def read_points(path: str) -> List[Tuple[str, float, float]]:
     """Id, u and v of each line."""
     with open(path, newline="") as file:
         try:
@@ -24,7 +25,14 @@ def read_points(path):
     return points
 
 
-def main(left_folder, right_folder, camera, points_file, out_file, device_id=None):
+def main(
+    left_folder: str,
+    right_folder: str,
+    camera: str,
+    points_file: str,
+    out_file: str,
+    device_id: Optional[str] = None,
+) -> None:
     sequence = Sequence(left_folder, right_folder)
     points = read_points(points_file)
 
@@ -34,7 +42,7 @@ def main(left_folder, right_folder, camera, points_file, out_file, device_id=Non
         tracker = defrec.Tracker(context, rig, device_id, format=defrec.Format.RGB8)
         print("frame,id,x,y,z,status,expected_error_mm", file=out)
 
-        lifted = None
+        lifted: Optional[defrec.Lifted] = None
         for job in tracker.process(sequence):  # later frames are computed meanwhile
             result = job.result()
             if lifted is None and len(result.vertices) > 0:
@@ -46,6 +54,7 @@ def main(left_folder, right_folder, camera, points_file, out_file, device_id=Non
             for i, (name, _, _) in enumerate(points):
                 if (
                     moved is None
+                    or lifted is None
                     or not lifted.found[i]
                     or moved.status[i] == defrec.PointStatus.UNKNOWN
                 ):

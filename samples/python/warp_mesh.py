@@ -10,16 +10,18 @@ rectified left camera of their frame; status is defrec.PointStatus, expected_err
 root mean square of the error to be expected.
 """
 import pathlib
+from typing import Dict, List, Optional, Tuple
 
 import numpy
+from numpy.typing import NDArray
 
 import defrec
 from input import Sequence, parse_camera, run
 
 
-def read_obj(path):
+def read_obj(path: str) -> Tuple[NDArray[numpy.float64], NDArray[numpy.int64]]:
     """Vertices (n, 3) and triangles (m, 3), from 0, of the lines "v X Y Z" and "f A B C"."""
-    rows = {"v": [], "f": []}
+    rows: Dict[str, List[Tuple[float, float, float]]] = {"v": [], "f": []}
     for line in pathlib.Path(path).read_text().splitlines():
         word, *numbers = line.split() or [""]
         if word in rows:
@@ -30,7 +32,8 @@ def read_obj(path):
                     f'{path}: "v X Y Z" or "f A B C" expected, found "{line}"'
                 ) from None
             rows[word].append((a, b, c))
-    vertices, triangles = numpy.array(rows["v"]), numpy.array(rows["f"], int).reshape(-1, 3) - 1
+    vertices = numpy.array(rows["v"], numpy.float64)
+    triangles = numpy.array(rows["f"], numpy.int64).reshape(-1, 3) - 1
     if len(vertices) == 0:
         raise ValueError(f"{path}: has no vertices")
     if triangles.size > 0 and not 0 <= triangles.min() <= triangles.max() < len(vertices):
@@ -38,7 +41,9 @@ def read_obj(path):
     return vertices, triangles
 
 
-def write_ply(path, moved, triangles):
+def write_ply(
+    path: pathlib.Path, moved: defrec.WarpedPoints, triangles: NDArray[numpy.int64]
+) -> None:
     with open(path, "w") as file:
         print("ply\nformat ascii 1.0\ncomment millimetres, left rectified camera", file=file)
         print(f"element vertex {len(moved.xyz)}", file=file)
@@ -54,7 +59,14 @@ def write_ply(path, moved, triangles):
             print(f"3 {a} {b} {c}", file=file)
 
 
-def main(left_folder, right_folder, camera, mesh_file, out_folder, device_id=None):
+def main(
+    left_folder: str,
+    right_folder: str,
+    camera: str,
+    mesh_file: str,
+    out_folder: str,
+    device_id: Optional[str] = None,
+) -> None:
     sequence = Sequence(left_folder, right_folder)
     vertices, triangles = read_obj(mesh_file)
     folder = pathlib.Path(out_folder)
