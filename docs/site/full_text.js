@@ -6,9 +6,8 @@
   const escaped = (text) => text.replace(/[.*+?^${}()|[\]\\]/g, '\\$&');
 
   /** Words begin so; those in quotation marks stand in a row. */
-  const patternsOf = (text) =>
-      [...text.matchAll(/"([^"]+)"|(\S+)/g)].map(
-          ([, phrase, word]) => new RegExp(`(?<![\\p{L}\\p{N}_])${escaped(phrase ?? word)}`, 'giu'));
+  const patternsOf = (text) => [...text.matchAll(/"([^"]+)"|(\S+)/g)].map(
+      ([, phrase, word]) => new RegExp(`(?<![\\p{L}\\p{N}_])${escaped(phrase ?? word)}`, 'giu'));
 
   const count = (text, pattern) => (text.match(pattern) ?? []).length;
 

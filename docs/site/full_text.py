@@ -107,8 +107,4 @@ def add(site, folder):
         r'<div class="title">[^<]*</div>', '<div class="title">Search in all text</div>', page
     )
     (site / PAGE).write_text(page)
-    return [
-        f"search finds nothing for '{word}'"
-        for word in words(WORDS)
-        if not finds(index, word)
-    ]
+    return [f"search finds nothing for '{word}'" for word in words(WORDS) if not finds(index, word)]

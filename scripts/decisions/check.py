@@ -139,6 +139,7 @@ ALLOWED = {
     ("tracking/points/outside_motion.cpp", "kJitter = 1e-6"): "keeps a matrix invertible",
     ("tracking/points/point_carrier.cpp", "kNothing = 1e-6"): "no division by 0",
     ("tracking/points/point_carrier.cpp", "std::max(trace, 1e-9)"): "no division by 0",
+    ("tracking/points/prepared_set.cpp", "kRun = 16'384"): "how threads share work",
     ("tracking/stages/check_output.cpp", "kMaxScore = 4096"): "ranges of a plugin's records",
     ("tracking/stages/check_output.cpp", "kFar = "): "range of a plugin's records",
     ("tracking/stages/check_output.cpp", "kMaxLevels = 8"): "range of a plugin's records",

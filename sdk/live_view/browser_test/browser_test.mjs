@@ -50,10 +50,15 @@ async function look() {
   await page.waitForFunction(() => document.documentElement.dataset.clicked === '1');
   await page.waitForFunction(
       () => document.querySelector('#points table')?.textContent.includes('mm'));
+  await page.type('#points input', 'vessel');
+  await page.keyboard.press('Tab');
+  await page.waitForFunction(
+      () => document.querySelector('#points input').value === 'vessel' &&
+          document.activeElement !== document.querySelector('#points input'));
   // In one call: $$eval finds elements in one and reads them in another, when they are replaced.
   const stages = await page.evaluate(
-      () => [...document.querySelectorAll('#stages dt')].map(
-          (name) => [name.textContent, parseFloat(name.nextElementSibling.textContent)]));
+      () => [...document.querySelectorAll('#stages [data-stage]')].map(
+          (row) => [row.dataset.stage, parseFloat(row.querySelector('dd').textContent)]));
   assert.ok(
       stages.some(([name, ms]) => name === 'stereo' && ms > 0),
       `times of stages: ${JSON.stringify(stages)}`);
@@ -82,6 +87,10 @@ async function look() {
   await page.waitForFunction(isDrawn, {}, false);
   await page.click('#record');
   await page.waitForFunction(() => document.querySelector('#recording').textContent === '');
+  assert.equal(await page.$eval('#points input', (input) => input.value), 'vessel');
+  await page.click('#points button');
+  await page.waitForFunction(() => document.documentElement.dataset.clicked === '0');
+  assert.equal(await page.$('#points input'), null);
 
   const stranger = await browser.newPage();
   const refused = await stranger.goto(url.replace(/token=.*/, 'token=0'));

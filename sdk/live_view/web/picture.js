@@ -51,7 +51,7 @@ export class Picture {
       context.strokeStyle = point.isChosen ? '#ffffff' : '#0f172a';
       context.stroke();
       context.setLineDash([]);
-      if (point.isChosen) this.drawLabel(point, x + 10 * unit, y - 8 * unit);
+      if (point.isChosen) this.drawLabel(point, x, y - 8 * unit);
     }
   }
 
@@ -63,7 +63,9 @@ export class Picture {
     context.strokeStyle = '#0f172a';
     context.fillStyle = '#ffffff';
     const text = `${labelOf(point)}  ${number(point.error, 1)} mm`;
-    context.strokeText(text, x, y);
-    context.fillText(text, x, y);
+    const gap = 10 * unit, length = context.measureText(text).width;
+    const left = x + gap + length < this.canvas.width ? x + gap : x - gap - length;
+    context.strokeText(text, left, y);
+    context.fillText(text, left, y);
   }
 }

@@ -6,9 +6,9 @@ import {request} from './now.js';
 const kMaxListed = 100;
 
 /** The header's; a lost one has neither pixel nor place. */
-export const readPoints = ({points}) =>
-    points.map(([id, status, isChosen, name, u, v, x, y, z, error]) => (
-                   {id, status, isChosen, name, u: u ?? null, v: v ?? null, x, y, z, error}));
+export const readPoints = ({points}) => points.map(
+    ([id, status, isChosen, name, u, v, x, y, z, error]) =>
+        ({id, status, isChosen, name, u: u ?? null, v: v ?? null, x, y, z, error}));
 
 export const labelOf = ({id, name}) => name || `${id}`;
 
@@ -27,9 +27,11 @@ export class PointList {
 
   makeRow(id) {
     const name = element(
-        'input', {type: 'text', maxlength: '24', placeholder: `${id}`, 'aria-label': `Name of ${id}`});
+        'input',
+        {type: 'text', maxlength: '24', placeholder: `${id}`, 'aria-label': `Name of ${id}`});
     name.addEventListener('change', () => request('/points', {id, name: name.value}));
-    const remove = element('button', {type: 'button', 'aria-label': `Remove point ${id}`}, 'Remove');
+    const remove =
+        element('button', {type: 'button', 'aria-label': `Remove point ${id}`}, 'Remove');
     remove.addEventListener('click', () => request('/points', {id, removed: true}));
     const cells = Array.from({length: 5}, () => element('td'));
     cells[0].append(name);

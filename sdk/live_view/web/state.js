@@ -42,10 +42,9 @@ export class State {
     const lost = points.filter(({status}) => status === 2).length;
     setText(
         'state-points',
-        points.length === 0 ?
-            '' :
-            `${points.length - lost} of ${points.length} point${
-                points.length === 1 ? '' : 's'} followed`);
+        points.length === 0 ? '' :
+                              `${points.length - lost} of ${points.length} point${
+                                  points.length === 1 ? '' : 's'} followed`);
     byId('state-points').style.fontWeight = lost ? '800' : '400';
     this.drawStrip();
     this.tell();
@@ -73,7 +72,9 @@ export class State {
       this.changed(name);
     }
     const {word, say} = states[name] ?? {word: name, say: ''};
-    const why = name === this.of && name !== 'tracking' ? reasonsInWords(this.reasons).slice(0, kMaxReasons) : [];
+    const why = name === this.of && name !== 'tracking' ?
+        reasonsInWords(this.reasons).slice(0, kMaxReasons) :
+        [];
     setText('state-word', word);
     setText('state-say', why.length ? `${say} Why: ${why.join('; ')}.` : say);
     document.title = `${word} – defrec`;
@@ -93,8 +94,7 @@ export class State {
     this.moments.forEach((state, i) => {
       const from = kStripMoments - this.moments.length + i;
       context.fillStyle = stateColour(state);
-      context.fillRect(
-          Math.floor(from * step), 0, Math.ceil(step), height);
+      context.fillRect(Math.floor(from * step), 0, Math.ceil(step), height);
     });
   }
 }
@@ -112,15 +112,16 @@ export class Changes {
     const now = `${state}: ${reasons}`;
     if (now === this.last) return;
     this.last = now;
-    const chip =
-        element('span', {class: 'chip', style: `--chip: ${stateColour(state)}`},
-                states[state]?.word ?? state);
+    const chip = element(
+        'span', {class: 'chip', style: `--chip: ${stateColour(state)}`},
+        states[state]?.word ?? state);
     const why = element('span', {title: reasons}, reasonsInWords(reasons).join('; '));
     this.rows.unshift(element(
-        'tr', {}, ...[String(frame), seconds(ms), chip, why].map((cell) => element('td', {}, cell))));
+        'tr', {},
+        ...[String(frame), seconds(ms), chip, why].map((cell) => element('td', {}, cell))));
     this.rows.length = Math.min(this.rows.length, kMaxChanges);
-    const heads = ['Frame', 'Time', 'State', 'Why'].map(
-        (text) => element('th', {scope: 'col'}, text));
+    const heads =
+        ['Frame', 'Time', 'State', 'Why'].map((text) => element('th', {scope: 'col'}, text));
     byId('changes').replaceChildren(element(
         'table', {}, element('thead', {}, element('tr', {}, ...heads)),
         element('tbody', {}, ...this.rows)));

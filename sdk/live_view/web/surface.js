@@ -16,11 +16,13 @@ import {targetColour} from './targets.js';
 
 const kTopErrorMm = 2;
 
-/** Tissue out of the image has no texture there: a plain colour in place of the image's last row. */
+/**
+ * Tissue out of the image has no texture there: a plain colour in place of the image's last row.
+ */
 function leaveOutBeyondImage(material) {
   material.onBeforeCompile = (shader) => {
-    shader.fragmentShader = shader.fragmentShader.replace(
-        '#include <map_fragment>', `#include <map_fragment>
+    shader.fragmentShader =
+        shader.fragmentShader.replace('#include <map_fragment>', `#include <map_fragment>
         #ifdef USE_MAP
           if (any(lessThan(vMapUv, vec2(0.0))) || any(greaterThan(vMapUv, vec2(1.0))))
             diffuseColor.rgb = vec3(0.22, 0.2, 0.2);

@@ -7,8 +7,9 @@ export function listenToFullScreen() {
   button.hidden = !document.fullscreenEnabled;
   button.addEventListener(
       'click',
-      () => (document.fullscreenElement ? document.exitFullscreen() :
-                                          document.documentElement.requestFullscreen()));
+      () =>
+          (document.fullscreenElement ? document.exitFullscreen() :
+                                        document.documentElement.requestFullscreen()));
   document.addEventListener('fullscreenchange', () => {
     const isFull = Boolean(document.fullscreenElement);
     document.body.classList.toggle('full', isFull);

@@ -41,8 +41,8 @@ class SurfaceNote {
     if (!this.canShow) return;
     byId('no-surface').hidden = wasSeen;
     byId('no-surface').textContent = this.state === 'lost' ? 'Lost: there is no surface to show' :
-        this.state === 'ended' ? 'There was no surface' :
-                                 'No surface yet';
+        this.state === 'ended'                             ? 'There was no surface' :
+                                                             'No surface yet';
   }
 }
 

@@ -8,7 +8,8 @@ export const states = {
     say: 'Nothing is followed yet: waiting for a frame that shows the tissue well.'
   },
   tracking: {word: 'Tracking', say: 'The tissue is followed.'},
-  degraded: {word: 'Less sure', say: 'The tissue is followed, but errors may be larger than usual.'},
+  degraded:
+      {word: 'Less sure', say: 'The tissue is followed, but errors may be larger than usual.'},
   relocalised: {word: 'Found again', say: 'The tissue was lost, and is followed again.'},
   lost: {word: 'Lost', say: 'The tissue is not followed. Do not rely on any position.'},
   stalled: {word: 'No new picture', say: 'The program runs, but no frame comes from the video.'},
@@ -54,8 +55,10 @@ const reasons = {
 
 /** Of a list of names with commas between them. */
 export const reasonsInWords = (names) =>
-    names.split(',').map((name) => name.trim()).filter(Boolean).map(
-        (name) => reasons[name] ?? name.replaceAll('-', ' '));
+    names.split(',')
+        .map((name) => name.trim())
+        .filter(Boolean)
+        .map((name) => reasons[name] ?? name.replaceAll('-', ' '));
 
 const stages = {
   'upload': 'Copy in',
