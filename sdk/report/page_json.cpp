@@ -26,6 +26,12 @@ json to_json(const Ellipsoids& ellipsoids) {
             {"status", base64(ellipsoids.status)}};
 }
 
+const char* name_of(ReportSeverity severity) {
+    return severity == ReportSeverity::error     ? "error"
+           : severity == ReportSeverity::warning ? "warning"
+                                                 : "remark";
+}
+
 json targets_json(const SurfaceHistory& history) {
     if (history.target_labels().empty()) return nullptr;
     json labels = json::array();
@@ -73,8 +79,14 @@ std::string base64(const void* data, std::size_t bytes) {
 json to_json(const ReportMeta& meta) {
     json facts = json::array();
     for (const auto& [name, value] : meta.facts) facts.push_back({name, value});
+    json notes = json::array();
+    for (const ReportSeverity severity :
+         {ReportSeverity::error, ReportSeverity::warning, ReportSeverity::remark})
+        for (const ReportNote& note : meta.notes)
+            if (note.severity == severity)
+                notes.push_back({{"severity", name_of(severity)}, {"text", note.text}});
     return {{"sequence", meta.sequence},        {"backend", meta.backend}, {"device", meta.device},
-            {"version", meta.version},          {"facts", facts},          {"notes", meta.notes},
+            {"version", meta.version},          {"facts", facts},          {"notes", notes},
             {"overlay_file", meta.overlay_file}};
 }
 

@@ -25,6 +25,14 @@
 
 namespace defrec::cli {
 
+enum class ReportSeverity { remark, warning, error };
+
+/// What the reader should know before the numbers.
+struct ReportNote {
+    ReportSeverity severity = ReportSeverity::warning;
+    std::string text;
+};
+
 /// Texts for the head of the page: any UTF-8 (what is not UTF-8 is replaced), escaped by the
 /// writer.
 struct ReportMeta {
@@ -35,7 +43,7 @@ struct ReportMeta {
     std::string overlay_file;  ///< name of the video beside the report, or empty
     std::vector<std::pair<std::string, std::string>>
         facts;                       ///< further lines: "Calibration", "stereo.yaml"
-    std::vector<std::string> notes;  ///< error messages the reader should know: warnings
+    std::vector<ReportNote> notes;  ///< the page shows the most severe first
 };
 
 /// Collects frames and writes the page. Memory is bounded whatever the length of the sequence: at

@@ -151,13 +151,6 @@ std::int64_t PointFollower::follow(double u, double v, std::int64_t frame) {
     return id;
 }
 
-std::size_t PointFollower::points_never_reached() const {
-    return static_cast<std::size_t>(
-        std::count_if(points_.begin(), points_.end(), [this](const FollowedPoint& point) {
-            return newest_ && point.frame.value_or(*newest_) > *newest_;
-        }));
-}
-
 void PointFollower::lift_in(std::int64_t frame, defrec_job job) {
     const std::vector<std::size_t> places = given_in(frame);
     if (places.empty()) return;
@@ -225,6 +218,19 @@ void PointFollower::warp(defrec_job job) {
 void PointFollower::count_earlier(std::int64_t first) {
     for (const FollowedPoint& point : points_)
         of_lost_frames_ += point.frame.value_or(first) < first;
+}
+
+void PointFollower::finish() {
+    for (const FollowedPoint& point : points_) {
+        if (point.is_removed || !point.frame || (newest_ && *point.frame <= *newest_)) continue;
+        PointRow row;
+        row.frame = *point.frame;
+        row.timestamp_ms = std::nan("");
+        row.id = point.id;
+        rows_.add(row.status);
+        file_.add(row);
+        ++never_reached_;
+    }
 }
 
 std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timestamp_ms,

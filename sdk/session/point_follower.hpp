@@ -45,6 +45,8 @@ class PointFollower {
     // for each point that has been given so far, and returns those of all but removed ones. job is null where
     // the frame has no result to be trusted.
     std::vector<PointRow> add_frame(std::int64_t frame, double timestamp_ms, defrec_job job);
+    // Points of frames that never came get a row each, of their frame, without time and lost.
+    void finish();
     void commit() { file_.commit(); }
 
     std::size_t count() const { return points_.size(); }
@@ -54,8 +56,8 @@ class PointFollower {
     // the surface was not followed, or not closely. Without those of a template that was given up.
     std::size_t points_without_surface() const { return without_surface_; }
     std::size_t points_of_lost_frames() const { return of_lost_frames_; }
-    // Points that were given in a frame behind the last one.
-    std::size_t points_never_reached() const;
+    // Points that were given in a frame behind the last one; after finish().
+    std::size_t points_never_reached() const { return never_reached_; }
 
   private:
     FollowedPoint* chosen(std::int64_t id);  // null: no such point
@@ -89,7 +91,7 @@ class PointFollower {
     std::vector<double> lift_covariance_;  // of the points that were found; 0: of the template
     std::optional<std::int64_t> sure_from_;
     StatusCounts rows_;
-    std::size_t without_surface_ = 0, of_lost_frames_ = 0;
+    std::size_t without_surface_ = 0, of_lost_frames_ = 0, never_reached_ = 0;
     bool has_forgotten_ = false;          // a template
     std::optional<std::int64_t> newest_;  // frame of the last rows
 };

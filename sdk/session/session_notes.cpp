@@ -10,6 +10,7 @@
 #include "sdk/input/compression/decisions.hpp"
 #include "sdk/input/view_image.hpp"
 #include "sdk/io/interrupt.hpp"
+#include "sdk/io/text.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -17,18 +18,23 @@ namespace {
 struct ReasonNote {
     std::uint32_t reason;
     const char* text;
+    NoteSeverity severity;
 };
 constexpr ReasonNote kReasonNotes[] = {
-    {DEFREC_REASON_VIEWS_SWAPPED, "The two images look swapped; exchange --left and --right."},
+    {DEFREC_REASON_VIEWS_SWAPPED, "The two images look swapped; exchange --left and --right.",
+     NoteSeverity::kError},
     {DEFREC_REASON_VIEW_LATE,
      "In some frames left and right view were taken at different times; see "
-     "view_lag_frames in frames.csv."},
+     "view_lag_frames in frames.csv.",
+     NoteSeverity::kWarning},
     {DEFREC_REASON_INTERLACED,
      "In some frames the rows of an image are of two times, as those of interlaced video; if all "
-     "images are so, give --interlaced top-first or --interlaced bottom-first."},
+     "images are so, give --interlaced top-first or --interlaced bottom-first.",
+     NoteSeverity::kWarning},
     {DEFREC_REASON_CALIBRATION,
      "The calibration has drifted; calibrate anew, or set self_calibration: correct in "
-     "--config. See rig_estimate in summary.json."},
+     "--config. See rig_estimate in summary.json.",
+     NoteSeverity::kError},
 };
 
 // In the middle of the left image, so that it takes no longer than a small frame.
@@ -56,7 +62,8 @@ void SessionNotes::add_fields(FieldOrder fields) {
     if (!is_interlaced(fields)) return;
     add(std::string("The images are interlaced, ") +
         (fields == FieldOrder::kTopFirst ? "top" : "bottom") +
-        " field first; each field was tracked as a frame, two for each image.");
+        " field first; each field was tracked as a frame, two for each image.",
+        NoteSeverity::kRemark);
 }
 
 std::string SessionNotes::add_frame(const StereoFrame& frame, const defrec_result& result) {
@@ -86,7 +93,8 @@ std::vector<std::string> SessionNotes::left_to_say() const {
 void SessionNotes::add_frame_of_points(std::int64_t first, bool any) {
     if (any && first > 0)
         add("Points to follow without a frame were taken to be pixels of frame " +
-            std::to_string(first) + ", the first of --frames.");
+            std::to_string(first) + ", the first of --frames.",
+            NoteSeverity::kRemark);
 }
 
 void SessionNotes::add_late_template(const LateTemplate& late) {
@@ -96,7 +104,7 @@ void SessionNotes::add_late_template(const LateTemplate& late) {
             ? "The template was taken from frame " + number
             : "The first frame could not give a good template; it was taken from frame " + number;
     if (late.is_followed_back) text += ", and all frames were followed from it";
-    add(text + ".");
+    add(text + ".", NoteSeverity::kRemark);
     if (late.has_targets)
         add("The targets were taken to be given in the left rectified camera of frame " + number +
             ", the template's.");
@@ -106,27 +114,35 @@ void SessionNotes::add_given_up(std::int64_t template_frame, std::int64_t frame)
     add("The template of frame " + std::to_string(template_frame) + " was given up in frame " +
         std::to_string(frame) +
         ", since good frames did not show it; points and targets given before are lost from "
-        "there on.");
+        "there on.",
+        NoteSeverity::kError);
 }
 
 void SessionNotes::conclude(const PointFollower& points, bool has_template, bool has_tracked) {
     add(compression_.conclude());
+    const bool is_half_lost =
+        2 * points.rows().share(PointStatus::kLost) > 1 && points.rows().any_position();
+    if (is_half_lost)
+        add("The points are lost in " +
+                format_fixed(100 * points.rows().share(PointStatus::kLost), 0) +
+                " % of their rows: what is said of the surface is not true of them.",
+            NoteSeverity::kError);
     const std::string all = " of " + std::to_string(points.count()) + " points to follow ";
     if (const std::size_t count = points.points_without_surface(); count > 0)
         add(std::to_string(count) + all +
             "lie where the template has no surface; they are lost in every frame.");
-    if (const std::size_t count = points.points_never_reached(); count > 0)
-        add(std::to_string(count) + all +
-            "were given in a frame that was not reached; points.csv has no rows of them.");
     if (const std::size_t count = points.points_of_lost_frames(); count > 0)
         add(std::to_string(count) + all +
             "were given in a frame in which the surface was not followed, or not closely; they "
             "are lost in every frame.");
+    if (const std::size_t count = points.points_never_reached(); count > 0)
+        add(std::to_string(count) + all +
+            "are of frames that the run did not reach; they have one row each, and are lost.");
     if (!has_tracked)
-        add(has_template ? kNothingTracked
-                         : "No frame could give a template; nothing was tracked.");
-    for (const auto& [reason, text] : kReasonNotes)
-        if ((reasons_ & reason) != 0) add(text);
+        add(has_template ? kNothingTracked : "No frame could give a template; nothing was tracked.",
+            NoteSeverity::kError);
+    for (const auto& [reason, text, severity] : kReasonNotes)
+        if ((reasons_ & reason) != 0) add(text, severity);
     if (interrupt_requested()) add("Interrupted; the outputs hold the frames tracked until then.");
 }
 

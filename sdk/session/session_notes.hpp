@@ -16,10 +16,15 @@ namespace defrec::cli {
 inline constexpr char kNothingTracked[] =
     "No point has a position in any frame; nothing was tracked.";
 
+// How far results are touched: not at all, perhaps, or they are wrong or missing.
+enum class NoteSeverity { kRemark, kWarning, kError };
+
 class SessionNotes {
   public:
-    void add(std::string note) {
-        if (!note.empty()) notes_.push_back(std::move(note));
+    void add(std::string note, NoteSeverity severity = NoteSeverity::kWarning) {
+        if (note.empty()) return;
+        notes_.push_back(std::move(note));
+        severities_.push_back(severity);
     }
     // The frames in order, each with its result. Returns a note that is to be said at once, since
     // it is of the recording as a whole; mostly it is empty.
@@ -41,11 +46,14 @@ class SessionNotes {
 
     const CompressionWatch& compression() const { return compression_; }
     std::span<const std::string> all() const { return notes_; }
+    // One for each of all().
+    std::span<const NoteSeverity> severities() const { return severities_; }
     // Without those that were to be said at once.
     std::vector<std::string> left_to_say() const;
 
   private:
     std::vector<std::string> notes_;
+    std::vector<NoteSeverity> severities_;
     std::uint32_t reasons_ = 0;  // of all frames
     CompressionWatch compression_;
     int looked_at_ = 0;             // frames, for their detail

@@ -121,10 +121,12 @@ std::string SessionPictures::finish_overlay() {
     return overlay_->note();
 }
 
-void SessionPictures::finish_report(const std::string& origin, std::span<const std::string> notes) {
+void SessionPictures::finish_report(const std::string& origin, const SessionNotes& notes) {
     if (!report_) return;
     report_->meta().facts.emplace_back("Template", origin);
-    report_->meta().notes.insert(report_->meta().notes.end(), notes.begin(), notes.end());
+    for (std::size_t i = 0; i < notes.all().size(); ++i)
+        report_->meta().notes.push_back(
+            {static_cast<ReportSeverity>(notes.severities()[i]), notes.all()[i]});
     report_->finish();
     written_.emplace_back("report.html");
 }

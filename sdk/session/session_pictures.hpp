@@ -15,6 +15,7 @@
 #include "sdk/live_view/live_view.hpp"
 #include "sdk/report/report.hpp"
 #include "sdk/session/input_checks.hpp"
+#include "sdk/session/session_notes.hpp"
 
 namespace defrec::cli {
 
@@ -66,7 +67,7 @@ class SessionPictures {
     // Returns a note on the overlay, empty for none.
     std::string finish_overlay();
     // origin: of the template.
-    void finish_report(const std::string& origin, std::span<const std::string> notes);
+    void finish_report(const std::string& origin, const SessionNotes& notes);
 
   private:
     std::unique_ptr<OverlayWriter> open_overlay(const std::string& name) const;

@@ -536,7 +536,8 @@ class TrackSession {
     // Writes what there is, also after a failure; the first file that cannot be written is
     // reported. Returns the summary.
     nlohmann::ordered_json finish(double seconds, std::exception_ptr& failure) {
-        notes_.add(source_.fault());
+        notes_.add(source_.fault(), NoteSeverity::kError);
+        points_.finish();
         notes_.conclude(points_, template_.frame.has_value(), has_tracked());
         WrittenFiles files(folder_.path());
         // function: gives a file its name; it is listed where that name is not empty.
@@ -556,18 +557,19 @@ class TrackSession {
         });
         attempt("frames.csv", [&] { write_frames(folder_ / "frames.csv", rows_); });
         attempt("", [&] { pictures_->finish_recording(); });
-        attempt("", [&] { notes_.add(pictures_->finish_overlay()); });
+        attempt("", [&] { notes_.add(pictures_->finish_overlay(), NoteSeverity::kRemark); });
         attempt("", [&] {
-            std::vector<std::string> notes(notes_.all().begin(), notes_.all().end());
+            SessionNotes notes = notes_;
             for (const std::string& warning : setup_.remarks.warnings())
-                notes.push_back("The library's " + warning);
+                notes.add("The library's " + warning);
             pictures_->finish_report(origin_of_template(), notes);
         });
         for (const std::string& name : pictures_->written()) attempt(name, [] {});
         nlohmann::ordered_json summary =
             summarise_track({options_, setup_.device, calibration_, rig_info(setup_.rig), rows_,
                              points_, targets_ ? &*targets_ : nullptr, notes_.all(), setup_.remarks,
-                             template_.frame, link_.facts(), source_.camera_counts(), seconds});
+                             template_.frame, link_.facts(), source_.camera_counts(),
+                             source_.fps(), seconds});
         summary["run"] = folder_.run();
         summary["files"] = files.json();
         // It says that the run was finished, so the disk gets it last.

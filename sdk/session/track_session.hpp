@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sdk/input/frame_source.hpp"
 #include "sdk/io/calibration.hpp"
@@ -21,6 +22,13 @@ struct RecordingOptions {
     bool meshes = false, overlay = true, report = true;
     bool overlay_details = false;  // control points and refused matches too
     std::string trace;  // file; empty: none
+};
+
+// An option as it was typed.
+struct RecordedOption {
+    std::string name;  // without --
+    bool is_flag = false;
+    std::optional<std::string> value;  // none: it was not given
 };
 
 struct TrackOptions {
@@ -42,6 +50,7 @@ struct TrackOptions {
     unsigned threads = 0;
     std::uint64_t seed = 0;
     bool quiet = false, json = false;
+    std::vector<RecordedOption> recorded{};  // all of them, for the summary
 };
 
 // Returns the exit code: 0, 3 when the input ended early, 8 when nothing was tracked, 130 when

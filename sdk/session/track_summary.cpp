@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core/version.hpp>
 
 #include "sdk/contract/enumerations.hpp"
 #include "sdk/io/process_memory.hpp"
@@ -14,7 +15,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json input_json(const TrackOptions& options) {
+Json input_json(const TrackFacts& facts) {
+    const TrackOptions& options = facts.options;
     Json json;
     if (options.source.stereo.empty()) {
         json["left"] = options.source.left;
@@ -29,7 +31,27 @@ Json input_json(const TrackOptions& options) {
     json["targets"] = options.targets.empty() ? Json(nullptr) : Json(options.targets);
     json["config"] = options.config.empty() ? Json(nullptr) : Json(options.config);
     json["seed"] = options.seed;
+    json["fps"] = facts.fps;
     return json;
+}
+
+// As they were typed, also those that were not given: `defrec track --like` gives them again.
+Json options_json(const std::vector<RecordedOption>& options) {
+    Json json = Json::object();
+    for (const RecordedOption& option : options) {
+        if (option.is_flag)
+            json[option.name] = option.value.has_value();
+        else
+            json[option.name] = option.value ? Json(*option.value) : Json(nullptr);
+    }
+    return json;
+}
+
+Json versions_json() {
+    const std::uint32_t api = defrec_version();
+    return {{"defrec", defrec_version_string()},
+            {"api", std::to_string(api / 1000) + "." + std::to_string(api % 1000)},
+            {"opencv", CV_VERSION}};
 }
 
 Json camera_json(const TrackFacts& facts) {
@@ -87,7 +109,8 @@ void add_shares(const StatusCounts& rows, Json& json) {
 Json points_json(const PointFollower& points) {
     Json json{{"count", points.count()},
               {"without_surface", points.points_without_surface()},
-              {"of_lost_frames", points.points_of_lost_frames()}};
+              {"of_lost_frames", points.points_of_lost_frames()},
+              {"never_reached", points.points_never_reached()}};
     add_shares(points.rows(), json);
     return json;
 }
@@ -159,7 +182,10 @@ Json stage_statistics(const std::vector<FrameRow>& rows) {
 Json summarise_track(const TrackFacts& facts) {
     Json json;
     json["defrec"] = defrec_version_string();
-    json["input"] = input_json(facts.options);
+    json["versions"] = versions_json();
+    json["folder"] = std::filesystem::current_path().string();
+    json["options"] = options_json(facts.options.recorded);
+    json["input"] = input_json(facts);
     json["device"] = {{"id", facts.device.id}, {"name", facts.device.name}};
     json["rectified_camera"] = camera_json(facts);
     json["frames"] = facts.rows.size();

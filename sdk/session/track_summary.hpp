@@ -35,6 +35,7 @@ struct TrackFacts {
     std::optional<std::int64_t> template_frame;
     const std::optional<LinkFacts>& link;  // empty without a live link
     std::optional<CameraCounts> cameras;   // empty for recorded images
+    double fps;                            // of the images
     double seconds;                        // reading, tracking and drawing together
 };
 

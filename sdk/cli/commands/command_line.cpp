@@ -6,6 +6,7 @@
 #include <new>
 
 #include "sdk/base/os/atomic_file.hpp"
+#include "sdk/cli/commands/suggestion.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/terminal.hpp"
 
@@ -13,6 +14,8 @@ namespace defrec::cli {
 
 int carry_out(CLI::App& app, const std::function<int()>& run, int argc, const char* const* argv) {
     try {
+        if (const std::string unknown = misspelling(app, argc, argv); !unknown.empty())
+            throw CliError(ExitCode::kUsage, unknown);
         try {
             app.parse(argc, argv);
         } catch (const CLI::ParseError& error) {

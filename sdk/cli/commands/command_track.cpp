@@ -6,6 +6,7 @@
 #include "sdk/cli/commands/command_options.hpp"
 #include "sdk/cli/commands/commands.hpp"
 #include "sdk/cli/commands/source_options.hpp"
+#include "sdk/cli/commands/track_like.hpp"
 #include "sdk/session/track_session.hpp"
 
 namespace defrec::cli {
@@ -13,15 +14,12 @@ namespace {
 
 constexpr const char* kFooter =
     "Results in DIR: points.csv (mm in the left rectified camera of each frame), targets.csv "
-    "likewise,\n"
-    "frames.csv, summary.json, template.ply, overlay.mp4 and report.html, which opens in a "
-    "browser.\n"
+    "likewise, frames.csv, summary.json, template.ply, overlay.mp4 and report.html, which opens in "
+    "a browser.\n"
     "\n"
-    "OpenIGTLink is neither encrypted nor authenticated: keep it on this computer or in a "
-    "network of your own.\n"
-    "A receiver that is slow or gone never slows tracking down; it misses frames. Nor does a "
-    "browser with\n"
-    "--view, whose address holds a token: keep it to yourself.\n"
+    "OpenIGTLink is neither encrypted nor authenticated: keep it on this computer or in a network "
+    "of your own. A receiver that is slow or gone never slows tracking down; it misses frames. Nor "
+    "does a browser with --view, whose address holds a token: keep it to yourself.\n"
     "\n"
     "Examples:\n"
     "  defrec track --left left.mp4 --right right.mp4 --calibration stereo.yaml --out result\n"
@@ -34,11 +32,11 @@ constexpr const char* kFooter =
     "localhost:18944\n"
     "  defrec track --left /dev/video0 --right /dev/video2 --calibration stereo.yaml --out "
     "result --view\n"
+    "  defrec track --like result/summary.json --out again\n"
     "\n"
     "Exit codes: 0 done, 2 usage, 3 input unreadable or cut short, 4 calibration invalid, 5 no "
-    "device,\n"
-    "7 output failed, 8 nothing tracked, 130 interrupted. After 3 and 130 the results hold the "
-    "frames tracked until then.";
+    "device, 7 output failed, 8 nothing tracked, 130 interrupted. After 3 and 130 the results hold "
+    "the frames tracked until then.";
 
 void add_input_options(CLI::App& command, TrackOptions& options) {
     add_source_options(command, options.source);
@@ -147,10 +145,19 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
     add_tracking_options(*command, *options);
     add_recording_options(*command, *options);
     add_link_options(*command, *options);
+    command
+        ->add_option_function<std::string>(
+            "--like", [](const std::string&) {},
+            "Take all options from the summary.json of an earlier run, but for those given here "
+            "and for where results go; results are the same with the same defrec and device")
+        ->type_name("F");
     command->add_flag("--quiet", options->quiet, "Print nothing but errors");
     command->add_flag("--json", options->json, "Print the summary as JSON");
     command->footer(kFooter);
-    command->callback([options, &run] { run = [options] { return run_track(*options); }; });
+    command->callback([options, command, &run] {
+        options->recorded = recorded_options(*command);
+        run = [options] { return run_track(*options); };
+    });
     return command;
 }
 

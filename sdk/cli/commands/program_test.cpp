@@ -220,7 +220,7 @@ TEST_CASE("help and version are no errors") {
     CHECK(run({"--help"}) == 0);
     CHECK(run({"--version"}) == 0);
     for (const char* command : {"track", "doctor", "register", "handeye", "render", "score",
-                                "evaluate", "devices", "bench"})
+                                "evaluate", "devices", "bench", "demo", "completion"})
         CHECK(run({command, "--help"}) == 0);
 }
 
@@ -302,6 +302,59 @@ TEST_CASE(
     CHECK(TestFolder::read(folder / "score.html").find("\npx ") != std::string::npos);
     CHECK(run({"score", folder / "a", "--truth", sequence() / "truth.csv", "--max-median",
                "0.000001", "--json"}) == 6);
+}
+
+TEST_CASE("a run is repeated by its summary, to the same bytes, but for what is given beside it") {
+    const TestFolder folder;
+    REQUIRE(run(track_arguments(folder / "a", {"--seed", "5", "--frames", "1:4", "--no-overlay",
+                                               "--backend", "cpu", "--fps", "25"})) == 0);
+    const std::string summary = folder / "a/summary.json";
+    const auto first = nlohmann::json::parse(TestFolder::read(summary));
+    CHECK(first["options"]["seed"] == "5");
+    CHECK(first["options"]["no-overlay"] == true);
+    CHECK(first["options"]["from-template"].is_null());
+    CHECK(first["options"]["grow"] == false);
+    CHECK(first["input"]["fps"] == 25);
+    CHECK(first["versions"]["api"].is_string());
+    REQUIRE(run({"track", "--quiet", "--like", summary, "--out", folder / "b"}) == 0);
+    CHECK(TestFolder::read(folder / "a/points.csv") == TestFolder::read(folder / "b/points.csv"));
+    CHECK_FALSE(fs::exists(folder / "b/overlay.mp4"));
+    const auto again = nlohmann::json::parse(TestFolder::read(folder / "b/summary.json"));
+    for (const auto& [name, value] : first["options"].items())
+        if (name != "out" && name != "like" && name != "left" && name != "right" &&
+            name != "calibration" && name != "points")
+            CHECK_MESSAGE(again["options"][name] == value, name);
+    REQUIRE(run({"track", "--quiet", "--like", summary, "--frames", "1:3", "--out",
+                 folder / "c"}) == 0);
+    CHECK(lines_of(folder / "c/frames.csv") == 3);
+    CHECK(run({"track", "--quiet", "--like", folder.write("s.json", "{}"), "--out",
+               folder / "d"}) == 3);
+}
+
+TEST_CASE("points of frames that the run did not reach have a row each, lost, and a note") {
+    const TestFolder folder;
+    const std::string points =
+        folder.write("points.csv", "id,u,v,frame\n1,90,60,\n2,90,60,2\n3,90,60,7\n4,9,9,900\n");
+    const TestFolder& input = sequence();
+    REQUIRE(run({"track", "--quiet", "--left", input / "left", "--right", input / "right",
+                 "--calibration", input / "calibration.yaml", "--points", points, "--out",
+                 folder / "out", "--no-overlay"}) == 0);
+    CHECK(lines_of(folder / "out/points.csv") == 1 + kFrames + (kFrames - 2) + 2);
+    const std::string rows = TestFolder::read(folder / "out/points.csv");
+    CHECK(rows.find("\n7,,3,,,,,,lost,") != std::string::npos);
+    CHECK(rows.find("\n900,,4,,,,,,lost,") != std::string::npos);
+    const auto summary = nlohmann::json::parse(TestFolder::read(folder / "out/summary.json"));
+    CHECK(summary["points"]["never_reached"] == 2);
+    CHECK(summary["notes"].dump().find("2 of 4 points to follow are of frames that the run did not "
+                                       "reach") != std::string::npos);
+    CHECK(run({"score", folder / "out", "--truth", input / "truth.csv"}) == 0);
+}
+
+TEST_CASE("the demo goes from nothing to a report") {
+    const TestFolder folder;
+    CHECK(run({"demo", "--no-open", "--out", folder / "demo"}) == 0);
+    CHECK(fs::exists(folder / "demo/result/report.html"));
+    CHECK(fs::exists(folder / "demo/sequence/truth.csv"));
 }
 
 TEST_CASE(

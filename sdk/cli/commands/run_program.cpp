@@ -1,18 +1,22 @@
 // The program `defrec`: its subcommands.
 #include <CLI/CLI.hpp>
+#include <memory>
 #include <opencv2/core/utils/logger.hpp>
 
 #include "sdk/cli/bench/bench.hpp"
 #include "sdk/cli/commands/command_line.hpp"
 #include "sdk/cli/commands/commands.hpp"
+#include "sdk/cli/commands/help_text.hpp"
+#include "sdk/cli/commands/track_like.hpp"
 #include "sdk/io/interrupt.hpp"
+#include "sdk/io/terminal.hpp"
 #include "sdk/scenes/writing/render_command.hpp"
 
 namespace defrec::cli {
 namespace {
 
 constexpr char kOverview[] =
-    "A first run, from nothing to a report:\n"
+    "A first run, from nothing to a report: defrec demo, or step by step:\n"
     "  defrec render --list\n"
     "  defrec render heartbeat --out sequence\n"
     "  defrec track --left sequence/left --right sequence/right --calibration "
@@ -22,12 +26,9 @@ constexpr char kOverview[] =
     "`defrec COMMAND --help` explains each.\n"
     "\n"
     "Exit codes: 0 ok, 1 internal error or out of memory, 2 usage, 3 input unreadable, 4 "
-    "calibration invalid, 5 plugin\n"
-    "or device unavailable, 6 finished but below the asked threshold, 7 output failed, 8 nothing "
-    "tracked, 9 `defrec\n"
-    "doctor` found something, `defrec register` has no registration, `defrec handeye` no "
-    "transform,\n"
-    "130 interrupted.";
+    "calibration invalid, 5 plugin or device unavailable, 6 finished but below the asked "
+    "threshold, 7 output failed, 8 nothing tracked, 9 `defrec doctor` found something, `defrec "
+    "register` has no registration, `defrec handeye` no transform, 130 interrupted.";
 
 // OpenCV's and FFmpeg's own complaints would stand between ours, which say the same with file and
 // reason.
@@ -61,6 +62,7 @@ int run_program(int argc, const char* const* argv) {
     silence_decoders();
     CLI::App app("defrec: recovers in real time how a tissue surface deforms in stereo video");
     app.name("defrec");
+    app.formatter(std::make_shared<HelpText>(help_width()));
     app.footer(kOverview);
     app.set_version_flag("--version", std::string("defrec ") + defrec_version_string());
     app.require_subcommand(1);
@@ -74,7 +76,15 @@ int run_program(int argc, const char* const* argv) {
     add_evaluate_command(app, run);
     add_devices_command(app, run);
     add_bench_command(app, run, load_frames);
-    return carry_out(app, run, argc, argv);
+    add_demo_command(app, run);
+    add_completion_command(app, run);
+    try {
+        const Arguments arguments = with_recorded_options({argv, argv + argc});
+        return carry_out(app, run, arguments.count(), arguments.values());
+    } catch (const CliError& error) {
+        print_notice(error.what());
+        return static_cast<int>(error.code());
+    }
 }
 
 }  // namespace defrec::cli

@@ -5,7 +5,12 @@ import {byId, element, number, percent} from './data.js';
 import {statusCell} from './summary.js';
 import {svg, tickLabel, ticks} from './svg.js';
 
-const kWidth = 460, kHeight = 170, kMargin = {left: 48, right: 12, top: 10, bottom: 34};
+const kWidth = 460, kHeight = 170, kMargin = {
+  left: 48,
+  right: 12,
+  top: 10,
+  bottom: 34
+};
 const axisColours = ['#2563eb', '#d97706', '#16a05e'];
 const lostColour = '#dc2626';
 
@@ -33,8 +38,7 @@ function runs(points, i) {
       last = null;
       continue;
     }
-    if (!last || result.at(-1).status !== status)
-      result.push({status, pixels: last ? [last] : []});
+    if (!last || result.at(-1).status !== status) result.push({status, pixels: last ? [last] : []});
     result.at(-1).pixels.push(pixel);
     last = pixel;
   }
@@ -53,13 +57,9 @@ class Map2d {
       'aria-label': 'Ways of the followed points over the left image of the template'
     });
     if (surface?.texture)
-      this.drawing.append(svg('image', {
-        href: `data:image/jpeg;base64,${surface.texture}`,
-        x: -0.5,
-        y: -0.5,
-        width,
-        height
-      }));
+      this.drawing.append(svg(
+          'image',
+          {href: `data:image/jpeg;base64,${surface.texture}`, x: -0.5, y: -0.5, width, height}));
     this.marks = svg('g', {});
     this.ways = points.listed.map((point, i) => {
       const way = svg('g', {class: 'way'}, svg('title', {}, `Point ${nameOf(point)}`));
@@ -172,9 +172,8 @@ function displacements(points, i) {
   const first = points.moments.find((moment) => isKnown(moment, i));
   return [0, 1, 2].map(
       (axis) => points.moments.map(
-          (moment) => (isKnown(moment, i) ?
-                           moment.xyz[3 * i + axis] - first.xyz[3 * i + axis] :
-                           null)));
+          (moment) =>
+              (isKnown(moment, i) ? moment.xyz[3 * i + axis] - first.xyz[3 * i + axis] : null)));
 }
 
 function detail(points, i, marked) {
@@ -186,17 +185,14 @@ function detail(points, i, marked) {
         points, 'Expected error, mm', [{name: 'error', colour: axisColours[0], values: error}], i,
         marked),
     timePlot(
-        points, 'Displacement in the camera, mm', displacements(points, i).map((values, axis) => ({
-          name: names[axis],
-          colour: axisColours[axis],
-          values
-        })),
+        points, 'Displacement in the camera, mm',
+        displacements(points, i).map(
+            (values, axis) => ({name: names[axis], colour: axisColours[axis], values})),
         i, marked)
   ];
 }
 
-const kHeads =
-    ['Point', 'Now', 'Error now, mm', 'Median, mm', 'Largest, mm', 'Observed', 'Lost'];
+const kHeads = ['Point', 'Now', 'Error now, mm', 'Median, mm', 'Largest, mm', 'Observed', 'Lost'];
 
 function pointRow(points, i, moment, selected, onSelect) {
   const point = points.listed[i];

@@ -78,13 +78,22 @@ function facts(meta, summary) {
   return parts;
 }
 
+const severityNames = {
+  error: 'Do not rely on this',
+  warning: 'Beware',
+  remark: 'Note',
+};
+
 export function showSummary({meta, summary}) {
   byId('sequence').textContent = meta.sequence || 'Unnamed sequence';
   document.title = `${meta.sequence || 'Sequence'} – tracking report`;
   byId('lead').textContent =
       `How the tissue surface moved and deformed, recovered from stereo video${
           meta.backend ? ` on the ${meta.backend} backend` : ''}.`;
-  byId('notes').append(...meta.notes.map((note) => element('li', {class: 'note'}, note)));
+  byId('notes').append(...meta.notes.map(
+      ({severity, text}) => element(
+          'li', {class: `note ${severity}`}, element('strong', {}, `${severityNames[severity]}: `),
+          text)));
   byId('cards').append(...cards(summary));
   if (summary.frames) byId('share').append(...shareBar(summary));
   byId('facts').append(...facts(meta, summary));

@@ -1,0 +1,182 @@
+// `defrec completion SHELL`: a script with which a shell completes commands, options and values.
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "sdk/cli/commands/commands.hpp"
+#include "sdk/io/exit_code.hpp"
+#include "sdk/io/terminal.hpp"
+
+namespace defrec::cli {
+namespace {
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  source <(defrec completion bash)              # for this shell; or for all of yours:\n"
+    "  defrec completion bash > ~/.local/share/bash-completion/completions/defrec\n"
+    "  defrec completion zsh > ~/.zfunc/_defrec      # a folder of fpath\n"
+    "  defrec completion fish > ~/.config/fish/completions/defrec.fish";
+
+struct OptionWords {
+    std::string name;                 // --backend
+    std::vector<std::string> values;  // one of which it takes; empty: any, or none
+    std::string meaning;              // one line
+    bool has_value = false;
+};
+struct CommandWords {
+    std::string name, meaning;
+    std::vector<OptionWords> options;
+};
+
+// Of {a,b}, as CLI::IsMember describes itself.
+std::vector<std::string> members_of(const std::string& type) {
+    const std::size_t open = type.find('{'), close = type.find('}');
+    std::vector<std::string> members;
+    if (open == std::string::npos || close == std::string::npos) return members;
+    std::string member;
+    for (std::size_t i = open + 1; i <= close; ++i) {
+        if (type[i] != ',' && type[i] != '}') {
+            member += type[i];
+            continue;
+        }
+        members.push_back(member);
+        member.clear();
+    }
+    return members;
+}
+
+std::string first_sentence(const std::string& text) {
+    std::string line = text.substr(0, text.find_first_of(";:\n"));
+    for (char& c : line)
+        if (c == '\'' || c == '`' || c == '"' || c == '[' || c == ']') c = ' ';
+    return line;
+}
+
+std::vector<CommandWords> words_of(const CLI::App& app) {
+    std::vector<CommandWords> commands;
+    for (const CLI::App* command : app.get_subcommands({})) {
+        CommandWords words{command->get_name(), first_sentence(command->get_description()), {}};
+        for (const CLI::Option* option : command->get_options())
+            for (const std::string& name : option->get_lnames())
+                words.options.push_back({"--" + name, members_of(option->get_type_name()),
+                                         first_sentence(option->get_description()),
+                                         option->get_expected_max() != 0});
+        commands.push_back(words);
+    }
+    return commands;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+    return text;
+}
+
+std::string bash(const std::vector<CommandWords>& commands) {
+    std::string names, cases, values;
+    for (const CommandWords& command : commands) {
+        names += (names.empty() ? "" : " ") + command.name;
+        std::string options;
+        for (const OptionWords& option : command.options) {
+            options += (options.empty() ? "" : " ") + option.name;
+            if (!option.values.empty())
+                values += "    " + command.name + ":" + option.name +
+                          ") COMPREPLY=($(compgen -W '" + joined(option.values) +
+                          "' -- \"$word\")); return ;;\n";
+        }
+        cases += "    " + command.name + ") options='" + options + "' ;;\n";
+    }
+    return "# Completion of defrec for bash, by `defrec completion bash`.\n"
+           "_defrec() {\n"
+           "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}\n"
+           "  local command=${COMP_WORDS[1]} options=''\n"
+           "  if [ \"$COMP_CWORD\" -eq 1 ]; then\n"
+           "    COMPREPLY=($(compgen -W '" +
+           names +
+           " --help --version' -- \"$word\"))\n"
+           "    return\n"
+           "  fi\n"
+           "  case $command:$before in\n" +
+           values +
+           "  esac\n"
+           "  case $command in\n" +
+           cases +
+           "  esac\n"
+           "  case $word in\n"
+           "    -*) COMPREPLY=($(compgen -W \"$options\" -- \"$word\")) ;;\n"
+           "    *) COMPREPLY=($(compgen -f -- \"$word\")) ;;\n"
+           "  esac\n"
+           "}\n"
+           "complete -o filenames -F _defrec defrec\n";
+}
+
+std::string zsh(const std::vector<CommandWords>& commands) {
+    std::string names, cases;
+    for (const CommandWords& command : commands) {
+        names += "    '" + command.name + ":" + command.meaning + "'\n";
+        cases += "      " + command.name + ") _arguments \\\n";
+        for (const OptionWords& option : command.options) {
+            cases += "        '" + option.name + "[" + option.meaning + "]";
+            if (!option.values.empty())
+                cases += ":value:(" + joined(option.values) + ")";
+            else if (option.has_value)
+                cases += ":value:_files";
+            cases += "' \\\n";
+        }
+        cases += "        '*:file:_files' ;;\n";
+    }
+    return "#compdef defrec\n"
+           "# Completion of defrec for zsh, by `defrec completion zsh`.\n"
+           "_defrec() {\n"
+           "  local -a commands=(\n" +
+           names +
+           "  )\n"
+           "  _arguments -C '1:command:->command' '*::argument:->argument'\n"
+           "  case $state in\n"
+           "    command) _describe command commands ;;\n"
+           "    argument) case $words[1] in\n" +
+           cases +
+           "    esac ;;\n"
+           "  esac\n"
+           "}\n"
+           "_defrec \"$@\"\n";
+}
+
+std::string fish(const std::vector<CommandWords>& commands) {
+    std::string text = "# Completion of defrec for fish, by `defrec completion fish`.\n";
+    for (const CommandWords& command : commands) {
+        text += "complete -c defrec -n __fish_use_subcommand -f -a " + command.name + " -d '" +
+                command.meaning + "'\n";
+        for (const OptionWords& option : command.options) {
+            text += "complete -c defrec -n '__fish_seen_subcommand_from " + command.name + "' -l " +
+                    option.name.substr(2) + " -d '" + option.meaning + "'";
+            if (!option.values.empty())
+                text += " -x -a '" + joined(option.values) + "'";
+            else if (option.has_value)
+                text += " -r";
+            text += "\n";
+        }
+    }
+    return text;
+}
+
+}  // namespace
+
+CLI::App* add_completion_command(CLI::App& app, std::function<int()>& run) {
+    auto shell = std::make_shared<std::string>();
+    CLI::App* command = app.add_subcommand(
+        "completion", "Print a script with which a shell completes what is typed");
+    command->add_option("SHELL", *shell, "bash, zsh or fish")
+        ->required()
+        ->check(CLI::IsMember({"bash", "zsh", "fish"}));
+    command->footer(kFooter);
+    command->callback([shell, &app, &run] {
+        run = [shell, &app] {
+            const std::vector<CommandWords> words = words_of(app);
+            print(*shell == "bash" ? bash(words) : *shell == "zsh" ? zsh(words) : fish(words));
+            return static_cast<int>(ExitCode::kOk);
+        };
+    });
+    return command;
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,86 @@
+// `defrec demo`: from nothing to a report, by the commands that it prints.
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+
+#include "sdk/cli/commands/commands.hpp"
+#include "sdk/io/exit_code.hpp"
+#include "sdk/io/terminal.hpp"
+#include "sdk/io/text.hpp"
+
+namespace defrec::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kFooter =
+    "It renders a scene with known truth, tracks it, compares with the truth, and opens the report "
+    "in a browser where there is a screen. The same commands with your own recording are the next "
+    "step.";
+
+struct DemoOptions {
+    std::string folder = "defrec-demo";
+    bool is_opened = true;
+};
+
+// The command as it would be typed, and its exit code.
+int carry_out_step(const std::vector<std::string>& arguments) {
+    std::string typed = "\n$ defrec";
+    std::vector<const char*> argv{"defrec"};
+    for (const std::string& argument : arguments) {
+        typed += " " + argument;
+        argv.push_back(argument.c_str());
+    }
+    print(typed + "\n");
+    return run_program(static_cast<int>(argv.size()), argv.data());
+}
+
+bool has_screen() {
+    return std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
+}
+
+void open_in_browser(const fs::path& page) {
+    std::string quoted;
+    for (const char c : page.string()) quoted += c == '\'' ? std::string("'\\''") : std::string{c};
+    const std::string command = "xdg-open '" + quoted + "' >/dev/null 2>&1 &";
+    if (std::system(command.c_str()) != 0) print("The report could not be opened.\n");
+}
+
+int run_demo(const DemoOptions& options) {
+    const auto start = std::chrono::steady_clock::now();
+    const fs::path folder = options.folder, sequence = folder / "sequence",
+                   result = folder / "result";
+    const std::vector<std::string> steps[] = {
+        {"render", "heartbeat", "--size", "640x360", "--frames", "30", "--out", sequence.string()},
+        {"track", "--left", (sequence / "left").string(), "--right", (sequence / "right").string(),
+         "--calibration", (sequence / "calibration.yaml").string(), "--points",
+         (sequence / "points.csv").string(), "--out", result.string()},
+        {"score", result.string(), "--truth", (sequence / "truth.csv").string()}};
+    for (const auto& step : steps)
+        if (const int code = carry_out_step(step); code != 0) return code;
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const fs::path report = fs::absolute(result / "report.html");
+    print("\nDone in " + format_fixed(seconds, 0) + " s. The report: " + report.string() + "\n");
+    if (options.is_opened && has_screen()) open_in_browser(report);
+    return static_cast<int>(ExitCode::kOk);
+}
+
+}  // namespace
+
+CLI::App* add_demo_command(CLI::App& app, std::function<int()>& run) {
+    auto options = std::make_shared<DemoOptions>();
+    CLI::App* command = app.add_subcommand(
+        "demo", "Render a scene, track it, score it and open the report: half a minute");
+    command->add_option("--out", options->folder, "Folder to write to; created where absent")
+        ->type_name("DIR")
+        ->capture_default_str();
+    command->add_flag("!--no-open", options->is_opened, "Do not open the report");
+    command->footer(kFooter);
+    command->callback([options, &run] { run = [options] { return run_demo(*options); }; });
+    return command;
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,58 @@
+// See suggestion.hpp.
+#include "sdk/cli/commands/suggestion.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "sdk/io/text.hpp"
+
+namespace defrec::cli {
+namespace {
+
+std::string unknown(const std::string& what, const std::string& name,
+                    const std::vector<std::string>& known, const std::string& help) {
+    std::string text = "there is no " + what + " '" + name + "'.";
+    const std::string nearest = nearest_name(name, known);
+    if (!nearest.empty()) text += " Did you mean " + nearest + "?";
+    return text + " " + help + " lists all.";
+}
+
+const CLI::App* command_of(const CLI::App& app, const std::string& name) {
+    for (const CLI::App* command : app.get_subcommands({}))
+        if (command->check_name(name)) return command;
+    return nullptr;
+}
+
+std::vector<std::string> option_names(const CLI::App& command) {
+    std::vector<std::string> names;
+    for (const CLI::Option* option : command.get_options())
+        for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    return names;
+}
+
+}  // namespace
+
+std::string misspelling(const CLI::App& app, int argc, const char* const* argv) {
+    if (argc < 2 || argv[1][0] == '-') return {};
+    const CLI::App* command = command_of(app, argv[1]);
+    if (command == nullptr) {
+        std::vector<std::string> names;
+        for (const CLI::App* each : app.get_subcommands({})) names.push_back(each->get_name());
+        return unknown("command", argv[1], names, app.get_name() + " --help");
+    }
+    const std::vector<std::string> known = option_names(*command);
+    for (int i = 2; i < argc; ++i) {
+        const std::string argument = argv[i];
+        if (argument == "--") break;
+        if (argument.compare(0, 2, "--") != 0) continue;
+        const std::string name = argument.substr(0, argument.find('='));
+        if (std::find(known.begin(), known.end(), name) == known.end())
+            return unknown("option", name, known,
+                           app.get_name() + " " + command->get_name() + " --help");
+    }
+    return {};
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,16 @@
+// Names that were probably meant: "unknown command 'trak'. Did you mean track?"
+#pragma once
+
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace defrec::cli {
+
+// What to say of the first command or option that does not exist; empty where all do, or where it
+// is for the parser to say.
+std::string misspelling(const CLI::App& app, int argc, const char* const* argv);
+
+}  // namespace defrec::cli

@@ -1,0 +1,159 @@
+// What is typed and what is printed: help, suggestions, completion, options of an earlier run.
+#include <doctest/doctest.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "sdk/cli/commands/commands.hpp"
+#include "sdk/cli/commands/help_text.hpp"
+#include "sdk/cli/commands/suggestion.hpp"
+#include "sdk/cli/commands/track_like.hpp"
+#include "sdk/io/test_folder.hpp"
+#include "sdk/io/test_refusal.hpp"
+
+using namespace defrec::cli;
+
+namespace {
+
+// The program's commands, as run_program() has them.
+struct Program {
+    CLI::App app{"a program"};
+    std::function<int()> run;
+    explicit Program(std::size_t width = 80) {
+        app.name("defrec");
+        app.formatter(std::make_shared<HelpText>(width));
+        add_track_command(app, run);
+        add_score_command(app, run);
+        add_devices_command(app, run);
+        add_demo_command(app, run);
+        add_completion_command(app, run);
+    }
+    std::string help(const char* command) { return app.get_subcommand(command)->help(); }
+    std::string misspelled(std::vector<const char*> words) {
+        words.insert(words.begin(), "defrec");
+        return misspelling(app, static_cast<int>(words.size()), words.data());
+    }
+};
+
+std::vector<std::string> words_of(const Arguments& arguments) {
+    return {arguments.values(), arguments.values() + arguments.count()};
+}
+
+std::vector<std::string> expanded(const std::vector<std::string>& words) {
+    return words_of(with_recorded_options(words));
+}
+
+}  // namespace
+
+TEST_CASE("help keeps to its width, whole words, and says ranges and defaults in words") {
+    for (const std::size_t width : {50u, 80u, 110u}) {
+        CAPTURE(width);
+        Program program(width);
+        for (const char* command : {"track", "score", "devices", "demo"}) {
+            std::istringstream lines(program.help(command));
+            for (std::string line; std::getline(lines, line);) {
+                CAPTURE(line);
+                // Examples are lines to copy, and a name may be long.
+                const bool is_example = line.find("defrec ") != std::string::npos;
+                CHECK((line.size() <= width || is_example));
+            }
+        }
+    }
+    const std::string help = Program(80).help("track");
+    CHECK(help.find("FLOAT") == std::string::npos);
+    CHECK(help.find("1e") == std::string::npos);
+    CHECK(help.find("Needs:") == std::string::npos);
+    CHECK(help.find("{false}") == std::string::npos);
+    CHECK(help.find("(0.001 to 10000)") != std::string::npos);
+    CHECK(help.find("--deadline MS") != std::string::npos);
+    CHECK(help.find("default: auto") != std::string::npos);
+    CHECK(help.find("required") != std::string::npos);
+    CHECK(wrapped("one two three", 7, 2) == "one\n  two\n  three");
+    CHECK(wrapped_paragraphs("a b\nc\n\n  as it is\nd", 20) == "a b c\n\n  as it is\nd\n");
+}
+
+TEST_CASE("a command or an option that does not exist is answered with the one that was meant") {
+    Program program;
+    CHECK(program.misspelled({"trak"}).find("no command 'trak'. Did you mean track?") !=
+          std::string::npos);
+    CHECK(program.misspelled({"track", "--lef", "x"}).find("Did you mean --left?") !=
+          std::string::npos);
+    CHECK(program.misspelled({"track", "--seeed=4"}).find("'--seeed'. Did you mean --seed?") !=
+          std::string::npos);
+    const std::string far = program.misspelled({"qqqqqqqqqqqqqqqq"});
+    CHECK(far.find("Did you mean") == std::string::npos);
+    CHECK(far.find("defrec --help lists all") != std::string::npos);
+    CHECK(program.misspelled({}).empty());
+    CHECK(program.misspelled({"--version"}).empty());
+    CHECK(program.misspelled({"track", "--left", "l", "--right=r", "--help", "-h"}).empty());
+}
+
+TEST_CASE("options of a summary stand before those that are given, which count") {
+    const TestFolder folder;
+    const std::string summary = folder.write("summary.json", R"({
+        "folder": "/data/first",
+        "options": {"left": "left", "right": "/other/right", "calibration": "l.yaml,r.yaml",
+                    "grow": true, "meshes": false, "seed": "7", "fps": null, "out": "result",
+                    "view": "8000", "trace": "t.json", "device": "cpu", "backend": null}})");
+    const std::vector<std::string> words =
+        expanded({"defrec", "track", "--like", summary, "--out", "again"});
+    CHECK(words == std::vector<std::string>{
+                       "defrec", "track", "--calibration", "/data/first/l.yaml,/data/first/r.yaml",
+                       "--device", "cpu", "--grow", "--left", "/data/first/left", "--right",
+                       "/other/right", "--seed", "7", "--like", summary, "--out", "again"});
+    const std::vector<std::string> other =
+        expanded({"defrec", "track", "--like=" + summary, "--stereo", "s.mp4", "--layout",
+                  "top-bottom", "--backend", "reference", "--seed=3"});
+    for (const char* gone : {"--left", "--right", "--device"})
+        CHECK(std::find(other.begin(), other.end(), gone) == other.end());
+    CHECK(std::count(other.begin(), other.end(), "--seed") == 0);
+    CHECK(expanded({"defrec", "track", "--out", "x"}).size() == 4);
+    CHECK(expanded({"defrec", "score", "--like", summary}).size() == 4);
+}
+
+TEST_CASE("what is no summary with options is refused") {
+    const TestFolder folder;
+    for (const char* text :
+         {"", "[]", "{}", R"({"options": {}})", R"({"options": 1, "folder": ""})"})
+        CHECK_SAYS(refusal_of([&] {
+                       expanded({"defrec", "track", "--like", folder.write("s.json", text)});
+                   }),
+                   "s.json: this is no summary.json");
+    CHECK_SAYS(refusal_of([&] {
+                   expanded({"defrec", "track", "--like", folder / "none"});
+               }),
+               "none");
+}
+
+TEST_CASE("shells take the completion, and it completes commands, options and values") {
+    CHECK(std::system("command -v bash >/dev/null 2>&1") == 0);
+    const TestFolder folder;
+    const std::string script = folder / "completion";
+    REQUIRE(std::system((DEFREC_BUILD_DIR "/bin/defrec completion bash > " + script).c_str()) == 0);
+    const auto completed = [&](const std::string& words, int at) {
+        const std::string command = "bash -c 'source " + script + "; COMP_WORDS=(" + words +
+                                    "); COMP_CWORD=" + std::to_string(at) +
+                                    "; _defrec; echo ${COMPREPLY[*]}' > " + (folder / "reply");
+        REQUIRE(std::system(command.c_str()) == 0);
+        return TestFolder::read(folder / "reply");
+    };
+    CHECK(completed("defrec tr", 1) == "track\n");
+    CHECK(completed("defrec track --cal", 2) == "--calibration\n");
+    CHECK(completed("defrec track --layout to", 3) == "top-bottom\n");
+    for (const char* shell : {"zsh", "fish"}) {
+        REQUIRE(std::system((DEFREC_BUILD_DIR "/bin/defrec completion " + std::string(shell) +
+                             " > " + script)
+                                .c_str()) == 0);
+        const std::string text = TestFolder::read(script);
+        CHECK(text.find("calibration") != std::string::npos);
+        const std::string check = std::string("command -v ") + shell + " >/dev/null 2>&1";
+        if (std::system(check.c_str()) == 0)
+            CHECK(std::system((std::string(shell) + " -n " + script).c_str()) == 0);
+    }
+}
