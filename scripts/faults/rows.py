@@ -349,12 +349,6 @@ SECTIONS = (
                 "a calibration of another image size, focal lengths that differ",
                 "a warning; refused where they are more than four times apart",
             ),
-            (125, "views of different rates", "refused when they are opened"),
-            (
-                129,
-                "points of a first frame that gives no template",
-                "followed back from the template's frame, or lost with a reason",
-            ),
         ),
     ),
     (
@@ -424,6 +418,7 @@ SECTIONS = (
                 "`nan` as a number, a seed of 20 digits, the greatest id taken",
                 "exit code 2; a free id",
             ),
+            (125, "views of different rates", "refused when they are opened"),
             (
                 126,
                 "half written files of a run that was killed",
@@ -441,6 +436,11 @@ SECTIONS = (
                     "refused until time has caught up, or another tracker takes the template; the"
                     " message says so"
                 ),
+            ),
+            (
+                129,
+                "points of a first frame that gives no template",
+                "followed back from the template's frame, or lost with a reason",
             ),
         ),
     ),

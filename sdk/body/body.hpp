@@ -32,7 +32,8 @@ struct BodyPoint {
     // The nearest handles, with weights of sum 1 that fall off with the distance.
     std::array<int32_t, kHandles> handle{};
     std::array<float, kHandles> weight{};
-    double fade = 1;  // of what the lattice is too coarse for: it ends about a cell from the surface
+    double fade =
+        1;  // of what the lattice is too coarse for: it ends about a cell from the surface
 };
 
 class Body {

@@ -124,15 +124,15 @@ TEST_CASE("a browser gets the page, and frames with pictures, surface and points
     CHECK(page->get_header_value("Cache-Control") == "no-store");
 
     view.set_template(triangle());
-    const std::vector<ViewPoint> points = {{4, VertexStatus::observed, 10, 20, 1, 2, 80, 0.125,
-                                            "vessel", true},
-                                           {5, VertexStatus::unknown}};
+    const std::vector<ViewPoint> points = {
+        {4, VertexStatus::observed, 10, 20, 1, 2, 80, 0.125, "vessel", true},
+        {5, VertexStatus::unknown}};
     const Packet packet = watched(view, browser, "/frame?after=-1&overlay=1", 3, points);
     CHECK(packet.header["frame"] >= 3);
     CHECK(packet.header["sequence"] == "a <sequence>");
     CHECK(packet.header["width"] == kWidth);
-    CHECK(packet.header["points"] == nlohmann::json({{4, 0, true, "vessel", 10, 20, 1, 2, 80, 0.125},
-                                                      {5, 2, false, ""}}));
+    CHECK(packet.header["points"] ==
+          nlohmann::json({{4, 0, true, "vessel", 10, 20, 1, 2, 80, 0.125}, {5, 2, false, ""}}));
     CHECK(packet.header["stages"].dump() == R"([["align",1.5],["lm",2.0],["align",0.25]])");
     CHECK(packet.header["moments"][0] == nlohmann::json({3, 0, "tracking", "", 20, 0.5}));
     for (const char* name : {"left", "overlay"}) {

@@ -33,10 +33,10 @@ struct ViewMoment {
 struct ViewCommand {
     enum class Kind { kFollowPoint, kRemovePoint, kNamePoint, kRecord };
     Kind kind = Kind::kFollowPoint;
-    double u = 0, v = 0;   // kFollowPoint: pixels of the left image as given
-    bool is_on = false;    // kRecord
-    std::int64_t id = 0;   // kRemovePoint, kNamePoint
-    std::string name{};    // kNamePoint
+    double u = 0, v = 0;  // kFollowPoint: pixels of the left image as given
+    bool is_on = false;   // kRecord
+    std::int64_t id = 0;  // kRemovePoint, kNamePoint
+    std::string name{};   // kNamePoint
 };
 
 }  // namespace defrec::cli

@@ -132,8 +132,8 @@ void draw_label(cv::Mat& image, const PointEstimate& point, cv::Point at) {
     text += format(" %.1f mm", static_cast<double>(expected_error(point)));
     const double scale = 0.8 * text_scale(image);
     for (const bool is_outline : {true, false})
-        cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, scale,
-                    is_outline ? kOutline : kText, is_outline ? 3 : 1, cv::LINE_AA);
+        cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, scale, is_outline ? kOutline : kText,
+                    is_outline ? 3 : 1, cv::LINE_AA);
 }
 
 void draw_head(cv::Mat& image, const FrameRecord& frame) {

@@ -137,7 +137,8 @@ TEST_CASE(
     drawn(VertexStatus::observed);
 }
 
-TEST_CASE("chosen points are dots in a ring as wide as their expected error, those of a grid none") {
+TEST_CASE(
+    "chosen points are dots in a ring as wide as their expected error, those of a grid none") {
     const SyntheticSequence sequence(960, 540, 40);
     OverlayPainter painter(sequence.projector());
     defrec::cli::FrameRecord frame;

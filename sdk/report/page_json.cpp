@@ -129,9 +129,12 @@ json to_json(const PointHistory& history) {
                            {"points", to_json(moment.points)},
                            {"uv", base64(moment.uv)},
                            {"error", base64(moment.error)}});
-    return {{"count", history.count()},   {"listed", listed},
-            {"pixel_step", kPixelStep},   {"error_step_mm", kPointErrorStepMm},
-            {"stride", history.moments().stride()}, {"moments", moments}};
+    return {{"count", history.count()},
+            {"listed", listed},
+            {"pixel_step", kPixelStep},
+            {"error_step_mm", kPointErrorStepMm},
+            {"stride", history.moments().stride()},
+            {"moments", moments}};
 }
 
 json to_json(const SurfaceHistory& history, const std::vector<std::uint8_t>& texture_jpeg,

@@ -42,14 +42,14 @@ struct ReportMeta {
     std::string version;       ///< of defrec
     std::string overlay_file;  ///< name of the video beside the report, or empty
     std::vector<std::pair<std::string, std::string>>
-        facts;                       ///< further lines: "Calibration", "stereo.yaml"
+        facts;                      ///< further lines: "Calibration", "stereo.yaml"
     std::vector<ReportNote> notes;  ///< the page shows the most severe first
 };
 
 /// Collects frames and writes the page. Memory is bounded whatever the length of the sequence: at
-/// most 120 surfaces of at most about 2,000 points, 4,096 points per plotted line, 14 key frames and
-/// 240 places of at most 100 followed points are kept, evenly thinned as frames arrive. One thread at a time. Failures to write are
-/// std::runtime_error (the caller's exit code 7).
+/// most 120 surfaces of at most about 2,000 points, 4,096 points per plotted line, 14 key frames
+/// and 240 places of at most 100 followed points are kept, evenly thinned as frames arrive. One
+/// thread at a time. Failures to write are std::runtime_error (the caller's exit code 7).
 class ReportWriter {
   public:
     /// Fails at once if the folder of `path` cannot be written.

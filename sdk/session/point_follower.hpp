@@ -42,8 +42,8 @@ class PointFollower {
     void rename(std::int64_t id, const std::string& name);
     // Finds what lies under the pixels that are given in this frame, and lifts those that lay
     // beside the surface again, onto it, in the first frame in which it reaches them. Writes a row
-    // for each point that has been given so far, and returns those of all but removed ones. job is null where
-    // the frame has no result to be trusted.
+    // for each point that has been given so far, and returns those of all but removed ones. job is
+    // null where the frame has no result to be trusted.
     std::vector<PointRow> add_frame(std::int64_t frame, double timestamp_ms, defrec_job job);
     // Points of frames that never came get a row each, of their frame, without time and lost.
     void finish();

@@ -18,9 +18,9 @@ struct FollowedPoint {
     bool is_removed = false;              // no longer followed
 };
 
-// Columns id, u, v, and frame and name, which may be missing or empty. Throws CliError(kInput) naming the
-// line for duplicate ids, for numbers that are not finite and for pixels outside an image of this
-// size.
+// Columns id, u, v, and frame and name, which may be missing or empty. Throws CliError(kInput)
+// naming the line for duplicate ids, for numbers that are not finite and for pixels outside an
+// image of this size.
 std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int width, int height);
 
 // For one more point: after the greatest, or the least that is free where there is none after it.

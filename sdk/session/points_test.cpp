@@ -46,8 +46,8 @@ TEST_CASE("points may be given in a frame of their own") {
 
 TEST_CASE("points may have names; those of the file are chosen, those of the grid are not") {
     const TestFolder folder;
-    const auto points = read_points(folder.write("p.csv", "id,u,v,name\n1,2,3,vessel\n2,2,3,\n"),
-                                    640, 360);
+    const auto points =
+        read_points(folder.write("p.csv", "id,u,v,name\n1,2,3,vessel\n2,2,3,\n"), 640, 360);
     REQUIRE(points.size() == 2);
     CHECK(points[0].name == "vessel");
     CHECK(points[1].name.empty());

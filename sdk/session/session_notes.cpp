@@ -61,8 +61,8 @@ std::string detail_note(int finest_px) {
 void SessionNotes::add_fields(FieldOrder fields) {
     if (!is_interlaced(fields)) return;
     add(std::string("The images are interlaced, ") +
-        (fields == FieldOrder::kTopFirst ? "top" : "bottom") +
-        " field first; each field was tracked as a frame, two for each image.",
+            (fields == FieldOrder::kTopFirst ? "top" : "bottom") +
+            " field first; each field was tracked as a frame, two for each image.",
         NoteSeverity::kRemark);
 }
 
@@ -93,7 +93,7 @@ std::vector<std::string> SessionNotes::left_to_say() const {
 void SessionNotes::add_frame_of_points(std::int64_t first, bool any) {
     if (any && first > 0)
         add("Points to follow without a frame were taken to be pixels of frame " +
-            std::to_string(first) + ", the first of --frames.",
+                std::to_string(first) + ", the first of --frames.",
             NoteSeverity::kRemark);
 }
 
@@ -112,9 +112,9 @@ void SessionNotes::add_late_template(const LateTemplate& late) {
 
 void SessionNotes::add_given_up(std::int64_t template_frame, std::int64_t frame) {
     add("The template of frame " + std::to_string(template_frame) + " was given up in frame " +
-        std::to_string(frame) +
-        ", since good frames did not show it; points and targets given before are lost from "
-        "there on.",
+            std::to_string(frame) +
+            ", since good frames did not show it; points and targets given before are lost from "
+            "there on.",
         NoteSeverity::kError);
 }
 

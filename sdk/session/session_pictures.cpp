@@ -49,8 +49,7 @@ void SessionPictures::check_input(StereoCalibration calibration, const defrec_ca
         [view = view_.get()](std::string checks) { view->set_checks(std::move(checks)); });
 }
 
-void SessionPictures::obey_view(
-    const std::function<void(const ViewCommand&)>& change_points) {
+void SessionPictures::obey_view(const std::function<void(const ViewCommand&)>& change_points) {
     if (!view_) return;
     for (const ViewCommand& command : view_->take_commands()) {
         if (command.kind != ViewCommand::Kind::kRecord)

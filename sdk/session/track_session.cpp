@@ -339,10 +339,10 @@ class TrackSession {
                       {"Run", folder_.run()}};
         if (targets_) meta.facts.emplace_back("Targets", options_.targets);
         return std::make_unique<SessionPictures>(
-            PictureOptions{folder_.path(), source_.width(), source_.height(), source_.fps(),
-                           projector(), options_.recordings.overlay, options_.recordings.report,
-                           options_.recordings.overlay_details ? OverlayDetail::all
-                                                               : OverlayDetail::usual},
+            PictureOptions{
+                folder_.path(), source_.width(), source_.height(), source_.fps(), projector(),
+                options_.recordings.overlay, options_.recordings.report,
+                options_.recordings.overlay_details ? OverlayDetail::all : OverlayDetail::usual},
             std::move(meta));
     }
 
@@ -565,11 +565,10 @@ class TrackSession {
             pictures_->finish_report(origin_of_template(), notes);
         });
         for (const std::string& name : pictures_->written()) attempt(name, [] {});
-        nlohmann::ordered_json summary =
-            summarise_track({options_, setup_.device, calibration_, rig_info(setup_.rig), rows_,
-                             points_, targets_ ? &*targets_ : nullptr, notes_.all(), setup_.remarks,
-                             template_.frame, link_.facts(), source_.camera_counts(),
-                             source_.fps(), seconds});
+        nlohmann::ordered_json summary = summarise_track(
+            {options_, setup_.device, calibration_, rig_info(setup_.rig), rows_, points_,
+             targets_ ? &*targets_ : nullptr, notes_.all(), setup_.remarks, template_.frame,
+             link_.facts(), source_.camera_counts(), source_.fps(), seconds});
         summary["run"] = folder_.run();
         summary["files"] = files.json();
         // It says that the run was finished, so the disk gets it last.

@@ -21,7 +21,7 @@ struct TemplateOptions {
 struct RecordingOptions {
     bool meshes = false, overlay = true, report = true;
     bool overlay_details = false;  // control points and refused matches too
-    std::string trace;  // file; empty: none
+    std::string trace;             // file; empty: none
 };
 
 // An option as it was typed.

@@ -116,7 +116,7 @@ struct TemplateData {
 
 // What moves a point of the template frame; the same in all frames.
 struct PointAnchor {
-    // Of the control points; of tissue that joined, of the corners' motions.
+    // The control points' weights; for tissue that joined, those of the corners' motions.
     BlendWeights weights;
     std::array<uint32_t, 3> corner{};  // vertices
     bool is_grown = false;

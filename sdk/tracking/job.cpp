@@ -192,7 +192,8 @@ void TrackerJob::carry(const double* template_xyz, size_t count, const Carried& 
     std::vector<PreparedPoint> many(count > kFew ? std::min(count, kBlock) : 0);
     std::vector<DeepPoint> many_deep(many.size());
     const std::span<PreparedPoint> room = count > kFew ? std::span(many) : std::span(few);
-    const std::span<DeepPoint> deep_room = count > kFew ? std::span(many_deep) : std::span(few_deep);
+    const std::span<DeepPoint> deep_room =
+        count > kFew ? std::span(many_deep) : std::span(few_deep);
     for (size_t begin = 0; begin < count; begin += room.size()) {
         const std::span<PreparedPoint> points = room.first(std::min(room.size(), count - begin));
         const std::span<DeepPoint> deep = deep_room.first(

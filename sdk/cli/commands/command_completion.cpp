@@ -27,7 +27,7 @@ struct CommandWords {
     std::vector<OptionWords> options;
 };
 
-// Of {a,b}, as CLI::IsMember describes itself.
+// The names in {a,b}, as CLI::IsMember describes itself.
 std::vector<std::string> members_of(const std::string& type) {
     const std::size_t open = type.find('{'), close = type.find('}');
     std::vector<std::string> members;

@@ -21,7 +21,7 @@ CLI::App* add_hand_eye_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_score_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_evaluate_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_demo_command(CLI::App& app, std::function<int()>& run);
-// Of all commands that the app has when it is run.
+// Completes all commands that the app has when it is run.
 CLI::App* add_completion_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_devices_command(CLI::App& app, std::function<int()>& run);
 

@@ -157,10 +157,10 @@ TEST_CASE(
     std::vector<std::string> arguments = track_arguments(folder / "out", {"--no-overlay"});
     *(std::find(arguments.begin(), arguments.end(), "--points") + 1) = points;
     REQUIRE(run(arguments) == 0);
-    CHECK(lines_of(folder / "out/points.csv") == 1 + kFrames);
+    CHECK(lines_of(folder / "out/points.csv") == 1 + kFrames + 1);  // a row that says lost
     const auto summary = nlohmann::json::parse(TestFolder::read(folder / "out/summary.json"));
     CHECK(summary["notes"].dump().find(
-              "1 of 2 points to follow were given in a frame that was not reached") !=
+              "1 of 2 points to follow are of frames that the run did not reach") !=
           std::string::npos);
 }
 

@@ -25,7 +25,7 @@ export const states = {
 /** Whether positions of the frame are those of the tissue now. */
 export const isFollowed = (state) => ['tracking', 'degraded', 'relocalised'].includes(state);
 
-// Of DEFREC_REASON_*; docs/api/errors.md says what each does.
+// Plain words for DEFREC_REASON_*; docs/api/errors.md says what each does.
 const reasons = {
   'dark': 'a picture is black',
   'saturated': 'a picture is white',
@@ -53,7 +53,7 @@ const reasons = {
   'interlaced': 'the video is interlaced',
 };
 
-/** Of a list of names with commas between them. */
+/** The words for a list of names with commas between them. */
 export const reasonsInWords = (names) =>
     names.split(',')
         .map((name) => name.trim())

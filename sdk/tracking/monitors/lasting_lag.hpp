@@ -49,7 +49,7 @@ class LastingLag {
     double unseen() const { return is_seen_ ? 0 : decisions::LastingLag::kUnseen; }
     // On the values, by all frames together.
     const RowKnowledge& rows() const { return rows_; }
-    // Of the image's middle along the rows in the last frame, px per frame; 0: not known.
+    // The image's middle along the rows in the last frame, px per frame; 0: not known.
     double speed() const {
         return frames_ > 0 ? course_[(frames_ - 1) % decisions::LastingLag::kWindow].speed : 0;
     }

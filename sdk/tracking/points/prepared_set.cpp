@@ -43,7 +43,7 @@ std::shared_ptr<const PreparedSet> PreparedSets::find_or_prepare(
     std::vector<Entry> candidates;
     {
         const std::lock_guard lock(mutex_);
-        // Of a template that grew, and a body that was replaced, nothing is of use any more.
+        // Nothing is of use any more that is of a template that grew, or a body that was replaced.
         std::erase_if(entries_, [&](const Entry& entry) {
             return entry.set->surface != surface || entry.set->body != body;
         });
