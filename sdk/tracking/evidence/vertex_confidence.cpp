@@ -126,9 +126,11 @@ class RigDoubt {
         const double roll =
                          std::tan(evidence.rig.roll_deg * std::numbers::pi / 180) * data.width / 2,
                      ratio = (evidence.rig.focal_ratio - 1) * data.height / 2,
-                     offset = evidence.rig.vertical_offset_px;
-        rows_ =
-            Share::kRowShare * static_cast<float>(offset * offset + roll * roll + ratio * ratio);
+                     offset = evidence.rig.vertical_offset_px,
+                     corner = double{evidence.rig.vergence} * data.width * data.height /
+                              (4 * camera_.fx);
+        rows_ = Share::kRowShare *
+                static_cast<float>(offset * offset + roll * roll + ratio * ratio + corner * corner);
         if (evidence.is_interlaced) rows_ += Share::kInterlaced;
         rows_ += static_cast<float>(evidence.baseline_drift_px * evidence.baseline_drift_px);
         const double angle = camera_.disparity_offset_px / camera_.fx;
