@@ -17,8 +17,10 @@ import {
   track
 } from './common.mjs';
 
-const kWidth = 320, kHeight = 240, kFrames = 26;
-const kBlack = [8, 9, 10, 11, 12], kOneView = [17, 18, 19];
+const kWidth = 320, kHeight = 240;
+// The pages are open before the first black frame comes, also on a busy machine.
+const kFrames = 62;
+const kBlack = [30, 31, 32, 33, 34, 35, 36, 37], kOneView = [46, 47, 48, 49, 50, 51];
 const kRed = 'rgb(200, 30, 30)';
 
 function crc32(bytes) {
@@ -110,11 +112,10 @@ async function lookAtStates(page, other) {
   }
   await picture(page, 'lost');
 
-  await stateIs(page, 'relocalised');
-  const again = await look(page);
-  assert.equal(again.word, 'Found again');
-  assert.equal(again.isFlashing, false);
-  await picture(page, 'relocalised');
+  // It lasts a frame, which a slow browser may miss; the list of changes has all.
+  await page.waitForFunction(
+      () => document.getElementById('changes').textContent.includes('Found again'));
+  assert.equal((await look(page)).isFlashing, false);
 
   await stateIs(page, 'degraded');
   const degraded = await look(page);

@@ -145,10 +145,10 @@ export function showReading() {
           'not observed.');
   add('Deformation', 'Displacement from the template with the rigid motion taken out.');
   add('Overlay',
-      'Grid: the surface\'s lines in the colours above. Blue: feature matches, from their place in ' +
-          'the template to now. Dots: followed points in the colour of their status, in a ring ' +
-          'as wide as their expected error, dashed where not observed; lost ones are not drawn. ' +
-          'With --overlay-details also control points (crosses) and refused matches (dark).');
+      'Grid: the surface\'s lines in the colours above. Blue: feature matches, from where they ' +
+          'were in the template to now. Dots: followed points in the colour of their status, in ' +
+          'a ring as wide as their expected error, dashed where not observed; lost ones are not ' +
+          'drawn. With --overlay-details also control points (crosses), refused matches (dark).');
   byId('reading').append(list);
 }
 
