@@ -1,8 +1,10 @@
 // The live view in Chromium says in each state what holds: tracking, degraded, lost, found again,
-// no connection, ended; on a narrow page, in two browsers. node states_test.mjs, with the arguments
-// of common.mjs; the screenshots are PNGs in a folder.
+// no new picture, no connection, ended; on a narrow page, in two browsers. The program's answers
+// are kept and given to the pages again, so that each state lasts as long as it is looked at. node
+// states_test.mjs, with the arguments of common.mjs; the screenshots are PNGs in a folder.
 import assert from 'node:assert/strict';
 import {mkdirSync, writeFileSync} from 'node:fs';
+import {createServer} from 'node:http';
 import {join} from 'node:path';
 import {deflateSync} from 'node:zlib';
 
@@ -17,10 +19,7 @@ import {
   track
 } from './common.mjs';
 
-const kWidth = 320, kHeight = 240;
-// The pages are open before the first black frame comes, also on a busy machine.
-const kFrames = 62;
-const kBlack = [30, 31, 32, 33, 34, 35, 36, 37], kOneView = [46, 47, 48, 49, 50, 51];
+const kWidth = 320, kHeight = 240, kFrames = 12, kBlack = [6, 7, 8, 9];
 const kRed = 'rgb(200, 30, 30)';
 
 function crc32(bytes) {
@@ -85,95 +84,146 @@ async function picture(page, name) {
   await page.screenshot({path: join(screenshot, `${name}.png`)});
 }
 
-async function lookAtStates(page, other) {
-  await stateIs(page, 'tracking');
-  await page.waitForFunction(() => Number(document.documentElement.dataset.frame) >= 1);
-  const tracking = await look(page);
-  assert.equal(tracking.word, 'Tracking');
-  assert.ok(tracking.isLargest, 'nothing on the page is larger than the state');
-  assert.equal(tracking.sideways, 0);
-  assert.equal(tracking.isStale, false);
-  assert.match(tracking.text, /Measure depth/);
-  await page.click('#alarm-flash');
-  await picture(page, 'tracking');
+/** What the program answers while it tracks and loses: {page, surface, tracking, lost}. */
+async function answersOf(program) {
+  const url = new URL(await addressOf(program));
+  const headers = {'X-Token': url.searchParams.get('token')};
+  const get = async (path) => {
+    const response = await fetch(url.origin + path, {headers});
+    return {status: response.status, body: Buffer.from(await response.arrayBuffer())};
+  };
+  const answers = {page: (await get(`/${url.search}`)).body};
+  for (let after = -1; !answers.lost;) {
+    const {status, body} = await get(`/frame?after=${after}&overlay=1`);
+    if (status !== 200) continue;
+    const length = body.readUInt32LE(0);
+    const header = JSON.parse(body.subarray(4, 4 + length));
+    after = header.frame;
+    answers[header.moments.at(-1)[2]] = {header, sections: body.subarray(4 + length)};
+    answers.surface ??= (await get('/surface')).body;
+  }
+  return answers;
+}
 
-  await Promise.all([page, other].map((each) => stateIs(each, 'lost')));
-  const lost = await look(page);
-  assert.equal(lost.word, 'Lost');
+/** A server that gives frames of the state that is set: of an answer, or a reason for none. */
+class Replay {
+  constructor(answers) {
+    this.answers = answers;
+    this.state = 'tracking';
+    this.frame = 1000;
+    this.server = createServer((request, response) => this.answer(request, response)).listen(0);
+  }
+
+  get url() {
+    return `http://127.0.0.1:${this.server.address().port}/?token=0`;
+  }
+
+  packet() {
+    const {header, sections} = this.state === 'lost' ? this.answers.lost : this.answers.tracking;
+    const moment = [...header.moments.at(-1)];
+    moment[0] = ++this.frame;
+    moment[2] = this.state;
+    moment[3] = this.state === 'degraded' ? 'occluded' : moment[3];
+    let text = JSON.stringify({...header, frame: this.frame, moments: [moment]});
+    while (Buffer.byteLength(text) % 4) text += ' ';
+    const length = Buffer.alloc(4);
+    length.writeUInt32LE(Buffer.byteLength(text));
+    return Buffer.concat([length, Buffer.from(text), sections]);
+  }
+
+  answer(request, response) {
+    if (this.state === 'disconnected') return request.socket.destroy();
+    if (request.url.startsWith('/?')) {
+      response.setHeader('Content-Type', 'text/html');
+      return response.end(this.answers.page);
+    }
+    if (request.url === '/surface') return response.end(this.answers.surface);
+    if (request.url.startsWith('/frame') && this.state === 'ended') response.statusCode = 410;
+    const isSilent = this.state === 'stalled' || !request.url.startsWith('/frame');
+    if (isSilent) response.statusCode = 204;
+    return setTimeout(
+        () => response.end(response.statusCode === 200 ? this.packet() : undefined), 200);
+  }
+}
+
+const kWords = {
+  tracking: 'Tracking',
+  degraded: 'Less sure',
+  lost: 'Lost',
+  relocalised: 'Found again',
+  stalled: 'No new picture',
+  disconnected: 'No connection',
+  ended: 'Ended',
+};
+
+async function lookAt(replay, pages, state) {
+  replay.state = state;
+  await Promise.all(pages.map((page) => stateIs(page, state)));
+  const found = await look(pages[0]);
+  assert.equal(found.word, kWords[state]);
+  assert.ok(found.isLargest, `${state}: nothing on the page is larger than the state`);
+  assert.equal(found.sideways, 0, state);
+  await picture(pages[0], state);
+  return found;
+}
+
+async function lookAtStates(page, other, replay, isPlain) {
+  const tracking = await lookAt(replay, [page, other], 'tracking');
+  await page.waitForFunction(() => Number(document.documentElement.dataset.frame) > 1001);
+  assert.match((await look(page)).text, /Measure depth/);
+  assert.equal(tracking.isStale, false);
+  await page.click('#alarm-flash');
+
+  const lost = await lookAt(replay, [page, other], 'lost');
   assert.match(lost.say, /not followed.*a picture is black/);
-  assert.ok(lost.colour === kRed || lost.isFlashing, `red: ${lost.colour}`);
-  assert.equal(lost.sideways, 0);
+  assert.equal((await look(other)).colour, kRed);
+  assert.ok(lost.isFlashing);
   assert.doesNotMatch(lost.text, /No surface yet/);
   assert.doesNotMatch(lost.text, /0\.00 mm/);
-  assert.ok(lost.isFlashing);
-  if (await page.evaluate(() => document.documentElement.dataset.plain === undefined)) {
+  if (!isPlain) {
     assert.ok(lost.isStale);
     assert.match(lost.lastSeen, /^Last seen \d/);
   }
-  await picture(page, 'lost');
 
-  // It lasts a frame, which a slow browser may miss; the list of changes has all.
-  await page.waitForFunction(
-      () => document.getElementById('changes').textContent.includes('Found again'));
-  assert.equal((await look(page)).isFlashing, false);
-
-  await stateIs(page, 'degraded');
-  const degraded = await look(page);
-  assert.equal(degraded.word, 'Less sure');
-  assert.match(degraded.say, /Why: /);
-  await picture(page, 'degraded');
-
-  await Promise.all([page, other].map(
-      (each) => each.waitForFunction(
-          () => ['ended', 'disconnected'].includes(document.documentElement.dataset.state))));
-  const ended = await look(page);
-  assert.ok(['Ended', 'No connection'].includes(ended.word), ended.word);
-  assert.doesNotMatch(ended.say, /is followed\.$/);
-  assert.equal(ended.sideways, 0);
-  await picture(page, 'ended');
-}
-
-async function watchRun(browser, program) {
-  const errors = [], url = await addressOf(program);
-  const page = await openPage(browser, errors), other = await openPage(browser, errors);
-  await other.setViewport({width: 800, height: 300});
-  await other.goto(url);
-  await page.setViewport({width: 390, height: 700});
-  await page.goto(url);
-  await page.bringToFront();
-  await lookAtStates(page, other);
-  assert.deepEqual(errors, []);
-}
-
-/** A page of a program that is killed says that nobody answers. */
-async function watchKilled(browser, program) {
-  const errors = [], page = await openPage(browser, errors);
-  await page.setViewport({width: 390, height: 700});
-  await page.goto(await addressOf(program));
-  await stateIs(page, 'tracking');
+  const again = await lookAt(replay, [page, other], 'relocalised');
+  assert.equal(again.isFlashing, false);
+  assert.match((await lookAt(replay, [page], 'degraded')).say, /Why: something lies in front/);
   await page.click('#pause');
   await page.waitForFunction(() => !document.getElementById('paused').hidden);
-  program.kill('SIGKILL');
-  await stateIs(page, 'disconnected');
-  const killed = await look(page);
-  assert.equal(killed.word, 'No connection');
-  assert.equal(killed.colour, kRed);
-  await picture(page, 'disconnected');
+  await lookAt(replay, [page], 'lost');  // the state goes on while the picture is paused
+  await lookAt(replay, [page], 'tracking');
+  await page.click('#pause');
+  await lookAt(replay, [page], 'stalled');
+  await lookAt(replay, [page], 'tracking');
+  assert.equal((await lookAt(replay, [page], 'disconnected')).colour, kRed);
+  await lookAt(replay, [page], 'tracking');
+  const ended = await lookAt(replay, [page, other], 'ended');
+  assert.match(ended.say, /Nothing is followed/);
+  assert.ok(await page.$eval('#record', ({disabled}) => disabled));
+}
+
+async function watchStates(browser, replay) {
+  const errors = [];
+  const page = await openPage(browser, errors), other = await openPage(browser, errors);
+  await other.setViewport({width: 800, height: 300});
+  await other.goto(replay.url);
+  await page.setViewport({width: 390, height: 700});
+  await page.goto(replay.url);
+  await page.bringToFront();
+  const isPlain = await page.evaluate(() => document.documentElement.dataset.plain !== undefined);
+  await lookAtStates(page, other, replay, isPlain);
   assert.deepEqual(errors, []);
 }
 
 const browser = await launch();
 render(`${kWidth}x${kHeight}`, kFrames);
-darken('left', kBlack);
-darken('right', [...kBlack, ...kOneView]);
-const programs = [];
+for (const view of ['left', 'right']) darken(view, kBlack);
+const program = track('left', 'right', 2, '--out', 'states');
 try {
-  programs.push(track('left', 'right', 0.7, '--out', 'states'));
-  await inTime(watchRun(browser, programs[0]));
-  programs.push(track('left', 'right', 0.7, '--out', 'killed'));
-  await inTime(watchKilled(browser, programs[1]));
+  const replay = new Replay(await inTime(answersOf(program)));
+  await inTime(watchStates(browser, replay));
 } finally {
-  for (const program of programs) program.kill('SIGKILL');
+  program.kill('SIGKILL');
   browser.process()?.kill('SIGKILL');
 }
 console.log('passed');
