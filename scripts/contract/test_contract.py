@@ -244,7 +244,7 @@ class Tree(unittest.TestCase):
             (
                 "bindings/python/defrec/result.py",
                 (
-                    "    speeds: FloatArray",
+                    "    speeds: Float32Array",
                     "    patch_status: ByteArray",
                     "    mean_speed: float",
                     '        speeds=copied(r.speeds, "f", (r.vertex_count, 3)),',

@@ -178,7 +178,7 @@ class HandEye(Handle):
         Tracker.submit takes where the calibration is of the rectified camera. threads: any. Raises
         Error, with Status.ERROR_STATE where the verdict is not ACCEPTED."""
         given = _poses("marker_poses", marker_poses)
-        made = empty("d", (given.count, 3, 4))
+        made: FloatArray = empty("d", (given.count, 3, 4))
         native.defrec_hand_eye_camera_pose(
             self._native, given.address, given.count, address_of(made)
         )
@@ -187,16 +187,18 @@ class HandEye(Handle):
 
 def _poses(name: str, value: ArrayLike) -> Points:
     """Rows of twelve numbers."""
+    poses: Any = value
     try:
-        rows = [flat(f"{name}[{i}]", pose, (12, 16))[:12] for i, pose in enumerate(value)]
+        rows = [flat(f"{name}[{i}]", pose, (12, 16))[:12] for i, pose in enumerate(poses)]
     except TypeError as error:
         raise TypeError(f"{name}: {error}") from None
     return Points(name, rows, 12)
 
 
-def _times(name: str, value: ArrayLike, count: int, keep: List[Any]) -> int:
+def _times(name: str, value: Optional[ArrayLike], count: int, keep: List[Any]) -> int:
+    given: Any = value
     try:
-        rows = [[float(time)] for time in value]
+        rows = [[float(time)] for time in given]
     except (TypeError, ValueError):
         raise TypeError(f"{name}: numbers expected, {value!r} given") from None
     if len(rows) != count:

@@ -292,7 +292,7 @@ class Tracking(Iterator[TrackedFrame]):
         self._pending: Deque[Any] = collections.deque()  # left images of frames that are computed
         self._count = 0
         self._frames = self._track(first)
-        self._warn()
+        self._warn(4)  # of track(), as of __next__(), the caller's line
 
     def __iter__(self) -> "Tracking":
         return self
@@ -322,10 +322,10 @@ class Tracking(Iterator[TrackedFrame]):
         """The present template. Raises Error before there is one."""
         return self.tracker.template()
 
-    def _warn(self) -> None:
+    def _warn(self, stacklevel: int = 3) -> None:
         """What the library's threads have logged since, on the thread that iterates."""
         while self._logged:
-            warnings.warn(self._logged.popleft(), DefrecWarning, stacklevel=3)
+            warnings.warn(self._logged.popleft(), DefrecWarning, stacklevel=stacklevel)
 
     def _submitted(self, first: Tuple[Any, Any]) -> Iterator[Tuple[BufferLike, BufferLike, int]]:
         pair: Optional[Tuple[Any, Any]] = first

@@ -72,7 +72,7 @@ class Calls(stub.StubTest):
         stub.answer("defrec_version_string", 0, "3.7.1")
         self.assertEqual(library_version(), (3, 7))
         self.assertEqual(library_release(), "3.7.1")
-        self.assertEqual(defrec.__version__, "3.7.1")
+        self.assertEqual(defrec.__version__, "stub")  # read when the package was imported
         stub.answer("defrec_status_name", 0, "DEFREC_ERROR_IO")
         self.assertEqual(status_name(Status.ERROR_IO), "DEFREC_ERROR_IO")
         self.assertEqual(

@@ -83,9 +83,7 @@ void AtomicFile::commit() {
     // Its bytes first, then its name: also where the power fails in between.
     if (std::fflush(file_.get()) != 0 || !synchronise(file_.get()))
         throw FileError(path_, "cannot be written", errno);
-    if (std::fclose(file_.release()) != 0) throw FileError(path_, "cannot be written", errno);
-    std::error_code error;
-    std::filesystem::rename(temporary_, path_, error);
+    const std::error_code error = close_as(file_.release(), temporary_, path_);
     if (error) throw FileError(path_, "cannot be given its name", error.value());
     temporary_.clear();
 }

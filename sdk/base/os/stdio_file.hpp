@@ -2,12 +2,17 @@
 #pragma once
 #include <cstdio>
 #include <filesystem>
+#include <system_error>
 
 namespace defrec {
 
 // A new file to write bytes to; nullptr, with errno, where it is there already or cannot be made.
 // It is locked until it is closed, where the file system can.
 std::FILE* create_file(const std::filesystem::path& path);
+// Closes a file that create_file made and that was flushed, and gives it another name in place of
+// what has it. It stays locked until then where the system renames files that are open.
+std::error_code close_as(std::FILE* file, const std::filesystem::path& from,
+                         const std::filesystem::path& to);
 // Removes a regular file of this user that create_file made and nobody has open any more: the
 // process that wrote it has died. False where it is none.
 bool remove_abandoned(const std::filesystem::path& path);

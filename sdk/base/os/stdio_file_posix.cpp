@@ -24,6 +24,14 @@ std::FILE* create_file(const std::filesystem::path& path) {
     }
 }
 
+std::error_code close_as(std::FILE* file, const std::filesystem::path& from,
+                         const std::filesystem::path& to) {
+    std::error_code error;
+    std::filesystem::rename(from, to, error);
+    if (std::fclose(file) != 0 && !error) error.assign(errno, std::generic_category());
+    return error;
+}
+
 bool remove_abandoned(const std::filesystem::path& path) {
     const Descriptor file(::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
     struct stat opened {

@@ -3,6 +3,7 @@
 #include <io.h>
 #include <sys/stat.h>
 
+#include <cerrno>
 #include <system_error>
 
 #include "sdk/base/os/stdio_file.hpp"
@@ -17,6 +18,16 @@ std::FILE* create_file(const std::filesystem::path& path) {
     std::FILE* file = ::_fdopen(descriptor, "wb");
     if (file == nullptr) ::_close(descriptor);
     return file;
+}
+
+std::error_code close_as(std::FILE* file, const std::filesystem::path& from,
+                         const std::filesystem::path& to) {
+    std::error_code error;
+    if (std::fclose(file) != 0)
+        error.assign(errno, std::generic_category());
+    else
+        std::filesystem::rename(from, to, error);
+    return error;
 }
 
 // The system removes no file that is open.

@@ -117,12 +117,11 @@ ImageStep image_step(const defrec_camera& camera, const defrec_surface_sample& f
 // together.
 class RigDoubt {
   public:
-    RigDoubt(const TemplateData& data, const FrameEvidence& evidence)
-        : camera_(data.camera),
-          squared_lag_(evidence.last_samples.empty()
-                           ? 0
-                           : evidence.rig.lag_frames * evidence.rig.lag_frames +
-                                 evidence.rig.unseen_lag_frames * evidence.rig.unseen_lag_frames) {
+    RigDoubt(const TemplateData& data, const FrameEvidence& evidence) : camera_(data.camera) {
+        if (!evidence.last_samples.empty()) {
+            squared_lag_ = evidence.rig.lag_frames * evidence.rig.lag_frames;
+            unseen_lag_ = evidence.rig.unseen_lag_frames * evidence.rig.unseen_lag_frames;
+        }
         const double roll =
                          std::tan(evidence.rig.roll_deg * std::numbers::pi / 180) * data.width / 2,
                      ratio = (evidence.rig.focal_ratio - 1) * data.height / 2,
@@ -142,19 +141,25 @@ class RigDoubt {
         one_view_ =
             Share::kOneView + vergence_ + evidence.rig.last_depth_px * evidence.rig.last_depth_px;
     }
-    float at(const FrameEvidence& evidence, size_t vertex) const {
-        if (!evidence.uses_depth) return one_view_;
-        if (squared_lag_ == 0) return rows_ + vergence_;
+    struct Doubt {
+        float px2 = 0;
+        float shown_px2 = 0;  // of it, without the lag that might be there and was not seen
+    };
+    Doubt at(const FrameEvidence& evidence, size_t vertex) const {
+        if (!evidence.uses_depth) return {one_view_, one_view_};
+        const float still = rows_ + vergence_;
+        if (squared_lag_ + unseen_lag_ == 0) return {still, still};
         const ImageStep step =
             image_step(camera_, evidence.last_samples[vertex], evidence.output.samples[vertex]);
-        const float by_lag =
-            squared_lag_ * (step.along * step.along + Share::kLateShare * step.down * step.down);
-        return rows_ + vergence_ + std::max(by_lag, evidence.rig.lag_px * evidence.rig.lag_px);
+        const float per_lag = step.along * step.along + Share::kLateShare * step.down * step.down,
+                    lasting = evidence.rig.lag_px * evidence.rig.lag_px;
+        return {still + std::max((squared_lag_ + unseen_lag_) * per_lag, lasting),
+                still + std::max(squared_lag_ * per_lag, lasting)};
     }
 
   private:
     const defrec_camera& camera_;
-    float squared_lag_, rows_, vergence_, one_view_;
+    float squared_lag_ = 0, unseen_lag_ = 0, rows_, vergence_, one_view_;
 };
 
 // Variances across the ray (both directions together) and along it (of the depth) as a covariance,
@@ -199,7 +204,8 @@ class ConfidenceEstimate {
     // What is seen of a vertex itself.
     void look_at(size_t i) const {
         const float per_px = depth_per_px(camera_, samples_[i].position[2]);
-        const float rig_px2 = confidence_.rig_px2[i] = rig_.at(evidence_, i);
+        const RigDoubt::Doubt doubt = rig_.at(evidence_, i);
+        confidence_.rig_px2[i] = doubt.px2;
         const unsigned stale =
             evidence_.stale_views.empty() ? 0u : unsigned{evidence_.stale_views[i]};
         const bool is_stale = (stale & (evidence_.uses_depth ? kBothViews : kLeftView)) != 0,
@@ -208,7 +214,7 @@ class ConfidenceEstimate {
                              (!evidence_.uses_depth && samples_[i].observation != DEFREC_OUTSIDE)),
                    is_confirmed = photometric_.is_confirmed[i] != 0 && (stale & kLeftView) == 0,
                    has_depth = evidence_.uses_depth && !evidence_.is_interlaced && agrees &&
-                               rig_px2 * per_px * per_px <= max_doubt_ * max_doubt_;
+                               doubt.shown_px2 * per_px * per_px <= max_doubt_ * max_doubt_;
         confidence_.evidence[i] =
             static_cast<uint8_t>((has_depth ? DEFREC_EVIDENCE_DEPTH : 0) |
                                  (is_confirmed ? DEFREC_EVIDENCE_PHOTOMETRIC : 0));
