@@ -114,11 +114,12 @@ int32_t required_zncc(float region_share) {
            static_cast<int32_t>(contradicted * (Confidence::kMinZnccAlone - Confidence::kMinZncc));
 }
 
-float region_share(const defrec_patch& check, const PhotometricEvidence& evidence) {
-    Eigen::Array2f sum = Eigen::Array2f::Zero();
-    for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
-        sum += check.weight[k] * evidence.regions[static_cast<size_t>(check.node[k])];
-    return mean(sum[0], sum[1]);
+// Whether a score is what the vertex' region asks for.
+bool suits_region(const defrec_surface_point& vertex, int32_t score,
+                  const PhotometricEvidence& evidence) {
+    if (score >= Confidence::kMinZnccAlone) return true;
+    const Eigen::Array2f sum = sums_at(vertex, evidence.regions);
+    return score >= required_zncc(mean(sum[0], sum[1]));
 }
 
 // From the sums.
@@ -132,13 +133,16 @@ void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t 
     evidence.check_score[vertex] = 0;
     if (data.check_of_vertex[vertex] < 0) return;
     const auto check = static_cast<size_t>(data.check_of_vertex[vertex]);
+    const defrec_patch_observation& found = output.checks[check];
+    if (evidence.is_check_located[check] + evidence.does_check_fit[check] == 0 ||
+        !suits_region(point, found.score, evidence))
+        return;
     const Eigen::Array4f checks = sums_at(point, evidence.checks);
     const auto most_are = [&](Checks such) {
         return mean(checks[such], checks[kAll]) >= Confidence::kMinFittingShare;
     };
     evidence.is_located[vertex] = evidence.is_check_located[check] != 0 && most_are(kLocated);
     if (evidence.does_check_fit[check] == 0 || !most_are(kFitting)) return;
-    const defrec_patch_observation& found = output.checks[check];
     evidence.is_confirmed[vertex] = 1;
     evidence.check_px2[vertex] =
         has_peak(found) ? distance2(found, output.check_predictions[check]) : kept_px2(data.width);
@@ -189,13 +193,6 @@ void spread_checks(const TemplateData& data, const FrameOutput& output,
                             evidence.checks);
     }
     sum_regions(data, evidence);
-    for (size_t i = 0; i < data.checks.size(); ++i) {
-        const int32_t score = output.checks[i].score;
-        uint8_t &located = evidence.is_check_located[i], &fit = evidence.does_check_fit[i];
-        if (located + fit > 0 && score < Confidence::kMinZnccAlone &&
-            score < required_zncc(region_share(data.checks[i], evidence)))
-            located = fit = 0;
-    }
 }
 
 void measure_photometric(const TemplateData& data, const FrameOutput& output, size_t begin,

@@ -26,7 +26,7 @@ struct PhotometricEvidence {
     std::vector<Eigen::Array4f> checks;   // that are located, that fit, all
     std::vector<Eigen::Array2f> regions;  // located ones and all, over a control point's region
     std::vector<Eigen::Array2d> area;     // likewise, of all above and to the left in the grid
-    // Per check: it was found, or fits, as well as its region asks for.
+    // Per check: it was found, or fits; its region may ask for more.
     std::vector<uint8_t> is_check_located, does_check_fit;
 
     void make_room(const TemplateData& data);
