@@ -2,6 +2,7 @@
 // sequence with exact truth.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -104,7 +105,9 @@ TEST_CASE("a piece that is hidden is lost alone, says so, and is found again whe
             if (is_of_lost) CHECK(status[p] == DEFREC_POINT_UNKNOWN);
             if (status[p] != DEFREC_POINT_OBSERVED) continue;
             const Eigen::Map<const Eigen::Vector3d> now(&xyz[3 * p]);
-            CHECK((now - film.truth(points.of_film[p]).position).norm() <= 1);
+            // A check that is only compared where it is predicted says less of where it is.
+            CHECK((now - film.truth(points.of_film[p]).position).norm() <=
+                  std::max(1.0, 2 * expected[p]));
         }
         // Nothing is lifted from where a piece was.
         std::vector<double> uv, lifted(points.xyz.size());
