@@ -3,17 +3,13 @@
 #include <limits>
 
 #include "sdk/api/destroy.hpp"
+#include "sdk/api/read.hpp"
 #include "sdk/base/util/check_ranges.hpp"
 #include "sdk/base/util/struct_size.hpp"
 
 using namespace defrec;
 
 namespace {
-
-template <class Handle>
-void expect_out(const Handle* out) {
-    if (out == nullptr) fail(DEFREC_ERROR_ARGUMENT, "out is NULL");
-}
 
 defrec_context_desc read_desc(const defrec_context_desc* given) {
     if (given == nullptr) return {};
@@ -54,7 +50,7 @@ const char* defrec_last_error(void) { return last_error(); }
 
 defrec_status defrec_context_create(const defrec_context_desc* desc, defrec_context* out) {
     return api_call([&] {
-        expect_out(out);
+        expect_given("out", out);
         *out = add_handle<defrec_context>(Context::create(read_desc(desc)));
     });
 }
@@ -70,9 +66,7 @@ size_t defrec_plugin_count(defrec_context context) {
 defrec_status defrec_plugin_get(defrec_context context, size_t index, defrec_plugin_info* out) {
     return api_call([&] {
         const auto& candidates = find_handle(context)->candidates();
-        if (index >= candidates.size())
-            fail(DEFREC_ERROR_ARGUMENT, "index is ", index, ", there are ", candidates.size(),
-                 " plugins");
+        check_index(index, candidates.size(), "plugins");
         const PluginCandidate& plugin = candidates[index];
         write_struct(out, defrec_plugin_info{sizeof(defrec_plugin_info), plugin.verdict,
                                              plugin.name.c_str(), plugin.path.c_str(),
@@ -89,9 +83,7 @@ size_t defrec_device_count(defrec_context context) {
 defrec_status defrec_device_get(defrec_context context, size_t index, defrec_device_info* out) {
     return api_call([&] {
         const auto object = find_handle(context);
-        if (index >= object->device_count())
-            fail(DEFREC_ERROR_ARGUMENT, "index is ", index, ", there are ", object->device_count(),
-                 " devices");
+        check_index(index, object->device_count(), "devices");
         write_struct(out, object->device_info(index));
     });
 }
@@ -101,7 +93,7 @@ defrec_status defrec_device_get(defrec_context context, size_t index, defrec_dev
 defrec_status defrec_rig_create(defrec_context context, const defrec_rig_desc* desc,
                                 defrec_rig* out) {
     return api_call([&] {
-        expect_out(out);
+        expect_given("out", out);
         auto object = std::make_shared<RigObject>();
         object->context = find_handle(context);
         object->rig = std::make_shared<const Rig>(object->context->allocator(),
@@ -139,7 +131,7 @@ defrec_status defrec_rig_distort_pixels(defrec_rig rig, const double* rectified_
 defrec_status defrec_stage_create(defrec_context context, const char* device_id, uint32_t stage,
                                   const void* params, defrec_stage* out) {
     return api_call([&] {
-        expect_out(out);
+        expect_given("out", out);
         const auto owner = find_handle(context);
         const StageParams complete(stage, params);
         *out = add_handle<defrec_stage>(std::make_shared<StageObject>(

@@ -140,9 +140,7 @@ defrec_status defrec_hand_eye_get_free_motion(defrec_hand_eye hand_eye, size_t i
     return api_call([&] {
         const auto object = find_handle(hand_eye);
         const std::vector<HandEyeOpenMotion>& motions = object->found.open;
-        if (index >= motions.size())
-            fail(DEFREC_ERROR_ARGUMENT, "index is ", index, ", there are ", motions.size(),
-                 " free motions");
+        check_index(index, motions.size(), "free motions");
         const HandEyeOpenMotion& motion = motions[index];
         const Eigen::Vector3d place = object->found.transforms.marker_from_camera.translation();
         defrec_free_motion made{};

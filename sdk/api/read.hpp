@@ -18,6 +18,12 @@ void expect_given(const char* name, Pointer* pointer) {
     if (pointer == nullptr) fail(DEFREC_ERROR_ARGUMENT, name, " is NULL");
 }
 
+// what: of the list's elements, in the plural.
+inline void check_index(size_t index, size_t count, const char* what) {
+    if (index >= count)
+        fail(DEFREC_ERROR_ARGUMENT, "index is ", index, ", there are ", count, " ", what);
+}
+
 inline void check_count(size_t count) {
     if (count > std::numeric_limits<size_t>::max() / 64)
         fail(DEFREC_ERROR_ARGUMENT, "count is ", count);

@@ -35,10 +35,7 @@ Eigen::Vector3d place_at(std::span<const double> xyz, size_t i) {
 // values: six each; empty: 0.
 Eigen::Matrix3d covariance_at(std::span<const double> values, size_t i) {
     if (values.empty()) return Eigen::Matrix3d::Zero();
-    const double* c = &values[6 * i];
-    Eigen::Matrix3d made;
-    made << c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5];
-    return made;
+    return symmetric_matrix(&values[6 * i]);
 }
 
 defrec_registration add(std::shared_ptr<RegistrationObject> object) {
@@ -265,9 +262,7 @@ defrec_status defrec_registration_get_free_motion(defrec_registration registrati
     return api_call([&] {
         const auto object = find_handle(registration);
         const std::vector<FreeMotion>& motions = object->found.free;
-        if (index >= motions.size())
-            fail(DEFREC_ERROR_ARGUMENT, "index is ", index, ", there are ", motions.size(),
-                 " free motions");
+        check_index(index, motions.size(), "free motions");
         const FreeMotion& motion = motions[index];
         defrec_free_motion made{};
         made.struct_size = sizeof made;
@@ -288,9 +283,7 @@ defrec_status defrec_registration_get_alternative(defrec_registration registrati
     return api_call([&] {
         const auto object = find_handle(registration);
         const std::vector<RegistrationAlternative>& others = object->found.alternatives;
-        if (index >= others.size())
-            fail(DEFREC_ERROR_ARGUMENT, "index is ", index, ", there are ", others.size(),
-                 " alternatives");
+        check_index(index, others.size(), "alternatives");
         const RegistrationAlternative& other = others[index];
         defrec_registration_alternative made{};
         made.struct_size = sizeof made;

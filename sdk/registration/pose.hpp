@@ -20,6 +20,16 @@ struct Pose {
     Pose inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
 };
 
+// values: xx, xy, xz, yy, yz, zz.
+template <class Real>
+Eigen::Matrix3d symmetric_matrix(const Real* values) {
+    Eigen::Matrix3d made;
+    made << values[0], values[1], values[2],  //
+        values[1], values[3], values[4],      //
+        values[2], values[4], values[5];
+    return made;
+}
+
 inline Eigen::Matrix3d rotation_of(const Eigen::Vector3d& turn) {
     const double angle = turn.norm();
     if (angle == 0) return Eigen::Matrix3d::Identity();

@@ -31,9 +31,7 @@ float percent(double share) { return static_cast<float>(std::round(100 * share))
 
 Eigen::Matrix3d covariance_at(const SeenSurface& seen, size_t i, double error_mm) {
     if (seen.covariances.empty()) return Eigen::Matrix3d::Identity() * error_mm * error_mm;
-    const float* c = &seen.covariances[6 * i];
-    Eigen::Matrix3d made;
-    made << c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5];
+    Eigen::Matrix3d made = symmetric_matrix(&seen.covariances[6 * i]);
     const Eigen::Vector3d values =
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(made).eigenvalues();
     if (!made.allFinite() || values[2] <= 0 ||

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::vector<fs::path> results_in(const TrackOptions& options) {
-    std::vector<fs::path> names = {kPointsFile, "frames.csv", kSummaryFile, "template.ply"};
+    std::vector<fs::path> names = {kPointsFile, kFramesFile, kSummaryFile, kTemplateFile};
     if (!options.targets.empty()) names.emplace_back(kTargetsFile);
     // One of them: what OpenCV can encode decides.
     if (options.recordings.overlay)

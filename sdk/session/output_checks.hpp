@@ -5,8 +5,6 @@
 
 namespace defrec::cli {
 
-inline constexpr char kSummaryFile[] = "summary.json";
-
 // Throws CliError(kUsage) where an output of the run would overwrite an input or another output, or
 // where --out is the recording's own folder and holds a file of that name that no run left. Before
 // anything is opened or written.

@@ -58,6 +58,9 @@ class PointsFile {
 
 inline constexpr char kPointsFile[] = "points.csv";
 inline constexpr char kTargetsFile[] = "targets.csv";
+inline constexpr char kFramesFile[] = "frames.csv";
+inline constexpr char kTemplateFile[] = "template.ply";
+inline constexpr char kSummaryFile[] = "summary.json";
 
 // frame,timestamp_ms,id,depth,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz. What is unknown
 // of a lost target stays empty, and a depth that was not given.

@@ -505,7 +505,7 @@ class TrackSession {
         for (std::uint64_t i = 0; i < info.vertex_count; ++i) {
             normals.insert(normals.end(), info.vertices[i].normal, info.vertices[i].normal + 3);
         }
-        write_ply(folder_ / "template.ply",
+        write_ply(folder_ / kTemplateFile,
                   {record.vertices.data(), normals.data(), nullptr, nullptr, info.vertex_count,
                    record.triangles.data(), info.triangle_count});
     }
@@ -551,11 +551,11 @@ class TrackSession {
         };
         attempt(kPointsFile, [&] { points_.commit(); });
         if (targets_) attempt(kTargetsFile, [&] { targets_->commit(); });
-        attempt(template_.frame ? "template.ply" : "", [&] { finish_template(); });
+        attempt(template_.frame ? kTemplateFile : "", [&] { finish_template(); });
         attempt("", [&] {
             if (trace_) trace_->commit();
         });
-        attempt("frames.csv", [&] { write_frames(folder_ / "frames.csv", rows_); });
+        attempt(kFramesFile, [&] { write_frames(folder_ / kFramesFile, rows_); });
         attempt("", [&] { pictures_->finish_recording(); });
         attempt("", [&] { notes_.add(pictures_->finish_overlay(), NoteSeverity::kRemark); });
         attempt("", [&] {

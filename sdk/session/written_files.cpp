@@ -12,6 +12,7 @@
 #include "sdk/base/util/sha256.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/text.hpp"
+#include "sdk/session/track_outputs.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -43,7 +44,7 @@ void WrittenFiles::add(const std::string& name) { json_.push_back(description_of
 std::vector<std::string> not_as_summarised(const std::filesystem::path& folder,
                                            const std::vector<std::string>& names) {
     constexpr std::size_t kLargestSummary = 100'000'000;
-    const std::filesystem::path path = folder / "summary.json";
+    const std::filesystem::path path = folder / kSummaryFile;
     std::error_code error;
     if (!std::filesystem::exists(path, error)) return {};
     const auto summary = nlohmann::ordered_json::parse(

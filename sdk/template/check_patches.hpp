@@ -10,6 +10,11 @@ constexpr uint32_t check_level(uint32_t image_width) {
     return image_width >= decisions::CheckPatches::kLargeImage ? 1 : 0;
 }
 
+// How far it searches there, px of that level.
+constexpr uint32_t check_search_radius(uint32_t image_width) {
+    return decisions::CheckPatches::kCheckSearchRadius - check_level(image_width);
+}
+
 // Whether the window round a pixel of an image has texture in both directions.
 bool has_check_texture(const uint8_t* gray, uint32_t width, uint32_t height, double u, double v);
 

@@ -168,6 +168,9 @@ struct CheckPatches {
     static constexpr uint32_t kLargeImage = 640;
     // px of the level | half the side of a check patch | set by hand
     static constexpr uint32_t kCheckRadius = 7;
+    // px | a check finds its patch within this; one less in large images, of half size | set by
+    //   hand
+    static constexpr uint32_t kCheckSearchRadius = 4;
     // gray levels^2 | smaller eigenvalue of the structure tensor, per pixel; less is no check patch
     //   | noise of a sensor alone has less
     static constexpr double kMinCheckTexture = 0.5;

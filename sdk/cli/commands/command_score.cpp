@@ -99,11 +99,11 @@ int run_score(const ScoreOptions& options) {
     const Truth truth = truth_of(options);
     const fs::path folder(options.folder);
     keep_apart({truth.surface, truth.deep, truth.reference, folder / kPointsFile,
-                folder / kTargetsFile, folder / "frames.csv", folder / "summary.json"},
+                folder / kTargetsFile, folder / kFramesFile, folder / kSummaryFile},
                {options.report});
     if (!options.quiet)
         for (const std::string& name :
-             not_as_summarised(folder, {kPointsFile, kTargetsFile, "frames.csv"}))
+             not_as_summarised(folder, {kPointsFile, kTargetsFile, kFramesFile}))
             print_notice((folder / name).string() +
                          ": this file is not as summary.json says; it is of another run, or was "
                          "changed.");

@@ -59,9 +59,7 @@ bool fits(const defrec_patch_observation& found, const defrec_patch_prediction& 
 
 // Squared distance at which the peak of a check may lie that was not located.
 float kept_px2(uint32_t width) {
-    const uint32_t level = check_level(width);
-    const auto reach =
-        static_cast<float>((decisions::StageParameters::kCheckSearchRadius - level) << level);
+    const auto reach = static_cast<float>(check_search_radius(width) << check_level(width));
     return Confidence::kKeptShare * reach * reach;
 }
 

@@ -168,9 +168,6 @@ struct StageParameters {
     static constexpr float kMatchThreshold = 2;
     // rounds | reweighting in ransac | [cost-of-speed]
     static constexpr uint32_t kRansacIterations = 5;
-    // px | a check finds its patch within this; one less in large images, of half size | set by
-    //   hand
-    static constexpr uint32_t kCheckSearchRadius = 4;
     // level of the pyramid | the image in which patches are searched in the right view: the rows of
     //   a few hundred count together | set by hand
     static constexpr uint32_t kRightSearchLevel = 1;

@@ -25,7 +25,7 @@ defrec_align_params check_params(const defrec_camera& camera, const TemplateData
     defrec_align_params align = align_params(camera, data, count_of(data.checks));
     align.level = check_level(data.width);
     align.patch_radius = decisions::CheckPatches::kCheckRadius;
-    align.search_radius = StageParameters::kCheckSearchRadius - check_level(data.width);
+    align.search_radius = check_search_radius(data.width);
     align.min_score = 1;
     align.keep_predicted = 1;
     return align;
