@@ -11,7 +11,7 @@ import re
 PAGE = "full_text.html"
 INDEX = "full_text_index.js"
 
-# What people type who have not read the guides; each must find something.
+# Words that people type who have not read the guides; each must find something.
 WORDS = """registration Slicer microscope calibration checkerboard OpenIGTLink CUDA Vulkan python
 wheel latency deadline GPU threads lost occlusion smoke covariance "expected error" template
 interlaced RTSP camera distortion baseline disparity ROS navigation mesh tumour endoscope

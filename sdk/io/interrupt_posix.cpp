@@ -21,7 +21,7 @@ void install_signal_handlers() {
     sigemptyset(&action.sa_mask);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
-    // Where it is ignored, as by nohup, the run goes on without a terminal.
+    // If it is ignored, as by nohup, the run goes on without a terminal.
     struct sigaction before {};
     sigaction(SIGHUP, nullptr, &before);
     if (before.sa_handler == SIG_IGN) return;

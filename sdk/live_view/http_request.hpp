@@ -18,7 +18,7 @@ struct HttpRequest {
     std::string content;
     bool keeps_open = true;  // the connection, for another request
 
-    // What the query says for the name; empty where it has none.
+    // The query's value for the name; empty where it has none.
     std::string_view parameter(std::string_view name) const;
 };
 

@@ -34,7 +34,7 @@ class ViewConnection {
         : socket_(std::move(socket)), deadline_(Clock::now() + kRequestTime) {}
 
     int descriptor() const { return socket_.get(); }
-    // What poll is to wait for.
+    // The events that poll is to wait for.
     short events() const;
     Clock::time_point deadline() const { return deadline_; }
     // It has shown the token.

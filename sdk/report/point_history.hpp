@@ -1,4 +1,4 @@
-// What the report shows of the points that the user chose: where they were, and how sure that is.
+// The report's data of the points that the user chose: where they were, and how sure that is.
 #pragma once
 
 #include <cstdint>

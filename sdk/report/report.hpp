@@ -27,7 +27,7 @@ namespace defrec::cli {
 
 enum class ReportSeverity { remark, warning, error };
 
-/// What the reader should know before the numbers.
+/// Facts that the reader should know before the numbers.
 struct ReportNote {
     ReportSeverity severity = ReportSeverity::warning;
     std::string text;

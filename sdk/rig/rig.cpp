@@ -151,7 +151,7 @@ void Rig::fill_map(int view, const ViewShift& shift, int32_t* map) const {
     });
 }
 
-// Where a rectified pixel of a view lies when that is turned about its vertical axis, rad.
+// A rectified pixel's place in a view that is turned about its vertical axis, rad.
 Eigen::Vector2d Rig::turned(int view, const Eigen::Vector2d& rectified, double angle) const {
     if (angle == 0) return rectified;
     const double x = (rectified.x() - principal_x(view)) / camera_.fx,

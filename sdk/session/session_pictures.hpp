@@ -35,7 +35,7 @@ class SessionPictures {
 
     // project: on the view's threads, so with memory of its own.
     void open_view(std::uint16_t port, ViewFacts facts, Projector project);
-    // What browsers asked for takes effect with this frame; commands about points are handed on.
+    // A browser's command takes effect with this frame; commands about points are handed on.
     void obey_view(const std::function<void(const ViewCommand&)>& change_points);
     // The view shows what the doctor finds in the first frames and in the calibration, as its files
     // have it. camera: of the rectified views.

@@ -24,7 +24,7 @@ class WrittenFiles {
     nlohmann::ordered_json json_ = nlohmann::ordered_json::array();
 };
 
-// Those of the names that are not as summary.json in the folder says: files of another run, or
+// The names whose files are not as summary.json in the folder says: files of another run, or
 // changed. None where it says nothing.
 std::vector<std::string> not_as_summarised(const std::filesystem::path& folder,
                                            const std::vector<std::string>& names);

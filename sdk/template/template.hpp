@@ -114,7 +114,7 @@ struct TemplateData {
     size_t views() const { return image.size() / (size_t{width} * height); }
 };
 
-// What moves a point of the template frame; the same in all frames.
+// The control points that move a point of the template frame; the same in all frames.
 struct PointAnchor {
     // The control points' weights; for tissue that joined, those of the corners' motions.
     BlendWeights weights;

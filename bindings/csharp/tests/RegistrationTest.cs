@@ -63,7 +63,7 @@ namespace Defrec.Tests
             return new TriangleMesh(vertices, triangles);
         }
 
-        // What a camera in the origin of the seen frame sees of it.
+        // The part that a camera in the origin of the seen frame sees.
         private static float[] Front(TriangleMesh organ)
         {
             return Enumerable.Range(0, organ.Vertices.Length / 3)

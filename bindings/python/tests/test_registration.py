@@ -108,7 +108,7 @@ class RegistrationTest(unittest.TestCase):
             self.assertAlmostEqual(row[3], expected, delta=0.5)
         self.assertEqual(len(result.residuals), len(seen))
         self.assertGreater(result.inlier_share, 0.9)
-        # Those at the poles have no area.
+        # Triangles at the poles have no area.
         self.assertEqual(len(result.triangles) + result.dropped_triangles, len(TRIANGLES))
         self.assertTrue(result.model_has_outside and not result.model_turned)
 

@@ -47,7 +47,7 @@ class KeptFloatingPoint {
     }
     static void set(const Mode& mode) noexcept {
         _mm_setcsr(mode.vectors);
-        // What is pending must not be raised by the next instruction.
+        // A pending exception must not be raised by the next instruction.
         asm volatile("fnclex\n\tfldcw %0" : : "m"(mode.x87));
     }
 #elif defined(__aarch64__)

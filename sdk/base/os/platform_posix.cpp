@@ -82,7 +82,7 @@ std::thread start_thread(std::function<void()> body) {
     const SignalsBlocked blocked;  // a thread inherits the mask
     try {
         return std::thread([run = std::move(body)] {
-            // What a plugin asks for must not end it anywhere.
+            // A plugin that asks for it must not end it anywhere.
             pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, nullptr);
             std::fesetenv(FE_DFL_ENV);
             run();

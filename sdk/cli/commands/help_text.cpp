@@ -53,7 +53,7 @@ std::vector<std::string> checks_of(const CLI::Option& option) {
     }
 }
 
-// What stands for the value, such as MS.
+// The word that stands for the value, such as MS.
 std::string value_name(const CLI::Option& option, const std::vector<std::string>& checks) {
     if (option.get_expected_max() == 0) return {};
     std::string name = option.get_type_name();

@@ -9,7 +9,7 @@ class App;
 
 namespace defrec::cli {
 
-// What to say of the first command or option that does not exist; empty where all do, or where it
+// The words on the first command or option that does not exist; empty where all do, or where it
 // is for the parser to say.
 std::string misspelling(const CLI::App& app, int argc, const char* const* argv);
 

@@ -1,4 +1,4 @@
-// What is typed and what is printed: help, suggestions, completion, options of an earlier run.
+// Words that are typed and printed: help, suggestions, completion, options of an earlier run.
 #include <doctest/doctest.h>
 
 #include <CLI/CLI.hpp>

@@ -9,7 +9,7 @@
 
 namespace defrec::cli {
 
-// What a run of `defrec handeye` found; the pointers of info live as long as the handle.
+// The findings of a run of `defrec handeye`; the pointers of info live as long as the handle.
 struct HandEyeFindings {
     HandEye hand_eye;
     defrec_hand_eye_info info;

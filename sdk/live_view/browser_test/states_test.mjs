@@ -57,7 +57,7 @@ function darken(view, frames) {
         join(scratch, 'sequence', view, `${String(frame).padStart(6, '0')}.png`), blackPicture());
 }
 
-/** What the page says at one moment. */
+/** The page's words at one moment. */
 const look = (page) => page.evaluate(() => {
   const element = (id) => document.getElementById(id);
   const size = (node) => parseFloat(getComputedStyle(node).fontSize);
@@ -84,7 +84,7 @@ async function picture(page, name) {
   await page.screenshot({path: join(screenshot, `${name}.png`)});
 }
 
-/** What the program answers while it tracks and loses: {page, surface, tracking, lost}. */
+/** The program's answers while it tracks and loses: {page, surface, tracking, lost}. */
 async function answersOf(program) {
   const url = new URL(await addressOf(program));
   const headers = {'X-Token': url.searchParams.get('token')};

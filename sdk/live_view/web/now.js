@@ -1,4 +1,4 @@
-// What is said in numbers now, the times of the stages, the recording.
+// The numbers of now, the times of the stages, the recording.
 import {byId, element, milliseconds, number, percent, seconds} from '../../report/web/data.js';
 import {post} from './connection.js';
 import {isFollowed, stageInWords} from './words.js';
@@ -7,7 +7,7 @@ import {isFollowed, stageInWords} from './words.js';
 export function showNow(header, moment, shownPerSecond) {
   byId('sequence').textContent = header.sequence;
   byId('lead').textContent = `${header.device}; defrec ${header.version}`;
-  // What is not followed has neither residual nor a share that is seen.
+  // A surface that is not followed has neither residual nor a share that is seen.
   const known = isFollowed(moment[2]);
   const entries = [
     ['Tissue seen', known ? percent(moment[5]) : '–'],

@@ -59,7 +59,7 @@ class LastingLag {
     };
 
   private:
-    // What the middle of the image shows, summed up since the first of the frames.
+    // The motion of the image's middle, summed up since the first of the frames.
     struct Course {
         double disparity = 0, along = 0, down = 0;  // px
         double scale = 0;                           // %

@@ -15,7 +15,7 @@
 
 namespace defrec {
 
-// Where a patch of the rig was found in the left view, and its disparity, px; NaN: not found.
+// A patch of the rig as it was found in the left view, with its disparity, px; NaN: not found.
 struct RigPatch {
     float column, row, disparity;
 };

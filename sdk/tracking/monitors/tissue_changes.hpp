@@ -21,8 +21,8 @@ class TissueChanges {
     std::vector<uint8_t>* image() { return slips_.wants_image() ? &image_ : nullptr; }
     bool wants_image() const { return slips_.wants_image(); }
 
-    // Once for each frame in which the surface was found with depth. is_confirmed: photometric
-    // evidence, per vertex.
+    // Once for each frame in which the surface was found with depth. is_confirmed: per
+    // vertex, by checks that are located.
     void add_frame(const TemplateData& data, const FrameOutput& output,
                    std::span<const uint8_t> is_confirmed) noexcept;
 

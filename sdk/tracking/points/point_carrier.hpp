@@ -42,7 +42,7 @@ struct PreparedPoint {
 
     static constexpr uint32_t kNotDeep = UINT32_MAX;
 };
-// What a point that does not lie on the surface has besides.
+// The rest of a point that does not lie on the surface.
 struct DeepPoint {
     int32_t vertex = -1;  // the nearest
     double depth_mm = 0;  // beneath the surface; negative: in front of it
