@@ -128,7 +128,8 @@ class Guide:
 
     def filter(self, text):
         lines, in_code = [], False
-        for line in text.splitlines():
+        whole_labels = re.sub(r"\[([^\]\[\n]+)\n([^\]\[\n]+)\]\(", r"[\1 \2](", text)
+        for line in whole_labels.splitlines():
             in_code ^= line.lstrip().startswith("```")
             line = re.sub(
                 "^```(csharp|python)$",

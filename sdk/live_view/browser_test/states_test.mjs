@@ -141,8 +141,8 @@ class Replay {
     if (request.url.startsWith('/frame') && this.state === 'ended') response.statusCode = 410;
     const isSilent = this.state === 'stalled' || !request.url.startsWith('/frame');
     if (isSilent) response.statusCode = 204;
-    return setTimeout(
-        () => response.end(response.statusCode === 200 ? this.packet() : undefined), 200);
+    const body = response.statusCode === 200 ? this.packet() : undefined;
+    return setTimeout(() => response.end(body), 200);
   }
 }
 
