@@ -1102,12 +1102,19 @@ enum {
                                                   @effect vertices of the piece are unknown
                                                   @remedy show which part is lost; go on with the
                                                   others */
-    DEFREC_REASON_INTERLACED     = 1u << 23  /**< an image's rows alternate between two times, as
+    DEFREC_REASON_INTERLACED     = 1u << 23, /**< an image's rows alternate between two times, as
                                                   those of video that was not deinterlaced
                                                   @effect degraded, no vertex counts as observed;
                                                   no template, or lost where nothing is tracked
                                                   @remedy submit each field as a frame: see field
                                                   of defrec_frame */
+    DEFREC_REASON_CONTRADICTED   = 1u << 24  /**< depth agrees on more than a twentieth of the
+                                                  surface in the image where the left image shows
+                                                  something else: tissue slid, left or changed, or
+                                                  something lies on it
+                                                  @effect expected errors are larger there
+                                                  @remedy show which part is not observed; where it
+                                                  lasts, capture another template */
 };
 /** Status of a vertex or point. */
 enum {

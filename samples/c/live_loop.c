@@ -123,6 +123,7 @@ static const struct {
     {DEFREC_REASON_CUT, "cut"},
     {DEFREC_REASON_PIECE_LOST, "piece lost"},
     {DEFREC_REASON_INTERLACED, "interlaced"},
+    {DEFREC_REASON_CONTRADICTED, "contradicted"},
 };
 
 static void show_reasons(uint32_t reasons) {

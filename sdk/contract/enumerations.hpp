@@ -59,6 +59,7 @@ inline constexpr EnumeratorName kReasonNames[] = {
     {DEFREC_REASON_CUT, "cut"},
     {DEFREC_REASON_PIECE_LOST, "piece-lost"},
     {DEFREC_REASON_INTERLACED, "interlaced"},
+    {DEFREC_REASON_CONTRADICTED, "contradicted"},
 };
 inline constexpr uint32_t kEveryStage =  // in stages of defrec_device_info
     1u << DEFREC_STAGE_RECTIFY |

@@ -122,7 +122,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     PhotometricEvidence photometric;
     photometric.make_room(model_data);
     spread_patches(model_data, patch_px2, photometric);
-    spread_checks(model_data, reply.output, photometric);
+    spread_checks(model_data, model.checked, reply.output, photometric);
     measure_photometric(model_data, reply.output, 0, reply.output.samples.size(), photometric);
     DisparityMonitor disparities;
     disparities.make_room();

@@ -100,7 +100,7 @@ class FrameAttempt::Measuring {
         --sums_left_;
     }
     void sum_checks() {
-        spread_checks(data_, output_, attempt_.photometric_);
+        spread_checks(data_, surface_.model().checked, output_, attempt_.photometric_);
         --sums_left_;
     }
     void measure_rows() {
@@ -146,6 +146,7 @@ void FrameAttempt::measure(const TrackedSurface& surface, const RigMonitor& rig,
         vertex_runs(output.samples.size()), [&](size_t run) { measuring.run_vertices(run); });
     if (measuring.found_wrong()) pipeline.check(output, surface.data());
     result.evidence = weigh_evidence(output, vertex_evidence_, patch_px2_);
+    result.evidence.vertices_refuted = photometric_.vertices_refuted;
     quality = classify(surface.data(), result.evidence, settings_, surface.is_tracking(),
                        plan_.uses_depth);
     quality.add(reasons_of(plan_.quality_level));

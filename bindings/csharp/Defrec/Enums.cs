@@ -332,7 +332,12 @@ namespace Defrec
         /// An image's rows alternate between two times, as those of video that was not
         /// deinterlaced.
         /// </summary>
-        Interlaced = 1u << 23
+        Interlaced = 1u << 23,
+        /// <summary>
+        /// Depth agrees on more than a twentieth of the surface in the image where the left image
+        /// shows something else: tissue slid, left or changed, or something lies on it.
+        /// </summary>
+        Contradicted = 1u << 24
     }
 
     /// <summary>Status of a vertex or point.</summary>

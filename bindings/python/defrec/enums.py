@@ -306,6 +306,9 @@ class Reason(IntFlag):
     of Result."""
     INTERLACED = 8388608
     """An image's rows alternate between two times, as those of video that was not deinterlaced."""
+    CONTRADICTED = 16777216
+    """Depth agrees on more than a twentieth of the surface in the image where the left image shows
+    something else: tissue slid, left or changed, or something lies on it."""
 
 
 class PointStatus(OpenEnum):

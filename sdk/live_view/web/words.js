@@ -51,6 +51,7 @@ const reasons = {
   'cut': 'the tissue came apart',
   'piece-lost': 'a part of the tissue is not found',
   'interlaced': 'the video is interlaced',
+  'contradicted': 'part of the tissue looks different where it should be',
 };
 
 /** The words for a list of names with commas between them. */

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sdk/template/check_patches.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
@@ -12,8 +13,8 @@ namespace {
 
 using decisions::Confidence;
 
-// A control point's sums of checks: those that are located, those that fit, and all.
-enum Checks : Eigen::Index { kLocated, kFitting, kAll };
+// A control point's sums of checks: those that are located, that fit, that are refuted, and all.
+enum Checks : Eigen::Index { kLocated, kFitting, kRefuted, kAll };
 
 // Spreads values over the control points that move a patch.
 template <class Sums>
@@ -55,6 +56,23 @@ bool fits(const defrec_patch_observation& found, const defrec_patch_prediction& 
     if (!has_peak(found)) return found.score >= Confidence::kMinZnccKept;
     const float px2 = distance2(found, expected) / static_cast<float>(1u << (2 * level));
     return static_cast<float>(found.score) >= Confidence::kMinZncc + Confidence::kZnccPerPx2 * px2;
+}
+
+// Whether a check shows that its tissue is not where the surface has it. sample: in its window.
+bool is_refuted(const TemplateData& data, const defrec_patch_prediction& expected,
+                const defrec_surface_sample& sample, bool is_located, bool does_fit) {
+    if (expected.valid == 0) return false;
+    const float per_px = depth_per_px(data.camera, sample.position[2]);
+    switch (sample.observation) {
+        case DEFREC_OBSERVED:
+            return !is_located && !does_fit;
+        case DEFREC_INCONSISTENT:
+            return !is_located || std::abs(sample.residual) > Confidence::kElsewherePx * per_px;
+        case DEFREC_OCCLUDED:
+            return is_located && std::abs(sample.residual) > Confidence::kElsewherePx * per_px;
+        default:
+            return false;
+    }
 }
 
 // Squared distance at which the peak of a check may lie that was not located.
@@ -129,19 +147,20 @@ void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t 
     evidence.is_confirmed[vertex] = evidence.is_located[vertex] = 0;
     evidence.check_px2[vertex] = 0;
     evidence.check_score[vertex] = 0;
+    const Eigen::Array4f checks = sums_at(point, evidence.checks);
+    const auto share = [&](Checks such) { return mean(checks[such], checks[kAll]); };
+    evidence.refuted[vertex] = std::max(0.0f, share(kRefuted) - Confidence::kRefutedByChance);
     if (data.check_of_vertex[vertex] < 0) return;
     const auto check = static_cast<size_t>(data.check_of_vertex[vertex]);
     const defrec_patch_observation& found = output.checks[check];
     if (evidence.is_check_located[check] + evidence.does_check_fit[check] == 0 ||
         !suits_region(point, found.score, evidence))
         return;
-    const Eigen::Array4f checks = sums_at(point, evidence.checks);
-    const auto most_are = [&](Checks such) {
-        return mean(checks[such], checks[kAll]) >= Confidence::kMinFittingShare;
-    };
+    const auto most_are = [&](Checks such) { return share(such) >= Confidence::kMinFittingShare; };
     evidence.is_located[vertex] = evidence.is_check_located[check] != 0 && most_are(kLocated);
     if (evidence.does_check_fit[check] == 0 || !most_are(kFitting)) return;
     evidence.is_confirmed[vertex] = 1;
+    evidence.refuted[vertex] = 0;
     evidence.check_px2[vertex] =
         has_peak(found) ? distance2(found, output.check_predictions[check]) : kept_px2(data.width);
     evidence.check_score[vertex] = static_cast<float>(found.score) / 4096;
@@ -149,11 +168,27 @@ void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t 
 
 }  // namespace
 
+CheckedVertices::CheckedVertices(const TemplateData& data)
+    : nearest(data.checks.size(), -1), count(data.checks.size(), 0) {
+    std::vector<float> least(data.checks.size(), std::numeric_limits<float>::max());
+    for (size_t i = 0; i < data.vertices.size(); ++i) {
+        if (data.check_of_vertex[i] < 0) continue;
+        const auto check = static_cast<size_t>(data.check_of_vertex[i]);
+        ++count[check];
+        const float apart = (Eigen::Map<const Eigen::Vector3f>(data.vertices[i].position) -
+                             Eigen::Map<const Eigen::Vector3f>(data.checks[check].position))
+                                .squaredNorm();
+        if (apart >= least[check]) continue;
+        least[check] = apart;
+        nearest[check] = static_cast<int32_t>(i);
+    }
+}
+
 void PhotometricEvidence::make_room(const TemplateData& data) {
     const size_t vertices = data.vertices.size(), nodes = data.nodes.size() / 3;
     is_confirmed.resize(vertices);
     is_located.resize(vertices);
-    for (std::vector<float>* values : {&check_px2, &check_score, &patch_px2})
+    for (std::vector<float>* values : {&check_px2, &check_score, &patch_px2, &refuted})
         values->resize(vertices);
     patches.resize(nodes);
     checks.resize(nodes);
@@ -177,18 +212,25 @@ void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
                 evidence.patches);
 }
 
-void spread_checks(const TemplateData& data, const FrameOutput& output,
-                   PhotometricEvidence& evidence) {
+void spread_checks(const TemplateData& data, const CheckedVertices& vertices,
+                   const FrameOutput& output, PhotometricEvidence& evidence) {
     std::fill(evidence.checks.begin(), evidence.checks.end(), Eigen::Array4f(0, 0, 0, 0));
+    evidence.vertices_refuted = 0;
     const uint32_t level = check_level(data.width);
     for (size_t i = 0; i < data.checks.size(); ++i) {
         const defrec_patch_observation& found = output.checks[i];
         uint8_t &located = evidence.is_check_located[i], &fit = evidence.does_check_fit[i];
         located = is_located(found) ? 1 : 0;
         fit = fits(found, output.check_predictions[i], level) ? 1 : 0;
-        add<Eigen::Array4f>(data.checks[i],
-                            {static_cast<float>(located), static_cast<float>(fit), 1.0f, 0.0f},
-                            evidence.checks);
+        const bool refuted = vertices.nearest[i] >= 0 &&
+                             is_refuted(data, output.check_predictions[i],
+                                        output.samples[static_cast<size_t>(vertices.nearest[i])],
+                                        located != 0, fit != 0);
+        evidence.vertices_refuted += refuted ? vertices.count[i] : 0;
+        add<Eigen::Array4f>(
+            data.checks[i],
+            {static_cast<float>(located), static_cast<float>(fit), refuted ? 1.0f : 0.0f, 1.0f},
+            evidence.checks);
     }
     sum_regions(data, evidence);
 }

@@ -10,6 +10,21 @@
 
 namespace defrec {
 
+// mm of depth at z for a px of disparity.
+template <class Depth>  // a number, or an array of Eigen's
+Depth depth_per_px(const defrec_camera& camera, const Depth& z) {
+    return z * z / (static_cast<float>(camera.fx) * static_cast<float>(camera.baseline_mm));
+}
+
+// Which vertices lie in the windows of a template's checks, worked out once.
+struct CheckedVertices {
+    explicit CheckedVertices(const TemplateData& data);
+
+    // Per check:
+    std::vector<int32_t> nearest;  // vertex in its window, to its middle; -1: none
+    std::vector<uint32_t> count;   // vertices in its window
+};
+
 // Per vertex.
 struct PhotometricEvidence {
     // The live image shows there what the template shows, and does so at most checks round it.
@@ -21,9 +36,14 @@ struct PhotometricEvidence {
     std::vector<float> check_score;  // ZNCC there, 0..1; where confirmed
     std::vector<float> patch_px2;  // mean squared distance of the patches round it from where they
                                    // were found
+    // Share of the checks round it that are refuted, beyond what occurs in any frame: live depth
+    // agrees there, or lies behind, and the image shows something else; or they are found where
+    // depth is another. 0 where it is confirmed.
+    std::vector<float> refuted;
+    uint32_t vertices_refuted = 0;  // in the windows of such checks
     // Working memory, per control point, sums weighted as it moves what they are of.
     std::vector<Eigen::Array2f> patches;  // px^2 of them, and their weights
-    std::vector<Eigen::Array4f> checks;   // that are located, that fit, all
+    std::vector<Eigen::Array4f> checks;   // located, fitting, refuted, all
     std::vector<Eigen::Array2f> regions;  // located ones and all, over a control point's region
     std::vector<Eigen::Array2d> area;     // likewise, of all above and to the left in the grid
     // Per check: it was found, or fits; its region may ask for more.
@@ -35,8 +55,8 @@ struct PhotometricEvidence {
 // nothing once there is room.
 void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
                     PhotometricEvidence& evidence);
-void spread_checks(const TemplateData& data, const FrameOutput& output,
-                   PhotometricEvidence& evidence);
+void spread_checks(const TemplateData& data, const CheckedVertices& vertices,
+                   const FrameOutput& output, PhotometricEvidence& evidence);
 // All else of the vertices begin to end, from the sums.
 void measure_photometric(const TemplateData& data, const FrameOutput& output, size_t begin,
                          size_t end, PhotometricEvidence& evidence);

@@ -19,6 +19,7 @@ struct Surface {
     TemplateData data;
     std::vector<defrec_patch_observation> checks{size_t{kSide} * kSide};
     std::vector<defrec_patch_prediction> predictions{size_t{kSide} * kSide};
+    std::vector<defrec_surface_sample> samples{size_t{kSide} * kSide};
     PhotometricEvidence evidence;
 
     Surface() {
@@ -35,6 +36,10 @@ struct Surface {
             data.check_of_vertex.push_back(i);
         }
         for (defrec_patch_observation& check : checks) fit(check, 4000);
+        for (defrec_patch_prediction& prediction : predictions) prediction.valid = 1;
+        for (defrec_surface_sample& sample : samples) sample.position[2] = 80;
+        data.camera.fx = data.camera.fy = 500;
+        data.camera.baseline_mm = 4;
         evidence.make_room(data);
     }
     static void fit(defrec_patch_observation& check, int32_t score) {
@@ -58,7 +63,8 @@ struct Surface {
         FrameOutput output;
         output.checks = checks;
         output.check_predictions = predictions;
-        spread_checks(data, output, evidence);
+        output.samples = samples;
+        spread_checks(data, CheckedVertices(data), output, evidence);
         measure_photometric(data, output, 0, data.vertices.size(), evidence);
         return evidence.is_confirmed[kMiddle] != 0;
     }
@@ -118,4 +124,47 @@ TEST_CASE("a check that is compared where it is predicted confirms, and locates 
     CHECK(surface.evidence.is_located[Surface::kMiddle] == 0);
     CHECK(surface.confirms_middle(Confidence::kMinZncc));
     CHECK(surface.evidence.is_located[Surface::kMiddle] == 1);
+}
+
+TEST_CASE("checks that fail where depth agrees or lies behind are refuted, beyond chance") {
+    Surface surface;
+    surface.fail_round_middle(3);
+    surface.checks[Surface::kMiddle] = {};
+    CHECK_FALSE(surface.confirms_middle());
+    CHECK(surface.evidence.vertices_refuted == 25);
+    CHECK(surface.evidence.refuted[Surface::kMiddle] == 1 - Confidence::kRefutedByChance);
+    CHECK(surface.evidence.refuted[0] == 0);
+    for (defrec_surface_sample& sample : surface.samples) sample.observation = DEFREC_INCONSISTENT;
+    surface.confirms_middle();
+    CHECK(surface.evidence.vertices_refuted == 25);
+}
+
+TEST_CASE("nothing is refuted where something lies in front, or no check is expected") {
+    Surface surface;
+    surface.fail_round_middle(3);
+    for (const uint32_t hidden : {DEFREC_OCCLUDED, DEFREC_OUTSIDE, DEFREC_NO_DEPTH}) {
+        for (defrec_surface_sample& sample : surface.samples) sample.observation = hidden;
+        surface.confirms_middle();
+        CHECK(surface.evidence.vertices_refuted == 0);
+    }
+    for (defrec_surface_sample& sample : surface.samples) sample.observation = DEFREC_OBSERVED;
+    for (defrec_patch_prediction& prediction : surface.predictions) prediction.valid = 0;
+    surface.confirms_middle();
+    CHECK(surface.evidence.vertices_refuted == 0);
+}
+
+TEST_CASE("a check that is found where depth is another is refuted") {
+    Surface surface;
+    const float per_px = depth_per_px(surface.data.camera, 80.0f);
+    const auto refuted_at = [&](float px, uint32_t observation) {
+        surface.samples[Surface::kMiddle].observation = observation;
+        surface.samples[Surface::kMiddle].residual = px * per_px;
+        surface.confirms_middle();
+        return surface.evidence.vertices_refuted;
+    };
+    CHECK(refuted_at(1.1f * Confidence::kElsewherePx, DEFREC_OCCLUDED) == 1);
+    CHECK(refuted_at(-1.1f * Confidence::kElsewherePx, DEFREC_INCONSISTENT) == 1);
+    CHECK(refuted_at(0.9f * Confidence::kElsewherePx, DEFREC_OCCLUDED) == 0);
+    CHECK(refuted_at(0.9f * Confidence::kElsewherePx, DEFREC_INCONSISTENT) == 0);
+    CHECK(refuted_at(0, DEFREC_OBSERVED) == 0);
 }

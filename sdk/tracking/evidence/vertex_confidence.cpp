@@ -65,7 +65,7 @@ void mark_beside_pieces(const TemplateData& data, std::vector<uint8_t>& is_marke
 
 }  // namespace
 
-SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), grids(given) {
+SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), grids(given), checked(given) {
     const auto count = static_cast<Eigen::Index>(given.vertices.size());
     is_at_edge = vertices_beside_cuts(given);
     mark_beside_pieces(given, is_at_edge);
@@ -258,7 +258,7 @@ class ConfidenceEstimate {
         }
         const Values patches = values(photometric_.patch_px2),
                      check = values(photometric_.check_px2), step = values(model_.step_mm),
-                     support = values(model_.support_mm);
+                     support = values(model_.support_mm), refuted = values(photometric_.refuted);
         to_observed *= step;
         for (Eigen::Index k = 0; k < count; ++k)
             set_status(first + static_cast<size_t>(k), to_observed[k]);
@@ -269,7 +269,8 @@ class ConfidenceEstimate {
         Few across = mm_per_px * mm_per_px *
                          (Share::kPatchShare * patches + Share::kCheckShare * check +
                           Share::kMismatchShare * mismatch) +
-                     Share::kFarPhotometric * far_photometric * far_photometric;
+                     Share::kFarPhotometric * far_photometric * far_photometric +
+                     Share::kRefutedShare * refuted * refuted;
         const Few along = per_px * per_px *
                               (Share::kDisparityShare + Share::kDisparityPatchShare * patches +
                                values(confidence_.rig_px2)) +

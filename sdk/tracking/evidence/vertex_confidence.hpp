@@ -24,8 +24,9 @@ struct SurfaceModel {
     const TemplateData* data;
     MapGrids grids;
     // Per vertex:
-    std::vector<float> step_mm;       // a step of the grid that it came with
-    std::vector<float> support_mm;    // how far the template's own disparity was extrapolated
+    std::vector<float> step_mm;     // a step of the grid that it came with
+    std::vector<float> support_mm;  // how far the template's own disparity was extrapolated
+    CheckedVertices checked;
     std::vector<uint8_t> is_at_edge;  // beside a cut, or another piece of the first view
     Eigen::Matrix4Xf centred;         // position less the centre, and 0
     Eigen::Vector3d centre;           // mean position
@@ -65,11 +66,6 @@ struct FrameEvidence {
 // How far a vertex moved in the image, px^2.
 float squared_step(const defrec_camera& camera, const defrec_surface_sample& from,
                    const defrec_surface_sample& to);
-// mm of depth at z for a px of disparity.
-template <class Depth>  // a number, or an array of Eigen's
-Depth depth_per_px(const defrec_camera& camera, const Depth& z) {
-    return z * z / (static_cast<float>(camera.fx) * static_cast<float>(camera.baseline_mm));
-}
 
 // Once before each estimate, which it spares what does not wait for a frame's results.
 void begin_confidence(const SurfaceModel& model, VertexConfidence& confidence);

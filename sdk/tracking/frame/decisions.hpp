@@ -367,6 +367,9 @@ struct Reasons {
     double no_depth_share = 0.5;
     // mm | a larger mean depth residual is `DEFREC_REASON_LARGE_RESIDUAL` | set by hand
     double large_residual = 1;
+    // share of the vertices in the image | more in checks that are refuted are
+    //   `DEFREC_REASON_CONTRADICTED` | sound scenes have 0 to 0.04, [refuted-checks]
+    double contradicted_share = 0.05;
     // share of the first view's vertices | fewer in the image are `DEFREC_REASON_OUT_OF_VIEW` | set
     //   by hand
     double out_of_view_share = 0.5;
@@ -456,6 +459,11 @@ struct Confidence {
     // 1/4096 | ZNCC of a check that fits there; in between it is interpolated | chance reached 0.92
     //   at the 95th percentile, [contradicted]
     static constexpr int32_t kMinZnccAlone = 3973;
+    // px of disparity | between the surface and live depth, from which on a check that is found
+    //   there lies elsewhere | as for tissue that left
+    static constexpr float kElsewherePx = 1.5f;
+    // share of the checks round a vertex | as many are refuted by chance | [refuted-checks]
+    static constexpr float kRefutedByChance = 0.2f;
     // px | a patch farther off counts as one at this distance | set by hand
     static constexpr float kFarthestPatch = 8;
     // mm | depth that the rig makes more uncertain is no evidence | set by hand
@@ -505,6 +513,9 @@ struct ExpectedError {
     static constexpr float kMismatchShare = 0.14f;
     // 1 | a4: the squared distance from the nearest photometric evidence
     static constexpr float kFarPhotometric = 0.047f;
+    // mm^2 | a5: the squared share of checks that are refuted | extrapolated points of `shear`,
+    //   `shear3`, `resting` and `retraction`, [refuted-checks]
+    static constexpr float kRefutedShare = 14;
     // px^2 | b1: disparity by itself
     static constexpr float kDisparityShare = 0.0013f;
     // 1 | b2: the squared distance of patches | doubled after the fit

@@ -216,6 +216,8 @@ FrameQuality classify(const TemplateData& data, const Evidence& evidence,
         quality.add(DEFREC_REASON_NO_DEPTH);
     if (evidence.mean_residual_mm > settings.large_residual)
         quality.add(DEFREC_REASON_LARGE_RESIDUAL);
+    if (quality.found && evidence.vertices_refuted / inside > settings.contradicted_share)
+        quality.add(DEFREC_REASON_CONTRADICTED);
     if (inside_share < settings.out_of_view_share) quality.add(DEFREC_REASON_OUT_OF_VIEW);
     return quality;
 }

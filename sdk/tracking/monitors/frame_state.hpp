@@ -49,6 +49,7 @@ struct Evidence {
     uint32_t vertices_observed = 0;
     uint32_t vertices_occluded = 0;
     uint32_t vertices_without_depth = 0;
+    uint32_t vertices_refuted = 0;   // PhotometricEvidence
     double mean_residual_mm = 0;     // of vertices with live depth that agrees, absolute
     uint32_t patches_expected = 0;   // predicted inside the image
     uint32_t patches_confirmed = 0;  // found where the deformed surface has them

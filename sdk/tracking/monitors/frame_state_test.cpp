@@ -85,14 +85,14 @@ struct Fixture {
     }
     VertexConfidence confidence(const RigEstimate& rig = {}, SurfaceSamples last = {},
                                 bool uses_depth = true, const Services* helpers = nullptr) {
+        const SurfaceModel model(data);
         PhotometricEvidence photometric;
         photometric.make_room(data);
         spread_patches(data, patch_px2(), photometric);
-        spread_checks(data, output, photometric);
+        spread_checks(data, model.checked, output, photometric);
         measure_photometric(data, output, 0, output.samples.size(), photometric);
         VertexConfidence result;
         const auto mean_residual = static_cast<float>(evidence().mean_residual_mm);
-        const SurfaceModel model(data);
         begin_confidence(model, result);
         estimate_confidence(
             model, {output, photometric, mean_residual, rig, last, uses_depth}, helpers, [] {},
@@ -250,6 +250,25 @@ TEST_CASE("checks that fit here and there, among checks that do not, are no evid
     for (size_t i = 0; i < f.checks.size(); ++i)
         if (i % 2 == 0) f.checks[i].score = 1600;
     CHECK(f.confidence().evidence[kMiddle] == DEFREC_EVIDENCE_DEPTH);
+}
+
+TEST_CASE("where most of the surface is refuted, its error is larger, and the frame says so") {
+    Fixture f;
+    Evidence evidence = f.evidence();
+    for (size_t i = 0; i < f.checks.size(); i += 2) f.checks[i] = {};
+    const double refuted = f.confidence().expected_error[0];
+    for (size_t i = 0; i < f.checks.size(); i += 2) f.samples[i].observation = DEFREC_OCCLUDED;
+    const double hidden = f.confidence().expected_error[0],
+                 share = 50.0 / 99 - decisions::Confidence::kRefutedByChance;
+    CHECK(refuted * refuted - hidden * hidden ==
+          doctest::Approx(decisions::ExpectedError::kRefutedShare * share * share));
+    evidence.vertices_refuted =
+        static_cast<uint32_t>(f.settings.contradicted_share * evidence.vertices_inside);
+    CHECK(classify(f.data, evidence, f.settings, true).reasons == 0);
+    ++evidence.vertices_refuted;
+    const FrameQuality quality = classify(f.data, evidence, f.settings, true);
+    CHECK(quality.reasons == DEFREC_REASON_CONTRADICTED);
+    CHECK_FALSE(quality.degraded);
 }
 
 TEST_CASE("patches that lie off the surface raise the error round them") {
