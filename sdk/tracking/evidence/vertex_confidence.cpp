@@ -138,28 +138,31 @@ class RigDoubt {
                      noise = Share::kVergenceNoise * double{evidence.rig.vergence_sigma};
         vergence_ = static_cast<float>(camera_.fx * camera_.fx *
                                        std::max(0.0, vergence * vergence - noise * noise));
-        one_view_ =
-            Share::kOneView + vergence_ + evidence.rig.last_depth_px * evidence.rig.last_depth_px;
+        const auto left = static_cast<float>(camera_.fx * evidence.rig.corrected_sigma);
+        corrected_ = left * left;
+        one_view_ = Share::kOneView + vergence_ + corrected_ +
+                    evidence.rig.last_depth_px * evidence.rig.last_depth_px;
     }
     struct Doubt {
         float px2 = 0;
-        float shown_px2 = 0;  // of it, without the lag that might be there and was not seen
+        // Of it, without what might be there and was not seen: a lag, what a correction left.
+        float shown_px2 = 0;
     };
     Doubt at(const FrameEvidence& evidence, size_t vertex) const {
         if (!evidence.uses_depth) return {one_view_, one_view_};
         const float still = rows_ + vergence_;
-        if (squared_lag_ + unseen_lag_ == 0) return {still, still};
+        if (squared_lag_ + unseen_lag_ == 0) return {still + corrected_, still};
         const ImageStep step =
             image_step(camera_, evidence.last_samples[vertex], evidence.output.samples[vertex]);
         const float per_lag = step.along * step.along + Share::kLateShare * step.down * step.down,
                     lasting = evidence.rig.lag_px * evidence.rig.lag_px;
-        return {still + std::max((squared_lag_ + unseen_lag_) * per_lag, lasting),
+        return {still + corrected_ + std::max((squared_lag_ + unseen_lag_) * per_lag, lasting),
                 still + std::max(squared_lag_ * per_lag, lasting)};
     }
 
   private:
     const defrec_camera& camera_;
-    float squared_lag_ = 0, unseen_lag_ = 0, rows_, vergence_, one_view_;
+    float squared_lag_ = 0, unseen_lag_ = 0, rows_, vergence_, corrected_, one_view_;
 };
 
 // Variances across the ray (both directions together) and along it (of the depth) as a covariance,

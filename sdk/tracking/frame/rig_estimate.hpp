@@ -9,8 +9,9 @@ struct RigEstimate {
     float vertical_offset_px = 0;  // of the right view at the image centre, down is positive
     float roll_deg = 0;            // of the right view about the image centre, clockwise
     float focal_ratio = 1;         // right to left
-    float vergence = 0;        // of the right view to the left, rad; moves its image to the right
-    float vergence_sigma = 0;  // its standard deviation; 0: not measured
+    float vergence = 0;         // of the right view to the left, rad; moves its image to the right
+    float vergence_sigma = 0;   // its standard deviation; 0: not measured
+    float corrected_sigma = 0;  // rad, what a correction of the vergence leaves
     float unseen_lag_frames = 0;  // standard deviation of a lag that would not be seen
     float lag_px = 0;  // of disparity, by which a lag that lasts spoils the middle of the image
     float last_depth_px = 0;  // of disparity, by which it was wrong when depth was last used

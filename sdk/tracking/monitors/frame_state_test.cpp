@@ -333,6 +333,18 @@ TEST_CASE("views that converge by an angle give depth that is less sure, and pla
               doctest::Approx(parallel[6 * middle + axis]).epsilon(1e-4));
 }
 
+TEST_CASE("what a correction of the vergence leaves is an error of depth, which stays evidence") {
+    Fixture f;
+    const VertexConfidence sound = f.confidence();
+    RigEstimate rig;
+    rig.corrected_sigma = 0.001f;
+    const VertexConfidence corrected = f.confidence(rig);
+    CHECK(corrected.evidence == sound.evidence);
+    const float added = corrected.covariance[6 * kMiddle + 5] - sound.covariance[6 * kMiddle + 5],
+                per_px = depth_per_px(f.data.camera, 80.0f);
+    CHECK(std::sqrt(added) == doctest::Approx(0.2f * per_px).epsilon(1e-3));
+}
+
 TEST_CASE("a lost frame trusts no vertex, and less the longer it lasts") {
     Fixture f;
     VertexConfidence early, late;

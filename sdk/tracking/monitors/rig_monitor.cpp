@@ -32,6 +32,10 @@ uint32_t RigMonitor::reasons() const {
 void RigMonitor::commit(RigState& next, Disparities disparities) {
     state_.monitor = next.monitor;
     state_.left = next.left;
+    // It is repeated until less than that is left: a standard deviation of what is left by it.
+    if (shift_.vergence != 0)
+        state_.left.corrected_sigma =
+            static_cast<float>(decisions::RigRows::kCorrectedVergence / std::numbers::sqrt3);
     state_.left.last_depth_px = state_.left.lag_frames * static_cast<float>(speed_with_depth_);
     state_.patches.swap(next.patches);
     if (disparities == Disparities::kCount && !state_.monitor.is_late())

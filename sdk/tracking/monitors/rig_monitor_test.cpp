@@ -91,6 +91,10 @@ TEST_CASE(
     monitor.correct(*shift);
     CHECK(monitor.reasons() == 0);
     CHECK(monitor.estimate().vergence == doctest::Approx(kTurn).epsilon(0.02));
+    CHECK(monitor.state().left.corrected_sigma == 0);
+    RigState next = after(monitor, shifted_rows(0));
+    monitor.commit(next, RigMonitor::Disparities::kSayNothing);
+    CHECK(monitor.state().left.corrected_sigma > 0);  // whatever the rows say then
 }
 
 TEST_CASE("a frame that says nothing leaves no rows for the next") {
