@@ -363,6 +363,14 @@ SECTIONS = (
                 ),
             ),
             (
+                111,
+                "both views zoomed in mid stream; a picture between black bars",
+                (
+                    "`DEFREC_REASON_CALIBRATION` from the frame of the zoom on, with errors that"
+                    " cover it; `defrec doctor` finds bars"
+                ),
+            ),
+            (
                 112,
                 "a client without the token that never ends its request to the live view",
                 "outputs are finished first; each request has a deadline, and sockets are shut",

@@ -120,6 +120,19 @@ struct DoctorImages {
     static constexpr double kBlockRatio = 1.25;
 };
 
+// Bars beside the picture, or above and below it.
+struct DoctorBars {
+    // gray levels | darker pixels are no tissue but a border | as DoctorMatches
+    static constexpr double kBorder = 6;
+    // share of the lines with a pixel that is no border | whose border ends at the same place, but
+    //   for a pixel: a straight bar | a round aperture has 0.1
+    static constexpr double kStraight = 0.9;
+    // share of all lines | that have such a pixel, at least | set by hand
+    static constexpr double kMinLines = 0.3;
+    // share of the side | a narrower bar is an edge of the sensor or of a remap | set by hand
+    static constexpr double kLeast = 0.02;
+};
+
 // How fine the detail of the images is, by the energy of octaves in blocks with texture.
 struct DoctorDetail {
     // octaves | whose energies are compared, from the finest on | up to 16 px

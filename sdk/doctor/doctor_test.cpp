@@ -74,6 +74,32 @@ TEST_CASE("a round aperture, black borders and burnt-in text are nothing wrong")
     }
 }
 
+TEST_CASE("row 111: a picture between black bars, at its sides or above and below") {
+    const auto narrowed = [](double across, double down) {
+        return [=](Recording& r) {
+            for_each_image(r, [=](cv::Mat& image) {
+                const cv::Size size(cvRound(across * image.cols), cvRound(down * image.rows));
+                cv::Mat small, framed(image.size(), image.type(), cv::Scalar::all(0));
+                cv::resize(image, small, size, 0, 0, cv::INTER_AREA);
+                small.copyTo(framed(cv::Rect(
+                    {(image.cols - size.width) / 2, (image.rows - size.height) / 2}, size)));
+                image = framed;
+            });
+        };
+    };
+    const auto bars_in = [](const Diagnosis& diagnosis) {
+        for (const Finding& finding : diagnosis.findings)
+            if (finding.id == "bars") return finding;
+        return Finding{};
+    };
+    const Finding sides = bars_in(diagnose_spoiled("heartbeat", narrowed(0.75, 1)));
+    CHECK(sides.verdict == Verdict::kFound);
+    CHECK(*sides.value == doctest::Approx(25).epsilon(0.05));
+    const Finding ends = bars_in(diagnose_spoiled("heartbeat", narrowed(1, 0.8)));
+    CHECK(ends.verdict == Verdict::kFound);
+    CHECK(ends.what.find("above and below") != std::string::npos);
+}
+
 TEST_CASE("exchanged views, cameras and names") {
     CHECK(found("heartbeat", [](Recording& r) { std::swap(r.left, r.right); }) == "order");
     CHECK(found("respiration", [](Recording& r) { std::swap(r.left, r.right); }) == "order");

@@ -89,6 +89,43 @@ TEST_CASE("row 55: in a part of the picture that stands while the rest moves on 
     CHECK((whole.reasons & DEFREC_REASON_FROZEN) == 0);
 }
 
+TEST_CASE("row 111: both views zoomed from one frame to the next") {
+    const auto zoom = [](const Pair& pair, double factor) {
+        Pair zoomed = pair;
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x) {
+                const double u = kWidth / 2 + (x - kWidth / 2) / factor,
+                             v = kHeight / 2 + (y - kHeight / 2) / factor;
+                const int left = static_cast<int>(u), top = static_cast<int>(v);
+                const double right_share = u - left, lower_share = v - top;
+                const auto at = [&](const std::vector<uint8_t>& gray) {
+                    const uint8_t* p = &gray[static_cast<size_t>(
+                        std::min(top, kHeight - 2) * kWidth + std::min(left, kWidth - 2))];
+                    return static_cast<uint8_t>(std::lround(
+                        (1 - lower_share) * ((1 - right_share) * p[0] + right_share * p[1]) +
+                        lower_share *
+                            ((1 - right_share) * p[kWidth] + right_share * p[kWidth + 1])));
+                };
+                const auto pixel = static_cast<size_t>(y * kWidth + x);
+                zoomed.left[pixel] = at(pair.left);
+                zoomed.right[pixel] = at(pair.right);
+            }
+        return zoomed;
+    };
+    Session session;
+    for (int i = 0; i < 4; ++i)
+        CHECK((session.track(render(0.1 * i, 0)).reasons & DEFREC_REASON_CALIBRATION) == 0);
+    for (int i = 4; i < 10; ++i) {
+        CAPTURE(i);
+        const Session::Frame frame = session.track(zoom(render(0.1 * i, 0), 1.1));
+        CHECK((frame.reasons & DEFREC_REASON_CALIBRATION) != 0);
+        CHECK(frame.state == DEFREC_DEGRADED);
+        CHECK(std::abs(frame.shift[2]) < 2 * frame.largest_error);
+        CHECK(std::count(frame.status.begin(), frame.status.end(), DEFREC_POINT_OBSERVED) == 0);
+    }
+    CHECK((session.track(render(1, 0)).reasons & DEFREC_REASON_CALIBRATION) == 0);
+}
+
 TEST_CASE("row 76: a repeated frame says nothing of a lag") {
     Session session;
     for (int i = 0; i < 6; ++i) {

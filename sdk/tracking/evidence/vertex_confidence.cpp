@@ -145,7 +145,7 @@ class RigDoubt {
     }
     struct Doubt {
         float px2 = 0;
-        // Of it, without what might be there and was not seen: a lag, what a correction left.
+        // Less what might be there and was not seen: a lag, what a correction left.
         float shown_px2 = 0;
     };
     Doubt at(const FrameEvidence& evidence, size_t vertex) const {

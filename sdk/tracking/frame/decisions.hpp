@@ -682,6 +682,21 @@ struct BaselineDrift {
     static constexpr size_t kPairStep = 6;
 };
 
+// Whether both views were zoomed.
+// Source: [zoom].
+struct Zoom {
+    // logarithm | of the change of scale from one frame to the next, at least | `approach` has
+    // 0.023
+    //   in each frame
+    static constexpr double kLeast = 0.035;
+    // logarithm per frame | by which the scale changes likewise before it and after it: the camera
+    //   moves, and frames are missing | at most 0.015 in a beating heart, mostly not on both sides
+    static constexpr double kNears = 0.008;
+    // share of that change | by which, beyond the frame before, the picture may turn and move
+    //   aside, lengths may change, and disparities may change otherwise than the scale
+    static constexpr double kPure = 0.5;
+};
+
 // ---- the template changes -----------------------------------------------------------------------
 
 // Which frames are looked at for new tissue.

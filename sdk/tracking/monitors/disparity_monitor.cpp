@@ -14,6 +14,7 @@ namespace defrec {
 namespace {
 
 using decisions::BaselineDrift;
+using decisions::Zoom;
 using Change = DisparityMonitor::Change;
 using Places = DisparityMonitor::Places;
 
@@ -97,13 +98,23 @@ std::optional<Change> change_of(const Sums& sums) {
     return Change{
         std::log(sums.inverse_depth_now / (std::abs(similarity) * sums.inverse_depth_before)),
         std::log(sums.length_before / sums.length_now), std::log(similarity),
-        (sums.now - sums.before) / sums.vertices};
+        (sums.now - sums.before) / sums.vertices,
+        (sums.now - similarity * sums.before) / sums.vertices};
 }
 
 // The change that is beyond another one, which lasted for so many frames.
 Change beyond(const Change& change, const Change& usual, double frames) {
     return {change.by_scale - frames * usual.by_scale, change.by_length - frames * usual.by_length,
-            change.growth - frames * usual.growth, change.shift - frames * usual.shift};
+            change.growth - frames * usual.growth, change.shift - frames * usual.shift,
+            change.aside - frames * usual.aside};
+}
+
+// Whether the images' scale alone jumped, and depth with it. rest: beyond the usual change.
+bool is_zoom(const Change& rest, double radius) {
+    const double by = std::abs(rest.growth.real());
+    return by >= Zoom::kLeast &&
+           std::max({std::abs(rest.growth.imag()), std::abs(rest.aside) / radius,
+                     std::abs(rest.by_scale), std::abs(rest.by_length)}) <= Zoom::kPure * by;
 }
 
 }  // namespace
@@ -111,6 +122,12 @@ Change beyond(const Change& change, const Change& usual, double frames) {
 void DisparityMonitor::make_room() {
     places_.reserve(BaselineDrift::kMaxVertices);
     places_now_.reserve(BaselineDrift::kMaxVertices);
+}
+
+void DisparityMonitor::reset() {
+    const double zoom = zoom_;
+    *this = {};
+    zoom_ = zoom;
 }
 
 void DisparityMonitor::add_frame(const TemplateData& data,
@@ -139,15 +156,18 @@ void DisparityMonitor::judge(const TemplateData& data, const Change& change, dou
     const auto motion_px = [&](const Change& of) {
         return data.camera.fx * std::hypot(std::abs(of.shift), std::abs(of.growth) * radius);
     };
-    if (settling_ > 0) {
-        --settling_;
-        return;
-    }
+    if (settling_ > 0) return settle(change);
     if (usual_) {
         const Change rest = beyond(change, *usual_, frames);
         const double calm = std::min(motion_px(change) / frames, motion_px(*usual_)) +
                             BaselineDrift::kLeastMotion * data.width;
-        if (motion_px(rest) > frames * BaselineDrift::kJump * calm) {
+        const bool zooms = age_ == 1 && is_zoom(rest, radius);
+        if (zooms || motion_px(rest) > frames * BaselineDrift::kJump * calm) {
+            if (zooms) {
+                new_zoom_ = rest.growth.real();
+                growth_before_ = usual_->growth.real();
+                change_zoom(new_zoom_);
+            }
             usual_.reset();
             settling_ = BaselineDrift::kSettling;
             return;
@@ -166,6 +186,22 @@ void DisparityMonitor::judge(const TemplateData& data, const Change& change, dou
     usual_ = beyond({}, change, -1 / frames);
 }
 
+void DisparityMonitor::change_zoom(double by) {
+    zoom_ += by;
+    if (std::abs(zoom_) < Zoom::kLeast) zoom_ = 0;  // back
+}
+
+// After a jump. A camera that neared before it and goes on nearing neared in frames that are
+// missing.
+void DisparityMonitor::settle(const Change& change) {
+    --settling_;
+    if (new_zoom_ == 0) return;
+    const double sign = new_zoom_ > 0 ? 1 : -1, after = change.growth.real() / age_;
+    if (sign * growth_before_ > Zoom::kNears && sign * after > Zoom::kNears)
+        change_zoom(-new_zoom_);
+    new_zoom_ = 0;
+}
+
 // A drift that was none does not last: against the template, tissue that deforms may hide a drift
 // from the lengths, and a camera that moves from the disparities, but seldom from both.
 void DisparityMonitor::confirm(const TemplateData& data) {
@@ -180,7 +216,7 @@ void DisparityMonitor::confirm(const TemplateData& data) {
 }
 
 double DisparityMonitor::baseline_drift_px() const {
-    return mean_disparity_ * (1 - std::exp(-drift_));
+    return mean_disparity_ * (1 - std::exp(-drift_ - zoom_));
 }
 
 }  // namespace defrec

@@ -106,6 +106,51 @@ TEST_CASE("tissue that is stretched from one frame to the next is no slip") {
     }
 }
 
+namespace {
+
+// As seen() sees it at rest, by both views zoomed.
+std::vector<defrec_surface_sample> zoomed(const TemplateData& data, double factor,
+                                          const double (&shift)[3] = {0, 0, 0}) {
+    std::vector<defrec_surface_sample> samples = seen(data, 0, shift, 0);
+    for (defrec_surface_sample& sample : samples) sample.position[2] /= static_cast<float>(factor);
+    return samples;
+}
+
+}  // namespace
+
+TEST_CASE("row 111: a zoom of both views is noticed, how far, and that it is back") {
+    const TemplateData data = surface();
+    for (const double factor : {1.05, 1.25, 0.8}) {
+        CAPTURE(factor);
+        DisparityMonitor monitor;
+        for (int i = 0; i < 3; ++i) monitor.add_frame(data, zoomed(data, 1));
+        const double px = kFocal * kBaseline / 80 * (factor - 1);
+        for (int i = 0; i < 10; ++i) {
+            monitor.add_frame(data, zoomed(data, factor));
+            CHECK(monitor.baseline_drift_px() == doctest::Approx(px).epsilon(0.05));
+        }
+        monitor.reset();  // another template, seen by the same views
+        for (int i = 0; i < 4; ++i) monitor.add_frame(data, zoomed(data, factor));
+        CHECK(monitor.baseline_drift_px() == doctest::Approx(px).epsilon(0.05));
+        monitor.add_frame(data, zoomed(data, 1));
+        CHECK(monitor.baseline_drift_px() == 0);
+    }
+}
+
+TEST_CASE("row 111: a camera that nears, also where frames are missing, zooms nothing") {
+    const TemplateData data = surface();
+    for (const int missing : {0, 4, 10}) {
+        CAPTURE(missing);
+        DisparityMonitor monitor;
+        double depth = 0;
+        for (int i = 0; i < 12; ++i) {
+            depth -= i == 5 ? 1 + missing : 1;
+            monitor.add_frame(data, seen(data, 0, {0, 0, depth}, 0));
+        }
+        CHECK(monitor.baseline_drift_px() == 0);
+    }
+}
+
 TEST_CASE("a jump of the picture is no slip, and a slip some frames later is noticed") {
     const TemplateData data = surface();
     const auto rest = seen(data, 0, {0, 0, 0}, 0), elsewhere = seen(data, 0, {2, 1, 0}, 3);
