@@ -107,6 +107,7 @@ void require_entries(const std::filesystem::path& folder, const std::vector<Need
 
 std::unique_ptr<DataSet> make_defrec_sequences();
 std::unique_ptr<DataSet> make_hamlyn();
+std::unique_ptr<DataSet> make_heart_phantom();
 std::unique_ptr<DataSet> make_scared();
 std::unique_ptr<DataSet> make_serv_ct();
 std::unique_ptr<DataSet> make_stereomis();
