@@ -40,7 +40,17 @@ struct Variant {
     std::string description;  // of everything on which its results depend
 };
 
-const char* name_of(Method method) { return method == Method::kOpenCv ? "opencv" : "defrec"; }
+const char* name_of(Method method) {
+    switch (method) {
+        case Method::kOpenCv:
+            return "opencv";
+        case Method::kStill:
+            return "still";
+        case Method::kDefrec:
+            break;
+    }
+    return "defrec";
+}
 
 std::string description_of(const DataSet& data_set, const RunSettings& settings) {
     constexpr std::size_t kLargestConfig = 1'000'000;
@@ -72,7 +82,7 @@ std::vector<Variant> variants_of(const EvaluateOptions& options, const DataSet& 
         variants.push_back(std::move(variant));
     };
     for (const Method method : options.methods) {
-        if (method == Method::kOpenCv || options.configs.empty()) {
+        if (method != Method::kDefrec || options.configs.empty()) {
             add(name_of(method), method, "");
             continue;
         }

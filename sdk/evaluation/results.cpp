@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 
 #include "sdk/evaluation/score/percentile.hpp"
 #include "sdk/io/text.hpp"
@@ -60,7 +62,34 @@ std::string depth_lines(const Results& results, const Fields& names,
     return text;
 }
 
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+double frame_ms_of(const ClipResult& clip) {
+    return clip.outcome.failure.empty() ? clip.outcome.frame_ms.median : kNone;
+}
+
+template <class ValueOf>
+PairedChange change_by_clip(const VariantResults& first, const VariantResults& second,
+                            const ValueOf& value_of) {
+    std::map<std::string, double> of_first;
+    for (const ClipResult& clip : first.clips) of_first[clip.clip] = value_of(clip);
+    std::vector<double> before, after;
+    for (const ClipResult& clip : second.clips) {
+        const auto found = of_first.find(clip.clip);
+        before.push_back(found != of_first.end() ? found->second : kNone);
+        after.push_back(value_of(clip));
+    }
+    return paired_change(before, after);
+}
+
 }  // namespace
+
+PairedChange change_of(const VariantResults& first, const VariantResults& second,
+                       std::size_t metric) {
+    return change_by_clip(first, second, [metric](const ClipResult& clip) {
+        return metric < clip.values.size() ? clip.values[metric] : kNone;
+    });
+}
 
 std::size_t VariantResults::quarantined() const {
     return static_cast<std::size_t>(
@@ -159,17 +188,20 @@ std::string times_csv(const Results& results) {
 }
 
 std::string effects_csv(const Results& results) {
-    std::string text = "variant,metric,value,first,change\n";
-    const auto add = [&](const VariantResults& variant, const std::string& metric, double value,
-                         double first) {
-        text += line_of(
-            {field(variant.variant), metric, exact(value), exact(first), exact(value - first)});
-    };
+    std::string text = "variant,metric,value,first,change,clips,clip_change,low,high\n";
     const VariantResults& first = results.variants.front();
+    const auto add = [&](const VariantResults& variant, const std::string& metric, double value,
+                         double of_first, const PairedChange& change) {
+        text += line_of({field(variant.variant), metric, exact(value), exact(of_first),
+                         exact(value - of_first), std::to_string(change.clips), exact(change.mean),
+                         exact(change.low), exact(change.high)});
+    };
     for (const VariantResults& variant : results.variants) {
         for (std::size_t i = 0; i < results.metrics.size(); ++i)
-            add(variant, results.metrics[i].name, variant.pooled[i], first.pooled[i]);
-        add(variant, "frame_ms", variant.frame_ms(), first.frame_ms());
+            add(variant, results.metrics[i].name, variant.pooled[i], first.pooled[i],
+                change_of(first, variant, i));
+        add(variant, "frame_ms", variant.frame_ms(), first.frame_ms(),
+            change_by_clip(first, variant, frame_ms_of));
     }
     return text;
 }

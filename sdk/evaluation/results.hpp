@@ -7,6 +7,7 @@
 
 #include "sdk/evaluation/clip_store.hpp"
 #include "sdk/evaluation/data_sets/data_set.hpp"
+#include "sdk/evaluation/score/paired_bootstrap.hpp"
 
 namespace defrec::cli {
 
@@ -39,6 +40,10 @@ struct Results {
     bool has_depths() const;  // of any clip
 };
 
+// Of a metric, over the clips that both did.
+PairedChange change_of(const VariantResults& first, const VariantResults& second,
+                       std::size_t metric);
+
 // Whether `a` is worse than `b`; NaN is worst.
 bool is_worse(const Metric& metric, double a, double b);
 
@@ -53,7 +58,7 @@ std::string summary_by_depth_csv(const Results& results);
 // times.csv: frames, median and 95th percentile of the time of a frame, and time of the process,
 // of each clip.
 std::string times_csv(const Results& results);
-// effects.csv: each metric of each variant, beside that of the first.
+// effects.csv: each metric of each variant, beside that of the first, and how sure the change is.
 std::string effects_csv(const Results& results);
 // For a person, a few lines.
 std::string results_text(const Results& results);

@@ -52,9 +52,11 @@ TEST_CASE("tables have a row for each clip and for each variant") {
           "variant,clips,quarantined,error_mm,share\none,3,1,1,0.5\ntwo,1,0,1.5,\n");
     CHECK(times_csv(results).find("one,b,2,20,40,1.000\n") != std::string::npos);
     CHECK(effects_csv(results) ==
-          "variant,metric,value,first,change\n"
-          "one,error_mm,1,1,0\none,share,0.5,0.5,0\none,frame_ms,12.5,12.5,0\n"
-          "two,error_mm,1.5,1,0.5\ntwo,share,,0.5,\ntwo,frame_ms,10,12.5,-2.5\n");
+          "variant,metric,value,first,change,clips,clip_change,low,high\n"
+          "one,error_mm,1,1,0,2,0,0,0\none,share,0.5,0.5,0,2,0,0,0\n"
+          "one,frame_ms,12.5,12.5,0,2,0,0,0\n"
+          "two,error_mm,1.5,1,0.5,1,0.5,,\ntwo,share,,0.5,,0,,,\n"
+          "two,frame_ms,10,12.5,-2.5,1,5,,\n");
     const std::string text = results_text(results);
     CHECK(text.find("clips_per_hour                 3600           3600\n") != std::string::npos);
 }

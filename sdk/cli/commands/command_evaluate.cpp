@@ -42,11 +42,14 @@ void add_run_options(CLI::App& command, EvaluateOptions& options) {
             [&options](const std::vector<std::string>& names) {
                 options.methods.clear();
                 for (const std::string& name : names)
-                    options.methods.push_back(name == "opencv" ? Method::kOpenCv : Method::kDefrec);
+                    options.methods.push_back(name == "opencv"  ? Method::kOpenCv
+                                              : name == "still" ? Method::kStill
+                                                                : Method::kDefrec);
             },
-            "defrec, or opencv: the baseline, Lucas-Kanade and StereoSGBM; both may be given")
+            "defrec; opencv: the baseline, Lucas-Kanade and StereoSGBM; still: the control, what "
+            "the first frame shows stays; all may be given")
         ->type_name("NAME")
-        ->check(CLI::IsMember({"defrec", "opencv"}))
+        ->check(CLI::IsMember({"defrec", "opencv", "still"}))
         ->allow_extra_args(false);
     command
         .add_option("--config", options.configs,

@@ -20,7 +20,7 @@ struct Metric {
 };
 
 // How clips are run.
-enum class Method { kDefrec, kOpenCv };
+enum class Method { kDefrec, kOpenCv, kStill };
 
 struct RunSettings {
     Method method = Method::kDefrec;

@@ -95,6 +95,7 @@ class LibraryMeter : public DepthMeter {
 std::unique_ptr<DepthMeter> make_depth_meter(const RunSettings& settings,
                                              const StereoCalibration& calibration, int channels) {
     if (settings.method == Method::kOpenCv) return make_opencv_depth_meter(calibration);
+    if (settings.method == Method::kStill) return make_still_depth_meter(calibration);
     return std::make_unique<LibraryMeter>(settings, calibration, channels);
 }
 

@@ -146,11 +146,26 @@ class OpenCvMeter : public DepthMeter {
     std::vector<cv::Point2f> rectified_;  // of each pixel of the left image
 };
 
-// Follows points in the rectified left images.
+class StillMeter : public DepthMeter {
+  public:
+    explicit StillMeter(const StereoCalibration& calibration) : meter_(calibration) {}
+
+    cv::Mat depth_of(const StereoFrame& frame) override {
+        if (depth_.empty()) depth_ = meter_.depth_of(frame);
+        return depth_;
+    }
+
+  private:
+    OpenCvMeter meter_;
+    cv::Mat depth_;
+};
+
+// Follows points in the rectified left images, or leaves them where they were.
 class LucasKanade {
   public:
-    LucasKanade(const TrackOptions& options, const std::filesystem::path& out)
-        : source_(options.source),
+    LucasKanade(const TrackOptions& options, const std::filesystem::path& out, bool is_still)
+        : is_still_(is_still),
+          source_(options.source),
           stereo_(calibration_of(options, source_)),
           followed_(options.points.empty()
                         ? grid_points(source_.width(), source_.height())
@@ -163,6 +178,7 @@ class LucasKanade {
             raw.emplace_back(static_cast<float>(point.u), static_cast<float>(point.v));
         place_ = stereo_.rectified(raw);
         is_lost_.assign(place_.size(), false);
+        first_.resize(place_.size());
     }
 
     void run() {
@@ -172,7 +188,7 @@ class LucasKanade {
         while (source_.next(frame)) {
             const auto start = std::chrono::steady_clock::now();
             stereo_.set(frame);
-            if (!before_.empty()) follow(frame.index);
+            if (!before_.empty() && !is_still_) follow(frame.index);
             before_ = stereo_.gray().clone();
             const std::chrono::duration<double, std::milli> time =
                 std::chrono::steady_clock::now() - start;
@@ -219,6 +235,15 @@ class LucasKanade {
         }
     }
 
+    // z is 0 where there is none.
+    cv::Point3d point_of(std::size_t i) {
+        if (is_still_ && first_[i].z > 0) return first_[i];
+        if (is_lost_[i]) return {};
+        const cv::Point3d point = stereo_.point_at(place_[i]);
+        first_[i] = point;
+        return point;
+    }
+
     void write_rows(const StereoFrame& frame) {
         constexpr int kMm = 4, kPx = 3;
         for (std::size_t i = 0; i < place_.size(); ++i) {
@@ -228,7 +253,7 @@ class LucasKanade {
             append_fixed(line, frame.timestamp_ms, kPx);
             line += ',';
             append_integer(line, followed_[i].id);
-            const cv::Point3d point = is_lost_[i] ? cv::Point3d() : stereo_.point_at(place_[i]);
+            const cv::Point3d point = point_of(i);
             if (point.z > 0) {
                 const cv::Point2d pixel = stereo_.in_raw_image(point);
                 for (const double value : {point.x, point.y, point.z}) {
@@ -256,6 +281,7 @@ class LucasKanade {
         write_atomically(out_ / "summary.json", json_text(json, 2) + "\n");
     }
 
+    const bool is_still_;
     FrameSource source_;
     Stereo stereo_;
     std::vector<FollowedPoint> followed_;
@@ -263,7 +289,8 @@ class LucasKanade {
     AtomicFile points_, frames_;
     std::vector<cv::Point2f> place_;  // in the rectified left image
     std::vector<bool> is_lost_;
-    cv::Mat before_;  // the image before
+    std::vector<cv::Point3d> first_;  // mm, where a point that stays was seen
+    cv::Mat before_;                  // the image before
 };
 
 }  // namespace
@@ -272,8 +299,16 @@ std::unique_ptr<DepthMeter> make_opencv_depth_meter(const StereoCalibration& cal
     return std::make_unique<OpenCvMeter>(calibration);
 }
 
+std::unique_ptr<DepthMeter> make_still_depth_meter(const StereoCalibration& calibration) {
+    return std::make_unique<StillMeter>(calibration);
+}
+
 void track_by_opencv(const TrackOptions& options, const std::filesystem::path& out) {
-    LucasKanade(options, out).run();
+    LucasKanade(options, out, false).run();
+}
+
+void leave_points(const TrackOptions& options, const std::filesystem::path& out) {
+    LucasKanade(options, out, true).run();
 }
 
 }  // namespace defrec::cli

@@ -1,6 +1,7 @@
 // The baseline on rendered data, where it must work, and beside the library.
 #include "sdk/evaluation/data_sets/opencv_method.hpp"
 
+#include <map>
 #include <opencv2/imgproc.hpp>
 
 #include "sdk/evaluation/program_run.hpp"
@@ -78,7 +79,7 @@ TEST_CASE("methods stand beside each other in one table") {
     const fs::path root = rendered_sequence<kFrames>().path();
     REQUIRE(run_evaluate_program({"--dataset", "defrec", root.string(), "--out",
                                   out.path().string(), "--backend", "cpu", "--quiet", "--method",
-                                  "defrec", "--method", "opencv"}) == 0);
+                                  "defrec", "--method", "opencv", "--method", "still"}) == 0);
     CsvReader summary(out.path() / "summary.csv", {"variant", "quarantined", "median_mm"});
     for (const char* variant : {"defrec", "opencv"}) {
         REQUIRE(summary.next());
@@ -86,4 +87,42 @@ TEST_CASE("methods stand beside each other in one table") {
         CHECK(summary.integer(1) == 0);
         CHECK(summary.number(2) < 1);
     }
+    REQUIRE(summary.next());
+    CHECK(summary.field(0) == "still");
+    CHECK(summary.number(2) > 0.2);  // the heart beats
+}
+
+TEST_CASE("points of the control are in each frame where the first one has them") {
+    const TestFolder& sequence = rendered_sequence<kFrames>();
+    const TestFolder out;
+    leave_points(options_of(sequence), out.path());
+    CsvReader rows(out.path() / "points.csv", {"frame", "id", "x", "y", "z"});
+    std::map<std::int64_t, std::string> first;
+    std::size_t later = 0;
+    while (rows.next()) {
+        const std::string place = std::string(rows.field(2)) + "," + std::string(rows.field(3)) +
+                                  "," + std::string(rows.field(4));
+        if (place == ",,") continue;
+        const auto [known, is_new] = first.emplace(rows.integer(1), place);
+        if (is_new) continue;
+        CHECK(place == known->second);
+        ++later;
+    }
+    CHECK(later >= 3 * first.size() / 2);
+
+    StereoCalibration calibration;
+    calibration.width = 64;
+    calibration.height = 48;
+    calibration.left = {100, 100, 31.5, 23.5, {}, {}, {}};
+    calibration.right = calibration.left;
+    calibration.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    calibration.translation = {-5, 0, 0};
+    const auto meter = make_still_depth_meter(calibration);
+    cv::Mat noise(48, 80, CV_8U);
+    cv::RNG(7).fill(noise, cv::RNG::UNIFORM, 0, 256);
+    const cv::Mat left = noise.colRange(0, 64).clone(), near = noise.colRange(8, 72).clone(),
+                  far = noise.colRange(4, 68).clone();
+    const cv::Mat before = meter->depth_of(frame_of(left, near, 0)).clone();
+    CHECK(cv::countNonZero(before) > 500);
+    CHECK(cv::norm(before, meter->depth_of(frame_of(left, far, 1)), cv::NORM_INF) == 0);
 }

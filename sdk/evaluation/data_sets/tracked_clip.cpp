@@ -26,10 +26,8 @@ nlohmann::json read_summary(const fs::path& out) {
 }  // namespace
 
 void track_clip(const ClipTask& task, TrackOptions options) {
-    if (task.settings.method == Method::kOpenCv) {
-        track_by_opencv(options, task.out);
-        return;
-    }
+    if (task.settings.method == Method::kOpenCv) return track_by_opencv(options, task.out);
+    if (task.settings.method == Method::kStill) return leave_points(options, task.out);
     options.out = task.out.string();
     options.config = task.settings.config;
     options.backend = task.settings.backend;
