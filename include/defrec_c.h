@@ -1120,8 +1120,9 @@ enum {
 enum {
     DEFREC_POINT_OBSERVED     = 0, /**< observed in both directions: DEFREC_EVIDENCE_DEPTH and
                                         DEFREC_EVIDENCE_PHOTOMETRIC */
-    DEFREC_POINT_EXTRAPOLATED = 1, /**< from its neighbourhood: occluded, outside, without depth, or
-                                        not recognised in the image */
+    DEFREC_POINT_EXTRAPOLATED = 1, /**< from its neighbourhood: occluded, outside, without depth,
+                                        not recognised in the image, or beside another piece at
+                                        another depth */
     DEFREC_POINT_UNKNOWN      = 2  /**< not to be trusted: the frame is lost, or nothing near it was
                                         seen */
 };

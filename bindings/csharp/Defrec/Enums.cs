@@ -346,8 +346,8 @@ namespace Defrec
         /// <summary>Observed in both directions: Evidence.Depth and Evidence.Photometric.</summary>
         Observed = 0,
         /// <summary>
-        /// From its neighbourhood: occluded, outside, without depth, or not recognised in the
-        /// image.
+        /// From its neighbourhood: occluded, outside, without depth, not recognised in the image,
+        /// or beside another piece at another depth.
         /// </summary>
         Extrapolated = 1,
         /// <summary>Not to be trusted: the frame is lost, or nothing near it was seen.</summary>

@@ -317,7 +317,8 @@ class PointStatus(OpenEnum):
     OBSERVED = 0
     """Observed in both directions: Evidence.DEPTH and Evidence.PHOTOMETRIC."""
     EXTRAPOLATED = 1
-    """From its neighbourhood: occluded, outside, without depth, or not recognised in the image."""
+    """From its neighbourhood: occluded, outside, without depth, not recognised in the image, or
+    beside another piece at another depth."""
     UNKNOWN = 2
     """Not to be trusted: the frame is lost, or nothing near it was seen."""
 

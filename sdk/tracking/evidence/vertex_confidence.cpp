@@ -63,12 +63,38 @@ void mark_beside_pieces(const TemplateData& data, std::vector<uint8_t>& is_marke
                 is_marked[static_cast<size_t>(vertex)] = 1;
 }
 
+// Per vertex, mm in depth to the farthest vertex of another piece that lies beside it in the grid.
+std::vector<float> depth_to_other_pieces(const TemplateData& data) {
+    std::vector<float> depth(data.vertices.size(), 0);
+    const SurfaceGrid& grid = data.grid;
+    if (grid.piece.empty()) return depth;
+    const auto cell = [&](int x, int y) { return static_cast<size_t>(y * grid.columns + x); };
+    const auto compare = [&](size_t a, size_t b) {
+        const int32_t one = grid.vertex[a], other = grid.vertex[b];
+        if (one < 0 || other < 0 || grid.piece[a] == grid.piece[b]) return;
+        const auto i = static_cast<size_t>(one), k = static_cast<size_t>(other);
+        const float apart = std::abs(data.vertices[i].position[2] - data.vertices[k].position[2]);
+        depth[i] = std::max(depth[i], apart);
+        depth[k] = std::max(depth[k], apart);
+    };
+    for (int y = 0; y < grid.rows; ++y)
+        for (int x = 0; x < grid.columns; ++x) {
+            if (x + 1 < grid.columns) compare(cell(x, y), cell(x + 1, y));
+            if (y + 1 == grid.rows) continue;
+            compare(cell(x, y), cell(x, y + 1));
+            if (x + 1 < grid.columns) compare(cell(x, y), cell(x + 1, y + 1));
+            if (x > 0) compare(cell(x, y), cell(x - 1, y + 1));
+        }
+    return depth;
+}
+
 }  // namespace
 
 SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), grids(given), checked(given) {
     const auto count = static_cast<Eigen::Index>(given.vertices.size());
     is_at_edge = vertices_beside_cuts(given);
     mark_beside_pieces(given, is_at_edge);
+    border_mm = depth_to_other_pieces(given);
     step_mm.resize(given.vertices.size());
     support_mm.resize(given.vertices.size());
     centred.setZero(4, count);
@@ -261,7 +287,8 @@ class ConfidenceEstimate {
         }
         const Values patches = values(photometric_.patch_px2),
                      check = values(photometric_.check_px2), step = values(model_.step_mm),
-                     support = values(model_.support_mm), refuted = values(photometric_.refuted);
+                     support = values(model_.support_mm), refuted = values(photometric_.refuted),
+                     border = values(model_.border_mm);
         to_observed *= step;
         for (Eigen::Index k = 0; k < count; ++k)
             set_status(first + static_cast<size_t>(k), to_observed[k]);
@@ -279,6 +306,7 @@ class ConfidenceEstimate {
                                values(confidence_.rig_px2)) +
                           Share::kFarObserved * far_observed * far_observed +
                           Share::kSupportShare * support * support +
+                          Share::kBorderShare * border * border +
                           Share::kResidualShare * residual * residual + astray * astray + noise_;
         if (first + given <= evidence_.slip_doubts.size())
             across += Values(&evidence_.slip_doubts[first], count).square();
@@ -297,7 +325,9 @@ class ConfidenceEstimate {
         // At an edge it lies in a gap, or was counted to the wrong side.
         const bool is_astray = model_.is_at_edge[i] != 0 &&
                                (confidence_.evidence[i] & DEFREC_EVIDENCE_PHOTOMETRIC) == 0;
-        confidence_.status[i] = confidence_.evidence[i] == kBoth ? DEFREC_POINT_OBSERVED
+        const bool is_observed =
+            confidence_.evidence[i] == kBoth && model_.border_mm[i] < Confidence::kMaxBorder;
+        confidence_.status[i] = is_observed ? DEFREC_POINT_OBSERVED
                                 : to_observed <= Confidence::kFarthest && !is_astray
                                     ? DEFREC_POINT_EXTRAPOLATED
                                     : DEFREC_POINT_UNKNOWN;

@@ -28,8 +28,11 @@ struct SurfaceModel {
     std::vector<float> support_mm;  // how far the template's own disparity was extrapolated
     CheckedVertices checked;
     std::vector<uint8_t> is_at_edge;  // beside a cut, or another piece of the first view
-    Eigen::Matrix4Xf centred;         // position less the centre, and 0
-    Eigen::Vector3d centre;           // mean position
+    // How far the vertices of another piece beside it lie in depth, whose border is known to some
+    // pixels only; mm, 0 where there are none.
+    std::vector<float> border_mm;
+    Eigen::Matrix4Xf centred;  // position less the centre, and 0
+    Eigen::Vector3d centre;    // mean position
 };
 
 // How sure a vertex is, from what was observed of it and round it.

@@ -459,6 +459,9 @@ struct Confidence {
     // 1/4096 | ZNCC of a check that fits there; in between it is interpolated | chance reached 0.92
     //   at the 95th percentile, [contradicted]
     static constexpr int32_t kMinZnccAlone = 3973;
+    // mm | in depth between a vertex and one of another piece beside it: a point there may be on
+    //   either piece, and is not observed | [refuted-checks]
+    static constexpr float kMaxBorder = 2;
     // px of disparity | between the surface and live depth, from which on a check that is found
     //   there lies elsewhere | as for tissue that left
     static constexpr float kElsewherePx = 1.5f;
@@ -532,6 +535,8 @@ struct ExpectedError {
     static constexpr float kResidualShare = 0.028f;
     // 1 | b8: the squared mean depth residual of the frame
     static constexpr float kNoiseShare = 0.033f;
+    // 1 | b9: the squared step to another piece beside the vertex | `loops`, [refuted-checks]
+    static constexpr float kBorderShare = 0.12f;
     // standard deviations | of the vergence, which are no vergence | set by hand
     static constexpr double kVergenceNoise = 2;
     // px^2 | in place of b3 and b4 without the right view | late frames of `late-view` and

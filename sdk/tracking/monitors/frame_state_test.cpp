@@ -271,6 +271,31 @@ TEST_CASE("where most of the surface is refuted, its error is larger, and the fr
     CHECK_FALSE(quality.degraded);
 }
 
+TEST_CASE("beside another piece at another depth a vertex is not observed, and may be off by it") {
+    Fixture f;
+    const VertexConfidence whole = f.confidence();
+    constexpr float kStep = 10;
+    f.data.grid.piece.assign(f.data.grid.vertex.size(), 0);
+    for (size_t i = 0; i < f.data.vertices.size(); ++i)
+        if (i % 11 > 5) {
+            f.data.grid.piece[i] = 1;
+            f.data.vertices[i].position[2] += kStep;
+        }
+    const VertexConfidence parted = f.confidence();
+    for (size_t i = 0; i < f.data.vertices.size(); ++i) {
+        CAPTURE(i);
+        const bool is_beside = i % 11 == 5 || i % 11 == 6;
+        CHECK((parted.status[i] == DEFREC_POINT_OBSERVED) == !is_beside);
+        const float added = parted.covariance[6 * i + 5] - whole.covariance[6 * i + 5];
+        CHECK(added == doctest::Approx(
+                           is_beside ? decisions::ExpectedError::kBorderShare * kStep * kStep : 0)
+                           .epsilon(1e-3));
+    }
+    for (size_t i = 0; i < f.data.vertices.size(); ++i)
+        if (i % 11 > 5) f.data.vertices[i].position[2] -= 0.9f * kStep;
+    CHECK(f.confidence().status == whole.status);  // 1 mm is no step
+}
+
 TEST_CASE("patches that lie off the surface raise the error round them") {
     Fixture f;
     const float before = f.confidence().expected_error[40];
