@@ -618,6 +618,22 @@ SECTIONS = (
             (192, "targets of a registration that are not finite", "NaN; the others move"),
         ),
     ),
+    (
+        "Calibrating with a board",
+        (
+            (
+                195,
+                "no board in any frame, another board, squares counted wrongly, a mirrored board",
+                "refused, with what is seen instead",
+            ),
+            (196, "one view mirrored, both, or views exchanged", "refused, with which it is"),
+            (
+                197,
+                "too few poses, or boards that all face the camera",
+                "refused, with what is missing",
+            ),
+        ),
+    ),
 )
 
 # Tests that are not C++, or why there is none.

@@ -17,6 +17,7 @@ namespace defrec::cli {
 CLI::App* add_track_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_doctor_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_register_command(CLI::App& app, std::function<int()>& run);
+CLI::App* add_calibrate_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_hand_eye_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_score_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_evaluate_command(CLI::App& app, std::function<int()>& run);

@@ -219,8 +219,8 @@ TEST_CASE("row 110: a warning leaves a trace in summary and report, also with --
 TEST_CASE("help and version are no errors") {
     CHECK(run({"--help"}) == 0);
     CHECK(run({"--version"}) == 0);
-    for (const char* command : {"track", "doctor", "register", "handeye", "render", "score",
-                                "evaluate", "devices", "bench", "demo", "completion"})
+    for (const char* command : {"track", "doctor", "calibrate", "register", "handeye", "render",
+                                "score", "evaluate", "devices", "bench", "demo", "completion"})
         CHECK(run({command, "--help"}) == 0);
 }
 

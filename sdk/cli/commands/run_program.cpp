@@ -28,7 +28,9 @@ constexpr char kOverview[] =
     "Exit codes: 0 ok, 1 internal error or out of memory, 2 usage, 3 input unreadable, 4 "
     "calibration invalid, 5 plugin or device unavailable, 6 finished but below the asked "
     "threshold, 7 output failed, 8 nothing tracked, 9 `defrec doctor` found something, `defrec "
-    "register` has no registration, `defrec handeye` no transform, 130 interrupted.";
+    "register` has no registration, `defrec handeye` no transform, `defrec calibrate` refuses what "
+    "it "
+    "computed, 130 interrupted.";
 
 // OpenCV's and FFmpeg's own complaints would stand between ours, which say the same with file and
 // reason.
@@ -71,6 +73,7 @@ int run_program(int argc, const char* const* argv) {
     add_doctor_command(app, run);
     add_render_command(app, run, interrupt_requested);
     add_register_command(app, run);
+    add_calibrate_command(app, run);
     add_hand_eye_command(app, run);
     add_score_command(app, run);
     add_evaluate_command(app, run);
