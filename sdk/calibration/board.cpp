@@ -75,7 +75,7 @@ double steepest_step(const cv::Mat& gray, const cv::Point2f& corner, int radius)
     return steepest / (most - least);
 }
 
-// Of its corners, the median.
+// The median of its corners.
 double sharpness_of(const cv::Mat& gray, const std::vector<cv::Point2f>& corners) {
     constexpr int kRadius = 4;  // px: beside the corner, within the squares of most boards
     std::vector<double> steps;
@@ -182,12 +182,12 @@ std::string BoardFinder::look_closer(const cv::Mat& gray) const {
         cv::flip(gray, mirrored, 1);
         return find_charuco(mirrored).empty()
                    ? ""
-                   : "it shows the board mirrored: mirror the images, and those that are tracked "
+                   : "shows the board mirrored: mirror the images, and those that are tracked "
                      "likewise.";
     }
     std::vector<cv::Point2f> corners;
     if (find_corners(gray, board_.across + 1, board_.down + 1, corners))
-        return "it shows a board of " + squares(board_.across + 1, board_.down + 1) +
+        return "shows a board of " + squares(board_.across + 1, board_.down + 1) +
                " squares, not of " + squares(board_.across, board_.down) +
                ": squares are counted, not the corners between them.";
     return "";

@@ -63,7 +63,7 @@ void add(BoardRecording& recording, BoardFrame frame, bool has_markers) {
     for (const auto& [name, view] :
          {std::pair("left", &shown.left), std::pair("right", &shown.right)}) {
         const std::string closer = finder.look_closer(gray_of(*view));
-        if (!closer.empty()) text += std::string(" Of the ") + name + " view: " + closer;
+        if (!closer.empty()) text += std::string(" The ") + name + " view " + closer;
     }
     throw CliError(ExitCode::kInput, text);
 }
@@ -90,7 +90,7 @@ Place place_of(const BoardFinder& finder, const BoardView& view, const cv::Size&
             std::asin(std::clamp(rotation(1, 2), -1.0, 1.0)) / unit};
 }
 
-// Of both views, the worse one.
+// The worse view's.
 double sharpness_of(const BoardFrame& frame) {
     return std::min(frame.left.sharpness, frame.right.sharpness);
 }

@@ -167,7 +167,7 @@ TEST_CASE("a ChArUco board in lossless videos") {
     command = command_in(folder, film);
     command.board.kind = BoardKind::kCharuco;
     command.board.marker_mm = kMarker;
-    CHECK_SAYS(refused(command), "it shows the board mirrored");
+    CHECK_SAYS(refused(command), "The left view shows the board mirrored");
 }
 
 TEST_CASE("row 195: no board, another board, and squares counted wrongly are refused") {

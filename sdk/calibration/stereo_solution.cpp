@@ -65,7 +65,7 @@ double median_of(std::vector<double> values) {
     return *middle;
 }
 
-// Of a used view's boards against the image plane, the largest, degrees.
+// The largest of a view's boards against the image plane, degrees.
 double max_tilt(const std::vector<cv::Mat>& turns) {
     double most = 0;
     for (const cv::Mat& turn : turns) {
@@ -194,8 +194,8 @@ Rectified rectify(const StereoSolution& solution, const cv::Size& size) {
     return made;
 }
 
-// Of the board, in space, against what it is: differences after the best rigid motion, mm, and how
-// large it is.
+// The board in space against what it is: differences after the best rigid motion, mm, and how
+// large it is, 1 for true.
 struct Shape {
     std::vector<double> errors_mm;
     double factor = 1;
