@@ -40,7 +40,7 @@ struct Results {
     bool has_depths() const;  // of any clip
 };
 
-// Of a metric, over the clips that both did.
+// How a metric changed, over the clips that both did.
 PairedChange change_of(const VariantResults& first, const VariantResults& second,
                        std::size_t metric);
 

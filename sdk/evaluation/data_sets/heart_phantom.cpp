@@ -64,7 +64,7 @@ cv::Mat read_map(const fs::path& path, cv::Size size) {
                                          std::to_string(line) + ".");
 }
 
-// Of the clip, where it says so; else of f7.
+// The phase that the clip says; else that of f7.
 double read_phase(const fs::path& folder) {
     std::error_code error;
     if (!fs::exists(folder / kPhase, error)) return kHeartPhantomPhase;
