@@ -112,6 +112,9 @@ typedef struct defrec_registration_ *defrec_registration; /**< where a preoperat
 typedef struct defrec_hand_eye_     *defrec_hand_eye;     /**< where a camera is on the marker that
                                                                a navigation system sees:
                                                                defrec_hand_eye_create() */
+typedef struct defrec_plan_         *defrec_plan;         /**< a registered model and its targets,
+                                                               for one template:
+                                                               defrec_plan_create() */
 
 /** Makes *p all default: zero, with struct_size set. */
 #define DEFREC_INIT(p) \
@@ -1698,6 +1701,108 @@ DEFREC_API defrec_status DEFREC_CALL defrec_registration_get_alternative(
 DEFREC_API defrec_status DEFREC_CALL defrec_registration_move_points(
     defrec_registration registration, const double *model_xyz, size_t count, double *xyz,
     double *covariance, double *expected_error_mm);
+
+/** @} */
+/** @defgroup plan Plans
+ *  A preoperative model and targets, registered to a template once, kept in a file and followed in
+ *  each frame. docs/api/plan.md is the guide.
+ *  @{ */
+
+/** Flags of defrec_plan_desc. */
+enum {
+    DEFREC_PLAN_LOOKED_AT = 1u << 0 /**< a person has looked at the registration: its verdict may
+                                         be another than DEFREC_VERDICT_ACCEPTED, but for
+                                         DEFREC_VERDICT_FAILED */
+};
+/** A named part of a plan's model: a tumour, a vessel. Frozen. */
+typedef struct defrec_plan_part {
+    const char *name;           /**< UTF-8, 1 to 255 bytes */
+    uint64_t    first_triangle; /**< index of its first triangle */
+    uint64_t    triangle_count; /**< its triangles follow one another */
+} defrec_plan_part;
+
+/** What a plan consists of; model frame, mm. Vertices and targets together are at most 1,000,000
+ *  points. */
+typedef struct defrec_plan_desc {
+    uint32_t                struct_size;    /**< see DEFREC_INIT */
+    uint32_t                flags;          /**< DEFREC_PLAN_* @range 0..DEFREC_PLAN_LOOKED_AT */
+    const float            *vertices;       /**< xyz each */
+    uint64_t                vertex_count;   /**< number of vertices @range 0..1000000 */
+    const uint32_t         *triangles;      /**< three vertex indices each */
+    uint64_t                triangle_count; /**< number of triangles @range 0..2000000 */
+    const defrec_plan_part *parts;          /**< may share triangles */
+    uint64_t                part_count;     /**< number of parts @range 0..1000 */
+    const double           *targets;        /**< xyz each */
+    uint64_t                target_count;   /**< number of targets @range 0..1000000 */
+} defrec_plan_desc;
+
+/** Makes a plan of what desc describes and where the registration says that it lies; its seen frame
+ *  is the template frame of surface. What desc points to is copied, and the registration may be
+ *  destroyed. The plan follows the template surface and what it becomes by growing or by a cut.
+ *  @errors DEFREC_ERROR_ARGUMENT: the verdict of the registration is not one that flags allow, a
+ *  field is out of range, a number is not finite, an index is out of range, or a part has no name.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_plan_create(
+    defrec_template surface, defrec_registration registration, const defrec_plan_desc *desc,
+    defrec_plan *out);
+/** Writes the plan to the file path, with a fingerprint of its template's first view. Nobody meets
+ *  half a file: an older one is replaced when the new one is complete.
+ *  @errors DEFREC_ERROR_IO: it cannot be written.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_plan_save(defrec_plan plan, const char *path);
+/** Reads a plan from the file path, for the template surface that it was made for: the same object,
+ *  what it became, one that was saved and loaded, or one of the same first view. Its layout is
+ *  versioned and checked.
+ *  @errors DEFREC_ERROR_IO: it cannot be read, or is damaged. DEFREC_ERROR_VERSION: its layout is
+ *  another version's. DEFREC_ERROR_ARGUMENT: it was made for another template.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_plan_load(
+    defrec_template surface, const char *path, defrec_plan *out);
+/** Ends the use of the plan.
+ *  @threads any @since 1.0 */
+DEFREC_API void DEFREC_CALL defrec_plan_destroy(defrec_plan plan);
+
+/** A plan, at rest. Points are its vertices, then its targets. The pointers live as long as the
+ *  handle. */
+typedef struct defrec_plan_info {
+    uint32_t                struct_size;           /**< see DEFREC_INIT */
+    uint32_t                verdict;               /**< DEFREC_VERDICT_*, of the registration */
+    double                  transform[12];         /**< as in defrec_registration_info */
+    double                  covariance[36];        /**< as in defrec_registration_info */
+    const float            *vertices;              /**< xyz each, model frame, mm
+                                                        @count vertex_count @components 3 */
+    uint64_t                vertex_count;          /**< vertices */
+    const uint32_t         *triangles;             /**< three vertex indices each
+                                                        @count triangle_count @components 3 */
+    uint64_t                triangle_count;        /**< triangles */
+    const defrec_plan_part *parts;                 /**< named parts */
+    uint64_t                part_count;            /**< parts */
+    const double           *targets;               /**< xyz each, model frame, mm
+                                                        @count target_count @components 3 */
+    uint64_t                target_count;          /**< targets */
+    const double           *template_xyz;          /**< xyz of each point, template frame, mm
+                                                        @count point_count @components 3 */
+    const double           *registration_error_mm; /**< of each point the target registration
+                                                        error, mm @count point_count */
+    uint64_t                point_count;           /**< vertices and targets */
+} defrec_plan_info;
+/** Describes the plan.
+ *  @errors none but those of every function.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_plan_get(defrec_plan plan, defrec_plan_info *out);
+
+/** Moves the points of the plan to the frame of this job, as defrec_job_move_targets() does, with
+ *  the error of the registration added to that of tracking: xyz, covariance (six values each: that
+ *  of tracking and R J C J^T R^T, with J and C as in defrec_registration_move_points() and R the
+ *  tissue's rotation since the template; may be NULL), status and expected_error_mm (the root of
+ *  the trace; both may be NULL) per point. count is point_count of defrec_plan_info.
+ *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. DEFREC_ERROR_ARGUMENT:
+ *  another count, or the frame's template is neither that of the plan nor one that it became by
+ *  growing or by a cut. A failed job gives the error that it failed with.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_job_move_plan(
+    defrec_job job, defrec_plan plan, size_t count, double *xyz, double *covariance,
+    uint8_t *status, double *expected_error_mm);
 
 /** @} */
 /** @defgroup hand_eye Hand-eye calibration

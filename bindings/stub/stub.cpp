@@ -525,6 +525,68 @@ DEFREC_API defrec_status DEFREC_CALL defrec_registration_move_points(
     return call.status();
 }
 
+DEFREC_API defrec_status DEFREC_CALL defrec_plan_create(
+        defrec_template surface,
+        defrec_registration registration,
+        const defrec_plan_desc *desc,
+        defrec_plan *out) {
+    Call call("defrec_plan_create");
+    call.handle("surface", surface);
+    call.handle("registration", registration);
+    call.structure("desc", desc);
+    call.made_handle("out", out);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_plan_save(defrec_plan plan, const char *path) {
+    Call call("defrec_plan_save");
+    call.handle("plan", plan);
+    call.text("path", path);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_plan_load(
+        defrec_template surface,
+        const char *path,
+        defrec_plan *out) {
+    Call call("defrec_plan_load");
+    call.handle("surface", surface);
+    call.text("path", path);
+    call.made_handle("out", out);
+    return call.status();
+}
+
+DEFREC_API void DEFREC_CALL defrec_plan_destroy(defrec_plan plan) {
+    Call call("defrec_plan_destroy");
+    call.handle("plan", plan);
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_plan_get(defrec_plan plan, defrec_plan_info *out) {
+    Call call("defrec_plan_get");
+    call.handle("plan", plan);
+    call.made_structure("out", out);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_job_move_plan(
+        defrec_job job,
+        defrec_plan plan,
+        size_t count,
+        double *xyz,
+        double *covariance,
+        uint8_t *status,
+        double *expected_error_mm) {
+    Call call("defrec_job_move_plan");
+    call.handle("job", job);
+    call.handle("plan", plan);
+    call.integer("count", count);
+    call.made_array("xyz", xyz, 3 * count);
+    call.made_array("covariance", covariance, 6 * count);
+    call.made_array("status", status, 1 * count);
+    call.made_array("expected_error_mm", expected_error_mm, 1 * count);
+    return call.status();
+}
+
 DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_create(
         const defrec_hand_eye_desc *desc,
         defrec_hand_eye *out) {

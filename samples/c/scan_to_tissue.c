@@ -8,7 +8,6 @@
  * positions in each frame, rectified left camera, with the error to be expected: that of the
  * registration and that of tracking together. A registration that cannot be trusted ends the
  * program, with the reason; a person has to look. */
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -128,25 +127,23 @@ static defrec_registration register_scan(const tracking* running, defrec_templat
     return registration;
 }
 
-/* Targets of the scan: at rest in the template frame, prepared, and what becomes of them. */
+/* The scan's targets, registered, and what becomes of them. */
 typedef struct {
     table scan; /* id, then xyz */
-    defrec_targets prepared;
-    double *at_rest, *registration_error_mm; /* template frame */
-    double *now, *expected_error_mm;         /* rectified left camera */
+    defrec_plan plan;
+    double *now, *expected_error_mm; /* rectified left camera */
     uint8_t* status;
-} plan;
+} followed;
 
-static plan make_plan(const char* path, const tracking* running, const mesh* scan,
-                      const char* landmarks, defrec_job job) {
-    plan made;
+static followed follow(const char* path, const tracking* running, const mesh* scan,
+                       const char* landmarks, defrec_job job) {
+    followed made;
     defrec_template surface;
     defrec_registration registration;
+    defrec_plan_desc desc;
     double start[12], *xyz;
     size_t i;
     made.scan = read_table(path, "id,x,y,z", TARGET_COLUMNS);
-    made.at_rest = allocate(made.scan.count + 1, 3 * sizeof *made.at_rest);
-    made.registration_error_mm = allocate(made.scan.count + 1, sizeof(double));
     made.now = allocate(made.scan.count + 1, 3 * sizeof *made.now);
     made.expected_error_mm = allocate(made.scan.count + 1, sizeof(double));
     made.status = allocate(made.scan.count + 1, 1);
@@ -156,40 +153,35 @@ static plan make_plan(const char* path, const tracking* running, const mesh* sca
     xyz = allocate(made.scan.count + 1, 3 * sizeof *xyz);
     for (i = 0; i < made.scan.count; ++i)
         memcpy(xyz + 3 * i, made.scan.values + TARGET_COLUMNS * i + 1, 3 * sizeof *xyz);
-    check(defrec_registration_move_points(registration, xyz, made.scan.count, made.at_rest, NULL,
-                                          made.registration_error_mm),
-          "moving the targets to the template");
+    DEFREC_INIT(&desc);
+    desc.targets = xyz;
+    desc.target_count = made.scan.count;
+    check(defrec_plan_create(surface, registration, &desc, &made.plan), "making the plan");
     /* Results of a recording must not depend on when the body beneath the surface is ready. */
     check(defrec_template_wait_body(surface, UINT64_MAX), "computing the body");
-    check(defrec_targets_create(surface, made.at_rest, made.scan.count, &made.prepared),
-          "preparing the targets");
     free(xyz);
     defrec_registration_destroy(registration);
     defrec_template_release(surface);
     return made;
 }
 
-static void write_frame(FILE* out, size_t frame, const plan* targets) {
+static void write_frame(FILE* out, size_t frame, const followed* targets) {
     size_t i;
     for (i = 0; i < targets->scan.count; ++i) {
-        const double *xyz = targets->now + 3 * i, tracking_error = targets->expected_error_mm[i],
-                     registration_error = targets->registration_error_mm[i];
+        const double* xyz = targets->now + 3 * i;
         fprintf(out, "%zu,%.0f,", frame, targets->scan.values[TARGET_COLUMNS * i]);
         if (targets->status[i] == DEFREC_POINT_UNKNOWN)
             fprintf(out, ",,,lost,\n");
-        else /* the trace of a covariance does not change as the tissue turns */
-            fprintf(
-                out, "%.4f,%.4f,%.4f,%s,%.4f\n", xyz[0], xyz[1], xyz[2],
-                targets->status[i] == DEFREC_POINT_OBSERVED ? "tracked" : "extrapolated",
-                sqrt(tracking_error * tracking_error + registration_error * registration_error));
+        else
+            fprintf(out, "%.4f,%.4f,%.4f,%s,%.4f\n", xyz[0], xyz[1], xyz[2],
+                    targets->status[i] == DEFREC_POINT_OBSERVED ? "tracked" : "extrapolated",
+                    targets->expected_error_mm[i]);
     }
 }
 
-static void free_plan(plan* targets) {
-    defrec_targets_destroy(targets->prepared);
+static void free_followed(followed* targets) {
+    defrec_plan_destroy(targets->plan);
     free(targets->scan.values);
-    free(targets->at_rest);
-    free(targets->registration_error_mm);
     free(targets->now);
     free(targets->expected_error_mm);
     free(targets->status);
@@ -199,7 +191,7 @@ int main(int argc, char** argv) {
     stereo_sequence sequence;
     tracking running;
     mesh scan;
-    plan targets;
+    followed targets;
     int has_plan = 0;
     FILE* out;
     size_t i;
@@ -222,20 +214,20 @@ int main(int argc, char** argv) {
         read_frame(&sequence, i);
         job = track(&running, &sequence, timestamp_of(i), &result);
         if (!has_plan && result.vertex_count > 0) { /* there is a template */
-            targets = make_plan(argv[6], &running, &scan, argv[5], job);
+            targets = follow(argv[6], &running, &scan, argv[5], job);
             has_plan = 1;
         }
         if (has_plan) {
-            check(defrec_job_move_targets(job, targets.prepared, targets.scan.count, targets.now,
-                                          NULL, targets.status, targets.expected_error_mm),
-                  "moving the targets");
+            check(defrec_job_move_plan(job, targets.plan, targets.scan.count, targets.now, NULL,
+                                       targets.status, targets.expected_error_mm),
+                  "moving the plan");
             write_frame(out, i, &targets);
         }
         defrec_job_release(job);
     }
     if (fclose(out) != 0) fail("%s: could not be written to its end", argv[7]);
 
-    if (has_plan) free_plan(&targets);
+    if (has_plan) free_followed(&targets);
     close_tracking(&running);
     free(scan.vertices);
     free(scan.triangles);

@@ -52,6 +52,7 @@ ENUMERATIONS = [
     Enumeration(
         "DEFREC_REGISTRATION_", "RegistrationFlag", "RegistrationFlags", is_flags=True, zero="None"
     ),
+    Enumeration("DEFREC_PLAN_", "PlanFlag", "PlanFlags", is_flags=True, zero="None"),
     Enumeration("DEFREC_HAND_EYE_", "HandEyeFlag", "HandEyeFlags", is_flags=True, zero="None"),
 ]
 CONSTANTS = {"DEFREC_STAGE_COUNT_V1"}  # among the enumerators of an enumeration
@@ -67,6 +68,9 @@ CLASSES = {
     "defrec_body_region": ("BodyRegion", "BodyRegion"),
     "defrec_registration_desc": ("Registration.from_surface", "RegistrationOptions"),
     "defrec_registration_info": ("Registration", "Registration"),
+    "defrec_plan_desc": ("Plan", "Plan"),
+    "defrec_plan_info": ("Plan", "Plan"),
+    "defrec_plan_part": ("PlanPart", "PlanPart"),
     "defrec_registration_alternative": ("AlternativePose", "AlternativePose"),
     "defrec_free_motion": ("FreeMotion", "FreeMotion"),
     "defrec_hand_eye_desc": ("HandEye", "HandEyeOptions"),

@@ -26,6 +26,7 @@ FOLDERS = (
     "sdk/doctor",
     "sdk/registration",
     "sdk/hand_eye",
+    "sdk/plan",
     "sdk/session",
 )
 HEADERS = (

@@ -18,7 +18,8 @@ enum class HandleKind : uint8_t {
     kMemory,
     kTargets,
     kRegistration,
-    kHandEye
+    kHandEye,
+    kPlan
 };
 
 namespace detail {

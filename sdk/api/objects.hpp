@@ -11,6 +11,7 @@
 #include "sdk/device/context.hpp"
 #include "sdk/device/stage_runner.hpp"
 #include "sdk/hand_eye/hand_eye.hpp"
+#include "sdk/plan/plan.hpp"
 #include "sdk/registration/model_surface.hpp"
 #include "sdk/registration/registration.hpp"
 #include "sdk/rig/rig.hpp"
@@ -66,6 +67,11 @@ struct HandEyeObject {
     std::string notes;
     std::vector<std::string> free_texts;
 };
+// With the parts that its description points to.
+struct PlanObject {
+    std::shared_ptr<const Plan> plan;
+    std::vector<defrec_plan_part> parts;
+};
 struct StageObject {
     StageObject(std::shared_ptr<Context> owner, const DeviceChoice& device,
                 const StageParams& params)
@@ -119,6 +125,11 @@ template <>
 struct HandleTraits<defrec_hand_eye> {
     static constexpr HandleKind kind = HandleKind::kHandEye;
     using Object = HandEyeObject;
+};
+template <>
+struct HandleTraits<defrec_plan> {
+    static constexpr HandleKind kind = HandleKind::kPlan;
+    using Object = PlanObject;
 };
 template <>
 struct HandleTraits<defrec_stage> {

@@ -5,6 +5,7 @@
 #include "sdk/api/call.hpp"
 #include "sdk/api/objects.hpp"
 #include "sdk/api/read.hpp"
+#include "sdk/api/verdict.hpp"
 #include "sdk/registration/point_pairs.hpp"
 #include "sdk/registration/surface_registration.hpp"
 #include "sdk/tracking/evidence/template_error.hpp"
@@ -14,19 +15,6 @@ using namespace defrec;
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-uint32_t verdict_of(RegistrationVerdict verdict) {
-    switch (verdict) {
-        case RegistrationVerdict::kRegistered:
-            return DEFREC_VERDICT_ACCEPTED;
-        case RegistrationVerdict::kAmbiguous:
-            return DEFREC_VERDICT_AMBIGUOUS;
-        case RegistrationVerdict::kUndetermined:
-            return DEFREC_VERDICT_UNDETERMINED;
-        default:
-            return DEFREC_VERDICT_FAILED;
-    }
-}
 
 Eigen::Vector3d place_at(std::span<const double> xyz, size_t i) {
     return Eigen::Map<const Eigen::Vector3d>(&xyz[3 * i]);

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "sdk/testing/plane_tracker.hpp"
 #include "sdk/testing/test_context.hpp"
 #include "sdk/testing/test_scene.hpp"
 #include "sdk/testing/test_session.hpp"
@@ -24,51 +25,6 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(),
                  kInfinity = std::numeric_limits<double>::infinity();
-
-// A tracker of the moving plane, its template, and jobs with it.
-class PlaneTracker {
-  public:
-    explicit PlaneTracker(uint32_t body = DEFREC_BODY_ON)
-        : session_("cpu", 2,
-                   [&](defrec_rig_desc&, defrec_tracker_desc& desc) { desc.body = body; }) {
-        defrec_job_release(track(0, 0));
-        REQUIRE_OK(defrec_tracker_get_template(session_.tracker, &surface_));
-    }
-    ~PlaneTracker() { defrec_template_release(surface_); }
-    PlaneTracker(const PlaneTracker&) = delete;
-    PlaneTracker& operator=(const PlaneTracker&) = delete;
-
-    defrec_template surface() const { return surface_; }
-
-    using Change = TrackingSession::ChangeFrame;
-    // A frame in which the plane has moved by that, mm.
-    defrec_status submit(double dx, double dy, defrec_job* job, const Change& change = nullptr) {
-        return submit(render(dx, dy), job, change);
-    }
-    defrec_status submit(const Pair& pair, defrec_job* job, const Change& change = nullptr) {
-        return session_.submit({{pair.left.data()}, {pair.right.data()}, {}}, job, change);
-    }
-    // A frame in which nothing is seen.
-    defrec_job lose() {
-        Pair dark = render(0, 0);
-        std::fill(dark.left.begin(), dark.left.end(), uint8_t{0});
-        std::fill(dark.right.begin(), dark.right.end(), uint8_t{0});
-        defrec_job job = nullptr;
-        REQUIRE_OK(submit(dark, &job));
-        REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
-        return job;
-    }
-    defrec_job track(double dx, double dy, const Change& change = nullptr) {
-        defrec_job job = nullptr;
-        REQUIRE_OK(submit(dx, dy, &job, change));
-        REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
-        return job;
-    }
-
-  private:
-    TrackingSession session_;
-    defrec_template surface_ = nullptr;
-};
 
 // A point of the plane at rest, or so deep beneath it along z.
 void add_point(std::vector<double>& xyz, double x, double y, double deeper) {

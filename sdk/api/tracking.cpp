@@ -18,6 +18,7 @@ class JobUse {
         if (object_->released) fail(DEFREC_ERROR_HANDLE, "this job was released already");
     }
     Job* operator->() const { return object_->job.get(); }
+    const Job& operator*() const { return *object_->job; }
 
   private:
     std::shared_ptr<JobObject> object_;
@@ -289,6 +290,18 @@ defrec_status defrec_job_move_targets(defrec_job job, defrec_targets targets, si
                  " targets");
         if (count != 0) expect_given("xyz", xyz);
         use->move_targets(*prepared, xyz, covariance, status, expected_error_mm);
+    });
+}
+
+defrec_status defrec_job_move_plan(defrec_job job, defrec_plan plan, size_t count, double* xyz,
+                                   double* covariance, uint8_t* status, double* expected_error_mm) {
+    return api_call([&] {
+        const JobUse use(job);
+        const auto object = find_handle(plan);
+        if (const size_t points = object->plan->point_count(); count != points)
+            fail(DEFREC_ERROR_ARGUMENT, "count is ", count, ", the plan has ", points, " points");
+        if (count != 0) expect_given("xyz", xyz);
+        object->plan->move(*use, {xyz, covariance, status, expected_error_mm});
     });
 }
 

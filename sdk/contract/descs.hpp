@@ -156,6 +156,20 @@ inline std::string range_error(const defrec_registration_desc& p) {
 }
 inline constexpr int32_t kRegistrationMaxStarts = 10000;
 
+inline void fill_defaults(defrec_plan_desc& p) {
+    p.struct_size = sizeof p;
+}
+inline std::string range_error(const defrec_plan_desc& p) {
+    RangeCheck check("desc.");
+    check.integer("flags", p.flags, 0, DEFREC_PLAN_LOOKED_AT);
+    check.integer("vertex_count", p.vertex_count, 0, 1000000);
+    check.integer("triangle_count", p.triangle_count, 0, 2000000);
+    check.integer("part_count", p.part_count, 0, 1000);
+    check.integer("target_count", p.target_count, 0, 1000000);
+    return check.error();
+}
+inline constexpr int32_t kPlanMaxPartCount = 1000;
+
 inline void fill_defaults(defrec_hand_eye_desc& p) {
     p.struct_size = sizeof p;
     if (p.max_offset_s == 0) p.max_offset_s = 2.0;

@@ -6,9 +6,9 @@
 #include <fstream>
 #include <iterator>
 
+#include "sdk/base/util/file_checksum.hpp"
 #include "sdk/fuzz/memory_file.hpp"
 #include "sdk/fuzz/session.hpp"
-#include "sdk/template/file_checksum.hpp"
 
 using namespace defrec::fuzz;
 

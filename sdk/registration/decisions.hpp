@@ -160,4 +160,15 @@ struct RegistrationStart {
     static constexpr double kRotation = 1e-3;
 };
 
+// A registration that a plan is made of or that its file holds.
+struct PlanRegistration {
+    // 1 | element of R^T R - 1, at most | texts with six digits leave 1e-6
+    static constexpr double kRotation = 1e-5;
+    // share of the largest element | by which a covariance is not symmetric, or has a negative
+    //   eigenvalue in units of its variances, at most | rounding leaves 1e-12
+    static constexpr double kSymmetric = 1e-6;
+    // bytes | of the name of a part, at most | set by hand
+    static constexpr uint64_t kMaxNameBytes = 255;
+};
+
 }  // namespace defrec::decisions

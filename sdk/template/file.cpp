@@ -2,99 +2,25 @@
 // the other, the pieces of its control points, the parts that joined, cuts, the body if the
 // application described one, a checksum. Little endian.
 #include <algorithm>
-#include <bit>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <span>
-#include <system_error>
-#include <type_traits>
 #include <utility>
 
-#include "sdk/base/os/atomic_file.hpp"
-#include "sdk/base/os/platform.hpp"
+#include "sdk/base/os/binary_file.hpp"
 #include "sdk/body/body_slot.hpp"
 #include "sdk/contract/descs.hpp"
 #include "sdk/device/context.hpp"
 #include "sdk/template/atlas.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/decisions.hpp"
-#include "sdk/template/file_checksum.hpp"
 #include "sdk/template/template.hpp"
 
 namespace defrec {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the file's layout is the memory's");
-
-constexpr char kMagic[8] = {'d', 'e', 'f', 'r', 'e', 'c', 'T', '\n'};
-constexpr uint32_t kLayout = 1;  // grows with every change of the file
-constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
-
-class Writer {
-  public:
-    template <class T>
-    void value(const T& value) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
-    }
-    template <class T>
-    void array(std::span<const T> values) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        value(static_cast<uint64_t>(values.size()));
-        bytes_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
-    }
-    template <class T>
-    void array(const std::vector<T>& values) {
-        array(std::span<const T>(values));
-    }
-    const std::string& bytes() const { return bytes_; }
-
-  private:
-    std::string bytes_;
-};
-
-class Reader {
-  public:
-    Reader(const std::string& path, const std::string& bytes) : path_(path), bytes_(bytes) {}
-    template <class T>
-    void value(T& value) {
-        need(sizeof value);
-        std::memcpy(&value, bytes_.data() + at_, sizeof value);
-        at_ += sizeof value;
-    }
-    template <class T>
-    void array(std::vector<T>& values) {
-        uint64_t count = 0;
-        value(count);
-        if (count > (bytes_.size() - at_) / sizeof(T)) broken("it ends too early");
-        values.resize(count);
-        if (count == 0) return;  // no data(), which memcpy would mind
-        std::memcpy(values.data(), bytes_.data() + at_, count * sizeof(T));
-        at_ += count * sizeof(T);
-    }
-    bool flag() {
-        uint8_t flag = 0;
-        value(flag);
-        if (flag > 1) broken("a flag is out of range");
-        return flag != 0;
-    }
-    [[noreturn]] void broken(const char* why) const {
-        fail(DEFREC_ERROR_IO, path_, " is not a usable template: ", why);
-    }
-    size_t position() const { return at_; }
-
-  private:
-    void need(size_t count) const {
-        if (bytes_.size() - at_ < count) broken("it ends too early");
-    }
-    const std::string& path_;
-    const std::string& bytes_;
-    size_t at_ = 0;
-};
+constexpr BinaryFileKind kTemplateFile = {
+    "template", {'d', 'e', 'f', 'r', 'e', 'c', 'T', '\n'}, 1, uint64_t{1} << 30};
 
 // Calls visit for every member, in the file's order; the same for reading and writing.
 template <class Data, class Visit>
@@ -140,7 +66,7 @@ void visit_part_scalars(Part& part, Visit&& visit) {
 
 // Checks of the first view are made anew when a file is read, so those of parts are counted from
 // there.
-void write_parts(const TemplateData& data, Writer& writer) {
+void write_parts(const TemplateData& data, BinaryWriter& writer) {
     writer.value(data.atlas_end);
     writer.value(static_cast<uint64_t>(data.parts.size()));
     for (const SurfacePatch& part : data.parts) {
@@ -161,7 +87,7 @@ struct GrownChecks {
     std::vector<int32_t> of_vertex;  // -1: it has one of the first view, or none
 };
 
-void read_parts(Reader& reader, TemplateData& data, GrownChecks& grown) {
+void read_parts(BinaryReader& reader, TemplateData& data, GrownChecks& grown) {
     constexpr uint64_t kMaxParts = 1 << 20;
     uint64_t parts = 0;
     reader.value(data.atlas_end);
@@ -176,7 +102,7 @@ void read_parts(Reader& reader, TemplateData& data, GrownChecks& grown) {
     reader.array(grown.of_vertex);
 }
 
-void write_cuts(const std::vector<CutLine>& cuts, Writer& writer) {
+void write_cuts(const std::vector<CutLine>& cuts, BinaryWriter& writer) {
     writer.value(static_cast<uint64_t>(cuts.size()));
     for (const CutLine& cut : cuts) {
         writer.value(cut.piece);
@@ -184,7 +110,7 @@ void write_cuts(const std::vector<CutLine>& cuts, Writer& writer) {
     }
 }
 
-void read_cuts(Reader& reader, std::vector<CutLine>& cuts) {
+void read_cuts(BinaryReader& reader, std::vector<CutLine>& cuts) {
     constexpr uint64_t kMaxCuts = 1 << 20;
     uint64_t count = 0;
     reader.value(count);
@@ -202,12 +128,12 @@ void read_cuts(Reader& reader, std::vector<CutLine>& cuts) {
     }
 }
 
-void write_mesh(const ClosedMesh& mesh, Writer& writer) {
+void write_mesh(const ClosedMesh& mesh, BinaryWriter& writer) {
     writer.array(mesh.vertices());
     writer.array(mesh.triangles());
 }
 
-ClosedMesh read_mesh(Reader& reader) {
+ClosedMesh read_mesh(BinaryReader& reader) {
     std::vector<float> vertices;
     std::vector<uint32_t> triangles;
     reader.array(vertices);
@@ -222,7 +148,7 @@ ClosedMesh read_mesh(Reader& reader) {
     }
 }
 
-void write_body(const BodyDescription& body, Writer& writer) {
+void write_body(const BodyDescription& body, BinaryWriter& writer) {
     writer.value(body.poisson_ratio);
     writer.value(body.cut_depth_mm);
     writer.value(static_cast<uint8_t>(body.mesh.has_value()));
@@ -235,7 +161,7 @@ void write_body(const BodyDescription& body, Writer& writer) {
     }
 }
 
-std::shared_ptr<const BodyDescription> read_body(Reader& reader) {
+std::shared_ptr<const BodyDescription> read_body(BinaryReader& reader) {
     const auto is_within = [&](double value, double low, double high) {
         if (!(value >= low && value <= high)) reader.broken("a number of its body is out of range");
     };
@@ -452,9 +378,7 @@ void append_checks(TemplateData& data, const GrownChecks& grown) {
 }  // namespace
 
 void Template::save(const char* path) const {
-    Writer writer;
-    for (const char c : kMagic) writer.value(c);
-    writer.value(kLayout);
+    BinaryWriter writer(kTemplateFile);
     visit_scalars(data_, [&](const auto& value) { writer.value(value); });
     visit_arrays(data_, [&](const auto& values) { writer.array(values); });
     writer.array(data_.node_piece);
@@ -463,57 +387,11 @@ void Template::save(const char* path) const {
     const std::shared_ptr<const BodyDescription> body = body_->description();
     writer.value(static_cast<uint8_t>(body != nullptr));
     if (body != nullptr) write_body(*body, writer);
-    const std::string& bytes = writer.bytes();
-    const uint64_t sum = file_checksum(bytes.data(), bytes.size());
-
-    const std::filesystem::path target = std::filesystem::u8path(path);
-    std::error_code ignored;
-    if (std::filesystem::exists(target, ignored) &&
-        !std::filesystem::is_regular_file(target, ignored))
-        fail(DEFREC_ERROR_IO, "the template cannot be written to ", path,
-             ": what is there is no file, and would be replaced");
-    try {
-        platform::without_file_size_signal([&] {
-            AtomicFile file(target);
-            file.write(bytes);
-            file.write({reinterpret_cast<const char*>(&sum), sizeof sum});
-            file.commit();
-        });
-    } catch (const FileError& error) {
-        fail(DEFREC_ERROR_IO, "the template cannot be written: ", error.what());
-    }
+    writer.save(path);
 }
 
 std::shared_ptr<const Template> Template::load(Context& context, const char* path) {
-    const std::string name(path);
-    std::error_code error;
-    const std::filesystem::path file_path = std::filesystem::u8path(name);
-    if (!std::filesystem::is_regular_file(file_path, error))
-        fail(DEFREC_ERROR_IO, name, " is not a file");
-    // The size is the opened file's: another may be saved in its place meanwhile.
-    errno = 0;
-    std::ifstream file(file_path, std::ios::binary | std::ios::ate);
-    if (!file)
-        fail(DEFREC_ERROR_IO, name, " cannot be opened: ", std::generic_category().message(errno));
-    const std::streamoff size{file.tellg()};
-    if (size < 0) fail(DEFREC_ERROR_IO, name, " cannot be read");
-    if (static_cast<uint64_t>(size) > kMaxBytes)
-        fail(DEFREC_ERROR_IO, name, " has ", size, " bytes, at most ", kMaxBytes,
-             " expected of a template");
-    file.seekg(0);
-    char magic[sizeof kMagic] = {};
-    if (!file.read(magic, sizeof magic) || std::memcmp(magic, kMagic, sizeof magic) != 0)
-        fail(DEFREC_ERROR_IO, name, " is not a usable template: it does not begin as one");
-    std::string bytes(static_cast<size_t>(size), '\0');
-    file.seekg(0);
-    if (!file.read(bytes.data(), size)) fail(DEFREC_ERROR_IO, name, " cannot be read");
-
-    Reader reader(name, bytes);
-    reader.value(magic);
-    uint32_t layout = 0;
-    reader.value(layout);
-    if (layout != kLayout)
-        fail(DEFREC_ERROR_VERSION, name, " has layout ", layout, ", this library reads ", kLayout);
+    BinaryReader reader(kTemplateFile, path);
     TemplateData data;
     visit_scalars(data, [&](auto& value) { reader.value(value); });
     visit_arrays(data, [&](auto& values) { reader.array(values); });
@@ -523,18 +401,14 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     read_cuts(reader, data.node_grid.cuts);
     std::shared_ptr<const BodyDescription> body;
     if (reader.flag()) body = read_body(reader);
-    const size_t end = reader.position();
-    uint64_t sum = 0;
-    reader.value(sum);
-    if (reader.position() != bytes.size()) reader.broken("something follows its end");
-    if (sum != file_checksum(bytes.data(), end)) reader.broken("its checksum does not fit");
+    reader.expect_end();
     if (const char* fault = fault_of(data)) reader.broken(fault);
     if (const char* fault = fault_of_parts(data, grown)) reader.broken(fault);
     restore_grid_pieces(data);
     place_checks(data);
     append_checks(data, grown);
-    context.log(DEFREC_LOG_INFO,
-                concat("template with ", data.vertices.size(), " vertices loaded from ", name));
+    context.log(DEFREC_LOG_INFO, concat("template with ", data.vertices.size(),
+                                        " vertices loaded from ", reader.path()));
     auto surface = std::make_shared<const Template>(std::move(data), context.allocator());
     surface->body_->recall(std::move(body));
     return surface;

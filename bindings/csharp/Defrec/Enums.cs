@@ -442,6 +442,19 @@ namespace Defrec
         NoCamera = 1u << 0
     }
 
+    /// <summary>Flags of Plan.</summary>
+    [Flags]
+    public enum PlanFlags : uint
+    {
+        /// <summary>None.</summary>
+        None = 0,
+        /// <summary>
+        /// A person has looked at the registration: its verdict may be another than
+        /// Verdict.Accepted, but for Verdict.Failed.
+        /// </summary>
+        LookedAt = 1u << 0
+    }
+
     /// <summary>Flags of HandEyeOptions.</summary>
     [Flags]
     public enum HandEyeFlags : uint

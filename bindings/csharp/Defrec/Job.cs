@@ -230,6 +230,45 @@ namespace Defrec
             fixed (PointStatus* statuses = status) Move(targets, to, statuses, error, errors);
         }
 
+        /// <summary>
+        /// Moves the points of a plan to the frame of this job, its vertices and then its targets,
+        /// as <see cref="MoveTargets(Targets, double[], PointStatus[], double[], double[])"/> does,
+        /// with the error of the registration added to that of tracking.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// plan or xyz is null, or an array is too short.
+        /// </exception>
+        /// <exception cref="ObjectDisposedException">
+        /// The job was disposed, or the plan was.
+        /// </exception>
+        /// <exception cref="DefrecException">
+        /// The job is not done, failed, or its tracker has no template; or the plan is of a
+        /// template that this frame's did not become of.
+        /// </exception>
+        public void MovePlan(
+            Plan plan, double[] xyz, PointStatus[] status = null, double[] expectedErrorMm = null,
+            double[] covariance = null)
+        {
+            Check.NotNull(plan, nameof(plan));
+            Check.NotNull(xyz, nameof(xyz));
+            int count = plan.PointCount;
+            Check.Length(xyz.Length, 3L * count, nameof(xyz));
+            if (status != null) Check.Length(status.Length, count, nameof(status));
+            if (expectedErrorMm != null)
+                Check.Length(expectedErrorMm.Length, count, nameof(expectedErrorMm));
+            if (covariance != null) Check.Length(covariance.Length, 6L * count, nameof(covariance));
+            fixed (double* to = xyz, error = expectedErrorMm, errors = covariance)
+            fixed (PointStatus* statuses = status)
+            using (var use = new HandleUse(Handle))
+            using (var planUse = new HandleUse(plan.Handle))
+            {
+                if (count == 0) return;
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_job_move_plan(
+                    use.Native, planUse.Native, (UIntPtr)(uint)count, to, errors, (byte*)statuses,
+                    error));
+            }
+        }
+
         /// <summary>Gives the job's place in the queue back; waits if it is running.</summary>
         public void Dispose() { Handle.Dispose(); }
 

@@ -187,6 +187,70 @@ namespace Defrec.Tests
         }
 
         [Test]
+        public void APlanIsSavedLoadedAndFollowed()
+        {
+            string file = Path.Combine(Path.GetTempPath(), Path.GetRandomFileName());
+            double[] places = { -10, -8, 60, 12, -7, 64, -9, 9, 58, 11, 8, 66 };
+            double[] shifted = places.Select((value, i) => value - 5 * (i % 3)).ToArray();
+            var errors = new double[24];
+            for (int i = 0; i < errors.Length; ++i)
+                errors[i] = i % 6 == 0 || i % 6 == 3 || i % 6 == 5 ? 0.09 : 0;
+            using (var session = new TrackingSession(null))
+            using (Registration found = Registration.FromPairs(new PointPairs {
+                ModelXyz = shifted, SeenXyz = places, SeenCovariance = errors
+            }))
+            {
+                Template template;
+                using (Job job = session.Track(0)) template = job.GetTemplate();
+                template.WaitForBody();
+                var model = new TriangleMesh(
+                    shifted.Select(value => (float)value).ToArray(), new uint[] { 0, 1, 2 });
+                using (Plan made = Plan.Create(
+                           template, found, model, new[] { new PlanPart("tumour \u00e9", 0, 1) },
+                           shifted))
+                    made.Save(file);
+                using (Plan plan = Plan.Load(template, file))
+                using (var targets = new Targets(template, plan.GetTemplateXyz()))
+                using (Job job = session.Track(1))
+                {
+                    Assert.That(plan.Verdict, Is.EqualTo(Verdict.Accepted));
+                    Assert.That(plan.VertexCount + plan.TargetCount, Is.EqualTo(8));
+                    Assert.That(plan.Parts[0].Name, Is.EqualTo("tumour \u00e9"));
+                    Assert.That(plan.Parts[0].TriangleCount, Is.EqualTo(1));
+                    Assert.That(plan.GetModel().Triangles, Is.EqualTo(model.Triangles));
+                    Assert.That(plan.GetTemplateXyz()[0], Is.EqualTo(-10).Within(1e-6));
+                    int count = plan.PointCount;
+                    double[] xyz = new double[3 * count], error = new double[count],
+                             covariance = new double[6 * count];
+                    double[] alone = new double[3 * count], errorAlone = new double[count];
+                    PointStatus[] status = new PointStatus[count], same = new PointStatus[count];
+                    job.MovePlan(plan, xyz, status, error, covariance);
+                    job.MoveTargets(targets, alone, same, errorAlone);
+                    Assert.That(xyz, Is.EqualTo(alone));
+                    Assert.That(status, Is.EqualTo(same));
+                    double[] registration = plan.GetRegistrationErrorMm();
+                    for (int i = 0; i < count; ++i)
+                    {
+                        double sum =
+                            errorAlone[i] * errorAlone[i] + registration[i] * registration[i];
+                        Assert.That(error[i] * error[i], Is.EqualTo(sum).Within(1e-6 * sum));
+                        Assert.That(
+                            covariance[6 * i] + covariance[6 * i + 3] + covariance[6 * i + 5],
+                            Is.EqualTo(sum).Within(1e-3 * sum));
+                    }
+                    Assert.Throws<ArgumentException>(() => job.MovePlan(plan, new double[3]));
+                    Assert.Throws<ArgumentNullException>(() => job.MovePlan(null, xyz));
+                }
+                File.WriteAllText(file, "no plan");
+                Assert.That(
+                    Assert.Throws<DefrecException>(() => Plan.Load(template, file)).Status,
+                    Is.EqualTo(Status.ErrorIo));
+                File.Delete(file);
+                template.Dispose();
+            }
+        }
+
+        [Test]
         public void AResultIsWhole()
         {
             using (var session = new TrackingSession(new TrackerOptions { KeepDisparity = true }))

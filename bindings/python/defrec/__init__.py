@@ -25,6 +25,7 @@ from .context import Context, DeviceInfo, PluginInfo, library_release, library_v
 from .errors import BusyError, DefrecWarning, Error
 from .hand_eye import HandEye, HandEyeResult
 from .memory import Memory
+from .plan import Plan, PlanData, PlanPart
 from .points import LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
 from .registration import (
     AlternativePose,
@@ -70,6 +71,7 @@ from .enums import (
     LogLevel,
     MemoryKind,
     Observation,
+    PlanFlag,
     PointStatus,
     Reason,
     RegionFlag,
@@ -184,6 +186,10 @@ __all__ = [
     "PatchPrediction",
     "PatchSlope",
     "Piece",
+    "Plan",
+    "PlanData",
+    "PlanFlag",
+    "PlanPart",
     "PluginInfo",
     "PointCovariances",
     "PointStatus",

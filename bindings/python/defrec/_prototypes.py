@@ -114,6 +114,18 @@ PROTOTYPES: Dict[str, Tuple[Any, Sequence[Any]]] = {
         StatusResult,
         [c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p],
     ),
+    "defrec_plan_create": (
+        StatusResult,
+        [c_void_p, c_void_p, _pointer(structs.PlanDesc), _handle_out],
+    ),
+    "defrec_plan_save": (StatusResult, [c_void_p, c_char_p]),
+    "defrec_plan_load": (StatusResult, [c_void_p, c_char_p, _handle_out]),
+    "defrec_plan_destroy": (None, [c_void_p]),
+    "defrec_plan_get": (StatusResult, [c_void_p, _pointer(structs.PlanInfo)]),
+    "defrec_job_move_plan": (
+        StatusResult,
+        [c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p],
+    ),
     "defrec_hand_eye_create": (StatusResult, [_pointer(structs.HandEyeDesc), _handle_out]),
     "defrec_hand_eye_destroy": (None, [c_void_p]),
     "defrec_hand_eye_get": (StatusResult, [c_void_p, _pointer(structs.HandEyeInfo)]),

@@ -394,6 +394,14 @@ class RegistrationFlag(IntFlag):
     well."""
 
 
+class PlanFlag(IntFlag):
+    """Flags of Plan."""
+
+    LOOKED_AT = 1
+    """A person has looked at the registration: its verdict may be another than Verdict.ACCEPTED,
+    but for Verdict.FAILED."""
+
+
 class HandEyeFlag(IntFlag):
     """Flags of HandEye."""
 

@@ -1307,6 +1307,80 @@ class RegistrationAlternative(Struct):
     """As in Registration."""
 
 
+@c_struct("defrec_plan_part")
+class PlanPart(Struct):
+    """A named part of a plan's model: a tumour, a vessel. Frozen."""
+
+    name: Text
+    """UTF-8, 1 to 255 bytes."""
+    first_triangle: U64
+    """Index of its first triangle."""
+    triangle_count: U64
+    """Its triangles follow one another."""
+
+
+@c_struct("defrec_plan_desc")
+class PlanDesc(Struct):
+    """What a plan consists of; model frame, mm. Vertices and targets together are at most 1,000,000
+    points."""
+
+    struct_size: U32
+    flags: U32
+    """PlanFlag; 0 to PlanFlag.LOOKED_AT."""
+    vertices: Address
+    """xyz each."""
+    vertex_count: U64
+    """Number of vertices; 0 to 1000000."""
+    triangles: Address
+    """Three vertex indices each."""
+    triangle_count: U64
+    """Number of triangles; 0 to 2000000."""
+    parts: Address
+    """May share triangles."""
+    part_count: U64
+    """Number of parts; 0 to 1000."""
+    targets: Address
+    """xyz each."""
+    target_count: U64
+    """Number of targets; 0 to 1000000."""
+
+
+@c_struct("defrec_plan_info")
+class PlanInfo(Struct):
+    """A plan, at rest. Points are its vertices, then its targets. The pointers live as long as the
+    handle."""
+
+    struct_size: U32
+    verdict: U32
+    """Verdict, of the registration."""
+    transform: F64x12
+    """As in Registration."""
+    covariance: F64x36
+    """As in Registration."""
+    vertices: Address
+    """xyz each, model frame, mm."""
+    vertex_count: U64
+    """Vertices."""
+    triangles: Address
+    """Three vertex indices each."""
+    triangle_count: U64
+    """Triangles."""
+    parts: Address
+    """Named parts."""
+    part_count: U64
+    """Parts."""
+    targets: Address
+    """xyz each, model frame, mm."""
+    target_count: U64
+    """Targets."""
+    template_xyz: Address
+    """xyz of each point, template frame, mm."""
+    registration_error_mm: Address
+    """Of each point the target registration error, mm."""
+    point_count: U64
+    """Vertices and targets."""
+
+
 @c_struct(
     "defrec_hand_eye_desc",
     max_offset_s=2,

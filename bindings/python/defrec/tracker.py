@@ -17,6 +17,7 @@ from .memory import Memory, memory_desc
 from .points import LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
 from .result import Result, copy_result
 from .rig import Rig
+from .plan import Plan
 from .template import Targets, Template
 
 # Its errors ("... got an unexpected keyword argument") name the class that was called.
@@ -130,14 +131,28 @@ class Job(Handle):
         """
         if not isinstance(targets, Targets):
             raise TypeError(f"targets is a Targets, {targets!r} given")
-        targets._native
+        return self._move(native.defrec_job_move_targets, targets)
+
+    def move_plan(self, plan: Plan) -> MovedTargets:
+        """Waits for the frame, and moves the points of a plan to it, its vertices and then its
+        targets, as move_targets does, with the error of the registration added to that of tracking.
+
+        threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet, and with
+        Status.ERROR_ARGUMENT where the plan is of a template that this frame's did not become of.
+        """
+        if not isinstance(plan, Plan):
+            raise TypeError(f"plan is a Plan, {plan!r} given")
+        return self._move(native.defrec_job_move_plan, plan)
+
+    def _move(self, function: Any, points: Union[Targets, Plan]) -> MovedTargets:
+        points._native
         self.wait()
-        count = len(targets)
+        count = len(points)
         xyz, status, errors = empty("d", (count, 3)), empty("B", (count,)), empty("d", (count,))
         covariance = empty("d", (count, 6))
-        native.defrec_job_move_targets(
+        function(
             self._native,
-            targets._native,
+            points._native,
             count,
             address_of(xyz),
             address_of(covariance),

@@ -40,6 +40,7 @@ PREFIXES = {
     "DEFREC_VERDICT_": enums.Verdict,
     "DEFREC_FREE_": enums.FreeMotionKind,
     "DEFREC_REGISTRATION_": enums.RegistrationFlag,
+    "DEFREC_PLAN_": enums.PlanFlag,
     "DEFREC_HAND_EYE_": enums.HandEyeFlag,
 }
 WITHOUT_PREFIX = [enums.Status, enums.Observation, enums.State]

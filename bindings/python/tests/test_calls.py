@@ -24,6 +24,9 @@ from defrec import (
     MemoryKind,
     Mesh,
     OrbParams,
+    Plan,
+    PlanPart,
+    Registration,
     Result,
     Rig,
     Scan,
@@ -700,6 +703,88 @@ class Calls(stub.StubTest):
                 f"defrec_targets_destroy(targets={t})",
             ],
         )
+
+    def test_plans(self):
+        image = bytes(96 * 80 * 3)
+        places = [(0, 0, 0), (9, 0, 0), (0, 9, 0)]
+        tracker = Tracker(self.context, make_rig(self.context))
+        received = []
+        create = _library.native.defrec_plan_create
+
+        def read(surface, registration, desc, out):
+            gc.collect()
+            bytearray(1 << 16)  # what was freed would be written over
+            part = structs.PlanPart.from_address(desc.parts)
+            received.append((part.name, part.first_triangle, part.triangle_count, desc.flags))
+            received.append(list((ctypes.c_float * 9).from_address(desc.vertices)))
+            received.append(list((ctypes.c_uint32 * 3).from_address(desc.triangles)))
+            received.append(list((ctypes.c_double * 3).from_address(desc.targets)))
+            received.append((desc.vertex_count, desc.triangle_count, desc.target_count))
+            create(surface, registration, desc, out)
+
+        def describe(handle, info):
+            info.point_count = 2
+
+        with tracker.template() as template, tracker.submit(image, image, 1) as job:
+            found = Registration.from_pairs(places, places)
+            with mock.patch.object(_library.native, "defrec_plan_create", read), mock.patch.object(
+                _library.native, "defrec_plan_get", describe
+            ):
+                plan = Plan(
+                    template,
+                    found,
+                    (places, [(0, 1, 2)]),
+                    parts=[PlanPart("tumour \u00e9", 0, 1)],
+                    targets=[(1.5, 2.5, 3.5)],
+                    looked_at=True,
+                )
+                loaded = Plan.load(template, "/x")
+            s, j, f = hex(template._native), hex(job._native), hex(found._native)
+            p, q = hex(plan._native), hex(loaded._native)
+            found.close()  # plans do not need it
+            self.assertEqual((len(plan), repr(plan)), (2, "<Plan, 2>"))
+            plan.save("/y")
+            moved = job.move_plan(plan)
+            self.assertEqual(plan.data().parts, [])
+            for bad in (None, template):
+                with self.assertRaisesRegex(TypeError, "plan"):
+                    job.move_plan(bad)
+                with self.assertRaisesRegex(TypeError, "registration"):
+                    Plan(template, bad)
+            with self.assertRaisesRegex(TypeError, "template"):
+                Plan.load(None, "/x")
+            plan.close()
+            loaded.close()
+        self.assertEqual(
+            received,
+            [
+                ("tumour \u00e9".encode(), 0, 1, 1),
+                [0, 0, 0, 9, 0, 0, 0, 9, 0],
+                [0, 1, 2],
+                [1.5, 2.5, 3.5],
+                (3, 1, 1),
+            ],
+        )
+        self.assertEqual(moved.xyz.tolist(), [[1, 2, 3], [4, 5, 6]])
+        self.assertEqual(moved.expected_error_mm.tolist(), [1, 2])
+        lines = [str(call) for call in self.log()]
+        self.assertTrue(
+            any(
+                line.startswith(f"defrec_plan_create(surface={s}, registration={f}")
+                for line in lines
+            )
+        )
+        for line in (
+            f'defrec_plan_load(surface={s}, path="/x", out={q})',
+            f'defrec_plan_save(plan={p}, path="/y")',
+            (
+                f"defrec_job_move_plan(job={j}, plan={p}, count=2, xyz=written,"
+                " covariance=written, status=written, expected_error_mm=written)"
+            ),
+            f"defrec_plan_destroy(plan={p})",
+            f"defrec_plan_destroy(plan={q})",
+        ):
+            self.assertIn(line, lines)
 
     def test_motions_that_are_known(self):
         image = bytes(96 * 80 * 3)

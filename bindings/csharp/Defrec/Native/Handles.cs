@@ -154,6 +154,15 @@ namespace Defrec.Native
         }
     }
 
+    internal sealed class PlanHandle : DefrecHandle
+    {
+        internal PlanHandle(ContextLog log) : base(nameof(Plan), log) { }
+        protected override void Destroy(IntPtr native)
+        {
+            NativeMethods.defrec_plan_destroy(native);
+        }
+    }
+
     internal sealed class HandEyeHandle : DefrecHandle
     {
         internal HandEyeHandle() : base(nameof(HandEye), null) { }

@@ -212,6 +212,27 @@ namespace Defrec.Native
             double* expectedErrorMm);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_plan_create(
+            IntPtr surface, IntPtr registration, defrec_plan_desc* desc, IntPtr* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_plan_save(IntPtr plan, byte* path);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_plan_load(IntPtr surface, byte* path, IntPtr* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern void defrec_plan_destroy(IntPtr plan);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_plan_get(IntPtr plan, defrec_plan_info* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_job_move_plan(
+            IntPtr job, IntPtr plan, UIntPtr count, double* xyz, double* covariance, byte* status,
+            double* expectedErrorMm);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_hand_eye_create(
             defrec_hand_eye_desc* desc, IntPtr* @out);
 

@@ -384,6 +384,49 @@ namespace Defrec.Native
     }
 
     [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_plan_part
+    {
+        internal byte* name;
+        internal ulong first_triangle;
+        internal ulong triangle_count;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_plan_desc
+    {
+        internal uint struct_size;
+        internal PlanFlags flags;
+        internal float* vertices;
+        internal ulong vertex_count;
+        internal uint* triangles;
+        internal ulong triangle_count;
+        internal defrec_plan_part* parts;
+        internal ulong part_count;
+        internal double* targets;
+        internal ulong target_count;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_plan_info
+    {
+        internal uint struct_size;
+        internal Verdict verdict;
+        internal RigidTransform transform;
+        internal fixed double covariance[36];
+        internal float* vertices;
+        internal ulong vertex_count;
+        internal uint* triangles;
+        internal ulong triangle_count;
+        internal defrec_plan_part* parts;
+        internal ulong part_count;
+        internal double* targets;
+        internal ulong target_count;
+        internal double* template_xyz;
+        internal double* registration_error_mm;
+        internal ulong point_count;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
     internal unsafe struct defrec_hand_eye_desc
     {
         internal uint struct_size;

@@ -1,4 +1,4 @@
-// The sum at the end of a template's file: FNV-1a, but for the basis.
+// The sum at the end of the library's own files: FNV-1a, but for the basis.
 #pragma once
 #include "sdk/base/util/fnv1a.hpp"
 

@@ -1,0 +1,147 @@
+// See plan.hpp.
+#include "sdk/plan/plan.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "backends/shared/motion.hpp"
+#include "sdk/base/os/helped_loop.hpp"
+#include "sdk/base/os/services.hpp"
+#include "sdk/base/util/error.hpp"
+#include "sdk/registration/decisions.hpp"
+#include "sdk/template/template.hpp"
+#include "sdk/tracking/frame_result.hpp"
+
+namespace defrec {
+namespace {
+
+template <class Real>
+bool all_finite(const std::vector<Real>& values) {
+    return std::ranges::all_of(values, [](Real value) { return std::isfinite(value); });
+}
+
+std::string fault_of_pose(const Pose& pose) {
+    if (!pose.rotation.allFinite() || !pose.translation.allFinite())
+        return "transform is not finite";
+    const Eigen::Matrix3d rest =
+        pose.rotation.transpose() * pose.rotation - Eigen::Matrix3d::Identity();
+    if (rest.cwiseAbs().maxCoeff() > decisions::PlanRegistration::kRotation ||
+        pose.rotation.determinant() < 0)
+        return "transform is no rigid motion";
+    return {};
+}
+
+std::string fault_of_covariance(const TwistMatrix& covariance) {
+    if (!covariance.allFinite()) return "covariance is not finite";
+    const double largest = covariance.cwiseAbs().maxCoeff();
+    if ((covariance - covariance.transpose()).cwiseAbs().maxCoeff() >
+        decisions::PlanRegistration::kSymmetric * largest)
+        return "covariance is not symmetric";
+    // In units of its own standard deviations: turns and shifts differ by far.
+    const Twist variance = covariance.diagonal();
+    if ((variance.array() < 0).any()) return "covariance has a negative variance";
+    const Twist scale = variance.unaryExpr([](double v) { return v > 0 ? 1 / std::sqrt(v) : 0; });
+    const TwistMatrix shares = scale.asDiagonal() * covariance * scale.asDiagonal();
+    const Eigen::LDLT<TwistMatrix> factors(shares);
+    if (factors.vectorD().minCoeff() < -decisions::PlanRegistration::kSymmetric)
+        return "covariance is none: it has a negative eigenvalue";
+    return {};
+}
+
+std::string fault_of_parts(const std::vector<PlanPart>& parts, uint64_t triangles) {
+    for (size_t i = 0; i < parts.size(); ++i) {
+        const PlanPart& part = parts[i];
+        if (part.name.empty() || part.name.size() > decisions::PlanRegistration::kMaxNameBytes)
+            return concat("parts[", i, "].name has ", part.name.size(), " bytes, 1 to ",
+                          decisions::PlanRegistration::kMaxNameBytes, " expected");
+        if (part.name.find('\0') != std::string::npos)
+            return concat("parts[", i, "].name has a zero byte");
+        if (part.first_triangle > triangles ||
+            part.triangle_count > triangles - part.first_triangle)
+            return concat("parts[", i, "] has ", part.triangle_count, " triangles from ",
+                          part.first_triangle, " on, there are ", triangles);
+    }
+    return {};
+}
+
+// R of x_now = R x + t.
+Eigen::Matrix3d rotation_of(const DualQuaternion<double>& motion) {
+    const Vec3<double> origin = apply(motion, Vec3<double>{0, 0, 0}),
+                       axes[3] = {apply(motion, Vec3<double>{1, 0, 0}) - origin,
+                                  apply(motion, Vec3<double>{0, 1, 0}) - origin,
+                                  apply(motion, Vec3<double>{0, 0, 1}) - origin};
+    Eigen::Matrix3d rotation;
+    for (int k = 0; k < 3; ++k) rotation.col(k) = Eigen::Vector3d(axes[k].x, axes[k].y, axes[k].z);
+    return rotation;
+}
+
+}  // namespace
+
+std::string PlanData::fault() const {
+    if (vertices.size() % 3 != 0 || !all_finite(vertices)) return "a vertex is not finite";
+    if (targets.size() % 3 != 0 || !all_finite(targets)) return "a target is not finite";
+    const size_t points = (vertices.size() + targets.size()) / 3;
+    if (points > PreparedTargets::kMaxTargets)
+        return concat("there are ", points, " vertices and targets, at most ",
+                      PreparedTargets::kMaxTargets, " expected");
+    if (triangles.size() % 3 != 0) return "a triangle has no three vertices";
+    const size_t vertex_count = vertices.size() / 3;
+    for (const uint32_t vertex : triangles)
+        if (vertex >= vertex_count)
+            return concat("a triangle has vertex ", vertex, ", there are ", vertex_count);
+    if (std::string found = fault_of_parts(parts, triangles.size() / 3); !found.empty())
+        return found;
+    if (std::string found = fault_of_pose(pose); !found.empty()) return found;
+    return fault_of_covariance(covariance);
+}
+
+void add_registration_error(const Eigen::Matrix3d& rotation, const Eigen::Matrix3d& registration,
+                            double* covariance) {
+    const Eigen::Matrix3d turned = rotation * registration * rotation.transpose();
+    const std::array<double, 6> values{turned(0, 0), turned(0, 1), turned(0, 2),
+                                       turned(1, 1), turned(1, 2), turned(2, 2)};
+    for (size_t k = 0; k < values.size(); ++k) covariance[k] += values[k];
+}
+
+Plan::Plan(std::shared_ptr<const Template> surface, PlanData data)
+    : surface_(std::move(surface)), data_(std::move(data)) {
+    if (const std::string fault = data_.fault(); !fault.empty()) fail(DEFREC_ERROR_ARGUMENT, fault);
+    std::vector<double> places(data_.vertices.begin(), data_.vertices.end());
+    places.insert(places.end(), data_.targets.begin(), data_.targets.end());
+    at_rest_.resize(places.size());
+    error_mm_.resize(places.size() / 3);
+    for (size_t i = 0; i < error_mm_.size(); ++i) {
+        Eigen::Map<Eigen::Vector3d> at_rest(&at_rest_[3 * i]);
+        at_rest = data_.pose * Eigen::Map<const Eigen::Vector3d>(&places[3 * i]);
+        error_mm_[i] = std::sqrt(target_covariance(data_.covariance, at_rest).trace());
+    }
+    points_ = std::make_unique<const PreparedTargets>(surface_, at_rest_.data(), point_count());
+}
+
+void Plan::move(const Job& job, const PlanPointArrays& arrays) const {
+    const FrameResult& result = job.surface_result();
+    if (!result.surface->descends_from(*surface_))
+        fail(DEFREC_ERROR_ARGUMENT, "the plan was made for another template");
+    job.move_targets(*points_, arrays.xyz, arrays.covariance, arrays.status,
+                     arrays.expected_error_mm);
+    const auto add = [&](size_t i) {
+        if (arrays.expected_error_mm != nullptr)  // a trace does not change by a rotation
+            arrays.expected_error_mm[i] = std::hypot(arrays.expected_error_mm[i], error_mm_[i]);
+        if (arrays.covariance == nullptr) return;
+        const double* at_rest = &at_rest_[3 * i];
+        add_registration_error(
+            rotation_of(result.surface->motion_at(at_rest, result.motions.data())),
+            target_covariance(data_.covariance, Eigen::Map<const Eigen::Vector3d>(at_rest)),
+            arrays.covariance + 6 * i);
+    };
+    // Threads that help pay from some points on.
+    constexpr size_t kFewest = 1024, kRun = 128;
+    const std::shared_ptr<const Services> lent = job.services();
+    helped_runs(point_count() >= kFewest ? lent->own_threads() : nullptr, point_count(), kRun,
+                [&](size_t begin, size_t end) {
+                    for (size_t i = begin; i < end; ++i) add(i);
+                });
+}
+
+}  // namespace defrec
