@@ -1782,8 +1782,8 @@ typedef struct defrec_plan_info {
     uint64_t                target_count;          /**< targets */
     const double           *template_xyz;          /**< xyz of each point, template frame, mm
                                                         @count point_count @components 3 */
-    const double           *registration_error_mm; /**< of each point the target registration
-                                                        error, mm @count point_count */
+    const double           *registration_error_mm; /**< target registration error of each
+                                                        point, mm @count point_count */
     uint64_t                point_count;           /**< vertices and targets */
 } defrec_plan_info;
 /** Describes the plan.

@@ -11,6 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <thread>
 #include <utility>
 
 #include "sdk/io/json_text.hpp"
@@ -26,9 +27,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::chrono::seconds kPatience{5};  // of a browser that waits for a frame
-constexpr std::size_t kMaxHistory = 600;      // frames; older ones a browser need not know
-constexpr std::size_t kMaxCommands = 64;      // not yet taken
-constexpr int kMaxWidth = 960;                // of the pictures sent
+// After the end: of a run, for browsers that are between two requests and have not heard of it.
+constexpr std::chrono::milliseconds kLinger{700};
+constexpr std::chrono::seconds kIsWatched{2};  // since a browser last asked for a frame
+constexpr std::size_t kMaxHistory = 600;       // frames; older ones a browser need not know
+constexpr std::size_t kMaxCommands = 64;       // not yet taken
+constexpr int kMaxWidth = 960;                 // of the pictures sent
 constexpr int kJpegQuality = 80;
 constexpr std::size_t kMaxName = 80;      // bytes of a point's name
 constexpr std::size_t kMaxTargets = 500;  // shown, evenly chosen of more
@@ -113,11 +117,13 @@ struct LiveView::Impl {
         Json header;
         {
             std::unique_lock lock(mutex);
+            last_asked = std::chrono::steady_clock::now();
             ++waiting;
             changed.wait_for(lock, kPatience, [&] {
                 return has_ended || (newest && newest->record.index > request.after);
             });
             --waiting;
+            last_asked = std::chrono::steady_clock::now();
             if (has_ended) return plain(410, "the run has ended");
             if (!newest || newest->record.index <= request.after)
                 return {204, "", "application/octet-stream"};
@@ -271,6 +277,7 @@ struct LiveView::Impl {
     std::string checks;  // empty: not yet
     int waiting = 0;     // browsers
     bool has_ended = false;
+    std::optional<std::chrono::steady_clock::time_point> last_asked;  // for a frame
 
     std::optional<ViewServer> server;  // ends first
 };
@@ -288,7 +295,16 @@ LiveView::LiveView(std::uint16_t port, ViewFacts facts, Projector projector)
                   [&impl](const ViewRequest& request) { return impl.record(request); }});
 }
 
-LiveView::~LiveView() { end(); }
+LiveView::~LiveView() {
+    end();
+    bool is_watched = false;
+    {
+        const std::lock_guard lock(impl_->mutex);
+        is_watched =
+            impl_->last_asked && std::chrono::steady_clock::now() - *impl_->last_asked < kIsWatched;
+    }
+    if (is_watched) std::this_thread::sleep_for(kLinger);
+}
 
 void LiveView::end() {
     {

@@ -27,7 +27,7 @@ class LiveView {
     // Listens at 127.0.0.1; port 0: any that is free. projector is called on the view's threads,
     // one call at a time. Throws CliError(kUsage) where nothing can listen.
     LiveView(std::uint16_t port, ViewFacts facts, Projector projector);
-    // As end().
+    // As end(); where a browser watches, 0.7 s later, so that it hears of the end.
     ~LiveView();
     LiveView(const LiveView&) = delete;
     LiveView& operator=(const LiveView&) = delete;

@@ -276,7 +276,20 @@ TEST_CASE("browsers that wait are told that the run has ended") {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     view.reset();
     const httplib::Result result = answer.get();
-    CHECK((!result || result->status == 410));
+    REQUIRE(result);
+    CHECK(result->status == 410);
+}
+
+TEST_CASE("a browser that is between two requests when the run ends hears of it") {
+    auto view = std::unique_ptr<LiveView>(new LiveView(made()));
+    Browser browser(*view);
+    watched(*view, browser, "/frame?after=-1", 0);
+    auto end = std::async(std::launch::async, [&] { view.reset(); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    const httplib::Result result = browser.get("/frame?after=1000");
+    REQUIRE(result);
+    CHECK(result->status == 410);
+    end.wait();
 }
 
 TEST_CASE("a port that is taken is an error that says what to do") {

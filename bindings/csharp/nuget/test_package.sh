@@ -18,6 +18,8 @@ grep -q '^eigen .*libdefrec' "$installed/notices.txt"
 grep -q '"bomFormat": "CycloneDX"' "$installed/bom.json"
 grep -q '"spdxVersion": "SPDX-2.3"' "$installed/bom.spdx.json"
 
+test -s "$installed/README.md"
+
 # As a build tool lays a program out: assembly and native files beside it.
 cp "$installed"/lib/netstandard2.0/Defrec.dll "$installed/$native"/* "$work/program"
 cat >"$work/program/Program.cs" <<'PROGRAM'

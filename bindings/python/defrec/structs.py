@@ -1376,7 +1376,7 @@ class PlanInfo(Struct):
     template_xyz: Address
     """xyz of each point, template frame, mm."""
     registration_error_mm: Address
-    """Of each point the target registration error, mm."""
+    """Target registration error of each point, mm."""
     point_count: U64
     """Vertices and targets."""
 
