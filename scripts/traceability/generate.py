@@ -15,6 +15,7 @@ import sys
 from requirements import REQUIREMENTS
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+MOST_TESTS = 10  # of a function, that are named
 sys.path.insert(0, str(ROOT / "scripts"))
 from test_names import test_names  # noqa: E402
 
@@ -71,7 +72,9 @@ def functions(contract):
         call = re.compile(rf"\b{function['name']}\b")
         found = [f"`{path.name}`" for path, text in texts.items() if call.search(text)]
         require(found, f"no test calls {function['name']}")
-        yield f"| `{function['name']}` | {function['since']} | {', '.join(found)} |"
+        shown = ", ".join(found[:MOST_TESTS])
+        more = f" and {len(found) - MOST_TESTS} others" if len(found) > MOST_TESTS else ""
+        yield f"| `{function['name']}` | {function['since']} | {shown}{more} |"
 
 
 def stages(contract):
