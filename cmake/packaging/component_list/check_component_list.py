@@ -86,7 +86,12 @@ def check_linked(bom, edges, libraries, programs):
     by_ref = {component["bom-ref"]: component for component in bom["components"]}
     checked = 0
     for part in edges[bom["metadata"]["component"]["bom-ref"]]:
-        listed = {qualifiers(by_ref[ref]).get("upstream"): ref for ref in edges[part]}
+        # The compiler and its libraries come from one source: a tool stands for no library.
+        listed = {
+            qualifiers(by_ref[ref]).get("upstream")
+            for ref in edges[part]
+            if by_ref[ref]["scope"] == "required"
+        }
         for library, source in linked_sources(binary_of(part, libraries, programs)).items():
             # libgcc_s and libstdc++ come from one source; the list names both by libstdc++.
             assert (
@@ -107,6 +112,34 @@ def check_versions(bom):
             assert (
                 component["version"] in installed
             ), f"{component['name']} {component['version']}, from package version {installed}"
+
+
+def check_support(bom, spdx):
+    """Each component says until when it is supported, and SPDX says the same date."""
+    dates = {package["name"]: package.get("validUntilDate", "") for package in spdx["packages"]}
+    for component in bom["components"]:
+        if component.get("group") == "defrec":
+            continue
+        properties = {entry["name"]: entry["value"] for entry in component["properties"]}
+        end = properties.get("defrec:end_of_support", "not known")
+        assert end != "not known", f"{component['name']}: end of support is not known"
+        assert dates[component["name"]][:10] == (end if end[0].isdigit() else ""), component["name"]
+
+
+def check_planted(bom, edges, libraries, programs):
+    """The list without a library that a binary links fails."""
+    sdk = bom["metadata"]["component"]["bom-ref"]
+    part = edges[sdk][0]
+    by_ref = {component["bom-ref"]: component for component in bom["components"]}
+    linked = [ref for ref in edges[part] if by_ref[ref]["properties"][0]["value"] == "linked"]
+    assert linked, f"{part} links nothing"
+    for hidden in linked:
+        without = {**edges, part: [ref for ref in edges[part] if ref != hidden]}
+        try:
+            check_linked(bom, without, libraries, programs)
+        except AssertionError:
+            continue
+        raise SystemExit(f"not found: {part} links {hidden}, and the list does not say so")
 
 
 def licences(component):
@@ -168,6 +201,8 @@ def main():
     edges = check_references(bom)
     check_spdx(bom, edges, spdx)
     check_versions(bom)
+    check_support(bom, spdx)
+    check_planted(bom, edges, libraries, programs)
     checked = check_linked(bom, edges, libraries, programs)
     print(f"{len(bom['components'])} components, {checked} linked libraries accounted for")
 

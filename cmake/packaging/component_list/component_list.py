@@ -2,8 +2,8 @@
 """Writes the component list (CycloneDX 1.5 and SPDX 2.3, JSON) and the notices of what is contained
 in the binaries.
 
-component_list.py FOUND.json --list bom.json --spdx bom.spdx.json --notices notices.txt [--page
-    package-lock.json --page-packages node_modules]
+component_list.py FOUND.json --reviewed reviewed.json --list bom.json --spdx bom.spdx.json
+    --notices notices.txt [--page package-lock.json --page-packages node_modules]
 FOUND.json is what CMake found: our parts, and each component's name, version, licence, one of its
 files, how it takes part and in which parts. Which Debian package a file belongs to, dpkg says here.
 The page is the report of `defrec track`, bundled from npm packages.
@@ -81,7 +81,22 @@ def licence_entry(licence):
     return {"license": {"name" if licence.startswith("LicenseRef-") else "id": licence}}
 
 
-def entry(component):
+def support(component, purl, reviewed):
+    """Until when the supplier supports it. Dates of Debian 12 are for its packages and for
+    libraries that were built from its sources, which are of no package."""
+    for name, group in reviewed["support"].items():
+        other = purl.startswith("pkg:deb/") and f"distro={name}" not in purl
+        if component["name"] in group["components"] and not (name == "debian-12" and other):
+            return {
+                "defrec:supplier": group["supplier"],
+                "defrec:security_support_until": group["security_support_until"] or "not published",
+                "defrec:end_of_support": group["end_of_support"] or "not published",
+            }
+    return {"defrec:end_of_support": "not known"}
+
+
+def entry(component, reviewed):
+    purl = component.get("purl") or package_url(component)
     return {
         "type": TYPES[component["how"]],
         "bom-ref": component["ref"],
@@ -89,8 +104,14 @@ def entry(component):
         "version": component["version"],
         "scope": "excluded" if component["how"] == "tool" else "required",
         "licenses": [licence_entry(component["licence"])],
-        "purl": component.get("purl") or package_url(component),
-        "properties": [{"name": "defrec:how", "value": component["how"]}],
+        "purl": purl,
+        "properties": [
+            {"name": name, "value": value}
+            for name, value in {
+                "defrec:how": component["how"],
+                **support(component, purl, reviewed),
+            }.items()
+        ],
     }
 
 
@@ -134,7 +155,7 @@ def timestamp():
     return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
-def component_list(parts, version, components):
+def component_list(parts, version, components, reviewed):
     bom = {
         "bomFormat": "CycloneDX",
         "specVersion": "1.5",
@@ -150,7 +171,7 @@ def component_list(parts, version, components):
             },
         },
         "components": [own_entry(part, version) for part in parts]
-        + [entry(component) for component in components],
+        + [entry(component, reviewed) for component in components],
         "dependencies": (
             [{"ref": "sdk", "dependsOn": parts}]
             + [
@@ -196,6 +217,7 @@ def notices(components):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("found")
+    parser.add_argument("--reviewed", required=True)
     parser.add_argument("--list", required=True)
     parser.add_argument("--spdx", required=True)
     parser.add_argument("--notices", required=True)
@@ -209,7 +231,8 @@ def main():
     for component in components:
         component["ref"] = f"{component['name']}@{component['version']}"
         component["sysroot"] = found["sysroot"]
-    bom = component_list(found["parts"], found["version"], components)
+    reviewed = json.loads(pathlib.Path(arguments.reviewed).read_text())
+    bom = component_list(found["parts"], found["version"], components, reviewed)
     pathlib.Path(arguments.list).write_text(json.dumps(bom, indent=2) + "\n")
     texts = {
         component["licence"]: licence_text(component)

@@ -25,6 +25,14 @@ def licence_of(component):
     )
 
 
+def end_of_support(component):
+    """As SPDX has it, where the supplier has published a date."""
+    for entry in component.get("properties", []):
+        if entry["name"] == "defrec:end_of_support" and re.match("[0-9]", entry["value"]):
+            return {"validUntilDate": f"{entry['value']}T00:00:00Z"}
+    return {}
+
+
 def package(component):
     return {
         "SPDXID": identifier(component["bom-ref"]),
@@ -43,6 +51,7 @@ def package(component):
                 "referenceLocator": component["purl"],
             }
         ],
+        **end_of_support(component),
     }
 
 
