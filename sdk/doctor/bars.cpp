@@ -11,7 +11,7 @@ namespace {
 
 using Decision = decisions::DoctorBars;
 
-// Where most of the given places are, but for a pixel; -1 where they are not in one place.
+// The place of most of those given, but for a pixel; -1 where they are not in one place.
 int common_place(const std::vector<int>& places, int size) {
     std::vector<int> counts(static_cast<std::size_t>(size) + 2, 0);
     for (const int place : places) ++counts[static_cast<std::size_t>(place) + 1];

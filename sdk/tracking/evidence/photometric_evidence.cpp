@@ -62,14 +62,13 @@ bool fits(const defrec_patch_observation& found, const defrec_patch_prediction& 
 bool is_refuted(const TemplateData& data, const defrec_patch_prediction& expected,
                 const defrec_surface_sample& sample, bool is_located, bool does_fit) {
     if (expected.valid == 0) return false;
-    const float per_px = depth_per_px(data.camera, sample.position[2]);
     switch (sample.observation) {
         case DEFREC_OBSERVED:
             return !is_located && !does_fit;
         case DEFREC_INCONSISTENT:
-            return !is_located || std::abs(sample.residual) > Confidence::kElsewherePx * per_px;
+            return !is_located || lies_elsewhere(data.camera, sample);
         case DEFREC_OCCLUDED:
-            return is_located && std::abs(sample.residual) > Confidence::kElsewherePx * per_px;
+            return is_located && lies_elsewhere(data.camera, sample);
         default:
             return false;
     }
@@ -167,6 +166,11 @@ void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t 
 }
 
 }  // namespace
+
+bool lies_elsewhere(const defrec_camera& camera, const defrec_surface_sample& sample) {
+    const float per_px = depth_per_px(camera, sample.position[2]);
+    return std::abs(sample.residual) > decisions::Departure::kMinPx * per_px;
+}
 
 CheckedVertices::CheckedVertices(const TemplateData& data)
     : nearest(data.checks.size(), -1), count(data.checks.size(), 0) {

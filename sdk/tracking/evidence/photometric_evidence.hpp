@@ -16,6 +16,9 @@ Depth depth_per_px(const defrec_camera& camera, const Depth& z) {
     return z * z / (static_cast<float>(camera.fx) * static_cast<float>(camera.baseline_mm));
 }
 
+// Whether live depth lies farther from the surface than disparity errs in poor images.
+bool lies_elsewhere(const defrec_camera& camera, const defrec_surface_sample& sample);
+
 // Which vertices lie in the windows of a template's checks, worked out once.
 struct CheckedVertices {
     explicit CheckedVertices(const TemplateData& data);

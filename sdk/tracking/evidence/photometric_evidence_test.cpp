@@ -162,9 +162,9 @@ TEST_CASE("a check that is found where depth is another is refuted") {
         surface.confirms_middle();
         return surface.evidence.vertices_refuted;
     };
-    CHECK(refuted_at(1.1f * Confidence::kElsewherePx, DEFREC_OCCLUDED) == 1);
-    CHECK(refuted_at(-1.1f * Confidence::kElsewherePx, DEFREC_INCONSISTENT) == 1);
-    CHECK(refuted_at(0.9f * Confidence::kElsewherePx, DEFREC_OCCLUDED) == 0);
-    CHECK(refuted_at(0.9f * Confidence::kElsewherePx, DEFREC_INCONSISTENT) == 0);
+    CHECK(refuted_at(1.1f * decisions::Departure::kMinPx, DEFREC_OCCLUDED) == 1);
+    CHECK(refuted_at(-1.1f * decisions::Departure::kMinPx, DEFREC_INCONSISTENT) == 1);
+    CHECK(refuted_at(0.9f * decisions::Departure::kMinPx, DEFREC_OCCLUDED) == 0);
+    CHECK(refuted_at(0.9f * decisions::Departure::kMinPx, DEFREC_INCONSISTENT) == 0);
     CHECK(refuted_at(0, DEFREC_OBSERVED) == 0);
 }

@@ -462,9 +462,6 @@ struct Confidence {
     // mm | in depth between a vertex and one of another piece beside it: a point there may be on
     //   either piece, and is not observed | [refuted-checks]
     static constexpr float kMaxBorder = 2;
-    // px of disparity | between the surface and live depth, from which on a check that is found
-    //   there lies elsewhere | as for tissue that left
-    static constexpr float kElsewherePx = 1.5f;
     // share of the checks round a vertex | as many are refuted by chance | [refuted-checks]
     static constexpr float kRefutedByChance = 0.2f;
     // px | a patch farther off counts as one at this distance | set by hand

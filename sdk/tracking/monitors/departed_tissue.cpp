@@ -2,9 +2,8 @@
 #include "sdk/tracking/monitors/departed_tissue.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include "sdk/tracking/evidence/vertex_confidence.hpp"
+#include "sdk/tracking/evidence/photometric_evidence.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
@@ -22,12 +21,6 @@ std::vector<uint32_t> count_neighbours(const TemplateData& data,
         count[b] += is_marked[a];
     }
     return count;
-}
-
-// By more than what disparity gets wrong in poor images.
-bool lies_elsewhere(const defrec_camera& camera, const defrec_surface_sample& sample) {
-    const float per_px = depth_per_px(camera, sample.position[2]);
-    return std::abs(sample.residual) > Departure::kMinPx * per_px;
 }
 
 // Whether the vertex's own tissue is seen, at another depth than the surface's.
