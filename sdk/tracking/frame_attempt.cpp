@@ -177,9 +177,18 @@ void FrameAttempt::fit_rigid_motion(const SurfaceModel& model) {
     defrec::fit_rigid_motion(model, rigid_sums_, result.rigid_motion.data());
 }
 
-void FrameAttempt::fit_rigid_motion(const SurfaceModel& model, SurfaceSamples samples) {
-    for (size_t run = 0; run < rigid_sums_.size(); ++run)
-        rigid_sums_[run] = sum_for_rigid_motion(model, vertex_run(samples, run), run * kVertexRun);
+void FrameAttempt::move_samples(const SurfaceModel& model, SurfaceSamples samples,
+                                std::span<defrec_surface_sample> moved, const Services* helpers) {
+    for_each_task(helpers, rigid_sums_.size(), [&](size_t run) {
+        const std::span<defrec_surface_sample> of_run = vertex_run(moved, run);
+        const size_t first = run * kVertexRun;
+        std::copy_n(&samples[first], of_run.size(), of_run.begin());
+        for (size_t i = 0; i < of_run.size(); ++i) {
+            std::copy_n(&result.vertices[3 * (first + i)], 3, of_run[i].position);
+            std::copy_n(&result.normals[3 * (first + i)], 3, of_run[i].normal);
+        }
+        rigid_sums_[run] = sum_for_rigid_motion(model, of_run, first);
+    });
     fit_rigid_motion(model);
 }
 

@@ -49,9 +49,11 @@ class FrameAttempt {
     RigState& rig() { return rig_; }
     const PhotometricEvidence& photometric() const { return photometric_; }
     std::span<const double> patch_px2() const { return patch_px2_; }
-    // Best rigid motion of the samples, or of others in their place.
+    // Best rigid motion of the samples.
     void fit_rigid_motion(const SurfaceModel& model);
-    void fit_rigid_motion(const SurfaceModel& model, SurfaceSamples samples);
+    // moved: the samples where the results have them; the rigid motion becomes theirs.
+    void move_samples(const SurfaceModel& model, SurfaceSamples samples,
+                      std::span<defrec_surface_sample> moved, const Services* helpers);
 
     FrameQuality quality;
     FrameResult result;

@@ -120,19 +120,16 @@ void SurfaceRegistration::conclude_lost(Frame& frame, FrameAttempt& attempt,
 void SurfaceRegistration::place_outside(const TrackerJob& job, FrameAttempt& attempt) {
     FrameResult& result = attempt.result;
     const SurfaceSamples samples = job.memory.output.samples;
+    const Services* helpers = job.services()->own_threads();
     const bool any_outside = result.evidence.vertices_inside < samples.size();
     if (!surface_.place_outside(
             samples, any_outside, result.pieces,
-            {result.motions, result.vertices, result.normals, result.confidence}))
+            {result.motions, result.vertices, result.normals, result.confidence}, helpers))
         return;
     place_nodes(surface_.data(), result.motions, result.node_positions);
-    placed_.assign(samples.begin(), samples.end());
-    for (size_t i = 0; i < placed_.size(); ++i) {
-        std::copy_n(&result.vertices[3 * i], 3, placed_[i].position);
-        std::copy_n(&result.normals[3 * i], 3, placed_[i].normal);
-    }
+    placed_.resize(samples.size());
+    attempt.move_samples(surface_.model(), samples, placed_, helpers);
     if (job.input.samples != nullptr) pipeline_.leave_samples(placed_, *job.input.samples);
-    attempt.fit_rigid_motion(surface_.model(), placed_);
 }
 
 void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& attempt) {
@@ -186,6 +183,8 @@ void SurfaceRegistration::end(Frame& frame) {
     if (now > job.input.deadline) job.result.reasons |= DEFREC_REASON_OVERDUE;
     job.finish(DEFREC_OK, "");
     if (surface_.is_tracking()) surface_.keep_samples(job.memory.output.samples);
+    // A device that works by itself leaves time for it while it computes the next frame.
+    if (!pipeline_.can_follow_speculatively()) surface_.learn_outside();
     if (frame.shows_cuts)
         changes_.add_frame(surface_.data(), job.memory.output,
                            frame.committed->photometric().is_located);

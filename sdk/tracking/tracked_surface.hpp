@@ -83,10 +83,12 @@ class TrackedSurface {
     CameraAnchor camera;
     // OutsideMotion::add_frame().
     bool place_outside(SurfaceSamples samples, bool any_outside,
-                       std::span<const defrec_piece> pieces,
-                       const OutsideMotion::Results& results) {
-        return outside_.add_frame(*template_, samples, any_outside, pieces, results);
+                       std::span<const defrec_piece> pieces, const OutsideMotion::Results& results,
+                       const Services* helpers) {
+        return outside_.add_frame(*template_, samples, any_outside, pieces, results, helpers);
     }
+    // OutsideMotion::learn().
+    void learn_outside() noexcept { outside_.learn(); }
 
   private:
     void take(Next next);

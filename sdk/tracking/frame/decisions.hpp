@@ -878,6 +878,14 @@ struct OutsideMotion {
     // width of the first view | length of Matern's covariance | a length of 10 mm stays near the
     //   rigid motion
     static constexpr double kLengthShare = 0.4;
+    // principal components of the cells' kernel | modes of displacement, at most | all of them
+    //   place tissue no better, 20 do worse ([fewer-modes])
+    static constexpr std::ptrdiff_t kModes = 24;
+    // rounds | in which cells that the others foretell otherwise lose weight, at most
+    static constexpr int kRaises = 2;
+    // 1 | factor on a cell's variance from which on there is another round: it may have hidden
+    //   others | chi-squared of three axes, over 3: 0.002 of the cells by chance
+    static constexpr double kStandsOut = 5;
     // mm | of a cell's mean, per axis
     static constexpr double kNoise = 0.05;
     // of the squared expected error | variance of a cell's mean besides: errors of neighbouring

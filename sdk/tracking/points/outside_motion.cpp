@@ -3,11 +3,14 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <limits>
+#include <exception>
+#include <utility>
 
 #include "backends/shared/motion.hpp"
 #include "sdk/body/deep_motion.hpp"
+#include "sdk/tracking/evidence/vertex_runs.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
@@ -21,30 +24,9 @@ Eigen::Vector3d as_vector(const float* xyz) {
     return Eigen::Map<const Eigen::Vector3f>(xyz).cast<double>();
 }
 
-// Each number times the identity of three axes.
-Eigen::MatrixXd on_axes(const Eigen::MatrixXd& values) {
-    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(3 * values.rows(), 3 * values.cols());
-    for (Eigen::Index row = 0; row < values.rows(); ++row)
-        for (Eigen::Index column = 0; column < values.cols(); ++column)
-            all.block<3, 3>(3 * row, 3 * column).diagonal().setConstant(values(row, column));
-    return all;
-}
-
-Eigen::Map<const Eigen::VectorXd> as_column(const Eigen::Matrix3Xd& values) {
-    return {values.data(), values.size()};
-}
-
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
 // Errors of neighbouring vertices are alike: a mean of many is no better than each.
 double noise_mm2(double error_mm2) {
     return Decision::kNoise * Decision::kNoise + Decision::kErrorShare * error_mm2;
-}
-
-Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& signal, const Eigen::VectorXd& noise) {
-    Eigen::MatrixXd sum = signal;
-    sum.diagonal() += noise;
-    return sum.llt().solve(Eigen::MatrixXd::Identity(sum.rows(), sum.cols()));
 }
 
 defrec_motion as_motion_record(const Eigen::Matrix3d& turn, const Eigen::Vector3d& shift) {
@@ -54,80 +36,78 @@ defrec_motion as_motion_record(const Eigen::Matrix3d& turn, const Eigen::Vector3
         .store();
 }
 
-// A cell that the others foretell otherwise is taken for as noisy as it seems.
-void raise_noise(const Eigen::MatrixXd& signal, const MotionSlope& slope,
-                 const Eigen::VectorXd& values, Eigen::VectorXd& noise) {
-    const Eigen::Index cells = values.size() / 3;
-    for (int round = 0; round < 2; ++round) {
-        const Eigen::MatrixXd inverse = inverse_of(signal, noise);
-        const MotionSlope weighed = inverse * slope;
-        const Matrix6 of_motion = (slope.transpose() * weighed).inverse();
-        const Eigen::VectorXd foretold =
-            inverse * values - weighed * (of_motion * (weighed.transpose() * values));
-        for (Eigen::Index i = 0; i < cells; ++i) {
-            const auto rows = weighed.middleRows<3>(3 * i);
-            const Eigen::Matrix3d block =
-                inverse.block<3, 3>(3 * i, 3 * i) - rows * of_motion * rows.transpose();
-            const Eigen::Vector3d own = foretold.segment<3>(3 * i);
-            noise.segment<3>(3 * i) *= std::max(1.0, own.dot(block.inverse() * own) / 3);
-        }
-    }
-}
-
 }  // namespace
 
 OutsidePiece::OutsidePiece(const Template& surface, size_t piece)
     : cells_(surface, piece), length_mm_(Decision::kLengthShare * cells_.view_width_mm()) {
-    const Eigen::Index count = cells_.rest().cols();
-    own_kernel_ = kernel(cells_.rest(), cells_.rest());
-    own_kernel_.diagonal().array() += kJitter;
-    factor_.compute(own_kernel_);
-    products_.setZero(3 * count, 3 * count);
+    const Eigen::Index count = cells_.rest().cols(), modes = std::min(count, Decision::kModes);
     variance_.assign(cells_.size(), 0);
+    if (count == 0) return;
+    Eigen::MatrixXd alike = kernel(cells_.rest(), cells_.rest());
+    alike.diagonal().array() += kJitter;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> parts(alike);
+    at_cells_ = parts.eigenvectors().rightCols(modes);
+    spread_ = parts.eigenvalues().tail(modes);
+    weigher_ = at_cells_ * spread_.cwiseInverse().asDiagonal();
+    products_.setZero(3 * modes, 3 * modes);
+    learn_information();
 }
 
 void OutsidePiece::learn_from(const OutsidePiece& before) {
     if (before.cells_.size() == 0 || cells_.size() == 0) return;
-    const Eigen::MatrixXd across = before.weights(cells_.rest()), spread = on_axes(across);
-    const Eigen::MatrixXd left =
-        own_kernel_ - across * before.kernel(before.cells_.rest(), cells_.rest());
-    products_ = spread * before.products_ * spread.transpose() +
-                before.frames_ * Decision::kStart * Decision::kStart * on_axes(left);
+    const Eigen::MatrixXd shapes = before.shapes(cells_.rest()),
+                          change = at_cells_.transpose() * shapes,
+                          unknown = spread_.asDiagonal().toDenseMatrix() -
+                                    change * before.spread_.asDiagonal() * change.transpose();
+    Eigen::MatrixXd on_axes = Eigen::MatrixXd::Zero(products_.rows(), before.products_.rows());
+    add_on_axes(change, on_axes);
+    products_ = on_axes * before.products_ * on_axes.transpose();
+    add_on_axes(before.frames_ * Decision::kStart * Decision::kStart * unknown, products_);
     frames_ = before.frames_;
     cells_.take_ages(before.cells_);
     all_frames_ = before.all_frames_;
+    learn_information();
 }
 
 // Matern's covariance of order 3/2.
 Eigen::MatrixXd OutsidePiece::kernel(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) const {
+    const double scale = std::sqrt(3.0) / length_mm_;
     Eigen::MatrixXd values(a.cols(), b.cols());
-    for (Eigen::Index i = 0; i < a.cols(); ++i)
-        for (Eigen::Index j = 0; j < b.cols(); ++j) {
-            const double distance = std::sqrt(3.0) * (a.col(i) - b.col(j)).norm() / length_mm_;
-            values(i, j) = (1 + distance) * std::exp(-distance);
-        }
+    Eigen::ArrayXd distance(a.cols());
+    for (Eigen::Index j = 0; j < b.cols(); ++j) {
+        distance = scale * (a.colwise() - b.col(j)).colwise().norm().transpose();
+        values.col(j) = (1 + distance) * (-distance).exp();
+    }
     return values;
 }
 
-Eigen::MatrixXd OutsidePiece::weights(const Eigen::Matrix3Xd& places) const {
-    return factor_.solve(kernel(cells_.rest(), places)).transpose();
+Eigen::MatrixXd OutsidePiece::shapes(const Eigen::Matrix3Xd& places) const {
+    return kernel(cells_.rest(), places).transpose() * weigher_;
 }
 
 bool OutsidePiece::add_frame(const Seen& seen) {
+    lesson_ = Lesson::kNone;
     if (!cells_.read(seen.samples, seen.confidence)) return false;
     ++all_frames_;
-    if (seen.is_apart) return solve();
+    if (seen.is_apart) {
+        if (!solve() || !find_variances()) return false;
+        lesson_ = Lesson::kSolved;
+        return true;
+    }
     if (cells_.seen().rest.cols() == cells_.rest().cols())
-        learn_directly();
+        lesson_ = Lesson::kDirect;
     else if (all_frames_ % Decision::kLearnEvery == 0)
-        solve();
+        lesson_ = Lesson::kSolve;
     return false;
 }
 
-void OutsidePiece::learn(const Eigen::VectorXd& displacements) {
+// covariance: of the coefficients' errors.
+void OutsidePiece::learn(const Eigen::MatrixX3d& coefficients, const Eigen::MatrixXd& covariance) {
     products_ *= Decision::kForget;
-    products_.noalias() += displacements * displacements.transpose();
+    products_.noalias() += coefficients.reshaped() * coefficients.reshaped().transpose();
+    products_ += covariance;
     frames_ = Decision::kForget * frames_ + 1;
+    learn_information();
 }
 
 // Kriging gives what is seen where every cell is.
@@ -136,71 +116,84 @@ void OutsidePiece::learn_directly() {
     const Eigen::Isometry3d pose =
         fit_rigid(seen.rest, seen.now, Eigen::VectorXd::Ones(seen.rest.cols()));
     const Eigen::Matrix3Xd displacements = pose.inverse() * seen.now - seen.rest;
-    learn(as_column(displacements));
-    for (Eigen::Index i = 0; i < seen.rest.cols(); ++i)
-        products_.diagonal().segment<3>(3 * i).array() += noise_mm2(seen.error_mm2[i]);
+    const Eigen::VectorXd noise = seen.error_mm2.unaryExpr(&noise_mm2);
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(products_.rows(), products_.cols());
+    add_on_axes(at_cells_.transpose() * noise.asDiagonal() * at_cells_, covariance);
+    learn(at_cells_.transpose() * displacements.transpose(), covariance);
+}
+
+void OutsidePiece::learn_information() {
+    Eigen::MatrixXd sum = products_;
+    add_on_axes(Decision::kStartFrames * Decision::kStart * Decision::kStart *
+                    spread_.asDiagonal().toDenseMatrix(),
+                sum);
+    information_ = (Decision::kStartFrames + frames_) * inverse_of(sum);
+}
+
+// Finds the pose and the coefficients; false: the numbers do not do.
+bool OutsidePiece::solve() {
+    const OutsideCells::Seen& seen = cells_.seen();
+    const Eigen::Vector3d centre = seen.rest.rowwise().mean();
+    const Eigen::MatrixXd shapes_seen = shapes(seen.rest);
+    // Means of parts of cells lie off the cells' means, and modes do not tell everything.
+    Eigen::VectorXd noise = Decision::kStart * Decision::kStart *
+                            (1 - (shapes_seen.cwiseAbs2() * spread_).array()).max(0.0).matrix();
+    noise += seen.error_mm2.unaryExpr(&noise_mm2);
+
+    pose_ = fit_rigid(seen.rest, seen.now, Eigen::VectorXd::Ones(noise.size()));
+    const auto displacements = [&]() -> Eigen::Matrix3Xd {
+        return pose_.inverse() * seen.now - seen.rest;
+    };
+    Eigen::Matrix3Xd values = displacements();
+    kriging_.emplace(DisplacementModel(shapes_seen, seen.rest.colwise() - centre), information_);
+    kriging_->weigh(noise);
+    // A cell that stands out hides another one from the first round.
+    for (int round = 0; round < Decision::kRaises; ++round) {
+        const double largest = kriging_->raise_noise(values, noise);
+        kriging_->weigh(noise);
+        if (largest < Decision::kStandsOut) break;
+    }
+    for (int round = 0; round < 2; ++round) {
+        pose_ = pose_ * Eigen::Translation3d(centre) * as_motion(kriging_->solve(values).motion) *
+                Eigen::Translation3d(-centre);
+        values = displacements();
+    }
+    coefficients_ = kriging_->solve(values).coefficients;
+    smooth_ = (weigher_ * coefficients_).transpose();
+    if (smooth_.allFinite()) return true;
+    kriging_.reset();
+    return false;
 }
 
 // false: the numbers do not do.
-bool OutsidePiece::solve() {
-    const OutsideCells::Seen& seen = cells_.seen();
-    const Eigen::Index used = seen.rest.cols();
-    const Eigen::MatrixXd covariance = (Decision::kStartFrames * Decision::kStart *
-                                            Decision::kStart * on_axes(own_kernel_) +
-                                        products_) /
-                                       (Decision::kStartFrames + frames_),
-                          across = weights(seen.rest), spread = on_axes(across),
-                          to_cells = covariance * spread.transpose(), signal = spread * to_cells;
-    // Means of parts of cells lie off the cells' means.
-    const Eigen::VectorXd left =
-        (1 - (across * own_kernel_).cwiseProduct(across).rowwise().sum().array()).max(0.0).matrix();
-    Eigen::VectorXd noise(3 * used);
-    for (Eigen::Index i = 0; i < used; ++i)
-        noise.segment<3>(3 * i).setConstant(Decision::kStart * Decision::kStart * left[i] +
-                                            noise_mm2(seen.error_mm2[i]));
+bool OutsidePiece::find_variances() {
+    const Eigen::Vector3d centre = cells_.seen().rest.rowwise().mean();
+    const Eigen::VectorXd variances =
+        kriging_->variances({at_cells_, cells_.rest().colwise() - centre});
+    for (Eigen::Index i = 0; i < variances.size(); ++i)
+        variance_[static_cast<size_t>(i)] = Decision::kVarianceShare * variances[i] + unseen_mm2(i);
+    return variances.allFinite();
+}
 
-    pose_ = fit_rigid(seen.rest, seen.now, Eigen::VectorXd::Ones(used));
-    const Eigen::Vector3d centre = seen.rest.rowwise().mean();
-    const MotionSlope slope = motion_slope(seen.rest.colwise() - centre);
-    const auto displacements = [&]() -> Eigen::VectorXd {
-        const Eigen::Matrix3Xd values = pose_.inverse() * seen.now - seen.rest;
-        return as_column(values);
-    };
-    Eigen::VectorXd values = displacements();
-    raise_noise(signal, slope, values, noise);
-    const Eigen::MatrixXd inverse = inverse_of(signal, noise);
-    const Matrix6 of_motion = (slope.transpose() * inverse * slope).inverse();
-    for (int round = 0; round < 2; ++round) {
-        const SmallMotion step = of_motion * (slope.transpose() * (inverse * values));
-        pose_ =
-            pose_ * Eigen::Translation3d(centre) * as_motion(step) * Eigen::Translation3d(-centre);
-        values = displacements();
+void OutsidePiece::learn() {
+    switch (std::exchange(lesson_, Lesson::kNone)) {
+        case Lesson::kNone:
+            return;
+        case Lesson::kDirect:
+            return learn_directly();
+        case Lesson::kSolve:
+            if (!solve()) return;
+            [[fallthrough]];
+        case Lesson::kSolved:
+            learn(coefficients_, kriging_->covariance());
     }
-    const Eigen::MatrixXd gain = to_cells * inverse;
-    const Eigen::VectorXd found = gain * values;
-    const MotionSlope of_pose = gain * slope;
-    const Eigen::MatrixXd doubt = covariance - gain * to_cells.transpose();
-    const Eigen::Map<const Eigen::Matrix3Xd> at_cells(found.data(), 3, cells_.rest().cols());
-    smooth_ = factor_.solve(at_cells.transpose()).transpose();
-    const MotionSlope lever = motion_slope(cells_.rest().colwise() - centre) - of_pose;
-    for (Eigen::Index i = 0; i < cells_.rest().cols(); ++i) {
-        const auto rows = lever.middleRows<3>(3 * i);
-        variance_[static_cast<size_t>(i)] =
-            Decision::kVarianceShare * (doubt.diagonal().segment<3>(3 * i).sum() +
-                                        (rows * of_motion * rows.transpose()).trace()) +
-            unseen_mm2(i);
-    }
-    const Eigen::MatrixXd uncertain = doubt + of_pose * of_motion * of_pose.transpose();
-    if (!found.allFinite() || !uncertain.allFinite()) return false;
-    learn(found);
-    products_ += uncertain;
-    return true;
 }
 
 // Variance of motion that a cell has for itself: since it was seen, and far from what is seen.
 double OutsidePiece::unseen_mm2(Eigen::Index cell) const {
     const Eigen::Matrix3Xd& seen = cells_.seen().rest;
-    const double nearest = (seen.colwise() - cells_.rest().col(cell)).colwise().norm().minCoeff(),
+    const double nearest = std::sqrt(
+                     (seen.colwise() - cells_.rest().col(cell)).colwise().squaredNorm().minCoeff()),
                  far = std::clamp((nearest - cells_.apart_mm() / 2) / Decision::kFar, 0.0, 1.0),
                  unseen = std::min(cells_.age(cell), Decision::kLong);
     return Decision::kMost * Decision::kMost * far * far * unseen / Decision::kLong;
@@ -221,26 +214,36 @@ OutsideMotion::OutsideMotion(const Template& surface, const OutsideMotion& befor
         pieces_[piece].learn_from(before.pieces_[piece]);
 }
 
-// Finds what each control point moves, and the pieces with some that move nothing in the image.
-void OutsideMotion::find_moves(const TemplateData& data, SurfaceSamples samples) {
-    for (size_t i = 0; i < samples.size(); ++i) {
-        const Moves moves =
-            samples[i].observation == DEFREC_OUTSIDE ? Moves::kOutside : Moves::kSeen;
-        for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k) {
-            if (!(data.vertices[i].weight[k] > 0)) continue;
-            Moves& of_node = moves_[static_cast<size_t>(data.vertices[i].node[k])];
-            of_node = std::max(of_node, moves);
-        }
+// Finds what each control point moves, from a part of the vertices. Threads set the same flags.
+void OutsideMotion::find_moves(const TemplateData& data, SurfaceSamples samples, ArrayPart part) {
+    for (size_t i = part.begin(samples.size()); i < part.end(samples.size()); ++i) {
+        std::vector<uint8_t>& moves =
+            samples[i].observation == DEFREC_OUTSIDE ? moves_outside_ : moves_seen_;
+        for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k)
+            if (data.vertices[i].weight[k] > 0)
+                std::atomic_ref(moves[static_cast<size_t>(data.vertices[i].node[k])])
+                    .store(1, std::memory_order_relaxed);
     }
-    for (size_t node = 0; node < moves_.size(); ++node)
-        if (moves_[node] == Moves::kOutside) is_apart_[data.piece_of_node(node)] = 1;
+}
+
+bool OutsideMotion::is_outside(size_t node) const {
+    return moves_outside_[node] != 0 && moves_seen_[node] == 0;
 }
 
 bool OutsideMotion::add_frame(const Template& surface, SurfaceSamples samples, bool any_outside,
-                              std::span<const defrec_piece> pieces, const Results& results) {
-    moves_.assign(results.motions.size(), Moves::kNothing);
+                              std::span<const defrec_piece> pieces, const Results& results,
+                              const Services* helpers) {
+    const TemplateData& data = surface.data();
+    const size_t nodes = results.motions.size(), parts = vertex_parts(helpers, samples.size());
+    moves_outside_.assign(nodes, 0);
+    moves_seen_.assign(nodes, 0);
     is_apart_.assign(pieces_.size(), 0);
-    if (any_outside) find_moves(surface.data(), samples);
+    if (any_outside)
+        for_each_task(helpers, parts, [&](size_t part) {
+            find_moves(data, samples, {part, parts});
+        });
+    for (size_t node = 0; node < nodes; ++node)
+        if (is_outside(node)) is_apart_[data.piece_of_node(node)] = 1;
     bool is_changed = false;
     for (size_t piece = 0; piece < pieces_.size(); ++piece) {
         const bool is_lost = pieces[piece].state == DEFREC_LOST;
@@ -250,26 +253,46 @@ bool OutsideMotion::add_frame(const Template& surface, SurfaceSamples samples, b
         is_apart_[piece] = is_told ? 1 : 0;
         is_changed |= is_told;
     }
-    if (is_changed) move_outside(surface, results);
-    return is_changed;
+    if (!is_changed) return false;
+    for_phases<2>(helpers, {parts, parts}, [&](size_t phase, size_t part) {
+        if (phase == 0)
+            move_nodes(data, results, {part, parts});
+        else
+            move_vertices(surface, results, {part, parts});
+    });
+    return true;
 }
 
-void OutsideMotion::move_outside(const Template& surface, const Results& results) const {
-    const TemplateData& data = surface.data();
-    for (size_t node = 0; node < moves_.size(); ++node) {
+void OutsideMotion::learn() noexcept {
+    for (OutsidePiece& piece : pieces_) try {
+            piece.learn();
+        } catch (const std::exception&) {
+            // Out of memory: later frames teach the same.
+        }
+}
+
+void OutsideMotion::move_nodes(const TemplateData& data, const Results& results,
+                               ArrayPart part) const {
+    const size_t nodes = results.motions.size();
+    for (size_t node = part.begin(nodes); node < part.end(nodes); ++node) {
         const uint8_t piece = data.piece_of_node(node);
-        if (moves_[node] != Moves::kOutside || is_apart_[piece] == 0) continue;
+        if (!is_outside(node) || is_apart_[piece] == 0) continue;
         const Eigen::Vector3d rest = as_vector(&data.nodes[3 * node]);
         const Eigen::Matrix3d turn = pieces_[piece].rotation();
         results.motions[node] = as_motion_record(turn, pieces_[piece].place(rest) - turn * rest);
     }
-    for (size_t i = 0; i < data.vertices.size(); ++i) {
+}
+
+void OutsideMotion::move_vertices(const Template& surface, const Results& results,
+                                  ArrayPart part) const {
+    const TemplateData& data = surface.data();
+    for (size_t i = part.begin(data.vertices.size()); i < part.end(data.vertices.size()); ++i) {
         const defrec_surface_point& vertex = data.vertices[i];
         const uint8_t piece = surface.vertex_pieces()[i];
         if (is_apart_[piece] == 0) continue;
         double share = 0;  // of what moves it
         for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k)
-            if (moves_[static_cast<size_t>(vertex.node[k])] == Moves::kOutside)
+            if (is_outside(static_cast<size_t>(vertex.node[k])))
                 share += static_cast<double>(vertex.weight[k]);
         if (share <= 0) continue;
         const auto motion = blend<double>(results.motions.data(), vertex.node, vertex.weight);

@@ -3,16 +3,19 @@
 // for Spatial Data, 1993, 3.4), whose trend is a rigid motion and whose covariance is learnt by
 // expectation maximisation (Dempster, Laird and Rubin, 1977).
 #pragma once
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "sdk/base/os/services.hpp"
+#include "sdk/base/util/array_part.hpp"
 #include "sdk/template/template.hpp"
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
 #include "sdk/tracking/points/outside_cells.hpp"
+#include "sdk/tracking/points/outside_kriging.hpp"
 
 namespace defrec {
 
@@ -28,8 +31,10 @@ class OutsidePiece {
         const VertexConfidence& confidence;
         bool is_apart = false;  // some control points move nothing that is in the image
     };
-    // Learns from a frame. true: place() tells where tissue is that is not in the image.
+    // Reads a frame. true: place() tells where tissue is that is not in the image.
     bool add_frame(const Seen& seen);
+    // Learns from that frame. Nobody waits for it.
+    void learn();
     // The piece is lost in a frame.
     void add_lost_frame() { cells_.add_lost_frame(); }
     // After add_frame() has said true: where a place of the template frame is in that frame.
@@ -39,24 +44,33 @@ class OutsidePiece {
     double variance_mm2(size_t vertex) const { return variance_[cells_.cell_of(vertex)]; }
 
   private:
-    void learn_directly();
     bool solve();
+    bool find_variances();
     double unseen_mm2(Eigen::Index cell) const;
-    void learn(const Eigen::VectorXd& displacements);
+    void learn(const Eigen::MatrixX3d& coefficients, const Eigen::MatrixXd& covariance);
+    void learn_directly();
+    void learn_information();
     Eigen::MatrixXd kernel(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) const;
-    Eigen::MatrixXd weights(const Eigen::Matrix3Xd& places) const;  // of the cells, for places
+    Eigen::MatrixXd shapes(const Eigen::Matrix3Xd& places) const;  // of the modes, a row per place
 
     OutsideCells cells_;
-    double length_mm_;                    // over which displacements are alike
-    Eigen::MatrixXd own_kernel_;          // of the cells
-    Eigen::LLT<Eigen::MatrixXd> factor_;  // of that
+    double length_mm_;  // over which displacements are alike
+    // The modes: the largest principal components of the cells' kernel.
+    Eigen::MatrixXd at_cells_;  // a column each
+    Eigen::VectorXd spread_;    // their variances, of the kernel's 1
+    Eigen::MatrixXd weigher_;   // of the kernel with the cells: gives a place's shapes
 
-    // Learnt: the sum of products of displacements, and of how many frames.
+    // Learnt: the sum of products of coefficients, and of how many frames.
     Eigen::MatrixXd products_;
+    Eigen::MatrixXd information_;  // the inverse of their covariance
     double frames_ = 0;
     uint32_t all_frames_ = 0;
 
     // This frame's.
+    enum class Lesson : uint8_t { kNone, kDirect, kSolve, kSolved };  // what learn() has to do
+    Lesson lesson_ = Lesson::kNone;
+    std::optional<OutsideKriging> kriging_;
+    Eigen::MatrixX3d coefficients_;
     Eigen::Isometry3d pose_ = Eigen::Isometry3d::Identity();
     Eigen::Matrix3Xd smooth_;       // what the kernel weighs
     std::vector<double> variance_;  // per cell
@@ -76,19 +90,23 @@ class OutsideMotion {
         std::span<float> vertices, normals;
         VertexConfidence& confidence;
     };
-    // Learns from a frame in which the surface was found. any_outside: of the samples. true:
-    // results were changed.
+    // A frame in which the surface was found. any_outside: of the samples. helpers: whose threads
+    // take part, or nullptr. true: results were changed.
     bool add_frame(const Template& surface, SurfaceSamples samples, bool any_outside,
-                   std::span<const defrec_piece> pieces, const Results& results);
+                   std::span<const defrec_piece> pieces, const Results& results,
+                   const Services* helpers);
+    // Learns from the last frame, once nobody waits for it.
+    void learn() noexcept;
 
   private:
-    void find_moves(const TemplateData& data, SurfaceSamples samples);
-    void move_outside(const Template& surface, const Results& results) const;
+    void find_moves(const TemplateData& data, SurfaceSamples samples, ArrayPart part);
+    bool is_outside(size_t node) const;
+    void move_nodes(const TemplateData& data, const Results& results, ArrayPart part) const;
+    void move_vertices(const Template& surface, const Results& results, ArrayPart part) const;
 
     std::vector<OutsidePiece> pieces_;
     std::vector<uint8_t> is_apart_;  // per piece: some control points move nothing in the image
-    enum class Moves : uint8_t { kNothing, kOutside, kSeen };
-    std::vector<Moves> moves_;  // per control point: what it moves
+    std::vector<uint8_t> moves_outside_, moves_seen_;  // per control point: what it moves
 };
 
 }  // namespace defrec

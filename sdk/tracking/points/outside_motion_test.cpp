@@ -111,8 +111,11 @@ class Frames {
         }
         motions_.assign(surface_->data().nodes.size() / 3,
                         DualQuaternion<float>::identity().store());
-        return outside_.add_frame(*surface_, samples_, right_mm < 1e9, pieces_,
-                                  {motions_, vertices_, normals_, confidence_});
+        const bool is_told =
+            outside_.add_frame(*surface_, samples_, right_mm < 1e9, pieces_,
+                               {motions_, vertices_, normals_, confidence_}, nullptr);
+        outside_.learn();
+        return is_told;
     }
     Vector3d now(size_t vertex) const {
         return Eigen::Map<const Eigen::Vector3f>(&vertices_[3 * vertex]).cast<double>();
