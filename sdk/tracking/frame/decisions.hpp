@@ -884,8 +884,8 @@ struct OutsideMotion {
     // rounds | in which cells that the others foretell otherwise lose weight, at most
     static constexpr int kRaises = 2;
     // 1 | factor on a cell's variance from which on there is another round: it may have hidden
-    //   others | chi-squared of three axes, over 3: 0.002 of the cells by chance
-    static constexpr double kStandsOut = 5;
+    //   others | chi-squared of three axes, over 3, which chance hardly reaches
+    static constexpr double kStandsOut = 10;
     // mm | of a cell's mean, per axis
     static constexpr double kNoise = 0.05;
     // of the squared expected error | variance of a cell's mean besides: errors of neighbouring
