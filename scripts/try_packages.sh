@@ -2,7 +2,7 @@
 # Installs what was packed in an empty Debian 12, which never saw the sources, and runs a first
 # example, timed. Needs root and debootstrap.
 #   scripts/try_packages.sh debs ROOT FOLDER
-# apt install of the Debian packages in FOLDER; then defrec render and track.
+# apt install of the Debian packages in FOLDER; then defrec render, track and demo.
 #   scripts/try_packages.sh wheel ROOT FILE SEQUENCE
 # pip install of the wheel FILE; then the guide's first example on SEQUENCE, a folder that defrec
 # render made.
@@ -53,6 +53,7 @@ if [ "$what" = debs ]; then
     timed "defrec track" "cd /tried/sequence && defrec track --left left --right right \
         --calibration calibration.yaml --points points.csv --backend cpu --no-overlay --quiet \
         --out /tried/out && wc -l /tried/out/points.csv"
+    timed "defrec demo" "cd /tried && defrec demo --no-open && ls defrec-demo/result/report.html"
     exit
 fi
 cp "$packed" "$root/tried"

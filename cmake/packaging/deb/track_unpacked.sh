@@ -10,4 +10,6 @@ root=$1 sequence=$2 tracked=$3 work=$4
     --calibration "$sequence/calibration.yaml" --points "$sequence/points.csv" --backend cpu \
     --no-overlay --quiet --out "$work"
 cmp "$tracked/points.csv" "$work/points.csv"
+"$root/usr/bin/defrec" demo --no-open --out "$work/demo"
+test -s "$work/demo/result/report.html"
 "$root/usr/bin/defrec-conformance" --backend cpu --case abi/table_complete --out "$work/conformance"
