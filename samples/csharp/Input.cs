@@ -1,10 +1,7 @@
 // Input of the samples: a camera on the command line, folders of PNG images.
 using System;
-using System.Drawing;
-using System.Drawing.Imaging;
 using System.Globalization;
 using System.IO;
-using System.Runtime.InteropServices;
 using Defrec;
 
 /// <summary>Ends a sample: an error message on stderr, exit code 1.</summary>
@@ -85,37 +82,19 @@ internal sealed class PngImage
     internal void Read(string path)
     {
         if (!File.Exists(path)) throw new SampleException(path + ": cannot be read");
-        try
-        {
-            using (var bitmap = new Bitmap(path))
-            {
-                if (Pixels.Length > 0 && (Width != bitmap.Width || Height != bitmap.Height))
-                    throw new SampleException(
-                        path + ": is " + bitmap.Width + "x" + bitmap.Height +
-                        ", the images before it were " + Width + "x" + Height);
-                Width = bitmap.Width;
-                Height = bitmap.Height;
-                if (Pixels.Length == 0) Pixels = new byte[3 * Width * Height];
-                var whole = new Rectangle(0, 0, Width, Height);
-                BitmapData data = bitmap.LockBits(
-                    whole, ImageLockMode.ReadOnly,
-                    System.Drawing.Imaging.PixelFormat.Format24bppRgb);
-                for (int y = 0; y < Height; ++y)
-                    Marshal.Copy(data.Scan0 + y * data.Stride, Pixels, 3 * Width * y, 3 * Width);
-                bitmap.UnlockBits(data);
-            }
-        }
-        catch (ArgumentException)
-        {
-            throw new SampleException(path + ": is no image");
-        }
+        var file = new PngFile(path);
+        if (Pixels.Length > 0 && (Width != file.Width || Height != file.Height))
+            throw new SampleException(
+                path + ": is " + file.Width + "x" + file.Height + ", the images before it were " +
+                Width + "x" + Height);
+        Width = file.Width;
+        Height = file.Height;
+        if (Pixels.Length == 0) Pixels = new byte[3 * Width * Height];
+        file.CopyTo(Pixels);
     }
 
     /// <summary>The image in the form that the tracker takes.</summary>
-    internal Defrec.Image View()
-    {
-        return new Defrec.Image(Pixels, Width, Height, Defrec.PixelFormat.Bgr8);
-    }
+    internal Image View() { return new Image(Pixels, Width, Height, PixelFormat.Bgr8); }
 
     /// <summary>Gray values as stage rectify makes them.</summary>
     internal byte[] Gray()
