@@ -111,7 +111,7 @@ internal sealed class PngFile
     }
 
     /// <summary>
-    /// Of the header's last five bytes: bits, colours, compression, filter, interlace.
+    /// The header's last five bytes are bits, colours, compression, filter and interlace.
     /// </summary>
     private int ChannelsOf(byte[] file, int at)
     {

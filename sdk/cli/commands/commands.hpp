@@ -32,6 +32,9 @@ using BenchLoader = std::function<BenchSequence(const std::string& left, const s
                                                 const std::string& calibration, LengthUnit units)>;
 CLI::App* add_bench_command(CLI::App& app, std::function<int()>& run, BenchLoader load);
 
+// All commands of `defrec`, and what it says of itself.
+void add_commands(CLI::App& app, std::function<int()>& run);
+
 // The whole program `defrec` but for the signal handlers: parses, runs, prints failures; returns
 // the exit code.
 int run_program(int argc, const char* const* argv);

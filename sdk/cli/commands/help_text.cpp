@@ -133,21 +133,27 @@ std::string HelpText::entry(const std::string& name, const std::string& meaning)
     return line + wrapped(meaning, width_, column) + "\n";
 }
 
-std::string HelpText::make_option(const CLI::Option* option, bool is_positional) const {
-    std::string name = make_option_name(option, is_positional);
-    if (const std::size_t brace = name.find('{'); brace != std::string::npos) name.resize(brace);
-    const std::vector<std::string> checks = checks_of(*option);
-    const std::string value = value_name(*option, checks);
-    if (!is_positional && !value.empty()) name += " " + value;
-    std::string meaning = option->get_description();
+OptionHelp help_of(const CLI::Option& option) {
+    const bool is_positional = option.get_positional();
+    OptionHelp help{option.get_name(is_positional, !is_positional), option.get_description()};
+    if (const std::size_t brace = help.name.find('{'); brace != std::string::npos)
+        help.name.resize(brace);
+    const std::vector<std::string> checks = checks_of(option);
+    const std::string value = value_name(option, checks);
+    if (!is_positional && !value.empty()) help.name += " " + value;
     for (const std::string& check : checks)
         if (const std::string range = range_in_words(check); !range.empty())
-            meaning += " (" + range + ")";
-    if (option->get_required()) meaning += "; required";
-    const std::string& usual = option->get_default_str();
-    if (!usual.empty() && meaning.find("efault") == std::string::npos)
-        meaning += "; default: " + usual;
-    return entry(name, meaning);
+            help.meaning += " (" + range + ")";
+    if (option.get_required()) help.meaning += "; required";
+    const std::string& usual = option.get_default_str();
+    if (!usual.empty() && help.meaning.find("efault") == std::string::npos)
+        help.meaning += "; default: " + usual;
+    return help;
+}
+
+std::string HelpText::make_option(const CLI::Option* option, bool) const {
+    const OptionHelp help = help_of(*option);
+    return entry(help.name, help.meaning);
 }
 
 std::string HelpText::make_subcommand(const CLI::App* command) const {

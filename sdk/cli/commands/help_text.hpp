@@ -17,6 +17,12 @@ std::string wrapped(const std::string& text, std::size_t width, std::size_t inde
 // Paragraphs of lines that belong together; lines that begin with two blanks stay as they are.
 std::string wrapped_paragraphs(const std::string& text, std::size_t width);
 
+// An option as its user knows it: "--deadline MS", with range and default in words.
+struct OptionHelp {
+    std::string name, meaning;
+};
+OptionHelp help_of(const CLI::Option& option);
+
 class HelpText : public CLI::Formatter {
   public:
     explicit HelpText(std::size_t width) : width_(width) {}

@@ -60,15 +60,13 @@ BenchSequence load_frames(const std::string& left, const std::string& right,
 
 }  // namespace
 
-int run_program(int argc, const char* const* argv) {
-    silence_decoders();
-    CLI::App app("defrec: recovers in real time how a tissue surface deforms in stereo video");
+void add_commands(CLI::App& app, std::function<int()>& run) {
+    app.description("defrec: recovers in real time how a tissue surface deforms in stereo video");
     app.name("defrec");
     app.formatter(std::make_shared<HelpText>(help_width()));
     app.footer(kOverview);
     app.set_version_flag("--version", std::string("defrec ") + defrec_version_string());
     app.require_subcommand(1);
-    std::function<int()> run;
     add_track_command(app, run);
     add_doctor_command(app, run);
     add_render_command(app, run, interrupt_requested);
@@ -81,6 +79,13 @@ int run_program(int argc, const char* const* argv) {
     add_bench_command(app, run, load_frames);
     add_demo_command(app, run);
     add_completion_command(app, run);
+}
+
+int run_program(int argc, const char* const* argv) {
+    silence_decoders();
+    CLI::App app;
+    std::function<int()> run;
+    add_commands(app, run);
     try {
         const Arguments arguments = with_recorded_options({argv, argv + argc});
         return carry_out(app, run, arguments.count(), arguments.values());
