@@ -110,6 +110,7 @@ class Replay {
   constructor(answers) {
     this.answers = answers;
     this.state = 'tracking';
+    this.isBehindProxy = false;
     this.frame = 1000;
     this.server = createServer((request, response) => this.answer(request, response)).listen(0);
   }
@@ -132,7 +133,11 @@ class Replay {
   }
 
   answer(request, response) {
-    if (this.state === 'disconnected') return request.socket.destroy();
+    if (this.state === 'disconnected') {
+      if (!this.isBehindProxy) return request.socket.destroy();
+      response.statusCode = 502;
+      return response.end('<html>Bad Gateway</html>');
+    }
     if (request.url.startsWith('/?')) {
       response.setHeader('Content-Type', 'text/html');
       return response.end(this.answers.page);
@@ -195,8 +200,11 @@ async function lookAtStates(page, other, replay, isPlain) {
   await page.click('#pause');
   await lookAt(replay, [page], 'stalled');
   await lookAt(replay, [page], 'tracking');
-  assert.equal((await lookAt(replay, [page], 'disconnected')).colour, kRed);
-  await lookAt(replay, [page], 'tracking');
+  for (const isBehindProxy of [false, true]) {
+    replay.isBehindProxy = isBehindProxy;
+    assert.equal((await lookAt(replay, [page], 'disconnected')).colour, kRed);
+    await lookAt(replay, [page], 'tracking');
+  }
   const ended = await lookAt(replay, [page, other], 'ended');
   assert.match(ended.say, /Nothing is followed/);
   assert.ok(await page.$eval('#record', ({disabled}) => disabled));

@@ -32,17 +32,21 @@ const kRetryMs = 500;
 export async function watchFrames({options, show, connected, disconnected}) {
   let after = -1;
   for (;;) {
-    let frame = null;
+    let frame = null, isAnswered = true;
     try {
       const response = await ask(`/frame?after=${after}&overlay=${options().overlay ? 1 : 0}`);
       if (response.status === 410) return 'ended';
       if (response.status === 403) return 'refused';
       if (response.status === 200) frame = await packet(response);
+      // A proxy answers in place of a program that has ended.
+      isAnswered = frame || response.status === 204;
     } catch (error) {
       if (!(error instanceof TypeError)) throw error;  // fetch fails with this one
+      isAnswered = false;
+    }
+    if (!isAnswered) {
       disconnected();
       await pause(kRetryMs);
-      continue;
     }
     if (!frame) continue;
     after = frame.header.frame;
