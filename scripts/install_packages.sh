@@ -31,9 +31,9 @@ case "${1:-all}" in
         ;;
     fuzz) packages+=(clang libclang-rt-14-dev llvm) ;;
     all)
-        packages+=("${test_libraries[@]}" gir1.2-gst-rtsp-server-1.0 python3-gi git clang-format
-            clang-tidy black shfmt cmake-format binutils abigail-tools doxygen dpkg-dev file
-            mesa-vulkan-drivers vulkan-validationlayers mono-mcs mono-runtime
+        packages+=("${test_libraries[@]}" gir1.2-gst-rtsp-server-1.0 python3-gi git openssh-client
+            clang-format clang-tidy black shfmt cmake-format binutils abigail-tools doxygen dpkg-dev
+            file mesa-vulkan-drivers vulkan-validationlayers mono-mcs mono-runtime
             libmono-system-core4.0-cil libnunit-cil-dev nuget mypy python3-build python3-jsonschema
             python3-numpy python3-pil python3-setuptools python3-venv python3-wheel)
         ;;

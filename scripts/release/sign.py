@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+"""Writes SHA256SUMS of a release's folder and SHA256SUMS.sig, an OpenSSH signature of it.
+
+sign.py KEY FOLDER [--without KIND]... [--signers FILE] [--revoked FILE]
+KEY is a private key, or the public key of one that ssh-agent or a token holds. Refused are a folder
+with something that is no artefact of a release, or without one of the kinds of artefacts that is
+not named by --without; and a key whose signature a verifier would refuse today. Needs OpenSSH 8.9.
+"""
+import argparse
+import pathlib
+import re
+import subprocess
+import sys
+
+import sums
+
+KINDS = {
+    "deb": r"(lib)?defrec[a-z0-9-]*_[^_]+_[a-z0-9]+\.deb",
+    "wheel": r"defrec-[^-]+-.+\.whl",
+    "nupkg": r"Defrec\.[0-9.]+\.nupkg",
+    "zip": r"defrec-[0-9.]+-windows-x86_64\.zip",
+    "source": r"defrec-[0-9.]+\.tar\.xz",
+    "cyclonedx": r"bom\.json",
+    "spdx": r"bom\.spdx\.json",
+    "vex": r"vex\.openvex\.json",
+    "provenance": r"provenance\.intoto\.json",
+    "site": r"defrec-[0-9.]+-site\.tar\.xz",
+}
+
+
+def check_kinds(names, without):
+    kinds = {
+        name: {kind for kind, pattern in KINDS.items() if re.fullmatch(pattern, name)}
+        for name in names
+    }
+    if strangers := [name for name, found in kinds.items() if not found]:
+        raise sums.Refused(f"no artefact of a release: {', '.join(strangers)}")
+    there = set().union(*kinds.values())
+    if missing := sorted(set(KINDS) - there - set(without)):
+        raise sums.Refused(f"there is no {', '.join(missing)}")
+    if wrong := sorted(there & set(without)):
+        raise sums.Refused(f"--without {', '.join(wrong)}, and there is one")
+
+
+def sign(key, folder, without, signers, revoked):
+    folder = pathlib.Path(folder)
+    names = sums.files_of(folder)
+    check_kinds(names, without)
+    target, signature = folder / sums.SUMS, folder / sums.SIGNATURE
+    signature.unlink(missing_ok=True)  # ssh-keygen would ask whether to replace it
+    target.write_text(sums.sums_of(folder, names))
+    command = ["ssh-keygen", "-Y", "sign", "-n", sums.NAMESPACE, "-f", str(key), str(target)]
+    run = subprocess.run(command, check=False, capture_output=True, text=True)
+    if run.returncode != 0:
+        raise sums.Refused(f"{key} signs nothing: {run.stderr.strip()}")
+    try:
+        return sums.check_folder(folder, signers, revoked)
+    except sums.Refused:
+        signature.unlink()
+        raise
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("key")
+    parser.add_argument("folder")
+    parser.add_argument("--without", action="append", default=[], choices=sorted(KINDS))
+    parser.add_argument("--signers", default=sums.SIGNERS)
+    parser.add_argument("--revoked", default=sums.REVOKED)
+    given = parser.parse_args()
+    try:
+        names, signer = sign(given.key, given.folder, given.without, given.signers, given.revoked)
+    except (sums.Refused, OSError) as error:
+        sys.exit(f"not signed: {error}")
+    print(f"{len(names)} files signed. {signer}")
+
+
+if __name__ == "__main__":
+    main()
