@@ -1,0 +1,204 @@
+#!/usr/bin/env python3
+"""Fails where the build of a binary read a header, or linked an archive, that is of no component
+which the list has for this binary; then does the same to lists that leave one out, and to a build
+with planted components, which have to be found.
+
+check_inputs.py bom.json found.json BUILD SOURCE [package-lock.json]
+The lock file is that of the report's page, whose packages have to be listed as well.
+"""
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import urllib.parse
+
+from build_inputs import Build, packages_of
+from check_component_list import binary_of, qualifiers
+
+# Headers of the kernel give the C library its numbers and structures; nothing of them is in a
+# binary.
+OF_THE_SYSTEM = {"linux"}
+# What the compiler adds to each link beside the shared libraries that the list names: beginnings
+# and ends of programs, arithmetic, and archives that are empty since glibc 2.34.
+OF_THE_COMPILER = re.compile(
+    r"crt\w+\.o|[Sg]crt1\.o|libgcc(_eh)?\.a|libc_nonshared\.a|lib(rt|pthread|dl)\.a"
+)
+# A folder that a package manager fills with more than one component says nothing of a file.
+SHARED_ROOTS = {"/", "/usr", "/usr/local", "/opt"}
+
+
+def root_of(path):
+    """The folder that a component without a package was unpacked into; None if there is none."""
+    real = pathlib.Path(os.path.realpath(path))
+    for parent in real.parents:
+        if parent.name in ("include", "lib", "lib64", "bin", "share", "targets"):
+            root = next(p for p in parent.parents if p.name not in ("targets", "x86_64-linux"))
+            return None if str(root) in SHARED_ROOTS else root
+    return None
+
+
+class List:
+    """A binary's components: source packages, and folders where they have none."""
+
+    def __init__(self, bom, found, part):
+        uses = next(entry for entry in bom["dependencies"] if entry["ref"] == part)
+        listed = [
+            component
+            for component in bom["components"]
+            if component["bom-ref"] in uses.get("dependsOn", [])
+        ]
+        files = {component["name"]: component["file"] for component in found["components"]}
+        self.sources, self.contained, self.roots = set(), set(), set()
+        for component in listed:
+            upstream = qualifiers(component).get("upstream")
+            if upstream is not None:
+                self.sources.add(upstream)
+                if component["properties"][0]["value"] == "contained":
+                    self.contained.add(upstream)
+            elif component["name"] in files:
+                self.roots.add(root_of(files[component["name"]]))
+
+    def fault_of(self, path, how, package):
+        """What the list does not say of a file; empty: nothing."""
+        if package is None:
+            has_root = any(root and pathlib.Path(path).is_relative_to(root) for root in self.roots)
+            return "" if has_root else "is of no package, and of no component of the list"
+        source = package[1]
+        if source in OF_THE_SYSTEM and how == "read":
+            return ""
+        if source not in self.sources:
+            return f"is of {source}, which the list does not have"
+        is_code = how == "linked" and path.endswith((".a", ".o"))
+        if is_code and source not in self.contained:
+            if not OF_THE_COMPILER.fullmatch(os.path.basename(path)):
+                return f"is in the binary, and the list does not say that {source} is contained"
+        return ""
+
+
+def faults_of(inputs, owners, listed):
+    faults = {path: listed.fault_of(path, how, owners.get(path)) for path, how in inputs.items()}
+    return {path: fault for path, fault in faults.items() if fault}
+
+
+def without(bom, part, hidden):
+    """The list as if the binary did not use the component."""
+    entries = [
+        {**entry, "dependsOn": [ref for ref in entry.get("dependsOn", []) if ref != hidden]}
+        if entry["ref"] == part
+        else entry
+        for entry in bom["dependencies"]
+    ]
+    return {**bom, "dependencies": entries}
+
+
+def check_hidden(bom, found, part, inputs, owners):
+    """A list without a component of which the build read something fails. Returns how many were
+    left out."""
+    (uses,) = (entry["dependsOn"] for entry in bom["dependencies"] if entry["ref"] == part)
+    by_ref = {component["bom-ref"]: component for component in bom["components"]}
+    read = {owners[path][1] for path in inputs if path in owners}
+    tried = 0
+    for ref in uses:
+        source = qualifiers(by_ref[ref]).get("upstream")
+        shared = [other for other in uses if qualifiers(by_ref[other]).get("upstream") == source]
+        if source not in read or len(shared) > 1:
+            continue  # not read, or another component of the list stands for it
+        if not faults_of(inputs, owners, List(without(bom, part, ref), found, part)):
+            raise SystemExit(f"not found: {part} without {ref}")
+        tried += 1
+    return tried
+
+
+PLANTED = """rule compile
+  command = c++ -MD -MF $out.d -I{foreign} -I{fetched} -c $in -o $out
+  depfile = $out.d
+  deps = gcc
+rule archive
+  command = ar qc $out $in
+rule link
+  command = : && c++ -o $out $in -L{foreign} -lplanted && :
+build main.o: compile {source}/main.cpp
+build own.o: compile {source}/own.cpp
+build libown.a: archive own.o
+build program: link main.o libown.a
+"""
+
+
+def check_planted(bom, found, part):
+    """A header, an archive and a fetched header that nobody declares are found in a build that has
+    them, also where only an archive of ours uses one."""
+    with tempfile.TemporaryDirectory() as scratch:
+        work = pathlib.Path(os.path.realpath(scratch))
+        folders = {name: work / name for name in ("foreign", "source", "build")}
+        folders["fetched"] = folders["build"] / "_deps" / "fetched"
+        for folder in folders.values():
+            folder.mkdir(parents=True, exist_ok=True)
+        texts = {
+            folders["foreign"] / "planted.h": "int planted();\n",
+            folders["foreign"] / "planted.cpp": "int planted() { return 0; }\n",
+            folders["fetched"] / "fetched.h": "inline int fetched() { return 0; }\n",
+            folders["source"] / "own.h": "int own();\n",
+            folders["source"] / "own.cpp": '#include "own.h"\n#include "fetched.h"\n'
+            "int own() { return fetched(); }\n",
+            folders["source"] / "main.cpp": '#include "own.h"\n#include "planted.h"\n'
+            "int main() { return own() + planted(); }\n",
+            folders["build"] / "build.ninja": PLANTED.format(**folders),
+        }
+        for path, text in texts.items():
+            path.write_text(text)
+        foreign = folders["foreign"]
+        for command in (
+            ["c++", "-c", "planted.cpp", "-o", "planted.o"],
+            ["ar", "qc", "libplanted.a", "planted.o"],
+        ):
+            subprocess.run(command, cwd=foreign, check=True)
+        subprocess.run(
+            ["ninja", "-C", str(folders["build"])], check=True, stdout=subprocess.DEVNULL
+        )
+        inputs = Build(folders["build"], folders["source"]).foreign_inputs("program")
+        faults = faults_of(inputs, packages_of(inputs), List(bom, found, part))
+        expected = {
+            str(foreign / "planted.h"),
+            str(foreign / "libplanted.a"),
+            str(folders["fetched"] / "fetched.h"),
+        }
+        assert set(faults) == expected, f"planted {expected}, found {faults}"
+
+
+def check_page(bom, lock):
+    """Each package that the page is bundled from, also one that another brings, is listed."""
+    listed = {component["purl"] for component in bom["components"]}
+    for name, package in json.loads(pathlib.Path(lock).read_text())["packages"].items():
+        if name and not package.get("dev"):
+            purl = f"pkg:npm/{name.rpartition('node_modules/')[2]}@{package['version']}"
+            assert urllib.parse.unquote(purl) in listed, f"{purl} is not listed"
+
+
+def main():
+    bom, found = (json.loads(pathlib.Path(path).read_text()) for path in sys.argv[1:3])
+    build = Build(*sys.argv[3:5])
+    parts = bom["dependencies"][0]["dependsOn"]
+    files = left_out = 0
+    for part in parts:
+        binary = binary_of(part, build.folder / "lib", build.folder / "bin").resolve()
+        inputs = build.foreign_inputs(str(binary.relative_to(build.folder)))
+        owners = packages_of(inputs)
+        faults = faults_of(inputs, owners, List(bom, found, part))
+        assert not faults, f"{part}: " + "; ".join(f"{path} {why}" for path, why in faults.items())
+        left_out += check_hidden(bom, found, part, inputs, owners)
+        files += len(inputs)
+    assert left_out > len(parts), f"only {left_out} components were left out"
+    check_planted(bom, found, parts[0])
+    for lock in sys.argv[5:]:
+        check_page(bom, lock)
+    print(
+        f"{files} files that {len(parts)} binaries were built from are accounted for; "
+        f"{left_out} lists without a component were refused"
+    )
+
+
+if __name__ == "__main__":
+    main()
