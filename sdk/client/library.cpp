@@ -222,6 +222,19 @@ std::uint32_t format_of_channels(int channels) {
     return channels == 1 ? DEFREC_FORMAT_GRAY8 : DEFREC_FORMAT_BGR8;
 }
 
+Template load_template(const Context& context, const std::string& path) {
+    defrec_template handle = nullptr;
+    require(defrec_template_load(context.get(), path.c_str(), &handle), ExitCode::kInput,
+            "reading the template");
+    return Template(handle);
+}
+
+defrec_template_info info_of(const Template& surface) {
+    auto info = initialised<defrec_template_info>();
+    require(defrec_template_get(surface.get(), &info), ExitCode::kInternal, "reading the template");
+    return info;
+}
+
 defrec_image image_of(const ImageView& view) {
     auto image = initialised<defrec_image>();
     image.format = format_of_channels(view.channels);

@@ -31,6 +31,7 @@ using Job = std::unique_ptr<defrec_job_, Releaser<&defrec_job_release>>;
 using Template = std::unique_ptr<defrec_template_, Releaser<&defrec_template_release>>;
 using Targets = std::unique_ptr<defrec_targets_, Releaser<&defrec_targets_destroy>>;
 using Registration = std::unique_ptr<defrec_registration_, Releaser<&defrec_registration_destroy>>;
+using Plan = std::unique_ptr<defrec_plan_, Releaser<&defrec_plan_destroy>>;
 using HandEye = std::unique_ptr<defrec_hand_eye_, Releaser<&defrec_hand_eye_destroy>>;
 
 template <typename T>
@@ -99,6 +100,10 @@ Device choose_device(const Context& context, const std::string& backend, const s
 // Throws CliError(kCalibration) when the library refuses the calibration. Its size must be known.
 Rig make_rig(const Context& context, const StereoCalibration& calibration);
 defrec_rig_info rig_info(const Rig& rig);
+
+// Throws CliError(kInput) with the path where it is no template's file.
+Template load_template(const Context& context, const std::string& path);
+defrec_template_info info_of(const Template& surface);
 
 defrec_image image_of(const ImageView& view);
 // Queues a frame. deadline_ns: 0: none. Throws CliError.

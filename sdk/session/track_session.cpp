@@ -111,12 +111,6 @@ Template template_of(const Job& job) {
     return Template(handle);
 }
 
-defrec_template_info info_of(const Template& surface) {
-    auto info = initialised<defrec_template_info>();
-    require(defrec_template_get(surface.get(), &info), ExitCode::kInternal, "reading the template");
-    return info;
-}
-
 // So that what is written depends on the frames alone, and not on when the body is ready.
 void await_body(const Template& surface) {
     const defrec_status status = defrec_template_wait_body(surface.get(), UINT64_MAX);
@@ -262,10 +256,7 @@ class TrackSession {
             go_back();
         }
         if (!is_loaded()) return;
-        defrec_template handle = nullptr;
-        require(defrec_template_load(setup_.context.get(), options_.surface.load.c_str(), &handle),
-                ExitCode::kInput, "reading the template");
-        follow(Template(handle), options_.surface.load);
+        follow(load_template(setup_.context, options_.surface.load), options_.surface.load);
     }
 
     // A longer run's would pass for meshes of this one.

@@ -17,6 +17,9 @@ constexpr const char* kFooter =
     "  defrec register --model liver.stl --unit mm --surface tracked/template.ply --pairs "
     "pairs.csv "
     "--out registered\n"
+    "  defrec register --model liver.obj --part liver --template organ.template --start start.csv "
+    "--targets "
+    "plan.csv --plan liver.plan --out registered\n"
     "\n"
     "Exit codes: 0 registered, 2 usage, 3 input unreadable, 7 output failed, 9 not registered: "
     "ambiguous,\n"
@@ -46,6 +49,11 @@ void add_inputs(CLI::App& command, RegisterOptions& options) {
                     "nz, xx, xy, xz, yy, yz, zz, expected_error_mm and status")
         ->type_name("F");
     command
+        .add_option("--template", options.seen_template,
+                    "What the camera saw: the template of `defrec track --save-template`, in place "
+                    "of --surface")
+        ->type_name("F");
+    command
         .add_option("--pairs", options.pairs,
                     "CSV id,model_x,model_y,model_z,x,y,z[,error_mm,model_error_mm]: places of the "
                     "model, and where they were seen")
@@ -59,6 +67,19 @@ void add_inputs(CLI::App& command, RegisterOptions& options) {
         .add_option("--targets", options.targets,
                     "CSV id,x,y,z of places in the model whose error is wanted")
         ->type_name("F");
+    command
+        .add_option("--plan", options.plan,
+                    "Write model, parts, targets and registration as a plan of the template, which "
+                    "`defrec track --plan` follows")
+        ->type_name("F");
+    command.add_flag(
+        "--pairs-only", options.is_by_pairs_alone,
+        "Register by the pairs alone, where the surface has too little shape; the model "
+        "goes into the plan");
+    command.add_flag(
+        "--looked-at", options.is_looked_at,
+        "Write the plan of a registration that is ambiguous or undetermined as well: a "
+        "person has looked at it");
     command.add_option("--out", options.out, "Folder for registration.json and registration.png")
         ->type_name("DIR")
         ->required();

@@ -134,6 +134,9 @@ Json register_json(const RegisterFindings& findings) {
     made["targets"] = Json::array();
     for (const ModelTarget& target : findings.targets)
         made["targets"].push_back(target_json(findings, target));
+    made["plan"] = findings.plan.empty()
+                       ? Json(nullptr)
+                       : Json{{"file", findings.plan}, {"targets", findings.plan_targets}};
     made["notes"] = findings.notes;
     return made;
 }
@@ -152,6 +155,7 @@ std::string register_text(const RegisterFindings& findings) {
     if (findings.targets.size() > kMostShown)
         text += "... and " + std::to_string(findings.targets.size() - kMostShown) +
                 " more in registration.json\n";
+    if (!findings.plan.empty()) text += "plan: " + findings.plan + "\n";
     return text;
 }
 

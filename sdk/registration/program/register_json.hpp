@@ -18,6 +18,9 @@ struct RegisterFindings {
     std::vector<std::string> notes;
     std::vector<ModelTarget> targets;
     std::vector<std::int64_t> pair_ids;  // of a registration by pairs
+    // The plan's file, and its targets in their order; empty: none was written.
+    std::string plan;
+    std::vector<std::string> plan_targets;
 
     bool is_registered() const { return info.verdict == DEFREC_VERDICT_ACCEPTED; }
 };

@@ -15,6 +15,7 @@
 #include "sdk/io/terminal.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/registration/program/inputs.hpp"
+#include "sdk/registration/program/plan_output.hpp"
 #include "sdk/registration/program/register_json.hpp"
 #include "sdk/registration/program/register_picture.hpp"
 
@@ -33,20 +34,49 @@ void check_options(const RegisterOptions& options) {
     const auto refuse = [](const std::string& message) {
         throw CliError(ExitCode::kUsage, message);
     };
-    if (options.surface.empty() && options.pairs.empty())
-        refuse("give what was seen as --surface F, --pairs F, or both.");
-    if (options.surface.empty() != options.model.empty())
+    const bool has_template = !options.seen_template.empty();
+    if (options.surface.empty() && options.pairs.empty() && !has_template)
+        refuse("give what was seen as --surface F or --template F, as --pairs F, or both.");
+    if (!options.surface.empty() && has_template)
+        refuse("the template is a surface that was seen; give either --surface or --template.");
+    if (options.surface.empty() != options.model.empty() && !has_template)
         refuse("a surface is compared with a model: give both --model F and --surface F.");
     if (!options.start.empty() && !options.pairs.empty())
         refuse("the pairs say where the search begins; give either --start or --pairs.");
-    if (!options.surface.empty() && options.start.empty() && options.pairs.empty())
+    if (options.start.empty() && options.pairs.empty())
         refuse("give about where the model lies, as --start F or --pairs F.");
+    if (options.model.empty() && options.pairs.empty())
+        refuse("a template is compared with a model: give --model F, or pairs as --pairs F.");
+    if (options.is_by_pairs_alone && (options.pairs.empty() || options.plan.empty()))
+        refuse("--pairs-only leaves the model to the plan: give --pairs F and --plan F.");
+    if (options.plan.empty()) {
+        if (options.is_looked_at) refuse("--looked-at is said of a plan: give --plan F.");
+        return;
+    }
+    if (!has_template)
+        refuse(
+            "a plan belongs to a template: give what was seen as --template F, which "
+            "`defrec track --save-template F` writes.");
+    if (options.model.empty() && options.targets.empty())
+        refuse("the plan would be empty: give --model F, --targets F, or both.");
+}
+
+bool compares_surfaces(const RegisterOptions& options) {
+    return !options.is_by_pairs_alone &&
+           (!options.surface.empty() || (!options.seen_template.empty() && !options.model.empty()));
+}
+
+Context open_library(const RegisterOptions& options) {
+    ContextOptions library;
+    library.threads = options.threads;
+    library.has_plugins = false;
+    return open_context(library);
 }
 
 std::vector<fs::path> inputs_of(const RegisterOptions& options) {
     std::vector<fs::path> inputs;
-    for (const std::string& name :
-         {options.model, options.surface, options.pairs, options.targets, options.start})
+    for (const std::string& name : {options.model, options.surface, options.seen_template,
+                                    options.pairs, options.targets, options.start})
         if (!name.empty()) inputs.emplace_back(name);
     return inputs;
 }
@@ -65,10 +95,21 @@ void take(RegisterFindings& findings, defrec_registration registration) {
             "reading the result");
 }
 
-// The part whose surface is seen; the others become targets: their middles.
-MeshFile load_model(const RegisterOptions& options, RegisterFindings& findings) {
+MeshFile read_model(const RegisterOptions& options) {
     MeshFile file = read_mesh_file(options.model);
     to_millimetres(file, options.unit, options.model);
+    return file;
+}
+
+// What was compared, for the picture and the plan.
+struct Compared {
+    std::optional<MeshFile> model;  // all of it
+    SurfaceFile surface;
+};
+
+// The part whose surface is seen; the others become targets: their middles.
+MeshFile seen_part(const MeshFile& file, const RegisterOptions& options,
+                   RegisterFindings& findings) {
     findings.notes = file.notes;
     if (file.parts.empty() && options.part.empty()) return file;
     if (options.part.empty()) {
@@ -79,7 +120,6 @@ MeshFile load_model(const RegisterOptions& options, RegisterFindings& findings) 
                        options.model + ": the model has the parts " + names +
                            "; name the one whose surface is seen as --part NAME.");
     }
-    MeshFile seen = file.part(options.part);
     for (const MeshPart& part : file.parts) {
         if (part.name == options.part) continue;
         const MeshFile other = file.part(part.name);
@@ -90,7 +130,7 @@ MeshFile load_model(const RegisterOptions& options, RegisterFindings& findings) 
         for (double& value : sum) value /= static_cast<double>(other.triangles.size());
         findings.targets.push_back({part.name, sum});
     }
-    return seen;
+    return file.part(options.part);
 }
 
 void note_findings(const defrec_registration_info& info, std::vector<std::string>& notes) {
@@ -125,8 +165,10 @@ defrec_registration_desc desc_of(const RegisterOptions& given, const Transform& 
     desc.model_vertex_count = model.vertices.size() / 3;
     desc.model_triangles = model.triangles.data();
     desc.model_triangle_count = model.triangles.size() / 3;
-    desc.seen_vertices = surface.places.data();
-    desc.seen_count = surface.places.size() / 3;
+    if (given.seen_template.empty()) {
+        desc.seen_vertices = surface.places.data();
+        desc.seen_count = surface.places.size() / 3;
+    }
     if (!surface.normals.empty()) desc.seen_normals = surface.normals.data();
     if (!surface.covariances.empty()) desc.seen_covariances = surface.covariances.data();
     std::copy(start.begin(), start.end(), desc.start);
@@ -157,48 +199,62 @@ void register_by_pairs(const RegisterOptions& options, RegisterFindings& finding
     findings.pair_ids = file.ids;
 }
 
-// What was compared, for the picture.
-struct Compared {
-    std::optional<MeshFile> model;
-    SurfaceFile surface;
-};
+void note_surface(const SurfaceFile& surface, std::vector<std::string>& notes) {
+    if (surface.left_out > 0)
+        notes.push_back(std::to_string(surface.left_out) +
+                        " points of the surface were not observed and were left out.");
+    if (surface.error_column.empty())
+        notes.emplace_back("The surface's points have no errors; they count alike.");
+}
 
+SurfaceFile surface_of(const Template& seen) {
+    const defrec_template_info info = info_of(seen);
+    SurfaceFile surface;
+    for (std::uint64_t i = 0; i < info.vertex_count; ++i)
+        surface.places.insert(surface.places.end(), info.vertices[i].position,
+                              info.vertices[i].position + 3);
+    return surface;
+}
+
+// seen: null where a file has the surface.
 Compared register_by_surface(const RegisterOptions& options, const Transform& start,
+                             const Context& context, const Template& seen,
                              RegisterFindings& findings) {
     Compared compared;
-    compared.model = load_model(options, findings);
-    compared.surface = read_surface_file(options.surface);
-    ContextOptions library;
-    library.threads = options.threads;
-    library.has_plugins = false;
-    const Context context = open_context(library);
-    const defrec_registration_desc desc =
-        desc_of(options, start, *compared.model, compared.surface);
+    compared.model = read_model(options);
+    const MeshFile part = seen_part(*compared.model, options, findings);
+    compared.surface = seen ? surface_of(seen) : read_surface_file(options.surface);
+    const defrec_registration_desc desc = desc_of(options, start, part, compared.surface);
     defrec_registration registration = nullptr;
     const defrec_status status =
-        defrec_registration_from_surface(context.get(), &desc, &registration);
+        seen ? defrec_registration_from_template(context.get(), seen.get(), &desc, &registration)
+             : defrec_registration_from_surface(context.get(), &desc, &registration);
     const bool is_model_at_fault =
         status < 0 && std::string_view(defrec_last_error()).starts_with("the model");
-    expect_accepted(status, is_model_at_fault ? options.model : options.surface);
+    const std::string& surface_file = seen ? options.seen_template : options.surface;
+    expect_accepted(status, is_model_at_fault ? options.model : surface_file);
     take(findings, registration);
     note_findings(findings.info, findings.notes);
-    const SurfaceFile& surface = compared.surface;
-    if (surface.left_out > 0)
-        findings.notes.push_back(std::to_string(surface.left_out) +
-                                 " points of the surface were not observed and were left out.");
-    if (surface.error_column.empty())
-        findings.notes.emplace_back("The surface's points have no errors; they count alike.");
+    if (!seen) note_surface(compared.surface, findings.notes);
     findings.method = "surface";
     findings.pair_ids.clear();
     return compared;
 }
 
+// Beside the registration, whose file names it.
+void make_plan(const RegisterOptions& options, const Template& seen, const Compared& compared,
+               const std::vector<ModelTarget>& targets, RegisterFindings& findings) {
+    const PlanInput input{seen, compared.model ? &*compared.model : nullptr, options.model, targets,
+                          options.is_looked_at};
+    if (!write_plan(options.plan, input, findings)) return;
+    findings.plan = options.plan;
+    for (const ModelTarget& target : targets) findings.plan_targets.push_back(target.name);
+}
+
 // Files that are wrong leave no folder behind.
-void write_outputs(const RegisterOptions& options, const RegisterFindings& findings,
-                   const Compared& compared, const std::string& json) {
-    const OutputFolder out(options.out);
-    out.forget(kJson);
-    if (compared.model)
+void write_outputs(const RegisterFindings& findings, const Compared& compared,
+                   const OutputFolder& out, const std::string& json) {
+    if (!compared.surface.places.empty())
         write_register_picture(out / kPicture,
                                {compared.model->vertices, compared.surface.places, &findings.info});
     write_atomically(out / kJson, json);
@@ -208,9 +264,12 @@ void write_outputs(const RegisterOptions& options, const RegisterFindings& findi
 
 int run_register(const RegisterOptions& options) {
     check_options(options);
-    const fs::path out(options.out);
-    keep_apart(inputs_of(options), {out / kJson, out / kPicture});
+    keep_apart(inputs_of(options),
+               {fs::path(options.out) / kJson, fs::path(options.out) / kPicture, options.plan});
     RegisterFindings findings;
+    const Context context = open_library(options);
+    Template seen;
+    if (!options.seen_template.empty()) seen = load_template(context, options.seen_template);
     Transform start{};
     if (!options.start.empty()) start = read_pose_file(options.start);
     if (!options.pairs.empty()) {
@@ -220,15 +279,22 @@ int run_register(const RegisterOptions& options) {
     // Pairs that contradict each other, or leave a motion open, give no start.
     const bool has_start = options.pairs.empty() || findings.is_registered();
     Compared compared;
-    if (!options.surface.empty() && has_start)
-        compared = register_by_surface(options, start, findings);
-    if (!has_start && !options.surface.empty())
+    if (compares_surfaces(options) && has_start)
+        compared = register_by_surface(options, start, context, seen, findings);
+    if (options.is_by_pairs_alone && !options.model.empty()) {
+        compared.model = read_model(options);
+        findings.notes = compared.model->notes;
+    }
+    if (compares_surfaces(options) && !has_start)
         findings.notes.emplace_back("The surface was not looked at: the pairs give no start.");
-    if (!options.targets.empty())
-        for (ModelTarget& target : read_model_targets(options.targets))
-            findings.targets.push_back(std::move(target));
+    std::vector<ModelTarget> targets;
+    if (!options.targets.empty()) targets = read_model_targets(options.targets);
+    findings.targets.insert(findings.targets.end(), targets.begin(), targets.end());
+    const OutputFolder out(options.out);
+    out.forget(kJson);
+    if (!options.plan.empty()) make_plan(options, seen, compared, targets, findings);
     const std::string json = json_text(register_json(findings), 2) + "\n";
-    write_outputs(options, findings, compared, json);
+    write_outputs(findings, compared, out, json);
     if (!options.quiet) print(options.json ? json : register_text(findings));
     return static_cast<int>(findings.is_registered() ? ExitCode::kOk : ExitCode::kFound);
 }

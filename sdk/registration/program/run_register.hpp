@@ -12,6 +12,11 @@ namespace defrec::cli {
 
 struct RegisterOptions {
     std::string model, surface, pairs, targets, start, out, part;
+    std::string seen_template;  // in place of surface: a file of `defrec track --save-template`
+    bool is_by_pairs_alone = false;  // the model goes into the plan, and is compared with nothing
+    std::string plan;                // file to write; empty: none
+    bool is_looked_at = false;       // by a person: the plan is written although the verdict is not
+                                     // registered, unless the registration has failed
     std::optional<MeshUnit> unit;
     std::optional<double> start_turn_degrees, start_shift_mm, point_error_mm, model_error_mm,
         max_residual_mm, max_error_mm;
