@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,6 +65,26 @@ struct TargetEstimate : PointEstimate {
     float depth = std::numeric_limits<float>::quiet_NaN();  ///< mm; NaN: not given
 };
 
+/// The model of a plan, the same in every frame.
+struct PlanModel {
+    struct Part {
+        std::string name;
+        std::size_t first_triangle = 0, triangle_count = 0;
+    };
+    std::vector<std::uint32_t> triangles;  ///< three vertex indices each
+    std::vector<Part> parts;
+};
+
+/// Where a plan is in a frame. Without a model there is none.
+struct PlanEstimate {
+    std::shared_ptr<const PlanModel> model;
+    std::vector<float> vertices;           ///< x, y, z interleaved, mm; or empty: lost
+    std::vector<VertexStatus> status;      ///< one each
+    std::vector<float> expected_error_mm;  ///< one each
+    std::vector<PointEstimate> parts;      ///< their middles, with their names, in their order
+    std::vector<PointEstimate> targets;    ///< in their order; the id is the place from 0
+};
+
 /// One frame's result. Vectors may be empty where the frame has none of it: a lost frame carries no
 /// geometry. Fill the same object again for each frame to save allocations.
 struct FrameRecord {
@@ -89,6 +110,7 @@ struct FrameRecord {
     std::vector<MatchSegment> matched;
     std::vector<PointEstimate> points;    ///< in the same order in every frame; new ones come last
     std::vector<TargetEstimate> targets;  ///< the same ones in every frame with geometry
+    PlanEstimate plan;
 };
 
 }  // namespace defrec::cli

@@ -17,6 +17,7 @@ namespace fs = std::filesystem;
 std::vector<fs::path> results_in(const TrackOptions& options) {
     std::vector<fs::path> names = {kPointsFile, kFramesFile, kSummaryFile, kTemplateFile};
     if (!options.targets.empty()) names.emplace_back(kTargetsFile);
+    if (!options.plan.file.empty()) names.emplace_back(kPlanFile);
     // One of them: what OpenCV can encode decides.
     if (options.recordings.overlay)
         names.insert(names.end(), {"overlay.mp4", "overlay.webm", "overlay.avi"});
@@ -27,8 +28,8 @@ std::vector<fs::path> results_in(const TrackOptions& options) {
 
 std::vector<fs::path> files_read(const TrackOptions& options) {
     std::vector<fs::path> files = {options.source.left, options.source.right, options.source.stereo,
-                                   options.points,      options.targets,      options.config,
-                                   options.surface.load};
+                                   options.points,      options.targets,      options.plan.file,
+                                   options.config,      options.surface.load};
     for (const std::string_view file : split(options.calibration, ',')) files.emplace_back(file);
     return files;
 }
@@ -84,6 +85,17 @@ void keep_images(const TrackOptions& options, const fs::path& output) {
                                                  "recording; choose another output.");
 }
 
+// A folder of meshes is emptied of meshes first.
+void keep_meshes_apart(const TrackOptions& options, const fs::path& folder) {
+    std::error_code error;
+    if (!fs::exists(folder, error)) return;
+    for (const fs::path& input : files_read(options))
+        if (!input.empty() && (is_same(folder, input) || is_same(folder, folder_of(input))))
+            throw CliError(ExitCode::kUsage,
+                           folder.string() + ": the run writes meshes into this folder, and " +
+                               input.string() + " is read; choose another output with --out.");
+}
+
 }  // namespace
 
 void check_outputs(const TrackOptions& options) {
@@ -92,6 +104,8 @@ void check_outputs(const TrackOptions& options) {
     outputs.emplace_back(options.recordings.trace);
     outputs.emplace_back(options.surface.save);
     keep_apart(files_read(options), outputs);
+    if (!options.plan.file.empty() && options.plan.mesh_every > 0)
+        keep_meshes_apart(options, fs::path(options.out) / kPlanFolder);
     keep_images(options, options.recordings.trace);
     keep_images(options, options.surface.save);
     keep_files_of_others(options, results);

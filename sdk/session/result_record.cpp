@@ -8,24 +8,10 @@
 namespace defrec::cli {
 namespace {
 
-VertexStatus vertex_status(std::uint8_t status) {
-    return status < DEFREC_POINT_UNKNOWN ? VertexStatus{status} : VertexStatus::unknown;
-}
-
 VertexStatus vertex_status(PointStatus status) {
     return status == PointStatus::kTracked        ? VertexStatus::observed
            : status == PointStatus::kExtrapolated ? VertexStatus::extrapolated
                                                   : VertexStatus::unknown;
-}
-
-PointEstimate point_estimate(const PositionRow& row) {
-    PointEstimate point;
-    point.id = row.id;
-    point.status = vertex_status(row.status);
-    if (row.status == PointStatus::kLost) return point;
-    std::copy(std::begin(row.xyz), std::end(row.xyz), point.xyz.begin());
-    std::copy(std::begin(row.covariance), std::end(row.covariance), point.covariance.begin());
-    return point;
 }
 
 PointEstimate chosen_estimate(const PointRow& row) {
@@ -68,6 +54,20 @@ void fill_matches(const defrec_result& result, RawProjection& projection,
 }
 
 }  // namespace
+
+VertexStatus vertex_status(std::uint8_t status) {
+    return status < DEFREC_POINT_UNKNOWN ? VertexStatus{status} : VertexStatus::unknown;
+}
+
+PointEstimate point_estimate(const PositionRow& row) {
+    PointEstimate point;
+    point.id = row.id;
+    point.status = vertex_status(row.status);
+    if (row.status == PointStatus::kLost) return point;
+    std::copy(std::begin(row.xyz), std::end(row.xyz), point.xyz.begin());
+    std::copy(std::begin(row.covariance), std::end(row.covariance), point.covariance.begin());
+    return point;
+}
 
 bool has_geometry(const defrec_result& result) {
     return result.state != DEFREC_LOST && result.state != DEFREC_INITIALISING &&

@@ -14,11 +14,16 @@ namespace defrec::cli {
 
 FrameRow frame_row(const StereoFrame& frame, const defrec_result& result);
 
+// DEFREC_POINT_*.
+VertexStatus vertex_status(std::uint8_t status);
+PointEstimate point_estimate(const PositionRow& row);
+
 // Vertices, their pixels in the template's left image, triangles.
 TemplateRecord template_record(const defrec_template_info& info, RawProjection& projection);
 
 // points and targets, here and below: the rows of this frame.
-// Fills `record` anew. A frame that is lost or still initialising carries no geometry.
+// Fills `record` anew, but for its plan. A frame that is lost or still initialising carries no
+// geometry.
 void fill_record(const FrameRow& row, const defrec_result& result,
                  const std::vector<PointRow>& points, const std::vector<TargetRow>& targets,
                  RawProjection& projection, FrameRecord& record);

@@ -2,11 +2,14 @@
 #include "sdk/session/track_outputs.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 
 #include "include/defrec_c.h"
+#include "sdk/io/output_folder.hpp"
 #include "sdk/io/text.hpp"
 
 namespace defrec::cli {
@@ -36,6 +39,13 @@ void begin_row(std::string& line, const PositionRow& row) {
     append_field(line, row.timestamp_ms, kTimeDecimals);
     line += ',';
     append_integer(line, row.id);
+}
+
+// Without what would end a field: no file has quoting.
+std::string as_field(std::string text) {
+    for (char& c : text)
+        if (c == ',' || c == '"' || c == '\r' || c == '\n') c = '_';
+    return text;
 }
 
 constexpr char kPositionColumns[] = "x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz";
@@ -109,6 +119,23 @@ void TargetsFile::add(const TargetRow& row) {
 }
 
 void TargetsFile::commit() { file_.commit(); }
+
+PlanFile::PlanFile(const std::filesystem::path& path) : file_(path) {
+    file_.write(std::string("frame,timestamp_ms,id,part,") + kPositionColumns + "\n");
+}
+
+void PlanFile::add(const PlanRow& row) {
+    line_.clear();
+    append_integer(line_, row.frame);
+    append_field(line_, row.timestamp_ms, kTimeDecimals);
+    line_ += ',';
+    if (row.part.empty()) append_integer(line_, row.id);
+    line_.append(",").append(as_field(row.part));
+    append_position(line_, row);
+    file_.write(line_ += '\n');
+}
+
+void PlanFile::commit() { file_.commit(); }
 
 std::vector<std::string> stage_names(const std::vector<FrameRow>& rows) {
     std::vector<std::string> names;
@@ -194,6 +221,24 @@ void write_ply(const std::filesystem::path& path, const MeshView& mesh) {
     file.write(header);
     file.write(body);
     file.commit();
+}
+
+// A longer run's would pass for meshes of this one.
+void empty_mesh_folder(const std::filesystem::path& folder) {
+    create_output_folder(folder);
+    std::error_code ignored;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+        const std::string stem = entry.path().stem().string();
+        const bool is_number = stem.find_first_not_of("0123456789") == std::string::npos;
+        if (is_number && entry.path().extension() == ".ply")
+            std::filesystem::remove(entry.path(), ignored);
+    }
+}
+
+std::filesystem::path mesh_path(const std::filesystem::path& folder, std::int64_t frame) {
+    std::array<char, 32> name{};
+    std::snprintf(name.data(), name.size(), "%06lld.ply", static_cast<long long>(frame));
+    return folder / name.data();
 }
 
 }  // namespace defrec::cli

@@ -1,6 +1,6 @@
 // What `defrec track` leaves in its folder besides overlay and report: points.csv, targets.csv,
-// frames.csv, PLY meshes. The same results give the same bytes in points.csv, targets.csv and in
-// the meshes; times stand only in frames.csv and summary.json.
+// plan.csv, frames.csv, PLY meshes. The same results give the same bytes in these but for
+// frames.csv; times stand only there and in summary.json.
 #pragma once
 
 #include <cstdint>
@@ -43,6 +43,11 @@ struct TargetRow : PositionRow {
     std::optional<double> depth;  // mm beneath the surface, as given
 };
 
+// A target of a plan, whose id is its place in the plan from 0, or the middle of a part.
+struct PlanRow : PositionRow {
+    std::string part;  // its name, and the id is its place among the parts; empty: of a target
+};
+
 // points.csv: frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,evidence,
 // piece. What is unknown of a lost point stays empty.
 class PointsFile {
@@ -58,9 +63,13 @@ class PointsFile {
 
 inline constexpr char kPointsFile[] = "points.csv";
 inline constexpr char kTargetsFile[] = "targets.csv";
+inline constexpr char kPlanFile[] = "plan.csv";
 inline constexpr char kFramesFile[] = "frames.csv";
 inline constexpr char kTemplateFile[] = "template.ply";
 inline constexpr char kSummaryFile[] = "summary.json";
+// Folders of meshes, one of each frame.
+inline constexpr char kMeshFolder[] = "deformed";
+inline constexpr char kPlanFolder[] = "plan";
 
 // frame,timestamp_ms,id,depth,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz. What is unknown
 // of a lost target stays empty, and a depth that was not given.
@@ -68,6 +77,20 @@ class TargetsFile {
   public:
     explicit TargetsFile(const std::filesystem::path& path);
     void add(const TargetRow& row);
+    void commit();
+
+  private:
+    AtomicFile file_;
+    std::string line_;
+};
+
+// frame,timestamp_ms,id,part,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz; rows of parts
+// have no id, rows of targets no part. What is unknown of a lost one stays empty. In a part's name
+// _ stands for commas, quotes and line ends.
+class PlanFile {
+  public:
+    explicit PlanFile(const std::filesystem::path& path);
+    void add(const PlanRow& row);
     void commit();
 
   private:
@@ -113,5 +136,11 @@ struct MeshView {
 // Binary little-endian PLY: vertex x y z [nx ny nz] [status expected_error_mm], face
 // vertex_indices.
 void write_ply(const std::filesystem::path& path, const MeshView& mesh);
+
+// A folder of meshes that are named by their frames; what an earlier run left there is removed.
+// Throws CliError(kOutput).
+void empty_mesh_folder(const std::filesystem::path& folder);
+// 000123.ply of the folder.
+std::filesystem::path mesh_path(const std::filesystem::path& folder, std::int64_t frame);
 
 }  // namespace defrec::cli

@@ -2,9 +2,7 @@
 #include "sdk/session/track_session.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <cstdio>
 #include <deque>
 #include <exception>
 #include <filesystem>
@@ -25,6 +23,7 @@
 #include "sdk/live_link/live_link.hpp"
 #include "sdk/session/decisions.hpp"
 #include "sdk/session/output_checks.hpp"
+#include "sdk/session/plan_follower.hpp"
 #include "sdk/session/point_follower.hpp"
 #include "sdk/session/real_time.hpp"
 #include "sdk/session/result_record.hpp"
@@ -42,7 +41,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFramesInFlight = 2;
-constexpr char kMeshFolder[] = "deformed";
 
 void check_frame_size(const FrameSource& source) {
     const int width = source.width(), height = source.height();
@@ -97,6 +95,7 @@ struct Followed {
                           std::any_of(points.begin(), points.end(),
                                       [](const FollowedPoint& point) { return !point.frame; });
         if (!options.targets.empty()) targets = read_targets(options.targets);
+        if (!options.plan.file.empty()) expect_plan_file(options.plan.file);
     }
 
     std::vector<FollowedPoint> points;
@@ -172,6 +171,22 @@ struct Setup {
     RawProjection projection;
 };
 
+// What is followed that nobody sees.
+struct Beneath {
+    std::optional<TargetFollower> targets;  // empty where none were given
+    std::optional<PlanFollower> plan;       // likewise
+
+    bool is_asked_for() const { return targets || plan; }
+    void forget_template() {
+        if (targets) targets->forget_template();
+        if (plan) plan->forget_template();
+    }
+    bool any_position() const {
+        return (targets && targets->rows().any_position()) ||
+               (plan && (plan->target_rows().any_position() || plan->part_rows().any_position()));
+    }
+};
+
 class TrackSession {
   public:
     explicit TrackSession(const TrackOptions& options)
@@ -189,11 +204,13 @@ class TrackSession {
         options_.source.fields = source_.fields();
         notes_.add_fields(source_.fields());
         if (!followed_.targets.empty())
-            targets_.emplace(folder_ / kTargetsFile, std::move(followed_.targets),
-                             setup_.projection);
+            beneath_.targets.emplace(folder_ / kTargetsFile, std::move(followed_.targets),
+                                     setup_.projection);
+        if (!options_.plan.file.empty())
+            beneath_.plan.emplace(folder_.path(), options_.plan, setup_.projection);
         create_tracker();
         notes_.add_frame_of_points(options_.source.range.first, followed_.points_of_first);
-        if (options_.recordings.meshes) empty_mesh_folder();
+        if (options_.recordings.meshes) empty_mesh_folder(folder_ / kMeshFolder);
         as_output([&] {
             if (!options_.recordings.trace.empty())
                 trace_.emplace(options_.recordings.trace, setup_.device.id);
@@ -243,7 +260,7 @@ class TrackSession {
     void create_tracker() {
         desc_.device_id = setup_.device.id.c_str();
         // Nobody asks for what lies beneath the surface.
-        if (!targets_) desc_.body = DEFREC_BODY_OFF;
+        if (!beneath_.is_asked_for()) desc_.body = DEFREC_BODY_OFF;
         const ExitCode refusal = options_.config.empty() ? ExitCode::kInternal : ExitCode::kUsage;
         if (!is_loaded()) found_ = search_template(refusal);
         defrec_tracker tracker = nullptr;
@@ -252,22 +269,14 @@ class TrackSession {
         tracker_.reset(tracker);
         if (found_) {
             follow(found_->surface, "frame " + std::to_string(found_->frame.index));
+            if (beneath_.plan) beneath_.plan->prepare(found_->surface);
             points_.follow_back_from(found_->frame.index);
             go_back();
         }
         if (!is_loaded()) return;
-        follow(load_template(setup_.context, options_.surface.load), options_.surface.load);
-    }
-
-    // A longer run's would pass for meshes of this one.
-    void empty_mesh_folder() const {
-        create_output_folder(folder_ / kMeshFolder);
-        std::error_code ignored;
-        for (const auto& entry : fs::directory_iterator(folder_ / kMeshFolder, ignored)) {
-            const std::string stem = entry.path().stem().string();
-            const bool is_number = stem.find_first_not_of("0123456789") == std::string::npos;
-            if (is_number && entry.path().extension() == ".ply") fs::remove(entry.path(), ignored);
-        }
+        const Template surface = load_template(setup_.context, options_.surface.load);
+        if (beneath_.plan) beneath_.plan->prepare(surface);
+        follow(surface, options_.surface.load);
     }
 
     bool is_loaded() const { return !options_.surface.load.empty(); }
@@ -328,7 +337,8 @@ class TrackSession {
                        std::to_string(source_.width()) + " x " + std::to_string(source_.height())},
                       {"Points", options_.points.empty() ? "a grid" : options_.points},
                       {"Run", folder_.run()}};
-        if (targets_) meta.facts.emplace_back("Targets", options_.targets);
+        if (beneath_.targets) meta.facts.emplace_back("Targets", options_.targets);
+        if (beneath_.plan) meta.facts.emplace_back("Plan", options_.plan.file);
         return std::make_unique<SessionPictures>(
             PictureOptions{
                 folder_.path(), source_.width(), source_.height(), source_.fps(), projector(),
@@ -423,7 +433,10 @@ class TrackSession {
         const std::vector<PointRow> points =
             points_.add_frame(frame.index, frame.timestamp_ms, job);
         std::vector<TargetRow> targets;
-        if (targets_) targets = targets_->add_frame(frame.index, frame.timestamp_ms, job);
+        if (beneath_.targets)
+            targets = beneath_.targets->add_frame(frame.index, frame.timestamp_ms, job);
+        PlanFrame plan;
+        if (beneath_.plan) plan = beneath_.plan->add_frame(frame.index, frame.timestamp_ms, job);
         if (link_.is_open())
             link_.publish(link_frame(frame, result, template_.triangles, points, targets));
         rows_.push_back(frame_row(frame, result));
@@ -431,6 +444,7 @@ class TrackSession {
         pictures_->add_to_checks(frame, result, notes_.compression());
         if (options_.recordings.meshes && has_geometry(result)) write_mesh(frame.index, result);
         fill_record(rows_.back(), result, points, targets, setup_.projection, record_);
+        if (beneath_.plan) fill_plan(beneath_.plan->model(), plan, record_.plan);
         const auto drawing = TraceFile::Clock::now();
         const cv::Mat left = mat_of(frame.left);
         pictures_->add(left, record_);
@@ -465,11 +479,17 @@ class TrackSession {
         template_.frame = origin.index;
         write_template(info, record);
         begin_points(surface);
-        if (targets_ && !template_.is_another) targets_->prepare(surface);
+        if (!template_.is_another) prepare_beneath(surface);
         pictures_->set_template(record, mat_of(origin.left));
         if (!is_loaded() && origin.index != options_.source.range.first)
             notes_.add_late_template({origin.index, found_.has_value(),
-                                      options_.surface.frame.has_value(), targets_.has_value()});
+                                      options_.surface.frame.has_value(),
+                                      beneath_.targets.has_value()});
+    }
+
+    void prepare_beneath(const Template& surface) {
+        if (beneath_.targets) beneath_.targets->prepare(surface);
+        if (beneath_.plan) beneath_.plan->prepare(surface);
     }
 
     // Points of a file are of the first image, the grid is of the template's.
@@ -486,7 +506,7 @@ class TrackSession {
     void give_up_template(std::int64_t frame) {
         notes_.add_given_up(*template_.frame, frame);
         points_.forget_template();
-        if (targets_) targets_->forget_template();
+        beneath_.forget_template();
         template_ = {};
         template_.is_another = true;
     }
@@ -516,10 +536,8 @@ class TrackSession {
     }
 
     void write_mesh(std::int64_t frame, const defrec_result& result) {
-        std::array<char, 32> name{};
-        std::snprintf(name.data(), name.size(), "%06lld.ply", static_cast<long long>(frame));
         const std::vector<std::uint32_t>& triangles = *template_.triangles;
-        write_ply(folder_ / kMeshFolder / name.data(),
+        write_ply(mesh_path(folder_ / kMeshFolder, frame),
                   {result.vertices, result.normals, result.vertex_status, result.expected_error_mm,
                    result.vertex_count, triangles.data(), triangles.size() / 3});
     }
@@ -541,7 +559,8 @@ class TrackSession {
             }
         };
         attempt(kPointsFile, [&] { points_.commit(); });
-        if (targets_) attempt(kTargetsFile, [&] { targets_->commit(); });
+        if (beneath_.targets) attempt(kTargetsFile, [&] { beneath_.targets->commit(); });
+        if (beneath_.plan) attempt(kPlanFile, [&] { beneath_.plan->commit(); });
         attempt(template_.frame ? kTemplateFile : "", [&] { finish_template(); });
         attempt("", [&] {
             if (trace_) trace_->commit();
@@ -558,8 +577,9 @@ class TrackSession {
         for (const std::string& name : pictures_->written()) attempt(name, [] {});
         nlohmann::ordered_json summary = summarise_track(
             {options_, setup_.device, calibration_, rig_info(setup_.rig), rows_, points_,
-             targets_ ? &*targets_ : nullptr, notes_.all(), setup_.remarks, template_.frame,
-             link_.facts(), source_.camera_counts(), source_.fps(), seconds});
+             beneath_.targets ? &*beneath_.targets : nullptr,
+             beneath_.plan ? &*beneath_.plan : nullptr, notes_.all(), setup_.remarks,
+             template_.frame, link_.facts(), source_.camera_counts(), source_.fps(), seconds});
         summary["run"] = folder_.run();
         summary["files"] = files.json();
         // It says that the run was finished, so the disk gets it last.
@@ -577,9 +597,7 @@ class TrackSession {
     }
 
     // Any point or target has a position in any frame.
-    bool has_tracked() const {
-        return points_.rows().any_position() || (targets_ && targets_->rows().any_position());
-    }
+    bool has_tracked() const { return points_.rows().any_position() || beneath_.any_position(); }
 
     int report_end(const nlohmann::ordered_json& summary) const {
         if (!options_.quiet) {
@@ -607,7 +625,7 @@ class TrackSession {
     Followed followed_;  // until the followers have it
     const OutputFolder folder_;
     PointFollower points_;
-    std::optional<TargetFollower> targets_;  // empty where none were given
+    Beneath beneath_;
     Tracker tracker_;
     std::optional<FoundTemplate> found_;  // that the tracker was given
     std::optional<TraceFile> trace_;

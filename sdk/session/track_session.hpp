@@ -9,6 +9,7 @@
 #include "sdk/input/frame_source.hpp"
 #include "sdk/io/calibration.hpp"
 #include "sdk/live_link/transmitter.hpp"
+#include "sdk/session/plan_options.hpp"
 
 namespace defrec::cli {
 
@@ -38,6 +39,7 @@ struct TrackOptions {
     std::string out;
     std::string points;   // empty: a grid
     std::string targets;  // empty: none
+    PlanOptions plan;
     std::string backend = "auto", device;
     std::string config;             // empty: the library's defaults
     std::uint64_t deadline_ns = 0;  // of each frame, from its submission; 0: none

@@ -29,6 +29,7 @@ Json input_json(const TrackFacts& facts) {
     json["calibration"] = options.calibration;
     json["points"] = options.points.empty() ? Json(nullptr) : Json(options.points);
     json["targets"] = options.targets.empty() ? Json(nullptr) : Json(options.targets);
+    json["plan"] = options.plan.file.empty() ? Json(nullptr) : Json(options.plan.file);
     json["config"] = options.config.empty() ? Json(nullptr) : Json(options.config);
     json["seed"] = options.seed;
     json["fps"] = facts.fps;
@@ -122,6 +123,19 @@ Json targets_json(const TargetFollower* targets) {
     return json;
 }
 
+Json plan_json(const PlanFollower* plan) {
+    if (plan == nullptr) return nullptr;
+    Json targets{{"count", plan->target_count()}}, parts{{"count", 0}};
+    add_shares(plan->target_rows(), targets);
+    Json names = Json::array();
+    if (plan->model())
+        for (const PlanModel::Part& part : plan->model()->parts) names.push_back(part.name);
+    parts["count"] = names.size();
+    parts["names"] = std::move(names);
+    add_shares(plan->part_rows(), parts);
+    return {{"targets", targets}, {"parts", parts}, {"meshes", plan->mesh_count()}};
+}
+
 Json link_json(const TrackFacts& facts) {
     if (!facts.link) return nullptr;
     return {{"endpoint", to_string(facts.link->endpoint)},
@@ -197,6 +211,7 @@ Json summarise_track(const TrackFacts& facts) {
     json["rig_estimate"] = rig_estimate_json(facts.rows);
     json["points"] = points_json(facts.points);
     json["targets"] = targets_json(facts.targets);
+    json["plan"] = plan_json(facts.plan);
     json["mean_observed_share"] = mean_of(facts.rows, &FrameRow::observed_share);
     json["mean_residual_mm"] = mean_of(facts.rows, &FrameRow::mean_residual_mm);
     json["stages"] = stage_statistics(facts.rows);
@@ -228,6 +243,9 @@ std::string summary_text(const Json& summary, const std::filesystem::path& folde
         text += "template of frame " + std::to_string(frame.get<std::int64_t>()) + "\n";
     text += shares_text("points", summary["points"]);
     if (!summary["targets"].is_null()) text += shares_text("targets", summary["targets"]);
+    if (const Json& plan = summary["plan"]; !plan.is_null())
+        text += shares_text("targets of the plan", plan["targets"]) +
+                shares_text("parts of the plan", plan["parts"]);
     const Json& frame = summary["stages"]["frame"];
     text += "a frame takes " + format_fixed(frame["median_ms"].get<double>(), 1) +
             " ms (median), " + format_fixed(frame["p99_ms"].get<double>(), 1) +

@@ -10,6 +10,7 @@
 
 #include "sdk/client/library.hpp"
 #include "sdk/live_link/transmitter.hpp"
+#include "sdk/session/plan_follower.hpp"
 #include "sdk/session/point_follower.hpp"
 #include "sdk/session/target_follower.hpp"
 #include "sdk/session/track_outputs.hpp"
@@ -30,6 +31,7 @@ struct TrackFacts {
     const std::vector<FrameRow>& rows;
     const PointFollower& points;
     const TargetFollower* targets;  // null without any
+    const PlanFollower* plan;       // likewise
     std::span<const std::string> notes;
     const LibraryRemarks& library;
     std::optional<std::int64_t> template_frame;

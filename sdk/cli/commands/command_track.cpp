@@ -14,7 +14,8 @@ namespace {
 
 constexpr const char* kFooter =
     "Results in DIR: points.csv (mm in the left rectified camera of each frame), targets.csv "
-    "likewise, frames.csv, summary.json, template.ply, overlay.mp4 and report.html, which opens in "
+    "likewise, plan.csv and plan/*.ply of a plan, frames.csv, summary.json, template.ply, "
+    "overlay.mp4 and report.html, which opens in "
     "a browser.\n"
     "\n"
     "OpenIGTLink is neither encrypted nor authenticated: keep it on this computer or in a network "
@@ -50,6 +51,12 @@ void add_input_options(CLI::App& command, TrackOptions& options) {
         .add_option("--targets", options.targets,
                     "CSV id,x,y,z and depth, if known: targets beneath the surface to follow, mm "
                     "in the left rectified camera of the first frame, or of the template's")
+        ->type_name("F");
+    command
+        .add_option("--plan", options.plan.file,
+                    "Plan that `defrec register --plan` or the C API saved: its model and targets "
+                    "are followed. It belongs to the template, so give that as --from-template, or "
+                    "the recording that it is of")
         ->type_name("F");
     command
         .add_option("--reconnect", options.source.reconnect_seconds,
@@ -90,6 +97,12 @@ void add_tracking_options(CLI::App& command, TrackOptions& options) {
 void add_recording_options(CLI::App& command, TrackOptions& options) {
     command.add_flag("--meshes", options.recordings.meshes,
                      "Also write the deformed surface of each frame, deformed/*.ply");
+    command
+        .add_option("--plan-meshes", options.plan.mesh_every,
+                    "Write the plan's mesh of every Nth frame, plan/*.ply; default: 1; 0: of none")
+        ->type_name("N")
+        ->check(CLI::Range(std::int64_t{0}, std::int64_t{1'000'000'000}))
+        ->needs("--plan");
     command.add_flag("!--no-overlay", options.recordings.overlay, "Do not write overlay.mp4");
     command.add_flag("--overlay-details", options.recordings.overlay_details,
                      "Draw control points and refused matches too, in overlay and report");

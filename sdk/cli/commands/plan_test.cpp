@@ -1,8 +1,13 @@
 // A plan from `defrec register` to `defrec track`, on a rendered body with a tumour: exit codes,
 // files, and that targets are where they are in truth.
 #include <doctest/doctest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <array>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
@@ -155,6 +160,15 @@ nlohmann::json json_of(const std::string& path) {
     return nlohmann::json::parse(TestFolder::read(path));
 }
 
+// By frame and id.
+std::map<std::pair<std::int64_t, std::int64_t>, Place> deep_truth() {
+    std::map<std::pair<std::int64_t, std::int64_t>, Place> places;
+    CsvReader csv(operation().folder / "truth_deep.csv", {"frame", "id", "x", "y", "z"});
+    while (csv.next())
+        places[{csv.integer(0), csv.integer(1)}] = {csv.number(2), csv.number(3), csv.number(4)};
+    return places;
+}
+
 }  // namespace
 
 TEST_CASE("register writes a plan: the model's parts, the targets in their order, exit code 0") {
@@ -234,4 +248,142 @@ TEST_CASE("what makes no plan is refused: exit codes 2 and 3, and no file change
                folder / "absent/new.plan"}) == 7);
     CHECK_FALSE(fs::exists(out));
     CHECK_FALSE(fs::exists(plan));
+}
+
+TEST_CASE(
+    "track follows a plan: targets beneath the surface, parts, meshes, the summary's counts") {
+    const TestFolder folder;
+    const std::string out = folder / "out";
+    REQUIRE(run(operation().track(
+                out, {"--plan", operation().plan(), "--plan-meshes", "2", "--seed", "3"})) == 0);
+    const auto names =
+        json_of(operation().folder / "registered/registration.json")["plan"]["targets"];
+    const auto truth = deep_truth();
+    CsvReader csv(out + "/plan.csv",
+                  {"frame", "id", "part", "x", "y", "z", "status", "expected_error_mm"});
+    std::size_t targets = 0, organs = 0, tumours = 0, within_three = 0;
+    while (csv.next()) {
+        if (!csv.field(2).empty()) {
+            CHECK(csv.is_empty(1));
+            organs += csv.field(2) == "organ";
+            tumours += csv.field(2) == "tumour";
+            continue;
+        }
+        REQUIRE(csv.field(6) != "lost");
+        const auto id =
+            std::stoll(names[static_cast<std::size_t>(csv.integer(1))].get<std::string>());
+        const Place& right = truth.at({csv.integer(0), id});
+        const double off = std::hypot(csv.number(3) - right[0], csv.number(4) - right[1],
+                                      csv.number(5) - right[2]);
+        CHECK(off < 1);
+        within_three += off < 3 * csv.number(7);
+        ++targets;
+    }
+    CHECK(targets == kFrames * names.size());
+    CHECK(static_cast<double>(within_three) > 0.95 * static_cast<double>(targets));
+    CHECK(organs == kFrames);
+    CHECK(tumours == kFrames);
+
+    const auto summary = json_of(out + "/summary.json");
+    CHECK(summary["input"]["plan"] == operation().plan());
+    CHECK(summary["plan"]["targets"]["count"] == names.size());
+    CHECK(summary["plan"]["targets"]["lost_share"] == 0);
+    CHECK(summary["plan"]["parts"]["names"] == std::vector<std::string>{"organ", "tumour"});
+    CHECK(summary["plan"]["meshes"] == kFrames / 2);
+    CHECK(summary["files"].dump().find("plan.csv") != std::string::npos);
+
+    for (int frame = 0; frame < kFrames; ++frame) {
+        const std::string path = out + "/plan/00000" + std::to_string(frame) + ".ply";
+        CAPTURE(path);
+        CHECK(fs::exists(path) == (frame % 2 == 0));
+    }
+    const MeshFile mesh = read_mesh_file(out + "/plan/000004.ply"),
+                   scan = read_mesh_file(operation().folder / "scan.obj");
+    CHECK(mesh.triangles == scan.triangles);
+    CHECK(mesh.vertices.size() == scan.vertices.size());
+
+    // The same again, from its summary alone, and what an earlier run left in plan/ is gone.
+    const std::string again = folder / "again";
+    fs::create_directories(again + "/plan");
+    std::ofstream(again + "/plan/000099.ply") << "of a longer run";
+    REQUIRE(run({"track", "--quiet", "--like", out + "/summary.json", "--out", again}) == 0);
+    CHECK(TestFolder::read(again + "/plan.csv") == TestFolder::read(out + "/plan.csv"));
+    CHECK(TestFolder::read(again + "/plan/000004.ply") ==
+          TestFolder::read(out + "/plan/000004.ply"));
+    CHECK_FALSE(fs::exists(again + "/plan/000099.ply"));
+}
+
+TEST_CASE("a plan of another template, a damaged one and none are told: exit code 3") {
+    const TestFolder folder;
+    const std::string plan = operation().plan(), bytes = TestFolder::read(plan);
+    const auto track = [&](const std::string& file, const std::vector<std::string>& more = {}) {
+        std::vector<std::string> all{"--plan", file};
+        all.insert(all.end(), more.begin(), more.end());
+        return run(operation().track(folder / "out", all));
+    };
+    CHECK(track(folder / "absent.plan") == 3);
+    CHECK(track(operation().folder / "scan.obj") == 3);
+    CHECK(track(operation().folder / "organ.template") == 3);
+    CHECK(track(folder.write("empty.plan", "")) == 3);
+    CHECK_FALSE(fs::exists(folder / "out"));
+    CHECK(track(folder.write("short.plan", bytes.substr(0, bytes.size() / 2))) == 3);
+    std::string other = bytes;
+    other[bytes.size() / 2] ^= 1;
+    CHECK(track(folder.write("damaged.plan", other)) == 3);
+    CHECK(track(plan, {"--template-frame", "3"}) == 3);
+    CHECK_FALSE(fs::exists(folder / "out/summary.json"));
+    CHECK(track(plan, {"--from-template", operation().folder / "organ.template"}) == 0);
+}
+
+TEST_CASE("the plan's file is not overwritten, nor what is read from the folder of its meshes") {
+    const TestFolder folder;
+    fs::create_directories(folder / "out/plan");
+    for (const char* name : {"out/plan.csv", "out/plan/000001.ply"}) {
+        const std::string path = folder / name;
+        fs::copy(operation().plan(), path);
+        CHECK(run(operation().track(folder / "out", {"--plan", path})) == 2);
+        CHECK(TestFolder::read(path) == TestFolder::read(operation().plan()));
+        fs::remove(path);
+    }
+    CHECK(run(operation().track(
+              folder / "out", {"--plan", operation().plan(), "--trace", operation().plan()})) == 2);
+    CHECK(run(operation().track(folder / "out", {"--plan-meshes", "2"})) == 2);
+}
+
+TEST_CASE("a run that is killed while it follows a plan never looks finished") {
+    const TestFolder folder;
+    repeat_sequence(operation().folder, folder);
+    const std::string out = folder / "out";
+    REQUIRE(run(operation().track(out, {"--plan", operation().plan()})) == 0);
+    REQUIRE(fs::exists(out + "/summary.json"));
+    const std::string program = DEFREC_BUILD_DIR "/bin/defrec";
+    const std::vector<std::string> given{program,         "track",
+                                         "--quiet",       "--no-overlay",
+                                         "--left",        folder / "left",
+                                         "--right",       folder / "right",
+                                         "--calibration", operation().folder / "calibration.yaml",
+                                         "--plan",        operation().plan(),
+                                         "--out",         out};
+    const pid_t child = ::fork();
+    if (child == 0) {
+        std::vector<char*> argv;
+        for (const std::string& argument : given)
+            argv.push_back(const_cast<char*>(argument.data()));
+        argv.push_back(nullptr);
+        ::execv(program.c_str(), argv.data());
+        ::_exit(127);
+    }
+    // Longer than the first run was.
+    const std::string late = out + "/plan/000020.ply";
+    int status = 0;
+    for (int waited = 0; waited < 6000 && !fs::exists(late); ++waited) {
+        REQUIRE(::waitpid(child, &status, WNOHANG) == 0);
+        ::usleep(10000);
+    }
+    REQUIRE(::kill(child, SIGKILL) == 0);
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK_FALSE(fs::exists(out + "/summary.json"));
+    REQUIRE(run(operation().track(out, {"--plan", operation().plan()})) == 0);
+    CHECK_FALSE(fs::exists(late));
+    CHECK(fs::exists(out + "/summary.json"));
 }

@@ -20,8 +20,8 @@ constexpr std::size_t kMaxSummaryBytes = 16'000'000;
 // Each run has its own place for results, and its own views and receivers of them.
 constexpr const char* kNotRepeated[] = {"out",  "like", "save-template", "trace",      "quiet",
                                         "json", "view", "igtl",          "igtl-listen"};
-constexpr const char* kPaths[] = {"left",   "right",   "stereo", "calibration",
-                                  "points", "targets", "config", "from-template"};
+constexpr const char* kPaths[] = {"left",    "right", "stereo", "calibration",  "points",
+                                  "targets", "plan",  "config", "from-template"};
 // If one of a line is given, the others of it are not taken from the summary.
 constexpr const char* kContradicting[][3] = {{"left", "stereo", "layout"},
                                              {"right", "stereo", "layout"},
