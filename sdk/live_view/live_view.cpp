@@ -19,6 +19,7 @@
 #include "sdk/live_view/view_packet.hpp"
 #include "sdk/live_view/view_server.hpp"
 #include "sdk/report/overlay.hpp"
+#include "sdk/report/plan_outline.hpp"
 #include "sdk/report/target_mark.hpp"
 
 namespace defrec::cli {
@@ -36,11 +37,13 @@ constexpr int kMaxWidth = 960;                 // of the pictures sent
 constexpr int kJpegQuality = 80;
 constexpr std::size_t kMaxName = 80;      // bytes of a point's name
 constexpr std::size_t kMaxTargets = 500;  // shown, evenly chosen of more
+constexpr std::size_t kMaxOutline = 160;  // points of an outline, evenly chosen of more
 
 struct Shown {
     FrameRecord record;
     std::vector<ViewPoint> points;
     std::vector<TargetEstimate> targets;  // the record has none: the page draws them
+    PlanEstimate plan;                    // likewise
     cv::Mat left;
     std::uint64_t surface = 0;  // number of the template that the record's vertices belong to
 };
@@ -78,6 +81,44 @@ Json targets_json(const std::vector<TargetEstimate>& targets, const Projector& p
     for (std::size_t i = 0; i < targets.size(); i += stride)
         json.push_back(target_json(targets[i], projector));
     return json;
+}
+
+// [u, v, radius, kind] of each point: 0 a silhouette, 1 where the part goes on unknown, 2 where the
+// image ends.
+Json outline_json(const std::vector<OutlinePoint>& outline) {
+    Json json = Json::array();
+    const auto rounded = [](float value) { return std::round(double{value} * 10) / 10; };
+    const std::size_t stride =
+        std::max<std::size_t>(1, (outline.size() + kMaxOutline - 1) / kMaxOutline);
+    for (std::size_t i = 0; i < outline.size(); i += stride) {
+        const OutlinePoint& point = outline[i];
+        json.push_back({number(rounded(point.u)), number(rounded(point.v)),
+                        number(rounded(point.radius)),
+                        point.is_cut       ? 2
+                        : point.is_unknown ? 1
+                                           : 0});
+    }
+    return json;
+}
+
+// The parts, [name, status, expected error, outlines] each, and the targets.
+Json plan_json(const PlanEstimate& plan, const Projector& projector, cv::Size size) {
+    if (!plan.model) return nullptr;
+    Json parts = Json::array();
+    for (std::size_t p = 0; p < plan.model->parts.size(); ++p) {
+        const VertexStatus status =
+            p < plan.parts.size() ? plan.parts[p].status : VertexStatus::unknown;
+        parts.push_back(
+            {plan.model->parts[p].name, static_cast<int>(status), nullptr, Json::array()});
+    }
+    for (const PlanOutline& outline : plan_outlines(plan, projector, size.width, size.height)) {
+        Json& part = parts[outline.part];
+        part[2] = number(double{outline.expected_error_mm});
+        for (const auto& contour : outline.contours) part[3].push_back(outline_json(contour));
+    }
+    std::vector<TargetEstimate> targets;
+    for (const PointEstimate& target : plan.targets) targets.push_back({target});
+    return {{"parts", parts}, {"targets", targets_json(targets, projector)}};
 }
 
 void add_jpeg(const char* name, const cv::Mat& picture, ViewPacket& packet) {
@@ -177,6 +218,7 @@ struct LiveView::Impl {
             }
             projector(record.vertices.data(), record.vertices.size() / 3, uv.data());
             header["targets"] = targets_json(shown.targets, projector);
+            header["plan"] = plan_json(shown.plan, projector, shown.left.size());
         }
         add_jpeg("left", shown.left, packet);
         if (has_overlay) add_jpeg("overlay", overlay, packet);
@@ -339,6 +381,7 @@ void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<Vi
     shown->record.points.clear();  // the page draws them
     shown->targets.clear();
     shown->targets.swap(shown->record.targets);
+    shown->plan = std::exchange(shown->record.plan, {});
     shown->points = std::move(points);
     left.copyTo(shown->left);
     {

@@ -96,13 +96,14 @@ struct Packet {
 // The answer to a browser that waits, while frames with these indices come.
 Packet watched(LiveView& view, Browser& browser, const std::string& path, std::int64_t index,
                const std::vector<ViewPoint>& points = {}, const cv::Mat& left = {},
-               const std::vector<TargetEstimate>& targets = {}) {
+               const std::vector<TargetEstimate>& targets = {}, const PlanEstimate& plan = {}) {
     auto answer = std::async(std::launch::async, [&] { return browser.get(path); });
     const cv::Mat image =
         left.empty() ? cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar(40, 60, 160)) : left;
     while (answer.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready) {
         FrameRecord record = frame(index++);
         record.targets = targets;
+        record.plan = plan;
         view.add(image, record, points);
     }
     const httplib::Result result = answer.get();
@@ -176,6 +177,48 @@ TEST_CASE("targets come with their pixel and their expected error in mm and pixe
     CHECK(many.header["target_count"] == 1001);
     REQUIRE(many.header["targets"].size() == 334);
     CHECK(many.header["targets"][333][0] == 999);
+}
+
+TEST_CASE("a plan comes as outlines of its parts with their errors in pixels, and targets") {
+    LiveView view = made();
+    Browser browser(view);
+    CHECK(watched(view, browser, "/frame?after=-1", 0).header["plan"].is_null());
+    PlanEstimate plan;
+    plan.model = std::make_shared<const PlanModel>(
+        PlanModel{{0, 1, 2, 0, 2, 3}, {{"tumour", 0, 2}, {"vessel", 0, 1}}});
+    plan.vertices = {-20, -10, 80, 20, -10, 80, 20, 10, 80, -20, 10, 80};
+    plan.status.assign(4, VertexStatus::extrapolated);
+    plan.expected_error_mm.assign(4, 3.0f);
+    plan.parts = {{VertexStatus::extrapolated, {0, 0, 80}, {9, 0, 0, 0, 0, 0}, 0, "tumour"},
+                  {VertexStatus::unknown, {}, {}, 1, "vessel"}};
+    plan.targets = {{VertexStatus::extrapolated, {4, -8, 90}, {1, 0, 0, 1, 0, 2}, 0}};
+    const Packet packet =
+        watched(view, browser, "/frame?after=99&overlay=1", 100, {}, {}, {}, plan);
+    const auto parts = packet.header["plan"]["parts"];
+    REQUIRE(parts.size() == 2);
+    CHECK(parts[0][0] == "tumour");
+    CHECK(parts[0][1] == 1);
+    CHECK(parts[0][2] == 3);
+    REQUIRE(parts[0][3].size() == 1);
+    CHECK(parts[0][3][0].size() > 20);
+    for (const auto& point : parts[0][3][0]) {
+        const double u = point[0].get<double>() - kWidth / 2.0,
+                     v = point[1].get<double>() - kHeight / 2.0;
+        CHECK((std::abs(std::abs(u) - 20) < 1.1 || std::abs(std::abs(v) - 10) < 1.1));
+        CHECK(point[2] == 3);
+        CHECK(point[3] == 0);
+    }
+    CHECK(parts[1][1] == 2);
+    CHECK(packet.header["plan"]["targets"] ==
+          nlohmann::json({{0, nullptr, 1, 52, 24, 2, 4, -8, 90, 2}}));
+
+    plan.vertices.clear();
+    plan.status.clear();
+    plan.expected_error_mm.clear();
+    plan.targets[0].status = VertexStatus::unknown;
+    const Packet lost = watched(view, browser, "/frame?after=199", 200, {}, {}, {}, plan);
+    CHECK(lost.header["plan"]["parts"][0][3].empty());
+    CHECK(lost.header["plan"]["targets"] == nlohmann::json({{0, nullptr, 2}}));
 }
 
 TEST_CASE("what a browser missed of states comes with the next frame, pictures do not") {

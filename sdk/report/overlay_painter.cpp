@@ -6,17 +6,14 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "sdk/report/drawing.hpp"
 #include "sdk/report/overlay.hpp"
+#include "sdk/report/plan_painter.hpp"
 #include "sdk/report/surface_lattice.hpp"
-#include "sdk/report/target_mark.hpp"
 
 namespace defrec::cli {
 namespace {
 
-// The report page (web/colours.js) uses the same colours.
-const cv::Scalar kObserved(191, 212, 45);
-const cv::Scalar kExtrapolated(36, 191, 251);
-const cv::Scalar kUnknown(175, 163, 156);
 const cv::Scalar kInlier(246, 110, 40);
 const cv::Scalar kOutlier(40, 30, 26);
 const cv::Scalar kControlPoint(255, 255, 255);
@@ -28,31 +25,12 @@ constexpr std::size_t kLabelledPoints = 40;  // of more, the labels would hide t
 
 constexpr int kNodesPerLine =
     4;  // lattice nodes from one grid line to the next: lines bend with the surface
-constexpr int kSubpixelBits = 4;
-
-const cv::Scalar& status_colour(VertexStatus status) {
-    return status == VertexStatus::observed       ? kObserved
-           : status == VertexStatus::extrapolated ? kExtrapolated
-                                                  : kUnknown;
-}
-
 cv::Scalar state_colour(const std::string& state) {
     if (state == "tracking") return {61, 128, 21};
     if (state == "degraded") return {9, 83, 180};
     if (state == "lost") return {38, 38, 220};
     if (state == "relocalised") return {237, 58, 124};
     return {105, 85, 71};
-}
-
-bool near_image(float u, float v, const cv::Mat& image) {
-    const float margin = 64;
-    return u > -margin && v > -margin && u < static_cast<float>(image.cols) + margin &&
-           v < static_cast<float>(image.rows) + margin;  // false for NaN
-}
-
-cv::Point fixed_point(float u, float v) {
-    constexpr float scale = 1 << kSubpixelBits;
-    return {cvRound(u * scale), cvRound(v * scale)};
 }
 
 void line(cv::Mat& image, const float* a, const float* b, const cv::Scalar& colour) {
@@ -65,16 +43,6 @@ void dot(cv::Mat& image, float u, float v, double radius, const cv::Scalar& colo
     if (near_image(u, v, image))
         cv::circle(image, fixed_point(u, v), cvRound(radius * (1 << kSubpixelBits)), colour,
                    cv::FILLED, cv::LINE_AA, kSubpixelBits);
-}
-
-/// A circle, dashed where asked for.
-void ring(cv::Mat& image, float u, float v, double radius, bool dashed, const cv::Scalar& colour) {
-    constexpr int kDash = 20;  // degrees, and as many of a gap
-    const double scale = 1 << kSubpixelBits;
-    const cv::Size axes(cvRound(radius * scale), cvRound(radius * scale));
-    for (int start = 0; start < 360; start += 2 * kDash)
-        cv::ellipse(image, fixed_point(u, v), axes, 0, start, start + (dashed ? 1 : 2) * kDash,
-                    colour, 1, cv::LINE_AA, kSubpixelBits);
 }
 
 void darken(cv::Mat& image, cv::Rect area, double keep) {
@@ -116,8 +84,6 @@ class TextRow {
     double scale_;
 };
 
-double text_scale(const cv::Mat& image) { return std::clamp(image.cols / 1700.0, 0.34, 1.2); }
-
 /// "points 3 observed, 1 extrapolated, 2 lost"; empty without any that the user chose.
 std::string points_text(const std::vector<PointEstimate>& points) {
     int counts[3] = {};
@@ -128,12 +94,8 @@ std::string points_text(const std::vector<PointEstimate>& points) {
 }
 
 void draw_label(cv::Mat& image, const PointEstimate& point, cv::Point at) {
-    std::string text = point.name.empty() ? std::to_string(point.id) : point.name;
-    text += format(" %.1f mm", static_cast<double>(expected_error(point)));
-    const double scale = 0.8 * text_scale(image);
-    for (const bool is_outline : {true, false})
-        cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, scale, is_outline ? kOutline : kText,
-                    is_outline ? 3 : 1, cv::LINE_AA);
+    const std::string name = point.name.empty() ? std::to_string(point.id) : point.name;
+    draw_text(image, name + " " + millimetres(double{expected_error(point)}), at);
 }
 
 void draw_head(cv::Mat& image, const FrameRecord& frame) {
@@ -147,7 +109,7 @@ void draw_head(cv::Mat& image, const FrameRecord& frame) {
     first.add(format("frame %lld", static_cast<long long>(frame.index)), kText);
     first.add(format("%.3f s", frame.timestamp_ms / 1000), kMuted);
     if (frame.frame_ms > 0) first.add(format("%.1f ms", frame.frame_ms), kMuted);
-    first.add(frame.reasons, kExtrapolated);
+    first.add(frame.reasons, status_colour(VertexStatus::extrapolated));
 
     TextRow second(image, left, row_height + cvRound(0.75 * row_height), scale);
     second.add(!frame.vertices.empty() && std::isfinite(frame.mean_residual_mm)
@@ -164,13 +126,15 @@ void draw_legend(cv::Mat& image, const FrameRecord& frame, OverlayDetail detail)
     const int row_height = cvRound(40 * scale);
     darken(image, {0, image.rows - row_height, image.cols, row_height}, 0.45);
     TextRow row(image, cvRound(16 * scale) + 4, image.rows - cvRound(0.3 * row_height), scale);
-    row.add("observed", kObserved);
-    row.add("extrapolated", kExtrapolated);
-    row.add("unknown", kUnknown);
+    row.add("observed", status_colour(VertexStatus::observed));
+    row.add("extrapolated", status_colour(VertexStatus::extrapolated));
+    row.add("unknown", status_colour(VertexStatus::unknown));
     const bool has_points = std::any_of(frame.points.begin(), frame.points.end(),
                                         [](const auto& point) { return point.is_chosen; });
     if (has_points) row.add("o point, expected error", kControlPoint);
-    if (!frame.targets.empty()) row.add("o target, expected error", kControlPoint);
+    if (!frame.targets.empty() || !frame.plan.targets.empty())
+        row.add("o target, expected error", kControlPoint);
+    if (!frame.plan.vertices.empty()) row.add("plan, halo: expected error", kControlPoint);
     row.add("match", {255, 160, 90});
     if (detail != OverlayDetail::all) return;
     row.add("(dark: refused)", kMuted);
@@ -269,21 +233,8 @@ void OverlayPainter::Impl::draw_points(cv::Mat& image, const FrameRecord& frame)
     }
 }
 
-// A cross with a ring as wide as the expected error, dashed where the target is not observed. What
-// is lost has no place.
 void OverlayPainter::Impl::draw_targets(cv::Mat& image, const FrameRecord& frame) const {
-    constexpr float kMinRadius = 3;
-    for (const TargetEstimate& target : frame.targets) {
-        if (target.status == VertexStatus::unknown) continue;
-        const TargetMark mark = target_mark(target, projector);
-        if (!near_image(mark.u, mark.v, image)) continue;
-        const cv::Scalar& colour = status_colour(target.status);
-        cv::drawMarker(image, cv::Point(cvRound(mark.u), cvRound(mark.v)), colour, cv::MARKER_CROSS,
-                       5, 1);
-        if (std::isfinite(mark.radius))
-            ring(image, mark.u, mark.v, std::max(mark.radius, kMinRadius),
-                 target.status != VertexStatus::observed, colour);
-    }
+    for (const TargetEstimate& target : frame.targets) draw_target(image, target, projector);
 }
 
 OverlayPainter::OverlayPainter(Projector projector, OverlayDetail detail)
@@ -307,6 +258,7 @@ void OverlayPainter::draw(cv::Mat& image, const FrameRecord& frame) {
     impl_->draw_grid(image, frame);
     impl_->draw_matches(image, frame);
     impl_->draw_control_points(image, frame);
+    draw_plan(image, frame.plan, impl_->projector);
     impl_->draw_points(image, frame);
     impl_->draw_targets(image, frame);
     draw_head(image, frame);

@@ -28,24 +28,25 @@ PointHistory::PointHistory(Projector projector) : projector_(std::move(projector
 
 // Takes points that were not there before: of the first ones evenly chosen, of later ones those for
 // which there is room.
-void PointHistory::choose(const FrameRecord& frame) {
+void PointHistory::choose(std::int64_t frame, const std::vector<PointEstimate>& given) {
     std::vector<const PointEstimate*> fresh;
-    for (const PointEstimate& point : frame.points)
+    for (const PointEstimate& point : given)
         if (point.is_chosen && seen_.insert(point.id).second) fresh.push_back(&point);
     const std::size_t room = kListed - facts_.size();
     const std::size_t stride =
         room > 0 ? std::max<std::size_t>(1, (fresh.size() + room - 1) / room) : fresh.size() + 1;
     for (std::size_t i = 0; i < fresh.size(); ++i) {
         if (i % stride != 0 || facts_.size() == kListed) continue;
-        facts_.push_back({fresh[i]->id, fresh[i]->name, frame.index, {}, {}, 0});
+        facts_.push_back({fresh[i]->id, fresh[i]->name, frame, {}, {}, 0});
     }
 }
 
-void PointHistory::add(const FrameRecord& frame) {
-    choose(frame);
+void PointHistory::add(std::int64_t frame, double timestamp_ms,
+                       const std::vector<PointEstimate>& given) {
+    choose(frame, given);
     if (facts_.empty()) return;
     std::unordered_map<std::int64_t, const PointEstimate*> by_id;
-    for (const PointEstimate& point : frame.points)
+    for (const PointEstimate& point : given)
         if (point.is_chosen) by_id.emplace(point.id, &point);
     static const PointEstimate kRemoved;
     std::vector<const PointEstimate*> points;
@@ -61,14 +62,14 @@ void PointHistory::add(const FrameRecord& frame) {
         facts.error_mm.add(error);
         facts.largest_mm = std::max(facts.largest_mm, error);
     }
-    if (moments_.offer()) moments_.keep(moment(frame, points));
+    if (moments_.offer()) moments_.keep(moment(frame, timestamp_ms, points));
 }
 
-PointMoment PointHistory::moment(const FrameRecord& frame,
+PointMoment PointHistory::moment(std::int64_t frame, double timestamp_ms,
                                  const std::vector<const PointEstimate*>& points) const {
     PointMoment moment;
-    moment.frame = frame.index;
-    moment.timestamp_ms = frame.timestamp_ms;
+    moment.frame = frame;
+    moment.timestamp_ms = timestamp_ms;
     std::vector<float> xyz;
     for (const PointEstimate* point : points) {
         const bool is_known = point->status != VertexStatus::unknown;
@@ -82,6 +83,14 @@ PointMoment PointHistory::moment(const FrameRecord& frame,
     for (const float pixel : uv) moment.uv.push_back(quantise_pixel(pixel));
     moment.points = quantise(xyz);
     return moment;
+}
+
+std::vector<PointEstimate> points_of_plan(const PlanEstimate& plan) {
+    std::vector<PointEstimate> points = plan.parts;
+    for (PointEstimate& part : points) part.id = -1 - part.id;
+    points.insert(points.end(), plan.targets.begin(), plan.targets.end());
+    for (PointEstimate& point : points) point.is_chosen = true;
+    return points;
 }
 
 PointErrors point_errors(const FrameRecord& frame) {

@@ -1,4 +1,5 @@
-// The report's data of the points that the user chose: where they were, and how sure that is.
+// The report's data of the points that the user chose, and of a plan's parts and targets: where
+// they were, and how sure that is.
 #pragma once
 
 #include <cstdint>
@@ -45,15 +46,16 @@ class PointHistory {
 
     explicit PointHistory(Projector projector);
 
-    void add(const FrameRecord& frame);
+    /// Of points those count that the user chose.
+    void add(std::int64_t frame, double timestamp_ms, const std::vector<PointEstimate>& points);
 
     const std::vector<PointFacts>& listed() const { return facts_; }
     std::size_t count() const { return seen_.size(); }
     const EvenlyThinned<PointMoment>& moments() const { return moments_; }
 
   private:
-    void choose(const FrameRecord& frame);
-    PointMoment moment(const FrameRecord& frame,
+    void choose(std::int64_t frame, const std::vector<PointEstimate>& points);
+    PointMoment moment(std::int64_t frame, double timestamp_ms,
                        const std::vector<const PointEstimate*>& points) const;
 
     Projector projector_;
@@ -61,6 +63,9 @@ class PointHistory {
     std::unordered_set<std::int64_t> seen_;  ///< ids
     EvenlyThinned<PointMoment> moments_{kMoments};
 };
+
+/// A plan's targets and the middles of its parts, as points that were chosen; their ids differ.
+std::vector<PointEstimate> points_of_plan(const PlanEstimate& plan);
 
 /// Largest and median expected error of the chosen points that are not lost, mm, NaN without any;
 /// and how many are lost.

@@ -94,6 +94,30 @@ TEST_CASE("a 60 frame report is one file below 4 MB that loads nothing from else
     CHECK(data["image"] == json({960, 540}));
 }
 
+TEST_CASE("a plan's parts and targets are listed with their errors, beside the points") {
+    const Folder folder;
+    const SyntheticSequence sequence(160, 120, 2);
+    ReportWriter report(folder.path / "report.html", {}, sequence.projector());
+    FrameRecord record = sequence.record(1);
+    record.plan.model = std::make_shared<const defrec::cli::PlanModel>();
+    record.plan.targets.assign(2, record.points.at(0));
+    for (auto& target : record.plan.targets) target.name.clear();
+    record.plan.targets[0].id = 0;
+    record.plan.targets[1].id = 1;
+    record.plan.parts.assign(1, record.points.at(0));
+    record.plan.parts[0].id = 0;
+    record.plan.parts[0].name = "tumour";
+    report.add({}, record);
+    report.finish();
+    const json data = data_of(read_page(folder.path / "report.html"));
+    REQUIRE(data["plan"]["listed"].size() == 3);
+    CHECK(data["plan"]["listed"][0]["name"] == "tumour");
+    CHECK(data["plan"]["listed"][2]["id"] == 1);
+    CHECK(data["plan"]["listed"][1]["median_mm"].get<double>() ==
+          doctest::Approx(std::sqrt(0.1)).epsilon(0.01));
+    CHECK(data["points"]["listed"].size() == record.points.size());
+}
+
 TEST_CASE("points of a grid are not listed, and of many chosen ones some are, evenly") {
     const Folder folder;
     const SyntheticSequence sequence(160, 120, 2);

@@ -87,7 +87,7 @@ struct ReportWriter::Impl {
     ReportMeta meta;
     OverlayPainter painter;
     SurfaceHistory surface;
-    PointHistory points;
+    PointHistory points, plan;
     KeyFrames pictures;
     Series series{kPlotSamples};
     std::vector<std::uint8_t> texture;
@@ -104,7 +104,11 @@ struct ReportWriter::Impl {
 
     Impl(const std::filesystem::path& path, ReportMeta given, const Projector& projector,
          OverlayDetail detail)
-        : file(path), meta(std::move(given)), painter(projector, detail), points(projector) {}
+        : file(path),
+          meta(std::move(given)),
+          painter(projector, detail),
+          points(projector),
+          plan(projector) {}
 
     void count(const FrameRecord& frame);
     void plot(const FrameRecord& frame);
@@ -228,7 +232,8 @@ void ReportWriter::add(const cv::Mat& left_bgr, const FrameRecord& frame) {
     impl_->plot(frame);
     impl_->note_change(frame);
     impl_->surface.add(frame);
-    impl_->points.add(frame);
+    impl_->points.add(frame.index, frame.timestamp_ms, frame.points);
+    impl_->plan.add(frame.index, frame.timestamp_ms, points_of_plan(frame.plan));
     impl_->take_picture(left_bgr, frame);
 }
 
@@ -237,6 +242,7 @@ void ReportWriter::finish() {
                     {"summary", impl_->summary()},
                     {"series", to_json(impl_->series)},
                     {"points", to_json(impl_->points)},
+                    {"plan", to_json(impl_->plan)},
                     {"image", {impl_->texture_width, impl_->texture_height}},
                     {"key_frames", to_json(impl_->pictures.sorted())},
                     {"surface", to_json(impl_->surface, impl_->texture, impl_->texture_width,

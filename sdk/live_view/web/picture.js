@@ -1,7 +1,8 @@
-// The left view with the followed points and the targets; a click follows another one.
+// The left view with the followed points, the targets and the plan; a click follows another point.
 import {observedStatus, statuses} from '../../report/web/colours.js';
 import {byId, number} from '../../report/web/data.js';
 import {request} from './now.js';
+import {drawPlan} from './plan.js';
 import {labelOf} from './points.js';
 import {drawTargets} from './targets.js';
 
@@ -22,8 +23,8 @@ export class Picture {
     });
   }
 
-  /** points: see readPoints. */
-  show(bitmap, header, points, targets) {
+  /** points, plan: see readPoints, readPlan. */
+  show(bitmap, header, points, targets, plan) {
     if (this.canvas.width !== bitmap.width || this.canvas.height !== bitmap.height) {
       this.canvas.width = bitmap.width;
       this.canvas.height = bitmap.height;
@@ -33,6 +34,10 @@ export class Picture {
     const scale = bitmap.width / header.width;
     // Marks keep their size on the screen where the picture is shown smaller or larger.
     this.unit = Math.min(3, Math.max(0.7, bitmap.width / (this.canvas.clientWidth || 1)));
+    if (plan && byId('show-plan').checked) {
+      drawPlan(this.context, plan, scale, this.unit);
+      drawTargets(this.context, plan.targets, scale);
+    }
     if (byId('show-points').checked) this.drawPoints(points, scale);
     if (byId('show-targets').checked) drawTargets(this.context, targets, scale);
   }

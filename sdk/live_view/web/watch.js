@@ -7,6 +7,7 @@ import {Checks} from './checks.js';
 import {watchFrames} from './connection.js';
 import {listenToRecord, showNow, showRecording, showStages} from './now.js';
 import {Picture} from './picture.js';
+import {readPlan, showPlanList} from './plan.js';
 import {PointList, readPoints} from './points.js';
 import {Changes, duration, State} from './state.js';
 import {placedTargets, readTargets, showTargetList} from './targets.js';
@@ -65,10 +66,10 @@ export async function watch(surface, timeline) {
     return shown.length > 1 ? (1000 * (shown.length - 1)) / (shown.at(-1) - shown[0]) : NaN;
   }
 
-  async function draw({header, sections}, points, targets) {
+  async function draw({header, sections}, points, targets, plan) {
     const [left, overlay] = await Promise.all([sections.left, sections.overlay].map(
         (jpeg) => jpeg && createImageBitmap(new Blob([jpeg], {type: 'image/jpeg'}))));
-    picture.show(overlay ?? left, header, points, targets);
+    picture.show(overlay ?? left, header, points, targets, plan);
     if (sections.xyz.byteLength) {
       note.see();
       await surface?.show(
@@ -94,7 +95,9 @@ export async function watch(surface, timeline) {
     await checks.show(header);
     const targets = readTargets(header);
     showTargetList(targets, header.target_count);
-    if (!pause.isOn()) await draw(frame, points, targets);
+    const plan = readPlan(header);
+    showPlanList(plan);
+    if (!pause.isOn()) await draw(frame, points, targets, plan);
     timeline?.add(moments);
     document.documentElement.dataset.frame = header.frame;
     document.documentElement.dataset.clicked = chosen.length;

@@ -51,7 +51,7 @@ export function readData() {
   const series = data.series;
   series.ms = Array.from(new Float64Array(bytes(series.ms).buffer));
   series.lines = new Map(series.lines.map((line) => [line.name, gaps(floats(line.values))]));
-  for (const moment of data.points?.moments ?? []) {
+  for (const moment of [data.points, data.plan].flatMap((points) => points?.moments ?? [])) {
     moment.status = bytes(moment.status);
     moment.xyz = positions(moment.points);
     moment.uv = new Int16Array(bytes(moment.uv).buffer);

@@ -20,11 +20,13 @@ showPictures(data.key_frames);
 let surface;
 const plots = showPlots(data, (frame) => surface?.select(frame));
 const targets = showTargets(data);
-const points = showPoints(data);
+const points = showPoints(data, 'points');
+const plan = showPoints(data, 'plan');
 showSurface(data, (frame) => {
   plots.mark(frame);
   targets.select(frame);
   points.select(frame);
+  plan.select(frame);
 }).then((shown) => {
   surface = shown;
   ready();

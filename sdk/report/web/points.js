@@ -1,5 +1,5 @@
-// The points that the user chose: a list of them, their ways over the template's image, and of one
-// the expected error and the displacement over time.
+// The points that the user chose, or a plan's parts and targets: a list of them, their ways over
+// the template's image, and of one the expected error and the displacement over time.
 import {observedStatus, statuses, unknownStatus} from './colours.js';
 import {byId, element, number, percent} from './data.js';
 import {statusCell} from './summary.js';
@@ -46,8 +46,8 @@ function runs(points, i) {
 }
 
 class Map2d {
-  constructor(data, onSelect) {
-    const {points, surface, image: [width, height]} = data;
+  constructor(data, points, onSelect) {
+    const {surface, image: [width, height]} = data;
     this.points = points;
     this.unit = Math.max(width, 64) / 460;
     this.drawing = svg('svg', {
@@ -192,6 +192,15 @@ function detail(points, i, marked) {
   ];
 }
 
+const kHints = {
+  points:
+      'Select a point in the list or its way in the picture. Colours are those of the status; ' +
+      'red bands: lost.',
+  plan: 'The middles of the parts that have a name, and the targets by their numbers; errors are ' +
+      'those of registration and tracking together. What lies beneath the surface is never ' +
+      'observed, but extrapolated; red bands: lost. A part that is known in part has no middle; ' +
+      'pictures show what is known of it.'
+};
 const kHeads = ['Point', 'Now', 'Error now, mm', 'Median, mm', 'Largest, mm', 'Observed', 'Lost'];
 
 function pointRow(points, i, moment, selected, onSelect) {
@@ -209,37 +218,40 @@ function pointRow(points, i, moment, selected, onSelect) {
   return row;
 }
 
-/** Hidden where no point was chosen. select: shows the moment nearest to a frame. */
-export function showPoints(data) {
-  const {points} = data;
+/**
+ * section: points or plan. Hidden where there are none. select: shows the moment nearest to a
+ * frame.
+ */
+export function showPoints(data, section) {
+  const points = data[section];
   if (!points) return {select() {}};
-  byId('points').hidden = false;
-  byId('points-hint').textContent =
-      'Select a point in the list or its way in the picture. Colours are those of the status; ' +
-      'red bands: lost.' +
+  byId(section).hidden = false;
+  byId(`${section}-hint`).textContent = kHints[section] +
       (points.listed.length < points.count ?
-           ` ${points.listed.length} of ${points.count} points are shown, evenly chosen.` :
+           ` ${points.listed.length} of ${points.count} are shown, evenly chosen.` :
            '');
-  let selected = 0, marked = points.moments.length - 1;
-  const map = new Map2d(data, (i) => {
+  // The first that has a place.
+  let selected = Math.max(0, points.listed.findIndex(({median_mm: median}) => median !== null)),
+      marked = points.moments.length - 1;
+  const map = new Map2d(data, points, (i) => {
     selected = i;
     draw();
   });
-  byId('points-map').replaceChildren(map.drawing);
+  byId(`${section}-map`).replaceChildren(map.drawing);
   function draw() {
     const moment = points.moments[marked];
-    byId('points-frame').textContent = `Frame ${moment.frame}:`;
+    byId(`${section}-frame`).textContent = `Frame ${moment.frame}:`;
     map.show(moment, selected);
     const rows = points.listed.map((_, i) => pointRow(points, i, moment, selected, (chosen) => {
                                      selected = chosen;
                                      draw();
                                    }));
     const heads = kHeads.map((text) => element('th', {scope: 'col'}, text));
-    byId('points-list')
+    byId(`${section}-list`)
         .replaceChildren(element(
             'table', {}, element('thead', {}, element('tr', {}, ...heads)),
             element('tbody', {}, ...rows)));
-    byId('points-detail').replaceChildren(...detail(points, selected, marked));
+    byId(`${section}-detail`).replaceChildren(...detail(points, selected, marked));
   }
   draw();
   return {

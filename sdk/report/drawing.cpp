@@ -1,0 +1,76 @@
+// See drawing.hpp.
+#include "sdk/report/drawing.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <opencv2/imgproc.hpp>
+
+namespace defrec::cli {
+namespace {
+
+const cv::Scalar kObserved(191, 212, 45);
+const cv::Scalar kExtrapolated(36, 191, 251);
+const cv::Scalar kUnknown(175, 163, 156);
+const cv::Scalar kText(245, 245, 245);
+const cv::Scalar kEdge(42, 23, 15);
+
+}  // namespace
+
+const cv::Scalar& status_colour(VertexStatus status) {
+    return status == VertexStatus::observed       ? kObserved
+           : status == VertexStatus::extrapolated ? kExtrapolated
+                                                  : kUnknown;
+}
+
+bool near_image(float u, float v, const cv::Mat& image) {
+    const float margin = 64;
+    return u > -margin && v > -margin && u < static_cast<float>(image.cols) + margin &&
+           v < static_cast<float>(image.rows) + margin;  // false for NaN
+}
+
+cv::Point fixed_point(float u, float v) {
+    constexpr float scale = 1 << kSubpixelBits;
+    return {cvRound(u * scale), cvRound(v * scale)};
+}
+
+double text_scale(const cv::Mat& image) { return std::clamp(image.cols / 1700.0, 0.34, 1.2); }
+
+void ring(cv::Mat& image, float u, float v, double radius, bool dashed, const cv::Scalar& colour) {
+    constexpr int kDash = 20;  // degrees, and as many of a gap
+    const double scale = 1 << kSubpixelBits;
+    const cv::Size axes(cvRound(radius * scale), cvRound(radius * scale));
+    for (int start = 0; start < 360; start += 2 * kDash)
+        cv::ellipse(image, fixed_point(u, v), axes, 0, start, start + (dashed ? 1 : 2) * kDash,
+                    colour, 1, cv::LINE_AA, kSubpixelBits);
+}
+
+void draw_text(cv::Mat& image, const std::string& text, cv::Point at) {
+    const double scale = 0.8 * text_scale(image);
+    for (const bool is_edge : {true, false})
+        cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, scale, is_edge ? kEdge : kText,
+                    is_edge ? 3 : 1, cv::LINE_AA);
+}
+
+bool draw_target(cv::Mat& image, const PointEstimate& target, const Projector& projector) {
+    constexpr float kMinRadius = 3;
+    if (target.status == VertexStatus::unknown) return false;
+    const TargetMark mark = target_mark(target, projector);
+    if (!near_image(mark.u, mark.v, image)) return false;
+    const cv::Scalar& colour = status_colour(target.status);
+    cv::drawMarker(image, cv::Point(cvRound(mark.u), cvRound(mark.v)), colour, cv::MARKER_CROSS, 5,
+                   1);
+    if (std::isfinite(mark.radius))
+        ring(image, mark.u, mark.v, std::max(mark.radius, kMinRadius),
+             target.status != VertexStatus::observed, colour);
+    return true;
+}
+
+std::string millimetres(double mm) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.1f mm", mm);
+    return text.data();
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,33 @@
+// What several painters of the left image draw with.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "sdk/report/record.hpp"
+#include "sdk/report/target_mark.hpp"
+
+namespace defrec::cli {
+
+inline constexpr int kSubpixelBits = 4;
+
+/// The report page (web/colours.js) uses the same colours.
+const cv::Scalar& status_colour(VertexStatus status);
+
+/// Within the image or a little beside it; false for NaN.
+bool near_image(float u, float v, const cv::Mat& image);
+/// With kSubpixelBits.
+cv::Point fixed_point(float u, float v);
+double text_scale(const cv::Mat& image);
+
+/// A circle, dashed where asked for.
+void ring(cv::Mat& image, float u, float v, double radius, bool dashed, const cv::Scalar& colour);
+/// Light, with a dark edge.
+void draw_text(cv::Mat& image, const std::string& text, cv::Point at);
+/// A cross with a ring as wide as the expected error, dashed where the target is not observed.
+/// False, and nothing, for what is lost or not in the image.
+bool draw_target(cv::Mat& image, const PointEstimate& target, const Projector& projector);
+/// "2.1 mm".
+std::string millimetres(double mm);
+
+}  // namespace defrec::cli
