@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace defrec::cli {
@@ -21,6 +23,21 @@ struct LinkTarget : LinkPoint {
     std::array<float, 6> covariance{};  // xx, xy, xz, yy, yz, zz, mm^2
 };
 
+// What is known of a plan's part: triangles whose vertices are not unknown, and their vertices.
+struct LinkPart {
+    std::string name;
+    std::size_t place = 0;                         // among the plan's parts
+    std::vector<float> vertices;                   // xyz interleaved
+    std::vector<float> expected_error_mm, status;  // one each; DEFREC_POINT_*
+    std::vector<std::uint32_t> triangles;
+};
+
+// Those that are not lost; only with geometry.
+struct LinkPlan {
+    std::vector<LinkPart> parts;
+    std::vector<LinkPoint> targets;
+};
+
 // All lengths in mm, all coordinates in the left rectified camera.
 struct LinkFrame {
     std::int64_t index = 0;         // in the input
@@ -36,6 +53,7 @@ struct LinkFrame {
     std::shared_ptr<const std::vector<std::uint32_t>> triangles;  // three vertex indices each
     std::vector<LinkPoint> points;
     std::vector<LinkTarget> targets;
+    std::optional<LinkPlan> plan;  // empty: none is followed, or no geometry
 };
 
 }  // namespace defrec::cli

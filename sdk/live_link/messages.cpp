@@ -66,11 +66,15 @@ void append_status(const LinkFrame& frame, std::size_t vertices, std::string& ou
         " vertices=" + std::to_string(vertices) +
         " points=" + std::to_string(frame.has_geometry ? frame.points.size() : 0) +
         " targets=" + std::to_string(frame.has_geometry ? frame.targets.size() : 0);
+    const std::string plan = frame.plan
+                                 ? " parts=" + std::to_string(frame.plan->parts.size()) +
+                                       " plan_targets=" + std::to_string(frame.plan->targets.size())
+                                 : std::string();
     const auto message = igtl::StatusMessage::New();
     message->SetCode(status_code(frame.state));
     message->SetSubCode(frame.index);
     message->SetErrorName(state_name(frame.state));
-    message->SetStatusString(text.c_str());
+    message->SetStatusString((text + plan).c_str());
     append(*message, "TrackingState", frame, out);
 }
 
@@ -110,18 +114,22 @@ igtl::PolyDataAttribute::Pointer point_tensors(const char* name,
                            matrices);
 }
 
-void append_surface(const LinkFrame& frame, std::string& out) {
+igtl::PolyDataMessage::Pointer mesh_message(const std::vector<float>& vertices,
+                                            const std::vector<std::uint32_t>& triangles) {
     auto points = igtl::PolyDataPointArray::New();
-    for (std::size_t i = 0; i < frame.vertices.size(); i += 3) {
-        points->AddPoint(frame.vertices[i], frame.vertices[i + 1], frame.vertices[i + 2]);
-    }
-    auto triangles = igtl::PolyDataCellArray::New();
-    for (std::size_t i = 0; i < frame.triangles->size(); i += 3) {
-        triangles->AddCell(3, const_cast<igtlUint32*>(frame.triangles->data() + i));
-    }
-    const auto message = igtl::PolyDataMessage::New();
+    for (std::size_t i = 0; i < vertices.size(); i += 3)
+        points->AddPoint(vertices[i], vertices[i + 1], vertices[i + 2]);
+    auto cells = igtl::PolyDataCellArray::New();
+    for (std::size_t i = 0; i < triangles.size(); i += 3)
+        cells->AddCell(3, const_cast<igtlUint32*>(triangles.data() + i));
+    auto message = igtl::PolyDataMessage::New();
     message->SetPoints(points);
-    message->SetPolygons(triangles);
+    message->SetPolygons(cells);
+    return message;
+}
+
+void append_surface(const LinkFrame& frame, std::string& out) {
+    const auto message = mesh_message(frame.vertices, *frame.triangles);
     const auto error = point_scalars("expected_error_mm", frame.expected_error_mm);
     const auto status =
         point_scalars("status", {frame.vertex_status.begin(), frame.vertex_status.end()});
@@ -191,6 +199,33 @@ void append_target_errors(const LinkFrame& frame, std::string& out) {
     append(*message, "TargetErrorsInCamera", frame, out);
 }
 
+// As the protocol's 20 bytes hold it: "Plan1-tumour".
+std::string device_name(const LinkPart& part) {
+    constexpr std::size_t kMaxBytes = 20;
+    std::string name = "Plan" + std::to_string(part.place) + "-" + part.name;
+    for (char& c : name)
+        if (c <= ' ' || c > '~') c = '_';
+    return name.substr(0, kMaxBytes);
+}
+
+void append_plan(const LinkFrame& frame, std::string& out) {
+    for (const LinkPart& part : frame.plan->parts) {
+        const auto message = mesh_message(part.vertices, part.triangles);
+        const auto error = point_scalars("expected_error_mm", part.expected_error_mm);
+        const auto status = point_scalars("status", part.status);
+        message->AddAttribute(error);
+        message->AddAttribute(status);
+        append(*message, device_name(part).c_str(), frame, out);
+    }
+    if (frame.plan->targets.empty()) return;
+    const auto message = igtl::PointMessage::New();
+    for (const LinkPoint& target : frame.plan->targets) {
+        auto element = point_element(target, {236, 92, 246});
+        message->AddPointElement(element);
+    }
+    append(*message, "PlanTargetsInCamera", frame, out);
+}
+
 }  // namespace
 
 std::string pack_messages(const LinkFrame& frame) {
@@ -204,9 +239,11 @@ std::string pack_messages(const LinkFrame& frame) {
     }
     if (has_surface) append_surface(frame, out);
     if (!frame.points.empty()) append_points(frame, out);
-    if (frame.targets.empty()) return out;
-    append_targets(frame, out);
-    append_target_errors(frame, out);
+    if (!frame.targets.empty()) {
+        append_targets(frame, out);
+        append_target_errors(frame, out);
+    }
+    if (frame.plan) append_plan(frame, out);
     return out;
 }
 

@@ -163,6 +163,38 @@ TEST_CASE("a motion that is no number is not sent, nor lists of no points and ta
           std::vector<std::string>{"STATUS TrackingState", "POLYDATA SurfaceInCamera"});
 }
 
+TEST_CASE("a plan: a POLYDATA of each part with its errors, targets, and how many there are") {
+    LinkFrame sent = example_frame();
+    sent.plan =
+        LinkPlan{{{"organ", 0, {0, 0, 80, 9, 0, 80, 0, 9, 80}, {1, 2, 3}, {1, 1, 0}, {0, 1, 2}},
+                  {"tum\xc3\xb6r with a long name",
+                   3,
+                   {0, 0, 90, 1, 0, 90, 0, 1, 90},
+                   {0.5F, 0.5F, 0.25F},
+                   {1, 1, 1},
+                   {0, 2, 1}}},
+                 {{5, "extrapolated", {1, 2, 90}, 0.75}}};
+    const ReceivedFrame frame = received(pack_messages(sent));
+    REQUIRE(frame.messages.size() == 9);
+    CHECK(frame.messages[6] == "POLYDATA Plan0-organ");
+    CHECK(frame.messages[7].starts_with("POLYDATA Plan3-tum__r_with"));
+    CHECK(frame.messages[8] == "POINT PlanTargetsInCamera");
+    CHECK(frame.text == "reasons= epoch=2 vertices=4 points=2 targets=2 parts=2 plan_targets=1");
+    REQUIRE(frame.parts.size() == 2);
+    CHECK(frame.parts[0].vertices == sent.plan->parts[0].vertices);
+    CHECK(frame.parts[0].triangles == sent.plan->parts[0].triangles);
+    CHECK(frame.parts[0].expected_error_mm == sent.plan->parts[0].expected_error_mm);
+    CHECK(frame.parts[1].status == sent.plan->parts[1].status);
+    REQUIRE(frame.plan_targets.size() == 1);
+    check_point(frame.plan_targets[0], sent.plan->targets[0]);
+
+    // Where nothing of it is known no message comes, and the text says so.
+    sent.plan = LinkPlan{};
+    const ReceivedFrame lost = received(pack_messages(sent));
+    CHECK(lost.messages == kEverything);
+    CHECK(lost.text.ends_with(" parts=0 plan_targets=0"));
+}
+
 TEST_CASE("the frame's time to the nanosecond") {
     for (const std::int64_t time :
          {0LL, 1LL, 33'333'333LL, 999'999'999LL, 1'000'000'000LL, 1'760'000'000'123'456'789LL}) {

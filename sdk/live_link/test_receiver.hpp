@@ -27,7 +27,13 @@ struct ReceivedPoint {
     float radius = 0;
 };
 
-struct ReceivedFrame {
+struct ReceivedMesh {
+    std::vector<float> vertices, expected_error_mm, status, evidence;
+    std::vector<float> covariance;  // 3x3 each
+    std::vector<std::uint32_t> triangles;
+};
+
+struct ReceivedFrame : ReceivedMesh {
     std::vector<std::string> messages;  // "TYPE device name", in the order of arrival
     std::vector<unsigned> versions;
     unsigned seconds = 0, fraction = 0;  // the same in every message
@@ -35,10 +41,8 @@ struct ReceivedFrame {
     std::int64_t index = 0;
     std::string state, text;
     igtl::Matrix4x4 matrix = {};
-    std::vector<float> vertices, expected_error_mm, status, evidence;
-    std::vector<float> covariance;  // 3x3 each
-    std::vector<std::uint32_t> triangles;
-    std::vector<ReceivedPoint> points, targets;
+    std::vector<ReceivedPoint> points, targets, plan_targets;
+    std::vector<ReceivedMesh> parts;                       // of a plan
     std::vector<float> target_positions, target_error_mm;  // of the second of their messages
     std::vector<float> target_covariance;                  // 3x3 each
 };
@@ -139,10 +143,13 @@ class FrameReader {
             if (name == "TargetErrorsInCamera")
                 unpack_target_errors(*message, frame);
             else
-                unpack_surface(*message, frame);
+                unpack_mesh(*message,
+                            name.starts_with("Plan") ? frame.parts.emplace_back() : frame);
         } else if (type == "POINT") {
             unpack_points(*read_body<igtl::PointMessage>(header),
-                          name == "TargetsInCamera" ? frame.targets : frame.points);
+                          name == "TargetsInCamera"       ? frame.targets
+                          : name == "PlanTargetsInCamera" ? frame.plan_targets
+                                                          : frame.points);
         } else {
             throw std::runtime_error("there is no message of type '" + type + "'");
         }
@@ -178,7 +185,7 @@ class FrameReader {
         return all;
     }
 
-    static void unpack_surface(igtl::PolyDataMessage& message, ReceivedFrame& frame) {
+    static void unpack_mesh(igtl::PolyDataMessage& message, ReceivedMesh& frame) {
         frame.vertices = positions(message);
         const auto polygons = message.GetPolygons();
         for (unsigned i = 0; i < polygons->GetNumberOfCells(); ++i) {

@@ -29,6 +29,34 @@ PlanModel model_of(const defrec_plan_info& info) {
     return model;
 }
 
+LinkPart link_part(const PlanModel& model, std::size_t place, const MovedPoints& points) {
+    const PlanModel::Part& part = model.parts[place];
+    LinkPart link;
+    link.name = part.name;
+    link.place = place;
+    constexpr std::uint32_t kNone = UINT32_MAX;
+    std::vector<std::uint32_t> places(points.status.size(), kNone);  // in the link's vertices
+    PositionRow at;
+    const auto is_known = [&](std::uint32_t vertex) { return points.fill(vertex, at); };
+    for (std::size_t i = 0; i < part.triangle_count; ++i) {
+        const auto* corner = &model.triangles[3 * (part.first_triangle + i)];
+        if (!std::all_of(corner, corner + 3, is_known)) continue;
+        for (std::size_t k = 0; k < 3; ++k) {
+            std::uint32_t& vertex = places[corner[k]];
+            if (vertex == kNone) {
+                vertex = static_cast<std::uint32_t>(link.status.size());
+                const double* xyz = &points.xyz[3 * std::size_t{corner[k]}];
+                link.vertices.insert(link.vertices.end(), xyz, xyz + 3);
+                link.expected_error_mm.push_back(
+                    static_cast<float>(points.expected_error_mm[corner[k]]));
+                link.status.push_back(points.status[corner[k]]);
+            }
+            link.triangles.push_back(vertex);
+        }
+    }
+    return link;
+}
+
 }  // namespace
 
 void expect_plan_file(const std::string& path) {
@@ -162,6 +190,19 @@ void fill_plan(const std::shared_ptr<const PlanModel>& model, const PlanFrame& f
         points.expected_error_mm.begin(),
         points.expected_error_mm.begin() + static_cast<std::ptrdiff_t>(count));
     for (std::size_t i = 0; i < count; ++i) plan.status.push_back(vertex_status(points.status[i]));
+}
+
+LinkPlan link_plan(const PlanModel& model, const PlanFrame& frame) {
+    LinkPlan plan;
+    if (frame.points == nullptr) return plan;
+    for (const PlanRow& row : frame.rows)
+        if (row.part.empty() && row.status != PointStatus::kLost)
+            plan.targets.push_back(link_point(row));
+    for (std::size_t place = 0; place < model.parts.size(); ++place) {
+        LinkPart part = link_part(model, place, *frame.points);
+        if (!part.triangles.empty()) plan.parts.push_back(std::move(part));
+    }
+    return plan;
 }
 
 }  // namespace defrec::cli

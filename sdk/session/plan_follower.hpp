@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sdk/client/library.hpp"
+#include "sdk/live_link/frame.hpp"
 #include "sdk/report/record.hpp"
 #include "sdk/session/frame_projection.hpp"
 #include "sdk/session/moved_points.hpp"
@@ -78,5 +79,7 @@ class PlanFollower {
 // For pictures. model: the follower's.
 void fill_plan(const std::shared_ptr<const PlanModel>& model, const PlanFrame& frame,
                PlanEstimate& plan);
+// For receivers.
+LinkPlan link_plan(const PlanModel& model, const PlanFrame& frame);
 
 }  // namespace defrec::cli

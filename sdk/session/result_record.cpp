@@ -27,10 +27,6 @@ TargetEstimate target_estimate(const TargetRow& row) {
     return target;
 }
 
-LinkPoint link_point(const PositionRow& row) {
-    return {row.id, name_of(row.status), std::to_array(row.xyz), row.expected_error_mm};
-}
-
 void fill_matches(const defrec_result& result, RawProjection& projection,
                   std::vector<MatchSegment>& segments) {
     std::vector<float> positions;
@@ -57,6 +53,10 @@ void fill_matches(const defrec_result& result, RawProjection& projection,
 
 VertexStatus vertex_status(std::uint8_t status) {
     return status < DEFREC_POINT_UNKNOWN ? VertexStatus{status} : VertexStatus::unknown;
+}
+
+LinkPoint link_point(const PositionRow& row) {
+    return {row.id, name_of(row.status), std::to_array(row.xyz), row.expected_error_mm};
 }
 
 PointEstimate point_estimate(const PositionRow& row) {

@@ -17,6 +17,7 @@ FrameRow frame_row(const StereoFrame& frame, const defrec_result& result);
 // DEFREC_POINT_*.
 VertexStatus vertex_status(std::uint8_t status);
 PointEstimate point_estimate(const PositionRow& row);
+LinkPoint link_point(const PositionRow& row);
 
 // Vertices, their pixels in the template's left image, triangles.
 TemplateRecord template_record(const defrec_template_info& info, RawProjection& projection);

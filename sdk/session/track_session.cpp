@@ -437,8 +437,11 @@ class TrackSession {
             targets = beneath_.targets->add_frame(frame.index, frame.timestamp_ms, job);
         PlanFrame plan;
         if (beneath_.plan) plan = beneath_.plan->add_frame(frame.index, frame.timestamp_ms, job);
-        if (link_.is_open())
-            link_.publish(link_frame(frame, result, template_.triangles, points, targets));
+        if (link_.is_open()) {
+            LinkFrame sent = link_frame(frame, result, template_.triangles, points, targets);
+            if (plan.points != nullptr) sent.plan = link_plan(*beneath_.plan->model(), plan);
+            link_.publish(std::move(sent));
+        }
         rows_.push_back(frame_row(frame, result));
         say(notes_.add_frame(frame, result));
         pictures_->add_to_checks(frame, result, notes_.compression());
