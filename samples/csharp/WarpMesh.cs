@@ -6,49 +6,8 @@
 // in the rectified left camera of their frame; status is PointStatus, expected_error_mm the
 // root mean square of the error to be expected.
 using System;
-using System.Collections.Generic;
 using System.IO;
 using Defrec;
-
-/// <summary>The lines "v X Y Z" and "f A B C" of an OBJ file.</summary>
-internal sealed class Mesh
-{
-    internal readonly double[] Vertices; // xyz
-    internal readonly List<string> Triangles = new List<string>(); // "A B C", counted from 0
-    private int last = -1; // the largest of them
-
-    internal Mesh(string path)
-    {
-        var xyz = new List<double>();
-        foreach (string line in File.ReadAllLines(path))
-        {
-            string[] words = line.Split(new[] { ' ' }, StringSplitOptions.RemoveEmptyEntries);
-            if (words.Length == 0 || (words[0] != "v" && words[0] != "f")) continue;
-            if (words.Length != 4)
-                throw new SampleException(
-                    path + ": \"v X Y Z\" or \"f A B C\" expected, found \"" + line + "\"");
-            if (words[0] == "v")
-                for (int i = 1; i < 4; ++i) xyz.Add(Sample.Number(words[i], path));
-            else
-                Triangles.Add(
-                    Index(words[1], path) + " " + Index(words[2], path) + " " +
-                    Index(words[3], path));
-        }
-        Vertices = xyz.ToArray();
-        if (Vertices.Length == 0) throw new SampleException(path + ": has no vertices");
-        if (last >= Vertices.Length / 3)
-            throw new SampleException(path + ": a triangle names a vertex that is not there");
-    }
-
-    private int Index(string text, string path)
-    {
-        int index;
-        if (!int.TryParse(text, out index) || index < 1)
-            throw new SampleException(path + ": \"" + text + "\" is no vertex");
-        last = Math.Max(last, index - 1);
-        return index - 1;
-    }
-}
 
 internal static class WarpMesh
 {
@@ -114,14 +73,17 @@ internal static class WarpMesh
                 "property float x\nproperty float y\nproperty float z\n" +
                 "property uchar status\nproperty float expected_error_mm\n");
             file.Write(
-                "element face " + mesh.Triangles.Count +
+                "element face " + mesh.Triangles.Length / 3 +
                 "\nproperty list uchar uint vertex_indices\nend_header\n");
             for (int i = 0; i < status.Length; ++i)
                 file.Write(
                     "{0} {1} {2} {3} {4}\n", Sample.Decimals(xyz[3 * i]),
                     Sample.Decimals(xyz[3 * i + 1]), Sample.Decimals(xyz[3 * i + 2]),
                     (int)status[i], Sample.Decimals(expectedErrorMm[i]));
-            foreach (string triangle in mesh.Triangles) file.Write("3 " + triangle + "\n");
+            for (int i = 0; i < mesh.Triangles.Length; i += 3)
+                file.Write(
+                    "3 {0} {1} {2}\n", mesh.Triangles[i], mesh.Triangles[i + 1],
+                    mesh.Triangles[i + 2]);
         }
     }
 }
