@@ -84,7 +84,7 @@ def prepare(sequence, work):
 
 
 def middle_error(frame, found, truth):
-    """Of the middle of the targets in a frame, mm."""
+    """The middle of the targets in a frame, mm."""
     pairs = [
         (place(row), place(truth[int(frame), row["id"]])) for row in found if row["frame"] == frame
     ]

@@ -141,6 +141,7 @@ ALLOWED = {
     ("tracking/points/lift_pixels.cpp", "position >= -0.5"): "border of an image of pixels",
     ("tracking/points/lift_pixels.cpp", "kRounds = 6"): "rounds until nothing changes",
     ("tracking/points/outside_cells.cpp", "std::max(1e-3, "): "no division by 0",
+    ("tracking/points/outside_kriging.cpp", "kLeaf = 16"): "how a matrix is parted",
     ("tracking/points/outside_motion.cpp", "kJitter = 1e-6"): "keeps a matrix invertible",
     ("tracking/points/point_carrier.cpp", "kNothing = 1e-6"): "no division by 0",
     ("tracking/points/point_carrier.cpp", "std::max(trace, 1e-9)"): "no division by 0",

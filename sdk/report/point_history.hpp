@@ -46,7 +46,7 @@ class PointHistory {
 
     explicit PointHistory(Projector projector);
 
-    /// Of points those count that the user chose.
+    /// Points that the user chose count alone.
     void add(std::int64_t frame, double timestamp_ms, const std::vector<PointEstimate>& points);
 
     const std::vector<PointFacts>& listed() const { return facts_; }

@@ -50,7 +50,7 @@ class OutsideKriging {
     double raise_noise(const Eigen::Matrix3Xd& displacements, Eigen::VectorXd& noise) const;
     // Variances of the displacements that are found, three axes together, mm^2.
     Eigen::VectorXd variances(const DisplacementModel& of) const;
-    // Of the coefficients that are found.
+    // The coefficients' own, mm^2.
     Eigen::MatrixXd covariance() const;
 
   private:
