@@ -93,6 +93,8 @@ class Derivation {
                                                     quantile(apart.extrapolated, 0.99));
         spread_["sequence.other_evidence" + kind].add(status, status);
         spread_["sequence.other_reasons" + kind].add(states.other_reasons, states.other_reasons);
+        spread_["sequence.other_contradicted"].add(states.other_contradicted,
+                                                   states.other_contradicted);
         std::fprintf(stderr,
                      "  observed median %.5f, p99 %.4f, maximum %.4f mm; extrapolated p99 %.4f, "
                      "maximum %.4f mm; status %.5f; "
@@ -103,9 +105,9 @@ class Derivation {
     }
 
     static const char* unit_of(const std::string& name) {
-        return name.find("evidence") != std::string::npos  ? "share"
-               : name.find("reasons") != std::string::npos ? "frames"
-                                                           : "mm";
+        return name.find("evidence") != std::string::npos ? "share"
+               : name.find("other_") != std::string::npos ? "frames"
+                                                          : "mm";
     }
 
     void print(const std::string& name, const Worst& worst, double factor, const char* unit,

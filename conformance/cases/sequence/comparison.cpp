@@ -132,7 +132,10 @@ StateDifference state_difference(const Track& expected, const Track& found) {
             result.other_state = message;
             break;
         }
-        if ((a.state != b.state || a.reasons != b.reasons) && result.other_reasons++ == 0)
+        const uint32_t differing = a.reasons ^ b.reasons;
+        if ((differing & DEFREC_REASON_CONTRADICTED) != 0) ++result.other_contradicted;
+        if ((a.state != b.state || (differing & ~uint32_t{DEFREC_REASON_CONTRADICTED}) != 0) &&
+            result.other_reasons++ == 0)
             result.reasons_message = message;
     }
     return result;

@@ -27,9 +27,12 @@ struct StateDifference {
     std::string other_state;  // the first frame that is lost in one and not in the other, or has
                               // another epoch or number of vertices, of a template that has grown
                               // another by more than 2 %
-    uint32_t other_reasons =
-        0;  // frames that are followed alike for other reasons, of which degraded follows
-    std::string reasons_message;  // the first of them
+    // Frames that are followed alike for other reasons, of which degraded follows; the first.
+    uint32_t other_reasons = 0;
+    std::string reasons_message;
+    // Frames of which one alone has DEFREC_REASON_CONTRADICTED: many checks, each with a threshold
+    // of its own, are counted against a share.
+    uint32_t other_contradicted = 0;
 };
 StateDifference state_difference(const Track& expected, const Track& found);
 

@@ -91,6 +91,14 @@ TEST_CASE("states: lost or not and the epoch must be the same; other reasons are
     CHECK(state_difference(expected, found).other_state.empty());
     CHECK(state_difference(expected, found).other_reasons == 1);
     CHECK(state_difference(expected, found).reasons_message.find("frame 1 is degraded") == 0);
+    CHECK(state_difference(expected, found).other_contradicted == 0);
+    found.frames[1].reasons |= DEFREC_REASON_CONTRADICTED;
+    CHECK(state_difference(expected, found).other_reasons == 1);
+    CHECK(state_difference(expected, found).other_contradicted == 1);
+    found = expected;
+    found.frames[0].reasons ^= DEFREC_REASON_CONTRADICTED;
+    CHECK(state_difference(expected, found).other_reasons == 0);
+    CHECK(state_difference(expected, found).other_contradicted == 1);
     found.frames[1].state = DEFREC_LOST;
     CHECK(state_difference(expected, found).other_state.find("frame 1 is lost") == 0);
     found = expected;

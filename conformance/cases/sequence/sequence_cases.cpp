@@ -42,6 +42,8 @@ void against_reference(CaseRun& run, const SequenceEntry& entry, const Track& ex
                 found.frames.size());
     else if (states.other_reasons > 0)
         run.note_failure(states.reasons_message);
+    measure(run, "sequence.other_contradicted", states.other_contradicted,
+            states.other_contradicted, found.frames.size());
     const double median = quantile(apart.observed, 0.5);
     measure(run, "sequence.observed" + kind, quantile(apart.observed, 1),
             quantile(apart.observed, 0.99), apart.observed.size());

@@ -368,7 +368,7 @@ struct Reasons {
     // mm | a larger mean depth residual is `DEFREC_REASON_LARGE_RESIDUAL` | set by hand
     double large_residual = 1;
     // share of the vertices in the image | more in checks that are refuted are
-    //   `DEFREC_REASON_CONTRADICTED` | sound scenes have 0 to 0.04, [refuted-checks]
+    //   `DEFREC_REASON_CONTRADICTED` | [refuted-checks]: still and beating tissue have 0 to 0.05
     double contradicted_share = 0.05;
     // share of the first view's vertices | fewer in the image are `DEFREC_REASON_OUT_OF_VIEW` | set
     //   by hand
