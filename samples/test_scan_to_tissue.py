@@ -84,7 +84,7 @@ def prepare(sequence, work):
 
 
 def middle_error(frame, found, truth):
-    """The middle of the targets in a frame, mm."""
+    """How far the middle of the targets is off in a frame, mm."""
     pairs = [
         (place(row), place(truth[int(frame), row["id"]])) for row in found if row["frame"] == frame
     ]

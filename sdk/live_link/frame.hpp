@@ -23,7 +23,7 @@ struct LinkTarget : LinkPoint {
     std::array<float, 6> covariance{};  // xx, xy, xz, yy, yz, zz, mm^2
 };
 
-// What is known of a plan's part: triangles whose vertices are not unknown, and their vertices.
+// The known part of a plan's part: triangles whose vertices are not unknown, and their vertices.
 struct LinkPart {
     std::string name;
     std::size_t place = 0;                         // among the plan's parts
@@ -32,7 +32,7 @@ struct LinkPart {
     std::vector<std::uint32_t> triangles;
 };
 
-// Those that are not lost; only with geometry.
+// Parts and targets that are not lost; only with geometry.
 struct LinkPlan {
     std::vector<LinkPart> parts;
     std::vector<LinkPoint> targets;

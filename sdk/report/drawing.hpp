@@ -1,4 +1,4 @@
-// What several painters of the left image draw with.
+// Marks and text that several painters of the left image draw.
 #pragma once
 
 #include <opencv2/core.hpp>

@@ -75,7 +75,7 @@ struct PlanModel {
     std::vector<Part> parts;
 };
 
-/// Where a plan is in a frame. Without a model there is none.
+/// A plan's place in a frame. Without a model there is none.
 struct PlanEstimate {
     std::shared_ptr<const PlanModel> model;
     std::vector<float> vertices;           ///< x, y, z interleaved, mm; or empty: lost

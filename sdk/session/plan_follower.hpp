@@ -22,7 +22,7 @@ namespace defrec::cli {
 // Throws CliError(kInput) where it is no plan's file, without looking at what it says.
 void expect_plan_file(const std::string& path);
 
-// Where the plan is in a frame; without geometry there are only the rows, which are lost.
+// The plan's place in a frame; without geometry there are only the rows, which are lost.
 struct PlanFrame {
     std::vector<PlanRow> rows;            // of the targets, then of the parts
     const MovedPoints* points = nullptr;  // the model's vertices, then the targets

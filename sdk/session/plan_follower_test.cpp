@@ -1,4 +1,4 @@
-// What pictures and receivers get of a plan in a frame.
+// A plan in a frame, as pictures and receivers get it.
 #include "sdk/session/plan_follower.hpp"
 
 #include <doctest/doctest.h>

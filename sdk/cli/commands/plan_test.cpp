@@ -90,7 +90,7 @@ class Operation {
         arguments.insert(arguments.end(), more.begin(), more.end());
         return arguments;
     }
-    // What a registration by pairs with a model needs, and where its plan goes.
+    // The arguments of a registration by pairs, whose model goes into the plan.
     std::vector<std::string> by_pairs(const std::string& out, const std::string& plan) const {
         return registering(
             out, {"--model", folder / "scan.obj", "--pairs", folder / "pairs.csv", "--pairs-only",
