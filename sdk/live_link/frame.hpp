@@ -38,11 +38,21 @@ struct LinkPlan {
     std::vector<LinkPoint> targets;
 };
 
+// The left view as the camera delivered it.
+struct LinkImage {
+    const std::uint8_t* pixels = nullptr;
+    int width = 0, height = 0;
+    int channels = 0;                   // 1: gray, 3: BGR
+    std::size_t stride = 0;             // bytes from row to row
+    std::shared_ptr<const void> owner;  // of the pixels
+};
+
 // All lengths in mm, all coordinates in the left rectified camera.
 struct LinkFrame {
     std::int64_t index = 0;         // in the input
     std::int64_t timestamp_ns = 0;  // of the input's clock
     std::uint32_t state = 0, reasons = 0, epoch = 0;
+    std::optional<LinkImage> image;  // where it was asked for
     // The rest stays empty where the frame has no geometry to be trusted.
     bool has_geometry = false;
     std::array<double, 12> rigid_motion{};  // from the template frame, rows of [R | t]

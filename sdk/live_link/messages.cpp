@@ -1,6 +1,7 @@
 // Frames as OpenIGTLink messages.
 #include "sdk/live_link/messages.hpp"
 
+#include <igtlImageMessage.h>
 #include <igtlPointMessage.h>
 #include <igtlPolyDataMessage.h>
 #include <igtlStatusMessage.h>
@@ -8,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "sdk/client/library.hpp"
 
@@ -76,6 +78,28 @@ void append_status(const LinkFrame& frame, std::size_t vertices, std::string& ou
     message->SetErrorName(state_name(frame.state));
     message->SetStatusString((text + plan).c_str());
     append(*message, "TrackingState", frame, out);
+}
+
+// Pixels of 1 x 1 at the origin: an image has no place in mm.
+void append_image(const LinkFrame& frame, std::string& out) {
+    const LinkImage& image = *frame.image;
+    const auto message = igtl::ImageMessage::New();
+    message->SetDimensions(image.width, image.height, 1);
+    message->SetSpacing(1, 1, 1);
+    message->SetScalarTypeToUint8();
+    message->SetNumComponents(image.channels);
+    message->SetSubVolume(image.width, image.height, 1, 0, 0, 0);
+    message->AllocateScalars();
+    auto* to = static_cast<std::uint8_t*>(message->GetScalarPointer());
+    const std::size_t row_bytes =
+        static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels);
+    for (int y = 0; y < image.height; ++y, to += row_bytes) {
+        const std::uint8_t* row = image.pixels + static_cast<std::size_t>(y) * image.stride;
+        std::copy_n(row, row_bytes, to);
+        if (image.channels == 3)  // the protocol has red first
+            for (std::size_t x = 0; x < row_bytes; x += 3) std::swap(to[x], to[x + 2]);
+    }
+    append(*message, "LeftImage", frame, out);
 }
 
 void append_transform(const LinkFrame& frame, std::string& out) {
@@ -232,6 +256,7 @@ std::string pack_messages(const LinkFrame& frame) {
     std::string out;
     const bool has_surface = has_consistent_surface(frame);
     append_status(frame, has_surface ? frame.vertex_status.size() : 0, out);
+    if (frame.image) append_image(frame, out);
     if (!frame.has_geometry) return out;
     if (std::all_of(frame.rigid_motion.begin(), frame.rigid_motion.end(),
                     [](double value) { return std::isfinite(value); })) {

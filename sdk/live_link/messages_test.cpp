@@ -163,6 +163,28 @@ TEST_CASE("a motion that is no number is not sent, nor lists of no points and ta
           std::vector<std::string>{"STATUS TrackingState", "POLYDATA SurfaceInCamera"});
 }
 
+TEST_CASE("the left image, red first, also of a frame without geometry") {
+    LinkFrame sent = example_frame();
+    sent.has_geometry = false;
+    const auto pixels = std::make_shared<const std::vector<std::uint8_t>>(
+        std::vector<std::uint8_t>{1, 2, 3, 4, 5, 6, 0, 0, 7, 8, 9, 10, 11, 12, 0, 0});
+    sent.image = LinkImage{pixels->data(), 2, 2, 3, 8, pixels};
+    ReceivedFrame frame = received(pack_messages(sent));
+    CHECK(frame.messages == std::vector<std::string>{"STATUS TrackingState", "IMAGE LeftImage"});
+    CHECK(frame.image_size[0] == 2);
+    CHECK(frame.image_size[1] == 2);
+    CHECK(frame.image_size[2] == 1);
+    CHECK(frame.components == 3);
+    CHECK(frame.pixels == std::vector<std::uint8_t>{3, 2, 1, 6, 5, 4, 9, 8, 7, 12, 11, 10});
+
+    sent.has_geometry = true;
+    sent.image->channels = 1;
+    frame = received(pack_messages(sent));
+    CHECK(frame.messages.size() == kEverything.size() + 1);
+    CHECK(frame.components == 1);
+    CHECK(frame.pixels == std::vector<std::uint8_t>{1, 2, 7, 8});
+}
+
 TEST_CASE("a plan: a POLYDATA of each part with its errors, targets, and how many there are") {
     LinkFrame sent = example_frame();
     sent.plan =

@@ -1,6 +1,7 @@
 // For tests: frames as OpenIGTLink's own classes unpack them, with every checksum verified.
 #pragma once
 
+#include <igtlImageMessage.h>
 #include <igtlMessageHeader.h>
 #include <igtlPointMessage.h>
 #include <igtlPolyDataMessage.h>
@@ -42,7 +43,10 @@ struct ReceivedFrame : ReceivedMesh {
     std::string state, text;
     igtl::Matrix4x4 matrix = {};
     std::vector<ReceivedPoint> points, targets, plan_targets;
-    std::vector<ReceivedMesh> parts;                       // of a plan
+    std::vector<ReceivedMesh> parts;  // of a plan
+    int image_size[3] = {};           // px, px, 1
+    int components = 0;
+    std::vector<std::uint8_t> pixels;
     std::vector<float> target_positions, target_error_mm;  // of the second of their messages
     std::vector<float> target_covariance;                  // 3x3 each
 };
@@ -136,6 +140,12 @@ class FrameReader {
             frame.index = message->GetSubCode();
             frame.state = message->GetErrorName();
             frame.text = message->GetStatusString();
+        } else if (type == "IMAGE") {
+            const auto message = read_body<igtl::ImageMessage>(header);
+            message->GetDimensions(frame.image_size);
+            frame.components = message->GetNumComponents();
+            const auto* pixels = static_cast<const std::uint8_t*>(message->GetScalarPointer());
+            frame.pixels.assign(pixels, pixels + message->GetImageSize());
         } else if (type == "TRANSFORM") {
             read_body<igtl::TransformMessage>(header)->GetMatrix(frame.matrix);
         } else if (type == "POLYDATA") {

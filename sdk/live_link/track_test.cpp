@@ -162,6 +162,19 @@ void check_number(float received, const std::string& written, double tolerance) 
 }
 
 // Rows of points.csv; those of targets.csv have their depth after the id.
+void check_image(const ReceivedFrame& frame, const fs::path& images) {
+    const auto index = static_cast<std::size_t>(frame.index);
+    const cv::Mat left = cv::imread(images_of(images / "left").at(index).string());
+    REQUIRE(frame.components == 3);
+    REQUIRE(frame.image_size[0] == left.cols);
+    REQUIRE(frame.image_size[1] == left.rows);
+    REQUIRE(frame.pixels.size() == left.total() * 3);
+    std::size_t differing = 0;
+    for (std::size_t i = 0; i < frame.pixels.size(); ++i)
+        differing += frame.pixels[i] != left.data[i + 2 - 2 * (i % 3)];
+    CHECK(differing == 0);
+}
+
 using Rows = std::vector<std::vector<std::string>>;
 
 // The rows of a frame, without what is lost.
@@ -226,7 +239,9 @@ void check_frames(const std::vector<ReceivedFrame>& frames, const std::string& o
         check_points(frame.points, rows_of(frame, points));
         check_targets(frame, rows_of(frame, targets));
         const bool has_geometry = frame.state != "lost" && frame.state != "initialising";
-        CHECK(frame.messages.size() == (!has_geometry ? 1 : targets.empty() ? 4 : 6));
+        CHECK(frame.messages.size() - (frame.components > 0) == (!has_geometry     ? 1
+                                                                 : targets.empty() ? 4
+                                                                                   : 6));
         if (has_geometry) check_surface(frame, out);
     }
     CHECK(std::to_string(frames.back().index) == rows.back()[0]);
@@ -255,14 +270,15 @@ TEST_CASE(
     const std::string port = std::to_string(server->GetServerPort());
     const std::string targets =
         folder.write("targets.csv", "id,x,y,z,depth\n7,0,0,90,\n-3,5,-4,95,20\n8,900,900,80,\n");
-    Program program(
-        track(folder.path(), folder / "out",
-              {"--quiet", "--realtime", "--targets", targets, "--igtl", "127.0.0.1:" + port}));
+    Program program(track(folder.path(), folder / "out",
+                          {"--quiet", "--realtime", "--targets", targets, "--igtl",
+                           "127.0.0.1:" + port, "--igtl-image"}));
     const auto socket = server->WaitForConnection();
     REQUIRE(socket.IsNotNull());
     const std::vector<ReceivedFrame> frames = receive_all(*socket);
     CHECK(program.exit_code() == 0);
     check_frames(frames, folder / "out");
+    for (const ReceivedFrame& frame : frames) check_image(frame, folder.path());
     CHECK(frames.front().targets.size() == 2);  // the third is far from the body
     CHECK(frames.back().targets.empty());
     CHECK(frames.back().state == "lost");

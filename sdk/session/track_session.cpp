@@ -122,7 +122,13 @@ class LinkOutput {
   public:
     LinkOutput(const TrackOptions& options, ProgressBar& progress)
         : is_quiet_(options.quiet), progress_(progress) {
-        if (options.link.kind == LinkOptions::Kind::kNone) return;
+        if (options.link.kind == LinkOptions::Kind::kNone) {
+            if (options.link_image)
+                throw CliError(ExitCode::kUsage,
+                               "--igtl-image is sent by the live link: give --igtl HOST:PORT or "
+                               "--igtl-listen PORT.");
+            return;
+        }
         link_ = std::make_unique<LiveLink>(options.link);
         if (options.link.kind == LinkOptions::Kind::kListen && !is_quiet_)
             print_notice("live link: listening at " + to_string(link_->endpoint()) + ".");
@@ -439,6 +445,9 @@ class TrackSession {
         if (beneath_.plan) plan = beneath_.plan->add_frame(frame.index, frame.timestamp_ms, job);
         if (link_.is_open()) {
             LinkFrame sent = link_frame(frame, result, template_.triangles, points, targets);
+            if (options_.link_image)
+                sent.image = {frame.left.pixels,   frame.left.width,  frame.left.height,
+                              frame.left.channels, frame.left.stride, frame.pixels};
             if (plan.points != nullptr) sent.plan = link_plan(*beneath_.plan->model(), plan);
             link_.publish(std::move(sent));
         }

@@ -47,6 +47,7 @@ struct TrackOptions {
     TemplateOptions surface;
     RecordingOptions recordings;
     LinkOptions link;
+    bool link_image = false;                 // the left view is sent as well
     std::optional<std::uint16_t> view_port;  // of the live view; 0: any that is free
     bool realtime = false;                   // frames are taken no faster than at their own times
     unsigned threads = 0;

@@ -132,6 +132,8 @@ void add_link_options(CLI::App& command, TrackOptions& options) {
         "only, unless ADDRESS is "
         "given; port 0: any that is free");
     listen->type_name("[ADDRESS:]PORT")->excludes(connect);
+    command.add_flag("--igtl-image", options.link_image,
+                     "Send the left image with each frame by OpenIGTLink as well");
     command
         .add_option_function<std::uint16_t>(
             "--view", [&options](std::uint16_t port) { options.view_port = port; },

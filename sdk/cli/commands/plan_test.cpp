@@ -348,6 +348,7 @@ TEST_CASE("the plan's file is not overwritten, nor what is read from the folder 
     CHECK(run(operation().track(
               folder / "out", {"--plan", operation().plan(), "--trace", operation().plan()})) == 2);
     CHECK(run(operation().track(folder / "out", {"--plan-meshes", "2"})) == 2);
+    CHECK(run(operation().track(folder / "out", {"--igtl-image"})) == 2);  // to nobody
 }
 
 TEST_CASE("a run that is killed while it follows a plan never looks finished") {
