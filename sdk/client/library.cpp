@@ -245,11 +245,15 @@ defrec_image image_of(const ImageView& view) {
     return image;
 }
 
-Job submit(const Tracker& tracker, const StereoFrame& frame, std::uint64_t deadline_ns) {
+std::int64_t timestamp_ns_of(const StereoFrame& frame) {
     constexpr double kNanosecondsPerMillisecond = 1e6;
+    return std::llround(frame.timestamp_ms * kNanosecondsPerMillisecond);
+}
+
+Job submit(const Tracker& tracker, const StereoFrame& frame, std::uint64_t deadline_ns) {
     const defrec_image left = image_of(frame.left), right = image_of(frame.right);
     auto desc = initialised<defrec_frame>();
-    desc.timestamp_ns = std::llround(frame.timestamp_ms * kNanosecondsPerMillisecond);
+    desc.timestamp_ns = timestamp_ns_of(frame);
     desc.left = &left;
     desc.right = &right;
     desc.deadline_ns = deadline_ns;

@@ -105,6 +105,9 @@ defrec_rig_info rig_info(const Rig& rig);
 Template load_template(const Context& context, const std::string& path);
 defrec_template_info info_of(const Template& surface);
 
+// The frame's time as the tracker is given it.
+std::int64_t timestamp_ns_of(const StereoFrame& frame);
+
 defrec_image image_of(const ImageView& view);
 // Queues a frame. deadline_ns: 0: none. Throws CliError.
 Job submit(const Tracker& tracker, const StereoFrame& frame, std::uint64_t deadline_ns = 0);

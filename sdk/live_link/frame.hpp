@@ -50,7 +50,7 @@ struct LinkImage {
 // All lengths in mm, all coordinates in the left rectified camera.
 struct LinkFrame {
     std::int64_t index = 0;         // in the input
-    std::int64_t timestamp_ns = 0;  // of the input's clock
+    std::int64_t timestamp_ns = 0;  // of the link's clock
     std::uint32_t state = 0, reasons = 0, epoch = 0;
     std::optional<LinkImage> image;  // where it was asked for
     // The rest stays empty where the frame has no geometry to be trusted.

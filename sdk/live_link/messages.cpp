@@ -8,13 +8,22 @@
 #include <igtlTransformMessage.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "sdk/client/library.hpp"
 
 namespace defrec::cli {
 namespace {
+
+using Colour = std::array<igtlUint8, 3>;
+
+// The overlay's, by which status it has.
+constexpr Colour kTracked{45, 212, 191}, kExtrapolated{251, 191, 36};
+// The live view's.
+constexpr Colour kTarget{244, 114, 255}, kPlanTarget{236, 92, 246};
 
 constexpr std::uint64_t kNanosecondsPerSecond = 1'000'000'000;
 
@@ -172,8 +181,7 @@ std::array<float, 3> position(const LinkPoint& point) {
             static_cast<float>(point.xyz[2])};
 }
 
-igtl::PointElement::Pointer point_element(const LinkPoint& point,
-                                          const std::array<igtlUint8, 3>& colour) {
+igtl::PointElement::Pointer point_element(const LinkPoint& point, const Colour& colour) {
     auto element = igtl::PointElement::New();
     element->SetName(std::to_string(point.id).c_str());
     element->SetGroupName(point.status);
@@ -186,7 +194,8 @@ igtl::PointElement::Pointer point_element(const LinkPoint& point,
 void append_points(const LinkFrame& frame, std::string& out) {
     const auto message = igtl::PointMessage::New();
     for (const LinkPoint& point : frame.points) {
-        auto element = point_element(point, {255, 255, 0});
+        const bool is_tracked = point.status == std::string_view("tracked");
+        auto element = point_element(point, is_tracked ? kTracked : kExtrapolated);
         message->AddPointElement(element);
     }
     append(*message, "PointsInCamera", frame, out);
@@ -195,7 +204,7 @@ void append_points(const LinkFrame& frame, std::string& out) {
 void append_targets(const LinkFrame& frame, std::string& out) {
     const auto message = igtl::PointMessage::New();
     for (const LinkTarget& target : frame.targets) {
-        auto element = point_element(target, {244, 114, 255});
+        auto element = point_element(target, kTarget);
         message->AddPointElement(element);
     }
     append(*message, "TargetsInCamera", frame, out);
@@ -244,7 +253,7 @@ void append_plan(const LinkFrame& frame, std::string& out) {
     if (frame.plan->targets.empty()) return;
     const auto message = igtl::PointMessage::New();
     for (const LinkPoint& target : frame.plan->targets) {
-        auto element = point_element(target, {236, 92, 246});
+        auto element = point_element(target, kPlanTarget);
         message->AddPointElement(element);
     }
     append(*message, "PlanTargetsInCamera", frame, out);

@@ -84,6 +84,21 @@ TEST_CASE("every message of a frame arrives, with header version 1 and the frame
     }
 }
 
+TEST_CASE("points have the colour of their status, and targets one of their own") {
+    const ReceivedFrame frame = received(pack_messages(example_frame()));
+    const auto colour = [](const ReceivedPoint& point) {
+        return std::vector<int>(point.colour, point.colour + 4);
+    };
+    REQUIRE(frame.points.size() == 2);
+    CHECK(frame.points[0].group == "tracked");
+    CHECK(colour(frame.points[0]) == std::vector<int>{45, 212, 191, 255});
+    CHECK(frame.points[1].group == "extrapolated");
+    CHECK(colour(frame.points[1]) == std::vector<int>{251, 191, 36, 255});
+    REQUIRE(frame.targets.size() == 2);
+    for (const ReceivedPoint& target : frame.targets)
+        CHECK(colour(target) == std::vector<int>{244, 114, 255, 255});
+}
+
 TEST_CASE("a damaged message is told by its checksum") {
     std::string bytes = pack_messages(example_frame());
     bytes[bytes.size() / 2] ^= 1;

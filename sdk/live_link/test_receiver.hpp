@@ -26,6 +26,7 @@ struct ReceivedPoint {
     std::string name, group;
     float xyz[3] = {};
     float radius = 0;
+    igtlUint8 colour[4] = {};
 };
 
 struct ReceivedMesh {
@@ -232,8 +233,9 @@ class FrameReader {
             igtl::PointElement::Pointer element;
             message.GetPointElement(i, element);
             ReceivedPoint point{
-                element->GetName(), element->GetGroupName(), {}, element->GetRadius()};
+                element->GetName(), element->GetGroupName(), {}, element->GetRadius(), {}};
             element->GetPosition(point.xyz);
+            element->GetRGBA(point.colour);
             points.push_back(point);
         }
     }

@@ -9,10 +9,12 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 
 #include "sdk/io/text.hpp"
 #include "sdk/live_link/test_port.hpp"
@@ -321,6 +323,37 @@ TEST_CASE(
     check_frames(frames, folder / "out");
 }
 
+TEST_CASE("--igtl-clock system: stamps are the time of day, and as far apart as the frames") {
+    const TestFolder folder;
+    auto server = igtl::ServerSocket::New();
+    REQUIRE(server->CreateServer(0) == 0);
+    const std::string target = "127.0.0.1:" + std::to_string(server->GetServerPort());
+    const auto now = [] {
+        return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch())
+            .count();
+    };
+    const double before = now();
+    Program program(track(sequence().path(), folder / "out",
+                          {"--realtime", "--igtl", target, "--igtl-clock", "system"}));
+    const auto socket = server->WaitForConnection();
+    REQUIRE(socket.IsNotNull());
+    const std::vector<ReceivedFrame> frames = receive_all(*socket);
+    CHECK(program.exit_code() == 0);
+    const double after = now();
+    const auto rows = read_csv(folder / "out/frames.csv");
+    REQUIRE_FALSE(frames.empty());
+    std::optional<double> first;
+    for (const ReceivedFrame& frame : frames) {
+        const double stamp = frame.seconds + std::ldexp(frame.fraction, -32);
+        CHECK(stamp > before);
+        CHECK(stamp < after);
+        const auto& row = rows.at(static_cast<std::size_t>(frame.index) + 1);
+        const double start = stamp - parse_double(row[1]).value() / 1e3;
+        if (!first) first = start;
+        CHECK(start == doctest::Approx(*first).epsilon(1e-14));
+    }
+}
+
 TEST_CASE("nobody to receive is no failure; what cannot be opened or understood is") {
     const TestFolder folder;
     const TestPort port;
@@ -342,6 +375,8 @@ TEST_CASE("nobody to receive is no failure; what cannot be opened or understood 
                                                {"--igtl", "not a host:1"},
                                                {"--igtl-listen", "70000"},
                                                {"--igtl-listen", "-1"},
+                                               {"--igtl-clock", "system"},
+                                               {"--igtl-clock", "sundial", "--igtl-listen", "0"},
                                                {"--view", "70000"},
                                                {"--igtl-listen", "0", "--igtl", "127.0.0.1:1"}}) {
         CAPTURE(wrong.back());

@@ -13,6 +13,7 @@ namespace defrec::cli {
 struct LinkOptions {
     enum class Kind { kNone, kConnect, kListen } kind = Kind::kNone;
     Endpoint endpoint;
+    bool has_system_clock = false;  // in time stamps, instead of the input's
 };
 
 // Over all receivers of a run.

@@ -20,6 +20,7 @@
 #include "sdk/io/output_folder.hpp"
 #include "sdk/io/terminal.hpp"
 #include "sdk/io/text.hpp"
+#include "sdk/live_link/link_clock.hpp"
 #include "sdk/live_link/live_link.hpp"
 #include "sdk/session/decisions.hpp"
 #include "sdk/session/output_checks.hpp"
@@ -121,7 +122,7 @@ void await_body(const Template& surface) {
 class LinkOutput {
   public:
     LinkOutput(const TrackOptions& options, ProgressBar& progress)
-        : is_quiet_(options.quiet), progress_(progress) {
+        : is_quiet_(options.quiet), progress_(progress), clock_(options.link.has_system_clock) {
         if (options.link.kind == LinkOptions::Kind::kNone) {
             if (options.link_image)
                 throw CliError(ExitCode::kUsage,
@@ -134,7 +135,10 @@ class LinkOutput {
             print_notice("live link: listening at " + to_string(link_->endpoint()) + ".");
     }
     bool is_open() const { return link_ != nullptr; }
+    // A frame was taken from the input.
+    void take(std::int64_t timestamp_ns) { clock_.take(timestamp_ns); }
     void publish(LinkFrame frame) {
+        frame.timestamp_ns = clock_.stamp(frame.timestamp_ns);
         link_->publish(std::move(frame));
         show_notices();
     }
@@ -158,6 +162,7 @@ class LinkOutput {
 
     const bool is_quiet_;
     ProgressBar& progress_;
+    LinkClock clock_;
     std::unique_ptr<LiveLink> link_;
     std::optional<LinkFacts> facts_;
 };
@@ -391,6 +396,7 @@ class TrackSession {
         if (!source_.next(next.frame)) return false;
         trace_host("read", next.frame, begin, TraceFile::Clock::now());
         if (pace != nullptr) pace->wait_for(next.frame.timestamp_ms);
+        link_.take(timestamp_ns_of(next.frame));
         const auto begin_submit = TraceFile::Clock::now();
         next.job = submit(tracker_, next.frame, options_.deadline_ns);
         next.submitted = TraceFile::Clock::now();

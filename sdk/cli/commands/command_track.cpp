@@ -7,6 +7,7 @@
 #include "sdk/cli/commands/commands.hpp"
 #include "sdk/cli/commands/source_options.hpp"
 #include "sdk/cli/commands/track_like.hpp"
+#include "sdk/io/exit_code.hpp"
 #include "sdk/session/track_session.hpp"
 
 namespace defrec::cli {
@@ -118,7 +119,8 @@ void add_link_options(CLI::App& command, TrackOptions& options) {
     auto* connect = command.add_option_function<std::string>(
         "--igtl",
         [&link](const std::string& text) {
-            link = {LinkOptions::Kind::kConnect, parse_target(text)};
+            link.kind = LinkOptions::Kind::kConnect;
+            link.endpoint = parse_target(text);
         },
         "Send each frame by OpenIGTLink to the receiver that listens there, such as 3D Slicer at "
         "port 18944");
@@ -126,7 +128,8 @@ void add_link_options(CLI::App& command, TrackOptions& options) {
     auto* listen = command.add_option_function<std::string>(
         "--igtl-listen",
         [&link](const std::string& text) {
-            link = {LinkOptions::Kind::kListen, parse_listener(text)};
+            link.kind = LinkOptions::Kind::kListen;
+            link.endpoint = parse_listener(text);
         },
         "Send each frame by OpenIGTLink to up to 8 receivers that connect; from this computer "
         "only, unless ADDRESS is "
@@ -134,6 +137,14 @@ void add_link_options(CLI::App& command, TrackOptions& options) {
     listen->type_name("[ADDRESS:]PORT")->excludes(connect);
     command.add_flag("--igtl-image", options.link_image,
                      "Send the left image with each frame by OpenIGTLink as well");
+    command
+        .add_option_function<std::string>(
+            "--igtl-clock",
+            [&link](const std::string& clock) { link.has_system_clock = clock == "system"; },
+            "Time stamps of OpenIGTLink: input, 0 at the first frame, or system, the time of day "
+            "(UTC) at the first frame and the input's time since; default: input")
+        ->type_name("CLOCK")
+        ->check(CLI::IsMember({"input", "system"}));
     command
         .add_option_function<std::uint16_t>(
             "--view", [&options](std::uint16_t port) { options.view_port = port; },
@@ -170,6 +181,8 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
     command->add_flag("--json", options->json, "Print the summary as JSON");
     command->footer(kFooter);
     command->callback([options, command, &run] {
+        if (options->link.has_system_clock && options->link.kind == LinkOptions::Kind::kNone)
+            throw CliError(ExitCode::kUsage, "--igtl-clock needs --igtl or --igtl-listen.");
         options->recorded = recorded_options(*command);
         run = [options] { return run_track(*options); };
     });

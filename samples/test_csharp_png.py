@@ -2,7 +2,7 @@
 """The samples in C# read PNG images of each kind alike, and refuse what they cannot read with its
 name. stereo_only stands for all of them: the same pixels give the same disparities.
 
-usage: test_png.py WORK_FOLDER MONO STEREO_ONLY
+usage: test_csharp_png.py WORK_FOLDER MONO STEREO_ONLY
 """
 import pathlib
 import struct
