@@ -35,6 +35,7 @@ case "${1:-all}" in
             clang-format clang-tidy black shfmt cmake-format binutils abigail-tools doxygen dpkg-dev
             file mesa-vulkan-drivers vulkan-validationlayers mono-mcs mono-runtime
             libmono-system-core4.0-cil libnunit-cil-dev nuget mypy python3-build python3-jsonschema
+            python3-matplotlib python3-nbclient python3-ipykernel jupyter-nbconvert
             python3-numpy python3-pil python3-setuptools python3-venv python3-wheel)
         ;;
     *)

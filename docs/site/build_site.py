@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Builds the site with Doxygen, warnings being errors, and checks it: every link leads somewhere,
 no unresolved Markdown is left, every guide can be reached and shows its pictures, every sample
-is named, and that the search in all text finds what people type.
+is named, and that the search in all text finds what people type. Notebooks are shown as the test
+samples/notebook has run them.
 
-usage: build_site.py DOXYGEN DOXYFILE GUIDES SITE
+usage: build_site.py DOXYGEN DOXYFILE GUIDES SITE NOTEBOOKS
 """
 import html.parser
 import pathlib
@@ -97,16 +98,28 @@ def faults_of_samples(root):
             yield f"samples.md: {sample.name} is not named"
 
 
+def add_notebooks(samples, run, site):
+    """A page of each; where it was not run, as without Jupyter, a page that says so."""
+    for notebook in sorted(samples.glob("*.ipynb")):
+        page, shown = site / f"notebook_{notebook.stem}.html", run / f"{notebook.stem}.html"
+        if shown.is_file():
+            shutil.copy(shown, page)
+        else:
+            print(f"{notebook.name} was not run: the site has it without its results")
+            page.write_text(
+                '<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>Notebook</title>'
+                "<p>This site was built where the notebook had not been run. It is in the sources:"
+                f" samples/notebook/{notebook.name}.</p></html>"
+            )
+
+
 def main():
-    doxygen, doxyfile, guides, site = (
-        sys.argv[1],
-        sys.argv[2],
-        pathlib.Path(sys.argv[3]),
-        pathlib.Path(sys.argv[4]),
-    )
+    doxygen, doxyfile = sys.argv[1:3]
+    guides, site, notebooks = map(pathlib.Path, sys.argv[3:6])
     shutil.rmtree(site, ignore_errors=True)
     site.mkdir(parents=True)
     subprocess.run([doxygen, doxyfile], check=True)
+    add_notebooks(guides.parent / "samples" / "notebook", notebooks, site)
     found = full_text.add(site, pathlib.Path(__file__).parent)
     found += [*faults(site, guides), *faults_of_samples(guides.parent)]
     sys.exit("\n".join(found) if found else 0)

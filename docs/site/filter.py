@@ -99,9 +99,11 @@ def range_words(match):
 
 
 def shown_samples():
-    """The files that samples.md links to; the site shows them on that page."""
+    """The files that samples.md links to; the site shows them on that page. Notebooks have pages of
+    their own."""
     links = re.findall(r"\]\(\.\./\.\./samples/([^)]+)\)", SAMPLES_GUIDE.read_text())
-    return [pathlib.PurePath(link) for link in dict.fromkeys(links)]
+    files = [pathlib.PurePath(link) for link in dict.fromkeys(links)]
+    return [file for file in files if file.suffix != ".ipynb"]
 
 
 def sample_id(sample):
@@ -181,6 +183,8 @@ class Guide:
             return f'@ref {linked.name} "{label}"'
         if SAMPLES in linked.parents and linked.relative_to(SAMPLES) in self.samples:
             return f'@ref {sample_id(linked.relative_to(SAMPLES))} "{label}"'
+        if linked.suffix == ".ipynb":
+            return f'<a href="notebook_{linked.stem}.html">{label}</a>'
         if linked.suffix != ".md" or DOCS not in linked.parents:
             return match[1]  # a file of the source tree, which the site has not
         identity = page_id(linked)
