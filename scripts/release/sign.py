@@ -4,14 +4,17 @@
 sign.py KEY FOLDER [--without KIND]... [--signers FILE] [--revoked FILE]
 KEY is a private key, or the public key of one that ssh-agent or a token holds. Refused are a folder
 with something that is no artefact of a release, or without one of the kinds of artefacts that is
-not named by --without; and a key whose signature a verifier would refuse today. Needs OpenSSH 8.9.
+not named by --without; binaries without provenance, or other than it says; and a key whose
+signature a verifier would refuse today. Needs OpenSSH 8.9.
 """
 import argparse
+import json
 import pathlib
 import re
 import subprocess
 import sys
 
+import provenance
 import sums
 
 KINDS = {
@@ -23,7 +26,7 @@ KINDS = {
     "cyclonedx": r"bom\.json",
     "spdx": r"bom\.spdx\.json",
     "vex": r"vex\.openvex\.json",
-    "provenance": r"provenance\.intoto\.json",
+    "provenance": r"provenance(-[a-z0-9]+)?\.intoto\.json",
     "site": r"defrec-[0-9.]+-site\.tar\.xz",
 }
 
@@ -42,10 +45,29 @@ def check_kinds(names, without):
         raise sums.Refused(f"--without {', '.join(wrong)}, and there is one")
 
 
+def check_provenance(folder, names):
+    """Every statement holds for the artefacts that it names, and each binary has one."""
+    told = set()
+    for name in names:
+        if re.fullmatch(KINDS["provenance"], name):
+            statement = json.loads((folder / name).read_text())
+            provenance.check_folder(statement, folder)
+            told |= set(provenance.digests_of(statement))
+    binaries = [
+        name
+        for name in names
+        if any(re.fullmatch(KINDS[kind], name) for kind in ("deb", "wheel", "nupkg", "zip"))
+    ]
+    if without := sorted(set(binaries) - told):
+        raise sums.Refused(f"no provenance of {', '.join(without)}")
+
+
 def sign(key, folder, without, signers, revoked):
     folder = pathlib.Path(folder)
     names = sums.files_of(folder)
     check_kinds(names, without)
+    if "provenance" not in without:
+        check_provenance(folder, names)
     target, signature = folder / sums.SUMS, folder / sums.SIGNATURE
     signature.unlink(missing_ok=True)  # ssh-keygen would ask whether to replace it
     target.write_text(sums.sums_of(folder, names))
@@ -70,7 +92,7 @@ def main():
     given = parser.parse_args()
     try:
         names, signer = sign(given.key, given.folder, given.without, given.signers, given.revoked)
-    except (sums.Refused, OSError) as error:
+    except (sums.Refused, OSError, KeyError, json.JSONDecodeError) as error:
         sys.exit(f"not signed: {error}")
     print(f"{len(names)} files signed. {signer}")
 

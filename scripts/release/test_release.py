@@ -11,6 +11,7 @@ import sys
 import tempfile
 import unittest
 
+import provenance
 import sums
 
 HERE = pathlib.Path(__file__).parent
@@ -25,8 +26,8 @@ FILES = {
     "bom.json": b"{}",
     "bom.spdx.json": b"{}",
     "vex.openvex.json": b"{}",
-    "provenance.intoto.json": b"{}",
 }
+PROVENANCE = "provenance.intoto.json"
 ONE = "bom.json"
 
 
@@ -52,6 +53,18 @@ class Release(unittest.TestCase):
         self.folder.mkdir()
         for name, content in FILES.items():
             (self.folder / name).write_bytes(content)
+        self.files = [*FILES, PROVENANCE]
+        (self.folder / PROVENANCE).write_text(provenance.text_of(self.statement()))
+
+    def statement(self):
+        artefacts = [self.folder / name for name in FILES if not name.endswith(".json")]
+        definition = {"buildType": provenance.BUILD_TYPE}
+        return {
+            "_type": provenance.STATEMENT_TYPE,
+            "subject": provenance.subjects_of([], artefacts),
+            "predicateType": provenance.PREDICATE_TYPE,
+            "predicate": {"buildDefinition": definition},
+        }
 
     def new_key(self, name):
         key = self.work / name
@@ -88,7 +101,7 @@ class Release(unittest.TestCase):
         self.signed()
         result = self.verify()
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn(f"verified: {len(FILES)} files.", result.stdout)
+        self.assertIn(f"verified: {len(self.files)} files.", result.stdout)
         # sha256sum and ssh-keygen alone, as the guide has it.
         command = ["sha256sum", "--check", "--strict", "--quiet", sums.SUMS]
         subprocess.run(command, cwd=self.folder, check=True)
@@ -102,7 +115,7 @@ class Release(unittest.TestCase):
 
     def test_changed_byte_of_each_file(self):
         self.signed()
-        for name in FILES:
+        for name in self.files:
             path = self.folder / name
             good = path.read_bytes()
             path.write_bytes(good[:-1] + bytes([good[-1] ^ 1]))
@@ -114,7 +127,7 @@ class Release(unittest.TestCase):
         self.signed()
         path = self.folder / ONE
         path.write_bytes(b"another")
-        (self.folder / sums.SUMS).write_text(sums.sums_of(self.folder, sorted(FILES)))
+        (self.folder / sums.SUMS).write_text(sums.sums_of(self.folder, sorted(self.files)))
         self.expect_refused("signature of SHA256SUMS does not hold")
 
     def test_changed_signature(self):
@@ -228,6 +241,12 @@ class Release(unittest.TestCase):
         self.assertIn("not signed: there is no vex", result.stderr)
         self.assertEqual(self.sign("--without", "vex").returncode, 0)
         self.assertEqual(self.sign("--without", "vex", "--without", "deb").returncode, 1)
+
+    def test_signs_only_what_was_built(self):
+        (self.folder / "Defrec.0.1.0.nupkg").write_bytes(b"another")
+        result = self.sign()
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("not signed: other bytes: Defrec.0.1.0.nupkg", result.stderr)
 
     def test_lines_that_are_no_sums(self):
         line = f"{'0' * 64}  a\n".encode()

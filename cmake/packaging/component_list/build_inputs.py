@@ -13,6 +13,9 @@ import shlex
 import subprocess
 import tempfile
 
+# A folder that a package manager fills with more than one component says nothing of a file.
+SHARED_ROOTS = {"/", "/usr", "/usr/local", "/opt"}
+
 
 class Build:
     def __init__(self, folder, source):
@@ -132,3 +135,13 @@ def packages_of(paths):
     # Files of /lib are known by that name although /lib is a link to /usr/lib.
     found = {path: installed.get(path, installed.get(path.removeprefix("/usr"))) for path in paths}
     return {path: package for path, package in found.items() if package is not None}
+
+
+def root_of(path):
+    """The folder that a component without a package was unpacked into; None if there is none."""
+    real = pathlib.Path(os.path.realpath(path))
+    for parent in real.parents:
+        if parent.name in ("include", "lib", "lib64", "bin", "share", "targets"):
+            root = next(p for p in parent.parents if p.name not in ("targets", "x86_64-linux"))
+            return None if str(root) in SHARED_ROOTS else root
+    return None

@@ -15,7 +15,7 @@ import sys
 import tempfile
 import urllib.parse
 
-from build_inputs import Build, packages_of
+from build_inputs import Build, packages_of, root_of
 from check_component_list import binary_of, qualifiers
 
 # Headers of the kernel give the C library its numbers and structures; nothing of them is in a
@@ -26,18 +26,6 @@ OF_THE_SYSTEM = {"linux"}
 OF_THE_COMPILER = re.compile(
     r"crt\w+\.o|[Sg]crt1\.o|libgcc(_eh)?\.a|libc_nonshared\.a|lib(rt|pthread|dl)\.a"
 )
-# A folder that a package manager fills with more than one component says nothing of a file.
-SHARED_ROOTS = {"/", "/usr", "/usr/local", "/opt"}
-
-
-def root_of(path):
-    """The folder that a component without a package was unpacked into; None if there is none."""
-    real = pathlib.Path(os.path.realpath(path))
-    for parent in real.parents:
-        if parent.name in ("include", "lib", "lib64", "bin", "share", "targets"):
-            root = next(p for p in parent.parents if p.name not in ("targets", "x86_64-linux"))
-            return None if str(root) in SHARED_ROOTS else root
-    return None
 
 
 class List:
