@@ -26,7 +26,7 @@ std::string fault_of_pose(const Pose& pose) {
         return "transform is not finite";
     const Eigen::Matrix3d rest =
         pose.rotation.transpose() * pose.rotation - Eigen::Matrix3d::Identity();
-    if (rest.cwiseAbs().maxCoeff() > decisions::PlanRegistration::kRotation ||
+    if (!(rest.cwiseAbs().array() <= decisions::PlanRegistration::kRotation).all() ||
         pose.rotation.determinant() < 0)
         return "transform is no rigid motion";
     return {};
@@ -38,14 +38,48 @@ std::string fault_of_covariance(const TwistMatrix& covariance) {
     if ((covariance - covariance.transpose()).cwiseAbs().maxCoeff() >
         decisions::PlanRegistration::kSymmetric * largest)
         return "covariance is not symmetric";
-    // In units of its own standard deviations: turns and shifts differ by far.
     const Twist variance = covariance.diagonal();
     if ((variance.array() < 0).any()) return "covariance has a negative variance";
-    const Twist scale = variance.unaryExpr([](double v) { return v > 0 ? 1 / std::sqrt(v) : 0; });
+    // In units of its own standard deviations: turns and shifts differ by far.
+    const Twist deviation = variance.cwiseSqrt();
+    const auto exceeds = [&](int i, int j) {
+        return std::abs(covariance(i, j)) >
+               (1 + decisions::PlanRegistration::kSymmetric) * deviation[i] * deviation[j];
+    };
+    for (int i = 0; i < 6; ++i)
+        for (int j = 0; j < 6; ++j)
+            if (i != j && exceeds(i, j))
+                return concat("covariance is none: element ", i, ", ", j,
+                              " is larger than its variances allow");
+    const Twist scale = deviation.unaryExpr([](double d) { return d > 0 ? 1 / d : 0; });
     const TwistMatrix shares = scale.asDiagonal() * covariance * scale.asDiagonal();
     const Eigen::LDLT<TwistMatrix> factors(shares);
-    if (factors.vectorD().minCoeff() < -decisions::PlanRegistration::kSymmetric)
+    if (!(factors.vectorD().array() >= -decisions::PlanRegistration::kSymmetric).all())
         return "covariance is none: it has a negative eigenvalue";
+    return {};
+}
+
+// Root of a trace that rounding may leave below 0.
+double error_of(const Eigen::Matrix3d& covariance) {
+    const double trace = covariance.trace();
+    return trace < 0 ? 0 : std::sqrt(trace);
+}
+
+// Numbers that are finite may lead to a place or an error that is not.
+std::string fault_of_places(const PlanData& data) {
+    const size_t vertices = data.vertices.size() / 3, points = vertices + data.targets.size() / 3;
+    for (size_t i = 0; i < points; ++i) {
+        Eigen::Vector3d place;
+        if (i < vertices)
+            place = Eigen::Map<const Eigen::Vector3f>(&data.vertices[3 * i]).cast<double>();
+        else
+            place = Eigen::Map<const Eigen::Vector3d>(&data.targets[3 * (i - vertices)]);
+        const Eigen::Vector3d at_rest = data.pose * place;
+        if (!at_rest.allFinite() ||
+            !std::isfinite(error_of(target_covariance(data.covariance, at_rest))))
+            return concat(i < vertices ? "vertex " : "target ", i < vertices ? i : i - vertices,
+                          " has no finite place and error in the template");
+    }
     return {};
 }
 
@@ -93,7 +127,8 @@ std::string PlanData::fault() const {
     if (std::string found = fault_of_parts(parts, triangles.size() / 3); !found.empty())
         return found;
     if (std::string found = fault_of_pose(pose); !found.empty()) return found;
-    return fault_of_covariance(covariance);
+    if (std::string found = fault_of_covariance(covariance); !found.empty()) return found;
+    return fault_of_places(*this);
 }
 
 void add_registration_error(const Eigen::Matrix3d& rotation, const Eigen::Matrix3d& registration,
@@ -114,7 +149,7 @@ Plan::Plan(std::shared_ptr<const Template> surface, PlanData data)
     for (size_t i = 0; i < error_mm_.size(); ++i) {
         Eigen::Map<Eigen::Vector3d> at_rest(&at_rest_[3 * i]);
         at_rest = data_.pose * Eigen::Map<const Eigen::Vector3d>(&places[3 * i]);
-        error_mm_[i] = std::sqrt(target_covariance(data_.covariance, at_rest).trace());
+        error_mm_[i] = error_of(target_covariance(data_.covariance, at_rest));
     }
     points_ = std::make_unique<const PreparedTargets>(surface_, at_rest_.data(), point_count());
 }

@@ -122,6 +122,8 @@ TEST_CASE("data of a plan with a fault") {
           "transform is not finite");
     CHECK(fault_after([](PlanData& data) { data.pose.rotation *= 1.01; }) ==
           "transform is no rigid motion");
+    CHECK(fault_after([](PlanData& data) { data.pose.rotation.row(0).fill(1e200); }) ==
+          "transform is no rigid motion");
     CHECK(fault_after([](PlanData& data) { data.pose.rotation(2, 2) = -1; }) ==
           "transform is no rigid motion");
     CHECK(fault_after([&](PlanData& data) { data.covariance(1, 1) = kNaN; }) ==
@@ -132,5 +134,38 @@ TEST_CASE("data of a plan with a fault") {
           "covariance has a negative variance");
     CHECK(fault_after([](PlanData& data) {
               data.covariance(0, 1) = data.covariance(1, 0) = 2e-4;
+          }) == "covariance is none: element 0, 1 is larger than its variances allow");
+    CHECK(fault_after([](PlanData& data) {
+              for (int i = 0; i < 3; ++i)
+                  for (int j = 0; j < 3; ++j)
+                      if (i != j) data.covariance(i, j) = -0.9e-4;
           }) == "covariance is none: it has a negative eigenvalue");
+    CHECK(fault_after([](PlanData& data) {
+              data.pose.translation.x() = 1e308;
+              data.targets[0] = 1.7e308;
+              data.covariance.setZero();
+              data.vertices.clear(), data.triangles.clear(), data.parts.clear();
+          }) == "target 0 has no finite place and error in the template");
+    CHECK(fault_after([](PlanData& data) { data.vertices[3] = 3e38F, data.covariance *= 1e300; }) ==
+          "vertex 1 has no finite place and error in the template");
+}
+
+// Variances that a division does not survive, and none where something else of its row is: found
+// by the fuzz target of plan files.
+TEST_CASE("a covariance whose error would be no number is refused") {
+    for (const double variance : {0.0, 5e-313}) {
+        CHECK(fault_after([&](PlanData& data) {
+                  data.covariance(4, 4) = variance;
+                  data.covariance(0, 4) = data.covariance(4, 0) = 2e-3;
+              }) == "covariance is none: element 0, 4 is larger than its variances allow");
+        CHECK(fault_after([&](PlanData& data) {
+                  data.covariance.diagonal().fill(variance);
+              }).empty());
+    }
+}
+
+TEST_CASE("a registration without error has errors of 0") {
+    PlanData data = usable_data();
+    data.covariance.setZero();
+    CHECK(data.fault().empty());
 }
