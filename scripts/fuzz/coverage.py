@@ -30,6 +30,7 @@ READERS = {
     "manifest": ["sdk/plugin/manifest.cpp"],
     "mesh": ["sdk/io/obj_file.cpp", "sdk/io/ply_file.cpp", "sdk/io/stl_file.cpp"],
     "poses": ["sdk/hand_eye/hand_eye.cpp", "sdk/hand_eye/program/pose_file.cpp"],
+    "plan": ["sdk/plan/file.cpp", "sdk/plan/plan.cpp"],
     "plugin_reply": ["sdk/tracking/stages/check_output.cpp"],
     "probe_reply": ["sdk/cli/devices/probe_reply.cpp"],
     "score": ["sdk/evaluation/score/scored_rows.cpp", "sdk/io/csv.cpp"],
