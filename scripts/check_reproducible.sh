@@ -17,13 +17,14 @@ while [ $# -gt 1 ]; do
 done
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
+commit="$(git rev-parse HEAD)"
 work="$(mktemp -d)"
 trap 'rm -rf "$work"' EXIT
 export CCACHE_DISABLE=1
 program="$PWD/scripts/release/provenance.py"
 for source in "$work/a" "$work/another/folder"; do
     mkdir -p "$source"
-    git archive HEAD | tar -x -C "$source"
+    git archive "$commit" | tar -x -C "$source"
     cmake -S "$source" -B "$source/build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
         -DDEFREC_BUILD_CLI=OFF -DDEFREC_BUILD_TESTS=OFF "$@" >/dev/null
     cmake --build "$source/build" --target defrec defrec_plugins >/dev/null
@@ -45,7 +46,7 @@ cat "$work/a/sums"
 [ -n "$provenance" ] || exit 0
 if [ -e "$provenance" ]; then
     python3 -B "$program" check "$provenance" --build "$work/a/build" \
-        --commit "$(git rev-parse HEAD)"
+        --commit "$commit"
 else
     cp "$work/a/build/provenance" "$provenance"
 fi
