@@ -3,7 +3,7 @@
 from which sources, by which options, with which packages and by whom library, plugins and artefacts
 were built. It has no times, so that the same build gives the same bytes.
 
-provenance.py write BUILD STATEMENT --builder URI [--checkout FOLDER] [ARTEFACT...]
+provenance.py write BUILD STATEMENT --builder URI [--checkout FOLDER] [--artefacts FILE...]
     BUILD: a build by CMake and Ninja whose sources are those of the checkout's HEAD, nothing else;
     URI: who builds, and where. Refused are other sources, and a file that a Debian package
     installed and somebody changed since.
@@ -286,8 +286,8 @@ def main():
     command.set_defaults(run=write)
     command.add_argument("build")
     command.add_argument("statement")
-    command.add_argument("artefacts", nargs="*")
     command.add_argument("--builder", required=True)
+    command.add_argument("--artefacts", nargs="+", default=[])
     command.add_argument("--checkout", default=ROOT)
     command = commands.add_parser("check")
     command.set_defaults(run=check)

@@ -139,6 +139,27 @@ class Provenance(unittest.TestCase):
         with self.refused("missing"):
             provenance.check_folder(self.statement, self.work)
 
+    def run_program(self, *arguments):
+        """Exit status of the program, for which every folder is the sources of the commit."""
+        with unittest.mock.patch.object(sys, "argv", ["provenance.py", *map(str, arguments)]):
+            with unittest.mock.patch.object(provenance, "source_of", return_value=SOURCE):
+                try:
+                    provenance.main()
+                except SystemExit as end:
+                    return end.code
+        return 0
+
+    def test_program(self):
+        wheel, statement = self.work / "defrec-0.1.0-py3-none-any.whl", self.work / "statement"
+        wheel.write_bytes(b"wheel")
+        write = ("write", self.build, statement, "--builder", BUILDER, "--artefacts", wheel)
+        self.assertEqual(self.run_program(*write), 0)
+        check = ("check", statement, "--build", self.build, "--folder", self.work, "--commit")
+        self.assertEqual(self.run_program(*check, "0" * 40), 0)
+        self.assertRegex(self.run_program(*check, "1" * 40), "^REFUSED: built from 0")
+        wheel.write_bytes(b"another")
+        self.assertRegex(self.run_program(*check, "0" * 40), "^REFUSED: other bytes")
+
     def test_artefact_without_provenance(self):
         wheel, package = (
             self.work / "defrec-0.1.0-py3-none-any.whl",
