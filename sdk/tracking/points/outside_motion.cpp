@@ -50,7 +50,6 @@ OutsidePiece::OutsidePiece(const Template& surface, size_t piece)
     spread_ = parts.eigenvalues().tail(modes);
     weigher_ = at_cells_ * spread_.cwiseInverse().asDiagonal();
     products_.setZero(3 * modes, 3 * modes);
-    learn_information();
 }
 
 void OutsidePiece::learn_from(const OutsidePiece& before) {
@@ -66,7 +65,6 @@ void OutsidePiece::learn_from(const OutsidePiece& before) {
     frames_ = before.frames_;
     cells_.take_ages(before.cells_);
     all_frames_ = before.all_frames_;
-    learn_information();
 }
 
 // Matern's covariance of order 3/2.
@@ -107,7 +105,7 @@ void OutsidePiece::learn(const Eigen::MatrixX3d& coefficients, const Eigen::Matr
     products_.noalias() += coefficients.reshaped() * coefficients.reshaped().transpose();
     products_ += covariance;
     frames_ = Decision::kForget * frames_ + 1;
-    learn_information();
+    information_.resize(0, 0);
 }
 
 // Kriging gives what is seen where every cell is.
@@ -122,12 +120,14 @@ void OutsidePiece::learn_directly() {
     learn(at_cells_.transpose() * displacements.transpose(), covariance);
 }
 
-void OutsidePiece::learn_information() {
+const Eigen::MatrixXd& OutsidePiece::information() {
+    if (information_.size() > 0) return information_;
     Eigen::MatrixXd sum = products_;
     add_on_axes(Decision::kStartFrames * Decision::kStart * Decision::kStart *
                     spread_.asDiagonal().toDenseMatrix(),
                 sum);
     information_ = (Decision::kStartFrames + frames_) * inverse_of(sum);
+    return information_;
 }
 
 // Finds the pose and the coefficients; false: the numbers do not do.
@@ -145,7 +145,7 @@ bool OutsidePiece::solve() {
         return pose_.inverse() * seen.now - seen.rest;
     };
     Eigen::Matrix3Xd values = displacements();
-    kriging_.emplace(DisplacementModel(shapes_seen, seen.rest.colwise() - centre), information_);
+    kriging_.emplace(DisplacementModel(shapes_seen, seen.rest.colwise() - centre), information());
     kriging_->weigh(noise);
     // A cell that stands out hides another one from the first round.
     for (int round = 0; round < Decision::kRaises; ++round) {
@@ -182,10 +182,11 @@ void OutsidePiece::learn() {
         case Lesson::kDirect:
             return learn_directly();
         case Lesson::kSolve:
-            if (!solve()) return;
-            [[fallthrough]];
+            if (solve()) learn(coefficients_, kriging_->covariance());
+            return;
         case Lesson::kSolved:
             learn(coefficients_, kriging_->covariance());
+            information();  // the next frame is likely to ask for it
     }
 }
 

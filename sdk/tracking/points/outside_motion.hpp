@@ -49,7 +49,7 @@ class OutsidePiece {
     double unseen_mm2(Eigen::Index cell) const;
     void learn(const Eigen::MatrixX3d& coefficients, const Eigen::MatrixXd& covariance);
     void learn_directly();
-    void learn_information();
+    const Eigen::MatrixXd& information();  // the inverse of the coefficients' covariance
     Eigen::MatrixXd kernel(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) const;
     Eigen::MatrixXd shapes(const Eigen::Matrix3Xd& places) const;  // of the modes, a row per place
 
@@ -62,7 +62,7 @@ class OutsidePiece {
 
     // Learnt: the sum of products of coefficients, and of how many frames.
     Eigen::MatrixXd products_;
-    Eigen::MatrixXd information_;  // the inverse of their covariance
+    Eigen::MatrixXd information_;  // empty until it is asked for
     double frames_ = 0;
     uint32_t all_frames_ = 0;
 
