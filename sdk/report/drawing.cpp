@@ -13,10 +13,10 @@ namespace {
 const cv::Scalar kObserved(191, 212, 45);
 const cv::Scalar kExtrapolated(36, 191, 251);
 const cv::Scalar kUnknown(175, 163, 156);
-const cv::Scalar kText(245, 245, 245);
-const cv::Scalar kEdge(42, 23, 15);
 
 }  // namespace
+
+const cv::Scalar kLight(245, 245, 245), kDark(42, 23, 15);
 
 const cv::Scalar& status_colour(VertexStatus status) {
     return status == VertexStatus::observed       ? kObserved
@@ -49,7 +49,7 @@ void ring(cv::Mat& image, float u, float v, double radius, bool dashed, const cv
 void draw_text(cv::Mat& image, const std::string& text, cv::Point at) {
     const double scale = 0.8 * text_scale(image);
     for (const bool is_edge : {true, false})
-        cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, scale, is_edge ? kEdge : kText,
+        cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, scale, is_edge ? kDark : kLight,
                     is_edge ? 3 : 1, cv::LINE_AA);
 }
 

@@ -1,6 +1,7 @@
 // Marks and text that several painters of the left image draw.
 #pragma once
 
+#include <cstddef>
 #include <opencv2/core.hpp>
 #include <string>
 
@@ -10,6 +11,11 @@
 namespace defrec::cli {
 
 inline constexpr int kSubpixelBits = 4;
+/// Points or targets that have labels; those of more would hide the tissue.
+inline constexpr std::size_t kMostLabels = 40;
+
+/// Text, and what is drawn behind text and marks.
+extern const cv::Scalar kLight, kDark;
 
 /// The report page (web/colours.js) uses the same colours.
 const cv::Scalar& status_colour(VertexStatus status);

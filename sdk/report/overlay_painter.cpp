@@ -17,11 +17,7 @@ namespace {
 const cv::Scalar kInlier(246, 110, 40);
 const cv::Scalar kOutlier(40, 30, 26);
 const cv::Scalar kControlPoint(255, 255, 255);
-const cv::Scalar kText(245, 245, 245);
 const cv::Scalar kMuted(190, 190, 190);
-const cv::Scalar kOutline(42, 23, 15);
-
-constexpr std::size_t kLabelledPoints = 40;  // of more, the labels would hide the tissue
 
 constexpr int kNodesPerLine =
     4;  // lattice nodes from one grid line to the next: lines bend with the surface
@@ -105,8 +101,8 @@ void draw_head(cv::Mat& image, const FrameRecord& frame) {
     const cv::Scalar state = state_colour(frame.state);
 
     TextRow first(image, left, cvRound(0.75 * row_height), scale);
-    first.add(frame.state.empty() ? "no state" : frame.state, kText, &state);
-    first.add(format("frame %lld", static_cast<long long>(frame.index)), kText);
+    first.add(frame.state.empty() ? "no state" : frame.state, kLight, &state);
+    first.add(format("frame %lld", static_cast<long long>(frame.index)), kLight);
     first.add(format("%.3f s", frame.timestamp_ms / 1000), kMuted);
     if (frame.frame_ms > 0) first.add(format("%.1f ms", frame.frame_ms), kMuted);
     first.add(frame.reasons, status_colour(VertexStatus::extrapolated));
@@ -115,10 +111,10 @@ void draw_head(cv::Mat& image, const FrameRecord& frame) {
     second.add(!frame.vertices.empty() && std::isfinite(frame.mean_residual_mm)
                    ? format("residual %.2f mm", frame.mean_residual_mm)
                    : "residual -",
-               kText);
-    second.add(format("inliers %d of %d", frame.inliers, frame.matches), kText);
-    second.add(format("observed %.0f %%", 100 * frame.observed_share), kText);
-    second.add(points_text(frame.points), kText);
+               kLight);
+    second.add(format("inliers %d of %d", frame.inliers, frame.matches), kLight);
+    second.add(format("observed %.0f %%", 100 * frame.observed_share), kLight);
+    second.add(points_text(frame.points), kLight);
 }
 
 void draw_legend(cv::Mat& image, const FrameRecord& frame, OverlayDetail detail) {
@@ -222,12 +218,12 @@ void OverlayPainter::Impl::draw_points(cv::Mat& image, const FrameRecord& frame)
         const TargetMark mark = target_mark(point, projector);
         if (!near_image(mark.u, mark.v, image)) continue;
         const cv::Scalar& colour = status_colour(point.status);
-        dot(image, mark.u, mark.v, radius + 1, kOutline);
+        dot(image, mark.u, mark.v, radius + 1, kDark);
         dot(image, mark.u, mark.v, radius, colour);
         if (std::isfinite(mark.radius))
             ring(image, mark.u, mark.v, std::max(double(mark.radius), radius + 2),
                  point.status != VertexStatus::observed, colour);
-        if (chosen <= kLabelledPoints)
+        if (chosen <= kMostLabels)
             draw_label(image, point,
                        {cvRound(mark.u + 2 * radius + 3), cvRound(mark.v - 2 * radius)});
     }

@@ -14,10 +14,8 @@ namespace {
 // The live view's page (web/plan.js) uses the same ones, part after part.
 const cv::Scalar kPartColours[] = {{246, 92, 236}, {160, 230, 90},  {250, 180, 90},
                                    {64, 128, 251}, {180, 120, 255}, {80, 220, 240}};
-const cv::Scalar kUnknownEdge(175, 163, 156);
 constexpr double kFill = 0.10, kHalo = 0.30;  // shares of the colour
 constexpr std::size_t kDash = 3;              // points of an outline, and as many of a gap
-constexpr std::size_t kLabelledTargets = 40;  // of more, the labels would hide the tissue
 
 const cv::Scalar& colour_of(std::size_t part) {
     return kPartColours[part % std::size(kPartColours)];
@@ -65,8 +63,8 @@ void draw_edges(cv::Mat& image, const PlanOutline& outline) {
             const bool is_whole = is_edge(a) && is_edge(b);
             if (!is_whole && i / kDash % 2 == 1) continue;
             cv::line(image, fixed_point(a.u, a.v), fixed_point(b.u, b.v),
-                     is_whole ? colour_of(outline.part) : kUnknownEdge, thickness, cv::LINE_AA,
-                     kSubpixelBits);
+                     is_whole ? colour_of(outline.part) : status_colour(VertexStatus::unknown),
+                     thickness, cv::LINE_AA, kSubpixelBits);
         }
 }
 
@@ -95,8 +93,7 @@ void draw_plan(cv::Mat& image, const PlanEstimate& plan, const Projector& projec
     for (const PlanOutline& outline : outlines)
         label(image, outline, plan.model->parts[outline.part].name);
     for (const PointEstimate& target : plan.targets) {
-        if (!draw_target(image, target, projector) || plan.targets.size() > kLabelledTargets)
-            continue;
+        if (!draw_target(image, target, projector) || plan.targets.size() > kMostLabels) continue;
         const TargetMark mark = target_mark(target, projector);
         draw_text(image,
                   std::to_string(target.id) + " " + millimetres(double{expected_error(target)}),

@@ -87,10 +87,9 @@ void PlanFollower::prepare(const Template& surface) {
     plan_.reset(handle);
     auto info = initialised<defrec_plan_info>();
     require(defrec_plan_get(handle, &info), ExitCode::kInternal, "reading the plan");
-    const PlanModel model = model_of(info);
-    for (const PlanModel::Part& part : model.parts)
-        part_vertices_.push_back(vertices_of(model, part));
-    model_ = std::make_shared<const PlanModel>(model);
+    model_ = std::make_shared<const PlanModel>(model_of(info));
+    for (const PlanModel::Part& part : model_->parts)
+        part_vertices_.push_back(vertices_of(*model_, part));
     vertex_count_ = info.vertex_count;
     target_count_ = info.target_count;
     moved_.resize(info.point_count);
