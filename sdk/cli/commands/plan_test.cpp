@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "sdk/cli/commands/commands.hpp"
+#include "sdk/cli/commands/test_run.hpp"
 #include "sdk/io/csv.hpp"
 #include "sdk/io/mesh_file.hpp"
 #include "sdk/io/text.hpp"
@@ -25,12 +25,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kFrames = 6;
-
-int run(const std::vector<std::string>& arguments) {
-    std::vector<const char*> argv{"defrec"};
-    for (const std::string& argument : arguments) argv.push_back(argument.c_str());
-    return run_program(static_cast<int>(argv.size()), argv.data());
-}
 
 using Place = std::array<double, 3>;
 

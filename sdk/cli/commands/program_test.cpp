@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "sdk/base/util/sha256.hpp"
-#include "sdk/cli/commands/commands.hpp"
+#include "sdk/cli/commands/test_run.hpp"
 #include "sdk/io/calibration.hpp"
 #include "sdk/io/csv.hpp"
 #include "sdk/scenes/writing/test_sequence.hpp"
@@ -34,12 +34,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kFrames = 5;
-
-int run(const std::vector<std::string>& arguments) {
-    std::vector<const char*> argv{"defrec"};
-    for (const std::string& argument : arguments) argv.push_back(argument.c_str());
-    return run_program(static_cast<int>(argv.size()), argv.data());
-}
 
 // One small rendered sequence for all cases.
 const TestFolder& sequence() { return rendered_sequence<kFrames>(); }
