@@ -123,13 +123,7 @@ class LinkOutput {
   public:
     LinkOutput(const TrackOptions& options, ProgressBar& progress)
         : is_quiet_(options.quiet), progress_(progress), clock_(options.link.has_system_clock) {
-        if (options.link.kind == LinkOptions::Kind::kNone) {
-            if (options.link_image)
-                throw CliError(ExitCode::kUsage,
-                               "--igtl-image is sent by the live link: give --igtl HOST:PORT or "
-                               "--igtl-listen PORT.");
-            return;
-        }
+        if (options.link.kind == LinkOptions::Kind::kNone) return;
         link_ = std::make_unique<LiveLink>(options.link);
         if (options.link.kind == LinkOptions::Kind::kListen && !is_quiet_)
             print_notice("live link: listening at " + to_string(link_->endpoint()) + ".");
@@ -182,7 +176,7 @@ struct Setup {
     RawProjection projection;
 };
 
-// What is followed that nobody sees.
+// Targets and plans: they are followed, and nobody sees them.
 struct Beneath {
     std::optional<TargetFollower> targets;  // empty where none were given
     std::optional<PlanFollower> plan;       // likewise

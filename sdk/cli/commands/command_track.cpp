@@ -160,6 +160,16 @@ void add_link_options(CLI::App& command, TrackOptions& options) {
 
 }  // namespace
 
+// CLI11's needs() knows no either.
+void check_link_options(const TrackOptions& options) {
+    if (options.link.kind != LinkOptions::Kind::kNone) return;
+    const char* extra = options.link.has_system_clock ? "--igtl-clock"
+                        : options.link_image          ? "--igtl-image"
+                                                      : nullptr;
+    if (extra != nullptr)
+        throw CliError(ExitCode::kUsage, std::string(extra) + " needs --igtl or --igtl-listen.");
+}
+
 CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
     auto options = std::make_shared<TrackOptions>();
     CLI::App* command =
@@ -181,8 +191,7 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
     command->add_flag("--json", options->json, "Print the summary as JSON");
     command->footer(kFooter);
     command->callback([options, command, &run] {
-        if (options->link.has_system_clock && options->link.kind == LinkOptions::Kind::kNone)
-            throw CliError(ExitCode::kUsage, "--igtl-clock needs --igtl or --igtl-listen.");
+        check_link_options(*options);
         options->recorded = recorded_options(*command);
         run = [options] { return run_track(*options); };
     });

@@ -18,8 +18,8 @@ using Json = nlohmann::json;
 constexpr std::size_t kMaxSummaryBytes = 16'000'000;
 
 // Each run has its own place for results, and its own views and receivers of them.
-constexpr const char* kNotRepeated[] = {"out",         "like",      "save-template", "trace",
-                                        "quiet",       "json",      "view",          "igtl",
+constexpr const char* kNotRepeated[] = {"out",         "like",       "save-template", "trace",
+                                        "quiet",       "json",       "view",          "igtl",
                                         "igtl-listen", "igtl-clock", "igtl-image"};
 constexpr const char* kPaths[] = {"left",    "right", "stereo", "calibration",  "points",
                                   "targets", "plan",  "config", "from-template"};
