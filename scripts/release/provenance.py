@@ -41,7 +41,7 @@ OPTIONS = re.compile(
     r"_FLAGS(?:_RELEASE)?|CMAKE_TOOLCHAIN_FILE):(?:BOOL|STRING|UNINITIALIZED)=(.+)$",
     re.MULTILINE,
 )
-# What a compiler calls; asked by -print-prog-name.
+# Programs that a compiler calls; asked by -print-prog-name.
 CALLED = ("cc1", "cc1plus", "collect2", "as", "ld")
 CALLED_BY_NVCC = ("cudafe++", "ptxas", "fatbinary", "nvlink", "../nvvm/bin/cicc")
 

@@ -15,7 +15,7 @@ import provenance
 import sums
 
 HERE = pathlib.Path(__file__).parent
-# What each file holds does not matter, but one is longer than a block of sha256().
+# The contents do not matter, but one is longer than a block of sha256().
 FILES = {
     "libdefrec1_0.1.0-1_amd64.deb": b"library",
     "defrec-0.1.0-py3-none-manylinux_2_35_x86_64.whl": b"wheel",

@@ -20,7 +20,7 @@ void require(bool is_true) {
     if (!is_true) std::abort();
 }
 
-// What the library writes of a plan.
+// A plan's file as the library writes it.
 Bytes saved(defrec_plan plan) {
     static const std::filesystem::path path =
         std::filesystem::temp_directory_path() / ("defrec-fuzz-" + std::to_string(getpid()));

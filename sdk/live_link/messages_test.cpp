@@ -225,7 +225,7 @@ TEST_CASE("a plan: a POLYDATA of each part with its errors, targets, and how man
     REQUIRE(frame.plan_targets.size() == 1);
     check_point(frame.plan_targets[0], sent.plan->targets[0]);
 
-    // Where nothing of it is known no message comes, and the text says so.
+    // No message comes of a part of which nothing is known, and the text says so.
     sent.plan = LinkPlan{};
     const ReceivedFrame lost = received(pack_messages(sent));
     CHECK(lost.messages == kEverything);

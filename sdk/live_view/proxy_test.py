@@ -106,7 +106,7 @@ class Proxy:
 
 
 def check_view(proxy, token):
-    """What the page does, as a browser sends it."""
+    """The page's requests, as a browser sends them."""
     status, page = proxy.ask("GET", f"/?token={token}")
     assert status == 200 and b"<title>" in page, status
     origin = f"https://{NAME}:{proxy.port}"

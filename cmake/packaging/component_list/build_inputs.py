@@ -1,4 +1,4 @@
-"""What the build of a binary read from outside the source tree, as ninja and the linker have it:
+"""Files that the build of a binary read from outside the source tree, by ninja and the linker:
 headers from the depfiles of its objects, and every file that the linker opened.
 
 Ninja's commands say what an archive is made of and how the binary is linked. The link is repeated
@@ -54,7 +54,7 @@ class Build:
         return made
 
     def objects(self, binary):
-        """Those that its link names, by themselves or in our archives."""
+        """Objects that its link names, by themselves or in our archives."""
         commands = self.commands(binary)
         seen, waiting = {binary}, [binary]
         while waiting:
@@ -65,7 +65,7 @@ class Build:
         return {name for name in seen if name.endswith(".o")}
 
     def linked_files(self, binary):
-        """What the linker opens, and of archives only those that it takes something from."""
+        """Files that the linker opens, and of archives only those that it takes something from."""
         with tempfile.TemporaryDirectory() as scratch:
             words = list(self.commands(binary)[binary])
             words[words.index("-o") + 1] = f"{scratch}/linked"
@@ -106,7 +106,7 @@ class Build:
 
 
 def output_of(words):
-    """What a compiler, linker or archiver makes; None for other commands."""
+    """The output of a compiler, linker or archiver; None for other commands."""
     if "-o" in words[:-1]:
         return words[words.index("-o") + 1]
     if len(words) > 3 and os.path.basename(words[0]).endswith("ar") and words[1].startswith("q"):

@@ -21,8 +21,8 @@ from check_component_list import binary_of, qualifiers
 # Headers of the kernel give the C library its numbers and structures; nothing of them is in a
 # binary.
 OF_THE_SYSTEM = {"linux"}
-# What the compiler adds to each link beside the shared libraries that the list names: beginnings
-# and ends of programs, arithmetic, and archives that are empty since glibc 2.34.
+# Files that the compiler adds to each link beside the shared libraries that the list names:
+# beginnings and ends of programs, arithmetic, and archives that are empty since glibc 2.34.
 OF_THE_COMPILER = re.compile(
     r"crt\w+\.o|[Sg]crt1\.o|libgcc(_eh)?\.a|libc_nonshared\.a|lib(rt|pthread|dl)\.a"
 )
@@ -50,7 +50,7 @@ class List:
                 self.roots.add(root_of(files[component["name"]]))
 
     def fault_of(self, path, how, package):
-        """What the list does not say of a file; empty: nothing."""
+        """A fault of the list about a file; empty: none."""
         if package is None:
             has_root = any(root and pathlib.Path(path).is_relative_to(root) for root in self.roots)
             return "" if has_root else "is of no package, and of no component of the list"

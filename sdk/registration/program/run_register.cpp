@@ -101,7 +101,7 @@ MeshFile read_model(const RegisterOptions& options) {
     return file;
 }
 
-// What was compared, for the picture and the plan.
+// Surfaces that were compared, for the picture and the plan.
 struct Compared {
     std::optional<MeshFile> model;  // all of it
     SurfaceFile surface;
