@@ -55,18 +55,26 @@ class Process:
     def threads(self):
         return len(list((self.folder / "task").iterdir()))
 
-    def connections(self, port):
-        """Sockets of the server's side that are open."""
-        own = set()
+    def sockets(self):
+        """Inodes of the sockets that it holds."""
+        held = set()
         for entry in (self.folder / "fd").iterdir():
             try:
-                own.add(os.readlink(entry))
+                target = os.readlink(entry)
             except FileNotFoundError:
                 continue
+            if target.startswith("socket:["):
+                held.add(target[len("socket:[") : -1])
+        return held
+
+    def connections(self, port):
+        """Sockets of the server's side that are open at once: held before the kernel's table is
+        read and after, since the folder of descriptors is no snapshot while sockets come and go."""
+        before = self.sockets()
         table = [line.split() for line in (self.folder / "net/tcp").read_text().splitlines()[1:]]
+        held = before & self.sockets()
         return sum(
-            row[1].endswith(f":{port:04X}") and row[3] != "0A" and f"socket:[{row[9]}]" in own
-            for row in table
+            row[1].endswith(f":{port:04X}") and row[3] != "0A" and row[9] in held for row in table
         )
 
 
@@ -85,6 +93,15 @@ class Load:
 
     def connect(self):
         return socket.create_connection(("127.0.0.1", self.port), timeout=10)
+
+    def connect_until_ended(self):
+        """None: the server has ended."""
+        while not self.ended.is_set():
+            try:
+                return self.connect()
+            except OSError:
+                self.ended.wait(0.05)
+        return None
 
     def request(self, path, more=""):
         return (
@@ -109,7 +126,10 @@ class Load:
                 if self.ended.is_set():
                     return
                 self.count("reconnections of browsers")
-                stream = self.connect().makefile("rwb")
+                connection = self.connect_until_ended()
+                if connection is None:
+                    return
+                stream = connection.makefile("rwb")
                 continue
             if status != 200:
                 continue
@@ -136,17 +156,17 @@ class Load:
 
     def drip(self):
         """40 that send a header a second."""
-        held = []
+        held = {}
         while not self.ended.is_set():
-            while len(held) < 40:
-                held.append(self.connect())
-                held[-1].sendall(b"GET / HTTP/1.1\r\n")
+            while len(held) < 40 and (connection := self.connect_until_ended()) is not None:
+                held[connection] = b"GET / HTTP/1.1\r\n"
                 self.count("connections that drip")
-            for connection in list(held):
+            for connection, line in list(held.items()):
                 try:
-                    connection.sendall(b"a: b\r\n")
+                    connection.sendall(line)
+                    held[connection] = b"a: b\r\n"
                 except OSError:
-                    held.remove(connection)
+                    del held[connection]
                     connection.close()
             self.ended.wait(1)
 
