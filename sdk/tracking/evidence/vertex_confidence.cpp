@@ -228,6 +228,8 @@ class ConfidenceEstimate {
           max_doubt_(evidence.rig.lag_frames == 0 ? Confidence::kMaxRigDoubt
                                                   : Confidence::kMaxLateDoubt),
           noise_(Share::kNoiseShare * evidence.mean_residual_mm * evidence.mean_residual_mm),
+          shared_noise_px2_(
+              std::max(0.0f, evidence.rig.shared_noise_px2 - Share::kUsualSharedNoise)),
           confidence_(confidence) {}
 
     // What is seen of a vertex itself.
@@ -296,18 +298,19 @@ class ConfidenceEstimate {
         const Few mm_per_px = z / static_cast<float>(camera_.fx), per_px = depth_per_px(camera_, z);
         const Few far_photometric = (to_photometric * step).min(Confidence::kFarthestGrowth),
                   far_observed = to_observed.min(Confidence::kFarthestGrowth);
-        Few across = mm_per_px * mm_per_px *
-                         (Share::kPatchShare * patches + Share::kCheckShare * check +
-                          Share::kMismatchShare * mismatch) +
-                     Share::kFarPhotometric * far_photometric * far_photometric +
-                     Share::kRefutedShare * refuted * refuted;
-        const Few along = per_px * per_px *
-                              (Share::kDisparityShare + Share::kDisparityPatchShare * patches +
-                               values(confidence_.rig_px2)) +
-                          Share::kFarObserved * far_observed * far_observed +
-                          Share::kSupportShare * support * support +
-                          Share::kBorderShare * border * border +
-                          Share::kResidualShare * residual * residual + astray * astray + noise_;
+        Few across =
+            mm_per_px * mm_per_px *
+                (Share::kPatchShare * patches + Share::kCheckShare * check +
+                 Share::kMismatchShare * mismatch + Share::kSharedNoiseAcross * shared_noise_px2_) +
+            Share::kFarPhotometric * far_photometric * far_photometric +
+            Share::kRefutedShare * refuted * refuted;
+        const Few along =
+            per_px * per_px *
+                (Share::kDisparityShare + Share::kSharedNoiseAlong * shared_noise_px2_ +
+                 Share::kDisparityPatchShare * patches + values(confidence_.rig_px2)) +
+            Share::kFarObserved * far_observed * far_observed +
+            Share::kSupportShare * support * support + Share::kBorderShare * border * border +
+            Share::kResidualShare * residual * residual + astray * astray + noise_;
         if (first + given <= evidence_.slip_doubts.size())
             across += Values(&evidence_.slip_doubts[first], count).square();
         x /= z;
@@ -345,7 +348,7 @@ class ConfidenceEstimate {
     const SurfaceSamples samples_;
     const PhotometricEvidence& photometric_;
     const RigDoubt rig_;
-    const float max_doubt_, noise_;
+    const float max_doubt_, noise_, shared_noise_px2_;
     VertexConfidence& confidence_;
 };
 

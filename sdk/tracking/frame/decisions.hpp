@@ -534,6 +534,13 @@ struct ExpectedError {
     static constexpr float kNoiseShare = 0.033f;
     // 1 | b9: the squared step to another piece beside the vertex | `loops`, [refuted-checks]
     static constexpr float kBorderShare = 0.12f;
+    // px^2 | noise that neighbouring matches share without compression; a6 and b10 are of what is
+    //   beyond it | at most 0.06 in rendered scenes, [shared-noise]
+    static constexpr float kUsualSharedNoise = 0.05f;
+    // 1 | a6: of it, across | `compressed`, [shared-noise]
+    static constexpr float kSharedNoiseAcross = 1.3f;
+    // 1 | b10: of it, of disparity | `compressed`, [shared-noise]
+    static constexpr float kSharedNoiseAlong = 0.5f;
     // standard deviations | of the vergence, which are no vergence | set by hand
     static constexpr double kVergenceNoise = 2;
     // px^2 | in place of b3 and b4 without the right view | late frames of `late-view` and
@@ -558,11 +565,18 @@ struct RigRows {
     static constexpr uint32_t kLongestPause = 32;
     // matches | a frame with fewer is not measured | set by hand
     static constexpr size_t kMinMatches = 30;
-    // px | standard deviation of a match's rows | set by hand
+    // px | standard deviation of a match's rows, at least; that of the frame's matches where it is
+    //   larger | set by hand
     static constexpr double kStepSigma = 0.3;
     // 1 | share of the information of a frame's matches that counts: they err alike where stereo's
     //   windows or compression do | set by hand
     static constexpr double kIndependentShare = 0.2;
+    // cells | across the image's longer side: matches in one lie side by side | blocks of 16 px in
+    //   an image of 640, [shared-noise]
+    static constexpr size_t kCellsAcross = 32;
+    // pairs | of matches side by side that share no noise, before anything is known | the noise of
+    //   the first frame, [shared-noise]
+    static constexpr double kPriorPairs = 8;
     // px | standard deviation of the vertical offset before anything is known | set by hand
     static constexpr double kPriorOffset = 20;
     // rad | likewise of the roll | set by hand

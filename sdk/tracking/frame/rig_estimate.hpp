@@ -14,8 +14,9 @@ struct RigEstimate {
     float corrected_sigma = 0;  // rad, what a correction of the vergence leaves
     float unseen_lag_frames = 0;  // standard deviation of a lag that would not be seen
     float lag_px = 0;  // of disparity, by which a lag that lasts spoils the middle of the image
-    float last_depth_px = 0;  // of disparity, by which it was wrong when depth was last used
-    uint32_t matches = 0;     // between left and right, behind the last four; 0: not measured
+    float last_depth_px = 0;     // of disparity, by which it was wrong when depth was last used
+    float shared_noise_px2 = 0;  // covariance of the rows of matches that lie side by side
+    uint32_t matches = 0;        // between left and right, behind the last four; 0: not measured
 };
 
 }  // namespace defrec

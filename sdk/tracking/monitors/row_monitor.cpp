@@ -33,6 +33,7 @@ struct Fit {
     RowValues values = RowValues::Zero();
     double lag_sigma = 0;
     double matches = 0;  // sum of the robust weights
+    double noise = 0;    // root of the robust mean of the squared residuals, px
 };
 
 using Prior = RowKnowledge;
@@ -48,7 +49,7 @@ Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const RowVal
     Fit fit;
     fit.values = start;
     for (const double width : widths) {
-        Pair sums[kValues][kValues], weighted[kValues];
+        Pair sums[kValues][kValues], weighted[kValues], squares = Pair::Zero();
         std::fill_n(*sums, kValues * kValues, Pair::Zero());
         std::fill_n(weighted, kValues, Pair::Zero());
         for (size_t m = 0; m < matches.size(); m += 2) {
@@ -57,22 +58,25 @@ Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const RowVal
             const Pair row[kValues] = {
                 {1, 1}, {a.x, b.x}, {a.y, b.y}, {a.turn, b.turn}, lag_sign * speed};
             const Pair step = Pair(a.step, b.step) + lag * speed;
-            const Pair x = (step - fit.values[0] - row[1] * fit.values[1] - row[2] * fit.values[2] -
-                            row[3] * fit.values[3] - row[4] * fit.values[4]) /
-                           width;
-            const Pair inside = (1 - x * x).max(0), weight = inside * inside;
+            const Pair residual = step - fit.values[0] - row[1] * fit.values[1] -
+                                  row[2] * fit.values[2] - row[3] * fit.values[3] -
+                                  row[4] * fit.values[4];
+            const Pair x = residual / width, inside = (1 - x * x).max(0), weight = inside * inside;
+            squares += weight * residual * residual;
             for (int i = 0; i < kValues; ++i) {
                 const Pair of_row = weight * row[i];
                 for (int j = 0; j <= i; ++j) sums[i][j] += of_row * row[j];
                 weighted[i] += of_row * step;
             }
         }
-        constexpr double kInformation = 1 / (RigRows::kStepSigma * RigRows::kStepSigma);
         fit.matches = sums[0][0].sum();
+        fit.noise = fit.matches > 0 ? std::sqrt(squares.sum() / fit.matches) : 0;
+        const double sigma = std::max(RigRows::kStepSigma, fit.noise);
+        const double information = 1 / (sigma * sigma);
         for (int i = 0; i < kValues; ++i) {
             for (int j = 0; j <= i; ++j)
-                fit.information(i, j) = fit.information(j, i) = kInformation * sums[i][j].sum();
-            fit.weighted[i] = kInformation * weighted[i].sum();
+                fit.information(i, j) = fit.information(j, i) = information * sums[i][j].sum();
+            fit.weighted[i] = information * weighted[i].sum();
         }
         fit.values =
             (prior.information + fit.information).ldlt().solve(prior.weighted + fit.weighted);
@@ -192,7 +196,41 @@ RigEstimate RowMonitor::update(std::span<const RowMatch> matches) {
     information_ += RigRows::kIndependentShare * without.information.topLeftCorner<4, 4>();
     weighted_ += RigRows::kIndependentShare * without.weighted.head<4>();
     matches_ += without.matches;
+    RowValues values = without.values;
+    values[kLag] = lasting_.lag();
+    measure_shared_noise(matches, values);
     return estimate(lasting_.lag());
+}
+
+// What matches side by side have in common, by cells: twice the products of all pairs in a cell are
+// the square of their sum less their squares.
+void RowMonitor::measure_shared_noise(std::span<const RowMatch> matches, const RowValues& values) {
+    constexpr size_t kAcross = RigRows::kCellsAcross;
+    struct Cell {
+        double sum = 0, squares = 0, count = 0;
+    };
+    std::array<Cell, kAcross * kAcross> cells{};
+    const double per_px = double{kAcross} / std::max(width_, height_);
+    const auto place = [per_px](double from_centre) {
+        const double at = from_centre * per_px + double{kAcross} / 2;
+        return static_cast<size_t>(std::clamp(at, 0.0, double{kAcross} - 1));
+    };
+    for (const RowMatch& match : matches) {
+        RowValues row;
+        row << 1, match.x, match.y, match.turn, -match.speed;
+        const double residual = match.step - row.dot(values);
+        if (std::abs(residual) > RigRows::kNextTukeyWidths.back()) continue;
+        Cell& cell = cells[place(match.y) * kAcross + place(match.x)];
+        cell.sum += residual;
+        cell.squares += residual * residual;
+        cell.count += 1;
+    }
+    products_ *= RigRows::kMemory;
+    pairs_ *= RigRows::kMemory;
+    for (const Cell& cell : cells) {
+        products_ += (cell.sum * cell.sum - cell.squares) / 2;
+        pairs_ += cell.count * (cell.count - 1) / 2;
+    }
 }
 
 // Before the lag was told, rows that it moves were taken for an offset.
@@ -224,6 +262,8 @@ RigEstimate RowMonitor::estimate(double lag) const {
     estimate.unseen_lag_frames = static_cast<float>(lag == 0 ? lasting_.unseen() : 0);
     estimate.lag_px = static_cast<float>(lasting_.lag() * lasting_.speed());
     if (matches_ < 1) return estimate;
+    estimate.shared_noise_px2 =
+        static_cast<float>(std::max(0.0, products_) / (pairs_ + RigRows::kPriorPairs));
     Eigen::Matrix4d information = information_;
     information.diagonal() += prior_information();
     const Eigen::LDLT<Eigen::Matrix4d> factor(information);

@@ -56,6 +56,7 @@ class RowMonitor {
     using Values = Eigen::Vector4d;  // offset, along x, along y, vergence
 
     void take_rows_of_lasting();
+    void measure_shared_noise(std::span<const RowMatch> matches, const RowValues& values);
     RigEstimate estimate(double lag) const;
     // Root mean square over the image, px, by offset, roll and ratio; 0 where too little was seen.
     double row_error() const;
@@ -67,6 +68,8 @@ class RowMonitor {
     Eigen::Matrix4d information_ = Eigen::Matrix4d::Zero();
     Values weighted_ = Values::Zero();
     double matches_ = 0;  // behind them, older ones counting less
+    // Products of the residuals of two matches that lie side by side, older ones counting less.
+    double products_ = 0, pairs_ = 0;
     LastingLag lasting_;
     bool is_late_ = false;
 };

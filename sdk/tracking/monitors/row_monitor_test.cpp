@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <map>
 #include <random>
 
 using namespace defrec;
@@ -55,6 +56,51 @@ TEST_CASE("a right rig is neither late nor out of calibration, whatever moves") 
         CHECK(estimate.lag_frames == 0);
         CHECK(std::abs(estimate.vertical_offset_px) < 0.1);
     }
+}
+
+namespace {
+
+// The shared noise after matches whose noise by itself and in blocks of 16 px has these standard
+// deviations, px.
+double shared_noise_of(double own, double of_blocks) {
+    RowMonitor monitor(kWidth, kHeight);
+    RigEstimate estimate;
+    std::mt19937 random(5);
+    std::normal_distribution<double> noise(0, 1);
+    for (uint32_t frame = 0; frame < 40; ++frame) {
+        std::vector<RowMatch> matches = matches_of({.outliers = 0}, frame, 300);
+        std::map<std::pair<int, int>, double> blocks;
+        for (RowMatch& match : matches) {
+            const std::pair block(int(std::floor(match.x / 16)), int(std::floor(match.y / 16)));
+            const auto [found, is_new] = blocks.try_emplace(block, 0);
+            if (is_new) found->second = of_blocks * noise(random);
+            match.step += found->second + own * noise(random);
+        }
+        estimate = monitor.update(matches);
+    }
+    return double{estimate.shared_noise_px2};
+}
+
+}  // namespace
+
+TEST_CASE("noise that matches side by side share is measured, and no other") {
+    const double square = 0.4 * 0.4;
+    CHECK(shared_noise_of(0, 0) < 0.03 * square);
+    CHECK(shared_noise_of(0.4, 0) < 0.03 * square);
+    // A block is smaller than the cell that it is measured by, 30 px.
+    const double shared = shared_noise_of(0, 0.4);
+    CHECK(shared > 0.1 * square);
+    CHECK(shared < square);
+    CHECK(shared_noise_of(0, 0.8) == doctest::Approx(4 * shared).epsilon(0.2));
+}
+
+TEST_CASE("a vergence is surer the less noisy the rows are") {
+    const auto sigma_of = [](double left_noise) {
+        RowMonitor monitor(kWidth, kHeight);
+        return double{monitor.update(matches_of({.outliers = 0, .left_noise = left_noise}, 1))
+                          .vergence_sigma};
+    };
+    CHECK(sigma_of(0.6) > 1.3 * sigma_of(0));
 }
 
 TEST_CASE("a lag shows in the frames that have it, whole or fractional, late or early") {
