@@ -70,7 +70,7 @@ void SurfaceRegistration::process(Frame& frame) {
     frame.rig_estimate = rig_monitor_.estimate();
     // The device begins while the host looks; frames in which there is nothing to observe are few.
     begin(frame);
-    surface_.learn_outside();
+    surface_.learn_unseen();
     const bool left_shows = look_at_images(frame);
     if (!left_shows || (frame.spoils_rows && !surface_.is_tracking()))
         return conclude_unusable(frame);
@@ -242,6 +242,7 @@ void SurfaceRegistration::forget_course() {
     growth_.reset();
     trial_.end();
     changes_.reset();
+    placed_.motions.clear();
 }
 
 // A frame that gives no template only because its mask hides the tissue is the caller's mistake.

@@ -109,7 +109,7 @@ class SurfaceRegistration {
     void conclude(Frame& frame, FrameAttempt& attempt);
     void conclude_found(Frame& frame, FrameAttempt& attempt, const PieceEvidences& pieces);
     void conclude_lost(Frame& frame, FrameAttempt& attempt, const PieceEvidences& pieces);
-    void place_outside(const TrackerJob& job, FrameAttempt& attempt);
+    void place_unseen(const TrackerJob& job, FrameAttempt& attempt);
     void describe_surface(const TrackerJob& job, FrameAttempt& attempt);
     // Nothing is known of tissue that left.
     void forget_departed(VertexConfidence& confidence) const;
@@ -137,7 +137,11 @@ class SurfaceRegistration {
         swapped_search_{decisions::RigRows::kLongestPause};
     QualityLevelTimes level_times_;
     DeviceWait wait_;
-    std::vector<defrec_surface_sample> placed_;  // of this frame, with what is not in the image
+    // With what is not seen, in the last frame that was found; empty where lm placed all.
+    struct Placed {
+        std::vector<defrec_surface_sample> samples;
+        std::vector<defrec_motion> motions;
+    } placed_;
 };
 
 }  // namespace defrec

@@ -70,7 +70,7 @@ void SurfaceRegistration::conclude(Frame& frame, FrameAttempt& attempt) {
     describe_surface(frame.job, attempt);
     const std::span<const defrec_motion> motions = frame.job.memory.output.motions;
     result.motions.assign(motions.begin(), motions.end());
-    if (is_found) place_outside(frame.job, attempt);
+    if (is_found) place_unseen(frame.job, attempt);
     if (is_found && uses_depth) rig_monitor_.end_depth();
     frame.committed = &attempt;
     std::swap(frame.job.result, attempt.result);
@@ -109,27 +109,35 @@ void SurfaceRegistration::conclude_lost(Frame& frame, FrameAttempt& attempt,
     attempt.result.state = DEFREC_LOST;
     growth_.end_lost_frame();
     rig_monitor_.skip_frame();
-    std::copy(surface_.motions().begin(), surface_.motions().end(), output.motions.begin());
-    std::copy(surface_.samples().begin(), surface_.samples().end(), output.samples.begin());
+    std::span<const defrec_motion> motions = surface_.motions();
+    SurfaceSamples samples = surface_.samples();
+    // A template that has changed since has other counts.
+    if (placed_.motions.size() == motions.size() && placed_.samples.size() == samples.size()) {
+        motions = placed_.motions;
+        samples = placed_.samples;
+    }
+    std::copy(motions.begin(), motions.end(), output.motions.begin());
+    std::copy(samples.begin(), samples.end(), output.samples.begin());
     if (frame.job.input.samples != nullptr)
         pipeline_.leave_samples(output.samples, *frame.job.input.samples);
     attempt.measure_surface(surface_, output);
 }
 
-// Tissue out of the image changes in the results alone: the next frame starts from what lm gave.
-void SurfaceRegistration::place_outside(const TrackerJob& job, FrameAttempt& attempt) {
+// Tissue that is not seen changes in the results alone: the next frame starts from what lm gave.
+void SurfaceRegistration::place_unseen(const TrackerJob& job, FrameAttempt& attempt) {
     FrameResult& result = attempt.result;
     const SurfaceSamples samples = job.memory.output.samples;
     const Services* helpers = job.services()->own_threads();
-    const bool any_outside = result.evidence.vertices_inside < samples.size();
-    if (!surface_.place_outside(
-            samples, any_outside, result.pieces,
-            {result.motions, result.vertices, result.normals, result.confidence}, helpers))
+    placed_.motions.clear();
+    if (!surface_.place_unseen(samples, result.pieces,
+                               {result.motions, result.vertices, result.normals, result.confidence},
+                               helpers))
         return;
     place_nodes(surface_.data(), result.motions, result.node_positions);
-    placed_.resize(samples.size());
-    attempt.move_samples(surface_.model(), samples, placed_, helpers);
-    if (job.input.samples != nullptr) pipeline_.leave_samples(placed_, *job.input.samples);
+    placed_.motions.assign(result.motions.begin(), result.motions.end());
+    placed_.samples.resize(samples.size());
+    attempt.move_samples(surface_.model(), samples, placed_.samples, helpers);
+    if (job.input.samples != nullptr) pipeline_.leave_samples(placed_.samples, *job.input.samples);
 }
 
 void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& attempt) {
@@ -184,7 +192,7 @@ void SurfaceRegistration::end(Frame& frame) {
     job.finish(DEFREC_OK, "");
     if (surface_.is_tracking()) surface_.keep_samples(job.memory.output.samples);
     // A device that works by itself leaves time for it while it computes the next frame.
-    if (!pipeline_.can_follow_speculatively()) surface_.learn_outside();
+    if (!pipeline_.can_follow_speculatively()) surface_.learn_unseen();
     if (frame.shows_cuts)
         changes_.add_frame(surface_.data(), job.memory.output,
                            frame.committed->photometric().is_located);

@@ -33,7 +33,7 @@ TrackedSurface::Next::Next(std::shared_ptr<const Template> surface)
       model_(data()),
       motions_(data().nodes.size() / 3, DualQuaternion<float>::identity().store()),
       samples_(data().vertices.size()),
-      outside_(*surface_) {
+      unseen_(*surface_) {
     std::transform(data().vertices.begin(), data().vertices.end(), samples_.begin(), at_rest);
 }
 
@@ -43,7 +43,7 @@ TrackedSurface::Next::Next(TemplateData changed, std::vector<defrec_motion> moti
       model_(data()),
       motions_(std::move(motions)),
       samples_(before.samples_),
-      outside_(*surface_, before.outside_) {
+      unseen_(*surface_, before.unseen_) {
     for (size_t i = samples_.size(); i < data().vertices.size(); ++i)
         samples_.push_back(moved(data().vertices[i], motions_));
 }
@@ -57,7 +57,7 @@ void TrackedSurface::take(Next next) {
     model_.emplace(std::move(next.model_));
     motions_ = std::move(next.motions_);
     samples_ = std::move(next.samples_);
-    outside_ = std::move(next.outside_);
+    unseen_ = std::move(next.unseen_);
     ++template_epoch_;
     if (has_body_) next.surface_->start_body();
     const std::lock_guard lock(mutex_);

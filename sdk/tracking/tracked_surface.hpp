@@ -10,7 +10,7 @@
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
 #include "sdk/tracking/monitors/camera_anchor.hpp"
 #include "sdk/tracking/monitors/piece_states.hpp"
-#include "sdk/tracking/points/outside_motion.hpp"
+#include "sdk/tracking/points/unseen_motion.hpp"
 
 namespace defrec {
 
@@ -40,7 +40,7 @@ class TrackedSurface {
         SurfaceModel model_;
         std::vector<defrec_motion> motions_;
         std::vector<defrec_surface_sample> samples_;
-        OutsideMotion outside_;
+        UnseenMotion unseen_;
     };
     // Another template. is_observed: it was captured from this very frame.
     void adopt(Next next, bool is_observed);
@@ -81,14 +81,13 @@ class TrackedSurface {
     void search_lost_pieces(std::span<const defrec_match> matches);
 
     CameraAnchor camera;
-    // OutsideMotion::add_frame().
-    bool place_outside(SurfaceSamples samples, bool any_outside,
-                       std::span<const defrec_piece> pieces, const OutsideMotion::Results& results,
-                       const Services* helpers) {
-        return outside_.add_frame(*template_, samples, any_outside, pieces, results, helpers);
+    // UnseenMotion::add_frame().
+    bool place_unseen(SurfaceSamples samples, std::span<const defrec_piece> pieces,
+                      const UnseenMotion::Results& results, const Services* helpers) {
+        return unseen_.add_frame(*template_, samples, pieces, results, helpers);
     }
-    // OutsideMotion::learn().
-    void learn_outside() noexcept { outside_.learn(); }
+    // UnseenMotion::learn().
+    void learn_unseen() noexcept { unseen_.learn(); }
 
   private:
     void take(Next next);
@@ -100,7 +99,7 @@ class TrackedSurface {
     std::vector<defrec_motion> motions_;
     std::vector<defrec_surface_sample> samples_;
     PieceStates pieces_;
-    OutsideMotion outside_;
+    UnseenMotion unseen_;
     bool is_tracking_ = false;
     uint32_t epoch_ = 0, template_epoch_ = 0, age_ = 0;
 };

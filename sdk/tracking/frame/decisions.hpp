@@ -859,9 +859,9 @@ struct Departure {
 
 // ---- tissue that is not seen --------------------------------------------------------------------
 
-// The cells of the surface whose means tell where tissue out of the image is.
+// The cells of the surface whose means tell where tissue is that is not seen.
 // Source: the rendered scenes of [out-of-the-image]
-struct OutsideCells {
+struct UnseenCells {
     // width of the first view | side of a cell | cells of 60 px, not 80, cost seven times as much
     //   and gain 0.1 mm
     static constexpr double kCellShare = 1.0 / 8;
@@ -886,9 +886,9 @@ struct OutsideCells {
     static constexpr double kMinSpread = 0.35;
 };
 
-// The place of tissue out of the image: universal kriging whose covariance is learnt.
+// The place of tissue that is not seen: universal kriging whose covariance is learnt.
 // Source: the rendered scenes of [out-of-the-image]
-struct OutsideMotion {
+struct UnseenMotion {
     // width of the first view | length of Matern's covariance | a length of 10 mm stays near the
     //   rigid motion
     static constexpr double kLengthShare = 0.4;
@@ -915,6 +915,13 @@ struct OutsideMotion {
     static constexpr uint32_t kLearnEvery = 4;
     // of the kriging variance | expected error | fitted to rendered scenes
     static constexpr double kVarianceShare = 0.7;
+    // rounds | of the means by which what the modes leave is continued into a hole | the error is
+    //   the same from 30 on, [hidden-tissue]
+    static constexpr int kFillRounds = 40;
+    // of lm's covariance | variance of hidden tissue, [hidden-tissue]
+    static constexpr double kLmShare = 0.4;
+    // of the squared distance from where lm has it | variance of hidden tissue, [hidden-tissue]
+    static constexpr double kStepShare = 0.3;
     // mm | largest error besides, of tissue that is far and long unseen | fitted to rendered scenes
     static constexpr double kMost = 0.8;
     // mm | distance from what is seen at which tissue is far | fitted to rendered scenes

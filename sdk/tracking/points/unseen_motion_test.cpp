@@ -1,5 +1,6 @@
-// Tissue that has left the image is placed by what frames that showed it taught.
-#include "sdk/tracking/points/outside_motion.hpp"
+// Tissue that has left the image, or is hidden in it, is placed by what frames that showed it
+// taught.
+#include "sdk/tracking/points/unseen_motion.hpp"
 
 #include <doctest/doctest.h>
 
@@ -65,10 +66,18 @@ TemplateData plane(double aside_mm = 0) {
 
 using Place = std::function<Vector3d(const Vector3d&)>;
 
-// Frames of the plane as a tracker has them; what it says of vertices beyond right_mm is 6 mm off.
+// What a frame does not show of the plane.
+struct NotSeen {
+    double right_mm = 1e9;                    // beyond is out of the image
+    double radius_mm = 0;                     // about the middle it is hidden
+    uint8_t evidence = 0;                     // of what is hidden
+    Vector3d hidden_off = Vector3d(0, 3, 0);  // mm, by which lm errs there
+};
+
+// Frames of the plane as a tracker has them; what it says of vertices out of the image is 6 mm off.
 class Frames {
   public:
-    Frames() : surface_(std::in_place, plane()), outside_(*surface_) {
+    Frames() : surface_(std::in_place, plane()), unseen_(*surface_) {
         pieces_.resize(1);
         pieces_[0].state = DEFREC_TRACKING;
     }
@@ -79,29 +88,35 @@ class Frames {
             .cast<double>();
     }
     bool is_outside(size_t vertex) const { return samples_[vertex].observation == DEFREC_OUTSIDE; }
-    void forget() { outside_ = OutsideMotion(*surface_); }
+    void forget() { unseen_ = UnseenMotion(*surface_); }
     // To a plane that reaches farther on one side.
     void change_template(double aside_mm) {
         surface_.emplace(plane(aside_mm));
-        outside_ = OutsideMotion(*surface_, outside_);
+        unseen_ = UnseenMotion(*surface_, unseen_);
     }
     void lose() { pieces_[0].state = DEFREC_LOST; }
 
-    bool add(const Place& place, double right_mm = 1e9) {
+    bool add(const Place& place, double right_mm) {
+        return add(place, NotSeen{.right_mm = right_mm});
+    }
+    bool add(const Place& place, const NotSeen& not_seen = {}) {
         samples_.assign(count(), {});
         confidence_.status.assign(count(), DEFREC_POINT_OBSERVED);
+        confidence_.evidence.assign(count(), DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_PHOTOMETRIC);
         confidence_.expected_error.assign(count(), 0.05f);
         confidence_.covariance.assign(6 * count(), 0);
         vertices_.clear();
         normals_.assign(3 * count(), 0);
+        const auto off = [&](const Vector3d& at) -> Vector3d {
+            if (at.x() > not_seen.right_mm) return Vector3d(6, 0, 0);
+            return is_hidden(at, not_seen.radius_mm) ? not_seen.hidden_off : Vector3d(0, 0, 0);
+        };
         for (size_t i = 0; i < count(); ++i) {
-            Vector3d now = place(rest(i));
-            if (rest(i).x() > right_mm) {
-                samples_[i].observation = DEFREC_OUTSIDE;
-                confidence_.status[i] = DEFREC_POINT_UNKNOWN;
-                confidence_.expected_error[i] = 7;
-                now += Vector3d(6, 0, 0);
-            }
+            const Vector3d now = place(rest(i)) + off(rest(i));
+            if (rest(i).x() > not_seen.right_mm)
+                give(i, DEFREC_OUTSIDE, DEFREC_POINT_UNKNOWN, 0, 7);
+            else if (is_hidden(rest(i), not_seen.radius_mm))
+                give(i, DEFREC_OCCLUDED, DEFREC_POINT_EXTRAPOLATED, not_seen.evidence, 4);
             for (int axis = 0; axis < 3; ++axis) {
                 samples_[i].position[axis] = static_cast<float>(now[axis]);
                 vertices_.push_back(samples_[i].position[axis]);
@@ -109,13 +124,23 @@ class Frames {
                     confidence_.expected_error[i] * confidence_.expected_error[i] / 3;
             }
         }
-        motions_.assign(surface_->data().nodes.size() / 3,
-                        DualQuaternion<float>::identity().store());
-        const bool is_told =
-            outside_.add_frame(*surface_, samples_, right_mm < 1e9, pieces_,
-                               {motions_, vertices_, normals_, confidence_}, nullptr);
-        outside_.learn();
+        motions_.clear();
+        for (size_t node = 0; node < surface_->data().nodes.size(); node += 3) {
+            const Vector3d at =
+                Eigen::Map<const Eigen::Vector3f>(&surface_->data().nodes[node]).cast<double>();
+            const Vector3d step = place(at) + off(at) - at;
+            motions_.push_back(
+                from_rigid(DualQuaternion<double>::identity().real, {step.x(), step.y(), step.z()})
+                    .store());
+        }
+        given_ = motions_;
+        const bool is_told = unseen_.add_frame(
+            *surface_, samples_, pieces_, {motions_, vertices_, normals_, confidence_}, nullptr);
+        unseen_.learn();
         return is_told;
+    }
+    static bool is_hidden(const Vector3d& at, double radius_mm) {
+        return std::hypot(at.x(), at.y()) < radius_mm;
     }
     Vector3d now(size_t vertex) const {
         return Eigen::Map<const Eigen::Vector3f>(&vertices_[3 * vertex]).cast<double>();
@@ -135,16 +160,32 @@ class Frames {
                     [&](size_t i) { worst = std::max(worst, (now(i) - place(rest(i))).norm()); });
         return worst;
     }
+    double worst_hidden(const Place& place, double radius_mm) const {
+        double worst = 0;
+        for (size_t i = 0; i < count(); ++i)
+            if (is_hidden(rest(i), radius_mm - 2 * kNodeStep * kStepMm))
+                worst = std::max(worst, (now(i) - place(rest(i))).norm());
+        return worst;
+    }
     const std::vector<defrec_motion>& motions() const { return motions_; }
+    // Before they were changed.
+    const std::vector<defrec_motion>& given_motions() const { return given_; }
 
   private:
+    void give(size_t i, uint32_t observation, uint8_t status, uint8_t evidence, float expected_mm) {
+        samples_[i].observation = observation;
+        confidence_.status[i] = status;
+        confidence_.evidence[i] = evidence;
+        confidence_.expected_error[i] = expected_mm;
+    }
+
     std::optional<Template> surface_;
-    OutsideMotion outside_;
+    UnseenMotion unseen_;
     std::vector<defrec_piece> pieces_;
     std::vector<defrec_surface_sample> samples_;
     VertexConfidence confidence_;
     std::vector<float> vertices_, normals_;
-    std::vector<defrec_motion> motions_;
+    std::vector<defrec_motion> motions_, given_;
 };
 
 Eigen::Isometry3d motion_at(double time) {
@@ -185,11 +226,12 @@ TEST_CASE("what is in the image stays as it is, to the bit, with what moves it")
         CHECK(frames.now(i) == breathing(3)(frames.rest(i)).cast<float>().cast<double>());
         CHECK(frames.expected_mm(i) == doctest::Approx(0.05));
         const defrec_surface_point& vertex = frames.surface().data().vertices[i];
-        const defrec_motion still = DualQuaternion<float>::identity().store();
         for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
-            if (vertex.weight[k] > 0)
-                CHECK(std::memcmp(&frames.motions()[static_cast<size_t>(vertex.node[k])], &still,
-                                  sizeof still) == 0);
+            if (vertex.weight[k] > 0) {
+                const auto node = static_cast<size_t>(vertex.node[k]);
+                CHECK(std::memcmp(&frames.motions()[node], &frames.given_motions()[node],
+                                  sizeof(defrec_motion)) == 0);
+            }
     }
 }
 
@@ -278,4 +320,53 @@ TEST_CASE("vertices that are called observed and are not do not carry the rest a
     for (int i = 0; i < 10; ++i) frames.add(rigid(0));
     REQUIRE(frames.add(slipped, kRight));
     CHECK(frames.worst(rigid(4), kRight) < 3);
+}
+
+namespace {
+
+constexpr double kRadius = 24;
+
+}  // namespace
+
+TEST_CASE("hidden tissue moves as it did with what is seen round it") {
+    Frames frames;
+    for (int i = 0; i < 40; ++i) CHECK_FALSE(frames.add(breathing(i)));
+    for (int i = 40; i < 60; ++i) {
+        REQUIRE(frames.add(breathing(i), {.radius_mm = kRadius}));
+        CHECK(frames.worst_hidden(breathing(i), kRadius) < 0.6);
+    }
+}
+
+TEST_CASE("hidden tissue that moves by itself keeps an error that covers it") {
+    const auto dragged = [](double time) -> Place {
+        return [time](const Vector3d& rest) -> Vector3d {
+            return breathing(time)(rest) + Vector3d(0.1 * (time - 40), 0, 0) *
+                                               std::exp(-rest.head<2>().squaredNorm() / 200);
+        };
+    };
+    Frames frames;
+    for (int i = 0; i < 40; ++i) frames.add(breathing(i));
+    for (int i = 40; i < 60; ++i) {
+        REQUIRE(frames.add(dragged(i), {.radius_mm = kRadius, .hidden_off = Vector3d(0, 0, 0)}));
+        for (size_t v = 0; v < frames.count(); ++v)
+            if (Frames::is_hidden(frames.rest(v), kRadius))
+                CHECK((frames.now(v) - dragged(i)(frames.rest(v))).norm() <
+                      3 * frames.expected_mm(v));
+    }
+}
+
+TEST_CASE("tissue that is seen stays as it is, and so does what depth shows") {
+    for (const int kind : {0, int{DEFREC_EVIDENCE_DEPTH}, int{DEFREC_EVIDENCE_PHOTOMETRIC}}) {
+        const auto evidence = static_cast<uint8_t>(kind);
+        CAPTURE(evidence);
+        Frames frames;
+        for (int i = 0; i < 10; ++i) frames.add(breathing(i));
+        CHECK(frames.add(breathing(10), {.radius_mm = kRadius, .evidence = evidence}) ==
+              (evidence == 0));
+        const double reach = evidence == 0 ? kRadius + 0.01 : 0;
+        for (size_t i = 0; i < frames.count(); ++i)
+            if (!Frames::is_hidden(frames.rest(i), reach))
+                CHECK(frames.expected_mm(i) ==
+                      doctest::Approx(Frames::is_hidden(frames.rest(i), kRadius) ? 4 : 0.05));
+    }
 }

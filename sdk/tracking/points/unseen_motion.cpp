@@ -1,5 +1,5 @@
-// See outside_motion.hpp.
-#include "sdk/tracking/points/outside_motion.hpp"
+// See unseen_motion.hpp.
+#include "sdk/tracking/points/unseen_motion.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -16,12 +16,26 @@
 namespace defrec {
 namespace {
 
-using Decision = decisions::OutsideMotion;
+using Decision = decisions::UnseenMotion;
 
 constexpr double kJitter = 1e-6;
 
 Eigen::Vector3d as_vector(const float* xyz) {
     return Eigen::Map<const Eigen::Vector3f>(xyz).cast<double>();
+}
+
+// xx, xy, xz, yy, yz, zz.
+Eigen::Matrix3d as_matrix(const float* covariance) {
+    const Eigen::Map<const Eigen::Matrix<float, 6, 1>> c(covariance);
+    Eigen::Matrix3f all;
+    all << c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5];
+    return all.cast<double>();
+}
+
+Eigen::Vector3d moved(const defrec_motion& motion, const Eigen::Vector3d& place) {
+    const Vec3<double> now =
+        apply(DualQuaternion<double>::load(motion), {place.x(), place.y(), place.z()});
+    return {now.x, now.y, now.z};
 }
 
 // Errors of neighbouring vertices are alike: a mean of many is no better than each.
@@ -38,7 +52,7 @@ defrec_motion as_motion_record(const Eigen::Matrix3d& turn, const Eigen::Vector3
 
 }  // namespace
 
-OutsidePiece::OutsidePiece(const Template& surface, size_t piece)
+UnseenPiece::UnseenPiece(const Template& surface, size_t piece)
     : cells_(surface, piece), length_mm_(Decision::kLengthShare * cells_.view_width_mm()) {
     const Eigen::Index count = cells_.rest().cols(), modes = std::min(count, Decision::kModes);
     variance_.assign(cells_.size(), 0);
@@ -52,7 +66,7 @@ OutsidePiece::OutsidePiece(const Template& surface, size_t piece)
     products_.setZero(3 * modes, 3 * modes);
 }
 
-void OutsidePiece::learn_from(const OutsidePiece& before) {
+void UnseenPiece::learn_from(const UnseenPiece& before) {
     if (before.cells_.size() == 0 || cells_.size() == 0) return;
     const Eigen::MatrixXd shapes = before.shapes(cells_.rest()),
                           change = at_cells_.transpose() * shapes,
@@ -68,7 +82,7 @@ void OutsidePiece::learn_from(const OutsidePiece& before) {
 }
 
 // Matern's covariance of order 3/2.
-Eigen::MatrixXd OutsidePiece::kernel(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) const {
+Eigen::MatrixXd UnseenPiece::kernel(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) const {
     const double scale = std::sqrt(3.0) / length_mm_;
     Eigen::MatrixXd values(a.cols(), b.cols());
     Eigen::ArrayXd distance(a.cols());
@@ -79,11 +93,11 @@ Eigen::MatrixXd OutsidePiece::kernel(const Eigen::Matrix3Xd& a, const Eigen::Mat
     return values;
 }
 
-Eigen::MatrixXd OutsidePiece::shapes(const Eigen::Matrix3Xd& places) const {
+Eigen::MatrixXd UnseenPiece::shapes(const Eigen::Matrix3Xd& places) const {
     return kernel(cells_.rest(), places).transpose() * weigher_;
 }
 
-bool OutsidePiece::add_frame(const Seen& seen) {
+bool UnseenPiece::add_frame(const Seen& seen) {
     lesson_ = Lesson::kNone;
     if (!cells_.read(seen.samples, seen.confidence)) return false;
     ++all_frames_;
@@ -100,7 +114,7 @@ bool OutsidePiece::add_frame(const Seen& seen) {
 }
 
 // covariance: of the coefficients' errors.
-void OutsidePiece::learn(const Eigen::MatrixX3d& coefficients, const Eigen::MatrixXd& covariance) {
+void UnseenPiece::learn(const Eigen::MatrixX3d& coefficients, const Eigen::MatrixXd& covariance) {
     products_ *= Decision::kForget;
     products_.noalias() += coefficients.reshaped() * coefficients.reshaped().transpose();
     products_ += covariance;
@@ -109,8 +123,8 @@ void OutsidePiece::learn(const Eigen::MatrixX3d& coefficients, const Eigen::Matr
 }
 
 // Kriging gives what is seen where every cell is.
-void OutsidePiece::learn_directly() {
-    const OutsideCells::Seen& seen = cells_.seen();
+void UnseenPiece::learn_directly() {
+    const UnseenCells::Seen& seen = cells_.seen();
     const Eigen::Isometry3d pose =
         fit_rigid(seen.rest, seen.now, Eigen::VectorXd::Ones(seen.rest.cols()));
     const Eigen::Matrix3Xd displacements = pose.inverse() * seen.now - seen.rest;
@@ -120,7 +134,7 @@ void OutsidePiece::learn_directly() {
     learn(at_cells_.transpose() * displacements.transpose(), covariance);
 }
 
-const Eigen::MatrixXd& OutsidePiece::information() {
+const Eigen::MatrixXd& UnseenPiece::information() {
     if (information_.size() > 0) return information_;
     Eigen::MatrixXd sum = products_;
     add_on_axes(Decision::kStartFrames * Decision::kStart * Decision::kStart *
@@ -131,8 +145,8 @@ const Eigen::MatrixXd& OutsidePiece::information() {
 }
 
 // Finds the pose and the coefficients; false: the numbers do not do.
-bool OutsidePiece::solve() {
-    const OutsideCells::Seen& seen = cells_.seen();
+bool UnseenPiece::solve() {
+    const UnseenCells::Seen& seen = cells_.seen();
     const Eigen::Vector3d centre = seen.rest.rowwise().mean();
     const Eigen::MatrixXd shapes_seen = shapes(seen.rest);
     // Means of parts of cells lie off the cells' means, and modes do not tell everything.
@@ -166,7 +180,7 @@ bool OutsidePiece::solve() {
 }
 
 // false: the numbers do not do.
-bool OutsidePiece::find_variances() {
+bool UnseenPiece::find_variances() {
     const Eigen::Vector3d centre = cells_.seen().rest.rowwise().mean();
     const Eigen::VectorXd variances =
         kriging_->variances({at_cells_, cells_.rest().colwise() - centre});
@@ -175,7 +189,7 @@ bool OutsidePiece::find_variances() {
     return variances.allFinite();
 }
 
-void OutsidePiece::learn() {
+void UnseenPiece::learn() {
     switch (std::exchange(lesson_, Lesson::kNone)) {
         case Lesson::kNone:
             return;
@@ -191,7 +205,7 @@ void OutsidePiece::learn() {
 }
 
 // Variance of motion that a cell has for itself: since it was seen, and far from what is seen.
-double OutsidePiece::unseen_mm2(Eigen::Index cell) const {
+double UnseenPiece::unseen_mm2(Eigen::Index cell) const {
     const Eigen::Matrix3Xd& seen = cells_.seen().rest;
     const double nearest = std::sqrt(
                      (seen.colwise() - cells_.rest().col(cell)).colwise().squaredNorm().minCoeff()),
@@ -200,61 +214,58 @@ double OutsidePiece::unseen_mm2(Eigen::Index cell) const {
     return Decision::kMost * Decision::kMost * far * far * unseen / Decision::kLong;
 }
 
-Eigen::Vector3d OutsidePiece::place(const Eigen::Vector3d& at_rest) const {
+Eigen::Vector3d UnseenPiece::place(const Eigen::Vector3d& at_rest) const {
     return pose_ * (at_rest + smooth_ * kernel(cells_.rest(), at_rest));
 }
 
-OutsideMotion::OutsideMotion(const Template& surface) {
-    for (size_t piece = 0; piece < surface.data().pieces(); ++piece)
-        pieces_.emplace_back(surface, piece);
+UnseenMotion::UnseenMotion(const Template& surface) {
+    const TemplateData& data = surface.data();
+    for (size_t piece = 0; piece < data.pieces(); ++piece) pieces_.emplace_back(surface, piece);
+    vertex_of_.assign(data.nodes.size() / 3, 0);
+    std::vector<float> most(vertex_of_.size(), 0);
+    for (size_t i = 0; i < data.vertices.size(); ++i)
+        for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k) {
+            const auto node = static_cast<size_t>(data.vertices[i].node[k]);
+            if (data.vertices[i].weight[k] <= most[node]) continue;
+            most[node] = data.vertices[i].weight[k];
+            vertex_of_[node] = static_cast<uint32_t>(i);
+        }
 }
 
-OutsideMotion::OutsideMotion(const Template& surface, const OutsideMotion& before)
-    : OutsideMotion(surface) {
+UnseenMotion::UnseenMotion(const Template& surface, const UnseenMotion& before)
+    : UnseenMotion(surface) {
     for (size_t piece = 0; piece < std::min(pieces_.size(), before.pieces_.size()); ++piece)
         pieces_[piece].learn_from(before.pieces_[piece]);
 }
 
 // Finds what each control point moves, from a part of the vertices. Threads set the same flags.
-void OutsideMotion::find_moves(const TemplateData& data, SurfaceSamples samples, ArrayPart part) {
+void UnseenMotion::find_moves(const TemplateData& data, SurfaceSamples samples,
+                              const VertexConfidence& confidence, ArrayPart part) {
     for (size_t i = part.begin(samples.size()); i < part.end(samples.size()); ++i) {
-        std::vector<uint8_t>& moves =
-            samples[i].observation == DEFREC_OUTSIDE ? moves_outside_ : moves_seen_;
+        const uint8_t moves = samples[i].observation == DEFREC_OUTSIDE ? kOutside
+                              : confidence.evidence[i] != 0            ? kSeen
+                                                                       : kHidden;
         for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k)
             if (data.vertices[i].weight[k] > 0)
-                std::atomic_ref(moves[static_cast<size_t>(data.vertices[i].node[k])])
-                    .store(1, std::memory_order_relaxed);
+                std::atomic_ref(moves_[static_cast<size_t>(data.vertices[i].node[k])])
+                    .fetch_or(moves, std::memory_order_relaxed);
     }
 }
 
-bool OutsideMotion::is_outside(size_t node) const {
-    return moves_outside_[node] != 0 && moves_seen_[node] == 0;
-}
-
-bool OutsideMotion::add_frame(const Template& surface, SurfaceSamples samples, bool any_outside,
-                              std::span<const defrec_piece> pieces, const Results& results,
-                              const Services* helpers) {
+bool UnseenMotion::add_frame(const Template& surface, SurfaceSamples samples,
+                             std::span<const defrec_piece> pieces, const Results& results,
+                             const Services* helpers) {
     const TemplateData& data = surface.data();
-    const size_t nodes = results.motions.size(), parts = vertex_parts(helpers, samples.size());
-    moves_outside_.assign(nodes, 0);
-    moves_seen_.assign(nodes, 0);
+    const size_t parts = vertex_parts(helpers, samples.size());
+    moves_.assign(results.motions.size(), 0);
+    for_each_task(helpers, parts, [&](size_t part) {
+        find_moves(data, samples, results.confidence, {part, parts});
+    });
     is_apart_.assign(pieces_.size(), 0);
-    if (any_outside)
-        for_each_task(helpers, parts, [&](size_t part) {
-            find_moves(data, samples, {part, parts});
-        });
-    for (size_t node = 0; node < nodes; ++node)
-        if (is_outside(node)) is_apart_[data.piece_of_node(node)] = 1;
-    bool is_changed = false;
-    for (size_t piece = 0; piece < pieces_.size(); ++piece) {
-        const bool is_lost = pieces[piece].state == DEFREC_LOST;
-        if (is_lost) pieces_[piece].add_lost_frame();
-        const bool is_told = !is_lost && pieces_[piece].add_frame(
-                                             {samples, results.confidence, is_apart_[piece] != 0});
-        is_apart_[piece] = is_told ? 1 : 0;
-        is_changed |= is_told;
-    }
-    if (!is_changed) return false;
+    for (size_t node = 0; node < moves_.size(); ++node)
+        if (is_outside(node) || is_hidden(node)) is_apart_[data.piece_of_node(node)] = 1;
+    if (!ask_pieces(samples, pieces, results.confidence)) return false;
+    find_detail(data, results.motions, results.confidence);
     for_phases<2>(helpers, {parts, parts}, [&](size_t phase, size_t part) {
         if (phase == 0)
             move_nodes(data, results, {part, parts});
@@ -264,47 +275,115 @@ bool OutsideMotion::add_frame(const Template& surface, SurfaceSamples samples, b
     return true;
 }
 
-void OutsideMotion::learn() noexcept {
-    for (OutsidePiece& piece : pieces_) try {
+// Leaves in is_apart_ the pieces that tell where what is not seen is; false: none does.
+bool UnseenMotion::ask_pieces(SurfaceSamples samples, std::span<const defrec_piece> pieces,
+                              const VertexConfidence& confidence) {
+    bool any = false;
+    for (size_t piece = 0; piece < pieces_.size(); ++piece) {
+        const bool is_lost = pieces[piece].state == DEFREC_LOST;
+        if (is_lost) pieces_[piece].add_lost_frame();
+        const bool is_told =
+            !is_lost && pieces_[piece].add_frame({samples, confidence, is_apart_[piece] != 0});
+        is_apart_[piece] = is_told ? 1 : 0;
+        any |= is_told;
+    }
+    return any;
+}
+
+// Depth does not tell where along the surface a control point is.
+void UnseenMotion::find_detail(const TemplateData& data, std::span<const defrec_motion> motions,
+                               const VertexConfidence& confidence) {
+    kinds_.assign(moves_.size(), HoleFill::kNeither);
+    for (size_t node = 0; node < moves_.size(); ++node)
+        if (is_apart_[data.piece_of_node(node)] != 0 && !is_outside(node))
+            kinds_[node] =
+                (confidence.evidence[vertex_of_[node]] & DEFREC_EVIDENCE_PHOTOMETRIC) != 0
+                    ? HoleFill::kKnown
+                    : HoleFill::kHole;
+    detail_.find(data.edges, kinds_);
+    for (const uint32_t node : detail_.border()) {
+        const Eigen::Vector3d rest = as_vector(&data.nodes[size_t{3} * node]);
+        detail_.values().col(node) =
+            moved(motions[node], rest) - pieces_[data.piece_of_node(node)].place(rest);
+    }
+    detail_.fill();
+}
+
+void UnseenMotion::learn() noexcept {
+    for (UnseenPiece& piece : pieces_) try {
             piece.learn();
         } catch (const std::exception&) {
             // Out of memory: later frames teach the same.
         }
 }
 
-void OutsideMotion::move_nodes(const TemplateData& data, const Results& results,
-                               ArrayPart part) const {
+void UnseenMotion::move_nodes(const TemplateData& data, const Results& results,
+                              ArrayPart part) const {
     const size_t nodes = results.motions.size();
     for (size_t node = part.begin(nodes); node < part.end(nodes); ++node) {
         const uint8_t piece = data.piece_of_node(node);
-        if (!is_outside(node) || is_apart_[piece] == 0) continue;
+        if (is_apart_[piece] == 0) continue;
+        if (is_hidden(node)) results.motions[node] = move_hidden(data, node, results);
+        if (!is_outside(node)) continue;
         const Eigen::Vector3d rest = as_vector(&data.nodes[3 * node]);
         const Eigen::Matrix3d turn = pieces_[piece].rotation();
         results.motions[node] = as_motion_record(turn, pieces_[piece].place(rest) - turn * rest);
     }
 }
 
-void OutsideMotion::move_vertices(const Template& surface, const Results& results,
-                                  ArrayPart part) const {
+// Two estimates, weighed by their covariances: that of lm, and this one.
+defrec_motion UnseenMotion::move_hidden(const TemplateData& data, size_t node,
+                                        const Results& results) const {
+    const UnseenPiece& piece = pieces_[data.piece_of_node(node)];
+    const size_t vertex = vertex_of_[node];
+    const Eigen::Vector3d rest = as_vector(&data.nodes[3 * node]),
+                          step = piece.place(rest) +
+                                 detail_.values().col(static_cast<Eigen::Index>(node)) -
+                                 moved(results.motions[node], rest);
+    const Eigen::Matrix3d of_lm = as_matrix(&results.confidence.covariance[6 * vertex]);
+    Eigen::Matrix3d sum = of_lm;
+    sum.diagonal().array() += piece.variance_mm2(vertex) / 3;
+    const Eigen::Vector3d shift = of_lm * sum.ldlt().solve(step);
+    if (!shift.allFinite()) return results.motions[node];
+    const auto motion = DualQuaternion<double>::load(results.motions[node]);
+    return from_rigid(motion.real,
+                      translation(motion) + Vec3<double>{shift.x(), shift.y(), shift.z()})
+        .store();
+}
+
+UnseenMotion::Shares UnseenMotion::shares_of(const defrec_surface_point& vertex) const {
+    Shares shares;
+    for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k) {
+        const auto node = static_cast<size_t>(vertex.node[k]);
+        if (is_outside(node)) shares.outside += static_cast<double>(vertex.weight[k]);
+        if (is_hidden(node)) shares.hidden += static_cast<double>(vertex.weight[k]);
+    }
+    return shares;
+}
+
+void UnseenMotion::move_vertices(const Template& surface, const Results& results,
+                                 ArrayPart part) const {
     const TemplateData& data = surface.data();
     for (size_t i = part.begin(data.vertices.size()); i < part.end(data.vertices.size()); ++i) {
         const defrec_surface_point& vertex = data.vertices[i];
-        const uint8_t piece = surface.vertex_pieces()[i];
-        if (is_apart_[piece] == 0) continue;
-        double share = 0;  // of what moves it
-        for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k)
-            if (is_outside(static_cast<size_t>(vertex.node[k])))
-                share += static_cast<double>(vertex.weight[k]);
-        if (share <= 0) continue;
+        const UnseenPiece& piece = pieces_[surface.vertex_pieces()[i]];
+        if (is_apart_[surface.vertex_pieces()[i]] == 0) continue;
+        const Shares share = shares_of(vertex);
+        if (share.outside + share.hidden <= 0) continue;
+        const Eigen::Vector3d before = as_vector(&results.vertices[3 * i]);
         const auto motion = blend<double>(results.motions.data(), vertex.node, vertex.weight);
         store3(apply(motion, load3<double>(vertex.position)), &results.vertices[3 * i]);
         store3(rotate(motion, load3<double>(vertex.normal)), &results.normals[3 * i]);
+        // Tissue that departed stays unknown.
+        if (results.confidence.status[i] == DEFREC_POINT_UNKNOWN && share.outside <= 0) continue;
+        const double squared_step = (as_vector(&results.vertices[3 * i]) - before).squaredNorm(),
+                     kept = 1 - share.outside - (1 - Decision::kLmShare) * share.hidden,
+                     own = (share.outside + share.hidden) * piece.variance_mm2(i) +
+                           Decision::kStepShare * share.hidden * squared_step;
         float* covariance = &results.confidence.covariance[6 * i];
-        const double variance = pieces_[piece].variance_mm2(i);
         for (size_t k = 0; k < 6; ++k)
-            covariance[k] =
-                static_cast<float>((1 - share) * static_cast<double>(covariance[k]) +
-                                   (k == 0 || k == 3 || k == 5 ? share * variance / 3 : 0.0));
+            covariance[k] = static_cast<float>(kept * static_cast<double>(covariance[k]) +
+                                               (k == 0 || k == 3 || k == 5 ? own / 3 : 0.0));
         results.confidence.expected_error[i] =
             std::sqrt(covariance[0] + covariance[3] + covariance[5]);
     }

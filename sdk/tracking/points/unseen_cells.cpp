@@ -1,5 +1,5 @@
-// See outside_cells.hpp.
-#include "sdk/tracking/points/outside_cells.hpp"
+// See unseen_cells.hpp.
+#include "sdk/tracking/points/unseen_cells.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace defrec {
 namespace {
 
-using Cells = decisions::OutsideCells;
+using Cells = decisions::UnseenCells;
 
 std::vector<uint32_t> vertices_of(const Template& surface, size_t piece) {
     std::vector<uint32_t> vertices;
@@ -45,7 +45,7 @@ int32_t nearest(const std::vector<Eigen::Vector3d>& centres, const Eigen::Vector
 
 }  // namespace
 
-OutsideCells::OutsideCells(const Template& surface, size_t piece) {
+UnseenCells::UnseenCells(const Template& surface, size_t piece) {
     const TemplateData& data = surface.data();
     const std::vector<uint32_t> vertices = vertices_of(surface, piece);
     view_width_mm_ = view_width(data, vertices);
@@ -72,8 +72,8 @@ OutsideCells::OutsideCells(const Template& surface, size_t piece) {
     sum_error_mm2_.resize(count);
 }
 
-OutsideCells::Centres OutsideCells::spread_centres(const TemplateData& data,
-                                                   std::span<const uint32_t> vertices) {
+UnseenCells::Centres UnseenCells::spread_centres(const TemplateData& data,
+                                                 std::span<const uint32_t> vertices) {
     Centres centres;
     double squared = 0;
     for (;; apart_mm_ *= Cells::kCellGrowth) {
@@ -88,9 +88,9 @@ OutsideCells::Centres OutsideCells::spread_centres(const TemplateData& data,
     }
 }
 
-std::vector<uint32_t> OutsideCells::assign(const TemplateData& data,
-                                           std::span<const uint32_t> vertices,
-                                           const Centres& centres) {
+std::vector<uint32_t> UnseenCells::assign(const TemplateData& data,
+                                          std::span<const uint32_t> vertices,
+                                          const Centres& centres) {
     std::vector<uint32_t> counts(centres.size(), 0);
     double squared = 0;
     for (const uint32_t vertex : vertices) {
@@ -100,7 +100,7 @@ std::vector<uint32_t> OutsideCells::assign(const TemplateData& data,
     return counts;
 }
 
-void OutsideCells::choose_samples(const TemplateData& data, std::span<const uint32_t> vertices) {
+void UnseenCells::choose_samples(const TemplateData& data, std::span<const uint32_t> vertices) {
     std::vector<std::vector<uint32_t>> of_cell(size());
     for (const uint32_t vertex : vertices) of_cell[cell_of(vertex)].push_back(vertex);
     size_t most = 0;
@@ -118,7 +118,7 @@ void OutsideCells::choose_samples(const TemplateData& data, std::span<const uint
         std::max(Cells::kMinSeen, Cells::kSeenShare * static_cast<double>(most)));
 }
 
-void OutsideCells::take_ages(const OutsideCells& before) {
+void UnseenCells::take_ages(const UnseenCells& before) {
     for (size_t i = 0; i < size(); ++i) {
         Eigen::Index nearest = 0;
         (before.rest_.colwise() - rest_.col(static_cast<Eigen::Index>(i)))
@@ -129,11 +129,11 @@ void OutsideCells::take_ages(const OutsideCells& before) {
     }
 }
 
-void OutsideCells::add_lost_frame() {
+void UnseenCells::add_lost_frame() {
     for (uint32_t& age : age_) ++age;
 }
 
-bool OutsideCells::read(SurfaceSamples samples, const VertexConfidence& confidence) {
+bool UnseenCells::read(SurfaceSamples samples, const VertexConfidence& confidence) {
     count_.assign(size(), 0);
     sum_rest_.setZero();
     sum_now_.setZero();

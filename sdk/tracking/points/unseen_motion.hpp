@@ -1,5 +1,6 @@
-// Places tissue that has left the image. How the parts of a surface move together is learnt while
-// they are seen; what is seen then tells where the rest is: universal kriging (Cressie, Statistics
+// Places tissue that is not seen: it has left the image, or something is in front of it. How the
+// parts of a surface move together is learnt while they are seen; what is seen then tells where the
+// rest is: universal kriging (Cressie, Statistics
 // for Spatial Data, 1993, 3.4), whose trend is a rigid motion and whose covariance is learnt by
 // expectation maximisation (Dempster, Laird and Rubin, 1977).
 #pragma once
@@ -14,24 +15,25 @@
 #include "sdk/base/util/array_part.hpp"
 #include "sdk/template/template.hpp"
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
-#include "sdk/tracking/points/outside_cells.hpp"
-#include "sdk/tracking/points/outside_kriging.hpp"
+#include "sdk/tracking/points/hole_fill.hpp"
+#include "sdk/tracking/points/unseen_cells.hpp"
+#include "sdk/tracking/points/unseen_kriging.hpp"
 
 namespace defrec {
 
 // A piece of a template's surface.
-class OutsidePiece {
+class UnseenPiece {
   public:
-    OutsidePiece(const Template& surface, size_t piece);
+    UnseenPiece(const Template& surface, size_t piece);
     // The piece before the template grew or was cut: what was learnt of it stays.
-    void learn_from(const OutsidePiece& before);
+    void learn_from(const UnseenPiece& before);
 
     struct Seen {
         SurfaceSamples samples;  // per vertex
         const VertexConfidence& confidence;
-        bool is_apart = false;  // some control points move nothing that is in the image
+        bool is_apart = false;  // some control points move nothing that is seen
     };
-    // Reads a frame. true: place() tells where tissue is that is not in the image.
+    // Reads a frame. true: place() tells where tissue is that is not seen.
     bool add_frame(const Seen& seen);
     // Learns from that frame. Nobody waits for it.
     void learn();
@@ -53,7 +55,7 @@ class OutsidePiece {
     Eigen::MatrixXd kernel(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) const;
     Eigen::MatrixXd shapes(const Eigen::Matrix3Xd& places) const;  // of the modes, a row per place
 
-    OutsideCells cells_;
+    UnseenCells cells_;
     double length_mm_;  // over which displacements are alike
     // The modes: the largest principal components of the cells' kernel.
     Eigen::MatrixXd at_cells_;  // a column each
@@ -69,7 +71,7 @@ class OutsidePiece {
     // This frame's.
     enum class Lesson : uint8_t { kNone, kDirect, kSolve, kSolved };  // what learn() has to do
     Lesson lesson_ = Lesson::kNone;
-    std::optional<OutsideKriging> kriging_;
+    std::optional<UnseenKriging> kriging_;
     Eigen::MatrixX3d coefficients_;
     Eigen::Isometry3d pose_ = Eigen::Isometry3d::Identity();
     Eigen::Matrix3Xd smooth_;       // what the kernel weighs
@@ -77,36 +79,56 @@ class OutsidePiece {
 };
 
 // All pieces of the template that is followed.
-class OutsideMotion {
+class UnseenMotion {
   public:
-    OutsideMotion() = default;
-    explicit OutsideMotion(const Template& surface);
+    UnseenMotion() = default;
+    explicit UnseenMotion(const Template& surface);
     // before: of the template before it grew or was cut.
-    OutsideMotion(const Template& surface, const OutsideMotion& before);
+    UnseenMotion(const Template& surface, const UnseenMotion& before);
 
-    // A frame's results; those of tissue out of the image are changed.
+    // A frame's results; those of tissue that is not seen are changed.
     struct Results {
         std::span<defrec_motion> motions;
         std::span<float> vertices, normals;
         VertexConfidence& confidence;
     };
-    // A frame in which the surface was found. any_outside: of the samples. helpers: whose threads
-    // take part, or nullptr. true: results were changed.
-    bool add_frame(const Template& surface, SurfaceSamples samples, bool any_outside,
+    // A frame in which the surface was found. helpers: whose threads take part, or nullptr. true:
+    // results were changed.
+    bool add_frame(const Template& surface, SurfaceSamples samples,
                    std::span<const defrec_piece> pieces, const Results& results,
                    const Services* helpers);
     // Learns from the last frame, once nobody waits for it.
     void learn() noexcept;
 
   private:
-    void find_moves(const TemplateData& data, SurfaceSamples samples, ArrayPart part);
-    bool is_outside(size_t node) const;
+    // What a control point moves, bits.
+    enum Moves : uint8_t { kOutside = 1, kHidden = 2, kSeen = 4 };
+    void find_moves(const TemplateData& data, SurfaceSamples samples,
+                    const VertexConfidence& confidence, ArrayPart part);
+    // Nothing that it moves is in the image.
+    bool is_outside(size_t node) const { return moves_[node] == kOutside; }
+    // Something that it moves is in the image, and nothing of it is seen.
+    bool is_hidden(size_t node) const {
+        return (moves_[node] & kHidden) != 0 && (moves_[node] & kSeen) == 0;
+    }
+    bool ask_pieces(SurfaceSamples samples, std::span<const defrec_piece> pieces,
+                    const VertexConfidence& confidence);
+    void find_detail(const TemplateData& data, std::span<const defrec_motion> motions,
+                     const VertexConfidence& confidence);
     void move_nodes(const TemplateData& data, const Results& results, ArrayPart part) const;
+    defrec_motion move_hidden(const TemplateData& data, size_t node, const Results& results) const;
     void move_vertices(const Template& surface, const Results& results, ArrayPart part) const;
+    struct Shares {
+        double outside = 0, hidden = 0;  // of what moves a vertex
+    };
+    Shares shares_of(const defrec_surface_point& vertex) const;
 
-    std::vector<OutsidePiece> pieces_;
-    std::vector<uint8_t> is_apart_;  // per piece: some control points move nothing in the image
-    std::vector<uint8_t> moves_outside_, moves_seen_;  // per control point: what it moves
+    std::vector<UnseenPiece> pieces_;
+    std::vector<uint32_t> vertex_of_;  // per control point: which it moves most
+    std::vector<uint8_t> is_apart_;    // per piece: some control points move nothing that is seen
+    std::vector<uint8_t> moves_;       // per control point
+    std::vector<HoleFill::Kind> kinds_;
+    HoleFill detail_;  // by which lm moves control points round a hole otherwise than the modes do
 };
 
 }  // namespace defrec

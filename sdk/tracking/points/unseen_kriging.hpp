@@ -28,11 +28,11 @@ void add_on_axes(const Eigen::MatrixXd& values, Eigen::MatrixXd& sum);
 // Inverse of a symmetric matrix that is positive definite.
 Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& symmetric);
 
-class OutsideKriging {
+class UnseenKriging {
   public:
     // seen: of places whose displacements are known. information: the inverse of the coefficients'
     // covariance, 1/mm^2.
-    OutsideKriging(DisplacementModel seen, Eigen::MatrixXd information)
+    UnseenKriging(DisplacementModel seen, Eigen::MatrixXd information)
         : seen_(std::move(seen)), information_(std::move(information)) {}
 
     // noise: variance of the displacement of each place, per axis, mm^2.

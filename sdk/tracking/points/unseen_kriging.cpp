@@ -1,5 +1,5 @@
-// See outside_kriging.hpp.
-#include "sdk/tracking/points/outside_kriging.hpp"
+// See unseen_kriging.hpp.
+#include "sdk/tracking/points/unseen_kriging.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -61,7 +61,7 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& symmetric) {
     return product_with_itself(inverse_of_factor(symmetric));
 }
 
-void OutsideKriging::weigh(const Eigen::VectorXd& noise) {
+void UnseenKriging::weigh(const Eigen::VectorXd& noise) {
     weight_ = noise.cwiseInverse();
     const Eigen::Index modes = seen_.modes(), all = 3 * modes + 6;
     const Eigen::MatrixXd weighed = weight_.asDiagonal() * seen_.shapes;
@@ -77,7 +77,7 @@ void OutsideKriging::weigh(const Eigen::VectorXd& noise) {
     reducer_ = inverse_of_factor(information);
 }
 
-OutsideKriging::Found OutsideKriging::solve(const Eigen::Matrix3Xd& displacements) const {
+UnseenKriging::Found UnseenKriging::solve(const Eigen::Matrix3Xd& displacements) const {
     const Eigen::Index modes = seen_.modes();
     Eigen::VectorXd sums = Eigen::VectorXd::Zero(reducer_.rows());
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -90,7 +90,7 @@ OutsideKriging::Found OutsideKriging::solve(const Eigen::Matrix3Xd& displacement
 }
 
 // The reducer times the model of places along an axis, a column for each place.
-Eigen::MatrixXd OutsideKriging::reduce(const DisplacementModel& of, size_t axis) const {
+Eigen::MatrixXd UnseenKriging::reduce(const DisplacementModel& of, size_t axis) const {
     const Eigen::Index modes = of.modes(), above = static_cast<Eigen::Index>(axis) * modes,
                        below = reducer_.rows() - above;
     Eigen::MatrixXd reduced(reducer_.rows(), of.places());
@@ -101,8 +101,8 @@ Eigen::MatrixXd OutsideKriging::reduce(const DisplacementModel& of, size_t axis)
     return reduced;
 }
 
-double OutsideKriging::raise_noise(const Eigen::Matrix3Xd& displacements,
-                                   Eigen::VectorXd& noise) const {
+double UnseenKriging::raise_noise(const Eigen::Matrix3Xd& displacements,
+                                  Eigen::VectorXd& noise) const {
     const Found found = solve(displacements);
     Eigen::Matrix3Xd left = displacements - (seen_.shapes * found.coefficients).transpose();
     std::array<Eigen::MatrixXd, 3> reduced;
@@ -125,14 +125,14 @@ double OutsideKriging::raise_noise(const Eigen::Matrix3Xd& displacements,
     return largest;
 }
 
-Eigen::VectorXd OutsideKriging::variances(const DisplacementModel& of) const {
+Eigen::VectorXd UnseenKriging::variances(const DisplacementModel& of) const {
     Eigen::VectorXd sums = Eigen::VectorXd::Zero(of.places());
     for (size_t axis = 0; axis < 3; ++axis)
         sums += reduce(of, axis).colwise().squaredNorm().transpose();
     return sums;
 }
 
-Eigen::MatrixXd OutsideKriging::covariance() const {
+Eigen::MatrixXd UnseenKriging::covariance() const {
     return product_with_itself(reducer_.leftCols(information_.cols()));
 }
 

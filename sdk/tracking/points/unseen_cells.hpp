@@ -11,11 +11,11 @@
 
 namespace defrec {
 
-class OutsideCells {
+class UnseenCells {
   public:
-    OutsideCells(const Template& surface, size_t piece);
+    UnseenCells(const Template& surface, size_t piece);
     // The cells before the template grew or was cut.
-    void take_ages(const OutsideCells& before);
+    void take_ages(const UnseenCells& before);
 
     // Cells of which enough is observed: means of their observed vertices.
     struct Seen {
