@@ -3,15 +3,11 @@ from __future__ import annotations
 
 import base64
 import collections
-import errno
 import html
 import importlib
 import inspect
 import io
 import math
-import os
-import pathlib
-import re
 import warnings
 from dataclasses import dataclass, field
 from typing import (
@@ -25,7 +21,6 @@ from typing import (
     Optional,
     Sequence,
     Tuple,
-    Union,
 )
 
 from ._arrays import ArrayLike, BufferLike, ByteArray, FloatArray, numpy
@@ -33,16 +28,13 @@ from .calibration import CalibrationLike, rig_of
 from .context import Context
 from .enums import BodyMode, Format, LogLevel, PointStatus, Reason, State, Status
 from .errors import DefrecWarning, Error
+from .images import Images, Pairs, pairs_of, pillow
 from .points import WarpedPoints
 from .result import Result
 from .rig import Rig
 from .template import Template
 from .tracker import Job, Tracker
 
-Images = Union[str, "os.PathLike[str]", Iterable[Any]]
-"""A folder of images in the order of their names, or images: files or arrays."""
-
-_EXTENSIONS = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".ppm", ".pnm", ".webp"}
 _OPTIONS = inspect.signature(Tracker).parameters
 _COLOURS = {PointStatus.OBSERVED: (64, 220, 96), PointStatus.EXTRAPOLATED: (255, 176, 32)}
 
@@ -157,7 +149,7 @@ class TrackedFrame:
     def picture(self) -> Any:
         """The left image with the points, as a Pillow image: tracked ones green, extrapolated ones
         orange. Raises ImportError without Pillow."""
-        draws = _pillow("PIL.ImageDraw")
+        draws = pillow("PIL.ImageDraw")
         picture = _pillow_image(self.image, self.format)
         draw = draws.Draw(picture)
         radius = max(2, picture.width // 240)
@@ -252,23 +244,21 @@ class Tracking(Iterator[TrackedFrame]):
 
     def __init__(
         self,
-        left: Images,
-        right: Images,
+        pairs: Pairs,
         calibration: CalibrationLike,
         points: Optional[ArrayLike],
         timestamps_ns: Iterable[int],
         device_id: Optional[str],
         options: Any,
     ) -> None:
-        self._images = _pairs(left, right)
+        self._images = pairs.images
         try:
             first = next(self._images)
         except StopIteration:
             raise ValueError("left and right have no images") from None
         self.width, self.height, found = _shape(first[0])
         if options.get("format") is None:
-            # Files are read as red, green, blue; arrays of three channels are OpenCV's.
-            options["format"] = Format.RGB8 if found == Format.BGR8 and _is_file(left) else found
+            options["format"] = pairs.colours if found == Format.BGR8 else found
         self._format = Format(options["format"])
         self._timestamps = iter(timestamps_ns)
         pixels = None if points is None else _inside(points, self.width, self.height)
@@ -400,11 +390,12 @@ class Tracking(Iterator[TrackedFrame]):
 
 def track(
     left: Images,
-    right: Images,
+    right: Optional[Images],
     calibration: CalibrationLike,
     points: Optional[ArrayLike] = None,
     *,
-    fps: float = 30.0,
+    layout: Optional[str] = None,
+    fps: Optional[float] = None,
     timestamps_ns: Optional[Iterable[int]] = None,
     device_id: Optional[str] = None,
     **options: Any,
@@ -412,16 +403,20 @@ def track(
     """Tracks a sequence, and gives a TrackedFrame for each pair of images. The first with a surface
     waits for the elastic body beneath it (Template.wait_body), unless body is BodyMode.OFF.
 
-    left, right: a folder of images, files, or uint8 arrays, each (height, width) or (height, width,
-        3 or 4). Files are read with Pillow, as gray or RGB8. Arrays of 3 channels are BGR8 unless
-        format says otherwise. Arrays may come from a camera; frames_in_flight=1 then keeps the
-        tracker from waiting for the next one.
+    left, right: a video, a folder of images, files, or uint8 arrays, each (height, width) or
+        (height, width, 3 or 4). Videos are read with OpenCV's Python package, image files with
+        Pillow, as gray or RGB8. Arrays of 3 channels are BGR8 unless format says otherwise. Arrays
+        may come from a camera; frames_in_flight=1 then keeps the tracker from waiting for the next
+        one.
+    layout: "side-by-side" (left view on the left) or "top-bottom" (left view on top) where each
+        image of left holds both views; right is None then.
     calibration: a file of OpenCV or a mapping with M1 D1 M2 D2 R T (mm), a Calibration, or the
         Camera of rectified images.
     points: (n, 2) pixels of the first left image to follow; None: a grid of 16 x 9 in the image
         that gives the template. Where that is a later one than the first, points that were given
         are lost, with a warning. Pixels outside the image are refused.
-    fps, timestamps_ns: times of the frames, by their rate or each by itself, ns.
+    fps, timestamps_ns: times of the frames, by their rate or each by itself, ns. Default: the
+        video's own rate, 30 for images.
     device_id, options: of Tracker.
 
     What the library logs as a warning or an error becomes a DefrecWarning. Raises ValueError and
@@ -430,11 +425,14 @@ def track(
     for name in options:
         if name not in _OPTIONS:
             raise TypeError(f"track() got an unexpected keyword argument {name!r}")
+    pairs = pairs_of(left, right, layout)
     if timestamps_ns is None:
+        if fps is None:
+            fps = pairs.rate or 30.0
         if not 0.001 <= fps <= 10000:
             raise ValueError(f"fps is {fps}, 0.001 to 10000 expected")
         timestamps_ns = _times(fps)
-    return Tracking(left, right, calibration, points, timestamps_ns, device_id, options)
+    return Tracking(pairs, calibration, points, timestamps_ns, device_id, options)
 
 
 def _times(fps: float) -> Iterator[int]:
@@ -467,71 +465,6 @@ def _inside(points: Any, width: int, height: int) -> Any:
     return points
 
 
-def _is_file(images: Images) -> bool:
-    return isinstance(images, (str, os.PathLike))
-
-
-def _name_order(path: pathlib.Path) -> List[Tuple[int, str]]:
-    """As people count: frame_9 before frame_10."""
-    return [
-        (int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", path.name)
-    ]
-
-
-def _read(images: Images) -> Iterator[Any]:
-    if isinstance(images, (str, os.PathLike)):
-        folder = pathlib.Path(images)
-        if not folder.is_dir():
-            code = errno.ENOTDIR if folder.exists() else errno.ENOENT
-            raise OSError(
-                code, "not a folder of images (patterns and videos are not read)", str(folder)
-            )
-        files = sorted(
-            (file for file in folder.iterdir() if file.suffix.lower() in _EXTENSIONS),
-            key=_name_order,
-        )
-        if not files:
-            raise ValueError(f"{folder}: no images in it")
-        images = files
-    for image in images:
-        yield _image_file(image) if isinstance(image, (str, os.PathLike)) else image
-
-
-def _pillow(module: str) -> Any:
-    try:
-        return importlib.import_module(module)
-    except ImportError as error:
-        raise ImportError(
-            f"image files and pictures need Pillow (pip install pillow): {error}"
-        ) from error
-
-
-def _image_file(path: Union[str, "os.PathLike[str]"]) -> Any:
-    with _pillow("PIL.Image").open(path) as image:
-        gray = image.mode in ("L", "1")
-        return _pixels(image.convert("L" if gray else "RGB"))
-
-
-def _pixels(image: Any) -> Any:
-    """Pixels of a Pillow image, with a shape: NumPy's array or a memoryview."""
-    if numpy is not None:
-        return numpy.asarray(image)
-    channels = len(image.getbands())
-    shape = [image.height, image.width] + ([channels] if channels > 1 else [])
-    return memoryview(image.tobytes()).cast("B", shape)
-
-
-def _pairs(left: Images, right: Images) -> Iterator[Tuple[Any, Any]]:
-    lefts, rights, end = _read(left), _read(right), object()
-    for number, image in enumerate(lefts):
-        partner = next(rights, end)
-        if partner is end:
-            raise ValueError(f"right has {number} images, left has more")
-        yield image, partner
-    if next(rights, end) is not end:
-        raise ValueError("right has more images than left")
-
-
 def _shape(image: Any) -> Tuple[int, int, Format]:
     """Width, height and format."""
     shape = getattr(image, "shape", None)
@@ -556,4 +489,4 @@ def _pillow_image(image: Any, format: Format) -> Any:
     modes = {Format.GRAY8: ("L", "L"), Format.RGB8: ("RGB", "RGB"), Format.BGR8: ("RGB", "BGR")}
     mode, raw = modes.get(format, ("RGBA", "BGRA"))
     data = image.tobytes() if hasattr(image, "tobytes") else bytes(image)
-    return _pillow("PIL.Image").frombytes(mode, (width, height), data, "raw", raw).convert("RGB")
+    return pillow("PIL.Image").frombytes(mode, (width, height), data, "raw", raw).convert("RGB")

@@ -9,6 +9,7 @@ import math
 import os
 import pathlib
 import sys
+import tempfile
 import unittest
 import unittest.mock
 import warnings
@@ -17,7 +18,7 @@ from PIL import Image
 
 import defrec
 from defrec._arrays import numpy
-from defrec.tracking import _read
+from defrec.images import _view
 
 SEQUENCE, TRACKED = (pathlib.Path(os.environ[name]) for name in ("SEQUENCE", "TRACKED"))
 LEFT, RIGHT, CALIBRATION = (SEQUENCE / name for name in ("left", "right", "calibration.yaml"))
@@ -43,6 +44,103 @@ class RecordingAxes:
 
     def __getattr__(self, name):
         return lambda *arguments, **named: self.calls.append((name, arguments, named))
+
+
+class FolderAsVideo:
+    """OpenCV's VideoCapture, of a file that names a folder of images."""
+
+    CAP_PROP_FPS = 5
+
+    def __init__(self, path):
+        folder = pathlib.Path(pathlib.Path(path).read_text())
+        self.images = iter(sorted(folder.iterdir()) if folder.is_dir() else [])
+        self.isOpened = folder.is_dir
+        self.is_released = False
+
+    def get(self, property):
+        return 25.0 if property == self.CAP_PROP_FPS else 0.0
+
+    def read(self):
+        path = next(self.images, None)
+        if path is None:
+            return False, None
+        red, green, blue = Image.open(path).convert("RGB").split()
+        image = Image.merge("RGB", (blue, green, red))
+        shape = (image.height, image.width, 3)
+        return True, memoryview(image.tobytes()).cast("B", shape)
+
+    def release(self):
+        self.is_released = True
+
+
+class Videos(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+
+    def enterContext(self, manager):  # of Python 3.11
+        self.addCleanup(manager.__exit__, None, None, None)
+        return manager.__enter__()
+
+    def file(self, name, content):
+        path = self.folder / name
+        path.write_text(str(content))
+        return path
+
+    def videos(self):
+        return self.file("left.mp4", LEFT), self.file("right.mp4", RIGHT)
+
+    def test_a_video_gives_what_its_images_give(self):
+        opencv = unittest.mock.Mock(VideoCapture=FolderAsVideo, CAP_PROP_FPS=5)
+        with unittest.mock.patch.dict(sys.modules, {"cv2": opencv}):
+            frames = list(defrec.track(*self.videos(), CALIBRATION, points(), device_id="cpu"))
+        expected = list(start(points=points()))
+        self.assertEqual(len(frames), len(expected))
+        self.assertEqual(frames[2].result.timestamp_ns, 80_000_000)  # at the video's own rate
+        self.assertEqual(frames[0].format, defrec.Format.BGR8)
+        for frame, image in zip(frames, expected):
+            self.assertEqual(frame.points.status.tolist(), image.points.status.tolist())
+        self.assertEqual(frames[0].picture().tobytes(), expected[0].picture().tobytes())
+
+    def test_without_opencv_the_error_says_what_to_install(self):
+        with unittest.mock.patch.dict(sys.modules, {"cv2": None}):
+            with self.assertRaisesRegex(ImportError, "left.mp4: .*opencv-python"):
+                defrec.track(*self.videos(), CALIBRATION)
+
+    def test_what_is_no_video_is_refused(self):
+        opencv = unittest.mock.Mock(VideoCapture=FolderAsVideo, CAP_PROP_FPS=5)
+        with unittest.mock.patch.dict(sys.modules, {"cv2": opencv}):
+            with self.assertRaisesRegex(OSError, "not a video that OpenCV can read.*notes.txt"):
+                defrec.track(self.file("notes.txt", "none"), RIGHT, CALIBRATION)
+
+    def test_images_that_hold_both_views_are_split(self):
+        if numpy is None:
+            with self.assertRaisesRegex(ImportError, "NumPy"):
+                defrec.track(LEFT, None, CALIBRATION, layout="side-by-side")
+            return
+        views = [list(_view(folder).images)[:2] for folder in (LEFT, RIGHT)]
+        options = {"device_id": "cpu"}
+        tracked = defrec.track(*views, CALIBRATION, **options)
+        expected = [frame.points.xyz.tolist() for frame in tracked]
+        for layout, axis in (("side-by-side", 1), ("top-bottom", 0)):
+            both = [numpy.concatenate(pair, axis=axis) for pair in zip(*views)]
+            frames = defrec.track(both, None, CALIBRATION, layout=layout, **options)
+            self.assertEqual([frame.points.xyz.tolist() for frame in frames], expected)
+        odd = [numpy.zeros((64, 95), dtype=numpy.uint8)]
+        with self.assertRaisesRegex(ValueError, "an even width expected"):
+            defrec.track(odd, None, CALIBRATION, layout="side-by-side")
+
+    def test_a_layout_and_a_right_view_are_not_both_given(self):
+        with self.assertRaisesRegex(TypeError, "right was given beside a layout"):
+            defrec.track(LEFT, RIGHT, CALIBRATION, layout="side-by-side")
+        with self.assertRaisesRegex(TypeError, "right is None without a layout"):
+            defrec.track(LEFT, None, CALIBRATION)
+        with self.assertRaisesRegex(ValueError, "side-by-side or top-bottom expected"):
+            defrec.track(LEFT, None, CALIBRATION, layout="over-under")
+
+    def test_files_are_red_first_in_a_list_too(self):
+        files = [sorted(folder.iterdir())[:1] for folder in (LEFT, RIGHT)]
+        frame = next(defrec.track(*files, CALIBRATION, device_id="cpu"))
+        self.assertEqual(frame.format, defrec.Format.RGB8)
 
 
 class Track(unittest.TestCase):
@@ -98,7 +196,7 @@ class Track(unittest.TestCase):
             self.skipTest("turning arrays round is NumPy's")
         expected = next(start())
         left, right = (
-            [numpy.ascontiguousarray(image[:, :, ::-1]) for image in list(_read(folder))[:2]]
+            [numpy.ascontiguousarray(image[:, :, ::-1]) for image in list(_view(folder).images)[:2]]
             for folder in (LEFT, RIGHT)
         )
         for calibration in (
@@ -136,7 +234,7 @@ class Track(unittest.TestCase):
         taken = []
 
         def images(folder):
-            for image in _read(folder):
+            for image in _view(folder).images:
                 taken.append(folder)
                 yield image
 
@@ -147,7 +245,7 @@ class Track(unittest.TestCase):
 
     def test_points_of_a_black_first_image_are_lost_and_a_grid_is_not(self):
         black = memoryview(bytes(3 * 320 * 240)).cast("B", (240, 320, 3))
-        left, right = ([black, *list(_read(folder))[1:3]] for folder in (LEFT, RIGHT))
+        left, right = ([black, *list(_view(folder).images)[1:3]] for folder in (LEFT, RIGHT))
         options = {"device_id": "cpu", "format": defrec.Format.RGB8}
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -239,13 +337,11 @@ class Track(unittest.TestCase):
         }.items():
             with self.subTest(message), self.assertRaisesRegex(ValueError, message):
                 defrec.track(*arguments, device_id="cpu")
-        for images, kind in (
-            ("videos/%06d.png", FileNotFoundError),
-            (CALIBRATION, NotADirectoryError),
+        for images, said in (
+            ("videos/%06d.png", "the folder itself instead of a pattern.*%06d.png"),
+            ("surgery.mp4", "no such folder of images, and no such video.*surgery.mp4"),
         ):
-            with self.assertRaisesRegex(
-                kind, f"not a folder of images .*{pathlib.Path(images).name}"
-            ):
+            with self.assertRaisesRegex(FileNotFoundError, said):
                 defrec.track(images, RIGHT, camera)
         with self.assertRaisesRegex(
             TypeError, r"^track\(\) got an unexpected keyword argument 'bakend'$"
