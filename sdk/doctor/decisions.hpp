@@ -165,7 +165,9 @@ struct DoctorDetail {
 
 // How the views fit each other.
 struct DoctorViews {
-    // px RMS | rows that disagree by more are a finding | set by hand, [doctor]
+    // px RMS | rows that disagree by more are a warning: frames are degraded | as RigRows
+    static constexpr double kToldRowError = 0.4;
+    // px RMS | and by more than this a problem | set by hand, [doctor]
     static constexpr double kMaxRowError = 0.6;
     // px | width of Tukey's kernel in the fit of rows, first to last | set by hand
     static constexpr std::array<double, 5> kTukeyWidths = {12, 6, 3, 1.5, 1.5};

@@ -233,6 +233,18 @@ TEST_CASE("rows that disagree") {
     CHECK(found("heartbeat", [](Recording& r) { r.calibration.right.cy += 2; }) == "rows");
 }
 
+TEST_CASE("rows that disagree by what degrades frames, and no more, are a warning") {
+    const Diagnosis diagnosis =
+        diagnose_spoiled("heartbeat", [](Recording& r) { r.calibration.right.cy += 0.5; });
+    CHECK(found_in(diagnosis) == "rows");
+    Finding rows;
+    for (const Finding& finding : diagnosis.findings)
+        if (finding.id == "rows") rows = finding;
+    CHECK(rows.verdict == Verdict::kFound);
+    CHECK(rows.severity == Severity::kWarning);
+    CHECK(rows.what.find("Frames are tracked, degraded") != std::string::npos);
+}
+
 TEST_CASE("disparities that are not searched") {
     const TestFolder folder;
     const std::string config = folder.write("config.yaml", "disparities: 16\n");

@@ -36,16 +36,19 @@ Eigen::Vector3d fit_rows(const std::vector<RectifiedMatch>& matches) {
 }  // namespace
 
 Finding look_at_rows(const Evidence& evidence) {
-    Look look("rows", "rows", Severity::kError);
-    if (!evidence.has_depth()) return look.unknown("the views do not fit the calibration");
+    if (!evidence.has_depth())
+        return Look("rows", "rows", Severity::kError)
+            .unknown("the views do not fit the calibration");
     const Eigen::Vector3d fit = fit_rows(evidence.as_given().matches);
     // A linear step over the image.
     const double error = std::hypot(fit[0], fit[1] * evidence.width / std::sqrt(12),
                                     fit[2] * evidence.height / std::sqrt(12));
+    const bool is_bad = error > Decision::kMaxRowError;
+    Look look("rows", "rows", is_bad ? Severity::kError : Severity::kWarning);
     look.measured(error, "px");
     const std::string text =
         "rows of the rectified views differ by " + format_fixed(error, 2) + " px";
-    if (error <= Decision::kMaxRowError) return look.fine(text);
+    if (error <= Decision::kToldRowError) return look.fine(text);
     constexpr double kDegrees = 57.29577951308232;
     return look.found(
         text + ": the right view is " + format_fixed(std::abs(fit[0]), 1) + " px too " +
@@ -53,7 +56,8 @@ Finding look_at_rows(const Evidence& evidence) {
             (fit[1] > 0 ? "clockwise by " : "anticlockwise by ") +
             format_fixed(std::abs(kDegrees * fit[1]), 2) + " degrees, and " +
             format_fixed(std::abs(100 * fit[2]), 2) + " % too " +
-            (fit[2] > 0 ? "large." : "small."),
+            (fit[2] > 0 ? "large." : "small.") +
+            (is_bad ? "" : " Frames are tracked, degraded, and expected errors grow."),
         "Calibrate anew, at this zoom and focus; until then self_calibration: correct in --config "
         "of `defrec track` mends it.");
 }
