@@ -44,8 +44,10 @@ struct MeshFiles {
     // m | and up to here it is in metres, where no unit is given | organs are shorter, and in mm
     // longer
     static constexpr double kMaxMetres = 1;
-    // mm | the longest side of a mesh, at least | as kMinMetres
+    // mm | the longest side of a mesh without a unit, at least | as kMinMetres
     static constexpr double kMinSide = 10;
+    // mm | and of one whose unit is given | as RegistrationModel
+    static constexpr double kMinSideOfUnit = 3;
     // mm | and at most | as RegistrationModel
     static constexpr double kMaxSide = 2000;
 };

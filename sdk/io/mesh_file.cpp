@@ -159,12 +159,14 @@ void to_millimetres(MeshFile& mesh, std::optional<MeshUnit> unit, const std::str
     const double scale = unit == MeshUnit::kMetre || is_metres ? 1000
                          : unit == MeshUnit::kCentimetre       ? 10
                                                                : 1;
-    if (side * scale < MeshFiles::kMinSide || side * scale > MeshFiles::kMaxSide)
+    const double min_side = unit ? MeshFiles::kMinSideOfUnit : MeshFiles::kMinSide;
+    if (side * scale < min_side || side * scale > MeshFiles::kMaxSide)
         fail_mesh(path, "the longest side of the model is " + length_text(side) +
                             (unit ? " in the unit that was given, which is " : ", which is ") +
-                            length_text(side * scale) + " mm; " + length_text(MeshFiles::kMinSide) +
-                            " to " + length_text(MeshFiles::kMaxSide) +
-                            " mm were expected. Give its unit as --unit mm, cm or m.");
+                            length_text(side * scale) + " mm; " + length_text(min_side) + " to " +
+                            length_text(MeshFiles::kMaxSide) + " mm were expected. " +
+                            (unit ? "If another unit is meant, give it as" : "Give its unit as") +
+                            " --unit mm, cm or m.");
     if (is_metres)
         mesh.notes.push_back("The model is taken to be in metres: its longest side is " +
                              length_text(side) + ". Give --unit to say otherwise.");

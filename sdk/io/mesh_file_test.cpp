@@ -216,4 +216,9 @@ TEST_CASE("row 177: the unit of a model is given, or told by its size, or asked 
     CHECK_SAYS(refusal_of([&] { convert(210, MeshUnit::kMetre); }), "which is 210000.0 mm");
     CHECK_SAYS(refusal_of([&] { convert(4, {}); }), "the longest side of the model is 4.0");
     CHECK_SAYS(refusal_of([&] { convert(210000, {}); }), "10.0 to 2000.0 mm were expected");
+    // A tumour alone is small: its unit is given, since its size does not tell it.
+    CHECK_SAYS(refusal_of([&] { convert(8, {}); }), "Give its unit as --unit mm, cm or m");
+    CHECK(convert(8, MeshUnit::kMillimetre).vertices[3] == doctest::Approx(8));
+    CHECK_SAYS(refusal_of([&] { convert(2, MeshUnit::kMillimetre); }),
+               "3.0 to 2000.0 mm were expected. If another unit is meant");
 }

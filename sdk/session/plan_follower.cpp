@@ -2,8 +2,10 @@
 #include "sdk/session/plan_follower.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <fstream>
+#include <system_error>
 
 #include "sdk/session/result_record.hpp"
 
@@ -61,10 +63,14 @@ LinkPart link_part(const PlanModel& model, std::size_t place, const MovedPoints&
 
 void expect_plan_file(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
+    if (!file)
+        throw CliError(ExitCode::kInput,
+                       path + ": the plan cannot be opened: " +
+                           std::error_code(errno, std::generic_category()).message() +
+                           ". `defrec register --plan` writes one.");
     std::string head(7, '\0');
     file.read(head.data(), static_cast<std::streamsize>(head.size()));
-    if (!file)
-        throw CliError(ExitCode::kInput, path + ": the plan cannot be read, or is cut short.");
+    if (!file) throw CliError(ExitCode::kInput, path + ": the plan is cut short.");
     if (head != "defrecP")
         throw CliError(ExitCode::kInput,
                        path + ": this is no plan; `defrec register --plan` writes one.");

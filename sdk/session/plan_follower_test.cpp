@@ -93,7 +93,7 @@ TEST_CASE("a file that is no plan is told from one that cannot be read") {
     const auto said = [](const std::string& path) {
         return refusal_of([&] { expect_plan_file(path); });
     };
-    CHECK_SAYS(said(folder / "absent"), "cannot be read");
+    CHECK_SAYS(said(folder / "absent"), "cannot be opened: No such file");
     CHECK_SAYS(said(folder.write("short", "defr")), "cut short");
     CHECK_SAYS(said(folder.write("mesh.ply", "ply\nformat ascii 1.0\n")), "this is no plan");
     CHECK(said(folder.write("a.plan", "defrecP\n")) == "accepted");
