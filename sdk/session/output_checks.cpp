@@ -7,6 +7,7 @@
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/output_folder.hpp"
 #include "sdk/io/text.hpp"
+#include "sdk/session/camera_trajectory.hpp"
 #include "sdk/session/track_outputs.hpp"
 
 namespace defrec::cli {
@@ -15,7 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 
 std::vector<fs::path> results_in(const TrackOptions& options) {
-    std::vector<fs::path> names = {kPointsFile, kFramesFile, kSummaryFile, kTemplateFile};
+    std::vector<fs::path> names = {kPointsFile, kFramesFile, kSummaryFile, kTemplateFile,
+                                   kTrajectoryFile};
     if (!options.targets.empty()) names.emplace_back(kTargetsFile);
     if (!options.plan.file.empty()) names.emplace_back(kPlanFile);
     // One of them: what OpenCV can encode decides.

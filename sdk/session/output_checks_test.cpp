@@ -111,6 +111,13 @@ TEST_CASE("row 115: an output over another output is refused, before either is t
     CHECK(recording.is_refused_with("is written to this file as well"));
 }
 
+TEST_CASE("row 115: a trajectory that is read as points is not overwritten") {
+    Recording recording;
+    fs::create_directory(recording.folder / "out");
+    recording.options.targets = recording.folder.write("out/trajectory.txt", "0 0 0 0 0 0 0 1\n");
+    CHECK(recording.is_refused_with("would overwrite this input"));
+}
+
 TEST_CASE("row 115: the folder of the recording is no place where results would replace files") {
     Recording recording;
     recording.options.points.clear();  // so they are no input

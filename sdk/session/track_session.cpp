@@ -22,6 +22,7 @@
 #include "sdk/io/text.hpp"
 #include "sdk/live_link/link_clock.hpp"
 #include "sdk/live_link/live_link.hpp"
+#include "sdk/session/camera_trajectory.hpp"
 #include "sdk/session/decisions.hpp"
 #include "sdk/session/output_checks.hpp"
 #include "sdk/session/plan_follower.hpp"
@@ -258,8 +259,9 @@ class TrackSession {
         std::optional<std::int64_t> frame;  // that gave it, before it grew
         // Shared with frames that wait to be sent.
         std::shared_ptr<const std::vector<std::uint32_t>> triangles;
-        bool has_grid = false;    // the grid's frame has come; where the template was given
-        bool is_another = false;  // after one that was given up, with what was found on it
+        CameraTrajectory trajectory;  // in its frame
+        bool has_grid = false;        // the grid's frame has come; where the template was given
+        bool is_another = false;      // after one that was given up, with what was found on it
     };
 
     void create_tracker() {
@@ -452,6 +454,7 @@ class TrackSession {
             link_.publish(std::move(sent));
         }
         rows_.push_back(frame_row(frame, result));
+        if (has_geometry(result)) template_.trajectory.add(frame.timestamp_ms, result);
         say(notes_.add_frame(frame, result));
         pictures_->add_to_checks(frame, result, notes_.compression());
         if (options_.recordings.meshes && has_geometry(result)) write_mesh(frame.index, result);
@@ -578,6 +581,7 @@ class TrackSession {
             if (trace_) trace_->commit();
         });
         attempt(kFramesFile, [&] { write_frames(folder_ / kFramesFile, rows_); });
+        attempt(kTrajectoryFile, [&] { template_.trajectory.write(folder_ / kTrajectoryFile); });
         attempt("", [&] { pictures_->finish_recording(); });
         attempt("", [&] { notes_.add(pictures_->finish_overlay(), NoteSeverity::kRemark); });
         attempt("", [&] {

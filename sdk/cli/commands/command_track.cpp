@@ -15,7 +15,9 @@ namespace {
 
 constexpr const char* kFooter =
     "Results in DIR: points.csv (mm in the left rectified camera of each frame), targets.csv "
-    "likewise, plan.csv and plan/*.ply of a plan, frames.csv, summary.json, template.ply, "
+    "likewise, plan.csv and plan/*.ply of a plan, frames.csv, trajectory.txt (the camera, as TUM "
+    "has "
+    "it), summary.json, template.ply, "
     "overlay.mp4 and report.html, which opens in "
     "a browser.\n"
     "\n"

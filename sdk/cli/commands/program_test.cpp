@@ -283,7 +283,7 @@ TEST_CASE(
               defrec::sha256_hex(std::vector<unsigned char>(bytes.begin(), bytes.end())));
     }
     CHECK(listed == std::vector<std::string>{"points.csv", "template.ply", "frames.csv",
-                                             "overlay.mp4", "report.html"});
+                                             "trajectory.txt", "overlay.mp4", "report.html"});
     CHECK(summary["run"].get<std::string>().size() == 32);
     CHECK(TestFolder::read(folder / "a/report.html").find(summary["run"]) != std::string::npos);
     CHECK(summary["run"] !=
