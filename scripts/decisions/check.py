@@ -89,6 +89,7 @@ ALLOWED = {
     ("registration/program/run_register.cpp", "kDegree = "): "a unit",
     ("registration/triangle_tree.cpp", "kLeafTriangles = 4"): "leaves of an index",
     ("registration/uncertainty.cpp", "kDegree = "): "a unit",
+    ("session/camera_trajectory.cpp", "kMillisecondsInSecond = 1000"): "a unit",
     ("session/points.cpp", "point.u < -0.5"): "half a pixel",
     ("session/track_summary.cpp", '"p99_ms"'): "the percentile that its name says",
     ("rig/lens.cpp", "kDifference = 1e-6"): "step of a numeric derivative",

@@ -5,12 +5,14 @@
 #include <array>
 #include <cmath>
 #include <deque>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 #include <utility>
 
 #include "sdk/input/camera_name.hpp"
 #include "sdk/input/camera_source.hpp"
+#include "sdk/input/frame_times.hpp"
 #include "sdk/input/image_stream.hpp"
 #include "sdk/input/scan_votes.hpp"
 #include "sdk/input/view_image.hpp"
@@ -127,6 +129,7 @@ struct FrameSource::Impl {
     std::deque<Pair> ahead;             // read at opening, to know the size and the fields
     std::shared_ptr<const Pair> begun;  // whose later field is the next frame
     std::optional<double> last_ms;      // time of the last frame, of cameras
+    std::vector<double> times_ms;       // of recorded images, where they are given
     cv::Size size;
     int channels = 3;
 
@@ -157,7 +160,9 @@ struct FrameSource::Impl {
         channels = std::max(pair.left.channels(), pair.right.channels());
         ahead.push_back(std::move(pair));
         if (options.fields == FieldOrder::kAuto) options.fields = live_fields();
-        const double own = cameras ? cameras->fps() : left->fps();
+        const double own = cameras            ? cameras->fps()
+                           : times_ms.empty() ? left->fps()
+                                              : rate_of(times_ms);
         fps = options.fps > 0 ? options.fps : own > 0 ? own : kDefaultFps;
         fps *= static_cast<double>(frames_of_image());
         position = options.range.first;
@@ -199,7 +204,15 @@ struct FrameSource::Impl {
         return votes.order();
     }
 
+    void read_times() {
+        if (options.times.empty()) return;
+        if (is_live())
+            throw CliError(ExitCode::kUsage, "--times is for recordings: cameras have times.");
+        times_ms = read_frame_times(options.times);
+    }
+
     void open_sources() {
+        read_times();
         const bool is_one = !options.stereo.empty();
         const std::vector<std::string> names =
             is_one ? std::vector{options.stereo} : std::vector{options.left, options.right};
@@ -235,6 +248,32 @@ struct FrameSource::Impl {
     // Name of the left view, or of the source that carries both.
     const std::string& source_name() const {
         return options.stereo.empty() ? options.left : options.stereo;
+    }
+
+    // The recorded frame's; none where there is none, which is a fault.
+    std::optional<double> recorded_time() {
+        if (times_ms.empty()) return static_cast<double>(position) * 1000.0 / fps;
+        const auto image = static_cast<std::size_t>(position / frames_of_image());
+        if (image >= times_ms.size()) {
+            fault = options.times + ": it ends after the times of " +
+                    std::to_string(times_ms.size()) + " images, but the recording goes on.";
+            return std::nullopt;
+        }
+        if (position % frames_of_image() == 0) return times_ms[image];
+        // The later field, before the next image where that comes too soon.
+        const double time = times_ms[image] + 1000.0 / fps;
+        const bool has_next = image + 1 < times_ms.size();
+        return has_next && time >= times_ms[image + 1]
+                   ? std::midpoint(times_ms[image], times_ms[image + 1])
+                   : time;
+    }
+
+    // At the end of the images.
+    void expect_no_more_times() {
+        const auto images = static_cast<std::size_t>(position / frames_of_image());
+        if (fault.empty() && images < times_ms.size())
+            fault = options.times + ": it has the times of " + std::to_string(times_ms.size()) +
+                    " images, but there are only " + std::to_string(images) + ".";
     }
 
     bool skip() {
@@ -375,9 +414,13 @@ bool FrameSource::next(StereoFrame& frame) {
     if (!impl.fault.empty()) return false;
     if (impl.options.range.last && impl.position >= *impl.options.range.last) return false;
     std::shared_ptr<const Pair> pair = impl.next_image();
-    if (pair == nullptr) return false;
-    frame.timestamp_ms = impl.cameras ? impl.live_time(*pair)
-                                      : static_cast<double>(impl.position) * 1000.0 / impl.fps;
+    if (pair == nullptr) {
+        impl.expect_no_more_times();
+        return false;
+    }
+    const std::optional<double> time = impl.cameras ? impl.live_time(*pair) : impl.recorded_time();
+    if (!time) return false;
+    frame.timestamp_ms = *time;
     frame.index = impl.position++;
     frame.field = DEFREC_FIELD_NONE;
     if (impl.frames_of_image() > 1) {

@@ -44,6 +44,8 @@ FrameRange parse_frame_range(const std::string& text);
 struct SourceOptions {
     std::string left, right;              // both, or
     std::string stereo;                   // this with
+    std::string recording;                // file that names the three, of `defrec record`; or empty
+    std::string times;                    // file with the images' times; empty: they are even
     Layout layout = Layout::kSideBySide;  // left on the left, or left on top
     FrameRange range;
     double fps = 0;                                // of images; 0: the source's own, else 30

@@ -29,9 +29,10 @@ std::vector<fs::path> results_in(const TrackOptions& options) {
 }
 
 std::vector<fs::path> files_read(const TrackOptions& options) {
-    std::vector<fs::path> files = {options.source.left, options.source.right, options.source.stereo,
-                                   options.points,      options.targets,      options.plan.file,
-                                   options.config,      options.surface.load};
+    std::vector<fs::path> files = {
+        options.source.left,      options.source.right, options.source.stereo, options.source.times,
+        options.source.recording, options.points,       options.targets,       options.plan.file,
+        options.config,           options.surface.load};
     for (const std::string_view file : split(options.calibration, ',')) files.emplace_back(file);
     return files;
 }

@@ -83,7 +83,8 @@ void expect_source(const TrackOptions& options) {
     const bool is_two = !options.source.left.empty() && !options.source.right.empty();
     if (is_one == is_two) {
         throw CliError(ExitCode::kUsage,
-                       "give the frames as --left P --right P, or as --stereo P --layout L.");
+                       "give the frames as --left P --right P, as --stereo P --layout L, or as "
+                       "--recording DIR.");
     }
 }
 
@@ -313,12 +314,14 @@ class TrackSession {
         SourceOptions options = options_.source;
         const std::int64_t first = options.range.first, end = found_->frame.index;
         if (end <= first || end - first > decisions::TemplateSearch::kLongestWayBack) return;
-        options.range = {first + 1, end + 1};
+        options.range = {first, end + 1};
         FrameSource source(options);
+        StereoFrame origin;
+        if (!source.next(origin)) return;
         std::vector<StereoFrame> frames(static_cast<std::size_t>(end - first));
         for (StereoFrame& frame : frames)
             if (interrupt_requested() || !source.next(frame)) return;
-        const double mirror = 2 * (frames.front().timestamp_ms - 1000.0 / source.fps());
+        const double mirror = 2 * origin.timestamp_ms;
         for (auto frame = frames.rbegin(); frame != frames.rend(); ++frame) {
             // As far before the first frame as they are after it.
             frame->timestamp_ms = mirror - frame->timestamp_ms;

@@ -26,6 +26,7 @@ Json input_json(const TrackFacts& facts) {
         json["layout"] =
             options.source.layout == Layout::kSideBySide ? "side-by-side" : "top-bottom";
     }
+    json["times"] = options.source.times.empty() ? Json(nullptr) : Json(options.source.times);
     json["calibration"] = options.calibration;
     json["points"] = options.points.empty() ? Json(nullptr) : Json(options.points);
     json["targets"] = options.targets.empty() ? Json(nullptr) : Json(options.targets);

@@ -78,10 +78,15 @@ void AtomicFile::write(std::string_view bytes) {
         throw FileError(path_, "cannot be written", errno);
 }
 
-void AtomicFile::commit() {
+void AtomicFile::flush() {
     errno = 0;
+    if (std::fflush(file_.get()) != 0) throw FileError(path_, "cannot be written", errno);
+}
+
+void AtomicFile::commit(Durability durability) {
+    flush();
     // Its bytes first, then its name: also where the power fails in between.
-    if (std::fflush(file_.get()) != 0 || !synchronise(file_.get()))
+    if (durability == Durability::kNow && !synchronise(file_.get()))
         throw FileError(path_, "cannot be written", errno);
     const std::error_code error = close_as(file_.release(), temporary_, path_);
     if (error) throw FileError(path_, "cannot be given its name", error.value());

@@ -33,8 +33,13 @@ class AtomicFile {
     const std::filesystem::path& temporary() const { return temporary_; }
 
     void write(std::string_view bytes);
+    // Hands what was written to the system: it outlives the process, under the temporary name.
+    void flush();
+    // Whether the disk has a file before it gets its name, or whenever the system writes it: the
+    // power may fail in between.
+    enum class Durability { kNow, kLater };
     // Closes the file and gives it its name, replacing one that stood there. May be called once.
-    void commit();
+    void commit(Durability durability = Durability::kNow);
 
   private:
     std::filesystem::path path_, temporary_;  // temporary_: empty once renamed

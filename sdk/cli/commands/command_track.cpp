@@ -61,11 +61,7 @@ void add_input_options(CLI::App& command, TrackOptions& options) {
                     "are followed. It belongs to the template, so give that as --from-template, or "
                     "the recording that it is of")
         ->type_name("F");
-    command
-        .add_option("--reconnect", options.source.reconnect_seconds,
-                    "How long to try to start a camera again that stopped; default: 60")
-        ->type_name("SECONDS")
-        ->check(number_in(0.0, 1e6));
+    add_reconnect_option(command, options.source);
 }
 
 void add_tracking_options(CLI::App& command, TrackOptions& options) {

@@ -16,6 +16,7 @@ namespace defrec::cli {
 
 CLI::App* add_track_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_doctor_command(CLI::App& app, std::function<int()>& run);
+CLI::App* add_record_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_register_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_calibrate_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_hand_eye_command(CLI::App& app, std::function<int()>& run);

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "sdk/base/util/sha256.hpp"
+#include "sdk/cli/commands/test_program.hpp"
 #include "sdk/cli/commands/test_run.hpp"
 #include "sdk/io/calibration.hpp"
 #include "sdk/io/csv.hpp"
@@ -54,35 +55,6 @@ std::vector<std::string> track_arguments(const std::string& out,
 std::size_t lines_of(const std::string& path) {
     const std::string text = TestFolder::read(path);
     return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
-}
-
-// The program in a process of its own. output: its standard output; -1: this process's.
-// file_size: bytes, to which its files may grow.
-pid_t start_program(std::vector<std::string> arguments, int output = -1,
-                    rlim_t file_size = RLIM_INFINITY) {
-    arguments.insert(arguments.begin(), DEFREC_BUILD_DIR "/bin/defrec");
-    std::vector<char*> argv;
-    for (std::string& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    const pid_t child = ::fork();
-    if (child == 0) {
-        if (output >= 0) ::dup2(output, STDOUT_FILENO);
-        rlimit limit{};
-        ::getrlimit(RLIMIT_FSIZE, &limit);
-        limit.rlim_cur = std::min(file_size, limit.rlim_max);
-        ::setrlimit(RLIMIT_FSIZE, &limit);
-        ::execv(argv[0], argv.data());
-        ::_exit(99);
-    }
-    return child;
-}
-
-bool has_partial_files(const fs::path& folder) {
-    return std::any_of(fs::recursive_directory_iterator(folder), fs::recursive_directory_iterator(),
-                       [](const auto& entry) {
-                           return entry.path().filename().string().find(".partial") !=
-                                  std::string::npos;
-                       });
 }
 
 }  // namespace
@@ -213,8 +185,9 @@ TEST_CASE("row 110: a warning leaves a trace in summary and report, also with --
 TEST_CASE("help and version are no errors") {
     CHECK(run({"--help"}) == 0);
     CHECK(run({"--version"}) == 0);
-    for (const char* command : {"track", "doctor", "calibrate", "register", "handeye", "render",
-                                "score", "evaluate", "devices", "bench", "demo", "completion"})
+    for (const char* command :
+         {"track", "record", "doctor", "calibrate", "register", "handeye", "render", "score",
+          "evaluate", "devices", "bench", "demo", "completion"})
         CHECK(run({command, "--help"}) == 0);
 }
 

@@ -68,6 +68,7 @@ void add_commands(CLI::App& app, std::function<int()>& run) {
     app.set_version_flag("--version", std::string("defrec ") + defrec_version_string());
     app.require_subcommand(1);
     add_track_command(app, run);
+    add_record_command(app, run);
     add_doctor_command(app, run);
     add_render_command(app, run, interrupt_requested);
     add_register_command(app, run);

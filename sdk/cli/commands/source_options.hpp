@@ -6,10 +6,16 @@
 
 #include "sdk/cli/commands/command_options.hpp"
 #include "sdk/input/frame_source.hpp"
+#include "sdk/input/recorded_folder.hpp"
 
 namespace defrec::cli {
 
-inline void add_source_options(CLI::App& command, SourceOptions& source) {
+// Which images, whole as they come.
+inline void add_image_options(CLI::App& command, SourceOptions& source) {
+    auto* recording = command.add_option_function<std::string>(
+        "--recording",
+        [&source](const std::string& folder) { open_recorded_folder(folder, source); },
+        "Images and times that `defrec record` wrote into this folder");
     auto* left = command.add_option(
         "--left", source.left,
         "Left images: a video, a folder of images in name order, or a %06d pattern; or a camera: "
@@ -33,6 +39,24 @@ inline void add_source_options(CLI::App& command, SourceOptions& source) {
             [&source](const std::string& text) { source.range = parse_frame_range(text); },
             "Only frames A to B-1, counted from 0; of interlaced images, fields")
         ->type_name("A:B");
+    auto* times =
+        command.add_option("--times", source.times,
+                           "CSV frame,timestamp_ms: times of the images, where they are not even");
+    auto* fps = command.add_option(
+        "--fps", source.fps,
+        "Images per second; default: the video's or camera's own, 30 for images");
+    fps->type_name("R")->check(number_in(0.001, 10000.0));
+    times->type_name("F")->excludes(fps);
+    recording->type_name("DIR")
+        ->excludes(left)
+        ->excludes(right)
+        ->excludes(stereo)
+        ->excludes(times)
+        ->excludes(fps);
+}
+
+inline void add_source_options(CLI::App& command, SourceOptions& source) {
+    add_image_options(command, source);
     source.fields = FieldOrder::kAuto;
     command
         .add_option_function<std::string>(
@@ -47,11 +71,14 @@ inline void add_source_options(CLI::App& command, SourceOptions& source) {
             "default: auto, by the first images")
         ->type_name("ORDER")
         ->check(CLI::IsMember({"auto", "off", "top-first", "bottom-first"}));
+}
+
+inline void add_reconnect_option(CLI::App& command, SourceOptions& source) {
     command
-        .add_option("--fps", source.fps,
-                    "Images per second; default: the video's or camera's own, 30 for images")
-        ->type_name("R")
-        ->check(number_in(0.001, 10000.0));
+        .add_option("--reconnect", source.reconnect_seconds,
+                    "How long to try to start a camera again that stopped; default: 60")
+        ->type_name("SECONDS")
+        ->check(number_in(0.0, 1e6));
 }
 
 inline void add_calibration_options(CLI::App& command, std::string& calibration,

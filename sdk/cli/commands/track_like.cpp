@@ -21,12 +21,21 @@ constexpr std::size_t kMaxSummaryBytes = 16'000'000;
 constexpr const char* kNotRepeated[] = {"out",         "like",       "save-template", "trace",
                                         "quiet",       "json",       "view",          "igtl",
                                         "igtl-listen", "igtl-clock", "igtl-image"};
-constexpr const char* kPaths[] = {"left",    "right", "stereo", "calibration",  "points",
-                                  "targets", "plan",  "config", "from-template"};
+constexpr const char* kPaths[] = {"left",   "right",       "stereo",       "recording",
+                                  "times",  "points",      "targets",      "plan",
+                                  "config", "calibration", "from-template"};
 // If one of a line is given, the others of it are not taken from the summary.
 constexpr const char* kContradicting[][3] = {{"left", "stereo", "layout"},
                                              {"right", "stereo", "layout"},
                                              {"stereo", "left", "right"},
+                                             {"left", "recording", ""},
+                                             {"right", "recording", ""},
+                                             {"stereo", "recording", ""},
+                                             {"times", "recording", "fps"},
+                                             {"fps", "recording", "times"},
+                                             {"recording", "left", "right"},
+                                             {"recording", "stereo", "layout"},
+                                             {"recording", "times", "fps"},
                                              {"device", "backend", ""},
                                              {"backend", "device", ""},
                                              {"from-template", "template-frame", ""},

@@ -1,0 +1,291 @@
+// See run_record.hpp.
+#include "sdk/recording/run_record.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "sdk/base/os/atomic_file.hpp"
+#include "sdk/base/os/descriptor.hpp"
+#include "sdk/base/os/stdio_file.hpp"
+#include "sdk/input/recorded_folder.hpp"
+#include "sdk/input/view_image.hpp"
+#include "sdk/io/exit_code.hpp"
+#include "sdk/io/interrupt.hpp"
+#include "sdk/io/json_text.hpp"
+#include "sdk/io/output_folder.hpp"
+#include "sdk/io/terminal.hpp"
+#include "sdk/io/text.hpp"
+#include "sdk/recording/frame_writer.hpp"
+
+namespace defrec::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+void expect_source(const SourceOptions& source) {
+    const bool is_one = !source.stereo.empty();
+    const bool is_two = !source.left.empty() && !source.right.empty();
+    if (is_one == is_two)
+        throw CliError(ExitCode::kUsage,
+                       "give the images as --left P --right P, or as --stereo P --layout L.");
+}
+
+// A recording cannot be made again: nothing of another one is replaced or mixed with.
+fs::path expect_empty(const fs::path& folder) {
+    std::error_code error;
+    if (fs::is_directory(folder, error) && !fs::is_empty(folder, error))
+        throw CliError(ExitCode::kUsage, folder.string() +
+                                             ": this folder is not empty; choose one for the "
+                                             "recording alone with --out.");
+    return folder;
+}
+
+Bytes encode(const cv::Mat& image, bool is_compressed) {
+    const char* extension = is_compressed ? ".png" : image.channels() == 1 ? ".pgm" : ".ppm";
+    Bytes bytes;
+    // PNG as fast as OpenCV can.
+    if (!cv::imencode(extension, image, bytes))
+        throw CliError(ExitCode::kInternal,
+                       "an image of " + size_text(image.cols, image.rows) + " cannot be encoded.");
+    return bytes;
+}
+
+// Returns when the disk has everything of the folder's file system.
+void synchronise_all(const fs::path& folder) {
+    const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (opened && ::syncfs(opened.get()) != 0)
+        throw CliError(ExitCode::kOutput, folder.string() + ": the disk failed (" +
+                                              std::generic_category().message(errno) + ").");
+}
+
+// Left image, right image, times: in this order, so that what a killed run leaves begins with
+// whole pairs.
+class RecordingFolder {
+  public:
+    RecordingFolder(const fs::path& path, std::string extension)
+        : folder_(expect_empty(path)), extension_(std::move(extension)) {
+        for (const char* view : {kLeftFolder, kRightFolder}) create_output_folder(folder_ / view);
+        times_.emplace(folder_ / kTimesFile);
+        times_->write("frame,timestamp_ms\n");
+    }
+
+    void write(const EncodedPair& pair) {
+        // Decimals of ms: fields are half a period later, and rounding moves none by a nanosecond.
+        constexpr int kDecimals = 9;
+        write_image(kLeftFolder, pair.frame, pair.left);
+        write_image(kRightFolder, pair.frame, pair.right);
+        line_.clear();
+        append_integer(line_, pair.frame);
+        line_ += ',';
+        append_fixed(line_, pair.timestamp_ms, kDecimals);
+        times_->write(line_ += '\n');
+        // A run that is killed leaves them.
+        times_->flush();
+        last_ms_ = pair.timestamp_ms;
+        bytes_ += pair.left.size() + pair.right.size();
+    }
+
+    // summary: says that the recording was finished.
+    void finish(const Json& summary) {
+        times_->commit();
+        synchronise_all(folder_.path());
+        write_atomically(folder_ / kRecordingFile, json_text(summary, 2) + "\n");
+        synchronise_folder(folder_.path());
+    }
+    // The disk may be full: what is there is kept, without the summary.
+    void give_up() {
+        try {
+            times_->commit();
+        } catch (const FileError&) {
+        }
+    }
+
+    std::string run() const { return folder_.run(); }
+    double last_ms() const { return last_ms_; }
+    std::uint64_t bytes() const { return bytes_; }
+
+  private:
+    void write_image(const char* view, std::int64_t frame, const Bytes& bytes) const {
+        char name[32];
+        std::snprintf(name, sizeof name, "%06lld", static_cast<long long>(frame));
+        AtomicFile file(folder_ / view / (name + extension_));
+        file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+        // All of them at the end: one by one they would keep the disk waiting.
+        file.commit(AtomicFile::Durability::kLater);
+    }
+
+    const OutputFolder folder_;
+    const std::string extension_;
+    std::optional<AtomicFile> times_;
+    std::string line_;
+    double last_ms_ = 0;
+    std::uint64_t bytes_ = 0;
+};
+
+class Recording {
+  public:
+    explicit Recording(const RecordOptions& options)
+        : options_(options),
+          source_((expect_source(options.source), expect_empty(options.out), options.source)),
+          progress_(options.quiet),
+          folder_(options.out, extension()),
+          writer_(
+              limits(),
+              [is_compressed = options.is_compressed](const cv::Mat& image) {
+                  return encode(image, is_compressed);
+              },
+              [this](const EncodedPair& pair) { folder_.write(pair); }) {
+        source_.set_notice_handler([this](const std::string& notice) { say(notice); });
+    }
+
+    int run() {
+        StereoFrame frame;
+        while (!interrupt_requested() && !writer_.has_failed() && source_.next(frame)) take(frame);
+        const bool is_interrupted = interrupt_requested();
+        progress_.clear();
+        try {
+            writer_.finish();
+            const Json summary = summarise(is_interrupted);
+            folder_.finish(summary);
+            report(summary);
+        } catch (const FileError& error) {
+            folder_.give_up();
+            throw CliError(ExitCode::kOutput, std::string(error.what()) + "; " + what_is_left());
+        } catch (const CliError&) {
+            folder_.give_up();
+            throw;
+        }
+        if (is_interrupted) return static_cast<int>(ExitCode::kInterrupted);
+        return static_cast<int>(source_.fault().empty() ? ExitCode::kOk : ExitCode::kInput);
+    }
+
+  private:
+    std::string extension() const {
+        return options_.is_compressed ? ".png" : source_.channels() == 1 ? ".pgm" : ".ppm";
+    }
+
+    FrameWriter::Limits limits() const {
+        constexpr std::size_t kMegabyte = 1'000'000, kLeast = 4;
+        const std::size_t pair = 2 * static_cast<std::size_t>(source_.width()) *
+                                 static_cast<std::size_t>(source_.height()) *
+                                 static_cast<std::size_t>(source_.channels());
+        const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+        return {options_.threads > 0 ? options_.threads : cores,
+                std::max(kLeast, options_.queue_mb * kMegabyte / pair)};
+    }
+
+    void take(const StereoFrame& frame) {
+        RecordedPair pair{mat_of(frame.left), mat_of(frame.right), frame.pixels,
+                          frame.timestamp_ms};
+        if (source_.is_live()) {
+            // Cameras have few buffers.
+            pair = {pair.left.clone(), pair.right.clone(), nullptr, frame.timestamp_ms};
+            if (!writer_.offer(std::move(pair)) && !writer_.has_failed()) tell_drop();
+        } else {
+            writer_.push(std::move(pair));
+        }
+        progress_.update(writer_.written(), source_.expected(), "recorded");
+    }
+
+    // The first one, the second, the fourth and so on.
+    void tell_drop() {
+        const std::int64_t dropped = writer_.dropped();
+        if ((dropped & (dropped - 1)) != 0) return;
+        progress_.clear();
+        print_notice("the disk or the processor is too slow: " + std::to_string(dropped) +
+                     (dropped == 1 ? " frame was" : " frames were") + " dropped until now.");
+    }
+
+    void say(const std::string& notice) {
+        if (options_.quiet) return;
+        progress_.clear();
+        print_notice(notice);
+    }
+
+    std::string what_is_left() const {
+        return std::to_string(writer_.written()) +
+               " frames and their times were written until then.";
+    }
+
+    Json cameras_json() const {
+        const std::optional<CameraCounts> cameras = source_.camera_counts();
+        if (!cameras) return nullptr;
+        return {{"frames_received", cameras->pairs.pairs},
+                {"frames_missed", cameras->pairs.dropped},
+                {"images_unpaired", cameras->pairs.unpaired},
+                {"reconnections", cameras->reconnections},
+                {"longest_gap_ms", cameras->longest_gap_ms}};
+    }
+
+    Json summarise(bool is_interrupted) const {
+        return {{"frames", static_cast<std::uint64_t>(writer_.written())},
+                {"fps", source_.fps()},
+                {"last_timestamp_ms", folder_.last_ms()},
+                {"width", source_.width()},
+                {"height", source_.height()},
+                {"channels", source_.channels()},
+                {"format", extension().substr(1)},
+                {"bytes", folder_.bytes()},
+                {"frames_dropped", writer_.dropped()},
+                {"cameras", cameras_json()},
+                {"end", !source_.fault().empty() ? "input failed"
+                        : is_interrupted         ? "interrupted"
+                                                 : "complete"},
+                {"fault", source_.fault()},
+                {"left", options_.source.left},
+                {"right", options_.source.right},
+                {"stereo", options_.source.stereo},
+                {"run", folder_.run()}};
+    }
+
+    void report(const Json& summary) const {
+        const auto dropped = summary["frames_dropped"].get<std::int64_t>();
+        if (!source_.fault().empty()) print_notice(source_.fault());
+        if (dropped > 0)
+            print_notice(std::to_string(dropped) + (dropped == 1 ? " frame was" : " frames were") +
+                         " dropped, because the disk or the processor was too slow.");
+        if (options_.json) {
+            print(json_text(summary, 2) + "\n");
+        } else if (!options_.quiet) {
+            constexpr double kMegabyte = 1e6;
+            print(std::to_string(writer_.written()) + " frames of " +
+                  size_text(source_.width(), source_.height()) + ", " +
+                  format_fixed(static_cast<double>(folder_.bytes()) / kMegabyte, 1) + " MB, in " +
+                  options_.out + "\nreplay: defrec track --recording " + options_.out +
+                  " --calibration F --out DIR\n");
+        }
+    }
+
+    const RecordOptions options_;
+    FrameSource source_;
+    ProgressBar progress_;
+    RecordingFolder folder_;
+    FrameWriter writer_;  // ends before the folder
+};
+
+}  // namespace
+
+int run_record(const RecordOptions& options) {
+    try {
+        return Recording(options).run();
+    } catch (const FileError& error) {
+        throw CliError(ExitCode::kOutput, error.what());
+    }
+}
+
+}  // namespace defrec::cli
