@@ -115,6 +115,8 @@ typedef struct defrec_hand_eye_     *defrec_hand_eye;     /**< where a camera is
 typedef struct defrec_plan_         *defrec_plan;         /**< a registered model and its targets,
                                                                for one template:
                                                                defrec_plan_create() */
+typedef struct defrec_predictor_    *defrec_predictor;    /**< where points are when they are shown:
+                                                               defrec_predictor_create() */
 
 /** Makes *p all default: zero, with struct_size set. */
 #define DEFREC_INIT(p) \
@@ -1937,6 +1939,87 @@ DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_get_free_motion(
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_camera_pose(
     defrec_hand_eye hand_eye, const double *marker_pose, size_t count, double *camera_pose);
+
+/** @} */
+/** @defgroup predictor Points at the time of display
+ *  A frame is shown later than it was taken. A predictor says where points are then, from how they
+ *  moved in the frames until it. docs/api/display.md says how it is computed, cites, and says what
+ *  the expected error means.
+ *  @{ */
+
+/** How far after the last frame a predictor says where points are. */
+enum { DEFREC_MAX_PREDICTION_MS = 100 /**< milliseconds */ };
+/** What a point's prediction rests on. */
+enum {
+    DEFREC_PREDICTED_LAST     = 0, /**< its position in the last frame: it was not followed long
+                                        enough, jumped, or nothing predicted better lately */
+    DEFREC_PREDICTED_VELOCITY = 1, /**< likewise its velocity, damped */
+    DEFREC_PREDICTED_LEARNED  = 2  /**< its motion of the last 24 steps of about 1/30 s, by
+                                        coefficients that were learned from the motion of all
+                                        points: beat and breath */
+};
+
+/** What a predictor is made for. */
+typedef struct defrec_predictor_desc {
+    uint32_t struct_size; /**< see DEFREC_INIT */
+    uint32_t flags;       /**< 0 @range 0..0 */
+    uint64_t point_count; /**< number of points, the same ones in all frames @range 1..1000000 */
+} defrec_predictor_desc;
+
+/** Makes a predictor of points as desc has them. It takes about 1 KB a point at 30 frames/s, more
+ *  at a higher rate, up to 8 KB.
+ *  @errors DEFREC_ERROR_ARGUMENT: a field is out of range.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_predictor_create(
+    const defrec_predictor_desc *desc, defrec_predictor *out);
+/** Ends the use of the predictor.
+ *  @threads any @since 1.0 */
+DEFREC_API void DEFREC_CALL defrec_predictor_destroy(defrec_predictor predictor);
+
+/** Where the points were in a frame: what defrec_job_warp_points(), defrec_job_move_targets() or
+ *  defrec_job_move_plan() gave, or the same in another frame of reference that does not move. */
+typedef struct defrec_predictor_frame {
+    uint32_t       struct_size;       /**< see DEFREC_INIT */
+    uint32_t       state;             /**< DEFREC_INITIALISING ...: state of defrec_result. In a
+                                           frame that is lost or has no template all points are
+                                           unknown, whatever status says */
+    uint32_t       epoch;             /**< epoch of defrec_result */
+    uint32_t       reserved;          /**< 0 @range 0..0 */
+    int64_t        timestamp_ns;      /**< time of the frame, after that of the frame before
+                                           @unit ns */
+    const double  *xyz;               /**< xyz each, mm; finite but for unknown points. NULL in a
+                                           frame that is lost or has no template: not given */
+    const uint8_t *status;            /**< DEFREC_POINT_* each; NULL likewise */
+    const double  *expected_error_mm; /**< expected error of each; finite and not negative but for
+                                           unknown points; NULL: 0 */
+    uint64_t       count;             /**< number of points: point_count of
+                                           defrec_predictor_desc */
+} defrec_predictor_frame;
+
+/** Tells the predictor where the points were in a frame. Each frame of a sequence, in the order of
+ *  time, also those that are lost. What frame points to is copied. Motion before a frame that is
+ *  lost, has no template or another epoch, or comes after a gap of more than 3.5 frames and 0.1 s,
+ *  is forgotten; so is that of a point before it was unknown, or jumped.
+ *  @errors DEFREC_ERROR_ARGUMENT: another count than the predictor's, the time does not grow, an
+ *  array is NULL where it may not be, there is no such status, or a number is not finite or a
+ *  negative error; the predictor stays as it was.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_predictor_add_frame(
+    defrec_predictor predictor, const defrec_predictor_frame *frame);
+
+/** Where the points of the predictor are at the time timestamp_ns, that of the last frame to
+ *  DEFREC_MAX_PREDICTION_MS after it, of the same clock. count is that of the predictor. Per point:
+ *  xyz, mm; status (DEFREC_POINT_*), that of the last frame; expected_error_mm, the root mean
+ *  square of the error to be expected, that of the last frame and never less later; basis
+ *  (DEFREC_PREDICTED_*), what the prediction rests on. All but xyz may be NULL. A point that is
+ *  unknown in the last frame stays so, with the position and error that were given there, or NaN.
+ *  @errors DEFREC_ERROR_STATE: no frame was added yet. DEFREC_ERROR_ARGUMENT: another count, or the
+ *  time is before the last frame or more than DEFREC_MAX_PREDICTION_MS after it: show that the
+ *  points are not known.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_predictor_predict(
+    defrec_predictor predictor, int64_t timestamp_ns, size_t count, double *xyz, uint8_t *status,
+    double *expected_error_mm, uint8_t *basis);
 
 /** @} */
 

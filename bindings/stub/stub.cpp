@@ -633,3 +633,45 @@ DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_camera_pose(
     call.made_array("camera_pose", camera_pose, 12 * count);
     return call.status();
 }
+
+DEFREC_API defrec_status DEFREC_CALL defrec_predictor_create(
+        const defrec_predictor_desc *desc,
+        defrec_predictor *out) {
+    Call call("defrec_predictor_create");
+    call.structure("desc", desc);
+    call.made_handle("out", out);
+    return call.status();
+}
+
+DEFREC_API void DEFREC_CALL defrec_predictor_destroy(defrec_predictor predictor) {
+    Call call("defrec_predictor_destroy");
+    call.handle("predictor", predictor);
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_predictor_add_frame(
+        defrec_predictor predictor,
+        const defrec_predictor_frame *frame) {
+    Call call("defrec_predictor_add_frame");
+    call.handle("predictor", predictor);
+    call.structure("frame", frame);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_predictor_predict(
+        defrec_predictor predictor,
+        int64_t timestamp_ns,
+        size_t count,
+        double *xyz,
+        uint8_t *status,
+        double *expected_error_mm,
+        uint8_t *basis) {
+    Call call("defrec_predictor_predict");
+    call.handle("predictor", predictor);
+    call.integer("timestamp_ns", timestamp_ns);
+    call.integer("count", count);
+    call.made_array("xyz", xyz, 3 * count);
+    call.made_array("status", status, 1 * count);
+    call.made_array("expected_error_mm", expected_error_mm, 1 * count);
+    call.made_array("basis", basis, 1 * count);
+    return call.status();
+}

@@ -54,6 +54,7 @@ ENUMERATIONS = [
     ),
     Enumeration("DEFREC_PLAN_", "PlanFlag", "PlanFlags", is_flags=True, zero="None"),
     Enumeration("DEFREC_HAND_EYE_", "HandEyeFlag", "HandEyeFlags", is_flags=True, zero="None"),
+    Enumeration("DEFREC_PREDICTED_", "PredictionBasis", "PredictionBasis", csharp_type="byte"),
 ]
 CONSTANTS = {"DEFREC_STAGE_COUNT_V1"}  # among the enumerators of an enumeration
 
@@ -75,6 +76,8 @@ CLASSES = {
     "defrec_free_motion": ("FreeMotion", "FreeMotion"),
     "defrec_hand_eye_desc": ("HandEye", "HandEyeOptions"),
     "defrec_hand_eye_info": ("HandEye", "HandEye"),
+    "defrec_predictor_desc": ("Predictor", "Predictor"),
+    "defrec_predictor_frame": ("Predictor.add_frame", "Predictor.AddFrame"),
 }
 
 

@@ -27,6 +27,7 @@ FOLDERS = (
     "sdk/registration",
     "sdk/hand_eye",
     "sdk/plan",
+    "sdk/predictor",
     "sdk/session",
 )
 HEADERS = (
@@ -42,6 +43,7 @@ HEADERS = (
     "sdk/registration/program/decisions.hpp",
     "sdk/hand_eye/decisions.hpp",
     "sdk/hand_eye/program/decisions.hpp",
+    "sdk/predictor/decisions.hpp",
     "sdk/session/decisions.hpp",
 )
 TAGS = {"Source:": "source", "Judged again by:": "command"}

@@ -217,6 +217,24 @@ REQUIREMENTS = (
                     ),
                 ),
             ),
+            (
+                "T10",
+                "points are predicted to the time of display, with an error that covers",
+                "api/display.md",
+                (
+                    (
+                        "sdk/predictor/predictor_test.cpp",
+                        (
+                            "noise of the tracker: half of the last frame's error at most, and"
+                            " errors cover"
+                        ),
+                    ),
+                    (
+                        "sdk/predictor/predictor_test.cpp",
+                        "motion is forgotten over a gap, a lost frame and another epoch",
+                    ),
+                ),
+            ),
         ),
     ),
     (

@@ -42,6 +42,8 @@ const char* kind_name(HandleKind kind) {
             return "hand-eye calibration";
         case HandleKind::kPlan:
             return "plan";
+        case HandleKind::kPredictor:
+            return "predictor";
     }
     return "unknown";
 }
@@ -76,7 +78,7 @@ uint64_t bits_of(const void* handle) { return reinterpret_cast<uintptr_t>(handle
 void check_bits(const Table& own, HandleKind kind, const void* handle) {
     if (handle == nullptr) fail(DEFREC_ERROR_ARGUMENT, "the ", kind_name(kind), " handle is NULL");
     const uint64_t bits = bits_of(handle), found = bits >> 48 & 0xFF;
-    if (bits >> 56 != kMark || found < 1 || found > static_cast<uint64_t>(HandleKind::kPlan))
+    if (bits >> 56 != kMark || found < 1 || found > static_cast<uint64_t>(HandleKind::kPredictor))
         fail(DEFREC_ERROR_HANDLE, "not a handle of defrec, a ", kind_name(kind), " is expected");
     if (found != static_cast<uint64_t>(kind))
         fail(DEFREC_ERROR_HANDLE, "a ", kind_name(static_cast<HandleKind>(found)),

@@ -19,7 +19,8 @@ enum class HandleKind : uint8_t {
     kTargets,
     kRegistration,
     kHandEye,
-    kPlan
+    kPlan,
+    kPredictor
 };
 
 namespace detail {

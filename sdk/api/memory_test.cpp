@@ -466,3 +466,33 @@ TEST_CASE("once there is a template, frames allocate nothing") {
     CHECK(after == before);
     CHECK(before > 0);
 }
+
+TEST_CASE("row 50: memory runs out while points are predicted") {
+    warm_up();
+    defrec_predictor_desc desc;
+    DEFREC_INIT(&desc);
+    desc.point_count = 5;
+    const double places[15] = {};
+    const uint8_t status[5] = {};
+    check_every_failure([&] {
+        defrec_predictor predictor = nullptr;
+        defrec_status result = defrec_predictor_create(&desc, &predictor);
+        defrec_predictor_frame frame;
+        DEFREC_INIT(&frame);
+        frame.state = DEFREC_TRACKING;
+        frame.xyz = places;
+        frame.status = status;
+        frame.count = 5;
+        for (int i = 0; i < 30 && result == DEFREC_OK; ++i) {
+            frame.timestamp_ns += 33'000'000;
+            result = defrec_predictor_add_frame(predictor, &frame);
+        }
+        double xyz[15];
+        if (result == DEFREC_OK)
+            result = defrec_predictor_predict(predictor, frame.timestamp_ns, 5, xyz, nullptr,
+                                              nullptr, nullptr);
+        const Destroying scope;
+        defrec_predictor_destroy(predictor);
+        return result;
+    });
+}

@@ -12,6 +12,7 @@
 #include "sdk/device/stage_runner.hpp"
 #include "sdk/hand_eye/hand_eye.hpp"
 #include "sdk/plan/plan.hpp"
+#include "sdk/predictor/predictor.hpp"
 #include "sdk/registration/model_surface.hpp"
 #include "sdk/registration/registration.hpp"
 #include "sdk/rig/rig.hpp"
@@ -72,6 +73,11 @@ struct PlanObject {
     std::shared_ptr<const Plan> plan;
     std::vector<defrec_plan_part> parts;
 };
+struct PredictorObject {
+    explicit PredictorObject(size_t points) : predictor(points) {}
+    Predictor predictor;
+    std::mutex inside;  // a call waits for another one's end
+};
 struct StageObject {
     StageObject(std::shared_ptr<Context> owner, const DeviceChoice& device,
                 const StageParams& params)
@@ -130,6 +136,11 @@ template <>
 struct HandleTraits<defrec_plan> {
     static constexpr HandleKind kind = HandleKind::kPlan;
     using Object = PlanObject;
+};
+template <>
+struct HandleTraits<defrec_predictor> {
+    static constexpr HandleKind kind = HandleKind::kPredictor;
+    using Object = PredictorObject;
 };
 template <>
 struct HandleTraits<defrec_stage> {

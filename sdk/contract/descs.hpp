@@ -199,4 +199,25 @@ inline std::string range_error(const defrec_hand_eye_desc& p) {
     return check.error();
 }
 inline constexpr int32_t kHandEyeMaxFlags = 3;
+
+inline void fill_defaults(defrec_predictor_desc& p) {
+    p.struct_size = sizeof p;
+}
+inline std::string range_error(const defrec_predictor_desc& p) {
+    RangeCheck check("desc.");
+    check.integer("flags", p.flags, 0, 0);
+    check.integer("point_count", p.point_count, 1, 1000000);
+    return check.error();
+}
+inline constexpr int32_t kPredictorMaxFlags = 0;
+
+inline void fill_defaults(defrec_predictor_frame& p) {
+    p.struct_size = sizeof p;
+}
+inline std::string range_error(const defrec_predictor_frame& p) {
+    RangeCheck check("desc.");
+    check.integer("reserved", p.reserved, 0, 0);
+    return check.error();
+}
+inline constexpr int32_t kPredictorFrameMaxReserved = 0;
 }  // namespace defrec

@@ -88,7 +88,8 @@ inline void* take_or_throw(std::size_t size, std::size_t alignment, void* caller
     if (memory == nullptr) throw std::bad_alloc();
     return memory;
 }
-inline void give(void* memory, std::size_t alignment = 1) noexcept {
+// Inlined, gcc would take the byte before the block for one out of its bounds.
+[[gnu::noinline]] inline void give(void* memory, std::size_t alignment = 1) noexcept {
     if (memory == nullptr) return;
     auto* const bytes = static_cast<char*>(memory);
     if (bytes[-1] != 0) --live;

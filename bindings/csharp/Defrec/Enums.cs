@@ -467,6 +467,23 @@ namespace Defrec
         KnownOffset = 1u << 1
     }
 
+    /// <summary>What a point's prediction rests on.</summary>
+    public enum PredictionBasis : byte
+    {
+        /// <summary>
+        /// Its position in the last frame: it was not followed long enough, jumped, or nothing
+        /// predicted better lately.
+        /// </summary>
+        Last = 0,
+        /// <summary>Likewise its velocity, damped.</summary>
+        Velocity = 1,
+        /// <summary>
+        /// Its motion of the last 24 steps of about 1/30 s, by coefficients that were learned from
+        /// the motion of all points: beat and breath.
+        /// </summary>
+        Learned = 2
+    }
+
     /// <summary>Which stages a device offers: bit <c>1 &lt;&lt; StageKind</c>.</summary>
     [Flags]
     public enum StageMask : uint
@@ -526,5 +543,7 @@ namespace Defrec
         public const int TrackerFallback = 1;
         /// <summary>Entries of FrameResult's times.</summary>
         public const int MaxTimedStages = 16;
+        /// <summary>Milliseconds.</summary>
+        public const int MaxPredictionMs = 100;
     }
 }

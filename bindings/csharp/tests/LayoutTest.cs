@@ -418,6 +418,7 @@ namespace Defrec.Tests
             new KeyValuePair<string, Type>("REGISTRATION_", typeof(RegistrationFlags)),
             new KeyValuePair<string, Type>("PLAN_", typeof(PlanFlags)),
             new KeyValuePair<string, Type>("HAND_EYE_", typeof(HandEyeFlags)),
+            new KeyValuePair<string, Type>("PREDICTED_", typeof(PredictionBasis)),
             new KeyValuePair<string, Type>("FRAME_", typeof(FrameFlags)),
             new KeyValuePair<string, Type>("REASON_", typeof(Reasons)),
             new KeyValuePair<string, Type>("POINT_", typeof(PointStatus)),

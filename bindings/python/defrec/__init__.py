@@ -27,6 +27,7 @@ from .hand_eye import HandEye, HandEyeResult
 from .memory import Memory
 from .plan import Plan, PlanData, PlanPart
 from .points import LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
+from .predictor import PredictedPoints, Predictor
 from .registration import (
     AlternativePose,
     FreeMotion,
@@ -49,6 +50,7 @@ from .enums import (
     BLEND_NODES,
     DISPARITY_NONE,
     DISPARITY_ONE,
+    MAX_PREDICTION_MS,
     MAX_SIDE,
     MAX_TIMED_STAGES,
     MIN_HEIGHT,
@@ -73,6 +75,7 @@ from .enums import (
     Observation,
     PlanFlag,
     PointStatus,
+    PredictionBasis,
     Reason,
     RegionFlag,
     RegistrationFlag,
@@ -125,6 +128,7 @@ __all__ = [
     "BLEND_NODES",
     "DISPARITY_NONE",
     "DISPARITY_ONE",
+    "MAX_PREDICTION_MS",
     "MAX_SIDE",
     "MAX_TIMED_STAGES",
     "MIN_HEIGHT",
@@ -193,6 +197,9 @@ __all__ = [
     "PluginInfo",
     "PointCovariances",
     "PointStatus",
+    "PredictedPoints",
+    "PredictionBasis",
+    "Predictor",
     "RansacParams",
     "RansacStage",
     "RansacSummary",

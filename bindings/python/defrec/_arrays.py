@@ -58,6 +58,7 @@ _C_TYPES: Dict[str, Any] = {
     "i": ctypes.c_int32,
     "I": ctypes.c_uint32,
 }
+_INTEGERS = "BI"  # those that Points takes
 _NAMES = {
     "d": "float64",
     "f": "float32",
@@ -271,6 +272,22 @@ class Points:
             self.address = ctypes.addressof(self._values)
 
 
+def column(name: str, value: ArrayLike, code: str = "d") -> Points:
+    """Numbers one after the other, as Points with one column."""
+    refuse_mask(name, value)
+    items: Any = value
+    if numpy is not None:
+        items = numpy.asarray(value)
+        if items.ndim != 1:
+            raise ValueError(f"{name} has the shape {items.shape}, (n,) expected")
+        return Points(name, items.reshape(-1, 1), 1, code)
+    try:
+        rows: Any = [(item,) for item in items]
+    except TypeError:
+        raise TypeError(f"{name}: numbers expected, {value!r} given") from None
+    return Points(name, rows, 1, code)
+
+
 def _numpy_rows(name: str, value: ArrayLike, columns: int, code: str) -> Any:
     try:
         given = numpy.asarray(value)
@@ -280,13 +297,13 @@ def _numpy_rows(name: str, value: ArrayLike, columns: int, code: str) -> Any:
         if given.size != 0 or given.ndim > 2:
             raise ValueError(f"{name} has the shape {given.shape}, (n, {columns}) expected")
         given = given.reshape(0, columns)
-    if code == "I" and given.size == 0:
-        given = given.astype(numpy.uint32)  # what is empty has any type
-    if code == "I" and given.dtype.kind not in "iu":
+    if code in _INTEGERS and given.size == 0:
+        given = given.astype(code)  # what is empty has any type
+    if code in _INTEGERS and given.dtype.kind not in "iu":
         raise TypeError(f"{name} has elements of type {given.dtype}, integers expected")
-    if code == "I" and given.size > 0:
+    if code in _INTEGERS and given.size > 0:
         for number in (given.min(), given.max()):
-            fitting(name, number, ctypes.c_uint32)
+            fitting(name, number, _C_TYPES[code])
     if not numpy.can_cast(given.dtype, numpy.float64, "same_kind"):
         raise TypeError(f"{name} has elements of type {given.dtype}, numbers expected")
     with numpy.errstate(over="ignore"):  # what float32 does not hold is infinite
@@ -302,11 +319,13 @@ def _rows(name: str, value: Any, columns: int, code: str) -> Any:
             f"memoryview(a).cast('B').cast('{value.typecode}', (n, {columns}))"
         )
     try:
-        rows = [tuple(number if code == "I" else float(number) for number in row) for row in value]
+        rows = [
+            tuple(number if code in _INTEGERS else float(number) for number in row) for row in value
+        ]
     except (TypeError, ValueError, OverflowError):
         raise TypeError(f"{name}: rows of {columns} numbers expected") from None
-    if code == "I":
-        rows = [tuple(fitting(name, number, ctypes.c_uint32) for number in row) for row in rows]
+    if code in _INTEGERS:
+        rows = [tuple(fitting(name, number, _C_TYPES[code]) for number in row) for row in rows]
     if any(len(row) != columns for row in rows):
         raise ValueError(f"{name}: rows of {columns} numbers expected")
     return (_C_TYPES[code] * (columns * len(rows)))(*(number for row in rows for number in row))

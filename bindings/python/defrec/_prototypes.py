@@ -6,7 +6,7 @@ Arrays are addresses, whoever made them.
 from __future__ import annotations
 
 import ctypes
-from ctypes import c_char_p, c_int32, c_size_t, c_uint32, c_uint64, c_void_p
+from ctypes import c_char_p, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
 from typing import Any, Dict, Sequence, Tuple, Type
 
 from . import structs
@@ -134,4 +134,11 @@ PROTOTYPES: Dict[str, Tuple[Any, Sequence[Any]]] = {
         [c_void_p, c_size_t, _pointer(structs.FreeMotionStruct)],
     ),
     "defrec_hand_eye_camera_pose": (StatusResult, [c_void_p, c_void_p, c_size_t, c_void_p]),
+    "defrec_predictor_create": (StatusResult, [_pointer(structs.PredictorDesc), _handle_out]),
+    "defrec_predictor_destroy": (None, [c_void_p]),
+    "defrec_predictor_add_frame": (StatusResult, [c_void_p, _pointer(structs.PredictorFrame)]),
+    "defrec_predictor_predict": (
+        StatusResult,
+        [c_void_p, c_int64, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p],
+    ),
 }

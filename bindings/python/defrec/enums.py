@@ -31,6 +31,8 @@ TRACKER_FALLBACK = 1
 name it."""
 MAX_TIMED_STAGES = 16
 """Entries of Result's times."""
+MAX_PREDICTION_MS = 100
+"""Milliseconds."""
 
 
 class Status(OpenEnum):
@@ -409,3 +411,16 @@ class HandEyeFlag(IntFlag):
     """Pose i of both belong together, whatever their times."""
     KNOWN_OFFSET = 2
     """Offset_s is given: it is not estimated."""
+
+
+class PredictionBasis(OpenEnum):
+    """What a point's prediction rests on."""
+
+    LAST = 0
+    """Its position in the last frame: it was not followed long enough, jumped, or nothing predicted
+    better lately."""
+    VELOCITY = 1
+    """Likewise its velocity, damped."""
+    LEARNED = 2
+    """Its motion of the last 24 steps of about 1/30 s, by coefficients that were learned from the
+    motion of all points: beat and breath."""

@@ -1502,3 +1502,39 @@ class HandEyeInfo(Struct):
     """Poses of the camera that were given; 0 where nothing was solved."""
     free_motion_count: U64
     """See defrec_hand_eye_get_free_motion()."""
+
+
+@c_struct("defrec_predictor_desc")
+class PredictorDesc(Struct):
+    """What a predictor is made for."""
+
+    struct_size: U32
+    flags: U32
+    """0; 0 to 0."""
+    point_count: U64
+    """Number of points, the same ones in all frames; 1 to 1000000."""
+
+
+@c_struct("defrec_predictor_frame")
+class PredictorFrame(Struct):
+    """Where the points were in a frame: what defrec_job_warp_points(), defrec_job_move_targets() or
+    defrec_job_move_plan() gave, or the same in another frame of reference that does not move."""
+
+    struct_size: U32
+    state: U32
+    """State: state of Result. In a frame that is lost or has no template all points are unknown,
+    whatever status says."""
+    epoch: U32
+    """Epoch of Result."""
+    reserved: U32
+    timestamp_ns: I64
+    """Time of the frame, after that of the frame before, ns."""
+    xyz: Address
+    """xyz each, mm; finite but for unknown points. None in a frame that is lost or has no template:
+    not given."""
+    status: Address
+    """PointStatus each; None likewise."""
+    expected_error_mm: Address
+    """Expected error of each; finite and not negative but for unknown points; None: 0."""
+    count: U64
+    """Number of points: point_count of Predictor."""

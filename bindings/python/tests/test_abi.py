@@ -42,6 +42,7 @@ PREFIXES = {
     "DEFREC_REGISTRATION_": enums.RegistrationFlag,
     "DEFREC_PLAN_": enums.PlanFlag,
     "DEFREC_HAND_EYE_": enums.HandEyeFlag,
+    "DEFREC_PREDICTED_": enums.PredictionBasis,
 }
 WITHOUT_PREFIX = [enums.Status, enums.Observation, enums.State]
 

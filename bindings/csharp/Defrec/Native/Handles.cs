@@ -171,4 +171,13 @@ namespace Defrec.Native
             NativeMethods.defrec_hand_eye_destroy(native);
         }
     }
+
+    internal sealed class PredictorHandle : DefrecHandle
+    {
+        internal PredictorHandle() : base(nameof(Predictor), null) { }
+        protected override void Destroy(IntPtr native)
+        {
+            NativeMethods.defrec_predictor_destroy(native);
+        }
+    }
 }

@@ -250,5 +250,21 @@ namespace Defrec.Native
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_hand_eye_camera_pose(
             IntPtr handEye, double* markerPose, UIntPtr count, double* cameraPose);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_predictor_create(
+            defrec_predictor_desc* desc, IntPtr* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern void defrec_predictor_destroy(IntPtr predictor);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_predictor_add_frame(
+            IntPtr predictor, defrec_predictor_frame* frame);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_predictor_predict(
+            IntPtr predictor, long timestampNs, UIntPtr count, double* xyz, byte* status,
+            double* expectedErrorMm, byte* basis);
     }
 }

@@ -484,4 +484,26 @@ namespace Defrec.Native
         internal ulong residual_count;
         internal ulong free_motion_count;
     }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_predictor_desc
+    {
+        internal uint struct_size;
+        internal uint flags;
+        internal ulong point_count;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_predictor_frame
+    {
+        internal uint struct_size;
+        internal FrameState state;
+        internal uint epoch;
+        internal uint reserved;
+        internal long timestamp_ns;
+        internal double* xyz;
+        internal byte* status;
+        internal double* expected_error_mm;
+        internal ulong count;
+    }
 }

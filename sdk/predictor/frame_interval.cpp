@@ -1,0 +1,48 @@
+// See frame_interval.hpp.
+#include "sdk/predictor/frame_interval.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "include/defrec_c.h"
+#include "sdk/predictor/decisions.hpp"
+
+namespace defrec {
+
+using decisions::PredictionGrid;
+
+FrameInterval::FrameInterval() {
+    intervals_.reserve(PredictionGrid::kIntervals);
+    sorted_.reserve(PredictionGrid::kIntervals);
+}
+
+bool FrameInterval::add(double interval_s) {
+    if (intervals_.size() < PredictionGrid::kIntervals) {
+        intervals_.push_back(interval_s);
+    } else {
+        intervals_[next_] = interval_s;
+        next_ = (next_ + 1) % intervals_.size();
+    }
+    sorted_ = intervals_;
+    const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
+    std::nth_element(sorted_.begin(), middle, sorted_.end());
+    median_ = *middle;
+    const double now = frames_per_step_ * median_;
+    if (is_known() && std::abs(now / step_s_ - 1) <= PredictionGrid::kRateChange) return false;
+    frames_per_step_ = std::max(1.0, std::round(PredictionGrid::kStep / median_));
+    step_s_ = frames_per_step_ * median_;
+    return true;
+}
+
+bool FrameInterval::is_gap(double interval_s) const {
+    return is_known() &&
+           interval_s > std::max(PredictionGrid::kMaxGap * median_, PredictionGrid::kMinGap);
+}
+
+int FrameInterval::horizons() const {
+    constexpr double kLatest = 1e-3 * int{DEFREC_MAX_PREDICTION_MS};
+    const double steps = kLatest / step_s_;
+    return std::max(1, static_cast<int>(std::ceil(steps - PredictionGrid::kShort)));
+}
+
+}  // namespace defrec
