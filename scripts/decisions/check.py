@@ -68,6 +68,7 @@ ALLOWED = {
     ("hand_eye/program/run_hand_eye.cpp", "kDegree = "): "a unit",
     ("hand_eye/rotation_spread.cpp", "kRounds = 5"): "rounds until nothing changes",
     ("hand_eye/uncertainty.cpp", "kHundred = 100"): "what is printed",
+    ("session/display_prediction.cpp", "kNanosecondsPerMs = "): "a unit",
     ("predictor/frame_interval.cpp", "kLatest = "): "a unit",
     ("predictor/predictor.cpp", "kNanosecond = "): "a unit",
     ("predictor/predictor.cpp", "kNanosecondsPerMs = "): "a unit",

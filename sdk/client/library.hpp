@@ -32,6 +32,7 @@ using Template = std::unique_ptr<defrec_template_, Releaser<&defrec_template_rel
 using Targets = std::unique_ptr<defrec_targets_, Releaser<&defrec_targets_destroy>>;
 using Registration = std::unique_ptr<defrec_registration_, Releaser<&defrec_registration_destroy>>;
 using Plan = std::unique_ptr<defrec_plan_, Releaser<&defrec_plan_destroy>>;
+using Predictor = std::unique_ptr<defrec_predictor_, Releaser<&defrec_predictor_destroy>>;
 using HandEye = std::unique_ptr<defrec_hand_eye_, Releaser<&defrec_hand_eye_destroy>>;
 
 template <typename T>

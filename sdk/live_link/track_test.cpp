@@ -323,6 +323,44 @@ TEST_CASE(
     check_frames(frames, folder / "out");
 }
 
+TEST_CASE("--display-delay: the receiver gets what is followed where it is when it is shown") {
+    const TestFolder folder;
+    auto server = igtl::ServerSocket::New();
+    REQUIRE(server->CreateServer(0) == 0);
+    const std::string out = folder / "out";
+    Program program(track(sequence().path(), out,
+                          {"--quiet", "--realtime", "--display-delay", "50", "--igtl",
+                           "127.0.0.1:" + std::to_string(server->GetServerPort())}));
+    const auto socket = server->WaitForConnection();
+    REQUIRE(socket.IsNotNull());
+    const std::vector<ReceivedFrame> frames = receive_all(*socket);
+    CHECK(program.exit_code() == 0);
+    Rows shown, tracked = read_csv(out + "/points.csv");
+    for (std::vector<std::string>& row : read_csv(out + "/display.csv")) {
+        if (row[3] != "point") continue;
+        CHECK(parse_double(row[2]).value() - parse_double(row[1]).value() ==
+              doctest::Approx(50).epsilon(1e-4));
+        row.erase(row.begin() + 2, row.begin() + 4);  // display_ms, kind
+        row.erase(row.begin() + 3);                   // part
+        shown.push_back(std::move(row));
+    }
+    CHECK(shown.size() + 1 == tracked.size());
+    REQUIRE_FALSE(frames.empty());
+    std::size_t moved = 0;
+    for (const ReceivedFrame& frame : frames) {
+        CAPTURE(frame.index);
+        const Rows expected = rows_of(frame, shown), before = rows_of(frame, tracked);
+        check_points(frame.points, expected);
+        REQUIRE(expected.size() == before.size());
+        for (std::size_t i = 0; i < expected.size(); ++i) {
+            moved += expected[i][4] != before[i][4] ? 1 : 0;
+            CHECK(parse_double(expected[i][9]).value() >= parse_double(before[i][9]).value());
+        }
+        if (frame.state != "lost") check_surface(frame, out);  // as in the frame
+    }
+    CHECK(moved > 0);
+}
+
 TEST_CASE("--igtl-clock system: stamps are the time of day, and as far apart as the frames") {
     const TestFolder folder;
     auto server = igtl::ServerSocket::New();

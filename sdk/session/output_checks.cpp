@@ -20,6 +20,7 @@ std::vector<fs::path> results_in(const TrackOptions& options) {
                                    kTrajectoryFile};
     if (!options.targets.empty()) names.emplace_back(kTargetsFile);
     if (!options.plan.file.empty()) names.emplace_back(kPlanFile);
+    if (options.display_delay_ms) names.emplace_back(kDisplayFile);
     // One of them: what OpenCV can encode decides.
     if (options.recordings.overlay)
         names.insert(names.end(), {"overlay.mp4", "overlay.webm", "overlay.avi"});

@@ -137,6 +137,27 @@ void PlanFile::add(const PlanRow& row) {
 
 void PlanFile::commit() { file_.commit(); }
 
+DisplayFile::DisplayFile(const std::filesystem::path& path) : file_(path) {
+    file_.write(std::string("frame,timestamp_ms,display_ms,kind,id,part,") + kPositionColumns +
+                ",basis\n");
+}
+
+void DisplayFile::add(const DisplayRow& row) {
+    line_.clear();
+    append_integer(line_, row.frame);
+    append_field(line_, row.timestamp_ms, kTimeDecimals);
+    append_field(line_, row.display_ms, kTimeDecimals);
+    line_.append(",").append(row.kind).append(",");
+    append_integer(line_, row.id);
+    line_.append(",").append(as_field(row.part));
+    append_position(line_, row);
+    line_ += ',';
+    if (row.status != PointStatus::kLost) line_ += row.basis;
+    file_.write(line_ += '\n');
+}
+
+void DisplayFile::commit() { file_.commit(); }
+
 std::vector<std::string> stage_names(const std::vector<FrameRow>& rows) {
     std::vector<std::string> names;
     for (const FrameRow& row : rows) {

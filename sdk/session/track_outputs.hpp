@@ -1,6 +1,6 @@
 // What `defrec track` leaves in its folder besides overlay and report: points.csv, targets.csv,
-// plan.csv, frames.csv, PLY meshes. The same results give the same bytes in these but for
-// frames.csv; times stand only there and in summary.json.
+// plan.csv, display.csv, frames.csv, PLY meshes. The same results give the same bytes in these but
+// for frames.csv; times stand only there and in summary.json.
 #pragma once
 
 #include <cstdint>
@@ -48,6 +48,14 @@ struct PlanRow : PositionRow {
     std::string part;  // its name, and the id is its place among the parts; empty: of a target
 };
 
+// What is followed, at the time of display.
+struct DisplayRow : PositionRow {
+    double display_ms = 0;  // the time
+    std::string kind{};     // "point", "target", "plan-target" or "plan-part"
+    std::string part{};     // its name
+    std::string basis{};    // what the prediction rests on: "last", "velocity" or "learned"
+};
+
 // points.csv: frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,evidence,
 // piece. What is unknown of a lost point stays empty.
 class PointsFile {
@@ -64,6 +72,7 @@ class PointsFile {
 inline constexpr char kPointsFile[] = "points.csv";
 inline constexpr char kTargetsFile[] = "targets.csv";
 inline constexpr char kPlanFile[] = "plan.csv";
+inline constexpr char kDisplayFile[] = "display.csv";
 inline constexpr char kFramesFile[] = "frames.csv";
 inline constexpr char kTemplateFile[] = "template.ply";
 inline constexpr char kSummaryFile[] = "summary.json";
@@ -91,6 +100,19 @@ class PlanFile {
   public:
     explicit PlanFile(const std::filesystem::path& path);
     void add(const PlanRow& row);
+    void commit();
+
+  private:
+    AtomicFile file_;
+    std::string line_;
+};
+
+// frame,timestamp_ms,display_ms,kind,id,part,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,
+// basis. Names as in PlanFile; what is unknown of a lost one stays empty.
+class DisplayFile {
+  public:
+    explicit DisplayFile(const std::filesystem::path& path);
+    void add(const DisplayRow& row);
     void commit();
 
   private:

@@ -24,6 +24,7 @@
 #include "sdk/live_link/live_link.hpp"
 #include "sdk/session/camera_trajectory.hpp"
 #include "sdk/session/decisions.hpp"
+#include "sdk/session/display_prediction.hpp"
 #include "sdk/session/output_checks.hpp"
 #include "sdk/session/plan_follower.hpp"
 #include "sdk/session/point_follower.hpp"
@@ -215,6 +216,8 @@ class TrackSession {
                                      setup_.projection);
         if (!options_.plan.file.empty())
             beneath_.plan.emplace(folder_.path(), options_.plan, setup_.projection);
+        if (options_.display_delay_ms)
+            display_.emplace(folder_ / kDisplayFile, *options_.display_delay_ms, setup_.projection);
         create_tracker();
         notes_.add_frame_of_points(options_.source.range.first, followed_.points_of_first);
         if (options_.recordings.meshes) empty_mesh_folder(folder_ / kMeshFolder);
@@ -448,14 +451,7 @@ class TrackSession {
             targets = beneath_.targets->add_frame(frame.index, frame.timestamp_ms, job);
         PlanFrame plan;
         if (beneath_.plan) plan = beneath_.plan->add_frame(frame.index, frame.timestamp_ms, job);
-        if (link_.is_open()) {
-            LinkFrame sent = link_frame(frame, result, template_.triangles, points, targets);
-            if (options_.link_image)
-                sent.image = {frame.left.pixels,   frame.left.width,  frame.left.height,
-                              frame.left.channels, frame.left.stride, frame.pixels};
-            if (plan.points != nullptr) sent.plan = link_plan(*beneath_.plan->model(), plan);
-            link_.publish(std::move(sent));
-        }
+        send(frame, result, points, targets, plan);
         rows_.push_back(frame_row(frame, result));
         if (has_geometry(result)) template_.trajectory.add(frame.timestamp_ms, result);
         say(notes_.add_frame(frame, result));
@@ -468,6 +464,24 @@ class TrackSession {
         pictures_->add(left, record_);
         if (pictures_->has_view()) pictures_->add_to_view(left, record_, view_points(points));
         trace_host("overlay and report", frame, drawing, TraceFile::Clock::now());
+    }
+
+    // Receivers show it when it is shown, without the image that it is of.
+    void send(const StereoFrame& frame, const defrec_result& result, std::vector<PointRow> points,
+              std::vector<TargetRow> targets, PlanFrame plan) {
+        if (display_) {
+            const FrameOutcome outcome{result.timestamp_ns, result.state, result.epoch};
+            points = display_->move(outcome, std::move(points));
+            targets = display_->move(outcome, std::move(targets));
+            plan = display_->move(outcome, std::move(plan));
+        }
+        if (!link_.is_open()) return;
+        LinkFrame sent = link_frame(frame, result, template_.triangles, points, targets);
+        if (options_.link_image)
+            sent.image = {frame.left.pixels,   frame.left.width,  frame.left.height,
+                          frame.left.channels, frame.left.stride, frame.pixels};
+        if (plan.points != nullptr) sent.plan = link_plan(*beneath_.plan->model(), plan);
+        link_.publish(std::move(sent));
     }
 
     void change_points(const ViewCommand& command, std::int64_t frame) {
@@ -579,6 +593,7 @@ class TrackSession {
         attempt(kPointsFile, [&] { points_.commit(); });
         if (beneath_.targets) attempt(kTargetsFile, [&] { beneath_.targets->commit(); });
         if (beneath_.plan) attempt(kPlanFile, [&] { beneath_.plan->commit(); });
+        if (display_) attempt(kDisplayFile, [&] { display_->commit(); });
         attempt(template_.frame ? kTemplateFile : "", [&] { finish_template(); });
         attempt("", [&] {
             if (trace_) trace_->commit();
@@ -645,6 +660,7 @@ class TrackSession {
     const OutputFolder folder_;
     PointFollower points_;
     Beneath beneath_;
+    std::optional<DisplayPrediction> display_;  // empty where no delay was given
     Tracker tracker_;
     std::optional<FoundTemplate> found_;  // that the tracker was given
     std::optional<TraceFile> trace_;

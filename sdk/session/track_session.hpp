@@ -40,6 +40,7 @@ struct TrackOptions {
     std::string points;   // empty: a grid
     std::string targets;  // empty: none
     PlanOptions plan;
+    std::optional<double> display_delay_ms;  // what is followed is predicted so long after a frame
     std::string backend = "auto", device;
     std::string config;             // empty: the library's defaults
     std::uint64_t deadline_ns = 0;  // of each frame, from its submission; 0: none

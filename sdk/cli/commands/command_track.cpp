@@ -15,9 +15,8 @@ namespace {
 
 constexpr const char* kFooter =
     "Results in DIR: points.csv (mm in the left rectified camera of each frame), targets.csv "
-    "likewise, plan.csv and plan/*.ply of a plan, frames.csv, trajectory.txt (the camera, as TUM "
-    "has "
-    "it), summary.json, template.ply, "
+    "likewise, plan.csv and plan/*.ply of a plan, display.csv with --display-delay, "
+    "frames.csv, trajectory.txt (the camera, as TUM has it), summary.json, template.ply, "
     "overlay.mp4 and report.html, which opens in "
     "a browser.\n"
     "\n"
@@ -102,6 +101,13 @@ void add_recording_options(CLI::App& command, TrackOptions& options) {
         ->type_name("N")
         ->check(CLI::Range(std::int64_t{0}, std::int64_t{1'000'000'000}))
         ->needs("--plan");
+    command
+        .add_option("--display-delay", options.display_delay_ms,
+                    "Also write where all that is followed is so many ms after its frame, when it "
+                    "is shown, display.csv; by OpenIGTLink it is sent instead of what the frame "
+                    "had")
+        ->type_name("MS")
+        ->check(number_in(0.0, double{DEFREC_MAX_PREDICTION_MS}));
     command.add_flag("!--no-overlay", options.recordings.overlay, "Do not write overlay.mp4");
     command.add_flag("--overlay-details", options.recordings.overlay_details,
                      "Draw control points and refused matches too, in overlay and report");

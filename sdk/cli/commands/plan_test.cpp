@@ -307,6 +307,45 @@ TEST_CASE(
     CHECK_FALSE(fs::exists(again + "/plan/000099.ply"));
 }
 
+TEST_CASE("track writes where points, targets and parts of a plan are when they are shown") {
+    const TestFolder folder;
+    const std::string out = folder / "out", again = folder / "again";
+    REQUIRE(run(operation().track(out, {"--plan", operation().plan(), "--plan-meshes", "0",
+                                        "--display-delay", "40"})) == 0);
+    CsvReader tracked(out + "/plan.csv", {"frame", "part", "expected_error_mm", "x", "status"});
+    CsvReader shown(out + "/display.csv", {"frame", "part", "expected_error_mm", "x", "status",
+                                           "kind", "timestamp_ms", "display_ms", "basis"});
+    std::size_t rows = 0, points = 0, moved = 0;
+    while (shown.next()) {
+        CHECK(shown.number(7) - shown.number(6) == doctest::Approx(40).epsilon(1e-4));
+        if (shown.field(5) == "point") {
+            ++points;
+            continue;
+        }
+        ++rows;
+        REQUIRE(tracked.next());
+        CHECK(shown.integer(0) == tracked.integer(0));
+        CHECK(shown.field(1) == tracked.field(1));
+        CHECK(shown.field(5) == (shown.field(1).empty() ? "plan-target" : "plan-part"));
+        CHECK(shown.field(4) == tracked.field(4));
+        if (shown.field(4) == "lost") continue;
+        CHECK(shown.number(2) >= tracked.number(2));
+        moved += shown.number(3) != tracked.number(3);
+        if (shown.integer(0) == 0) CHECK(shown.field(8) == "last");
+    }
+    CHECK_FALSE(tracked.next());
+    CHECK(points > 0);
+    CHECK(moved > rows / 4);
+    const auto summary = json_of(out + "/summary.json");
+    CHECK(summary["files"].dump().find("display.csv") != std::string::npos);
+    REQUIRE(run({"track", "--quiet", "--like", out + "/summary.json", "--out", again}) == 0);
+    CHECK(TestFolder::read(again + "/display.csv") == TestFolder::read(out + "/display.csv"));
+
+    CHECK(run(operation().track(folder / "late", {"--display-delay", "101"})) == 2);
+    CHECK(run(operation().track(folder / "late", {"--display-delay", "-1"})) == 2);
+    CHECK_FALSE(fs::exists(folder / "late"));
+}
+
 TEST_CASE("a plan of another template, a damaged one and none are told: exit code 3") {
     const TestFolder folder;
     const std::string plan = operation().plan(), bytes = TestFolder::read(plan);
