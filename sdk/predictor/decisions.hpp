@@ -14,10 +14,11 @@ struct PredictionGrid {
     // steps | of motion that a prediction is made of | 0.8 s, a beat; 16 were worse, 32 no better:
     //   docs/experiments/2026-11-28-time-of-display.md
     static constexpr int kLags = 24;
-    // frames | whose median interval is the interval | set by hand
+    // frames | whose median interval is the interval; in as many in a row it has changed before
+    //   another step is chosen | set by hand: where every third frame is missing it swings
     static constexpr std::size_t kIntervals = 25;
     // 1 | change of the interval at which another step is chosen, and learning begins again | set
-    //   by hand: the taps of neighbouring lags then part
+    //   by hand: most times of the grid then lie between frames
     static constexpr double kRateChange = 0.1;
     // steps | a frame this near to a time of the grid is taken as it is | rounding of time stamps
     static constexpr double kSame = 1e-3;

@@ -28,7 +28,11 @@ bool FrameInterval::add(double interval_s) {
     std::nth_element(sorted_.begin(), middle, sorted_.end());
     median_ = *middle;
     const double now = frames_per_step_ * median_;
-    if (is_known() && std::abs(now / step_s_ - 1) <= PredictionGrid::kRateChange) return false;
+    const bool is_like = is_known() && std::abs(now / step_s_ - 1) <= PredictionGrid::kRateChange;
+    unlike_ = is_like ? 0 : unlike_ + 1;
+    const bool is_settled = intervals_.size() == PredictionGrid::kIntervals;
+    if (is_like || (is_settled && unlike_ < PredictionGrid::kIntervals)) return false;
+    unlike_ = 0;
     frames_per_step_ = std::max(1.0, std::round(PredictionGrid::kStep / median_));
     step_s_ = frames_per_step_ * median_;
     return true;

@@ -21,6 +21,7 @@ class FrameInterval {
   private:
     std::vector<double> intervals_, sorted_;
     std::size_t next_ = 0;
+    std::size_t unlike_ = 0;  // intervals in a row that ask for another step
     double median_ = 0, step_s_ = 0;
     double frames_per_step_ = 1;
 };

@@ -178,6 +178,7 @@ TEST_CASE("times that are not even, and frames that are missing") {
         CHECK(Film().run(irregular(rate, 5, 0.15, 0), 0.0666).ratio() < 0.2);
         CHECK(Film().run(irregular(rate, 5, 0, 10), 0.0666).ratio() < 0.2);
         CHECK(Film().run(irregular(rate, 5, 0.1, 7), 0.05).ratio() < 0.25);
+        CHECK(Film().run(irregular(rate, 6, 0, 3), 0.05).ratio() < 0.25);
     }
 }
 
