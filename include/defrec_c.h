@@ -1806,6 +1806,23 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_move_plan(
     defrec_job job, defrec_plan plan, size_t count, double *xyz, double *covariance,
     uint8_t *status, double *expected_error_mm);
 
+/** Carries count points camera_xyz, mm, from the rectified camera of the job's frame, as vertices
+ *  of its result and the functions above give them, to the fixed frame of the frame's camera_pose:
+ *  xyz, mm; the two may be the same memory. camera_covariance: of each the error's xx, xy, xz, yy,
+ *  yz, zz, as given by those functions, mm^2; NULL: none. pose_covariance: 6x6 row-major, of the
+ *  motion that the true camera_pose has after the one that was given: a turn about x, y, z of the
+ *  fixed frame and about the camera's place, rad, then a shift, mm, see
+ *  defrec_hand_eye_pose_covariance(); NULL: the pose is exact. covariance: six values each of the
+ *  sum, R C R^T + J P J^T, in the fixed frame, mm^2, the root of whose trace is the expected
+ *  error; may be NULL. The pose's share is common to all points of a frame. A point that is not
+ *  finite comes out as NaN. The job need not be done.
+ *  @errors DEFREC_ERROR_STATE: the frame was submitted without DEFREC_FRAME_CAMERA_POSE.
+ *  DEFREC_ERROR_ARGUMENT: pose_covariance is no covariance.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_job_to_fixed_frame(
+    defrec_job job, const double *pose_covariance, size_t count, const double *camera_xyz,
+    const double *camera_covariance, double *xyz, double *covariance);
+
 /** @} */
 /** @defgroup hand_eye Hand-eye calibration
  *  Marker: what a navigation system sees on the camera. World: where the camera's own poses are,
@@ -1929,6 +1946,17 @@ DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_get(
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_get_free_motion(
     defrec_hand_eye hand_eye, size_t index, defrec_free_motion *out);
+
+/** How far off the camera's pose may be that defrec_hand_eye_camera_pose() gives, by the hand_eye
+ *  calibration, for each of count poses of its marker: marker_pose is navigation system from
+ *  marker, 3x4 row-major each; pose_covariance is 6x6 row-major each, what
+ *  defrec_job_to_fixed_frame() takes. It adds to the covariance of the calibration that of the
+ *  marker's pose itself, by tracker_error_mm and tracker_error_rad of defrec_hand_eye_info.
+ *  @errors DEFREC_ERROR_STATE: the verdict is not DEFREC_VERDICT_ACCEPTED. DEFREC_ERROR_ARGUMENT: a
+ *  pose is no rotation and translation.
+ *  @threads any @since 1.0 */
+DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_pose_covariance(
+    defrec_hand_eye hand_eye, const double *marker_pose, size_t count, double *pose_covariance);
 
 /** Where the camera is, by the hand_eye calibration, for each of count poses of its marker:
  *  marker_pose is navigation system from marker, 3x4 row-major each, a rotation and mm; camera_pose

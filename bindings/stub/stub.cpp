@@ -587,6 +587,25 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_move_plan(
     return call.status();
 }
 
+DEFREC_API defrec_status DEFREC_CALL defrec_job_to_fixed_frame(
+        defrec_job job,
+        const double *pose_covariance,
+        size_t count,
+        const double *camera_xyz,
+        const double *camera_covariance,
+        double *xyz,
+        double *covariance) {
+    Call call("defrec_job_to_fixed_frame");
+    call.handle("job", job);
+    call.doubles("pose_covariance", pose_covariance, 36);
+    call.integer("count", count);
+    call.doubles("camera_xyz", camera_xyz, 3 * count);
+    call.doubles("camera_covariance", camera_covariance, 6 * count);
+    call.made_array("xyz", xyz, 3 * count);
+    call.made_array("covariance", covariance, 6 * count);
+    return call.status();
+}
+
 DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_create(
         const defrec_hand_eye_desc *desc,
         defrec_hand_eye *out) {
@@ -618,6 +637,19 @@ DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_get_free_motion(
     call.handle("hand_eye", hand_eye);
     call.integer("index", index);
     call.made_structure("out", out);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_pose_covariance(
+        defrec_hand_eye hand_eye,
+        const double *marker_pose,
+        size_t count,
+        double *pose_covariance) {
+    Call call("defrec_hand_eye_pose_covariance");
+    call.handle("hand_eye", hand_eye);
+    call.doubles("marker_pose", marker_pose, 12 * count);
+    call.integer("count", count);
+    call.made_array("pose_covariance", pose_covariance, 36 * count);
     return call.status();
 }
 

@@ -105,6 +105,17 @@ void describe(const HandEyeObject& object, defrec_hand_eye_info& info) {
     info.free_motion_count = found.open.size();
 }
 
+// For a calibration that was accepted.
+std::vector<TimedPose> marker_poses(const HandEyeObject& object, const double* values,
+                                    size_t count) {
+    check_count(count);
+    if (object.found.verdict != HandEyeVerdict::kSolved)
+        fail(DEFREC_ERROR_STATE, "this calibration was not accepted: ", object.found.reason);
+    std::vector<TimedPose> poses = poses_of(read_array("marker_pose", values, count, 12), {});
+    check_poses(poses, "marker_pose");
+    return poses;
+}
+
 }  // namespace
 
 extern "C" {
@@ -160,18 +171,24 @@ defrec_status defrec_hand_eye_camera_pose(defrec_hand_eye hand_eye, const double
                                           size_t count, double* camera_pose) {
     return api_call([&] {
         const auto object = find_handle(hand_eye);
-        check_count(count);
-        if (object->found.verdict != HandEyeVerdict::kSolved)
-            fail(DEFREC_ERROR_STATE, "this calibration was not accepted: ", object->found.reason);
+        const std::vector<TimedPose> poses = marker_poses(*object, marker_pose, count);
         if (count != 0) expect_given("camera_pose", camera_pose);
-        const std::vector<TimedPose> poses =
-            poses_of(read_array("marker_pose", marker_pose, count, 12), {});
-        check_poses(poses, "marker_pose");
         for (size_t i = 0; i < count; ++i) {
             const Eigen::Isometry3d pose =
                 poses[i].pose * object->found.transforms.marker_from_camera;
             write_motion(pose.linear(), pose.translation(), camera_pose + 12 * i);
         }
+    });
+}
+
+defrec_status defrec_hand_eye_pose_covariance(defrec_hand_eye hand_eye, const double* marker_pose,
+                                              size_t count, double* pose_covariance) {
+    return api_call([&] {
+        const auto object = find_handle(hand_eye);
+        const std::vector<TimedPose> poses = marker_poses(*object, marker_pose, count);
+        if (count != 0) expect_given("pose_covariance", pose_covariance);
+        for (size_t i = 0; i < count; ++i)
+            write_matrix(object->found.pose_covariance(poses[i].pose), pose_covariance + 36 * i);
     });
 }
 

@@ -2,6 +2,7 @@
 // exact it is: sdk/hand_eye.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -168,6 +169,10 @@ TEST_CASE("row 191: a calibration that was refused has a reason, and gives no ca
     CHECK(defrec_hand_eye_camera_pose(hand_eye.get(), pose.data(), 1, out) == DEFREC_ERROR_STATE);
     CHECK(contains(defrec_last_error(), info.reason));
     CHECK(out[0] == -1);
+    double covariance[36] = {-1};
+    CHECK(defrec_hand_eye_pose_covariance(hand_eye.get(), pose.data(), 1, covariance) ==
+          DEFREC_ERROR_STATE);
+    CHECK(covariance[0] == -1);
 }
 
 TEST_CASE("row 190: arrays that are missing, numbers out of range, some of four errors") {
@@ -230,6 +235,20 @@ TEST_CASE("row 190: a marker's pose that is none, and outputs that are missing")
     CHECK(defrec_hand_eye_camera_pose(h, poses.data(), 2, out) == DEFREC_ERROR_ARGUMENT);
     CHECK(contains(defrec_last_error(), "marker_pose: pose 1 is no rotation"));
     CHECK(out[0] == -1);
+    double covariances[72] = {-1};
+    CHECK(defrec_hand_eye_pose_covariance(h, poses.data(), 2, covariances) ==
+          DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_hand_eye_pose_covariance(h, nullptr, 1, covariances) == DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_hand_eye_pose_covariance(h, poses.data(), 1, nullptr) == DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_hand_eye_pose_covariance(h, poses.data(), SIZE_MAX, covariances) ==
+          DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_hand_eye_pose_covariance(h, nullptr, 0, nullptr) == DEFREC_OK);
+    CHECK(covariances[0] == -1);
+    // The same for each of two.
+    std::copy(poses.begin(), poses.begin() + 12, poses.begin() + 12);
+    REQUIRE_OK(defrec_hand_eye_pose_covariance(h, poses.data(), 2, covariances));
+    CHECK(covariances[0] > 0);
+    CHECK(std::equal(covariances, covariances + 36, covariances + 36));
     CHECK(defrec_hand_eye_get(h, nullptr) == DEFREC_ERROR_ARGUMENT);
 }
 
@@ -252,4 +271,6 @@ TEST_CASE("row 16: a calibration's handle: NULL, destroyed, foreign") {
     CHECK(defrec_hand_eye_get(hand_eye, &info) == DEFREC_ERROR_HANDLE);
     CHECK(defrec_hand_eye_get_free_motion(hand_eye, 0, &motion) == DEFREC_ERROR_HANDLE);
     CHECK(defrec_hand_eye_camera_pose(hand_eye, pose, 1, pose) == DEFREC_ERROR_HANDLE);
+    double covariance[36] = {};
+    CHECK(defrec_hand_eye_pose_covariance(hand_eye, pose, 1, covariance) == DEFREC_ERROR_HANDLE);
 }

@@ -1,7 +1,9 @@
 // What stands behind each C handle.
 #pragma once
+#include <Eigen/Geometry>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <shared_mutex>
 #include <string>
 #include <vector>
@@ -52,6 +54,7 @@ struct MemoryObject {
 };
 struct JobObject {
     std::shared_ptr<Job> job;
+    std::optional<Eigen::Isometry3d> camera_pose;  // as defrec_frame had it
     std::shared_mutex in_use;  // shared by whoever reads the job, alone for its release
     bool released = false;
 };

@@ -2,6 +2,7 @@
 #include <array>
 
 #include "sdk/api/destroy.hpp"
+#include "sdk/api/job_use.hpp"
 #include "sdk/api/read.hpp"
 #include "sdk/base/util/image.hpp"
 #include "sdk/tracking/frame_result.hpp"
@@ -10,20 +11,6 @@
 using namespace defrec;
 
 namespace {
-
-// For as long as it lives the job cannot be released.
-class JobUse {
-  public:
-    explicit JobUse(defrec_job handle) : object_(find_handle(handle)), lock_(object_->in_use) {
-        if (object_->released) fail(DEFREC_ERROR_HANDLE, "this job was released already");
-    }
-    Job* operator->() const { return object_->job.get(); }
-    const Job& operator*() const { return *object_->job; }
-
-  private:
-    std::shared_ptr<JobObject> object_;
-    std::shared_lock<std::shared_mutex> lock_;
-};
 
 defrec_memory_desc read_desc(const defrec_memory_desc* given) {
     const auto desc = read_struct<defrec_memory_desc>("desc", given);
@@ -201,6 +188,7 @@ defrec_status defrec_tracker_submit(defrec_tracker tracker, const defrec_frame* 
         FrameInput input = read_frame(frame, *object->tracker);
         // The handle first: once the frame is queued nothing may fail any more.
         const auto job = make_object<defrec_job>();
+        job->camera_pose = input.camera_pose;
         // Who guesses the handle waits until there is something behind it.
         const std::unique_lock filling(job->in_use);
         const defrec_job handle = add_handle<defrec_job>(job);

@@ -15,6 +15,7 @@
 #include "sdk/hand_eye/refinement.hpp"
 #include "sdk/hand_eye/rotation_spread.hpp"
 #include "sdk/hand_eye/uncertainty.hpp"
+#include "sdk/registration/pose.hpp"
 
 namespace defrec {
 namespace {
@@ -315,6 +316,20 @@ HandEyeCalibration calibrate_hand_eye(const std::vector<TimedPose>& camera,
                                       const std::vector<TimedPose>& tracker,
                                       const HandEyeOptions& options) {
     return Calibration(camera, tracker, options).run();
+}
+
+HandEyeMatrix HandEyeCalibration::pose_covariance(const Eigen::Isometry3d& marker) const {
+    // About the marker's place: the calibration's error, turned, and the marker's own.
+    HandEyeMatrix turned = HandEyeMatrix::Zero();
+    turned.topLeftCorner<3, 3>() = turned.bottomRightCorner<3, 3>() = marker.rotation();
+    HandEyeMatrix error = turned * covariance * turned.transpose();
+    error.diagonal().head<3>().array() += quality.noise.tracker_rad * quality.noise.tracker_rad;
+    error.diagonal().tail<3>().array() += quality.noise.tracker_mm * quality.noise.tracker_mm;
+    // About the camera's.
+    HandEyeMatrix moved = HandEyeMatrix::Identity();
+    moved.bottomRows<3>() =
+        place_shift(marker.rotation() * transforms.marker_from_camera.translation());
+    return moved * error * moved.transpose();
 }
 
 }  // namespace defrec

@@ -78,6 +78,11 @@ struct HandEyeCalibration {
     // For each pose of the camera: at the camera, NaN where it was not used.
     std::vector<double> residual_mm, residual_rad;
     std::vector<std::uint8_t> is_inlier;
+
+    // Covariance of the motion that the true pose of the camera has after the one that follows from
+    // a pose of the marker, tracking system from marker: a turn in rad about x, y, z of the
+    // tracking system and about the camera's place, then a shift in mm.
+    HandEyeMatrix pose_covariance(const Eigen::Isometry3d& marker) const;
 };
 
 const char* name_of(HandEyeVerdict verdict);

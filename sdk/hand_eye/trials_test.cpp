@@ -128,3 +128,33 @@ TEST_CASE("motions of 20 s with an offset of up to half a second") {
     CHECK(share_within(trials.ratios, 2) > 0.93);
     CHECK(share_within(trials.ratios, 3) > 0.985);
 }
+
+TEST_CASE("the camera's pose by its marker is as far off as its covariance says") {
+    const TestNoise noise{0.2, 0.1};
+    constexpr unsigned kTrials = 200;
+    double squared = 0;
+    int solved = 0;
+    for (unsigned i = 0; i < kTrials; ++i) {
+        TestRandom random(5000 + i);
+        const TestSetup setup = random_setup(random);
+        const TestPoses poses = still_poses(setup, 12, 60, noise, random);
+        HandEyeOptions options;
+        options.is_paired = true;
+        options.noise = noise.stated();
+        const HandEyeCalibration found = calibrate_hand_eye(poses.camera, poses.tracker, options);
+        if (found.verdict != HandEyeVerdict::kSolved) continue;
+        ++solved;
+        const Eigen::Isometry3d marker =
+            setup.tracker(test_pose(random.direction(), 100 * random.direction()));
+        const Eigen::Isometry3d seen = noisy(marker, noise, random);
+        const Eigen::Isometry3d truth = marker * setup.truth.marker_from_camera,
+                                made = seen * found.transforms.marker_from_camera;
+        HandEyeResidual error;
+        error << turn_of(truth.linear() * made.linear().transpose()),
+            truth.translation() - made.translation();
+        squared += error.dot(found.pose_covariance(seen).ldlt().solve(error));
+    }
+    CHECK(solved > 190);
+    // Six numbers each.
+    CHECK(squared / (6 * solved) == doctest::Approx(1).epsilon(0.2));
+}

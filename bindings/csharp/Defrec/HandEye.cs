@@ -243,6 +243,25 @@ namespace Defrec
             return pose;
         }
 
+        /// <summary>
+        /// How far off the pose may be that <see cref="GetCameraPose"/> gives for a pose of the
+        /// marker: 36 numbers, row by row, what <see cref="Job.ToFixedFrame"/> takes.
+        /// </summary>
+        /// <exception cref="ObjectDisposedException">The calibration was disposed.</exception>
+        /// <exception cref="DefrecException">
+        /// The verdict is not <see cref="Defrec.Verdict.Accepted"/>
+        /// (<see cref="Status.ErrorState"/>), or the pose is none.
+        /// </exception>
+        public double[] GetPoseCovariance(RigidTransform markerPose)
+        {
+            var made = new double[36];
+            fixed (double* to = made)
+            using (var use = new HandleUse(Handle))
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_hand_eye_pose_covariance(
+                    use.Native, (double*)&markerPose, (UIntPtr)1, to));
+            return made;
+        }
+
         /// <summary>Ends the use of the calibration.</summary>
         public void Dispose() { Handle.Dispose(); }
 

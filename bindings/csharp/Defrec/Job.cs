@@ -269,6 +269,43 @@ namespace Defrec
             }
         }
 
+        /// <summary>
+        /// Carries points (x, y, z, x, ...), mm, from the rectified camera of the job's frame, as
+        /// its result and the methods above give them, to the fixed frame of
+        /// <see cref="Frame.CameraPose"/>. cameraCovariance, of each xx, xy, xz, yy, yz, zz as
+        /// those methods give it, poseCovariance, as <see cref="HandEye.GetPoseCovariance"/> gives
+        /// it, and covariance, of each the sum of both in the fixed frame, mm^2, may be null.
+        /// Arrays may be longer than needed.
+        /// </summary>
+        /// <exception cref="ArgumentException">
+        /// cameraXyz or xyz is null, an array is too short, or cameraXyz not a multiple of 3 long.
+        /// </exception>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">
+        /// The frame was submitted without <see cref="Frame.CameraPose"/>
+        /// (<see cref="Status.ErrorState"/>), or poseCovariance is no covariance.
+        /// </exception>
+        public void ToFixedFrame(
+            double[] cameraXyz, double[] xyz, double[] cameraCovariance = null,
+            double[] covariance = null, double[] poseCovariance = null)
+        {
+            Check.NotNull(cameraXyz, nameof(cameraXyz));
+            Check.NotNull(xyz, nameof(xyz));
+            int count = Check.Groups(cameraXyz.Length, 3, nameof(cameraXyz));
+            Check.Length(xyz.Length, cameraXyz.Length, nameof(xyz));
+            if (cameraCovariance != null)
+                Check.Length(cameraCovariance.Length, 6L * count, nameof(cameraCovariance));
+            if (covariance != null) Check.Length(covariance.Length, 6L * count, nameof(covariance));
+            if (poseCovariance != null)
+                Check.Length(poseCovariance.Length, 36, nameof(poseCovariance));
+            fixed (
+                double* from = cameraXyz, to = xyz, given = cameraCovariance, made = covariance,
+                pose = poseCovariance)
+            using (var use = new HandleUse(Handle))
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_job_to_fixed_frame(
+                    use.Native, pose, (UIntPtr)(uint)count, from, given, to, made));
+        }
+
         /// <summary>Gives the job's place in the queue back; waits if it is running.</summary>
         public void Dispose() { Handle.Dispose(); }
 

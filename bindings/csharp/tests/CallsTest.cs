@@ -454,6 +454,43 @@ namespace Defrec.Tests
         }
 
         [Test]
+        public void PointsOfAFixedFrame()
+        {
+            double[] points = { 1.5, 2.5, 3.5, 4, 5, 6 },
+                     errors = { 1, 0, 0, 2, 0, 3, 4, 0, 0, 5, 0, 6 };
+            double[] pose = Enumerable.Range(0, 36).Select(i => i % 7 == 0 ? 1.0 : 0.0).ToArray();
+            double[] xyz = new double[7], covariance = new double[12];
+            using (Job job = Submit())
+            {
+                string call = "defrec_job_to_fixed_frame(job=" + Stub.Handle(job.Handle);
+                Stub.Calls();
+                job.ToFixedFrame(points, xyz, errors, covariance, pose);
+                Assert.That(xyz, Is.EqualTo(new double[] { 1, 2, 3, 4, 5, 6, 0 }));
+                Assert.That(covariance, Is.EqualTo(Enumerable.Range(1, 12)));
+                job.ToFixedFrame(points, xyz);
+                job.ToFixedFrame(new double[0], new double[0]);
+                string given = "count=2, camera_xyz=[1.5, 2.5, 3.5, 4, 5, 6], camera_covariance=";
+                Assert.That(
+                    Stub.Calls().Take(2), Is.EqualTo(new[] {
+                        call + ", pose_covariance=[" + string.Join(", ", pose) + "], " + given +
+                            "[" + string.Join(", ", errors) + "], xyz=written, covariance=written)",
+                        call + ", pose_covariance=NULL, " + given +
+                            "NULL, xyz=written, covariance=NULL)"
+                    }));
+                Assert.Throws<ArgumentNullException>(() => job.ToFixedFrame(null, xyz));
+                Assert.Throws<ArgumentNullException>(() => job.ToFixedFrame(points, null));
+                Assert.Throws<ArgumentException>(() => job.ToFixedFrame(new double[4], xyz));
+                Assert.Throws<ArgumentException>(() => job.ToFixedFrame(points, new double[5]));
+                Assert.Throws<ArgumentException>(
+                    () => job.ToFixedFrame(points, xyz, new double[11]));
+                Assert.Throws<ArgumentException>(
+                    () => job.ToFixedFrame(points, xyz, null, new double[11]));
+                Assert.Throws<ArgumentException>(
+                    () => job.ToFixedFrame(points, xyz, null, null, new double[35]));
+            }
+        }
+
+        [Test]
         public void WhatABodyPointsToStaysInPlace()
         {
             var body = new BodyDescription {

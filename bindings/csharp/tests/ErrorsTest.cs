@@ -60,6 +60,7 @@ namespace Defrec.Tests
                 { "defrec_template_wait_body", () => template.WaitForBody() },
                 { "defrec_targets_create", () => new Targets(template, xyz) },
                 { "defrec_job_move_targets", () => job.MoveTargets(targets, xyz) },
+                { "defrec_job_to_fixed_frame", () => job.ToFixedFrame(xyz, xyz) },
                 { "defrec_template_save", () => template.Save("/a") },
                 { "defrec_template_load", () => Template.Load(Context, "/a") },
             };

@@ -169,6 +169,7 @@ namespace Defrec.Tests
             { () => template.WaitForBody(), "Template" },
             { () => new Targets(template, xyz), "Template" },
             { () => job.MoveTargets(targets, xyz), "Job" },
+            { () => job.ToFixedFrame(xyz, xyz), "Job" },
             { () => otherJob.MoveTargets(targets, xyz), "Targets" },
             { () => template.Save("/a"), "Template" },
             { () => stage.Prepare(), "Stage" },

@@ -226,6 +226,15 @@ namespace Defrec.Tests
                 Assert.That(found.GetCovariance().Length, Is.EqualTo(36));
                 Assert.That(found.Notes, Is.EqualTo(""));
                 RigidTransform pose = found.GetCameraPose(MarkerPose(CameraPose(9)));
+                double[] covariance = found.GetPoseCovariance(MarkerPose(CameraPose(9)));
+                Assert.That(covariance.Length, Is.EqualTo(36));
+                // The marker's own error is a part of it, here nearly all.
+                for (int i = 0; i < 6; ++i)
+                    Assert.That(
+                        covariance[7 * i],
+                        Is.GreaterThan(
+                            0.999 *
+                            Math.Pow(i < 3 ? found.TrackerErrorRad : found.TrackerErrorMm, 2)));
                 RigidTransform expected = Times(TrackerFromWorld, CameraPose(9));
                 for (int row = 0; row < 3; ++row)
                     Assert.That(pose[row, 3], Is.EqualTo(expected[row, 3]).Within(1e-4));
@@ -254,6 +263,9 @@ namespace Defrec.Tests
                         new RigidTransform(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0)));
                 Assert.That(error.Status, Is.EqualTo(Status.ErrorState));
                 Assert.That(error.Message, Is.StringContaining(found.Reason));
+                Assert.Throws<DefrecException>(
+                    () => found.GetPoseCovariance(
+                        new RigidTransform(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0)));
             }
         }
 

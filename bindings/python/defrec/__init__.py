@@ -26,7 +26,7 @@ from .errors import BusyError, DefrecWarning, Error
 from .hand_eye import HandEye, HandEyeResult
 from .memory import Memory
 from .plan import Plan, PlanData, PlanPart
-from .points import LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
+from .points import FixedPoints, LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
 from .predictor import PredictedPoints, Predictor
 from .registration import (
     AlternativePose,
@@ -157,6 +157,7 @@ __all__ = [
     "Evidence",
     "Feature",
     "Field",
+    "FixedPoints",
     "FollowedPoints",
     "Format",
     "Found",

@@ -126,6 +126,10 @@ PROTOTYPES: Dict[str, Tuple[Any, Sequence[Any]]] = {
         StatusResult,
         [c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p],
     ),
+    "defrec_job_to_fixed_frame": (
+        StatusResult,
+        [c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p],
+    ),
     "defrec_hand_eye_create": (StatusResult, [_pointer(structs.HandEyeDesc), _handle_out]),
     "defrec_hand_eye_destroy": (None, [c_void_p]),
     "defrec_hand_eye_get": (StatusResult, [c_void_p, _pointer(structs.HandEyeInfo)]),
@@ -133,6 +137,7 @@ PROTOTYPES: Dict[str, Tuple[Any, Sequence[Any]]] = {
         StatusResult,
         [c_void_p, c_size_t, _pointer(structs.FreeMotionStruct)],
     ),
+    "defrec_hand_eye_pose_covariance": (StatusResult, [c_void_p, c_void_p, c_size_t, c_void_p]),
     "defrec_hand_eye_camera_pose": (StatusResult, [c_void_p, c_void_p, c_size_t, c_void_p]),
     "defrec_predictor_create": (StatusResult, [_pointer(structs.PredictorDesc), _handle_out]),
     "defrec_predictor_destroy": (None, [c_void_p]),

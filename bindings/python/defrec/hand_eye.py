@@ -184,6 +184,16 @@ class HandEye(Handle):
         )
         return made
 
+    def pose_covariance(self, marker_pose: ArrayLike) -> FloatArray:
+        """How far off the pose may be that camera_poses gives for a (3, 4) or (4, 4) pose of the
+        marker: (6, 6) float64, what Job.to_fixed_frame takes. threads: any. Raises Error, with
+        Status.ERROR_STATE where the verdict is not ACCEPTED."""
+        poses: Any = [marker_pose]
+        given = _poses("marker_pose", poses)
+        made: FloatArray = empty("d", (6, 6))
+        native.defrec_hand_eye_pose_covariance(self._native, given.address, 1, address_of(made))
+        return made
+
 
 def _poses(name: str, value: ArrayLike) -> Points:
     """Rows of twelve numbers."""

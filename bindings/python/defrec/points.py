@@ -40,6 +40,16 @@ class MovedTargets(NamedTuple):
     """(n, 6) float64, xx, xy, xz, yy, yz, zz of the error, mm^2, rectified camera."""
 
 
+class FixedPoints(NamedTuple):
+    """Points in the fixed frame of a frame's camera_pose."""
+
+    xyz: FloatArray
+    """(n, 3) float64, mm."""
+    covariance: FloatArray
+    """(n, 6) float64, xx, xy, xz, yy, yz, zz of the error, mm^2, that of the pose added; the root
+    of the trace is the expected error."""
+
+
 class PointCovariances(NamedTuple):
     """How far off the positions of WarpedPoints may be, by direction, and what was observed
     there."""

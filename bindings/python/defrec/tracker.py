@@ -14,7 +14,7 @@ from ._tracker_options import OPTIONS, TrackerOptions
 from .context import Context
 from .enums import Field, Format, FrameFlag, MemoryKind
 from .memory import Memory, memory_desc
-from .points import LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
+from .points import FixedPoints, LiftedPoints, MovedTargets, PointCovariances, WarpedPoints
 from .result import Result, copy_result
 from .rig import Rig
 from .plan import Plan
@@ -143,6 +143,42 @@ class Job(Handle):
         if not isinstance(plan, Plan):
             raise TypeError(f"plan is a Plan, {plan!r} given")
         return self._move(native.defrec_job_move_plan, plan)
+
+    def to_fixed_frame(
+        self,
+        camera_xyz: ArrayLike,
+        covariance: Optional[ArrayLike] = None,
+        pose_covariance: Optional[ArrayLike] = None,
+    ) -> FixedPoints:
+        """Carries (n, 3) points, mm, from the rectified camera of the job's frame, as its result
+        and the functions above give them, to the fixed frame of the frame's camera_pose.
+
+        covariance: (n, 6) of the points, as those functions give it; None: they are exact.
+        pose_covariance: (6, 6), HandEye.pose_covariance gives it; None: the pose is exact.
+
+        threads: any. Raises Error, with Status.ERROR_STATE where the frame was submitted without
+        camera_pose.
+        """
+        given = Points("camera_xyz", camera_xyz, 3)
+        errors = None if covariance is None else Points("covariance", covariance, 6)
+        if errors is not None and errors.count != given.count:
+            raise ValueError(f"covariance has {errors.count} rows, {given.count} expected")
+        pose = None
+        if pose_covariance is not None:
+            pose = Points("pose_covariance", pose_covariance, 6)
+            if pose.count != 6:
+                raise ValueError(f"pose_covariance has {pose.count} rows, 6 expected")
+        xyz, made = empty("d", (given.count, 3)), empty("d", (given.count, 6))
+        native.defrec_job_to_fixed_frame(
+            self._native,
+            None if pose is None else pose.address,
+            given.count,
+            given.address,
+            None if errors is None else errors.address,
+            address_of(xyz),
+            address_of(made),
+        )
+        return FixedPoints(xyz, made)
 
     def _move(self, function: Any, points: Union[Targets, Plan]) -> MovedTargets:
         points._native

@@ -34,7 +34,7 @@ def argument(index, parameter):
         given = bytes(made).hex() if c_type.startswith("const") else rf"\{{{ctypes.sizeof(made)}\}}"
         return (ctypes.byref(made) if struct else ctypes.addressof(made)), f"^{given}$"
     if "*" in c_type:
-        array = (ctypes.c_double * 12)()  # the longest element is a pose
+        array = (ctypes.c_double * 36)()  # the longest element is the covariance of a pose
         KEPT.append(array)
         return ctypes.addressof(array), (
             r"^\[0(, 0)+\]$" if c_type.startswith("const") else "^written$"

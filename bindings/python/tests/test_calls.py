@@ -704,6 +704,44 @@ class Calls(stub.StubTest):
             ],
         )
 
+    def test_fixed_frame(self):
+        image = bytes(96 * 80 * 3)
+        tracker = Tracker(self.context, make_rig(self.context))
+        points, errors = [(1.5, 2.5, 3.5), (4, 5, 6)], [(1, 0, 0, 2, 0, 3), (4, 0, 0, 5, 0, 6)]
+        pose = [[float(i == k) for k in range(6)] for i in range(6)]
+        with tracker.submit(image, image, 1) as job:
+            j = hex(job._native)
+            self.log()
+            moved = job.to_fixed_frame(points, errors, pose)
+            job.to_fixed_frame(points)
+            self.assertEqual(len(job.to_fixed_frame([]).xyz), 0)
+            for wrong, what in (
+                ((points, errors[:1]), "covariance has 1 rows, 2 expected"),
+                ((points, None, pose[:5]), "pose_covariance has 5 rows, 6 expected"),
+                ((points, None, errors[0]), "pose_covariance"),
+            ):
+                with self.assertRaisesRegex((TypeError, ValueError), what):
+                    job.to_fixed_frame(*wrong)
+            lines = [str(call) for call in self.log()]
+        self.assertEqual(moved.xyz.tolist(), [[1, 2, 3], [4, 5, 6]])
+        self.assertEqual(moved.covariance.tolist(), [[1, 2, 3, 4, 5, 6], [7, 8, 9, 10, 11, 12]])
+        identity = ", ".join(str(int(i % 7 == 0)) for i in range(36))
+        self.assertEqual(
+            lines[:2],
+            [
+                (
+                    f"defrec_job_to_fixed_frame(job={j}, pose_covariance=[{identity}], count=2,"
+                    " camera_xyz=[1.5, 2.5, 3.5, 4, 5, 6], camera_covariance=[1, 0, 0, 2, 0, 3,"
+                    " 4, 0, 0, 5, 0, 6], xyz=written, covariance=written)"
+                ),
+                (
+                    f"defrec_job_to_fixed_frame(job={j}, pose_covariance=NULL, count=2,"
+                    " camera_xyz=[1.5, 2.5, 3.5, 4, 5, 6], camera_covariance=NULL, xyz=written,"
+                    " covariance=written)"
+                ),
+            ],
+        )
+
     def test_plans(self):
         image = bytes(96 * 80 * 3)
         places = [(0, 0, 0), (9, 0, 0), (0, 9, 0)]

@@ -86,6 +86,7 @@ class Failures(stub.StubTest):
             "defrec_template_wait_body": template.wait_body,
             "defrec_targets_create": lambda: Targets(template, [(1, 2, 3)]),
             "defrec_job_move_targets": lambda: job.move_targets(things["targets"]),
+            "defrec_job_to_fixed_frame": lambda: job.to_fixed_frame([(1, 2, 3)]),
             "defrec_template_save": lambda: template.save("/x"),
             "defrec_template_load": lambda: Template.load(context, "/x"),
         }
@@ -203,6 +204,7 @@ class Lifetimes(stub.StubTest):
                 lambda j: j.warp_points([(1, 2, 3)]),
                 lambda j: j.point_covariances([(1, 2, 3)]),
                 lambda j: j.move_targets(other),
+                lambda j: j.to_fixed_frame([(1, 2, 3)]),
             ],
             "targets": [lambda t: things["job"].move_targets(t), lambda t: t.__enter__()],
             "template": [

@@ -236,11 +236,17 @@ class HandEyeTest(unittest.TestCase):
             result = found.result()
             poses = found.camera_poses([marker_pose(camera_pose(5)), marker_pose(camera_pose(9))])
             self.assertEqual(len(found.camera_poses([])), 0)
+            covariance = rows(found.pose_covariance(marker_pose(camera_pose(5))))
         self.assertEqual(result.verdict, Verdict.ACCEPTED, result.reason)
         self.assertTrue(result.is_solved and not result.offset_estimated)
         for got, expected in zip(rows(result.marker_from_camera), MARKER_FROM_CAMERA):
             for number, right in zip(got, expected):
                 self.assertAlmostEqual(number, right, 5)
+        self.assertEqual((len(covariance), len(covariance[0])), (6, 6))
+        for i in range(6):
+            # The marker's own error, 0.001 rad or 0.1 mm, is a part of it.
+            self.assertGreater(covariance[i][i], (0.001 if i < 3 else 0.1) ** 2)
+            self.assertAlmostEqual(covariance[i][0], covariance[0][i], 9)
         self.assertEqual(rows(result.inliers), [True] * 8)
         self.assertEqual((len(result.residuals_mm), len(result.residuals_rad)), (8, 8))
         self.assertEqual((result.used, result.inlier_count, result.notes), (8, 8, []))
@@ -284,6 +290,8 @@ class HandEyeTest(unittest.TestCase):
             with self.assertRaises(Error) as caught:
                 found.camera_poses([IDENTITY])
             self.assertIs(caught.exception.status, Status.ERROR_STATE)
+            with self.assertRaises(Error):
+                found.pose_covariance(IDENTITY)
             self.assertIn(result.reason, str(caught.exception))
 
     def test_what_is_refused(self):

@@ -53,7 +53,8 @@ def plan(tracker: Tracker, left: bytes, right: bytes) -> List[float]:
                 return []
             targets = defrec.Targets(template, [(0, 0, 60)])
         moved: defrec.MovedTargets = job.move_targets(targets)
-        if job.result().body != defrec.BodyState.READY:
+        fixed: defrec.FixedPoints = job.to_fixed_frame(moved.xyz, moved.covariance)
+        if job.result().body != defrec.BodyState.READY or len(fixed.xyz) == 0:
             return []
         return [float(error) for error in moved.expected_error_mm]
 
@@ -70,4 +71,5 @@ def registered(context: Context, template: defrec.Template, mesh: defrec.Mesh) -
 def camera_pose(marker: List[List[float]], poses: List[List[List[float]]]) -> float:
     with defrec.HandEye(poses, poses, errors=(0.1, 0.001, 0.1, 0.001)) as hand_eye:
         result: defrec.HandEyeResult = hand_eye.result()
-        return float(hand_eye.camera_poses([marker])[0][0][3]) + result.offset_s
+        variance = float(hand_eye.pose_covariance(marker)[3][3])
+        return float(hand_eye.camera_poses([marker])[0][0][3]) + result.offset_s + variance

@@ -11,7 +11,8 @@ const char *               in quotes, unchanged; NULL
 const struct *             struct_size bytes in hexadecimal; NULL. Nothing behind the pointers in
                            it.
 const double *             [1.5, 2], as many as the call's count says: two each for names that end
-                           in uv, three for xyz, six for covariance, twelve for pose; NULL
+                           in uv, three for xyz, six for covariance, twelve for pose, 36 for
+                           pose_covariance, of which a call takes one; NULL
 const defrec_*_buffer *    [size, size, ...] in bytes, NULL for one without data
 handle *                   the handle that was made, "untouched" where the call failed; NULL
 struct *                   {struct_size}; NULL
@@ -35,12 +36,19 @@ def parameter(contract, function, field):
     """What the stub does with one parameter."""
     names = {each.name for each in function.parameters}
     sized = {struct.name for struct in contract.structs if struct.has_struct_size}
-    sizes = (("uv", 2), ("xyz", 3), ("covariance", 6), ("pose", 12))
+    sizes = (
+        ("uv", 2),
+        ("xyz", 3),
+        ("pose_covariance", 36),
+        ("covariance", 6),
+        ("pose", 12),
+    )
     element = next((n for end, n in sizes if field.name.endswith(end)), 1)
     pointed = field.type.removesuffix(" *")
     plain = pointed.removeprefix("const ")
     is_pointer, is_const = field.type.endswith("*"), field.type.startswith("const ")
-    count = f"{element} * count"
+    is_one = is_const and field.name == "pose_covariance"  # all points of a call share it
+    count = str(element) if is_one else f"{element} * count"
     if re.fullmatch(r"u?int(32|64)_t|size_t|defrec_status", field.type):
         return f'call.integer("{field.name}", {field.name});'
     if field.type in contract.handles:

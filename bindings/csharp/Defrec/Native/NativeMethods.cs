@@ -233,6 +233,11 @@ namespace Defrec.Native
             double* expectedErrorMm);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_job_to_fixed_frame(
+            IntPtr job, double* poseCovariance, UIntPtr count, double* cameraXyz,
+            double* cameraCovariance, double* xyz, double* covariance);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_hand_eye_create(
             defrec_hand_eye_desc* desc, IntPtr* @out);
 
@@ -246,6 +251,10 @@ namespace Defrec.Native
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_hand_eye_get_free_motion(
             IntPtr handEye, UIntPtr index, defrec_free_motion* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_hand_eye_pose_covariance(
+            IntPtr handEye, double* markerPose, UIntPtr count, double* poseCovariance);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_hand_eye_camera_pose(
