@@ -214,7 +214,7 @@ struct LiveView::Impl {
                 shown.left.copyTo(overlay);
                 if (overlay.channels() == 1) cv::cvtColor(overlay, overlay, cv::COLOR_GRAY2BGR);
                 choose_lines(shown.surface);
-                painter.draw(overlay, record);
+                painter.draw_without_text(overlay, record);
             }
             projector(record.vertices.data(), record.vertices.size() / 3, uv.data());
             header["targets"] = targets_json(shown.targets, projector);

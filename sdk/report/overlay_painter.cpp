@@ -90,7 +90,8 @@ std::string points_text(const std::vector<PointEstimate>& points) {
 }
 
 void draw_label(cv::Mat& image, const PointEstimate& point, cv::Point at) {
-    const std::string name = point.name.empty() ? std::to_string(point.id) : point.name;
+    const std::string name =
+        point.name.empty() ? format("#%lld", static_cast<long long>(point.id)) : point.name;
     draw_text(image, name + " " + millimetres(double{expected_error(point)}), at);
 }
 
@@ -250,17 +251,30 @@ void OverlayPainter::set_template(const TemplateRecord& reference) {
     impl_->collect_lines();
 }
 
-void OverlayPainter::draw(cv::Mat& image, const FrameRecord& frame) {
+namespace {
+
+void frame_lost(cv::Mat& image, const FrameRecord& frame) {
+    if (frame.state == "lost")
+        cv::rectangle(image, cv::Rect(0, 0, image.cols, image.rows), state_colour(frame.state), 3);
+}
+
+}  // namespace
+
+void OverlayPainter::draw_without_text(cv::Mat& image, const FrameRecord& frame) {
     impl_->draw_grid(image, frame);
     impl_->draw_matches(image, frame);
     impl_->draw_control_points(image, frame);
     draw_plan(image, frame.plan, impl_->projector);
     impl_->draw_points(image, frame);
     impl_->draw_targets(image, frame);
+    frame_lost(image, frame);
+}
+
+void OverlayPainter::draw(cv::Mat& image, const FrameRecord& frame) {
+    draw_without_text(image, frame);
     draw_head(image, frame);
     draw_legend(image, frame, impl_->detail);
-    if (frame.state == "lost")
-        cv::rectangle(image, cv::Rect(0, 0, image.cols, image.rows), state_colour(frame.state), 3);
+    frame_lost(image, frame);
 }
 
 }  // namespace defrec::cli

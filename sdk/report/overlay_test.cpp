@@ -188,6 +188,19 @@ TEST_CASE("control points and refused matches are drawn where asked for") {
     CHECK(differs(OverlayDetail::all) > 50);
 }
 
+TEST_CASE("a page that has state and legend beside the picture gets it without text") {
+    const SyntheticSequence sequence(960, 540, 40);
+    OverlayPainter painter(sequence.projector());
+    defrec::cli::FrameRecord frame;
+    frame.state = "tracking";
+    const cv::Mat bare(540, 960, CV_8UC3, cv::Scalar::all(90));
+    cv::Mat image = bare.clone();
+    painter.draw_without_text(image, frame);
+    CHECK(count_near(image, cv::Scalar::all(90), 0) == image.size().area());
+    painter.draw(image, frame);
+    CHECK(count_near(image, cv::Scalar::all(90), 0) < image.size().area());
+}
+
 TEST_CASE("a lost frame carries no grid") {
     const SyntheticSequence sequence(960, 540, 40);
     OverlayPainter painter(sequence.projector());

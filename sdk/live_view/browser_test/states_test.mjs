@@ -70,6 +70,8 @@ const look = (page) => page.evaluate(() => {
     sideways: document.documentElement.scrollWidth - document.documentElement.clientWidth,
     text: document.body.innerText,
     isStale: document.querySelector('.stage').classList.contains('stale'),
+    isPictureGray: getComputedStyle(element('picture')).filter.includes('grayscale'),
+    points: element('state-points').hidden ? '' : element('state-points').textContent,
     lastSeen: element('last-seen').hidden ? '' : element('last-seen').textContent,
     isFlashing: document.body.classList.contains('flashing')
   };
@@ -174,13 +176,15 @@ async function lookAt(replay, pages, state) {
 
 async function lookAtStates(page, other, replay, isPlain) {
   const tracking = await lookAt(replay, [page, other], 'tracking');
+  assert.equal(tracking.isPictureGray, false);
+  assert.match(tracking.points, /^$|followed$/);
   await page.waitForFunction(() => Number(document.documentElement.dataset.frame) > 1001);
   assert.match((await look(page)).text, /Measure depth/);
   assert.equal(tracking.isStale, false);
   await page.click('#alarm-flash');
 
   const lost = await lookAt(replay, [page, other], 'lost');
-  assert.match(lost.say, /not followed.*a picture is black/);
+  assert.match(lost.say, /not followed.*a picture is black.*What to do: check light/);
   assert.equal((await look(other)).colour, kRed);
   assert.ok(lost.isFlashing);
   assert.doesNotMatch(lost.text, /No surface yet/);
@@ -198,7 +202,9 @@ async function lookAtStates(page, other, replay, isPlain) {
   await lookAt(replay, [page], 'lost');  // the state goes on while the picture is paused
   await lookAt(replay, [page], 'tracking');
   await page.click('#pause');
-  await lookAt(replay, [page], 'stalled');
+  const stalled = await lookAt(replay, [page], 'stalled');
+  assert.ok(stalled.isPictureGray, 'the picture that is no longer of now is gray');
+  assert.equal(stalled.points, '');
   await lookAt(replay, [page], 'tracking');
   for (const isBehindProxy of [false, true]) {
     replay.isBehindProxy = isBehindProxy;

@@ -1,6 +1,6 @@
 // The left view with the followed points, the targets and the plan; a click follows another point.
-import {observedStatus, statuses} from '../../report/web/colours.js';
-import {byId, number} from '../../report/web/data.js';
+import {matchColour, observedStatus, statuses} from '../../report/web/colours.js';
+import {byId, element, number} from '../../report/web/data.js';
 import {request} from './now.js';
 import {drawPlan} from './plan.js';
 import {labelOf} from './points.js';
@@ -8,8 +8,24 @@ import {drawTargets} from './targets.js';
 
 const kChosenRadius = 6, kGridRadius = 2;
 
+function showGridLegend() {
+  const entries = [...statuses, {name: 'recognised', colour: matchColour}];
+  byId('grid-legend')
+      .replaceChildren(...entries.map(
+          ({name, colour}) => element(
+              'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}),
+              name)));
+  const overlay = byId('overlay');
+  const tell = () => {
+    byId('grid-legend').hidden = !overlay.checked;
+  };
+  overlay.addEventListener('change', tell);
+  tell();
+}
+
 export class Picture {
   constructor() {
+    showGridLegend();
     this.canvas = byId('picture');
     this.context = this.canvas.getContext('2d');
     this.size = [1, 1];

@@ -10,7 +10,7 @@ export const readPoints = ({points}) => points.map(
     ([id, status, isChosen, name, u, v, x, y, z, error]) =>
         ({id, status, isChosen, name, u: u ?? null, v: v ?? null, x, y, z, error}));
 
-export const labelOf = ({id, name}) => name || `${id}`;
+export const labelOf = ({id, name}) => name || `#${id}`;
 
 export class PointList {
   constructor() {
@@ -28,7 +28,7 @@ export class PointList {
   makeRow(id) {
     const name = element(
         'input',
-        {type: 'text', maxlength: '24', placeholder: `${id}`, 'aria-label': `Name of ${id}`});
+        {type: 'text', maxlength: '24', placeholder: `#${id}`, 'aria-label': `Name of ${id}`});
     name.addEventListener('change', () => request('/points', {id, name: name.value}));
     const remove =
         element('button', {type: 'button', 'aria-label': `Remove point ${id}`}, 'Remove');

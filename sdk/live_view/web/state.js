@@ -2,7 +2,8 @@
 // frames or a connection it says that.
 import {byId, element, seconds} from '../../report/web/data.js';
 import {stateColour} from '../../report/web/colours.js';
-import {isFollowed, reasonsInWords, states} from './words.js';
+import {reasonsInWords, remedyOf} from '../../report/web/reasons.js';
+import {isFollowed, states} from './words.js';
 
 const kStalledMs = 3000;  // without a frame
 const kStripMoments = 240;
@@ -16,6 +17,17 @@ export function duration(ms) {
 
 function setText(id, text) {
   if (byId(id).textContent !== text) byId(id).textContent = text;
+}
+
+/** Whether the state is that of a frame of now, and not of a page without frames. */
+const isOfNow = (state) => isFollowed(state) || state === 'lost' || state === 'initialising';
+
+/** " Why: ... What to do: ..." */
+function because(state, reasons) {
+  const why = reasonsInWords(reasons).slice(0, kMaxReasons), remedy = remedyOf(reasons);
+  const isWanting = state === 'lost' || state === 'degraded' || state === 'initialising';
+  return (why.length ? ` Why: ${why.join('; ')}.` : '') +
+      (remedy && isWanting ? ` What to do: ${remedy}.` : '');
 }
 
 export class State {
@@ -61,22 +73,20 @@ export class State {
 
   tell() {
     const waits = this.frameAt !== null && performance.now() - this.frameAt > kStalledMs;
-    const isOfFrame = isFollowed(this.of) || this.of === 'lost' || this.of === 'initialising';
-    const name = waits && isOfFrame && !document.hidden ? 'stalled' : this.of;
+    const name = waits && isOfNow(this.of) && !document.hidden ? 'stalled' : this.of;
     if (name !== this.shown) {
       this.shown = name;
       this.since = name === 'stalled' ? this.frameAt : performance.now();
       byId('state').dataset.state = name;
       document.documentElement.dataset.state = name;
-      document.body.classList.toggle('ended', name === 'ended' || name === 'disconnected');
+      document.body.classList.toggle('not-current', !isOfNow(name));
+      byId('state-points').hidden = !isOfNow(name);
       this.changed(name);
     }
     const {word, say} = states[name] ?? {word: name, say: ''};
-    const why = name === this.of && name !== 'tracking' ?
-        reasonsInWords(this.reasons).slice(0, kMaxReasons) :
-        [];
+    const reasons = name === this.of && name !== 'tracking' ? this.reasons : '';
     setText('state-word', word);
-    setText('state-say', why.length ? `${say} Why: ${why.join('; ')}.` : say);
+    setText('state-say', say + because(name, reasons));
     document.title = `${word} – defrec`;
     if (name !== 'ended' && name !== 'refused')
       setText('state-since', `for ${duration(performance.now() - this.since)}`);

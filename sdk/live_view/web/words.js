@@ -1,4 +1,4 @@
-// Plain words for states, reasons and stages.
+// Plain words for states and stages.
 
 /** word: the largest on the page. */
 export const states = {
@@ -10,7 +10,10 @@ export const states = {
   tracking: {word: 'Tracking', say: 'The tissue is followed.'},
   degraded:
       {word: 'Less sure', say: 'The tissue is followed, but errors may be larger than usual.'},
-  relocalised: {word: 'Found again', say: 'The tissue was lost, and is followed again.'},
+  relocalised: {
+    word: 'Found again',
+    say: 'The tissue was lost, and is followed again. Compare one landmark by eye.'
+  },
   lost: {word: 'Lost', say: 'The tissue is not followed. Do not rely on any position.'},
   stalled: {word: 'No new picture', say: 'The program runs, but no frame comes from the video.'},
   disconnected: {
@@ -24,42 +27,6 @@ export const states = {
 
 /** Whether positions of the frame are those of the tissue now. */
 export const isFollowed = (state) => ['tracking', 'degraded', 'relocalised'].includes(state);
-
-// Plain words for DEFREC_REASON_*; docs/api/errors.md says what each does.
-const reasons = {
-  'dark': 'a picture is black',
-  'saturated': 'a picture is white',
-  'no-texture': 'the pictures show hardly any contrast',
-  'few-matches': 'little of the tissue is recognised',
-  'occluded': 'something lies in front of the tissue',
-  'large-residual': 'the tissue changed its shape beyond what is modelled',
-  'fast-motion': 'fast motion',
-  'out-of-view': 'much of the tissue is out of the picture',
-  'no-depth': 'too little depth is measured',
-  'one-view': 'one of the two pictures is missing',
-  'frozen': 'the picture stands still',
-  'gap': 'frames are missing',
-  'views-swapped': 'left and right look exchanged',
-  'low-contrast': 'smoke, blur or a wet lens',
-  'view-late': 'left and right picture are not of the same time',
-  'calibration': 'the calibration does not fit the camera any more',
-  'template-grew': 'tissue came into view and joined',
-  'template-full': 'no further tissue can join',
-  'coarse': 'not enough time to refine',
-  'unchecked': 'not enough time to check',
-  'overdue': 'too slow for its deadline',
-  'cut': 'the tissue came apart',
-  'piece-lost': 'a part of the tissue is not found',
-  'interlaced': 'the video is interlaced',
-  'contradicted': 'part of the tissue looks different where it should be',
-};
-
-/** The words for a list of names with commas between them. */
-export const reasonsInWords = (names) =>
-    names.split(',')
-        .map((name) => name.trim())
-        .filter(Boolean)
-        .map((name) => reasons[name] ?? name.replaceAll('-', ' '));
 
 const stages = {
   'upload': 'Copy in',

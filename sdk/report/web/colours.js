@@ -27,6 +27,9 @@ export const statuses = [
   {name: 'unknown', colour: '#9ca3af', meaning: 'no claim is made about this place'},
 ];
 
+/** Where a feature of the template was recognised. */
+export const matchColour = '#5aa0ff';
+
 export const observedStatus = 0;
 export const unknownStatus = 2;
 

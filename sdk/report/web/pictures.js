@@ -1,6 +1,7 @@
 // The key frames and their enlarged view.
 import {stateChip} from './summary.js';
 import {byId, element, seconds} from './data.js';
+import {reasonsInWords} from './reasons.js';
 
 const source = (picture) => `data:image/jpeg;base64,${picture.jpeg}`;
 const describe = (picture) =>
@@ -11,7 +12,8 @@ function caption(picture) {
       'figcaption', {}, `frame ${picture.frame} · ${seconds(picture.ms)} `,
       stateChip(picture.state));
   if (picture.changed) result.append(' state changed');
-  if (picture.reasons) result.append(element('span', {class: 'reasons'}, picture.reasons));
+  if (picture.reasons)
+    result.append(element('span', {class: 'reasons'}, reasonsInWords(picture.reasons).join('; ')));
   return result;
 }
 

@@ -1,6 +1,7 @@
 // The head of the page, the list of state changes, how to read it, and the licences.
 import {stateColour, stateMeanings, statuses, unknownStatus} from './colours.js';
 import {byId, element, milliseconds, number, percent, seconds, table} from './data.js';
+import {reasonsInWords} from './reasons.js';
 
 export const stateChip = (state) =>
     element('span', {class: 'chip', style: `--chip: ${stateColour(state)}`}, state || 'no state');
@@ -108,7 +109,9 @@ export function showSummary({meta, summary}) {
 
 export function showChanges({summary}) {
   const rows = summary.changes.map(
-      (c) => [String(c.frame), seconds(c.ms), stateChip(c.state), c.reasons || '–']);
+      (c) =>
+          [String(c.frame), seconds(c.ms), stateChip(c.state),
+           reasonsInWords(c.reasons).join('; ') || '–']);
   byId('changes').append(
       rows.length ? table(['Frame', 'Time', 'State', 'Reasons'], rows) : 'No frames.');
   if (summary.unlisted_changes)
