@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Builds the site with Doxygen, warnings being errors, and checks it: every link leads somewhere,
 no unresolved Markdown is left, every guide can be reached and shows its pictures, every sample
-is named, and that the search in all text finds what people type. Notebooks are shown as the test
+is named, and that what the search is told exists. Notebooks are shown as the test
 samples/notebook has run them.
 
 usage: build_site.py DOXYGEN DOXYFILE GUIDES SITE NOTEBOOKS

@@ -1,31 +1,12 @@
-// Finds words in all text of the site. fullText: [file, anchor, title, heading, text] of sections.
+// The page of the search in all text. fullText: see full_text_rank.js.
 (() => {
-  const kMost = 60, kAround = 90;
+  const kMost = 40, kAround = 90;  // pages; characters before the word
   const query = document.getElementById('full-text-query');
   const found = document.getElementById('full-text-found');
-  const escaped = (text) => text.replace(/[.*+?^${}()|[\]\\]/g, '\\$&');
-
-  /** Words begin so; those in quotation marks stand in a row. */
-  const patternsOf = (text) => [...text.matchAll(/"([^"]+)"|(\S+)/g)].map(
-      ([, phrase, word]) => new RegExp(`(?<![\\p{L}\\p{N}_])${escaped(phrase ?? word)}`, 'giu'));
-
-  const count = (text, pattern) => (text.match(pattern) ?? []).length;
-
-  /** 0 where a word is missing. */
-  function score([, , title, heading, text], patterns) {
-    let sum = 0;
-    for (const pattern of patterns) {
-      const part = 12 * count(heading, pattern) + 6 * count(title, pattern) +
-          Math.min(5, count(text, pattern));
-      if (part === 0) return 0;
-      sum += part;
-    }
-    return sum;
-  }
 
   function snippet(text, patterns) {
-    const at = Math.max(0, text.search(patterns[0]));
-    const from = Math.max(0, at - kAround), part = text.slice(from, at + 2 * kAround);
+    const first = patterns.map((pattern) => text.search(pattern)).find((at) => at >= 0) ?? 0;
+    const from = Math.max(0, first - kAround), part = text.slice(from, first + 2 * kAround);
     const result = document.createElement('p');
     let last = 0;
     const all = new RegExp(patterns.map(({source}) => source).join('|'), 'giu');
@@ -41,29 +22,41 @@
     return result;
   }
 
+  function linkTo([file, anchor, title, heading]) {
+    const link = document.createElement('a');
+    link.href = anchor ? `${file}#${anchor}` : file;
+    link.textContent = heading && heading !== title ? `${title}: ${heading}` : title;
+    return link;
+  }
+
+  function itemOf([best, ...others], patterns) {
+    const item = document.createElement('li');
+    item.append(linkTo(best), snippet(best[4], patterns));
+    if (!others.length) return item;
+    const more = document.createElement('p');
+    more.className = 'more';
+    more.append('also: ');
+    others.forEach((section, i) => more.append(i ? '; ' : '', linkTo(section)));
+    item.append(more);
+    return item;
+  }
+
   function show() {
-    const patterns = patternsOf(query.value.trim());
-    history.replaceState(null, '', query.value ? `#${encodeURIComponent(query.value)}` : '#');
+    const words = query.value.trim(), patterns = fullTextRank.patternsOf(words);
+    history.replaceState(null, '', words ? `#${encodeURIComponent(words)}` : '#');
     if (!patterns.length) return found.replaceChildren();
-    const best = fullText.map((entry) => [score(entry, patterns), entry])
-                     .filter(([points]) => points > 0)
-                     .sort((a, b) => b[0] - a[0]);
-    const items = best.slice(0, kMost).map(([, [file, anchor, title, heading, text]]) => {
-      const link = document.createElement('a');
-      link.href = anchor ? `${file}#${anchor}` : file;
-      link.textContent = heading && heading !== title ? `${title}: ${heading}` : title;
-      const item = document.createElement('li');
-      item.append(link, snippet(text, patterns));
-      return item;
-    });
-    const list = document.createElement('ul');
-    list.append(...items);
+    const pages = fullTextRank.rank(fullText, words);
+    const list = document.createElement('ol');
+    list.append(...pages.slice(0, kMost).map((sections) => itemOf(sections, patterns)));
     const told = document.createElement('p');
-    told.textContent = best.length ? `${best.length} places` : 'Nothing has all these words.';
+    told.textContent = pages.length ? `${pages.length} page${pages.length === 1 ? '' : 's'}` :
+                                      'Nothing has all these words.';
     found.replaceChildren(told, list);
   }
 
   query.addEventListener('input', show);
-  query.value = decodeURIComponent(location.hash.slice(1));
+  // From the field on every page, or of a link to a search.
+  query.value =
+      new URLSearchParams(location.search).get('q') ?? decodeURIComponent(location.hash.slice(1));
   show();
 })();

@@ -1,21 +1,23 @@
 """Full-text search of the site: a page that finds words in all guides and in the reference, without
-a server.
+a server, and a field on every page that leads there.
 
-Doxygen's own search knows names of pages and of the API, not the text.
+Doxygen's own search knows names of pages and of the API, not the text. search_words.toml has the
+words that people type for what pages call otherwise.
 """
 import html
 import html.parser
 import json
 import re
+import tomllib
 
 PAGE = "full_text.html"
 INDEX = "full_text_index.js"
 
-# Words that people type who have not read the guides; each must find something.
-WORDS = """registration Slicer microscope calibration checkerboard OpenIGTLink CUDA Vulkan python
-wheel latency deadline GPU threads lost occlusion smoke covariance "expected error" template
-interlaced RTSP camera distortion baseline disparity ROS navigation mesh tumour endoscope
-"operating room" install"""
+RANK = "full_text_rank.js"
+FIELD = (
+    '<form id="site-search" action="full_text.html" role="search"><input type="search" name="q" '
+    'aria-label="Search" placeholder="Search"/></form>'
+)
 
 
 class Sections(html.parser.HTMLParser):
@@ -62,41 +64,51 @@ class Sections(html.parser.HTMLParser):
             self.sections[-1][2] += data + " "
 
 
-def entries(site):
-    """[file, anchor, title, heading, text] of all sections that hold text."""
+def entries(site, keywords):
+    """[file, anchor, title, heading, text, keywords] of all sections that hold text. Takes what it
+    uses out of keywords."""
     found = []
     for path in sorted(site.glob("*.html")):
         page = Sections(path.read_text())
         title = page.title.split(": ", 1)[-1]
+        is_first = True
         for anchor, heading, text in page.sections:
             text = " ".join(text.split())
-            if text:
-                found.append([path.name, anchor, title, heading, text])
+            if not text:
+                continue
+            place = f"{path.name}#{anchor}" if anchor else path.name
+            words = keywords.pop(place, "")
+            if is_first and anchor:  # a page that begins with a heading
+                words = ", ".join(filter(None, (words, keywords.pop(path.name, ""))))
+            is_first = False
+            found.append([path.name, anchor, title, heading, text, words])
     return found
 
 
-def words(text):
-    """Words of a query; those in quotation marks belong together."""
-    return [phrase or word for phrase, word in re.findall(r'"([^"]+)"|(\S+)', text)]
-
-
-def finds(index, word):
-    """Whether any section holds a word that begins so."""
-    pattern = re.compile(r"(?<!\w)" + re.escape(word), re.IGNORECASE)
-    return any(pattern.search(f"{title} {heading} {text}") for _, _, title, heading, text in index)
+def add_field(site):
+    """The field on every page, in place of Doxygen's."""
+    for path in sorted(site.glob("*.html")):
+        page = path.read_text()
+        path.write_text(page.replace('<div id="projectbrief">', f'{FIELD}<div id="projectbrief">'))
 
 
 def add(site, folder):
-    """Writes the page and its index into the site. folder: of full_text.js."""
-    index = entries(site)
+    """Writes the page and its index into the site. folder: of the scripts and search_words.toml."""
+    keywords = {
+        place: ", ".join(words)
+        for place, words in tomllib.loads((folder / "search_words.toml").read_text()).items()
+    }
+    index = entries(site, keywords)
     (site / INDEX).write_text("const fullText = " + json.dumps(index, ensure_ascii=False) + ";\n")
-    (site / "full_text.js").write_text((folder / "full_text.js").read_text())
+    for name in (RANK, "full_text.js"):
+        (site / name).write_text((folder / name).read_text())
     page = (site / "pages.html").read_text()
     body = (
         '<div class="contents"><p><input id="full-text-query" type="search" autofocus '
         'aria-label="Words to search for" placeholder="Words, or &quot;words in a row&quot;"/></p>'
         '<div id="full-text-found"></div></div><!-- contents -->'
-        f'<script src="{INDEX}"></script><script src="full_text.js"></script>'
+        f'<script src="{INDEX}"></script><script src="{RANK}"></script>'
+        '<script src="full_text.js"></script>'
     )
     page, count = re.subn(
         r'<div class="contents">.*</div><!-- contents -->', lambda _: body, page, flags=re.DOTALL
@@ -107,4 +119,5 @@ def add(site, folder):
         r'<div class="title">[^<]*</div>', '<div class="title">Search in all text</div>', page
     )
     (site / PAGE).write_text(page)
-    return [f"search finds nothing for '{word}'" for word in words(WORDS) if not finds(index, word)]
+    add_field(site)
+    return [f"search_words.toml: {place} is not there" for place in keywords]
