@@ -37,11 +37,12 @@ install(
   PATTERN "*.svg"
   PATTERN site EXCLUDE
   PATTERN man EXCLUDE)
-install(DIRECTORY "${CMAKE_SOURCE_DIR}/samples/" DESTINATION "${CMAKE_INSTALL_DOCDIR}/samples"
-        COMPONENT documentation FILES_MATCHING
-        REGEX "\\.(c|h|cs|py|ipynb|obj|csv)$|/Snakefile$|/slurm_array\\.sh$"
-        REGEX "/samples/(compare_points|test_csharp_png|test_slicer_module|test_notebook)\\.py$"
-              EXCLUDE)
+install(
+  DIRECTORY "${CMAKE_SOURCE_DIR}/samples/" DESTINATION "${CMAKE_INSTALL_DOCDIR}/samples"
+  COMPONENT documentation FILES_MATCHING
+  REGEX "\\.(c|h|cs|py|ipynb|obj|csv|xml)$|/Snakefile$|/slurm_array\\.sh$"
+  REGEX "/samples/(compare_points|test_csharp_png|test_slicer_module|test_notebook|test_plus)\\.py$"
+        EXCLUDE)
 file(RELATIVE_PATH headers "/${CMAKE_INSTALL_DOCDIR}" "/${CMAKE_INSTALL_INCLUDEDIR}")
 install(CODE "
   set(docs \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DOCDIR}\")
