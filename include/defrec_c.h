@@ -2015,8 +2015,9 @@ typedef struct defrec_predictor_frame {
     uint32_t       reserved;          /**< 0 @range 0..0 */
     int64_t        timestamp_ns;      /**< time of the frame, after that of the frame before
                                            @unit ns */
-    const double  *xyz;               /**< xyz each, mm; finite but for unknown points. NULL in a
-                                           frame that is lost or has no template: not given */
+    const double  *xyz;               /**< xyz each, mm; numbers up to 1e6 but for unknown points.
+                                           NULL in a frame that is lost or has no template: not
+                                           given */
     const uint8_t *status;            /**< DEFREC_POINT_* each; NULL likewise */
     const double  *expected_error_mm; /**< expected error of each; finite and not negative but for
                                            unknown points; NULL: 0 */
@@ -2029,8 +2030,8 @@ typedef struct defrec_predictor_frame {
  *  lost, has no template or another epoch, or comes after a gap of more than 3.5 frames and 0.1 s,
  *  is forgotten; so is that of a point before it was unknown, or jumped.
  *  @errors DEFREC_ERROR_ARGUMENT: another count than the predictor's, the time does not grow, an
- *  array is NULL where it may not be, there is no such status, or a number is not finite or a
- *  negative error; the predictor stays as it was.
+ *  array is NULL where it may not be, there is no such status, or a number is not finite, a place
+ *  too far or an error negative; the predictor stays as it was.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_predictor_add_frame(
     defrec_predictor predictor, const defrec_predictor_frame *frame);

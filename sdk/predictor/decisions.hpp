@@ -29,6 +29,9 @@ struct PredictionGrid {
     static constexpr double kMaxGap = 3.5;
     // s | likewise, at least | set by hand
     static constexpr double kMinGap = 0.1;
+    // mm | a coordinate beyond it is refused | set by hand: squares of what is no place would hide
+    //   all others for minutes
+    static constexpr double kFarthest = 1e6;
     // frames | that are kept at most | 300 frames/s; above, nothing is learned
     static constexpr std::size_t kMaxFrames = 300;
 };

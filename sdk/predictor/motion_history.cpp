@@ -38,8 +38,8 @@ MotionFrame& MotionHistory::add(double time_s, std::size_t points) {
     return frame;
 }
 
-void MotionHistory::forget_before(double time_s) {
-    while (size_ != 0 && at(oldest()).time_s < time_s) --size_;
+void MotionHistory::forget_before(std::uint64_t number) {
+    if (number > oldest()) size_ = next_ - number;
 }
 
 std::uint64_t MotionHistory::last_before(double time_s) const {

@@ -38,7 +38,8 @@ class MotionHistory {
     // A frame later than all others, its lags empty. Throws std::bad_alloc, and is as before.
     MotionFrame& add(double time_s, std::size_t points);
     void forget() { size_ = 0; }
-    void forget_before(double time_s);
+    // number: of a frame, or of one that is forgotten already.
+    void forget_before(std::uint64_t number);
 
     // The newest frame at or before a time; that must not be before the oldest.
     std::uint64_t last_before(double time_s) const;

@@ -62,7 +62,8 @@ void MotionLearner::add(const MotionHistory& history, const PointRuns& runs,
         const auto made =
             std::find_if(forecasts.rbegin(), forecasts.rend(),
                          [&](const Forecast& each) { return each.time_s + ahead <= now + same; });
-        if (made == forecasts.rend() || made->frame == due_[i]) continue;
+        if (made == forecasts.rend() || made->frame == due_[i] || made->frame < history.oldest())
+            continue;
         due_[i] = made->frame;
         const Due due{*made, i, history.taps(made->time_s + ahead, same)};
         judge(history, runs, due, seconds);
@@ -96,7 +97,7 @@ void MotionLearner::compare(const MotionHistory& history, const PointRuns& runs,
         const Eigen::Vector3d way = history.position(due.now, column) - frame.xyz.col(column);
         ErrorSums& compared = reach == Reach::kLearned ? whole : all;
         compared.add(Basis::kLast, way.squaredNorm());
-        if (reach == Reach::kPosition) continue;
+        if (reach == Reach::kPosition || frame.lags[1].first < history.oldest()) continue;
         const Eigen::Vector3d step =
             frame.xyz.col(column) - history.position(frame.lags[1], column);
         compared.add(Basis::kVelocity, (way - models_[due.horizon].damped * step).squaredNorm());

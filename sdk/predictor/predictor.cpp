@@ -69,10 +69,13 @@ void Predictor::check(const FollowedPoints& frame) const {
             fail(DEFREC_ERROR_ARGUMENT, "frame.status of point ", point, " is ", status,
                  "; expected DEFREC_POINT_*");
         if (status == DEFREC_POINT_UNKNOWN) continue;
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            if (!std::isfinite(frame.xyz[3 * point + axis]))
-                fail(DEFREC_ERROR_ARGUMENT, "frame.xyz of point ", point,
-                     " is not finite, and its status not DEFREC_POINT_UNKNOWN");
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double value = frame.xyz[3 * point + axis];
+            if (!(std::abs(value) <= PredictionGrid::kFarthest))
+                fail(DEFREC_ERROR_ARGUMENT, "frame.xyz of point ", point, " has ", value,
+                     ", and its status is not DEFREC_POINT_UNKNOWN; expected at most ",
+                     PredictionGrid::kFarthest, " mm");
+        }
         if (frame.expected_error_mm == nullptr) continue;
         const double error = frame.expected_error_mm[point];
         if (!(error >= 0 && std::isfinite(error)))
@@ -152,9 +155,6 @@ void Predictor::find_lags() {
         frame.lags.push_back(taps);
         frame.lags_from = std::min(frame.lags_from, taps.first);
     }
-    const std::size_t horizons = learner_->models().size();
-    const double kept = static_cast<double>(PredictionGrid::kLags + horizons + 3);
-    history_.forget_before(frame.time_s - kept * step);
 }
 
 void Predictor::forecast() {
@@ -168,6 +168,7 @@ void Predictor::forecast() {
     }
     make_forecast(history_, runs_, learner_->models(), learner_->points(), next);
     forecasts_.push_back(std::move(next));
+    history_.forget_before(history_.at(forecasts_.front().frame).lags_from);
 }
 
 double Predictor::expected_error(std::size_t point, double steps) const {

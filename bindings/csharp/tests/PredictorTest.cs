@@ -102,7 +102,7 @@ namespace Defrec.Tests
             bad[4] = double.NaN;
             error = Assert.Throws<DefrecException>(
                 () => predictor.AddFrame(now + 1, FrameState.Tracking, 1, bad, new PointStatus[2]));
-            Assert.That(error.Message, Is.StringContaining("point 1 is not finite"));
+            Assert.That(error.Message, Is.StringContaining("frame.xyz of point 1 has"));
             predictor.Dispose();
             Assert.Throws<ObjectDisposedException>(() => predictor.Predict(now, xyz));
         }

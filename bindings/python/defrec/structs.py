@@ -1530,8 +1530,8 @@ class PredictorFrame(Struct):
     timestamp_ns: I64
     """Time of the frame, after that of the frame before, ns."""
     xyz: Address
-    """xyz each, mm; finite but for unknown points. None in a frame that is lost or has no template:
-    not given."""
+    """xyz each, mm; numbers up to 1e6 but for unknown points. None in a frame that is lost or has
+    no template: not given."""
     status: Address
     """PointStatus each; None likewise."""
     expected_error_mm: Address

@@ -107,7 +107,7 @@ class PredictorTest(unittest.TestCase):
             (Error, "point 0 is -1", lambda: predictor.add_frame(after, good, [0, 0], [-1, 0])),
             (
                 Error,
-                "point 1 is not finite",
+                "frame.xyz of point 1 has",
                 lambda: predictor.add_frame(after, [(0, 0, 80), (0, math.nan, 80)], [0, 0]),
             ),
         ):
