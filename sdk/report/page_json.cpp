@@ -40,6 +40,15 @@ json targets_json(const SurfaceHistory& history) {
     return {{"count", history.target_count()}, {"labels", labels}};
 }
 
+json to_json(const LightPlan& plan) {
+    if (plan.is_empty()) return nullptr;
+    json parts = json::array();
+    for (const PlanModel::Part& part : plan.parts())
+        parts.push_back(
+            {{"name", part.name}, {"first", part.first_triangle}, {"count", part.triangle_count}});
+    return {{"triangles", base64(plan.triangles())}, {"parts", parts}};
+}
+
 json to_json(const SurfaceMoment& moment) {
     json result{{"frame", moment.frame},
                 {"ms", moment.timestamp_ms},
@@ -53,6 +62,11 @@ json to_json(const SurfaceMoment& moment) {
     if (!moment.error.empty()) result["error"] = base64(moment.error);
     if (!moment.ellipsoids.status.empty()) result["ellipsoids"] = to_json(moment.ellipsoids);
     if (!moment.targets.status.empty()) result["targets"] = to_json(moment.targets);
+    if (!moment.plan.xyz.empty()) {
+        result["plan"] = to_json(moment.plan);
+        result["plan_error"] = base64(moment.plan_error);
+    }
+    if (!moment.plan_targets.status.empty()) result["plan_targets"] = to_json(moment.plan_targets);
     return result;
 }
 
@@ -158,6 +172,7 @@ json to_json(const SurfaceHistory& history, const std::vector<std::uint8_t>& tex
             {"error_step_mm", kErrorStepMm},
             {"shape_step_mm", kShapeStepMm},
             {"targets", targets_json(history)},
+            {"plan", to_json(history.plan())},
             {"stride", history.moments().stride()},
             {"moments", moments}};
 }

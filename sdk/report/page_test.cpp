@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <string>
 
@@ -48,6 +49,30 @@ TEST_CASE("the page shows itself without an error") {
             CHECK(dom.find("data-ellipsoids=") != std::string::npos);
             CHECK(dom.find("<p id=\"no-surface\" class=\"banner\" hidden=\"\">") !=
                   std::string::npos);
+        }
+    }
+    SUBCASE("a plan") {
+        const SyntheticSequence sequence(480, 270, 6);
+        const auto model = std::make_shared<PlanModel>();
+        model->triangles = {0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0};
+        model->parts = {{"tumour", 0, 4}};
+        ReportWriter report(page, {}, sequence.projector());
+        report.set_template(sequence.reference(), sequence.image(0));
+        for (int i = 0; i < 6; ++i) {
+            FrameRecord record = sequence.record(i);
+            record.targets.clear();
+            record.plan.model = model;
+            record.plan.vertices = {0, 0, 85, 8, 0, 85, 0, 8, 85, 2, 2, 95};
+            record.plan.status.assign(4, VertexStatus::extrapolated);
+            record.plan.expected_error_mm.assign(4, 0.5f);
+            report.add(sequence.image(i), record);
+        }
+        report.finish();
+        const std::string dom = browse(page, folder);
+        if (!is_plain(read_page(page))) {
+            CHECK(dom.find("data-plan=\"4\"") != std::string::npos);
+            CHECK(dom.find("background: #ec5cf6\"></span>tumour</span>") != std::string::npos);
+            CHECK(dom.find("id=\"plan-control\"><") != std::string::npos);
         }
     }
     SUBCASE("no frame at all") {

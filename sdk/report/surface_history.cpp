@@ -51,6 +51,15 @@ std::vector<TargetLabel> labels_of(const std::vector<TargetEstimate>& targets) {
     return labels;
 }
 
+void add_plan(const LightPlan& light, const PlanEstimate& plan, SurfaceMoment& moment) {
+    const std::vector<float> xyz = light.positions(plan);
+    if (xyz.empty()) return;
+    moment.plan = quantise(xyz);
+    for (const float error : light.expected_error_mm(plan))
+        moment.plan_error.push_back(quantise_error(error));
+    moment.plan_targets = ellipsoids(plan.targets, SurfaceHistory::kTargets);
+}
+
 }  // namespace
 
 QuantisedPoints quantise(const std::vector<float>& xyz) {
@@ -123,6 +132,9 @@ void SurfaceHistory::add(const FrameRecord& frame) {
             target_labels_ = labels_of(frame.targets);
             target_count_ = frame.targets.size();
         }
+        if (plan_.is_empty() && frame.plan.model && !frame.plan.vertices.empty())
+            plan_ = LightPlan(frame.plan);
+        if (!plan_.is_empty()) add_plan(plan_, frame.plan, moment);
     }
     moments_.keep(std::move(moment));
 }

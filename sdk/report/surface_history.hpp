@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sdk/report/light_plan.hpp"
 #include "sdk/report/record.hpp"
 #include "sdk/report/surface_lattice.hpp"
 #include "sdk/report/thinning.hpp"
@@ -36,11 +37,14 @@ struct SurfaceMoment {
     double mean_residual_mm = std::numeric_limits<double>::quiet_NaN();
     std::string state, reasons;
     std::array<double, 12> rigid{};
-    QuantisedPoints points;            ///< empty: no surface in this frame
-    std::vector<std::uint8_t> status;  ///< VertexStatus
-    std::vector<std::uint8_t> error;   ///< steps of kErrorStepMm; empty: not known
-    Ellipsoids ellipsoids;             ///< of points
-    Ellipsoids targets;                ///< of targets
+    QuantisedPoints points;                ///< empty: no surface in this frame
+    std::vector<std::uint8_t> status;      ///< VertexStatus
+    std::vector<std::uint8_t> error;       ///< steps of kErrorStepMm; empty: not known
+    Ellipsoids ellipsoids;                 ///< of points
+    Ellipsoids targets;                    ///< of targets
+    QuantisedPoints plan;                  ///< of the light plan's vertices; empty: none, or lost
+    std::vector<std::uint8_t> plan_error;  ///< as error
+    Ellipsoids plan_targets;
 };
 
 struct TargetLabel {
@@ -68,6 +72,8 @@ class SurfaceHistory {
     /// Targets in the moments, in their order; and how many targets there are.
     const std::vector<TargetLabel>& target_labels() const { return target_labels_; }
     std::size_t target_count() const { return target_count_; }
+    /// Empty where there is no plan.
+    const LightPlan& plan() const { return plan_; }
 
   private:
     std::size_t vertices_ = 0;
@@ -78,6 +84,7 @@ class SurfaceHistory {
     EvenlyThinned<SurfaceMoment> moments_{kMoments};
     std::vector<TargetLabel> target_labels_;
     std::size_t target_count_ = 0;
+    LightPlan plan_;
 };
 
 }  // namespace defrec::cli

@@ -1,12 +1,11 @@
 // A plan: the outlines of its parts and its targets on the left view, and in a list.
+import {partColour} from '../../report/web/colours.js';
 import {byId, element, number, table} from '../../report/web/data.js';
 import {statusCell} from '../../report/web/summary.js';
 import {readTargets} from './targets.js';
 
-// The overlay (plan_painter.cpp) uses the same ones, part after part.
-const kPartColours = ['#ec5cf6', '#5ae6a0', '#5ab4fa', '#fb8040', '#ff78b4', '#f0dc50'];
 const kUnknownColour = '#9ca3af';
-const kTop = 0.13;  // of the picture's height, beneath the overlay's lines of text
+const kTop = 0.04;                    // of the picture's height: a name stands no higher
 const kSilhouette = 0, kUnknown = 1;  // and 2: where the image ends
 
 /** null without a plan. Outlines: closed lines of [u, v, radius, kind]. */
@@ -14,7 +13,7 @@ export function readPlan({plan}) {
   if (!plan) return null;
   const parts = plan.parts.map(
       ([name, status, error, outlines], i) =>
-          ({name, status, error, outlines, colour: kPartColours[i % kPartColours.length]}));
+          ({name, status, error, outlines, colour: partColour(i)}));
   return {parts, targets: readTargets(plan)};
 }
 

@@ -27,6 +27,10 @@ export const statuses = [
   {name: 'unknown', colour: '#9ca3af', meaning: 'no claim is made about this place'},
 ];
 
+/** Colours of a plan's parts, one after the other; plan_painter.cpp draws with the same. */
+const kPartColours = ['#ec5cf6', '#5ae6a0', '#5ab4fa', '#fb8040', '#ff78b4', '#f0dc50'];
+export const partColour = (part) => kPartColours[part % kPartColours.length];
+
 /** Where a feature of the template was recognised. */
 export const matchColour = '#5aa0ff';
 

@@ -61,15 +61,19 @@ export function readData() {
     const surface = data.surface;
     surface.triangles = new Uint32Array(bytes(surface.triangles).buffer);
     surface.texture_uv = floats(surface.texture_uv);
+    if (surface.plan)
+      surface.plan.triangles = new Uint32Array(bytes(surface.plan.triangles).buffer);
     for (const moment of surface.moments) {
       if (moment.status) moment.status = bytes(moment.status);
       if (moment.error) moment.error = bytes(moment.error);
-      for (const list of [moment.ellipsoids, moment.targets]) {
+      if (moment.plan_error) moment.plan_error = bytes(moment.plan_error);
+      for (const list of [moment.ellipsoids, moment.targets, moment.plan_targets]) {
         if (!list) continue;
         list.shapes = new Int16Array(bytes(list.shapes).buffer);
         list.status = bytes(list.status);
       }
-      moment.targets = decodeEllipsoids(moment.targets, surface.shape_step_mm);
+      moment.targets = [moment.targets, moment.plan_targets].flatMap(
+          (list) => decodeEllipsoids(list, surface.shape_step_mm));
     }
   }
   return data;

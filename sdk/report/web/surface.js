@@ -1,6 +1,6 @@
 // The surface in 3D: turned with the mouse, stepped through time with the slider.
 import * as THREE from 'three';
-import {rampGradient, statuses, unknownStatus} from './colours.js';
+import {partColour, rampGradient, statuses, unknownStatus} from './colours.js';
 import {
   byId,
   decodeEllipsoids,
@@ -21,6 +21,7 @@ import {
   valueColour
 } from './stage.js';
 import {stateChip} from './summary.js';
+import {PlanMesh} from './plan_mesh.js';
 
 const kFrameMs = 90;
 
@@ -56,8 +57,9 @@ function decode(surface) {
       deformation[v] = Math.hypot(
           still[3 * v] - rest[3 * v], still[3 * v + 1] - rest[3 * v + 1],
           still[3 * v + 2] - rest[3 * v + 2]);
-    const error = moment.error &&
-        Float32Array.from(moment.error, (e) => (e === 255 ? NaN : e * surface.error_step_mm));
+    const inMm = (steps) =>
+        steps && Float32Array.from(steps, (e) => (e === 255 ? NaN : e * surface.error_step_mm));
+    const error = inMm(moment.error);
     const ellipsoids = decodeEllipsoids(moment.ellipsoids, surface.shape_step_mm).filter(isPlaced);
     return {
       ...moment,
@@ -66,6 +68,7 @@ function decode(surface) {
       deformation,
       error,
       ellipsoids,
+      plan: moment.plan && {xyz: positions(moment.plan), error: inMm(moment.plan_error)},
       targets: moment.targets.filter(isPlaced)
     };
   });
@@ -77,7 +80,7 @@ function colourings(surface, moments) {
   if (surface.texture) list.push({key: 'texture', name: 'tissue (template image)'});
   list.push({key: 'status', name: 'status'});
   if (moments.some((m) => m.error)) {
-    const values = moments.flatMap((m) => (m.error ? [largest(m.error)] : []));
+    const values = moments.flatMap((m) => [m.error, m.plan?.error].filter(Boolean).map(largest));
     list.push({key: 'error', name: 'expected error', top: roundUp(largest(values))});
   }
   list.push({
@@ -96,17 +99,20 @@ function vertexColour(coloring, moment, vertex) {
   return valueColour(value / coloring.top);
 }
 
-function showLegend(coloring, enlarged, withTargets) {
+const swatch = (colour, name) =>
+    element('span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}), name);
+
+function showLegend(coloring, enlarged, withTargets, parts) {
   const legend = byId('legend');
   legend.replaceChildren();
   if (enlarged)
     legend.append(element(
         'span', {}, `ellipsoids: one standard deviation${enlarged > 1 ? `, ${enlarged} ×` : ''}`));
   if (withTargets) legend.append(element('span', {}, 'targets: one standard deviation, true size'));
+  if (coloring.key !== 'error')
+    parts.forEach(({name}, i) => legend.append(swatch(partColour(i), name)));
   if (coloring.key === 'status')
-    for (const {name, colour} of statuses)
-      legend.append(element(
-          'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}), name));
+    for (const {name, colour} of statuses) legend.append(swatch(colour, name));
   else if (coloring.key !== 'texture')
     legend.append(
         element('span', {}, '0'),
@@ -150,9 +156,12 @@ class Scene extends Stage {
     this.ellipsoids = movable(sphere, moments.map((m) => m.ellipsoids), 0.75);
     this.targets = movable(sphere, targets, 0.35);
     this.marks = movable(new THREE.OctahedronGeometry(0.5), targets, 1);
+    this.plan = surface.plan && new PlanMesh(surface.plan);
     this.group.add(this.mesh, this.wires, this.ellipsoids, this.marks, this.targets);
+    if (this.plan) this.group.add(this.plan.mesh);
     this.enclose(
         rest, ...moments.flatMap((m) => (m.xyz ? [m.xyz] : [])),
+        ...moments.flatMap((m) => (m.plan ? [m.plan.xyz] : [])),
         ...targets.flat().map(({centre}) => centre));
     this.fill();
     this.look(0.4, 0.45);
@@ -198,6 +207,13 @@ class Scene extends Stage {
     this.render();
   }
 
+  showPlan(moment, shown, coloring, holdStill) {
+    if (!this.plan) return;
+    const triangles = this.plan.show(shown && moment.xyz ? moment : null, coloring, holdStill);
+    this.canvas.dataset.plan = triangles;
+    this.render();
+  }
+
   showTargets(moment, shown, holdStill) {
     const list = shown && moment.xyz ? moment.targets : [];
     placeIn(this.targets, list, ({shape}) => shape, moment, holdStill);
@@ -221,7 +237,7 @@ function noSurface(reason) {
   byId('no-surface').textContent = reason;
   byId('surface').classList.add('empty');
   for (const id
-           of ['play', 'moment', 'colour-by', 'mesh-lines', 'hold-still', 'ellipsoids',
+           of ['play', 'moment', 'colour-by', 'mesh-lines', 'hold-still', 'ellipsoids', 'show-plan',
                'show-targets', 'see-through', 'front-view'])
     byId(id).disabled = true;
   return {select() {}};
@@ -261,12 +277,14 @@ export async function showSurface({surface}, onMoment) {
     scene.wires.visible = byId('mesh-lines').checked;
     const holdStill = byId('hold-still').checked;
     const enlarged = Number(byId('ellipsoids').value);
-    const withTargets = Boolean(surface.targets) && byId('show-targets').checked;
-    seeThrough(scene.material, withTargets && byId('see-through').checked);
+    const withTargets = Boolean(surface.targets || surface.plan) && byId('show-targets').checked;
+    const withPlan = Boolean(surface.plan) && byId('show-plan').checked;
+    seeThrough(scene.material, (withTargets || withPlan) && byId('see-through').checked);
     scene.show(moment, surface.triangles, coloring, holdStill);
     scene.showEllipsoids(moment, enlarged, holdStill);
     scene.showTargets(moment, withTargets, holdStill);
-    showLegend(coloring, enlarged, withTargets);
+    scene.showPlan(moment, withPlan, coloring, holdStill);
+    showLegend(coloring, enlarged, withTargets, withPlan ? surface.plan.parts : []);
     readout(moment);
     onMoment(moment.frame);
   };
@@ -291,9 +309,10 @@ export async function showSurface({surface}, onMoment) {
     stop();
     update();
   });
-  byId('target-controls').hidden = !surface.targets;
+  byId('target-controls').hidden = !surface.targets && !surface.plan;
+  byId('plan-control').hidden = !surface.plan;
   for (const id
-           of ['colour-by', 'mesh-lines', 'hold-still', 'ellipsoids', 'show-targets',
+           of ['colour-by', 'mesh-lines', 'hold-still', 'ellipsoids', 'show-plan', 'show-targets',
                'see-through'])
     byId(id).addEventListener('change', update);
   byId('front-view').addEventListener('click', () => scene.look(0, 0));
