@@ -242,8 +242,11 @@ UnseenMotion::UnseenMotion(const Template& surface, const UnseenMotion& before)
 void UnseenMotion::find_moves(const TemplateData& data, SurfaceSamples samples,
                               const VertexConfidence& confidence, ArrayPart part) {
     for (size_t i = part.begin(samples.size()); i < part.end(samples.size()); ++i) {
+        // What departed, or is far from all that is seen, stays where lm has it.
+        const bool is_seen =
+            confidence.evidence[i] != 0 || confidence.status[i] == DEFREC_POINT_UNKNOWN;
         const uint8_t moves = samples[i].observation == DEFREC_OUTSIDE ? kOutside
-                              : confidence.evidence[i] != 0            ? kSeen
+                              : is_seen                                ? kSeen
                                                                        : kHidden;
         for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k)
             if (data.vertices[i].weight[k] > 0)
@@ -261,9 +264,13 @@ bool UnseenMotion::add_frame(const Template& surface, SurfaceSamples samples,
     for_each_task(helpers, parts, [&](size_t part) {
         find_moves(data, samples, results.confidence, {part, parts});
     });
+    hidden_.assign(pieces_.size(), 0);
     is_apart_.assign(pieces_.size(), 0);
-    for (size_t node = 0; node < moves_.size(); ++node)
-        if (is_outside(node) || is_hidden(node)) is_apart_[data.piece_of_node(node)] = 1;
+    for (size_t node = 0; node < moves_.size(); ++node) {
+        const uint8_t piece = data.piece_of_node(node);
+        if (is_hidden(node)) ++hidden_[piece];
+        if (is_outside(node) || hidden_[piece] >= Decision::kMinHidden) is_apart_[piece] = 1;
+    }
     if (!ask_pieces(samples, pieces, results.confidence)) return false;
     find_detail(data, results.motions, results.confidence);
     for_phases<2>(helpers, {parts, parts}, [&](size_t phase, size_t part) {

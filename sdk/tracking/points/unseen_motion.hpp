@@ -125,7 +125,8 @@ class UnseenMotion {
 
     std::vector<UnseenPiece> pieces_;
     std::vector<uint32_t> vertex_of_;  // per control point: which it moves most
-    std::vector<uint8_t> is_apart_;    // per piece: some control points move nothing that is seen
+    std::vector<uint32_t> hidden_;     // per piece: how many control points are
+    std::vector<uint8_t> is_apart_;    // per piece: enough control points move nothing that is seen
     std::vector<uint8_t> moves_;       // per control point
     std::vector<HoleFill::Kind> kinds_;
     HoleFill detail_;  // by which lm moves control points round a hole otherwise than the modes do
