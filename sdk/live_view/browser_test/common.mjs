@@ -13,7 +13,7 @@ const [defrec, packages, scratchFolder, screenshotPath] =
 export const scratch = scratchFolder, screenshot = screenshotPath;
 
 // On a busy machine; pictures of a page take longer than looking at it.
-export const kPatienceMs = screenshot ? 900000 : 150000;
+export const kPatienceMs = screenshot ? 900000 : 600000;
 
 // Exit code 77: skipped.
 function skip(reason) {
