@@ -1977,7 +1977,7 @@ DEFREC_API defrec_status DEFREC_CALL defrec_hand_eye_camera_pose(
 
 /** How far after the last frame a predictor says where points are. */
 enum { DEFREC_MAX_PREDICTION_MS = 100 /**< milliseconds */ };
-/** What a point's prediction rests on. */
+/** Basis of a point's prediction. */
 enum {
     DEFREC_PREDICTED_LAST     = 0, /**< its position in the last frame: it was not followed long
                                         enough, jumped, or nothing predicted better lately */
@@ -1987,7 +1987,7 @@ enum {
                                         points: beat and breath */
 };
 
-/** What a predictor is made for. */
+/** Description of a predictor. */
 typedef struct defrec_predictor_desc {
     uint32_t struct_size; /**< see DEFREC_INIT */
     uint32_t flags;       /**< 0 @range 0..0 */
@@ -2004,7 +2004,7 @@ DEFREC_API defrec_status DEFREC_CALL defrec_predictor_create(
  *  @threads any @since 1.0 */
 DEFREC_API void DEFREC_CALL defrec_predictor_destroy(defrec_predictor predictor);
 
-/** Where the points were in a frame: what defrec_job_warp_points(), defrec_job_move_targets() or
+/** Places of the points in a frame: what defrec_job_warp_points(), defrec_job_move_targets() or
  *  defrec_job_move_plan() gave, or the same in another frame of reference that does not move. */
 typedef struct defrec_predictor_frame {
     uint32_t       struct_size;       /**< see DEFREC_INIT */
@@ -2036,7 +2036,7 @@ typedef struct defrec_predictor_frame {
 DEFREC_API defrec_status DEFREC_CALL defrec_predictor_add_frame(
     defrec_predictor predictor, const defrec_predictor_frame *frame);
 
-/** Where the points of the predictor are at the time timestamp_ns, that of the last frame to
+/** Places of the points of the predictor at the time timestamp_ns, that of the last frame to
  *  DEFREC_MAX_PREDICTION_MS after it, of the same clock. count is that of the predictor. Per point:
  *  xyz, mm; status (DEFREC_POINT_*), that of the last frame; expected_error_mm, the root mean
  *  square of the error to be expected, that of the last frame and never less later; basis

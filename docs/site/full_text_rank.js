@@ -30,7 +30,7 @@ const fullTextRank = (() => {
       if (part === 0) return 0;
       sum += part;
     }
-    // What was meant by just these words.
+    // Pages that were meant by just these words.
     if (keywords.split(',').some((keyword) => plain(keyword) === query)) sum += 100;
     if (plain(heading) === query) sum += 12;
     if (!anchor && plain(title) === query) sum += 20;

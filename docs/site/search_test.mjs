@@ -1,4 +1,4 @@
-// What people type finds, first or second, the page that answers it. node search_test.mjs SITE
+// Words that people type find, first or second, the page that answers. node search_test.mjs SITE
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {join} from 'node:path';

@@ -37,11 +37,6 @@ TwistMatrix read_pose_covariance(const double* values) {
     return given;
 }
 
-void write_symmetric(const Eigen::Matrix3d& matrix, double* values) {
-    for (int row = 0; row < 3; ++row)
-        for (int column = row; column < 3; ++column) *values++ = matrix(row, column);
-}
-
 }  // namespace
 
 extern "C" {
@@ -70,7 +65,7 @@ defrec_status defrec_job_to_fixed_frame(defrec_job job, const double* pose_covar
             if (camera_covariance != nullptr)
                 error +=
                     rotation * symmetric_matrix(camera_covariance + 6 * i) * rotation.transpose();
-            write_symmetric(error, covariance + 6 * i);
+            std::ranges::copy(symmetric_values(error), covariance + 6 * i);
         }
     });
 }

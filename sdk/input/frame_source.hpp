@@ -42,6 +42,9 @@ struct FrameRange {
 FrameRange parse_frame_range(const std::string& text);
 
 struct SourceOptions {
+    // Whether they name both views, in one of the two ways.
+    bool has_views() const { return stereo.empty() == (!left.empty() && !right.empty()); }
+
     std::string left, right;              // both, or
     std::string stereo;                   // this with
     std::string recording;                // file that names the three, of `defrec record`; or empty

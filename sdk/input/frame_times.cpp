@@ -4,14 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
+#include "sdk/base/util/median.hpp"
 #include "sdk/io/csv.hpp"
 #include "sdk/io/exit_code.hpp"
 
 namespace defrec::cli {
 
 std::vector<double> read_frame_times(const std::filesystem::path& path) {
-    // Where nanoseconds in 64 bits, and ms in a double, still hold each.
+    // Nanoseconds in 64 bits, and ms in a double, still hold each.
     constexpr double kLargest = 1e12;
     std::vector<double> times;
     CsvReader csv(path, {"frame", "timestamp_ms"});
@@ -36,9 +38,7 @@ double rate_of(const std::vector<double>& times_ms) {
     std::vector<double> steps(times_ms.size() - 1);
     std::transform(times_ms.begin() + 1, times_ms.end(), times_ms.begin(), steps.begin(),
                    [](double later, double earlier) { return later - earlier; });
-    const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-    std::nth_element(steps.begin(), middle, steps.end());
-    return kMillisecondsInSecond / *middle;
+    return kMillisecondsInSecond / median(std::move(steps));
 }
 
 }  // namespace defrec::cli

@@ -134,8 +134,7 @@ std::string PlanData::fault() const {
 void add_registration_error(const Eigen::Matrix3d& rotation, const Eigen::Matrix3d& registration,
                             double* covariance) {
     const Eigen::Matrix3d turned = rotation * registration * rotation.transpose();
-    const std::array<double, 6> values{turned(0, 0), turned(0, 1), turned(0, 2),
-                                       turned(1, 1), turned(1, 2), turned(2, 2)};
+    const std::array<double, 6> values = symmetric_values(turned);
     for (size_t k = 0; k < values.size(); ++k) covariance[k] += values[k];
 }
 

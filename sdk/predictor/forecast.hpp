@@ -1,4 +1,4 @@
-// What a frame predicts at each step after it.
+// A frame's predictions at each step after it.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -26,7 +26,7 @@ struct Forecast {
     Basis basis(std::size_t horizon, std::size_t point) const;
 };
 
-// What predictions are made with, of one horizon.
+// The means by which one horizon is predicted.
 struct HorizonModel {
     LagModel learned;
     double damped;  // steps that a damped velocity goes

@@ -5,16 +5,14 @@
 #include <cmath>
 
 #include "include/defrec_c.h"
+#include "sdk/base/util/median.hpp"
 #include "sdk/predictor/decisions.hpp"
 
 namespace defrec {
 
 using decisions::PredictionGrid;
 
-FrameInterval::FrameInterval() {
-    intervals_.reserve(PredictionGrid::kIntervals);
-    sorted_.reserve(PredictionGrid::kIntervals);
-}
+FrameInterval::FrameInterval() { intervals_.reserve(PredictionGrid::kIntervals); }
 
 bool FrameInterval::add(double interval_s) {
     if (intervals_.size() < PredictionGrid::kIntervals) {
@@ -23,10 +21,7 @@ bool FrameInterval::add(double interval_s) {
         intervals_[next_] = interval_s;
         next_ = (next_ + 1) % intervals_.size();
     }
-    sorted_ = intervals_;
-    const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-    std::nth_element(sorted_.begin(), middle, sorted_.end());
-    median_ = *middle;
+    median_ = median(intervals_);
     const double now = frames_per_step_ * median_;
     const bool is_like = is_known() && std::abs(now / step_s_ - 1) <= PredictionGrid::kRateChange;
     unlike_ = is_like ? 0 : unlike_ + 1;

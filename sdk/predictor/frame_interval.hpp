@@ -19,7 +19,7 @@ class FrameInterval {
     int horizons() const;
 
   private:
-    std::vector<double> intervals_, sorted_;
+    std::vector<double> intervals_;
     std::size_t next_ = 0;
     std::size_t unlike_ = 0;  // intervals in a row that ask for another step
     double median_ = 0, step_s_ = 0;

@@ -11,7 +11,7 @@ class LagModel {
   public:
     LagModel(int horizon, double step_s);
 
-    // What a damped velocity goes in so many steps, times its last step.
+    // The way of a damped velocity in so many steps, times its last step.
     static double damped(int horizon, double step_s);
 
     void forget(double seconds);

@@ -1,4 +1,4 @@
-// What coefficients are learned, and forgotten.
+// Coefficients are learned, and forgotten.
 #include "sdk/predictor/lag_model.hpp"
 
 #include <doctest/doctest.h>

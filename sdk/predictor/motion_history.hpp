@@ -1,4 +1,4 @@
-// Where points were in the last frames, and between them.
+// Places of points in the last frames, and between them.
 #pragma once
 #include <Eigen/Core>
 #include <array>

@@ -8,7 +8,7 @@
 
 namespace defrec {
 
-// What a frame gave of each point, as defrec_predictor_frame has it.
+// A frame's answer for each point, as defrec_predictor_frame has it.
 struct FollowedPoints {
     int64_t time_ns = 0;
     bool is_followed = false;  // false: lost, or no template; then all arrays may be null
@@ -18,7 +18,7 @@ struct FollowedPoints {
     const double* expected_error_mm = nullptr;  // null: 0
 };
 
-// What may be predicted of a point: each includes those before it.
+// The predictions that a point allows: each includes those before it.
 enum class Reach : unsigned char { kUnknown, kPosition, kVelocity, kLearned };
 
 class PointRuns {

@@ -1,4 +1,4 @@
-// Where points are at the time of display, from where they were in the frames until then.
+// Places of points at the time of display, from where they were in the frames until then.
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
@@ -32,7 +32,7 @@ class Predictor {
     void predict(int64_t time_ns, const PredictedPoints& out) const;
 
   private:
-    // What the last frame gave.
+    // The last frame as it was given.
     struct LastFrame {
         int64_t time_ns = 0;
         uint32_t epoch = 0;

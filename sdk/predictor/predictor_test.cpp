@@ -88,7 +88,7 @@ class Film {
         return static_cast<std::size_t>(
             std::count(basis.begin(), basis.end(), static_cast<uint8_t>(wanted)));
     }
-    // What is predicted `ahead` s after the last frame, at `time`.
+    // The prediction `ahead` s after the last frame, at `time`.
     void judge(double time, double ahead, Errors& errors) {
         predict(time + ahead);
         for (std::size_t point = 0; point < status.size(); ++point) {

@@ -126,7 +126,7 @@ void FrameWriter::write_in_order(std::unique_lock<std::mutex>& lock) {
         lock.lock();
         if (next.failure) {
             failure_ = next.failure;
-            // What comes after a pair that is missing is of no use.
+            // Pairs after one that is missing are of no use.
             waiting_.clear();
             encoded_.clear();
             break;

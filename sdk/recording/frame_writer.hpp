@@ -23,7 +23,7 @@ struct RecordedPair {
     double timestamp_ms = 0;
 };
 
-// What a file holds.
+// The content of a file.
 using Bytes = std::vector<unsigned char>;
 
 struct EncodedPair {

@@ -38,9 +38,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 void expect_source(const SourceOptions& source) {
-    const bool is_one = !source.stereo.empty();
-    const bool is_two = !source.left.empty() && !source.right.empty();
-    if (is_one == is_two)
+    if (!source.has_views())
         throw CliError(ExitCode::kUsage,
                        "give the images as --left P --right P, or as --stereo P --layout L.");
 }
@@ -55,10 +53,9 @@ fs::path expect_empty(const fs::path& folder) {
     return folder;
 }
 
-Bytes encode(const cv::Mat& image, bool is_compressed) {
-    const char* extension = is_compressed ? ".png" : image.channels() == 1 ? ".pgm" : ".ppm";
+// PNG as fast as OpenCV can.
+Bytes encode(const cv::Mat& image, const std::string& extension) {
     Bytes bytes;
-    // PNG as fast as OpenCV can.
     if (!cv::imencode(extension, image, bytes))
         throw CliError(ExitCode::kInternal,
                        "an image of " + size_text(image.cols, image.rows) + " cannot be encoded.");
@@ -146,9 +143,7 @@ class Recording {
           folder_(options.out, extension()),
           writer_(
               limits(),
-              [is_compressed = options.is_compressed](const cv::Mat& image) {
-                  return encode(image, is_compressed);
-              },
+              [extension = extension()](const cv::Mat& image) { return encode(image, extension); },
               [this](const EncodedPair& pair) { folder_.write(pair); }) {
         source_.set_notice_handler([this](const std::string& notice) { say(notice); });
     }

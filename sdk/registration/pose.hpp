@@ -2,6 +2,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 
 namespace defrec {
 
@@ -20,7 +21,7 @@ struct Pose {
     Pose inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
 };
 
-// values: xx, xy, xz, yy, yz, zz.
+// values: xx, xy, xz, yy, yz, zz; symmetric_values() gives them back.
 template <class Real>
 Eigen::Matrix3d symmetric_matrix(const Real* values) {
     Eigen::Matrix3d made;
@@ -28,6 +29,10 @@ Eigen::Matrix3d symmetric_matrix(const Real* values) {
         values[1], values[3], values[4],      //
         values[2], values[4], values[5];
     return made;
+}
+
+inline std::array<double, 6> symmetric_values(const Eigen::Matrix3d& matrix) {
+    return {matrix(0, 0), matrix(0, 1), matrix(0, 2), matrix(1, 1), matrix(1, 2), matrix(2, 2)};
 }
 
 inline Eigen::Matrix3d rotation_of(const Eigen::Vector3d& turn) {

@@ -138,6 +138,11 @@ void draw_legend(cv::Mat& image, const FrameRecord& frame, OverlayDetail detail)
     row.add("+ control point", kControlPoint);
 }
 
+void frame_lost(cv::Mat& image, const FrameRecord& frame) {
+    if (frame.state == "lost")
+        cv::rectangle(image, cv::Rect(0, 0, image.cols, image.rows), state_colour(frame.state), 3);
+}
+
 }  // namespace
 
 struct OverlayPainter::Impl {
@@ -155,6 +160,7 @@ struct OverlayPainter::Impl {
     void draw_control_points(cv::Mat& image, const FrameRecord& frame);
     void draw_points(cv::Mat& image, const FrameRecord& frame) const;
     void draw_targets(cv::Mat& image, const FrameRecord& frame) const;
+    void draw_marks(cv::Mat& image, const FrameRecord& frame);
 };
 
 void OverlayPainter::Impl::collect_lines() {
@@ -251,27 +257,22 @@ void OverlayPainter::set_template(const TemplateRecord& reference) {
     impl_->collect_lines();
 }
 
-namespace {
-
-void frame_lost(cv::Mat& image, const FrameRecord& frame) {
-    if (frame.state == "lost")
-        cv::rectangle(image, cv::Rect(0, 0, image.cols, image.rows), state_colour(frame.state), 3);
+void OverlayPainter::Impl::draw_marks(cv::Mat& image, const FrameRecord& frame) {
+    draw_grid(image, frame);
+    draw_matches(image, frame);
+    draw_control_points(image, frame);
+    draw_plan(image, frame.plan, projector);
+    draw_points(image, frame);
+    draw_targets(image, frame);
 }
 
-}  // namespace
-
 void OverlayPainter::draw_without_text(cv::Mat& image, const FrameRecord& frame) {
-    impl_->draw_grid(image, frame);
-    impl_->draw_matches(image, frame);
-    impl_->draw_control_points(image, frame);
-    draw_plan(image, frame.plan, impl_->projector);
-    impl_->draw_points(image, frame);
-    impl_->draw_targets(image, frame);
+    impl_->draw_marks(image, frame);
     frame_lost(image, frame);
 }
 
 void OverlayPainter::draw(cv::Mat& image, const FrameRecord& frame) {
-    draw_without_text(image, frame);
+    impl_->draw_marks(image, frame);
     draw_head(image, frame);
     draw_legend(image, frame, impl_->detail);
     frame_lost(image, frame);

@@ -1,4 +1,4 @@
-// Where what is followed is when its frame is shown, and display.csv.
+// Places of all that is followed when its frame is shown, and display.csv.
 #pragma once
 
 #include <cstddef>

@@ -48,7 +48,7 @@ struct PlanRow : PositionRow {
     std::string part;  // its name, and the id is its place among the parts; empty: of a target
 };
 
-// What is followed, at the time of display.
+// A point, target or part that is followed, at the time of display.
 struct DisplayRow : PositionRow {
     double display_ms = 0;  // the time
     std::string kind{};     // "point", "target", "plan-target" or "plan-part"

@@ -80,9 +80,7 @@ const std::string& source_name(const TrackOptions& options) {
 }
 
 void expect_source(const TrackOptions& options) {
-    const bool is_one = !options.source.stereo.empty();
-    const bool is_two = !options.source.left.empty() && !options.source.right.empty();
-    if (is_one == is_two) {
+    if (!options.source.has_views()) {
         throw CliError(ExitCode::kUsage,
                        "give the frames as --left P --right P, as --stereo P --layout L, or as "
                        "--recording DIR.");
@@ -467,14 +465,19 @@ class TrackSession {
     }
 
     // Receivers show it when it is shown, without the image that it is of.
-    void send(const StereoFrame& frame, const defrec_result& result, std::vector<PointRow> points,
-              std::vector<TargetRow> targets, PlanFrame plan) {
-        if (display_) {
-            const FrameOutcome outcome{result.timestamp_ns, result.state, result.epoch};
-            points = display_->move(outcome, std::move(points));
-            targets = display_->move(outcome, std::move(targets));
-            plan = display_->move(outcome, std::move(plan));
-        }
+    void send(const StereoFrame& frame, const defrec_result& result,
+              const std::vector<PointRow>& points, const std::vector<TargetRow>& targets,
+              const PlanFrame& plan) {
+        if (!display_) return publish(frame, result, points, targets, plan);
+        const FrameOutcome outcome{result.timestamp_ns, result.state, result.epoch};
+        const std::vector<PointRow> points_then = display_->move(outcome, points);
+        const std::vector<TargetRow> targets_then = display_->move(outcome, targets);
+        publish(frame, result, points_then, targets_then, display_->move(outcome, plan));
+    }
+
+    void publish(const StereoFrame& frame, const defrec_result& result,
+                 const std::vector<PointRow>& points, const std::vector<TargetRow>& targets,
+                 const PlanFrame& plan) {
         if (!link_.is_open()) return;
         LinkFrame sent = link_frame(frame, result, template_.triangles, points, targets);
         if (options_.link_image)

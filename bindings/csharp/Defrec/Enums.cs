@@ -467,7 +467,7 @@ namespace Defrec
         KnownOffset = 1u << 1
     }
 
-    /// <summary>What a point's prediction rests on.</summary>
+    /// <summary>Basis of a point's prediction.</summary>
     public enum PredictionBasis : byte
     {
         /// <summary>

@@ -4,7 +4,7 @@ using Defrec.Native;
 namespace Defrec
 {
     /// <summary>
-    /// Where points are when a frame is shown, from how they moved in the frames until then. Add
+    /// Places of points when a frame is shown, from how they moved in the frames until then. Add
     /// every frame, then ask. Any thread.
     /// </summary>
     public sealed unsafe class Predictor : IDisposable
@@ -73,7 +73,7 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Where the points are at a time from that of the last frame to
+        /// Places of the points at a time from that of the last frame to
         /// <see cref="Constants.MaxPredictionMs"/> after it, of the same clock: xyz, mm; status,
         /// that of the last frame; expectedErrorMm, that of the last frame and never less later;
         /// basis, what each prediction rests on. All but xyz may be null. A point that is unknown

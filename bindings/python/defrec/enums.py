@@ -414,7 +414,7 @@ class HandEyeFlag(IntFlag):
 
 
 class PredictionBasis(OpenEnum):
-    """What a point's prediction rests on."""
+    """Basis of a point's prediction."""
 
     LAST = 0
     """Its position in the last frame: it was not followed long enough, jumped, or nothing predicted

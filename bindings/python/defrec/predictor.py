@@ -27,7 +27,7 @@ class PredictedPoints(NamedTuple):
 
 
 class Predictor(Handle):
-    """Where points are when a frame is shown, from how they moved in the frames until then.
+    """Places of points when a frame is shown, from how they moved in the frames until then.
 
     count: how many points, 1 to 1,000,000; the same ones in all frames. Add every frame, then ask.
     threads: any. Raises Error.
@@ -78,7 +78,7 @@ class Predictor(Handle):
         native.defrec_predictor_add_frame(self._native, frame)
 
     def predict(self, timestamp_ns: int) -> PredictedPoints:
-        """Where the points are at a time from that of the last frame to MAX_PREDICTION_MS after it,
+        """Places of the points at a time from that of the last frame to MAX_PREDICTION_MS after it,
         of the same clock.
 
         A point that is unknown in the last frame stays so. threads: any. Raises Error, with

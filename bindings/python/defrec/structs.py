@@ -1506,7 +1506,7 @@ class HandEyeInfo(Struct):
 
 @c_struct("defrec_predictor_desc")
 class PredictorDesc(Struct):
-    """What a predictor is made for."""
+    """Description of a predictor."""
 
     struct_size: U32
     flags: U32
@@ -1517,7 +1517,7 @@ class PredictorDesc(Struct):
 
 @c_struct("defrec_predictor_frame")
 class PredictorFrame(Struct):
-    """Where the points were in a frame: what defrec_job_warp_points(), defrec_job_move_targets() or
+    """Places of the points in a frame: what defrec_job_warp_points(), defrec_job_move_targets() or
     defrec_job_move_plan() gave, or the same in another frame of reference that does not move."""
 
     struct_size: U32

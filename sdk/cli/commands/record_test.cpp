@@ -215,7 +215,7 @@ TEST_CASE("a folder that cannot be written, or holds anything: exit codes 7 and 
     CHECK(record({}, folder / "out") == 2);
     CHECK(record({"--recording", folder / "recording", "--fps", "3"}, folder / "out") == 2);
     CHECK(record(joined(images(), {"--queue", "0"}), folder / "out") == 2);
-    // What is recorded is no output of a run.
+    // A recording is no output of a run.
     for (const char* name : {"recording.json", "times.csv"})
         CHECK(run({"track", "--quiet", "--recording", folder / "recording", "--calibration",
                    sequence() / "calibration.yaml", "--out", folder / "out", "--trace",

@@ -58,7 +58,7 @@ function darken(view, frames) {
 }
 
 /**
- * What the page shows while it shows the state. In one call: on a busy machine frames come late,
+ * The page, looked at while it shows the state. In one call: on a busy machine frames come late,
  * and the page says so a moment later.
  */
 const look = async (page, state) =>

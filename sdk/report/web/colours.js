@@ -31,7 +31,7 @@ export const statuses = [
 const kPartColours = ['#ec5cf6', '#5ae6a0', '#5ab4fa', '#fb8040', '#ff78b4', '#f0dc50'];
 export const partColour = (part) => kPartColours[part % kPartColours.length];
 
-/** Where a feature of the template was recognised. */
+/** Features of the template that were recognised. */
 export const matchColour = '#5aa0ff';
 
 export const observedStatus = 0;

@@ -1,4 +1,4 @@
-// What is wrong with a frame in plain words, and what to do.
+// A frame's faults in plain words, and what to do.
 
 // Plain words for DEFREC_REASON_*; docs/api/errors.md says what each does.
 const reasons = {
@@ -35,7 +35,7 @@ const namesOf = (list) => list.split(',').map((name) => name.trim()).filter(Bool
 export const reasonsInWords = (names) =>
     namesOf(names).map((name) => reasons[name] ?? name.replaceAll('-', ' '));
 
-// What somebody at the table can do; docs/api/errors.md has what the application can do.
+// Remedies of somebody at the table; docs/api/errors.md has what the application can do.
 const remedies = {
   'dark': 'check light, lens and cable',
   'saturated': 'check light and distance',
@@ -59,5 +59,5 @@ const remedies = {
   'interlaced': 'run again with --interlaced',
 };
 
-/** What to do about the first of the reasons that has a remedy; empty where none has. */
+/** The remedy of the first of the reasons that has one; empty where none has. */
 export const remedyOf = (names) => remedies[namesOf(names).find((name) => name in remedies)] ?? '';

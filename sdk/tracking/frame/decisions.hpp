@@ -915,9 +915,8 @@ struct UnseenMotion {
     static constexpr uint32_t kLearnEvery = 4;
     // of the kriging variance | expected error | fitted to rendered scenes
     static constexpr double kVarianceShare = 0.7;
-    // control points | of a piece that must be hidden, where none is out of the image: what a
-    // single
-    //   highlight hides is not worth the time | set by hand
+    // control points | of a piece that must be hidden, where none is out of the image | set by
+    //   hand: a single highlight is not worth the time
     static constexpr uint32_t kMinHidden = 4;
     // rounds | of the means by which what the modes leave is continued into a hole | the error is
     //   the same from 30 on, [hidden-tissue]

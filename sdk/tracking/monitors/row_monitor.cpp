@@ -33,7 +33,6 @@ struct Fit {
     RowValues values = RowValues::Zero();
     double lag_sigma = 0;
     double matches = 0;  // sum of the robust weights
-    double noise = 0;    // root of the robust mean of the squared residuals, px
 };
 
 using Prior = RowKnowledge;
@@ -70,9 +69,9 @@ Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const RowVal
             }
         }
         fit.matches = sums[0][0].sum();
-        fit.noise = fit.matches > 0 ? std::sqrt(squares.sum() / fit.matches) : 0;
-        const double sigma = std::max(RigRows::kStepSigma, fit.noise);
-        const double information = 1 / (sigma * sigma);
+        const double noise = fit.matches > 0 ? std::sqrt(squares.sum() / fit.matches) : 0,
+                     sigma = std::max(RigRows::kStepSigma, noise),
+                     information = 1 / (sigma * sigma);
         for (int i = 0; i < kValues; ++i) {
             for (int j = 0; j <= i; ++j)
                 fit.information(i, j) = fit.information(j, i) = information * sums[i][j].sum();
@@ -85,6 +84,13 @@ Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const RowVal
                                   .ldlt()
                                   .solve(RowValues::Unit(kLag))[kLag]);
     return fit;
+}
+
+// Shares that the values have in a match's step.
+RowValues row_of(const RowMatch& match, double speed) {
+    RowValues row;
+    row << 1, match.x, match.y, match.turn, -speed;
+    return row;
 }
 
 // Mean row speed of the matches nearest to one of them, without its own.
@@ -112,10 +118,9 @@ bool shows_around(std::span<const RowMatch> matches, const Prior& prior, const F
     RowValues weighted = prior.weighted;
     for (size_t m = 0; m < matches.size(); ++m) {
         const RowMatch& match = matches[m];
-        RowValues own, around;
-        own << 1, match.x, match.y, match.turn, -match.speed;
-        around << 1, match.x, match.y, match.turn, -speed_around(matches, m);
-        const double x = (match.step - own.dot(fit.values)) / RigRows::kTukeyWidths.back(),
+        const RowValues around = row_of(match, speed_around(matches, m));
+        const double own = row_of(match, match.speed).dot(fit.values),
+                     x = (match.step - own) / RigRows::kTukeyWidths.back(),
                      inside = std::max(0.0, 1 - x * x),
                      weight = inside * inside / (RigRows::kStepSigma * RigRows::kStepSigma);
         information += weight * around * around.transpose();
@@ -202,8 +207,8 @@ RigEstimate RowMonitor::update(std::span<const RowMatch> matches) {
     return estimate(lasting_.lag());
 }
 
-// What matches side by side have in common, by cells: twice the products of all pairs in a cell are
-// the square of their sum less their squares.
+// Noise that matches side by side have in common, by cells: twice the products of all pairs in a
+// cell are the square of their sum less their squares.
 void RowMonitor::measure_shared_noise(std::span<const RowMatch> matches, const RowValues& values) {
     constexpr size_t kAcross = RigRows::kCellsAcross;
     struct Cell {
@@ -216,9 +221,7 @@ void RowMonitor::measure_shared_noise(std::span<const RowMatch> matches, const R
         return static_cast<size_t>(std::clamp(at, 0.0, double{kAcross} - 1));
     };
     for (const RowMatch& match : matches) {
-        RowValues row;
-        row << 1, match.x, match.y, match.turn, -match.speed;
-        const double residual = match.step - row.dot(values);
+        const double residual = match.step - row_of(match, match.speed).dot(values);
         if (std::abs(residual) > RigRows::kNextTukeyWidths.back()) continue;
         Cell& cell = cells[place(match.y) * kAcross + place(match.x)];
         cell.sum += residual;

@@ -242,7 +242,7 @@ UnseenMotion::UnseenMotion(const Template& surface, const UnseenMotion& before)
 void UnseenMotion::find_moves(const TemplateData& data, SurfaceSamples samples,
                               const VertexConfidence& confidence, ArrayPart part) {
     for (size_t i = part.begin(samples.size()); i < part.end(samples.size()); ++i) {
-        // What departed, or is far from all that is seen, stays where lm has it.
+        // Tissue that departed, or is far from all that is seen, stays where lm has it.
         const bool is_seen =
             confidence.evidence[i] != 0 || confidence.status[i] == DEFREC_POINT_UNKNOWN;
         const uint8_t moves = samples[i].observation == DEFREC_OUTSIDE ? kOutside
@@ -272,7 +272,8 @@ bool UnseenMotion::add_frame(const Template& surface, SurfaceSamples samples,
         if (is_outside(node) || hidden_[piece] >= Decision::kMinHidden) is_apart_[piece] = 1;
     }
     if (!ask_pieces(samples, pieces, results.confidence)) return false;
-    find_detail(data, results.motions, results.confidence);
+    if (std::any_of(hidden_.begin(), hidden_.end(), [](uint32_t count) { return count > 0; }))
+        find_detail(data, results.motions, results.confidence);
     for_phases<2>(helpers, {parts, parts}, [&](size_t phase, size_t part) {
         if (phase == 0)
             move_nodes(data, results, {part, parts});

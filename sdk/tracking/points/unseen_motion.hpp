@@ -101,7 +101,7 @@ class UnseenMotion {
     void learn() noexcept;
 
   private:
-    // What a control point moves, bits.
+    // A control point's vertices, bits.
     enum Moves : uint8_t { kOutside = 1, kHidden = 2, kSeen = 4 };
     void find_moves(const TemplateData& data, SurfaceSamples samples,
                     const VertexConfidence& confidence, ArrayPart part);

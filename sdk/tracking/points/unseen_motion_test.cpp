@@ -66,7 +66,7 @@ TemplateData plane(double aside_mm = 0) {
 
 using Place = std::function<Vector3d(const Vector3d&)>;
 
-// What a frame does not show of the plane.
+// The parts of the plane that a frame does not show.
 struct NotSeen {
     double right_mm = 1e9;                    // beyond is out of the image
     double radius_mm = 0;                     // about the middle it is hidden
