@@ -195,7 +195,8 @@ void SurfaceRegistration::end(Frame& frame) {
     if (!pipeline_.can_follow_speculatively()) surface_.learn_unseen();
     if (frame.shows_cuts)
         changes_.add_frame(surface_.data(), job.memory.output,
-                           frame.committed->photometric().is_located);
+                           frame.committed->photometric().is_located,
+                           job.services()->own_threads());
     if (frame.may_grow) plan_growth(job);
 }
 

@@ -900,6 +900,13 @@ struct UnseenMotion {
     // 1 | factor on a cell's variance from which on there is another round: it may have hidden
     //   others | chi-squared of three axes, over 3, which chance hardly reaches
     static constexpr double kStandsOut = 10;
+    // cells | observed otherwise than in the frame before, at most: its weights are changed for
+    //   them, and found anew once the result is out
+    static constexpr size_t kMaxChanges = 12;
+    // 1 | as kStandsOut, in a frame that goes by weights of one before
+    static constexpr double kSurprise = 4;
+    // 1 | factor on a cell's variance from which on it is observed otherwise
+    static constexpr double kNoiseRatio = 2;
     // mm | of a cell's mean, per axis
     static constexpr double kNoise = 0.05;
     // of the squared expected error | variance of a cell's mean besides: errors of neighbouring
@@ -918,9 +925,12 @@ struct UnseenMotion {
     // control points | of a piece that must be hidden, where none is out of the image | set by
     //   hand: a single highlight is not worth the time
     static constexpr uint32_t kMinHidden = 4;
-    // rounds | of the means by which what the modes leave is continued into a hole | the error is
-    //   the same from 30 on, [hidden-tissue]
-    static constexpr int kFillRounds = 40;
+    // rounds | of overrelaxation by which what the modes leave is continued into a hole | as 40 of
+    //   means, of which 30 do ([hidden-tissue])
+    static constexpr int kFillRounds = 12;
+    // 1 | factor on a step towards the mean: overrelaxation for holes about twelve control points
+    //   wide
+    static constexpr double kFillStep = 1.6;
     // of lm's covariance | variance of hidden tissue, [hidden-tissue]
     static constexpr double kLmShare = 0.4;
     // of the squared distance from where lm has it | variance of hidden tissue, [hidden-tissue]

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "sdk/base/os/services.hpp"
 #include "sdk/tracking/monitors/cut_monitor.hpp"
 #include "sdk/tracking/monitors/departed_tissue.hpp"
 #include "sdk/tracking/monitors/slip_monitor.hpp"
@@ -22,9 +23,9 @@ class TissueChanges {
     bool wants_image() const { return slips_.wants_image(); }
 
     // Once for each frame in which the surface was found with depth. is_confirmed: per
-    // vertex, by checks that are located.
+    // vertex, by checks that are located. helpers: whose threads take part, or nullptr.
     void add_frame(const TemplateData& data, const FrameOutput& output,
-                   std::span<const uint8_t> is_confirmed) noexcept;
+                   std::span<const uint8_t> is_confirmed, const Services* helpers) noexcept;
 
     // Whether there is a line to release.
     bool found_line() const { return cuts_.found() || slips_.found(); }

@@ -26,14 +26,14 @@ class HoleFill {
     void fill();
 
   private:
-    struct Connection {
-        uint32_t hole, other;
+    struct Hole {
+        uint32_t node, first, end;  // of others_
     };
-    std::vector<uint32_t> border_, holes_;
+    std::vector<uint32_t> border_, others_;
+    std::vector<Hole> holes_;
     std::vector<uint8_t> is_on_border_;
-    std::vector<Connection> connections_;
-    Eigen::VectorXd count_;  // of connections, per control point
-    Eigen::Matrix3Xd values_, sums_;
+    std::vector<uint32_t> next_;  // per control point: begin of its part of others_
+    Eigen::Matrix3Xd values_;
 };
 
 }  // namespace defrec

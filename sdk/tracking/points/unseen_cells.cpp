@@ -156,6 +156,7 @@ bool UnseenCells::read(SurfaceSamples samples, const VertexConfidence& confidenc
     seen_.rest.resize(3, used);
     seen_.now.resize(3, used);
     seen_.error_mm2.resize(used);
+    seen_.cells.clear();
     Eigen::Index next = 0;
     for (size_t i = 0; i < size(); ++i) {
         ++age_[i];
@@ -164,6 +165,7 @@ bool UnseenCells::read(SurfaceSamples samples, const VertexConfidence& confidenc
         seen_.rest.col(next) = sum_rest_.col(cell) / count_[i];
         seen_.now.col(next) = sum_now_.col(cell) / count_[i];
         seen_.error_mm2[next++] = sum_error_mm2_[cell] / count_[i];
+        seen_.cells.push_back(static_cast<uint32_t>(i));
         age_[i] = 0;
     }
     if (used < Cells::kMinCells) return false;

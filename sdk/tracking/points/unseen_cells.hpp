@@ -21,6 +21,7 @@ class UnseenCells {
     struct Seen {
         Eigen::Matrix3Xd rest, now;  // mm, in the template frame and in this one
         Eigen::VectorXd error_mm2;   // squared expected error
+        std::vector<uint32_t> cells;
     };
     // Reads a frame; false: what is observed does not tell how the surface moves.
     bool read(SurfaceSamples samples, const VertexConfidence& confidence);

@@ -41,6 +41,12 @@ Eigen::MatrixXd product_with_itself(const Eigen::MatrixXd& factor) {
     return product;
 }
 
+// foretold: covariance of the displacement that is found at a place of this weight.
+Eigen::Matrix3d doubt(double weight, const Eigen::Matrix3d& foretold) {
+    if (weight <= 0) return Eigen::Matrix3d::Zero();
+    return (Eigen::Matrix3d::Identity() / weight - foretold).inverse();
+}
+
 }  // namespace
 
 DisplacementModel::DisplacementModel(Eigen::MatrixXd shapes_of_modes,
@@ -49,6 +55,20 @@ DisplacementModel::DisplacementModel(Eigen::MatrixXd shapes_of_modes,
     const MotionSlope all = motion_slope(from_centre);
     for (Eigen::Index axis = 0; axis < 3; ++axis)
         slope[static_cast<size_t>(axis)] = all(Eigen::seqN(axis, places(), 3), Eigen::all);
+}
+
+DisplacementModel DisplacementModel::part(std::span<const Eigen::Index> places) const {
+    DisplacementModel part;
+    part.shapes = shapes(places, Eigen::all);
+    for (size_t axis = 0; axis < 3; ++axis) part.slope[axis] = slope[axis](places, Eigen::all);
+    return part;
+}
+
+Eigen::MatrixXd DisplacementModel::times(size_t axis, const Eigen::MatrixXd& matrix) const {
+    Eigen::MatrixXd product = slope[axis] * matrix.bottomRows<6>();
+    product.noalias() +=
+        shapes * matrix.middleRows(static_cast<Eigen::Index>(axis) * modes(), modes());
+    return product;
 }
 
 void add_on_axes(const Eigen::MatrixXd& values, Eigen::MatrixXd& sum) {
@@ -61,15 +81,16 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& symmetric) {
     return product_with_itself(inverse_of_factor(symmetric));
 }
 
-void UnseenKriging::weigh(const Eigen::VectorXd& noise) {
-    weight_ = noise.cwiseInverse();
-    const Eigen::Index modes = seen_.modes(), all = 3 * modes + 6;
-    const Eigen::MatrixXd weighed = weight_.asDiagonal() * seen_.shapes;
+void UnseenKriging::weigh(const Eigen::VectorXd& weight) {
+    weight_ = weight;
+    change_.reset();
+    const Eigen::Index modes = of_.modes(), all = 3 * modes + 6;
+    const Eigen::MatrixXd weighed = weight_.asDiagonal() * of_.shapes;
     Eigen::MatrixXd information = Eigen::MatrixXd::Zero(all, all);
     information.topLeftCorner(3 * modes, 3 * modes) = information_;
-    add_on_axes(seen_.shapes.transpose() * weighed, information);
+    add_on_axes(of_.shapes.transpose() * weighed, information);
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-        const MotionSlope& slope = seen_.slope[static_cast<size_t>(axis)];
+        const MotionSlope& slope = of_.slope[static_cast<size_t>(axis)];
         // The lower triangle is read.
         information.block(3 * modes, axis * modes, 6, modes) = slope.transpose() * weighed;
         information.bottomRightCorner<6, 6>() += slope.transpose() * weight_.asDiagonal() * slope;
@@ -78,14 +99,17 @@ void UnseenKriging::weigh(const Eigen::VectorXd& noise) {
 }
 
 UnseenKriging::Found UnseenKriging::solve(const Eigen::Matrix3Xd& displacements) const {
-    const Eigen::Index modes = seen_.modes();
+    const Eigen::Index modes = of_.modes();
     Eigen::VectorXd sums = Eigen::VectorXd::Zero(reducer_.rows());
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
         const Eigen::VectorXd weighed = weight_.cwiseProduct(displacements.row(axis).transpose());
-        sums.segment(axis * modes, modes) = seen_.shapes.transpose() * weighed;
-        sums.tail<6>() += seen_.slope[static_cast<size_t>(axis)].transpose() * weighed;
+        sums.segment(axis * modes, modes) = of_.shapes.transpose() * weighed;
+        sums.tail<6>() += of_.slope[static_cast<size_t>(axis)].transpose() * weighed;
     }
-    const Eigen::VectorXd reduced = reducer_ * sums, found = reducer_.transpose() * reduced;
+    const Eigen::VectorXd reduced = reducer_ * sums;
+    Eigen::VectorXd found = reducer_.transpose() * reduced;
+    if (change_)
+        found -= change_->product * (change_->inverse * (change_->product.transpose() * sums));
     return {found.head(3 * modes).reshaped(modes, 3), found.tail<6>()};
 }
 
@@ -101,28 +125,29 @@ Eigen::MatrixXd UnseenKriging::reduce(const DisplacementModel& of, size_t axis) 
     return reduced;
 }
 
-double UnseenKriging::raise_noise(const Eigen::Matrix3Xd& displacements,
-                                  Eigen::VectorXd& noise) const {
-    const Found found = solve(displacements);
-    Eigen::Matrix3Xd left = displacements - (seen_.shapes * found.coefficients).transpose();
+void UnseenKriging::find_doubts() {
     std::array<Eigen::MatrixXd, 3> reduced;
-    for (size_t axis = 0; axis < 3; ++axis) {
-        left.row(static_cast<Eigen::Index>(axis)) -= (seen_.slope[axis] * found.motion).transpose();
-        reduced[axis] = reduce(seen_, axis);
-    }
-    double largest = 1;
-    for (Eigen::Index i = 0; i < seen_.places(); ++i) {
-        Eigen::Matrix3d unexplained = noise[i] * Eigen::Matrix3d::Identity();
+    for (size_t axis = 0; axis < 3; ++axis) reduced[axis] = reduce(of_, axis);
+    doubts_.resize(static_cast<size_t>(of_.places()));
+    for (Eigen::Index i = 0; i < of_.places(); ++i) {
+        Eigen::Matrix3d foretold;
         for (size_t a = 0; a < 3; ++a)
             for (size_t b = 0; b < 3; ++b)
-                unexplained(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) -=
+                foretold(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) =
                     reduced[a].col(i).dot(reduced[b].col(i));
-        const double raise =
-            std::max(1.0, left.col(i).dot(unexplained.inverse() * left.col(i)) / 3);
-        noise[i] *= raise;
-        largest = std::max(largest, raise);
+        doubts_[static_cast<size_t>(i)] = doubt(weight_[i], foretold);
     }
-    return largest;
+}
+
+Eigen::VectorXd UnseenKriging::surprises(const Eigen::Matrix3Xd& displacements) const {
+    const Found found = solve(displacements);
+    Eigen::Matrix3Xd left = displacements - (of_.shapes * found.coefficients).transpose();
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+        left.row(axis) -= (of_.slope[static_cast<size_t>(axis)] * found.motion).transpose();
+    Eigen::VectorXd values(of_.places());
+    for (Eigen::Index i = 0; i < values.size(); ++i)
+        values[i] = left.col(i).dot(doubts_[static_cast<size_t>(i)] * left.col(i)) / 3;
+    return values;
 }
 
 Eigen::VectorXd UnseenKriging::variances(const DisplacementModel& of) const {
@@ -132,8 +157,47 @@ Eigen::VectorXd UnseenKriging::variances(const DisplacementModel& of) const {
     return sums;
 }
 
+Eigen::VectorXd UnseenKriging::lessened(const DisplacementModel& of) const {
+    Eigen::VectorXd sums = Eigen::VectorXd::Zero(of.places());
+    if (!change_) return sums;
+    for (size_t axis = 0; axis < 3; ++axis) {
+        const Eigen::MatrixXd part = of.times(axis, change_->product);
+        sums += (part * change_->inverse).cwiseProduct(part).rowwise().sum();
+    }
+    return sums;
+}
+
+void UnseenKriging::find_covariance() { covariance_ = product_with_itself(reducer_); }
+
+void UnseenKriging::change(std::span<const Eigen::Index> places, const Eigen::VectorXd& weight) {
+    change_.reset();
+    const auto count = static_cast<Eigen::Index>(places.size());
+    if (count == 0) return;
+    const DisplacementModel of = of_.part(places);
+    const Eigen::VectorXd now = weight(places), step = now - weight_(places);
+    weight_(places) = now;
+    Change change;
+    change.product.resize(covariance_.rows(), 3 * count);
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+        change.product.middleCols(axis * count, count) =
+            of.times(static_cast<size_t>(axis), covariance_).transpose();
+    Eigen::MatrixXd foretold(3 * count, 3 * count);  // covariance of what is found there
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+        foretold.middleRows(axis * count, count) =
+            of.times(static_cast<size_t>(axis), change.product);
+    change.inverse = foretold;
+    change.inverse.diagonal() += step.cwiseInverse().replicate<3, 1>();
+    change.inverse = change.inverse.inverse().eval();
+    foretold -= foretold * change.inverse * foretold.transpose();
+    for (Eigen::Index k = 0; k < count; ++k)
+        doubts_[static_cast<size_t>(places[static_cast<size_t>(k)])] =
+            doubt(now[k], foretold(Eigen::seqN(k, 3, count), Eigen::seqN(k, 3, count)));
+    change_ = std::move(change);
+}
+
 Eigen::MatrixXd UnseenKriging::covariance() const {
-    return product_with_itself(reducer_.leftCols(information_.cols()));
+    const Eigen::Index count = information_.cols();
+    return covariance_.topLeftCorner(count, count);
 }
 
 }  // namespace defrec

@@ -5,6 +5,10 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "sdk/body/deep_motion.hpp"
 
@@ -14,8 +18,13 @@ namespace defrec {
 struct DisplacementModel {
     // shapes: of the modes, a row for each place. from_centre: the places, from the centre about
     // which the motion turns, mm.
+    DisplacementModel() = default;
     DisplacementModel(Eigen::MatrixXd shapes, const Eigen::Matrix3Xd& from_centre);
 
+    DisplacementModel part(std::span<const Eigen::Index> places) const;
+    // The model of the places along an axis times a matrix with a row for each coefficient, and six
+    // for the motion.
+    Eigen::MatrixXd times(size_t axis, const Eigen::MatrixXd& matrix) const;
     Eigen::Index places() const { return shapes.rows(); }
     Eigen::Index modes() const { return shapes.cols(); }
 
@@ -30,37 +39,58 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& symmetric);
 
 class UnseenKriging {
   public:
-    // seen: of places whose displacements are known. information: the inverse of the coefficients'
-    // covariance, 1/mm^2.
-    UnseenKriging(DisplacementModel seen, Eigen::MatrixXd information)
-        : seen_(std::move(seen)), information_(std::move(information)) {}
+    // of: places of which some displacements are known. information: the inverse of the
+    // coefficients' covariance, 1/mm^2.
+    UnseenKriging(DisplacementModel of, Eigen::MatrixXd information)
+        : of_(std::move(of)), information_(std::move(information)) {}
 
-    // noise: variance of the displacement of each place, per axis, mm^2.
-    void weigh(const Eigen::VectorXd& noise);
+    // weight: of the displacement of each place, the inverse of its variance per axis, 1/mm^2; 0
+    // where it is not known.
+    void weigh(const Eigen::VectorXd& weight);
+    const Eigen::VectorXd& weight() const { return weight_; }
+    const Eigen::MatrixXd& shapes() const { return of_.shapes; }
 
     // The members below follow weigh().
     struct Found {
         Eigen::MatrixX3d coefficients;  // a column for each axis
         SmallMotion motion;
     };
-    // displacements: of the places that are seen, mm.
+    // displacements: of the places, mm; finite where they are not known.
     Found solve(const Eigen::Matrix3Xd& displacements) const;
-    // A place that the others foretell otherwise is taken for as noisy as it seems. Returns the
-    // largest factor by which noise grew.
-    double raise_noise(const Eigen::Matrix3Xd& displacements, Eigen::VectorXd& noise) const;
-    // Variances of the displacements that are found, three axes together, mm^2.
+    // Before surprises(), where weights have not been changed.
+    void find_doubts();
+    // Squared distance of a place's displacement from the one that is found, in its variances of an
+    // axis: 1 where chance alone makes it, 0 where the displacement is not known.
+    Eigen::VectorXd surprises(const Eigen::Matrix3Xd& displacements) const;
+    // Variances of the displacements that are found with the weights of weigh(), three axes
+    // together, mm^2; and by how much they are less with those of change().
     Eigen::VectorXd variances(const DisplacementModel& of) const;
-    // The coefficients' own, mm^2.
+    Eigen::VectorXd lessened(const DisplacementModel& of) const;
+
+    // Before covariance() and change().
+    void find_covariance();
+    // The coefficients' own, mm^2, by the weights of weigh().
     Eigen::MatrixXd covariance() const;
+    // Gives places other weights (Woodbury, Inverting modified matrices, 1950), of which the
+    // weights of weigh() know nothing. What it takes grows with the number of places.
+    void change(std::span<const Eigen::Index> places, const Eigen::VectorXd& weight);
 
   private:
     Eigen::MatrixXd reduce(const DisplacementModel& of, size_t axis) const;
 
-    DisplacementModel seen_;
+    DisplacementModel of_;
     Eigen::MatrixXd information_;
     Eigen::VectorXd weight_;
     // Inverse of the Cholesky factor of the information on coefficients and motion.
     Eigen::MatrixXd reducer_;
+    Eigen::MatrixXd covariance_;  // of coefficients and motion
+    // Per place: inverse of the covariance of what its displacement has besides that is found.
+    std::vector<Eigen::Matrix3d> doubts_;
+    // The covariance is less by product, inverse, product transposed, since weights were changed.
+    struct Change {
+        Eigen::MatrixXd product, inverse;
+    };
+    std::optional<Change> change_;
 };
 
 }  // namespace defrec

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "backends/shared/motion.hpp"
+#include "sdk/base/os/helped_loop.hpp"
 #include "sdk/body/deep_motion.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
@@ -64,6 +65,7 @@ UnseenPiece::UnseenPiece(const Template& surface, size_t piece)
     spread_ = parts.eigenvalues().tail(modes);
     weigher_ = at_cells_ * spread_.cwiseInverse().asDiagonal();
     products_.setZero(3 * modes, 3 * modes);
+    coefficients_.setZero(modes, 3);
 }
 
 void UnseenPiece::learn_from(const UnseenPiece& before) {
@@ -97,20 +99,26 @@ Eigen::MatrixXd UnseenPiece::shapes(const Eigen::Matrix3Xd& places) const {
     return kernel(cells_.rest(), places).transpose() * weigher_;
 }
 
-bool UnseenPiece::add_frame(const Seen& seen) {
+void UnseenPiece::read(SurfaceSamples samples, const VertexConfidence& confidence) {
     lesson_ = Lesson::kNone;
-    if (!cells_.read(seen.samples, seen.confidence)) return false;
-    ++all_frames_;
-    if (seen.is_apart) {
-        if (!solve() || !find_variances()) return false;
-        lesson_ = Lesson::kSolved;
-        return true;
-    }
+    is_telling_ = cells_.read(samples, confidence);
+    if (is_telling_) ++all_frames_;
+}
+
+bool UnseenPiece::solve_frame() {
+    if (!is_telling_) return false;
+    const bool is_as_before = solve_as_before();
+    if (!is_as_before && !solve()) return false;
+    lesson_ = is_as_before ? Lesson::kSolvedAsBefore : Lesson::kSolved;
+    return true;
+}
+
+void UnseenPiece::skip_frame() {
+    if (!is_telling_) return;
     if (cells_.seen().rest.cols() == cells_.rest().cols())
         lesson_ = Lesson::kDirect;
     else if (all_frames_ % Decision::kLearnEvery == 0)
         lesson_ = Lesson::kSolve;
-    return false;
 }
 
 // covariance: of the coefficients' errors.
@@ -144,64 +152,131 @@ const Eigen::MatrixXd& UnseenPiece::information() {
     return information_;
 }
 
-// Finds the pose and the coefficients; false: the numbers do not do.
-bool UnseenPiece::solve() {
+// A column for each cell, as it is where the cell was when it was weighed; 0 where it is not
+// observed.
+Eigen::Matrix3Xd UnseenPiece::displacements() const {
     const UnseenCells::Seen& seen = cells_.seen();
-    const Eigen::Vector3d centre = seen.rest.rowwise().mean();
-    const Eigen::MatrixXd shapes_seen = shapes(seen.rest);
-    // Means of parts of cells lie off the cells' means, and modes do not tell everything.
-    Eigen::VectorXd noise = Decision::kStart * Decision::kStart *
-                            (1 - (shapes_seen.cwiseAbs2() * spread_).array()).max(0.0).matrix();
-    noise += seen.error_mm2.unaryExpr(&noise_mm2);
-
-    pose_ = fit_rigid(seen.rest, seen.now, Eigen::VectorXd::Ones(noise.size()));
-    const auto displacements = [&]() -> Eigen::Matrix3Xd {
-        return pose_.inverse() * seen.now - seen.rest;
-    };
-    Eigen::Matrix3Xd values = displacements();
-    kriging_.emplace(DisplacementModel(shapes_seen, seen.rest.colwise() - centre), information());
-    kriging_->weigh(noise);
-    // A cell that stands out hides another one from the first round.
-    for (int round = 0; round < Decision::kRaises; ++round) {
-        const double largest = kriging_->raise_noise(values, noise);
-        kriging_->weigh(noise);
-        if (largest < Decision::kStandsOut) break;
-    }
-    for (int round = 0; round < 2; ++round) {
-        pose_ = pose_ * Eigen::Translation3d(centre) * as_motion(kriging_->solve(values).motion) *
-                Eigen::Translation3d(-centre);
-        values = displacements();
-    }
-    coefficients_ = kriging_->solve(values).coefficients;
-    smooth_ = (weigher_ * coefficients_).transpose();
-    if (smooth_.allFinite()) return true;
-    kriging_.reset();
-    return false;
+    Eigen::Matrix3Xd values = Eigen::Matrix3Xd::Zero(3, cells_.rest().cols());
+    values(Eigen::all, seen.cells) = pose_.inverse() * seen.now - seen.rest;
+    return values - (shift_ * coefficients_).transpose();
 }
 
-// false: the numbers do not do.
-bool UnseenPiece::find_variances() {
-    const Eigen::Vector3d centre = cells_.seen().rest.rowwise().mean();
+// The cells' weights, 1/mm^2; 0 where a cell is not observed.
+Eigen::VectorXd UnseenPiece::weights() const {
+    // Means of parts of cells lie off the cells' means, and modes do not tell everything.
+    const Eigen::VectorXd beside_modes =
+        (1 - (shapes_seen_.cwiseAbs2() * spread_).array()).max(0.0).matrix();
+    Eigen::VectorXd weight = Eigen::VectorXd::Zero(cells_.rest().cols());
+    weight(cells_.seen().cells) = (Decision::kStart * Decision::kStart * beside_modes +
+                                   cells_.seen().error_mm2.unaryExpr(&noise_mm2))
+                                      .cwiseInverse();
+    return weight;
+}
+
+void UnseenPiece::weigh(const Eigen::VectorXd& weight) {
+    const UnseenCells::Seen& seen = cells_.seen();
+    centre_ = seen.rest.rowwise().mean();
+    Eigen::MatrixXd shapes_of = at_cells_;
+    Eigen::Matrix3Xd places = cells_.rest();
+    shapes_of(seen.cells, Eigen::all) = shapes_seen_;
+    places(Eigen::all, seen.cells) = seen.rest;
+    shift_.setZero(shapes_of.rows(), shapes_of.cols());
+    kriging_.emplace(DisplacementModel(std::move(shapes_of), places.colwise() - centre_),
+                     information());
+    kriging_->weigh(weight);
+}
+
+// Cells that the others foretell otherwise are taken for as noisy as they seem. Returns the largest
+// factor by which their noise grew.
+double UnseenPiece::raise_noise() {
+    kriging_->find_doubts();
+    const Eigen::VectorXd surprises = kriging_->surprises(displacements());
+    raise_ = raise_.cwiseProduct(surprises).cwiseMax(1.0);
+    return surprises.maxCoeff();
+}
+
+bool UnseenPiece::solve() {
+    const UnseenCells::Seen& seen = cells_.seen();
+    is_reusable_ = false;
+    shapes_seen_ = shapes(seen.rest);
+    const Eigen::VectorXd weight = weights();
+    raise_.setOnes(weight.size());
+    weigh(weight);
+    fit_pose();
+    // A cell that stands out hides another one from the first round.
+    for (int round = 0; round < Decision::kRaises; ++round) {
+        const double largest = raise_noise();
+        kriging_->weigh(weight.cwiseQuotient(raise_));
+        if (largest < Decision::kStandsOut) break;
+    }
+    find_base_variances();
+    return estimate();
+}
+
+void UnseenPiece::fit_pose() {
+    const UnseenCells::Seen& seen = cells_.seen();
+    pose_ = fit_rigid(seen.rest, seen.now, Eigen::VectorXd::Ones(seen.rest.cols()));
+}
+
+bool UnseenPiece::estimate() {
+    fit_pose();
+    for (int round = 0; round < 2; ++round) {
+        const UnseenKriging::Found found = kriging_->solve(displacements());
+        pose_ = pose_ * Eigen::Translation3d(centre_) * as_motion(found.motion) *
+                Eigen::Translation3d(-centre_);
+        coefficients_ = found.coefficients;
+    }
+    coefficients_ = kriging_->solve(displacements()).coefficients;
+    return coefficients_.allFinite() && pose_.matrix().allFinite() && base_mm2_.allFinite();
+}
+
+// Gives cells that are observed otherwise other weights; false: they are too many.
+bool UnseenPiece::change_weights() {
+    const UnseenCells::Seen& seen = cells_.seen();
+    shapes_seen_ = shapes(seen.rest);
+    shift_.setZero();
+    shift_(seen.cells, Eigen::all) = shapes_seen_ - kriging_->shapes()(seen.cells, Eigen::all);
+    const Eigen::VectorXd weight = weights().cwiseQuotient(raise_);
+    std::vector<Eigen::Index> changed;
+    for (Eigen::Index cell = 0; cell < weight.size(); ++cell) {
+        const double before = kriging_->weight()[cell];
+        if (weight[cell] * Decision::kNoiseRatio < before || (before <= 0 && weight[cell] > 0))
+            changed.push_back(cell);
+    }
+    if (changed.size() > Decision::kMaxChanges) return false;
+    kriging_->change(changed, weight);
+    return true;
+}
+
+bool UnseenPiece::solve_as_before() {
+    if (!std::exchange(is_reusable_, false) || !change_weights() || !estimate()) return false;
+    return kriging_->surprises(displacements()).maxCoeff() < Decision::kSurprise;
+}
+
+void UnseenPiece::find_base_variances() {
+    base_mm2_ = kriging_->variances({at_cells_, cells_.rest().colwise() - centre_});
+}
+
+void UnseenPiece::find_variances() {
     const Eigen::VectorXd variances =
-        kriging_->variances({at_cells_, cells_.rest().colwise() - centre});
+        base_mm2_ - kriging_->lessened({at_cells_, cells_.rest().colwise() - centre_});
     for (Eigen::Index i = 0; i < variances.size(); ++i)
         variance_[static_cast<size_t>(i)] = Decision::kVarianceShare * variances[i] + unseen_mm2(i);
-    return variances.allFinite();
 }
 
 void UnseenPiece::learn() {
-    switch (std::exchange(lesson_, Lesson::kNone)) {
-        case Lesson::kNone:
-            return;
-        case Lesson::kDirect:
-            return learn_directly();
-        case Lesson::kSolve:
-            if (solve()) learn(coefficients_, kriging_->covariance());
-            return;
-        case Lesson::kSolved:
-            learn(coefficients_, kriging_->covariance());
-            information();  // the next frame is likely to ask for it
-    }
+    const Lesson lesson = std::exchange(lesson_, Lesson::kNone);
+    if (lesson == Lesson::kNone) return;
+    if (lesson == Lesson::kDirect) return learn_directly();
+    // What another frame's weights find places tissue well enough, but is no lesson: errors would
+    // add up.
+    if (lesson != Lesson::kSolved && !solve()) return;
+    kriging_->find_covariance();
+    learn(coefficients_, kriging_->covariance());
+    if (lesson == Lesson::kSolve) return;
+    kriging_->find_doubts();
+    is_reusable_ = true;
+    information();  // for the next lesson
 }
 
 // Variance of motion that a cell has for itself: since it was seen, and far from what is seen.
@@ -214,8 +289,9 @@ double UnseenPiece::unseen_mm2(Eigen::Index cell) const {
     return Decision::kMost * Decision::kMost * far * far * unseen / Decision::kLong;
 }
 
-Eigen::Vector3d UnseenPiece::place(const Eigen::Vector3d& at_rest) const {
-    return pose_ * (at_rest + smooth_ * kernel(cells_.rest(), at_rest));
+Eigen::Vector3d UnseenPiece::place(const Eigen::Vector3d& at_rest,
+                                   const Eigen::Ref<const Eigen::VectorXd>& shapes) const {
+    return pose_ * (at_rest + coefficients_.transpose() * shapes.head(coefficients_.rows()));
 }
 
 UnseenMotion::UnseenMotion(const Template& surface) {
@@ -230,6 +306,12 @@ UnseenMotion::UnseenMotion(const Template& surface) {
             most[node] = data.vertices[i].weight[k];
             vertex_of_[node] = static_cast<uint32_t>(i);
         }
+    shapes_.setZero(Decision::kModes, static_cast<Eigen::Index>(vertex_of_.size()));
+    for (size_t node = 0; node < vertex_of_.size(); ++node) {
+        const Eigen::MatrixXd shapes =
+            pieces_[data.piece_of_node(node)].shapes(as_vector(&data.nodes[3 * node]));
+        shapes_.col(static_cast<Eigen::Index>(node)).head(shapes.cols()) = shapes.transpose();
+    }
 }
 
 UnseenMotion::UnseenMotion(const Template& surface, const UnseenMotion& before)
@@ -248,10 +330,13 @@ void UnseenMotion::find_moves(const TemplateData& data, SurfaceSamples samples,
         const uint8_t moves = samples[i].observation == DEFREC_OUTSIDE ? kOutside
                               : is_seen                                ? kSeen
                                                                        : kHidden;
-        for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k)
-            if (data.vertices[i].weight[k] > 0)
-                std::atomic_ref(moves_[static_cast<size_t>(data.vertices[i].node[k])])
-                    .fetch_or(moves, std::memory_order_relaxed);
+        for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k) {
+            if (data.vertices[i].weight[k] <= 0) continue;
+            const std::atomic_ref all(moves_[static_cast<size_t>(data.vertices[i].node[k])]);
+            // Most are set already, and to set them again would keep other threads waiting.
+            if ((all.load(std::memory_order_relaxed) & moves) != moves)
+                all.fetch_or(moves, std::memory_order_relaxed);
+        }
     }
 }
 
@@ -261,19 +346,19 @@ bool UnseenMotion::add_frame(const Template& surface, SurfaceSamples samples,
     const TemplateData& data = surface.data();
     const size_t parts = vertex_parts(helpers, samples.size());
     moves_.assign(results.motions.size(), 0);
-    for_each_task(helpers, parts, [&](size_t part) {
-        find_moves(data, samples, results.confidence, {part, parts});
+    helped_loop(helpers, parts + 1, [&](size_t part) {
+        if (part == 0)
+            read_pieces(samples, pieces, results.confidence);
+        else
+            find_moves(data, samples, results.confidence, {part - 1, parts});
     });
-    hidden_.assign(pieces_.size(), 0);
-    is_apart_.assign(pieces_.size(), 0);
-    for (size_t node = 0; node < moves_.size(); ++node) {
-        const uint8_t piece = data.piece_of_node(node);
-        if (is_hidden(node)) ++hidden_[piece];
-        if (is_outside(node) || hidden_[piece] >= Decision::kMinHidden) is_apart_[piece] = 1;
-    }
-    if (!ask_pieces(samples, pieces, results.confidence)) return false;
-    if (std::any_of(hidden_.begin(), hidden_.end(), [](uint32_t count) { return count > 0; }))
-        find_detail(data, results.motions, results.confidence);
+    if (!solve_pieces(data, pieces)) return false;
+    helped_loop(helpers, 2, [&](size_t part) {
+        if (part == 0)
+            find_detail(data, results.motions, results.confidence);
+        else
+            find_variances();
+    });
     for_phases<2>(helpers, {parts, parts}, [&](size_t phase, size_t part) {
         if (phase == 0)
             move_nodes(data, results, {part, parts});
@@ -283,24 +368,48 @@ bool UnseenMotion::add_frame(const Template& surface, SurfaceSamples samples,
     return true;
 }
 
+void UnseenMotion::read_pieces(SurfaceSamples samples, std::span<const defrec_piece> pieces,
+                               const VertexConfidence& confidence) {
+    for (size_t piece = 0; piece < pieces_.size(); ++piece) {
+        if (pieces[piece].state == DEFREC_LOST)
+            pieces_[piece].add_lost_frame();
+        else
+            pieces_[piece].read(samples, confidence);
+    }
+}
+
 // Leaves in is_apart_ the pieces that tell where what is not seen is; false: none does.
-bool UnseenMotion::ask_pieces(SurfaceSamples samples, std::span<const defrec_piece> pieces,
-                              const VertexConfidence& confidence) {
+bool UnseenMotion::solve_pieces(const TemplateData& data, std::span<const defrec_piece> pieces) {
+    hidden_.assign(pieces_.size(), 0);
+    is_apart_.assign(pieces_.size(), 0);
+    for (size_t node = 0; node < moves_.size(); ++node) {
+        const uint8_t piece = data.piece_of_node(node);
+        if (is_hidden(node)) ++hidden_[piece];
+        if (is_outside(node) || hidden_[piece] >= Decision::kMinHidden) is_apart_[piece] = 1;
+    }
     bool any = false;
     for (size_t piece = 0; piece < pieces_.size(); ++piece) {
-        const bool is_lost = pieces[piece].state == DEFREC_LOST;
-        if (is_lost) pieces_[piece].add_lost_frame();
-        const bool is_told =
-            !is_lost && pieces_[piece].add_frame({samples, confidence, is_apart_[piece] != 0});
-        is_apart_[piece] = is_told ? 1 : 0;
-        any |= is_told;
+        if (pieces[piece].state == DEFREC_LOST)
+            is_apart_[piece] = 0;
+        else if (is_apart_[piece] == 0)
+            pieces_[piece].skip_frame();
+        else
+            is_apart_[piece] = pieces_[piece].solve_frame() ? 1 : 0;
+        any |= is_apart_[piece] != 0;
     }
     return any;
+}
+
+void UnseenMotion::find_variances() {
+    for (size_t piece = 0; piece < pieces_.size(); ++piece)
+        if (is_apart_[piece] != 0) pieces_[piece].find_variances();
 }
 
 // Depth does not tell where along the surface a control point is.
 void UnseenMotion::find_detail(const TemplateData& data, std::span<const defrec_motion> motions,
                                const VertexConfidence& confidence) {
+    if (std::all_of(hidden_.begin(), hidden_.end(), [](uint32_t count) { return count == 0; }))
+        return;
     kinds_.assign(moves_.size(), HoleFill::kNeither);
     for (size_t node = 0; node < moves_.size(); ++node)
         if (is_apart_[data.piece_of_node(node)] != 0 && !is_outside(node))
@@ -311,8 +420,7 @@ void UnseenMotion::find_detail(const TemplateData& data, std::span<const defrec_
     detail_.find(data.edges, kinds_);
     for (const uint32_t node : detail_.border()) {
         const Eigen::Vector3d rest = as_vector(&data.nodes[size_t{3} * node]);
-        detail_.values().col(node) =
-            moved(motions[node], rest) - pieces_[data.piece_of_node(node)].place(rest);
+        detail_.values().col(node) = moved(motions[node], rest) - place(data, node);
     }
     detail_.fill();
 }
@@ -325,6 +433,11 @@ void UnseenMotion::learn() noexcept {
         }
 }
 
+Eigen::Vector3d UnseenMotion::place(const TemplateData& data, size_t node) const {
+    return pieces_[data.piece_of_node(node)].place(as_vector(&data.nodes[3 * node]),
+                                                   shapes_.col(static_cast<Eigen::Index>(node)));
+}
+
 void UnseenMotion::move_nodes(const TemplateData& data, const Results& results,
                               ArrayPart part) const {
     const size_t nodes = results.motions.size();
@@ -335,7 +448,7 @@ void UnseenMotion::move_nodes(const TemplateData& data, const Results& results,
         if (!is_outside(node)) continue;
         const Eigen::Vector3d rest = as_vector(&data.nodes[3 * node]);
         const Eigen::Matrix3d turn = pieces_[piece].rotation();
-        results.motions[node] = as_motion_record(turn, pieces_[piece].place(rest) - turn * rest);
+        results.motions[node] = as_motion_record(turn, place(data, node) - turn * rest);
     }
 }
 
@@ -345,7 +458,7 @@ defrec_motion UnseenMotion::move_hidden(const TemplateData& data, size_t node,
     const UnseenPiece& piece = pieces_[data.piece_of_node(node)];
     const size_t vertex = vertex_of_[node];
     const Eigen::Vector3d rest = as_vector(&data.nodes[3 * node]),
-                          step = piece.place(rest) +
+                          step = place(data, node) +
                                  detail_.values().col(static_cast<Eigen::Index>(node)) -
                                  moved(results.motions[node], rest);
     const Eigen::Matrix3d of_lm = as_matrix(&results.confidence.covariance[6 * vertex]);

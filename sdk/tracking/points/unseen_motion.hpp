@@ -28,32 +28,50 @@ class UnseenPiece {
     // The piece before the template grew or was cut: what was learnt of it stays.
     void learn_from(const UnseenPiece& before);
 
-    struct Seen {
-        SurfaceSamples samples;  // per vertex
-        const VertexConfidence& confidence;
-        bool is_apart = false;  // some control points move nothing that is seen
-    };
-    // Reads a frame. true: place() tells where tissue is that is not seen.
-    bool add_frame(const Seen& seen);
+    // Reads a frame.
+    void read(SurfaceSamples samples, const VertexConfidence& confidence);
+    // One of the two follows. Some control points move nothing that is seen: true: place() tells
+    // where tissue is, and variance_mm2() after find_variances() how well.
+    bool solve_frame();
+    void find_variances();
+    // All move something that is seen.
+    void skip_frame();
     // Learns from that frame. Nobody waits for it.
     void learn();
     // The piece is lost in a frame.
-    void add_lost_frame() { cells_.add_lost_frame(); }
-    // After add_frame() has said true: where a place of the template frame is in that frame.
-    Eigen::Vector3d place(const Eigen::Vector3d& at_rest) const;
+    void add_lost_frame() {
+        cells_.add_lost_frame();
+        lesson_ = Lesson::kNone;
+    }
+    // After solve_frame() has said true: where a place of the template frame is in that frame, with
+    // the modes' shapes there.
+    Eigen::Vector3d place(const Eigen::Vector3d& at_rest,
+                          const Eigen::Ref<const Eigen::VectorXd>& shapes) const;
+    // A row for each place.
+    Eigen::MatrixXd shapes(const Eigen::Matrix3Xd& places) const;
     Eigen::Matrix3d rotation() const { return pose_.linear(); }
     // Variance of the error of such a place, mm^2, at a vertex of this piece.
     double variance_mm2(size_t vertex) const { return variance_[cells_.cell_of(vertex)]; }
 
   private:
+    Eigen::Matrix3Xd displacements() const;
+    Eigen::VectorXd weights() const;
+    void weigh(const Eigen::VectorXd& weight);
+    double raise_noise();
+    void fit_pose();
+    // Finds the pose and the coefficients with the weights; false: the numbers do not do.
+    bool estimate();
+    // The same with this frame's weights.
     bool solve();
-    bool find_variances();
+    // The same with those of the frame before; false: they do not fit this one.
+    bool solve_as_before();
+    bool change_weights();
+    void find_base_variances();
     double unseen_mm2(Eigen::Index cell) const;
     void learn(const Eigen::MatrixX3d& coefficients, const Eigen::MatrixXd& covariance);
     void learn_directly();
     const Eigen::MatrixXd& information();  // the inverse of the coefficients' covariance
     Eigen::MatrixXd kernel(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) const;
-    Eigen::MatrixXd shapes(const Eigen::Matrix3Xd& places) const;  // of the modes, a row per place
 
     UnseenCells cells_;
     double length_mm_;  // over which displacements are alike
@@ -69,12 +87,19 @@ class UnseenPiece {
     uint32_t all_frames_ = 0;
 
     // This frame's.
-    enum class Lesson : uint8_t { kNone, kDirect, kSolve, kSolved };  // what learn() has to do
+    // Left for learn() to do.
+    enum class Lesson : uint8_t { kNone, kDirect, kSolve, kSolved, kSolvedAsBefore };
     Lesson lesson_ = Lesson::kNone;
-    std::optional<UnseenKriging> kriging_;
+    bool is_telling_ = false;               // what is observed tells how the surface moves
+    std::optional<UnseenKriging> kriging_;  // its places are the cells
+    Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
+    Eigen::VectorXd raise_;     // per cell: factor on its noise, for it stood out
+    Eigen::VectorXd base_mm2_;  // per cell: variance of its displacement, before weights changed
+    Eigen::MatrixXd shapes_seen_;
+    Eigen::MatrixXd shift_;     // of shapes: from where cells were weighed to where they are
+    bool is_reusable_ = false;  // the next frame may go by these weights
     Eigen::MatrixX3d coefficients_;
     Eigen::Isometry3d pose_ = Eigen::Isometry3d::Identity();
-    Eigen::Matrix3Xd smooth_;       // what the kernel weighs
     std::vector<double> variance_;  // per cell
 };
 
@@ -111,10 +136,13 @@ class UnseenMotion {
     bool is_hidden(size_t node) const {
         return (moves_[node] & kHidden) != 0 && (moves_[node] & kSeen) == 0;
     }
-    bool ask_pieces(SurfaceSamples samples, std::span<const defrec_piece> pieces,
-                    const VertexConfidence& confidence);
+    void read_pieces(SurfaceSamples samples, std::span<const defrec_piece> pieces,
+                     const VertexConfidence& confidence);
+    bool solve_pieces(const TemplateData& data, std::span<const defrec_piece> pieces);
+    void find_variances();
     void find_detail(const TemplateData& data, std::span<const defrec_motion> motions,
                      const VertexConfidence& confidence);
+    Eigen::Vector3d place(const TemplateData& data, size_t node) const;
     void move_nodes(const TemplateData& data, const Results& results, ArrayPart part) const;
     defrec_motion move_hidden(const TemplateData& data, size_t node, const Results& results) const;
     void move_vertices(const Template& surface, const Results& results, ArrayPart part) const;
@@ -125,6 +153,7 @@ class UnseenMotion {
 
     std::vector<UnseenPiece> pieces_;
     std::vector<uint32_t> vertex_of_;  // per control point: which it moves most
+    Eigen::MatrixXd shapes_;           // a column for each control point, of its piece's modes
     std::vector<uint32_t> hidden_;     // per piece: how many control points are
     std::vector<uint8_t> is_apart_;    // per piece: enough control points move nothing that is seen
     std::vector<uint8_t> moves_;       // per control point
