@@ -9,6 +9,7 @@
 
 #include "backends/shared/motion.hpp"
 #include "backends/shared/rigid_fit.hpp"
+#include "sdk/base/os/helped_loop.hpp"
 #include "sdk/base/util/median.hpp"
 #include "sdk/template/surface_point.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
@@ -51,7 +52,6 @@ class SlidingBand {
           band_(std::move(part.band)),
           axis_(axis_along(band_, part.along)) {}
 
-    size_t size() const { return band_.cells.size(); }
     bool is_slim() const { return is_line(band_, axis_, node_spacing(data_)); }
     // As a part of a band, after slides_somewhere().
     SlidingPart part() const { return {band_, axis_.along, slip_}; }
@@ -391,14 +391,21 @@ class Unconfirmed {
 // The parts of the marked cells beside which the surface slides.
 std::vector<SlidingPart> sliding_parts(const TemplateData& data, const FrameOutput& output,
                                        std::span<const uint8_t> is_confirmed,
-                                       std::vector<uint8_t> open) {
-    std::vector<SlidingPart> parts;
+                                       std::vector<uint8_t> open, const Services* helpers) {
+    std::vector<Band> bands;
     for (size_t i = 0; i < open.size(); ++i) {
         if (open[i] == 0) continue;
-        SlidingBand part(data, output, is_confirmed, {take_band(data.grid, open, i), {1, 0}});
-        if (part.size() >= Slips::kMinCells && part.slides_somewhere())
-            parts.push_back(part.part());
+        Band band = take_band(data.grid, open, i);
+        if (band.cells.size() >= Slips::kMinCells) bands.push_back(std::move(band));
     }
+    std::vector<std::optional<SlidingPart>> found(bands.size());
+    helped_loop(helpers, bands.size(), [&](size_t i) {
+        SlidingBand band(data, output, is_confirmed, {std::move(bands[i]), {1, 0}});
+        if (band.slides_somewhere()) found[i] = band.part();
+    });
+    std::vector<SlidingPart> parts;
+    for (std::optional<SlidingPart>& part : found)
+        if (part) parts.push_back(std::move(*part));
     return parts;
 }
 
@@ -480,7 +487,8 @@ void SlipMonitor::doubt(const TemplateData& data, std::span<const SlidingPart> p
 }
 
 void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
-                            std::span<const uint8_t> is_confirmed, std::span<const uint8_t> image) {
+                            std::span<const uint8_t> is_confirmed, std::span<const uint8_t> image,
+                            const Services* helpers) {
     if (found_) return;
     const SurfaceGrid& grid = data.grid;
     const Unconfirmed unconfirmed(data, output, is_confirmed);
@@ -495,7 +503,7 @@ void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
         return;
     }
     std::vector<uint8_t> open = open_cells(data, frames_, Slips::kFrames, Slips::kBesideCut);
-    std::vector<SlidingPart> bands = sliding_parts(data, output, is_confirmed, open);
+    std::vector<SlidingPart> bands = sliding_parts(data, output, is_confirmed, open, helpers);
     doubt(data, bands);
     bands = join(std::move(bands), spacing);
     if (suspected_ && !image.empty()) bands.push_back(std::move(*suspected_));

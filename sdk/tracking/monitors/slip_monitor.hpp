@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "sdk/base/os/services.hpp"
 #include "sdk/tracking/frame/frame_output.hpp"
 #include "sdk/tracking/monitors/band.hpp"
 
@@ -35,9 +36,11 @@ class SlipMonitor {
 
     // Once for each frame in which the surface was found with depth. is_confirmed: photometric
     // evidence, per vertex. image: the left image, width * height, if it was wanted before the
-    // frame; else empty. Nothing more is looked for once a line was found.
+    // frame; else empty. helpers: whose threads take part, or nullptr. Nothing more is looked for
+    // once a line was found.
     void add_frame(const TemplateData& data, const FrameOutput& output,
-                   std::span<const uint8_t> is_confirmed, std::span<const uint8_t> image);
+                   std::span<const uint8_t> is_confirmed, std::span<const uint8_t> image,
+                   const Services* helpers);
 
     // A line along which the first view's surface slides: for some frames a band showed nothing of
     // the template although something lay at its depth or behind, what is seen on both sides of it

@@ -69,7 +69,7 @@ class Surface {
     const std::optional<Slip>& watch(SlipMonitor& monitor, int frames) const {
         for (int i = 0; i < frames; ++i)
             monitor.add_frame(data_, output_, is_confirmed_,
-                              monitor.wants_image() ? live_ : std::vector<uint8_t>());
+                              monitor.wants_image() ? live_ : std::vector<uint8_t>(), nullptr);
         return monitor.found();
     }
 

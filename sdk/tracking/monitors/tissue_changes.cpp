@@ -1,9 +1,7 @@
 // See tissue_changes.hpp.
 #include "sdk/tracking/monitors/tissue_changes.hpp"
 
-#include <new>
-
-#include "sdk/base/os/helped_loop.hpp"
+#include <exception>
 
 namespace defrec {
 
@@ -17,16 +15,11 @@ void TissueChanges::add_frame(const TemplateData& data, const FrameOutput& outpu
                               std::span<const uint8_t> is_confirmed,
                               const Services* helpers) noexcept {
     try {
-        helped_loop(helpers, 3, [&](size_t monitor) {
-            if (monitor == 0)
-                slips_.add_frame(data, output, is_confirmed,
-                                 slips_.wants_image() ? image_ : std::span<const uint8_t>());
-            else if (monitor == 1)
-                departed_.add_frame(data, output, is_confirmed);
-            else
-                cuts_.add_frame(data, output.samples, is_confirmed);
-        });
-    } catch (const std::bad_alloc&) {
+        cuts_.add_frame(data, output.samples, is_confirmed);
+        departed_.add_frame(data, output, is_confirmed);
+        slips_.add_frame(data, output, is_confirmed,
+                         slips_.wants_image() ? image_ : std::span<const uint8_t>(), helpers);
+    } catch (const std::exception&) {
         cuts_.reset();  // gaps and slips still show in later frames; that tissue left does not
         slips_.reset();
     }
