@@ -148,7 +148,7 @@ ALLOWED = {
     ("tracking/points/lift_pixels.cpp", "kRounds = 6"): "rounds until nothing changes",
     ("tracking/points/unseen_cells.cpp", "std::max(1e-3, "): "no division by 0",
     ("tracking/points/unseen_kriging.cpp", "kLeaf = 16"): "how a matrix is parted",
-    ("tracking/points/unseen_motion.cpp", "kJitter = 1e-6"): "keeps a matrix invertible",
+    ("tracking/points/unseen_modes.cpp", "kJitter = 1e-6"): "keeps a matrix invertible",
     ("tracking/points/point_carrier.cpp", "kNothing = 1e-6"): "no division by 0",
     ("tracking/points/point_carrier.cpp", "std::max(trace, 1e-9)"): "no division by 0",
     ("tracking/points/prepared_set.cpp", "kRun = 16'384"): "how threads share work",

@@ -1,7 +1,6 @@
 // See unseen_motion.hpp.
 #include "sdk/tracking/points/unseen_motion.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -10,7 +9,6 @@
 
 #include "backends/shared/motion.hpp"
 #include "sdk/base/os/helped_loop.hpp"
-#include "sdk/body/deep_motion.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
@@ -18,8 +16,6 @@ namespace defrec {
 namespace {
 
 using Decision = decisions::UnseenMotion;
-
-constexpr double kJitter = 1e-6;
 
 Eigen::Vector3d as_vector(const float* xyz) {
     return Eigen::Map<const Eigen::Vector3f>(xyz).cast<double>();
@@ -39,11 +35,6 @@ Eigen::Vector3d moved(const defrec_motion& motion, const Eigen::Vector3d& place)
     return {now.x, now.y, now.z};
 }
 
-// Errors of neighbouring vertices are alike: a mean of many is no better than each.
-double noise_mm2(double error_mm2) {
-    return Decision::kNoise * Decision::kNoise + Decision::kErrorShare * error_mm2;
-}
-
 defrec_motion as_motion_record(const Eigen::Matrix3d& turn, const Eigen::Vector3d& shift) {
     const Eigen::Quaterniond q(turn);
     return from_rigid(Quaternion<double>{q.w(), q.x(), q.y(), q.z()},
@@ -52,247 +43,6 @@ defrec_motion as_motion_record(const Eigen::Matrix3d& turn, const Eigen::Vector3
 }
 
 }  // namespace
-
-UnseenPiece::UnseenPiece(const Template& surface, size_t piece)
-    : cells_(surface, piece), length_mm_(Decision::kLengthShare * cells_.view_width_mm()) {
-    const Eigen::Index count = cells_.rest().cols(), modes = std::min(count, Decision::kModes);
-    variance_.assign(cells_.size(), 0);
-    if (count == 0) return;
-    Eigen::MatrixXd alike = kernel(cells_.rest(), cells_.rest());
-    alike.diagonal().array() += kJitter;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> parts(alike);
-    at_cells_ = parts.eigenvectors().rightCols(modes);
-    spread_ = parts.eigenvalues().tail(modes);
-    weigher_ = at_cells_ * spread_.cwiseInverse().asDiagonal();
-    products_.setZero(3 * modes, 3 * modes);
-    coefficients_.setZero(modes, 3);
-}
-
-void UnseenPiece::learn_from(const UnseenPiece& before) {
-    if (before.cells_.size() == 0 || cells_.size() == 0) return;
-    const Eigen::MatrixXd shapes = before.shapes(cells_.rest()),
-                          change = at_cells_.transpose() * shapes,
-                          unknown = spread_.asDiagonal().toDenseMatrix() -
-                                    change * before.spread_.asDiagonal() * change.transpose();
-    Eigen::MatrixXd on_axes = Eigen::MatrixXd::Zero(products_.rows(), before.products_.rows());
-    add_on_axes(change, on_axes);
-    products_ = on_axes * before.products_ * on_axes.transpose();
-    add_on_axes(before.frames_ * Decision::kStart * Decision::kStart * unknown, products_);
-    frames_ = before.frames_;
-    cells_.take_ages(before.cells_);
-    all_frames_ = before.all_frames_;
-}
-
-// Matern's covariance of order 3/2.
-Eigen::MatrixXd UnseenPiece::kernel(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) const {
-    const double scale = std::sqrt(3.0) / length_mm_;
-    Eigen::MatrixXd values(a.cols(), b.cols());
-    Eigen::ArrayXd distance(a.cols());
-    for (Eigen::Index j = 0; j < b.cols(); ++j) {
-        distance = scale * (a.colwise() - b.col(j)).colwise().norm().transpose();
-        values.col(j) = (1 + distance) * (-distance).exp();
-    }
-    return values;
-}
-
-Eigen::MatrixXd UnseenPiece::shapes(const Eigen::Matrix3Xd& places) const {
-    return kernel(cells_.rest(), places).transpose() * weigher_;
-}
-
-void UnseenPiece::read(SurfaceSamples samples, const VertexConfidence& confidence) {
-    lesson_ = Lesson::kNone;
-    is_telling_ = cells_.read(samples, confidence);
-    if (is_telling_) ++all_frames_;
-}
-
-bool UnseenPiece::solve_frame() {
-    if (!is_telling_) return false;
-    const bool is_as_before = solve_as_before();
-    if (!is_as_before && !solve()) return false;
-    lesson_ = is_as_before ? Lesson::kSolvedAsBefore : Lesson::kSolved;
-    return true;
-}
-
-void UnseenPiece::skip_frame() {
-    if (!is_telling_) return;
-    if (cells_.seen().rest.cols() == cells_.rest().cols())
-        lesson_ = Lesson::kDirect;
-    else if (all_frames_ % Decision::kLearnEvery == 0)
-        lesson_ = Lesson::kSolve;
-}
-
-// covariance: of the coefficients' errors.
-void UnseenPiece::learn(const Eigen::MatrixX3d& coefficients, const Eigen::MatrixXd& covariance) {
-    products_ *= Decision::kForget;
-    products_.noalias() += coefficients.reshaped() * coefficients.reshaped().transpose();
-    products_ += covariance;
-    frames_ = Decision::kForget * frames_ + 1;
-    information_.resize(0, 0);
-}
-
-// Kriging gives what is seen where every cell is.
-void UnseenPiece::learn_directly() {
-    const UnseenCells::Seen& seen = cells_.seen();
-    const Eigen::Isometry3d pose =
-        fit_rigid(seen.rest, seen.now, Eigen::VectorXd::Ones(seen.rest.cols()));
-    const Eigen::Matrix3Xd displacements = pose.inverse() * seen.now - seen.rest;
-    const Eigen::VectorXd noise = seen.error_mm2.unaryExpr(&noise_mm2);
-    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(products_.rows(), products_.cols());
-    add_on_axes(at_cells_.transpose() * noise.asDiagonal() * at_cells_, covariance);
-    learn(at_cells_.transpose() * displacements.transpose(), covariance);
-}
-
-const Eigen::MatrixXd& UnseenPiece::information() {
-    if (information_.size() > 0) return information_;
-    Eigen::MatrixXd sum = products_;
-    add_on_axes(Decision::kStartFrames * Decision::kStart * Decision::kStart *
-                    spread_.asDiagonal().toDenseMatrix(),
-                sum);
-    information_ = (Decision::kStartFrames + frames_) * inverse_of(sum);
-    return information_;
-}
-
-// A column for each cell, as it is where the cell was when it was weighed; 0 where it is not
-// observed.
-Eigen::Matrix3Xd UnseenPiece::displacements() const {
-    const UnseenCells::Seen& seen = cells_.seen();
-    Eigen::Matrix3Xd values = Eigen::Matrix3Xd::Zero(3, cells_.rest().cols());
-    values(Eigen::all, seen.cells) = pose_.inverse() * seen.now - seen.rest;
-    return values - (shift_ * coefficients_).transpose();
-}
-
-// The cells' weights, 1/mm^2; 0 where a cell is not observed.
-Eigen::VectorXd UnseenPiece::weights() const {
-    // Means of parts of cells lie off the cells' means, and modes do not tell everything.
-    const Eigen::VectorXd beside_modes =
-        (1 - (shapes_seen_.cwiseAbs2() * spread_).array()).max(0.0).matrix();
-    Eigen::VectorXd weight = Eigen::VectorXd::Zero(cells_.rest().cols());
-    weight(cells_.seen().cells) = (Decision::kStart * Decision::kStart * beside_modes +
-                                   cells_.seen().error_mm2.unaryExpr(&noise_mm2))
-                                      .cwiseInverse();
-    return weight;
-}
-
-void UnseenPiece::weigh(const Eigen::VectorXd& weight) {
-    const UnseenCells::Seen& seen = cells_.seen();
-    centre_ = seen.rest.rowwise().mean();
-    Eigen::MatrixXd shapes_of = at_cells_;
-    Eigen::Matrix3Xd places = cells_.rest();
-    shapes_of(seen.cells, Eigen::all) = shapes_seen_;
-    places(Eigen::all, seen.cells) = seen.rest;
-    shift_.setZero(shapes_of.rows(), shapes_of.cols());
-    kriging_.emplace(DisplacementModel(std::move(shapes_of), places.colwise() - centre_),
-                     information());
-    kriging_->weigh(weight);
-}
-
-// Cells that the others foretell otherwise are taken for as noisy as they seem. Returns the largest
-// factor by which their noise grew.
-double UnseenPiece::raise_noise() {
-    kriging_->find_doubts();
-    const Eigen::VectorXd surprises = kriging_->surprises(displacements());
-    raise_ = raise_.cwiseProduct(surprises).cwiseMax(1.0);
-    return surprises.maxCoeff();
-}
-
-bool UnseenPiece::solve() {
-    const UnseenCells::Seen& seen = cells_.seen();
-    is_reusable_ = false;
-    shapes_seen_ = shapes(seen.rest);
-    const Eigen::VectorXd weight = weights();
-    raise_.setOnes(weight.size());
-    weigh(weight);
-    fit_pose();
-    // A cell that stands out hides another one from the first round.
-    for (int round = 0; round < Decision::kRaises; ++round) {
-        const double largest = raise_noise();
-        kriging_->weigh(weight.cwiseQuotient(raise_));
-        if (largest < Decision::kStandsOut) break;
-    }
-    find_base_variances();
-    return estimate();
-}
-
-void UnseenPiece::fit_pose() {
-    const UnseenCells::Seen& seen = cells_.seen();
-    pose_ = fit_rigid(seen.rest, seen.now, Eigen::VectorXd::Ones(seen.rest.cols()));
-}
-
-bool UnseenPiece::estimate() {
-    fit_pose();
-    for (int round = 0; round < 2; ++round) {
-        const UnseenKriging::Found found = kriging_->solve(displacements());
-        pose_ = pose_ * Eigen::Translation3d(centre_) * as_motion(found.motion) *
-                Eigen::Translation3d(-centre_);
-        coefficients_ = found.coefficients;
-    }
-    coefficients_ = kriging_->solve(displacements()).coefficients;
-    return coefficients_.allFinite() && pose_.matrix().allFinite() && base_mm2_.allFinite();
-}
-
-// Gives cells that are observed otherwise other weights; false: they are too many.
-bool UnseenPiece::change_weights() {
-    const UnseenCells::Seen& seen = cells_.seen();
-    shapes_seen_ = shapes(seen.rest);
-    shift_.setZero();
-    shift_(seen.cells, Eigen::all) = shapes_seen_ - kriging_->shapes()(seen.cells, Eigen::all);
-    const Eigen::VectorXd weight = weights().cwiseQuotient(raise_);
-    std::vector<Eigen::Index> changed;
-    for (Eigen::Index cell = 0; cell < weight.size(); ++cell) {
-        const double before = kriging_->weight()[cell];
-        if (weight[cell] * Decision::kNoiseRatio < before || (before <= 0 && weight[cell] > 0))
-            changed.push_back(cell);
-    }
-    if (changed.size() > Decision::kMaxChanges) return false;
-    kriging_->change(changed, weight);
-    return true;
-}
-
-bool UnseenPiece::solve_as_before() {
-    if (!std::exchange(is_reusable_, false) || !change_weights() || !estimate()) return false;
-    return kriging_->surprises(displacements()).maxCoeff() < Decision::kSurprise;
-}
-
-void UnseenPiece::find_base_variances() {
-    base_mm2_ = kriging_->variances({at_cells_, cells_.rest().colwise() - centre_});
-}
-
-void UnseenPiece::find_variances() {
-    const Eigen::VectorXd variances =
-        base_mm2_ - kriging_->lessened({at_cells_, cells_.rest().colwise() - centre_});
-    for (Eigen::Index i = 0; i < variances.size(); ++i)
-        variance_[static_cast<size_t>(i)] = Decision::kVarianceShare * variances[i] + unseen_mm2(i);
-}
-
-void UnseenPiece::learn() {
-    const Lesson lesson = std::exchange(lesson_, Lesson::kNone);
-    if (lesson == Lesson::kNone) return;
-    if (lesson == Lesson::kDirect) return learn_directly();
-    // What another frame's weights find places tissue well enough, but is no lesson: errors would
-    // add up.
-    if (lesson != Lesson::kSolved && !solve()) return;
-    kriging_->find_covariance();
-    learn(coefficients_, kriging_->covariance());
-    if (lesson == Lesson::kSolve) return;
-    kriging_->find_doubts();
-    is_reusable_ = true;
-    information();  // for the next lesson
-}
-
-// Variance of motion that a cell has for itself: since it was seen, and far from what is seen.
-double UnseenPiece::unseen_mm2(Eigen::Index cell) const {
-    const Eigen::Matrix3Xd& seen = cells_.seen().rest;
-    const double nearest = std::sqrt(
-                     (seen.colwise() - cells_.rest().col(cell)).colwise().squaredNorm().minCoeff()),
-                 far = std::clamp((nearest - cells_.apart_mm() / 2) / Decision::kFar, 0.0, 1.0),
-                 unseen = std::min(cells_.age(cell), Decision::kLong);
-    return Decision::kMost * Decision::kMost * far * far * unseen / Decision::kLong;
-}
-
-Eigen::Vector3d UnseenPiece::place(const Eigen::Vector3d& at_rest,
-                                   const Eigen::Ref<const Eigen::VectorXd>& shapes) const {
-    return pose_ * (at_rest + coefficients_.transpose() * shapes.head(coefficients_.rows()));
-}
 
 UnseenMotion::UnseenMotion(const Template& surface) {
     const TemplateData& data = surface.data();

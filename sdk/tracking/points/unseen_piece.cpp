@@ -1,0 +1,223 @@
+// See unseen_piece.hpp.
+#include "sdk/tracking/points/unseen_piece.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "sdk/body/deep_motion.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
+
+namespace defrec {
+namespace {
+
+using Decision = decisions::UnseenMotion;
+
+// Errors of neighbouring vertices are alike: a mean of many is no better than each.
+double noise_mm2(double error_mm2) {
+    return Decision::kNoise * Decision::kNoise + Decision::kErrorShare * error_mm2;
+}
+
+}  // namespace
+
+UnseenPiece::UnseenPiece(const Template& surface, size_t piece) : cells_(surface, piece) {
+    variance_.assign(cells_.size(), 0);
+    if (cells_.size() == 0) return;
+    modes_ = {cells_.rest(), Decision::kLengthShare * cells_.view_width_mm()};
+    learnt_.emplace(modes_);
+    coefficients_.setZero(modes_.count(), 3);
+}
+
+void UnseenPiece::learn_from(const UnseenPiece& before) {
+    if (before.cells_.size() == 0 || cells_.size() == 0) return;
+    learnt_->learn_from(*before.learnt_, modes_, before.shapes(cells_.rest()),
+                        before.modes_.spread());
+    cells_.take_ages(before.cells_);
+    all_frames_ = before.all_frames_;
+}
+
+void UnseenPiece::read(SurfaceSamples samples, const VertexConfidence& confidence) {
+    lesson_ = Lesson::kNone;
+    is_telling_ = cells_.read(samples, confidence);
+    if (is_telling_) ++all_frames_;
+}
+
+bool UnseenPiece::solve_frame() {
+    if (!is_telling_) return false;
+    const bool is_as_before = solve_as_before();
+    if (!is_as_before && !solve()) return false;
+    lesson_ = is_as_before ? Lesson::kSolvedAsBefore : Lesson::kSolved;
+    return true;
+}
+
+void UnseenPiece::skip_frame() {
+    if (!is_telling_) return;
+    if (cells_.seen().rest.cols() == cells_.rest().cols())
+        lesson_ = Lesson::kDirect;
+    else if (all_frames_ % Decision::kLearnEvery == 0)
+        lesson_ = Lesson::kSolve;
+}
+
+// Kriging gives what is seen where every cell is.
+void UnseenPiece::learn_directly() {
+    const UnseenCells::Seen& seen = cells_.seen();
+    const Eigen::Isometry3d pose =
+        fit_rigid(seen.rest, seen.now, Eigen::VectorXd::Ones(seen.rest.cols()));
+    const Eigen::Matrix3Xd displacements = pose.inverse() * seen.now - seen.rest;
+    const Eigen::VectorXd noise = seen.error_mm2.unaryExpr(&noise_mm2);
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(3 * modes_.count(), 3 * modes_.count());
+    add_on_axes(modes_.at_cells().transpose() * noise.asDiagonal() * modes_.at_cells(), covariance);
+    learnt_->learn(modes_.at_cells().transpose() * displacements.transpose(), covariance);
+}
+
+// A column for each cell, as it is where the cell was when it was weighed; 0 where it is not
+// observed.
+Eigen::Matrix3Xd UnseenPiece::displacements() const {
+    const UnseenCells::Seen& seen = cells_.seen();
+    Eigen::Matrix3Xd values = Eigen::Matrix3Xd::Zero(3, cells_.rest().cols());
+    values(Eigen::all, seen.cells) = pose_.inverse() * seen.now - seen.rest;
+    return values - (shift_ * coefficients_).transpose();
+}
+
+// The cells' weights, 1/mm^2; 0 where a cell is not observed.
+Eigen::VectorXd UnseenPiece::weights() const {
+    // Means of parts of cells lie off the cells' means, and modes do not tell everything.
+    const Eigen::VectorXd beside_modes =
+        (1 - (shapes_seen_.cwiseAbs2() * modes_.spread()).array()).max(0.0).matrix();
+    Eigen::VectorXd weight = Eigen::VectorXd::Zero(cells_.rest().cols());
+    weight(cells_.seen().cells) = (Decision::kStart * Decision::kStart * beside_modes +
+                                   cells_.seen().error_mm2.unaryExpr(&noise_mm2))
+                                      .cwiseInverse();
+    return weight;
+}
+
+void UnseenPiece::weigh(const Eigen::VectorXd& weight) {
+    const UnseenCells::Seen& seen = cells_.seen();
+    centre_ = seen.rest.rowwise().mean();
+    Eigen::MatrixXd shapes_of = modes_.at_cells();
+    Eigen::Matrix3Xd places = cells_.rest();
+    shapes_of(seen.cells, Eigen::all) = shapes_seen_;
+    places(Eigen::all, seen.cells) = seen.rest;
+    shift_.setZero(shapes_of.rows(), shapes_of.cols());
+    kriging_.emplace(DisplacementModel(std::move(shapes_of), places.colwise() - centre_),
+                     learnt_->information());
+    kriging_->weigh(weight);
+}
+
+// Cells that the others foretell otherwise are taken for as noisy as they seem. Returns the largest
+// factor by which their noise grew.
+double UnseenPiece::raise_noise() {
+    kriging_->find_doubts();
+    const Eigen::VectorXd surprises = kriging_->surprises(displacements());
+    raise_ = raise_.cwiseProduct(surprises).cwiseMax(1.0);
+    return surprises.maxCoeff();
+}
+
+bool UnseenPiece::solve() {
+    is_reusable_ = false;
+    shapes_seen_ = shapes(cells_.seen().rest);
+    if (solve_with_noise_before()) return true;
+    const Eigen::VectorXd weight = weights();
+    raise_.setOnes(weight.size());
+    weigh(weight);
+    fit_pose();
+    // A cell that stands out hides another one from the first round.
+    for (int round = 0; round < Decision::kRaises; ++round) {
+        const double largest = raise_noise();
+        kriging_->weigh(weight.cwiseQuotient(raise_));
+        if (largest < Decision::kStandsOut) break;
+    }
+    kriging_->find_doubts();
+    find_base_variances();
+    return estimate();
+}
+
+// How noisy the cells seem now is for the next frame. false: one is off by too much for that.
+bool UnseenPiece::solve_with_noise_before() {
+    if (raise_.size() == 0) return false;
+    weigh(weights().cwiseQuotient(raise_));
+    find_base_variances();
+    return estimate() && raise_noise() < Decision::kSurprise;
+}
+
+void UnseenPiece::fit_pose() {
+    const UnseenCells::Seen& seen = cells_.seen();
+    pose_ = fit_rigid(seen.rest, seen.now, Eigen::VectorXd::Ones(seen.rest.cols()));
+}
+
+bool UnseenPiece::estimate() {
+    fit_pose();
+    for (int round = 0; round < 2; ++round) {
+        const UnseenKriging::Found found = kriging_->solve(displacements());
+        pose_ = pose_ * Eigen::Translation3d(centre_) * as_motion(found.motion) *
+                Eigen::Translation3d(-centre_);
+        coefficients_ = found.coefficients;
+    }
+    coefficients_ = kriging_->solve(displacements()).coefficients;
+    return coefficients_.allFinite() && pose_.matrix().allFinite() && base_mm2_.allFinite();
+}
+
+// Gives cells that are observed otherwise other weights; false: they are too many.
+bool UnseenPiece::change_weights() {
+    const UnseenCells::Seen& seen = cells_.seen();
+    shapes_seen_ = shapes(seen.rest);
+    shift_.setZero();
+    shift_(seen.cells, Eigen::all) = shapes_seen_ - kriging_->shapes()(seen.cells, Eigen::all);
+    const Eigen::VectorXd weight = weights().cwiseQuotient(raise_);
+    std::vector<Eigen::Index> changed;
+    for (Eigen::Index cell = 0; cell < weight.size(); ++cell) {
+        const double before = kriging_->weight()[cell];
+        if (weight[cell] * Decision::kNoiseRatio < before || (before <= 0 && weight[cell] > 0))
+            changed.push_back(cell);
+    }
+    if (changed.size() > Decision::kMaxChanges) return false;
+    kriging_->change(changed, weight);
+    return true;
+}
+
+bool UnseenPiece::solve_as_before() {
+    if (!std::exchange(is_reusable_, false) || !change_weights() || !estimate()) return false;
+    return kriging_->surprises(displacements()).maxCoeff() < Decision::kSurprise;
+}
+
+void UnseenPiece::find_base_variances() {
+    base_mm2_ = kriging_->variances({modes_.at_cells(), cells_.rest().colwise() - centre_});
+}
+
+void UnseenPiece::find_variances() {
+    const Eigen::VectorXd variances =
+        base_mm2_ - kriging_->lessened({modes_.at_cells(), cells_.rest().colwise() - centre_});
+    for (Eigen::Index i = 0; i < variances.size(); ++i)
+        variance_[static_cast<size_t>(i)] = Decision::kVarianceShare * variances[i] + unseen_mm2(i);
+}
+
+void UnseenPiece::learn() {
+    const Lesson lesson = std::exchange(lesson_, Lesson::kNone);
+    if (lesson == Lesson::kNone) return;
+    if (lesson == Lesson::kDirect) return learn_directly();
+    // What another frame's weights find places tissue well enough, but is no lesson: errors would
+    // add up.
+    if (lesson != Lesson::kSolved && !solve()) return;
+    kriging_->find_covariance();
+    learnt_->learn(coefficients_, kriging_->covariance());
+    if (lesson == Lesson::kSolve) return;
+    is_reusable_ = true;
+    learnt_->information();  // for the next lesson
+}
+
+// Variance of motion that a cell has for itself: since it was seen, and far from what is seen.
+double UnseenPiece::unseen_mm2(Eigen::Index cell) const {
+    const Eigen::Matrix3Xd& seen = cells_.seen().rest;
+    const double nearest = std::sqrt(
+                     (seen.colwise() - cells_.rest().col(cell)).colwise().squaredNorm().minCoeff()),
+                 far = std::clamp((nearest - cells_.apart_mm() / 2) / Decision::kFar, 0.0, 1.0),
+                 unseen = std::min(cells_.age(cell), Decision::kLong);
+    return Decision::kMost * Decision::kMost * far * far * unseen / Decision::kLong;
+}
+
+Eigen::Vector3d UnseenPiece::place(const Eigen::Vector3d& at_rest,
+                                   const Eigen::Ref<const Eigen::VectorXd>& shapes) const {
+    return pose_ * (at_rest + coefficients_.transpose() * shapes.head(coefficients_.rows()));
+}
+
+}  // namespace defrec

@@ -1,0 +1,90 @@
+// A piece of a template's surface, and where its tissue is that is not seen: universal kriging
+// (Cressie, Statistics for Spatial Data, 1993, 3.4), whose trend is a rigid motion and whose
+// covariance is learnt.
+#pragma once
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "sdk/template/template.hpp"
+#include "sdk/tracking/evidence/vertex_confidence.hpp"
+#include "sdk/tracking/points/unseen_cells.hpp"
+#include "sdk/tracking/points/unseen_kriging.hpp"
+#include "sdk/tracking/points/unseen_modes.hpp"
+
+namespace defrec {
+
+class UnseenPiece {
+  public:
+    UnseenPiece(const Template& surface, size_t piece);
+    // The piece before the template grew or was cut: what was learnt of it stays.
+    void learn_from(const UnseenPiece& before);
+
+    // Reads a frame.
+    void read(SurfaceSamples samples, const VertexConfidence& confidence);
+    // One of the two follows. Some control points move nothing that is seen: true: place() tells
+    // where tissue is, and variance_mm2() after find_variances() how well.
+    bool solve_frame();
+    void find_variances();
+    // All move something that is seen.
+    void skip_frame();
+    // Learns from that frame. Nobody waits for it.
+    void learn();
+    // The piece is lost in a frame.
+    void add_lost_frame() {
+        cells_.add_lost_frame();
+        lesson_ = Lesson::kNone;
+    }
+    // After solve_frame() has said true: where a place of the template frame is in that frame, with
+    // the modes' shapes there.
+    Eigen::Vector3d place(const Eigen::Vector3d& at_rest,
+                          const Eigen::Ref<const Eigen::VectorXd>& shapes) const;
+    // A row for each place.
+    Eigen::MatrixXd shapes(const Eigen::Matrix3Xd& places) const { return modes_.shapes(places); }
+    Eigen::Matrix3d rotation() const { return pose_.linear(); }
+    // Variance of the error of such a place, mm^2, at a vertex of this piece.
+    double variance_mm2(size_t vertex) const { return variance_[cells_.cell_of(vertex)]; }
+
+  private:
+    Eigen::Matrix3Xd displacements() const;
+    Eigen::VectorXd weights() const;
+    void weigh(const Eigen::VectorXd& weight);
+    double raise_noise();
+    void fit_pose();
+    // Finds the pose and the coefficients with the weights; false: the numbers do not do.
+    bool estimate();
+    // The same with this frame's weights.
+    bool solve();
+    bool solve_with_noise_before();
+    // The same with those of the frame before; false: they do not fit this one.
+    bool solve_as_before();
+    bool change_weights();
+    void find_base_variances();
+    double unseen_mm2(Eigen::Index cell) const;
+    void learn_directly();
+
+    UnseenCells cells_;
+    DisplacementModes modes_;
+    std::optional<LearntCoefficients> learnt_;  // none: there are no cells
+    uint32_t all_frames_ = 0;
+
+    // This frame's.
+    // Left for learn() to do.
+    enum class Lesson : uint8_t { kNone, kDirect, kSolve, kSolved, kSolvedAsBefore };
+    Lesson lesson_ = Lesson::kNone;
+    bool is_telling_ = false;               // what is observed tells how the surface moves
+    std::optional<UnseenKriging> kriging_;  // its places are the cells
+    Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
+    Eigen::VectorXd raise_;     // per cell: factor on its noise, for it stood out
+    Eigen::VectorXd base_mm2_;  // per cell: variance of its displacement, before weights changed
+    Eigen::MatrixXd shapes_seen_;
+    Eigen::MatrixXd shift_;     // of shapes: from where cells were weighed to where they are
+    bool is_reusable_ = false;  // the next frame may go by these weights
+    Eigen::MatrixX3d coefficients_;
+    Eigen::Isometry3d pose_ = Eigen::Isometry3d::Identity();
+    std::vector<double> variance_;  // per cell
+};
+
+}  // namespace defrec
