@@ -116,7 +116,10 @@ double UnseenPiece::raise_noise() {
 bool UnseenPiece::solve() {
     is_reusable_ = false;
     shapes_seen_ = shapes(cells_.seen().rest);
-    if (solve_with_noise_before()) return true;
+    if (raise_.size() > 0) {
+        const std::optional<double> largest = solve_with_noise_before();
+        if (largest && *largest < Decision::kSurprise) return true;
+    }
     const Eigen::VectorXd weight = weights();
     raise_.setOnes(weight.size());
     weigh(weight);
@@ -132,12 +135,12 @@ bool UnseenPiece::solve() {
     return estimate();
 }
 
-// How noisy the cells seem now is for the next frame. false: one is off by too much for that.
-bool UnseenPiece::solve_with_noise_before() {
-    if (raise_.size() == 0) return false;
+// How noisy the cells seem now is for the next frame. Returns raise_noise(), if the numbers do.
+std::optional<double> UnseenPiece::solve_with_noise_before() {
     weigh(weights().cwiseQuotient(raise_));
     find_base_variances();
-    return estimate() && raise_noise() < Decision::kSurprise;
+    if (!estimate()) return std::nullopt;
+    return raise_noise();
 }
 
 void UnseenPiece::fit_pose() {
@@ -197,7 +200,8 @@ void UnseenPiece::learn() {
     if (lesson == Lesson::kDirect) return learn_directly();
     // What another frame's weights find places tissue well enough, but is no lesson: errors would
     // add up.
-    if (lesson != Lesson::kSolved && !solve()) return;
+    if (lesson == Lesson::kSolve && !solve()) return;
+    if (lesson == Lesson::kSolvedAsBefore && !solve_with_noise_before()) return;
     kriging_->find_covariance();
     learnt_->learn(coefficients_, kriging_->covariance());
     if (lesson == Lesson::kSolve) return;

@@ -57,7 +57,7 @@ class UnseenPiece {
     bool estimate();
     // The same with this frame's weights.
     bool solve();
-    bool solve_with_noise_before();
+    std::optional<double> solve_with_noise_before();
     // The same with those of the frame before; false: they do not fit this one.
     bool solve_as_before();
     bool change_weights();
