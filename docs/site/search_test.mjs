@@ -21,6 +21,7 @@ const kAnswers = {
   'fps': 'deployment_performance',
   'lost': 'deployment_operating_room/When it is lost',
   'ROS': 'questions/ROS',
+  'rosbag': 'program_ros_bags',
   'Unity': 'questions/Unity, Unreal, HoloLens',
   'HoloLens': 'questions/Unity, Unreal, HoloLens',
   'GPU': 'deployment_performance/A GPU',

@@ -634,6 +634,24 @@ SECTIONS = (
             ),
         ),
     ),
+    (
+        "Bags of ROS 2",
+        (
+            (
+                198,
+                "a bag that is cut off, damaged, or claims what it cannot have",
+                "the frames until there, then exit code 3 with the byte",
+            ),
+            (
+                199,
+                (
+                    "a bag with one view, with several that could be it, that ends early in one"
+                    " view, or with stamps of two clocks"
+                ),
+                "exit code 3, with the topics of images, or with the stamps",
+            ),
+        ),
+    ),
 )
 
 # Tests that are not C++, or why there is none.

@@ -158,8 +158,9 @@ CalibrateFindings calibrate(const CalibrateCommand& command) {
 }
 
 int run_calibrate(const CalibrateCommand& command) {
-    keep_apart({command.source.left, command.source.right, command.source.stereo},
-               {command.out, command.report});
+    keep_apart(
+        {command.source.left, command.source.right, command.source.stereo, command.source.bag.path},
+        {command.out, command.report});
     const CalibrateFindings findings = calibrate(command);
     const std::string json = json_text(calibrate_json(findings), 2) + "\n";
     if (!command.report.empty()) write_atomically(command.report, json);

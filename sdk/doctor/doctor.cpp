@@ -6,6 +6,7 @@
 
 #include "sdk/client/library.hpp"
 #include "sdk/doctor/findings.hpp"
+#include "sdk/input/bag_calibration.hpp"
 #include "sdk/io/json_text.hpp"
 #include "sdk/io/terminal.hpp"
 
@@ -41,12 +42,13 @@ std::size_t Diagnosis::found() const {
 }
 
 Diagnosis diagnose(const DoctorOptions& options) {
-    const StereoCalibration written = read_calibration(options.calibration, options.units);
+    const StereoCalibration written =
+        read_calibration(options.source, options.calibration, options.units);
     const std::vector<StereoFrame> frames = read_frames(options.source);
     StereoCalibration accepted;
     std::string refusal;
     try {
-        accepted = load_calibration(options.calibration, options.units);
+        accepted = load_calibration(options.source, options.calibration, options.units);
         fit_to_frames(accepted, frames.front().left.width, frames.front().left.height);
     } catch (const CliError& error) {
         refusal = error.what();

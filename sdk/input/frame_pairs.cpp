@@ -6,12 +6,6 @@
 #include <utility>
 
 namespace defrec::cli {
-namespace {
-
-// Cameras of a pair are at most that many frames apart in their delivery.
-constexpr std::size_t kMaxWaiting = 4;
-
-}  // namespace
 
 void FramePairs::add(View view, CameraImage image) {
     auto& own = waiting_[view == View::kLeft ? 0 : 1];
@@ -24,7 +18,7 @@ void FramePairs::add(View view, CameraImage image) {
         [&](const auto& a, const auto& b) { return difference(a) < difference(b); });
     if (partner == other.end() || difference(*partner) > tolerance_ms_) {
         own.push_back(std::move(image));
-        if (own.size() > kMaxWaiting) {
+        if (own.size() > most_waiting_) {
             own.pop_front();
             ++counts_.unpaired;
         }
@@ -47,6 +41,13 @@ void FramePairs::add_pair(CameraPair pair) {
 }
 
 std::optional<CameraPair> FramePairs::take() { return std::exchange(newest_, std::nullopt); }
+
+void FramePairs::end() {
+    for (auto& images : waiting_) {
+        counts_.unpaired += static_cast<std::int64_t>(images.size());
+        images.clear();
+    }
+}
 
 void FramePairs::clear() {
     for (auto& images : waiting_) images.clear();

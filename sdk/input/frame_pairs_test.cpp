@@ -96,3 +96,15 @@ TEST_CASE("what waits can be forgotten") {
     CHECK_FALSE(pairs.take());
     CHECK(pairs.counts().pairs == 1);
 }
+
+TEST_CASE("at the end those that wait have no partner") {
+    FramePairs pairs = pairs_within(10);
+    pairs.add(kLeft, at(0));
+    pairs.add(kLeft, at(40));
+    pairs.add(kRight, at(80));
+    CHECK(pairs.counts().unpaired == 0);
+    pairs.end();
+    CHECK(pairs.counts().unpaired == 3);
+    pairs.end();
+    CHECK(pairs.counts().unpaired == 3);
+}

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <utility>
 
+#include "sdk/input/bag_source.hpp"
 #include "sdk/input/camera_name.hpp"
 #include "sdk/input/camera_source.hpp"
 #include "sdk/input/frame_times.hpp"
@@ -34,7 +35,7 @@ constexpr int kEnoughLive = 3;
 
 struct Pair {
     cv::Mat left, right;
-    double time_ms = 0;  // of cameras
+    double time_ms = 0;  // of cameras and bags
     // What the images show, where they do not own their pixels.
     std::array<std::shared_ptr<const void>, 2> memory;
 };
@@ -122,13 +123,14 @@ struct FrameSource::Impl {
     SourceOptions options;
     std::unique_ptr<ImageStream> left, right;  // right is null for a source that carries both
     std::unique_ptr<CameraSource> cameras;     // instead of both
-    std::optional<double> first_ms;            // time of the first frame, of cameras
+    std::unique_ptr<BagSource> bag;            // likewise
+    std::optional<double> first_ms;            // time of the first frame, of cameras and bags
     std::int64_t position = 0;                 // index of the next frame
     double fps = kDefaultFps;                  // of frames
     std::string fault;
     std::deque<Pair> ahead;             // read at opening, to know the size and the fields
     std::shared_ptr<const Pair> begun;  // whose later field is the next frame
-    std::optional<double> last_ms;      // time of the last frame, of cameras
+    std::optional<double> last_ms;      // time of the last frame, of cameras and bags
     std::vector<double> times_ms;       // of recorded images, where they are given
     cv::Size size;
     int channels = 3;
@@ -139,10 +141,12 @@ struct FrameSource::Impl {
         const std::int64_t of_image = frames_of_image();
         for (; position + of_image <= options.range.first; position += of_image) {
             if (!skip()) {
-                throw CliError(ExitCode::kInput, source_name() + ": --frames begins at frame " +
-                                                     std::to_string(options.range.first) +
-                                                     " but there are only " +
-                                                     std::to_string(position) + ".");
+                throw CliError(ExitCode::kInput,
+                               !fault.empty()
+                                   ? fault
+                                   : source_name() + ": --frames begins at frame " +
+                                         std::to_string(options.range.first) +
+                                         " but there are only " + std::to_string(position) + ".");
             }
         }
         Pair pair;
@@ -161,6 +165,7 @@ struct FrameSource::Impl {
         ahead.push_back(std::move(pair));
         if (options.fields == FieldOrder::kAuto) options.fields = live_fields();
         const double own = cameras            ? cameras->fps()
+                           : bag              ? bag->fps()
                            : times_ms.empty() ? left->fps()
                                               : rate_of(times_ms);
         fps = options.fps > 0 ? options.fps : own > 0 ? own : kDefaultFps;
@@ -213,6 +218,10 @@ struct FrameSource::Impl {
 
     void open_sources() {
         read_times();
+        if (options.bag.is_given()) {
+            bag = std::make_unique<BagSource>(options.bag);
+            return;
+        }
         const bool is_one = !options.stereo.empty();
         const std::vector<std::string> names =
             is_one ? std::vector{options.stereo} : std::vector{options.left, options.right};
@@ -245,10 +254,7 @@ struct FrameSource::Impl {
         throw CliError(ExitCode::kInput, text.str());
     }
 
-    // Name of the left view, or of the source that carries both.
-    const std::string& source_name() const {
-        return options.stereo.empty() ? options.left : options.stereo;
-    }
+    const std::string& source_name() const { return options.name(); }
 
     // The recorded frame's; none where there is none, which is a fault.
     std::optional<double> recorded_time() {
@@ -277,6 +283,10 @@ struct FrameSource::Impl {
     }
 
     bool skip() {
+        if (bag) {
+            Pair ignored;
+            return read_bag(ignored);
+        }
         if (!cameras) return left->skip() && (!right || right->skip());
         CameraPair ignored;
         return cameras->read(ignored);
@@ -284,6 +294,7 @@ struct FrameSource::Impl {
 
     bool read_pair(Pair& pair) {
         if (cameras) return read_cameras(pair);
+        if (bag) return read_bag(pair);
         const bool has_left = left->read(pair.left);
         if (!right) {
             if (!has_left) fault = left->fault();
@@ -312,6 +323,18 @@ struct FrameSource::Impl {
         return options.stereo.empty() || split_views(pair);
     }
 
+    bool read_bag(Pair& pair) {
+        CameraPair images;
+        if (!bag->read(images)) {
+            fault = bag->fault();
+            return false;
+        }
+        // Counted from the bag's first pair, also where it is passed over.
+        if (!first_ms) first_ms = images.left.time_ms;
+        pair = {images.left.image, images.right.image, images.left.time_ms, {}};
+        return true;
+    }
+
     bool split_views(Pair& pair) {
         const cv::Mat both = pair.left;
         const bool is_wide = options.layout == Layout::kSideBySide;
@@ -331,7 +354,7 @@ struct FrameSource::Impl {
     bool has_size(const Pair& pair) {
         for (const cv::Mat* image : {&pair.left, &pair.right}) {
             if (image->size() == size) continue;
-            const bool is_right = image == &pair.right && options.stereo.empty();
+            const bool is_right = image == &pair.right && !options.right.empty();
             fault = (is_right ? options.right : source_name()) + ": frame " +
                     std::to_string(position) + " is " + size_text(*image) + ", those before are " +
                     cli::size_text(size.width, size.height) + "; the size must not change.";
@@ -356,8 +379,8 @@ struct FrameSource::Impl {
         return pair;
     }
 
-    // A frame of a camera's image. Cameras' clocks are not even.
-    double live_time(const Pair& pair) {
+    // A frame of an image with a time. Cameras' clocks are not even.
+    double time_of(const Pair& pair) {
         constexpr double kLeastStep = 1e-3;  // ms
         if (!first_ms) first_ms = pair.time_ms;
         const bool is_later = frames_of_image() > 1 && position % kFieldsOfImage != 0;
@@ -394,12 +417,18 @@ std::optional<CameraCounts> FrameSource::camera_counts() const {
     return is_live() ? std::optional(impl_->cameras->counts()) : std::nullopt;
 }
 
+std::optional<BagFacts> FrameSource::bag_facts() const {
+    return impl_->bag ? std::optional(impl_->bag->facts()) : std::nullopt;
+}
+
 void FrameSource::set_notice_handler(std::function<void(const std::string&)> handler) {
     if (is_live()) impl_->cameras->set_notice_handler(std::move(handler));
 }
 
 std::optional<std::int64_t> FrameSource::expected() const {
-    std::optional<std::int64_t> end = is_live() ? std::nullopt : impl_->left->claimed();
+    std::optional<std::int64_t> end = is_live()    ? std::nullopt
+                                      : impl_->bag ? impl_->bag->claimed()
+                                                   : impl_->left->claimed();
     if (impl_->right && impl_->right->claimed())
         end = std::min(end.value_or(kMaxFrames), *impl_->right->claimed());
     if (end) *end *= impl_->frames_of_image();
@@ -418,7 +447,8 @@ bool FrameSource::next(StereoFrame& frame) {
         impl.expect_no_more_times();
         return false;
     }
-    const std::optional<double> time = impl.cameras ? impl.live_time(*pair) : impl.recorded_time();
+    const bool has_own_time = impl.cameras || impl.bag;
+    const std::optional<double> time = has_own_time ? impl.time_of(*pair) : impl.recorded_time();
     if (!time) return false;
     frame.timestamp_ms = *time;
     frame.index = impl.position++;

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "include/defrec_c.h"
+#include "sdk/input/bag_options.hpp"
 #include "sdk/input/camera_counts.hpp"
 #include "sdk/io/field_order.hpp"
 
@@ -42,9 +43,17 @@ struct FrameRange {
 FrameRange parse_frame_range(const std::string& text);
 
 struct SourceOptions {
-    // Whether they name both views, in one of the two ways.
-    bool has_views() const { return stereo.empty() == (!left.empty() && !right.empty()); }
+    // Whether they name both views, in one of the three ways.
+    bool has_views() const {
+        const bool has_both = !left.empty() && !right.empty();
+        return int{has_both} + int{!stereo.empty()} + int{bag.is_given()} == 1;
+    }
+    // The name of the left view's source, or of the one that carries both; for messages.
+    const std::string& name() const {
+        return bag.is_given() ? bag.path : stereo.empty() ? left : stereo;
+    }
 
+    BagOptions bag;                       // this, or
     std::string left, right;              // both, or
     std::string stereo;                   // this with
     std::string recording;                // file that names the three, of `defrec record`; or empty
@@ -77,6 +86,8 @@ class FrameSource {
     bool is_live() const;
     // Empty for recorded images.
     std::optional<CameraCounts> camera_counts() const;
+    // Empty but for bags.
+    std::optional<BagFacts> bag_facts() const;
     // See CameraSource.
     void set_notice_handler(std::function<void(const std::string&)> handler);
     // How many frames next() should deliver by what the source claims.

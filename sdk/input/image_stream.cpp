@@ -5,12 +5,10 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
-#include <string_view>
 #include <system_error>
 
-#include "include/defrec_c.h"
+#include "sdk/input/decode_image.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/image_header.hpp"
 #include "sdk/io/text.hpp"
@@ -21,8 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kLargestImageFile = 400'000'000;
-// Largest side of one image: both views may lie side by side, or one above the other.
-constexpr std::uint64_t kMaxSide = 2 * DEFREC_MAX_SIDE;
 // A container may count one frame more than it holds without being cut short.
 constexpr std::int64_t kCountTolerance = 1;
 
@@ -41,17 +37,6 @@ bool is_image_name(const fs::path& path) {
            std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
 }
 
-// libjpeg fills the rest of a cut file with gray and says nothing; libpng complains on the standard
-// error output.
-bool is_cut(const std::vector<unsigned char>& bytes) {
-    constexpr std::size_t kTail = 65536;
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    const std::string_view tail = text.substr(text.size() - std::min(text.size(), kTail));
-    if (text.starts_with("\xFF\xD8")) return tail.find("\xFF\xD9") == std::string_view::npos;
-    if (text.starts_with("\x89PNG")) return tail.find("IEND") == std::string_view::npos;
-    return false;
-}
-
 // Empty when the file is no whole image; reason: the system's, where it says why.
 cv::Mat decode_file(const fs::path& path, std::string& reason) {
     std::error_code error;
@@ -66,17 +51,7 @@ cv::Mat decode_file(const fs::path& path, std::string& reason) {
         return {};
     }
     if (std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) return {};
-    if (is_cut(bytes)) return {};
-    const std::optional<HeaderSize> claimed = image_header_size(bytes);
-    if (!claimed || claimed->width > kMaxSide || claimed->height > kMaxSide) return {};
-    try {
-        cv::Mat image = cv::imdecode(bytes, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
-        return image.depth() == CV_8U && (image.channels() == 1 || image.channels() == 3)
-                   ? image
-                   : cv::Mat();
-    } catch (const cv::Exception&) {
-        return {};
-    }
+    return decode_image(bytes);
 }
 
 // Throws CliError(kInput) where the file cannot be opened.
@@ -108,7 +83,7 @@ class FileStream : public ImageStream {
         if (image.empty()) {
             fault_ = files_[position_].string() +
                      ": this is not a whole image that can be read, of sides up to " +
-                     std::to_string(kMaxSide) + " px.";
+                     std::to_string(kMaxImageSide) + " px.";
             return false;
         }
         ++position_;
@@ -271,31 +246,6 @@ std::vector<fs::path> files_of_pattern(const std::string& source, const fs::path
 }
 
 }  // namespace
-
-bool precedes_by_name(const std::string& a, const std::string& b) {
-    std::size_t i = 0, j = 0;
-    while (i < a.size() && j < b.size()) {
-        if (!is_digit(a[i]) || !is_digit(b[j])) {
-            if (a[i] != b[j])
-                return static_cast<unsigned char>(a[i]) < static_cast<unsigned char>(b[j]);
-            ++i;
-            ++j;
-            continue;
-        }
-        while (i < a.size() && a[i] == '0') ++i;
-        while (j < b.size() && b[j] == '0') ++j;
-        std::size_t i_end = i, j_end = j;
-        while (i_end < a.size() && is_digit(a[i_end])) ++i_end;
-        while (j_end < b.size() && is_digit(b[j_end])) ++j_end;
-        if (i_end - i != j_end - j) return i_end - i < j_end - j;
-        const int order = a.compare(i, i_end - i, b, j, j_end - j);
-        if (order != 0) return order < 0;
-        i = i_end;
-        j = j_end;
-    }
-    const std::size_t left_of_a = a.size() - i, left_of_b = b.size() - j;
-    return left_of_a != left_of_b ? left_of_a < left_of_b : a < b;
-}
 
 std::unique_ptr<ImageStream> ImageStream::open(const std::string& source) {
     std::error_code error;

@@ -44,7 +44,4 @@ class ImageStream {
     double fps_ = 0;
 };
 
-// True when `a` comes before `b` in name order: as people count, so that frame_9 precedes frame_10.
-bool precedes_by_name(const std::string& a, const std::string& b);
-
 }  // namespace defrec::cli

@@ -2,10 +2,10 @@
 // calibration_check.cpp.
 #include "sdk/io/calibration.hpp"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <filesystem>
 
+#include "sdk/io/ros_calibration.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/io/yaml_document.hpp"
 
@@ -141,19 +141,9 @@ Matrix read_distortion(const YamlDocument& document, const YamlEntry& entry) {
     return read_matrix(document, entry, allowed);
 }
 
-void set_camera_matrix(const YamlDocument& document, const YamlEntry& entry,
-                       CameraCalibration& camera) {
+void set_matrix(const YamlDocument& document, const YamlEntry& entry, CameraCalibration& camera) {
     const Matrix matrix = read_matrix(document, entry, {{3, 3}});
-    const std::vector<double>& m = matrix.values;
-    if (m[1] != 0 || m[3] != 0 || m[6] != 0 || m[7] != 0 || m[8] != 1) {
-        document.fail(entry.line, entry.key,
-                      "[fx 0 cx; 0 fy cy; 0 0 1] was expected (skew is not supported).");
-    }
-    camera.fx = m[0];
-    camera.cx = m[2];
-    camera.fy = m[4];
-    camera.cy = m[5];
-    camera.matrix_origin = matrix.origin;
+    set_camera_matrix(matrix.values, matrix.origin, camera);
 }
 
 void set_distortion(const YamlDocument& document, const YamlEntry* entry,
@@ -164,7 +154,9 @@ void set_distortion(const YamlDocument& document, const YamlEntry* entry,
     camera.distortion_origin = matrix.origin;
 }
 
-void set_size(const YamlDocument& document, StereoCalibration& calibration) {
+// calibration: of a rig, or of a camera.
+template <class Calibration>
+void set_size(const YamlDocument& document, Calibration& calibration) {
     const YamlEntry* width = document.root().find("image_width");
     const YamlEntry* height = document.root().find("image_height");
     if (width == nullptr && height == nullptr) return;
@@ -201,7 +193,7 @@ StereoCalibration read_opencv(const YamlDocument& document) {
           std::tuple(&calibration.right, "M2", "K2", "D2")}) {
         const YamlEntry* entry = find_either(document, matrix, alias);
         if (entry == nullptr) document.fail(1, matrix, "this key is missing.");
-        set_camera_matrix(document, *entry, *camera);
+        set_matrix(document, *entry, *camera);
         set_distortion(document, document.root().find(distortion), *camera);
     }
     const Matrix rotation = read_matrix(document, require_entry(document, "R"), {{3, 3}});
@@ -216,15 +208,7 @@ StereoCalibration read_opencv(const YamlDocument& document) {
     return calibration;
 }
 
-using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-
-struct RosCamera {
-    Rotation rectification = Rotation::Identity();
-    Matrix projection;
-    std::string rectification_origin;
-};
-
-RosCamera read_ros_camera(const YamlDocument& document, CameraCalibration& camera) {
+RosCamera read_ros_camera(const YamlDocument& document) {
     // The files of camera_info_manager, and a dumped message's names in ROS 1 and ROS 2.
     static const std::vector<std::string> kKnown = {"image_width",
                                                     "image_height",
@@ -254,70 +238,28 @@ RosCamera read_ros_camera(const YamlDocument& document, CameraCalibration& camer
         const YamlEntry* entry = find_either(document, name, upper);
         return entry != nullptr ? entry : document.root().find(lower);
     };
-    if (const YamlEntry* model = document.root().find("distortion_model")) {
-        const std::string& name = model->value.scalar;
-        if (name != "plumb_bob" && name != "rational_polynomial" && !name.empty()) {
-            document.fail(model->line, "distortion_model",
-                          "'" + name.substr(0, 40) +
-                              "' is not supported; plumb_bob and rational_polynomial are.");
-        }
-    }
+    if (const YamlEntry* model = document.root().find("distortion_model"))
+        check_distortion_model(
+            model->value.scalar,
+            document.path() + ":" + std::to_string(model->line) + ": distortion_model");
+    RosCamera ros;
     const YamlEntry* matrix = find("camera_matrix", "K", "k");
     if (matrix == nullptr) document.fail(1, "camera_matrix", "this key is missing.");
-    set_camera_matrix(document, *matrix, camera);
-    set_distortion(document, find("distortion_coefficients", "D", "d"), camera);
-
-    RosCamera ros;
+    set_matrix(document, *matrix, ros.camera);
+    set_distortion(document, find("distortion_coefficients", "D", "d"), ros.camera);
     if (const YamlEntry* entry = find("rectification_matrix", "R", "r")) {
         const Matrix rectification = read_matrix(document, *entry, {{3, 3}});
-        ros.rectification = Eigen::Map<const Rotation>(rectification.values.data());
+        std::copy(rectification.values.begin(), rectification.values.end(),
+                  ros.rectification.begin());
         ros.rectification_origin = rectification.origin;
     }
-    const YamlEntry* projection = find("projection_matrix", "P", "p");
-    if (projection == nullptr) document.fail(1, "projection_matrix", "this key is missing.");
-    ros.projection = read_matrix(document, *projection, {{3, 4}});
+    const YamlEntry* entry = find("projection_matrix", "P", "p");
+    if (entry == nullptr) document.fail(1, "projection_matrix", "this key is missing.");
+    const Matrix projection = read_matrix(document, *entry, {{3, 4}});
+    std::copy(projection.values.begin(), projection.values.end(), ros.projection.begin());
+    ros.projection_origin = projection.origin;
+    set_size(document, ros);
     return ros;
-}
-
-// camera_info has no R and T: each view's rectification takes it to a common camera, and P of the
-// right view is [f' 0 cx' -f' B; ...] (sensor_msgs/CameraInfo). Hence R = R2^T R1 and T = R2^T (-B,
-// 0, 0).
-StereoCalibration read_ros_pair(const YamlDocument& left_file, const YamlDocument& right_file) {
-    StereoCalibration calibration;
-    const RosCamera left = read_ros_camera(left_file, calibration.left);
-    const RosCamera right = read_ros_camera(right_file, calibration.right);
-    const std::vector<double>& p = right.projection.values;
-    if (!(p[0] > 0) || !(p[5] > 0)) {
-        throw CliError(
-            ExitCode::kCalibration,
-            right.projection.origin + ": the focal lengths in P must be greater than 0.");
-    }
-    if (left.projection.values[3] != 0 && p[3] == 0) {
-        throw CliError(
-            ExitCode::kCalibration,
-            left.projection.origin +
-                ": P of the left camera carries the baseline; give the files as left,right.");
-    }
-    const Eigen::Vector3d baseline(p[3] / p[0], p[7] / p[5], p[11]);
-    Eigen::Map<Rotation>(calibration.rotation.data()) =
-        right.rectification.transpose() * left.rectification;
-    Eigen::Map<Eigen::Vector3d>(calibration.translation.data()) =
-        right.rectification.transpose() * baseline;
-    calibration.rotation_origin =
-        right.rectification_origin.empty() ? right.projection.origin : right.rectification_origin;
-    calibration.translation_origin = right.projection.origin;
-
-    StereoCalibration other;
-    set_size(left_file, calibration);
-    set_size(right_file, other);
-    if (other.width != calibration.width || other.height != calibration.height) {
-        throw CliError(ExitCode::kCalibration,
-                       (other.width > 0 ? other.size_origin : calibration.size_origin) +
-                           ": the two files name different image sizes, " +
-                           shape_text(calibration.width, calibration.height) + " on the left and " +
-                           shape_text(other.width, other.height) + " on the right.");
-    }
-    return calibration;
 }
 
 // A calibration as it is written. files_unit: on return the unit that its format prescribes.
@@ -339,8 +281,8 @@ StereoCalibration read_files(const std::string& source, LengthUnit& files_unit) 
     }
     files_unit = left.empty() ? LengthUnit::kMillimetre : LengthUnit::kMetre;
     if (left.empty()) return read_opencv(YamlDocument::load(source, ExitCode::kCalibration));
-    return read_ros_pair(YamlDocument::load(left, ExitCode::kCalibration),
-                         YamlDocument::load(right, ExitCode::kCalibration));
+    const RosCamera left_camera = read_ros_camera(YamlDocument::load(left, ExitCode::kCalibration));
+    return rig_of(left_camera, read_ros_camera(YamlDocument::load(right, ExitCode::kCalibration)));
 }
 
 }  // namespace

@@ -14,6 +14,8 @@
 namespace defrec::cli {
 namespace {
 
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
 std::string lower(std::string_view text) {
     std::string result(text);
     for (char& c : result) {
@@ -144,6 +146,31 @@ void require_text(std::string_view text, const std::string& path, ExitCode code)
                     ": the file is binary (it holds control bytes); a text file was expected.");
         }
     }
+}
+
+bool precedes_by_name(const std::string& a, const std::string& b) {
+    std::size_t i = 0, j = 0;
+    while (i < a.size() && j < b.size()) {
+        if (!is_digit(a[i]) || !is_digit(b[j])) {
+            if (a[i] != b[j])
+                return static_cast<unsigned char>(a[i]) < static_cast<unsigned char>(b[j]);
+            ++i;
+            ++j;
+            continue;
+        }
+        while (i < a.size() && a[i] == '0') ++i;
+        while (j < b.size() && b[j] == '0') ++j;
+        std::size_t i_end = i, j_end = j;
+        while (i_end < a.size() && is_digit(a[i_end])) ++i_end;
+        while (j_end < b.size() && is_digit(b[j_end])) ++j_end;
+        if (i_end - i != j_end - j) return i_end - i < j_end - j;
+        const int order = a.compare(i, i_end - i, b, j, j_end - j);
+        if (order != 0) return order < 0;
+        i = i_end;
+        j = j_end;
+    }
+    const std::size_t left_of_a = a.size() - i, left_of_b = b.size() - j;
+    return left_of_a != left_of_b ? left_of_a < left_of_b : a < b;
 }
 
 std::string read_file(const std::filesystem::path& path, std::size_t limit, ExitCode code) {

@@ -35,6 +35,9 @@ std::string printable(std::string_view text);
 // The candidate that a mistyped `name` most likely meant; empty when none is near.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
 
+// True when `a` comes before `b` in name order: as people count, so that frame_9 precedes frame_10.
+bool precedes_by_name(const std::string& a, const std::string& b);
+
 // The bytes of a regular file of at most `limit` bytes. Throws CliError(code) for a missing,
 // unreadable or oversized file.
 std::string read_file(const std::filesystem::path& path, std::size_t limit, ExitCode code);

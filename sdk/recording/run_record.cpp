@@ -40,7 +40,8 @@ using Json = nlohmann::ordered_json;
 void expect_source(const SourceOptions& source) {
     if (!source.has_views())
         throw CliError(ExitCode::kUsage,
-                       "give the images as --left P --right P, or as --stereo P --layout L.");
+                       "give the images as --left P --right P, as --stereo P --layout L, or as "
+                       "--bag P.");
 }
 
 // A recording cannot be made again: nothing of another one is replaced or mixed with.
@@ -245,12 +246,15 @@ class Recording {
                 {"left", options_.source.left},
                 {"right", options_.source.right},
                 {"stereo", options_.source.stereo},
+                {"bag", options_.source.bag.path},
                 {"run", folder_.run()}};
     }
 
     void report(const Json& summary) const {
         const auto dropped = summary["frames_dropped"].get<std::int64_t>();
         if (!source_.fault().empty()) print_notice(source_.fault());
+        const std::optional<BagFacts> bag = source_.bag_facts();
+        if (bag && !bag->remark().empty()) print_notice(bag->remark());
         if (dropped > 0)
             print_notice(std::to_string(dropped) + (dropped == 1 ? " frame was" : " frames were") +
                          " dropped, because the disk or the processor was too slow.");

@@ -31,9 +31,10 @@ std::vector<fs::path> results_in(const TrackOptions& options) {
 
 std::vector<fs::path> files_read(const TrackOptions& options) {
     std::vector<fs::path> files = {
-        options.source.left,      options.source.right, options.source.stereo, options.source.times,
-        options.source.recording, options.points,       options.targets,       options.plan.file,
-        options.config,           options.surface.load};
+        options.source.left,  options.source.right,     options.source.stereo,
+        options.source.times, options.source.recording, options.source.bag.path,
+        options.points,       options.targets,          options.plan.file,
+        options.config,       options.surface.load};
     for (const std::string_view file : split(options.calibration, ',')) files.emplace_back(file);
     return files;
 }
@@ -66,7 +67,7 @@ void keep_files_of_others(const TrackOptions& options, const std::vector<fs::pat
     std::error_code error;
     if (fs::exists(out / kSummaryFile, error) ||
         !(holds_recording(out, source.left) || holds_recording(out, source.right) ||
-          holds_recording(out, source.stereo)))
+          holds_recording(out, source.stereo) || holds_recording(out, source.bag.path)))
         return;
     for (const fs::path& result : results)
         if (fs::exists(result, error))
@@ -81,8 +82,8 @@ void keep_files_of_others(const TrackOptions& options, const std::vector<fs::pat
 void keep_images(const TrackOptions& options, const fs::path& output) {
     std::error_code error;
     if (output.empty() || !fs::exists(output, error)) return;
-    for (const std::string& source :
-         {options.source.left, options.source.right, options.source.stereo})
+    for (const std::string& source : {options.source.left, options.source.right,
+                                      options.source.stereo, options.source.bag.path})
         if (fs::is_directory(source, error) && is_same(output.parent_path(), source))
             throw CliError(ExitCode::kUsage, output.string() +
                                                  ": this file lies among the images of the "

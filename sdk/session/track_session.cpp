@@ -14,6 +14,7 @@
 #include "sdk/base/os/stdio_file.hpp"
 #include "sdk/client/library.hpp"
 #include "sdk/client/tracker_config.hpp"
+#include "sdk/input/bag_calibration.hpp"
 #include "sdk/input/view_image.hpp"
 #include "sdk/io/interrupt.hpp"
 #include "sdk/io/json_text.hpp"
@@ -58,7 +59,8 @@ void check_frame_size(const FrameSource& source) {
 }
 
 StereoCalibration calibration_for(const TrackOptions& options, const FrameSource& source) {
-    StereoCalibration calibration = load_calibration(options.calibration, options.units);
+    StereoCalibration calibration =
+        load_calibration(options.source, options.calibration, options.units);
     fit_to_frames(calibration, source.width(), source.height());
     return calibration;
 }
@@ -75,15 +77,11 @@ defrec_tracker_desc tracker_desc(const TrackOptions& options, const FrameSource&
     return desc;
 }
 
-const std::string& source_name(const TrackOptions& options) {
-    return options.source.stereo.empty() ? options.source.left : options.source.stereo;
-}
-
 void expect_source(const TrackOptions& options) {
     if (!options.source.has_views()) {
         throw CliError(ExitCode::kUsage,
-                       "give the frames as --left P --right P, as --stereo P --layout L, or as "
-                       "--recording DIR.");
+                       "give the frames as --left P --right P, as --stereo P --layout L, as "
+                       "--recording DIR, or as --bag P.");
     }
 }
 
@@ -339,11 +337,11 @@ class TrackSession {
 
     std::unique_ptr<SessionPictures> open_pictures() {
         ReportMeta meta;
-        meta.sequence = source_name(options_);
+        meta.sequence = options_.source.name();
         meta.backend = setup_.device.id;
         meta.device = setup_.device.name;
         meta.version = defrec_version_string();
-        meta.facts = {{"Calibration", options_.calibration},
+        meta.facts = {{"Calibration", calibration_name(options_.source, options_.calibration)},
                       {"Frame size",
                        std::to_string(source_.width()) + " x " + std::to_string(source_.height())},
                       {"Points", options_.points.empty() ? "a grid" : options_.points},
@@ -361,12 +359,13 @@ class TrackSession {
     void open_view(std::uint16_t port) {
         auto projection = std::make_shared<RawProjection>(setup_.rig);
         pictures_->open_view(port,
-                             {source_name(options_), setup_.device.name, defrec_version_string()},
+                             {options_.source.name(), setup_.device.name, defrec_version_string()},
                              [projection](const float* xyz, std::size_t count, float* uv) {
                                  projection->project(xyz, count, uv);
                              });
-        pictures_->check_input(read_calibration(options_.calibration, options_.units),
-                               rig_info(setup_.rig).camera);
+        pictures_->check_input(
+            read_calibration(options_.source, options_.calibration, options_.units),
+            rig_info(setup_.rig).camera);
     }
 
     void track_all() {
@@ -581,6 +580,7 @@ class TrackSession {
     // reported. Returns the summary.
     nlohmann::ordered_json finish(double seconds, std::exception_ptr& failure) {
         notes_.add(source_.fault(), NoteSeverity::kError);
+        if (const std::optional<BagFacts> bag = source_.bag_facts()) notes_.add(bag->remark());
         points_.finish();
         notes_.conclude(points_, template_.frame.has_value(), has_tracked());
         WrittenFiles files(folder_.path());
@@ -612,11 +612,12 @@ class TrackSession {
             pictures_->finish_report(origin_of_template(), notes);
         });
         for (const std::string& name : pictures_->written()) attempt(name, [] {});
-        nlohmann::ordered_json summary = summarise_track(
-            {options_, setup_.device, calibration_, rig_info(setup_.rig), rows_, points_,
-             beneath_.targets ? &*beneath_.targets : nullptr,
-             beneath_.plan ? &*beneath_.plan : nullptr, notes_.all(), setup_.remarks,
-             template_.frame, link_.facts(), source_.camera_counts(), source_.fps(), seconds});
+        nlohmann::ordered_json summary =
+            summarise_track({options_, setup_.device, calibration_, rig_info(setup_.rig), rows_,
+                             points_, beneath_.targets ? &*beneath_.targets : nullptr,
+                             beneath_.plan ? &*beneath_.plan : nullptr, notes_.all(),
+                             setup_.remarks, template_.frame, link_.facts(),
+                             source_.camera_counts(), source_.bag_facts(), source_.fps(), seconds});
         summary["run"] = folder_.run();
         summary["files"] = files.json();
         // It says that the run was finished, so the disk gets it last.

@@ -6,6 +6,7 @@
 #include <opencv2/core/version.hpp>
 
 #include "sdk/contract/enumerations.hpp"
+#include "sdk/input/bag_calibration.hpp"
 #include "sdk/io/process_memory.hpp"
 #include "sdk/io/statistics.hpp"
 #include "sdk/io/text.hpp"
@@ -18,7 +19,11 @@ using Json = nlohmann::ordered_json;
 Json input_json(const TrackFacts& facts) {
     const TrackOptions& options = facts.options;
     Json json;
-    if (options.source.stereo.empty()) {
+    if (facts.bag) {
+        json["bag"] = options.source.bag.path;
+        json["left_topic"] = facts.bag->left_topic;
+        json["right_topic"] = facts.bag->right_topic;
+    } else if (options.source.stereo.empty()) {
         json["left"] = options.source.left;
         json["right"] = options.source.right;
     } else {
@@ -27,7 +32,7 @@ Json input_json(const TrackFacts& facts) {
             options.source.layout == Layout::kSideBySide ? "side-by-side" : "top-bottom";
     }
     json["times"] = options.source.times.empty() ? Json(nullptr) : Json(options.source.times);
-    json["calibration"] = options.calibration;
+    json["calibration"] = calibration_name(options.source, options.calibration);
     json["points"] = options.points.empty() ? Json(nullptr) : Json(options.points);
     json["targets"] = options.targets.empty() ? Json(nullptr) : Json(options.targets);
     json["plan"] = options.plan.file.empty() ? Json(nullptr) : Json(options.plan.file);
@@ -157,6 +162,14 @@ Json cameras_json(const TrackFacts& facts) {
             {"longest_gap_ms", facts.cameras->longest_gap_ms}};
 }
 
+Json bag_json(const TrackFacts& facts) {
+    if (!facts.bag) return nullptr;
+    const PairCounts& pairs = facts.bag->pairs;
+    const auto count = static_cast<double>(std::max<std::int64_t>(1, pairs.pairs));
+    return {{"images_unpaired", pairs.unpaired},
+            {"mean_difference_ms", pairs.difference_sum_ms / count}};
+}
+
 double mean_of(const std::vector<FrameRow>& rows, double FrameRow::*member) {
     double sum = 0;
     std::size_t count = 0;
@@ -218,6 +231,7 @@ Json summarise_track(const TrackFacts& facts) {
     json["stages"] = stage_statistics(facts.rows);
     json["live_link"] = link_json(facts);
     json["cameras"] = cameras_json(facts);
+    json["bag"] = bag_json(facts);
     json["seconds"] = facts.seconds;
     json["peak_memory_mb"] = peak_megabytes();
     json["library"] = facts.library.all();

@@ -37,6 +37,7 @@ struct TrackFacts {
     std::optional<std::int64_t> template_frame;
     const std::optional<LinkFacts>& link;  // empty without a live link
     std::optional<CameraCounts> cameras;   // empty for recorded images
+    std::optional<BagFacts> bag;           // empty but for bags
     double fps;                            // of the images
     double seconds;                        // reading, tracking and drawing together
 };

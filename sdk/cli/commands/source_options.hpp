@@ -10,6 +10,28 @@
 
 namespace defrec::cli {
 
+// A bag, which may have the calibration as well: with it, --calibration may be left out.
+inline CLI::Option* add_bag_options(CLI::App& command, BagOptions& bag) {
+    auto* path = command.add_option_function<std::string>(
+        "--bag",
+        [&command, &bag](const std::string& source) {
+            bag.path = source;
+            if (auto* calibration = command.get_option_no_throw("--calibration"))
+                calibration->required(false);
+        },
+        "Bag of ROS 2 with both views: an MCAP file, or the folder of `ros2 bag record`");
+    path->type_name("P");
+    command
+        .add_option("--left-topic", bag.left_topic,
+                    "Topic of the left images; default: by `left` in its name")
+        ->type_name("TOPIC")
+        ->needs(path);
+    command.add_option("--right-topic", bag.right_topic, "Topic of the right images, likewise")
+        ->type_name("TOPIC")
+        ->needs(path);
+    return path;
+}
+
 // Which images, whole as they come.
 inline void add_image_options(CLI::App& command, SourceOptions& source) {
     auto* recording = command.add_option_function<std::string>(
@@ -47,12 +69,12 @@ inline void add_image_options(CLI::App& command, SourceOptions& source) {
         "Images per second; default: the video's or camera's own, 30 for images");
     fps->type_name("R")->check(number_in(0.001, 10000.0));
     times->type_name("F")->excludes(fps);
-    recording->type_name("DIR")
-        ->excludes(left)
-        ->excludes(right)
-        ->excludes(stereo)
-        ->excludes(times)
-        ->excludes(fps);
+    recording->type_name("DIR");
+    auto* bag = add_bag_options(command, source.bag);
+    for (auto* with_times : {recording, bag})
+        with_times->excludes(left)->excludes(right)->excludes(stereo)->excludes(times)->excludes(
+            fps);
+    bag->excludes(recording);
 }
 
 inline void add_source_options(CLI::App& command, SourceOptions& source) {
@@ -86,7 +108,7 @@ inline void add_calibration_options(CLI::App& command, std::string& calibration,
     command
         .add_option("--calibration", calibration,
                     "OpenCV stereo YAML (M1 D1 M2 D2 R T, mm), or two ROS camera_info files "
-                    "left.yaml,right.yaml")
+                    "left.yaml,right.yaml; default of --bag: its own camera_info")
         ->type_name("F")
         ->required();
     add_units_option(command, units);

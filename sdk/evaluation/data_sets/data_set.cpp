@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "sdk/evaluation/score/percentile.hpp"
-#include "sdk/input/image_stream.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/text.hpp"
 
