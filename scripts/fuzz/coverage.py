@@ -19,13 +19,20 @@ BUILD = ROOT / "build-coverage"
 # Sources that read or check each target's input.
 READERS = {
     "api": ["sdk/api/api.cpp", "sdk/api/handles.cpp", "sdk/api/tracking.cpp"],
+    "bag": [
+        "sdk/bag/chunk_compression.cpp",
+        "sdk/bag/mcap_reader.cpp",
+        "sdk/bag/ros_messages.cpp",
+        "sdk/input/ros_image.cpp",
+    ],
     "calibration": [
         "sdk/io/calibration.cpp",
         "sdk/io/calibration_check.cpp",
+        "sdk/io/ros_calibration.cpp",
         "sdk/io/yaml_document.cpp",
     ],
     "image_header": ["sdk/io/image_header.cpp"],
-    "images": ["sdk/input/image_stream.cpp"],
+    "images": ["sdk/input/decode_image.cpp", "sdk/input/image_stream.cpp"],
     "live_link": ["sdk/live_link/messages.cpp"],
     "manifest": ["sdk/plugin/manifest.cpp"],
     "mesh": ["sdk/io/obj_file.cpp", "sdk/io/ply_file.cpp", "sdk/io/stl_file.cpp"],

@@ -37,13 +37,13 @@ std::string file_of(const McapWriter::Options& options) {
     const auto b = writer.add_channel("/b", "std_msgs/msg/String", "json");
     writer.add(a, "one");
     writer.add(b, "two");
-    writer.add(a, std::string(3'000'000, 'x'));
+    writer.add(a, std::string(1'200'000, 'x'));
     writer.add(a, "");
     writer.add(b, "five");
     return writer.finish();
 }
 
-const std::vector<std::string> kMessages = {"/a=one", "/b=two", "/a=" + std::string(3'000'000, 'x'),
+const std::vector<std::string> kMessages = {"/a=one", "/b=two", "/a=" + std::string(1'200'000, 'x'),
                                             "/a=", "/b=five"};
 
 // Where the record of this kind begins that is the n-th of its kind.
