@@ -19,16 +19,21 @@ tracking open_tracking(const char* camera_text, const image* view, const char* d
     return opened;
 }
 
+defrec_status submit_views(const tracking* running, const defrec_image* left,
+                           const defrec_image* right, int64_t timestamp_ns, defrec_job* job) {
+    defrec_frame frame;
+    DEFREC_INIT(&frame);
+    frame.timestamp_ns = timestamp_ns;
+    frame.left = left;
+    frame.right = right;
+    return defrec_tracker_submit(running->tracker, &frame, job);
+}
+
 defrec_status submit(const tracking* running, const image* left, const image* right,
                      int64_t timestamp_ns, defrec_job* job) {
     const defrec_image left_view = view_of(left, DEFREC_FORMAT_BGR8),
                        right_view = view_of(right, DEFREC_FORMAT_BGR8);
-    defrec_frame frame;
-    DEFREC_INIT(&frame);
-    frame.timestamp_ns = timestamp_ns;
-    frame.left = &left_view;
-    frame.right = &right_view;
-    return defrec_tracker_submit(running->tracker, &frame, job);
+    return submit_views(running, &left_view, &right_view, timestamp_ns, job);
 }
 
 defrec_job track(const tracking* running, const stereo_sequence* sequence, int64_t timestamp_ns,

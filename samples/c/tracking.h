@@ -14,6 +14,8 @@ typedef struct {
 tracking open_tracking(const char* camera_text, const image* view, const char* device_id,
                        uint32_t frames_in_flight);
 /* The tracker copies the pixels. DEFREC_ERROR_BUSY: all its places are taken. */
+defrec_status submit_views(const tracking* running, const defrec_image* left,
+                           const defrec_image* right, int64_t timestamp_ns, defrec_job* job);
 defrec_status submit(const tracking* running, const image* left, const image* right,
                      int64_t timestamp_ns, defrec_job* job);
 /* Tracks the pair that was read last, and waits for the result. The job must be released. */
