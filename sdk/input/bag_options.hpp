@@ -18,8 +18,9 @@ struct BagOptions {
 struct BagFacts {
     std::string left_topic, right_topic;
     PairCounts pairs;
+    std::string changed_info;  // topic of a camera_info that changes in the recording; or empty
 
-    // A sentence where images had no partner, or were in pairs of different times; else empty.
+    // What is to be told of the images, as sentences; empty where nothing is.
     std::string remark() const;
 };
 

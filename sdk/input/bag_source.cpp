@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "sdk/bag/bag.hpp"
+#include "sdk/bag/ros_messages.hpp"
 #include "sdk/bag/stereo_topics.hpp"
 #include "sdk/input/frame_times.hpp"
 #include "sdk/input/ros_image.hpp"
@@ -65,12 +66,16 @@ struct BagSource::Impl {
     const std::string path;
     const std::vector<std::filesystem::path> files;
     const StereoTopics topics;
+    const std::array<std::string, kViews> info_topics = {camera_info_topic(topics.left.name),
+                                                         camera_info_topic(topics.right.name)};
     BagMessages messages;
     FramePairs pairs{kMostWaiting};
     double fps = 0, tolerance_ms = 0;
     std::int64_t first_ns = 0;  // of the left view
     std::array<std::int64_t, kViews> first_of_view_ns{}, images{}, since_pair{};
-    std::optional<double> last_ms;  // of the pairs that were given
+    std::optional<double> last_ms;                         // of the pairs that were given
+    std::array<std::vector<double>, kViews> calibrations;  // of the first camera_info
+    std::string changed_info;
     std::string fault;
 
     const std::string& name_of(View view) const {
@@ -81,6 +86,24 @@ struct BagSource::Impl {
         if (message.topic->is_same(topics.left)) return kLeftView;
         if (message.topic->is_same(topics.right)) return kRightView;
         return std::nullopt;
+    }
+
+    // Zoom, or another camera: what comes after is not as the first one says.
+    void watch_calibration(const BagMessage& message) {
+        if (message.topic->type != kCameraInfoType || !changed_info.empty()) return;
+        for (const View view : {kLeftView, kRightView}) {
+            if (message.topic->name != info_topics[view]) continue;
+            const std::optional<RosCameraInfo> info = read_camera_info(message.data);
+            if (!info) continue;
+            std::vector<double> numbers = info->d;
+            numbers.insert(numbers.end(), info->k.begin(), info->k.end());
+            numbers.insert(numbers.end(), info->r.begin(), info->r.end());
+            numbers.insert(numbers.end(), info->p.begin(), info->p.end());
+            if (calibrations[view].empty())
+                calibrations[view] = std::move(numbers);
+            else if (calibrations[view] != numbers)
+                changed_info = message.topic->name;
+        }
     }
 
     // What is wrong with a message is met again when it is read.
@@ -163,11 +186,16 @@ struct BagSource::Impl {
 };
 
 std::string BagFacts::remark() const {
-    if (pairs.unpaired == 0) return {};
-    return std::to_string(pairs.unpaired) +
-           (pairs.unpaired == 1 ? " image of the bag has" : " images of the bag have") +
-           " no partner in the other view within half of a frame, and " +
-           (pairs.unpaired == 1 ? "was" : "were") + " left out.";
+    std::string text;
+    if (pairs.unpaired > 0)
+        text = std::to_string(pairs.unpaired) +
+               (pairs.unpaired == 1 ? " image of the bag has" : " images of the bag have") +
+               " no partner in the other view within half of a frame, and " +
+               (pairs.unpaired == 1 ? "was" : "were") + " left out.";
+    if (changed_info.empty()) return text;
+    if (!text.empty()) text += " ";
+    return text + "The calibration in topic " + changed_info +
+           " changes in the recording, which has one for all frames; choose a part with --frames.";
 }
 
 BagSource::BagSource(const BagOptions& options) : impl_(std::make_unique<Impl>(options)) {}
@@ -187,7 +215,10 @@ bool BagSource::read(CameraPair& pair) {
             impl.end();
             return false;
         }
-        if (const std::optional<View> view = impl.view_of(message)) impl.add(*view, message);
+        if (const std::optional<View> view = impl.view_of(message))
+            impl.add(*view, message);
+        else
+            impl.watch_calibration(message);
     }
     return false;
 }
@@ -203,7 +234,8 @@ std::int64_t BagSource::claimed() const {
 }
 
 BagFacts BagSource::facts() const {
-    return {impl_->topics.left.name, impl_->topics.right.name, impl_->pairs.counts()};
+    return {impl_->topics.left.name, impl_->topics.right.name, impl_->pairs.counts(),
+            impl_->changed_info};
 }
 
 }  // namespace defrec::cli

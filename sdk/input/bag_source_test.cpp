@@ -235,3 +235,38 @@ TEST_CASE("frames of a bag have its stamps as times, also in a part of it") {
     options.left = options.right = "images";
     CHECK_FALSE(options.has_views());
 }
+
+TEST_CASE("a calibration that changes in the recording is told") {
+    const TestFolder folder;
+    for (const bool changes : {false, true}) {
+        McapWriter writer;
+        const auto left = writer.add_channel("/left/image_raw", kImageType),
+                   right = writer.add_channel("/right/image_raw", kImageType),
+                   left_info = writer.add_channel("/left/camera_info", kCameraInfoType),
+                   right_info = writer.add_channel("/right/camera_info", kCameraInfoType),
+                   other_info = writer.add_channel("/scene/camera_info", kCameraInfoType);
+        RosCameraInfo info;
+        for (int frame = 0; frame < 3; ++frame) {
+            const std::string image =
+                image_message(frame * 40 * kMillisecond, {1, 1, "mono8", 1, "x"});
+            writer.add(left, image);
+            writer.add(right, image);
+            info.p[3] = 0;
+            info.k[0] = 700;
+            writer.add(left_info, camera_info_message(info));
+            info.p[3] = changes && frame == 2 ? -3 : -2;
+            writer.add(right_info, camera_info_message(info));
+            info.k[0] = frame;
+            writer.add(other_info, camera_info_message(info));
+        }
+        BagSource source({folder.write("bag.mcap", writer.finish()), "", ""});
+        CameraPair pair;
+        while (source.read(pair)) continue;
+        CHECK(source.fault() == "");
+        if (changes)
+            CHECK_SAYS(source.facts().remark(),
+                       "The calibration in topic /right/camera_info changes in the recording");
+        else
+            CHECK(source.facts().remark() == "");
+    }
+}
