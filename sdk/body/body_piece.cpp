@@ -1,49 +1,20 @@
 // See body_piece.hpp.
 #include "sdk/body/body_piece.hpp"
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "sdk/base/util/error.hpp"
 #include "sdk/body/decisions.hpp"
-#include "sdk/body/elasticity.hpp"
+#include "sdk/body/stiffness.hpp"
 
 namespace defrec {
 namespace {
 
 using decisions::BodyStiffness;
 
-using Sparse = Eigen::SparseMatrix<double>;
 using Terms = std::vector<Lattice::Term>;
-
-size_t node_of(const Lattice::Cell& cell, size_t corner) {
-    return static_cast<size_t>(cell.node[corner]);
-}
-
-// The area of the body's boundary that counts for each free node, mm^2.
-std::vector<double> boundary_areas(const Lattice& lattice) {
-    std::vector<double> area(lattice.free_nodes(), 0);
-    for (const Lattice::Cell& cell : lattice.cells()) {
-        const double edge = lattice.edge(cell);
-        const Eigen::Vector3d centre =
-            lattice.nodes()[node_of(cell, 0)] + Eigen::Vector3d::Constant(edge / 2);
-        for (int face = 0; face < 6; ++face) {
-            const int axis = face / 2;
-            const bool is_high = face % 2 != 0;
-            Eigen::Vector3d beyond = centre;
-            beyond[axis] += (is_high ? 0.5 : -0.5) * (edge + lattice.step());
-            if (lattice.find(beyond).cell >= 0) continue;
-            for (size_t corner = 0; corner < 8; ++corner) {
-                if (((corner >> axis & 1) != 0) != is_high) continue;
-                for (const Lattice::Term& term : lattice.terms(node_of(cell, corner)))
-                    area[static_cast<size_t>(term.node)] += term.weight * (edge * edge / 4);
-            }
-        }
-    }
-    return area;
-}
+using RightSides = StiffnessFactor::RightSides;
 
 Terms merged(std::vector<std::pair<int32_t, double>> sums, double scale) {
     std::sort(sums.begin(), sums.end());
@@ -76,67 +47,6 @@ Terms terms_of(const Lattice& lattice, const Handle& handle) {
     return merged(std::move(sums), 1.0 / static_cast<double>(std::max<size_t>(1, used)));
 }
 
-// The lower half of the stiffness matrix, compressed columns, in 3 x 3 blocks of nodes.
-class Assembly {
-  public:
-    explicit Assembly(size_t nodes) : columns_(nodes) {}
-
-    // Adds a block's values for rows of node row and columns of node column.
-    void add(int32_t row, int32_t column, const Eigen::Matrix3d& block) {
-        if (row < column) return;
-        auto& entries = columns_[static_cast<size_t>(column)];
-        const auto found =
-            std::lower_bound(entries.begin(), entries.end(), row,
-                             [](const Block& entry, int32_t wanted) { return entry.row < wanted; });
-        if (found != entries.end() && found->row == row)
-            found->values += block;
-        else
-            entries.insert(found, {row, block});
-    }
-    Sparse matrix() const {
-        Eigen::Index values = 0;
-        for (const auto& entries : columns_)
-            values += 9 * static_cast<Eigen::Index>(entries.size());
-        const auto size = static_cast<Eigen::Index>(3 * columns_.size());
-        Sparse result(size, size);
-        result.reserve(values);
-        for (size_t column = 0; column < columns_.size(); ++column)
-            for (int j = 0; j < 3; ++j) {
-                const auto index = static_cast<Eigen::Index>(3 * column) + j;
-                result.startVec(index);
-                for (const Block& block : columns_[column])
-                    for (int i = 0; i < 3; ++i)
-                        if (const Eigen::Index at = 3 * block.row + i; at >= index)
-                            result.insertBack(at, index) = block.values(i, j);
-            }
-        result.finalize();
-        return result;
-    }
-
-  private:
-    struct Block {
-        int32_t row;
-        Eigen::Matrix3d values;
-    };
-    std::vector<std::vector<Block>> columns_;
-};
-
-void add_cells(const Lattice& lattice, double poisson_ratio, Assembly& sum) {
-    const CubeStiffness cube = cube_stiffness(poisson_ratio);
-    for (const Lattice::Cell& cell : lattice.cells()) {
-        const double scale = cell.stiffness * lattice.edge(cell);
-        for (int a = 0; a < 8; ++a)
-            for (int b = 0; b < 8; ++b) {
-                const Eigen::Matrix3d block = scale * cube.block<3, 3>(3 * a, 3 * b);
-                for (const Lattice::Term& row :
-                     lattice.terms(node_of(cell, static_cast<size_t>(a))))
-                    for (const Lattice::Term& column :
-                         lattice.terms(node_of(cell, static_cast<size_t>(b))))
-                        sum.add(row.node, column.node, row.weight * column.weight * block);
-            }
-    }
-}
-
 // Springs that pull at the free nodes.
 struct Springs {
     double handle = 0;             // stiffness of each handle's
@@ -154,9 +64,10 @@ Springs springs_of(const Lattice& lattice, std::span<const Handle> handles,
     return springs;
 }
 
-Sparse stiffness_of(const Lattice& lattice, double poisson_ratio, const Springs& springs) {
-    Assembly sum(lattice.free_nodes());
-    add_cells(lattice, poisson_ratio, sum);
+Eigen::SparseMatrix<double> stiffness_of(const Lattice& lattice, double poisson_ratio,
+                                         const Springs& springs) {
+    StiffnessSum sum(lattice.free_nodes());
+    sum.add_cells(lattice, poisson_ratio);
     for (const Terms& terms : springs.handles)
         for (const Lattice::Term& row : terms)
             for (const Lattice::Term& column : terms)
@@ -167,43 +78,6 @@ Sparse stiffness_of(const Lattice& lattice, double poisson_ratio, const Springs&
         sum.add(index, index, springs.supports[node] * Eigen::Matrix3d::Identity());
     }
     return sum.matrix();
-}
-
-// The factor L of a stiffness matrix L L^T whose rows and columns are reordered.
-struct Factor {
-    Eigen::SparseMatrix<float> lower;
-    Eigen::VectorXi order;  // where each row has come to
-};
-
-Factor factor_of(const Sparse& stiffness) {
-    Eigen::SimplicialLLT<Sparse, Eigen::Lower> factor;
-    factor.compute(stiffness);
-    if (factor.info() != Eigen::Success)
-        fail(DEFREC_ERROR_UNSUPPORTED, "the body's equations have no solution");
-    return {Sparse(factor.matrixL()).cast<float>(), factor.permutationP().indices()};
-}
-
-// As many right sides as fit into vector registers and caches; one a column.
-using RightSides = Eigen::Matrix<float, Eigen::Dynamic, 16, Eigen::RowMajor>;
-
-// Takes right sides to solutions with a factor L of L L^T, whose columns begin with the diagonal.
-void substitute(const Eigen::SparseMatrix<float>& lower, RightSides& x) {
-    const auto* first = lower.outerIndexPtr();
-    const auto* row = lower.innerIndexPtr();
-    const float* value = lower.valuePtr();
-    for (Eigen::Index column = 0; column < lower.cols(); ++column) {
-        const auto at = x.row(column) / value[first[column]];
-        const Eigen::Matrix<float, 1, 16> solved = at;
-        x.row(column) = solved;
-        for (auto k = first[column] + 1; k < first[column + 1]; ++k)
-            x.row(row[k]) -= value[k] * solved;
-    }
-    for (Eigen::Index column = lower.cols() - 1; column >= 0; --column) {
-        Eigen::Matrix<float, 1, 16> sum = x.row(column);
-        for (auto k = first[column] + 1; k < first[column + 1]; ++k)
-            sum -= value[k] * x.row(row[k]);
-        x.row(column) = sum / value[first[column]];
-    }
 }
 
 // Displacements of the free nodes, three rows each: for displacements of the handles, three columns
@@ -238,7 +112,8 @@ void set_forces(const Lattice& lattice, const Springs& springs, const Eigen::Vec
 }
 
 // Empty where it is no longer wanted.
-std::optional<Responses> solve(const Lattice& lattice, const Springs& springs, const Factor& factor,
+std::optional<Responses> solve(const Lattice& lattice, const Springs& springs,
+                               const StiffnessFactor& factor,
                                const std::function<bool()>& is_wanted) {
     const auto rows = static_cast<Eigen::Index>(3 * springs.supports.size()),
                handle_columns = static_cast<Eigen::Index>(3 * springs.handles.size());
@@ -249,12 +124,12 @@ std::optional<Responses> solve(const Lattice& lattice, const Springs& springs, c
     RightSides x(rows, 16);
     for (Eigen::Index begin = 0; begin < columns; begin += 16) {
         if (!is_wanted()) return std::nullopt;
-        set_forces(lattice, springs, factor.order, static_cast<size_t>(begin), x);
-        substitute(factor.lower, x);
+        set_forces(lattice, springs, factor.order(), static_cast<size_t>(begin), x);
+        factor.solve(x);
         const Eigen::Index end = std::min(begin + 16, columns);
         for (Eigen::Index column = begin; column < end; ++column)
             for (Eigen::Index i = 0; i < rows; ++i) {
-                const float value = x(factor.order[i], column - begin);
+                const float value = x(factor.order()[i], column - begin);
                 if (column < handle_columns)
                     responses->handles(i, column) = value;
                 else
@@ -270,9 +145,9 @@ BodyPiece::BodyPiece(std::vector<Handle> handles, Lattice lattice, double poisso
                      const SupportStiffness& support, const std::function<bool()>& is_wanted)
     : handles_(std::move(handles)), lattice_(std::move(lattice)) {
     const Springs springs = springs_of(lattice_, handles_, support);
-    const Sparse stiffness = stiffness_of(lattice_, poisson_ratio, springs);
+    const Eigen::SparseMatrix<double> stiffness = stiffness_of(lattice_, poisson_ratio, springs);
     if (!is_wanted()) return;
-    const Factor factor = factor_of(stiffness);
+    const StiffnessFactor factor(stiffness);
     std::optional<Responses> responses = solve(lattice_, springs, factor, is_wanted);
     if (!responses) return;
     support_response_ = std::move(responses->supports);
