@@ -1540,14 +1540,24 @@ typedef struct defrec_registration_pairs {
 
 /** Flags of defrec_registration_desc. */
 enum {
-    DEFREC_REGISTRATION_NO_CAMERA = 1u << 0 /**< the surface was not seen from viewer: triangles
-                                                 that turn away from it are compared as well */
+    DEFREC_REGISTRATION_NO_CAMERA = 1u << 0, /**< the surface was not seen from viewer: triangles
+                                                  that turn away from it are compared as well */
+    DEFREC_REGISTRATION_ELASTIC   = 1u << 1  /**< after the rigid motion the model is deformed as
+                                                  an elastic body, where what was seen says how;
+                                                  its surface must be closed */
+};
+/** Whether a registration deformed its model. */
+enum {
+    DEFREC_DEFORMATION_NOT_ASKED = 0, /**< without DEFREC_REGISTRATION_ELASTIC: a rigid motion */
+    DEFREC_DEFORMATION_APPLIED   = 1, /**< the model was deformed */
+    DEFREC_DEFORMATION_REFUSED   = 2  /**< the rigid motion is the result: what was seen supports
+                                           no deformation. Errors that are told hold what it may
+                                           hide */
 };
 /** A model's surface, what was seen of it, and where it lies about. */
 typedef struct defrec_registration_desc {
     uint32_t        struct_size;          /**< see DEFREC_INIT */
-    uint32_t        flags;                /**< DEFREC_REGISTRATION_*
-                                               @range 0..DEFREC_REGISTRATION_NO_CAMERA */
+    uint32_t        flags;                /**< DEFREC_REGISTRATION_* @range 0..3 */
     const float    *model_vertices;       /**< xyz each, model frame, mm */
     uint64_t        model_vertex_count;   /**< number of vertices @range 3..6000000 */
     const uint32_t *model_triangles;      /**< three vertex indices each, counter-clockwise seen
@@ -1591,6 +1601,11 @@ typedef struct defrec_registration_desc {
                                                which the search begins, the start included
                                                @default 20 @range 1..10000 */
     uint32_t        reserved;             /**< 0 */
+    double          deformation_mm;       /**< how far the model's surface may be displaced against
+                                               its rigid motion, root mean square: the prior's
+                                               standard deviation; a larger deformation is refused.
+                                               With DEFREC_REGISTRATION_ELASTIC @default 10
+                                               @range 0.1..100 @unit mm */
 } defrec_registration_desc;
 
 /** Registers a model by the pairs in desc: Horn's closed form (J. Opt. Soc. Am. A 4, 1987), then
@@ -1604,11 +1619,12 @@ DEFREC_API defrec_status DEFREC_CALL defrec_registration_from_pairs(
 /** Registers the model's surface in desc to the points that were seen of it: point to plane,
  *  robust, from several starts (docs/program/register.md), with the context's threads. The result
  *  does not depend on how many there are. What desc points to is copied. A surface that fits
- *  nowhere, in several places or leaves a motion open gives a handle, whose verdict says so.
+ *  nowhere, in several places or leaves a motion open gives a handle, whose verdict says so; so
+ *  does a deformation that was asked for and refused.
  *  @errors DEFREC_ERROR_ARGUMENT: a field is out of range, an array is NULL, a number is not
  *  finite, a covariance is none, there are fewer than 50 points, or the model has no surface or a
- *  size that is not one in mm; the error message begins with "the model" where the model is at
- *  fault.
+ *  size that is not one in mm, or, with DEFREC_REGISTRATION_ELASTIC, is no closed surface of a
+ *  body; the error message begins with "the model" where the model is at fault.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_registration_from_surface(
     defrec_context context, const defrec_registration_desc *desc, defrec_registration *out);
@@ -1632,7 +1648,9 @@ typedef struct defrec_registration_info {
     const char     *reason;            /**< the verdict's, one sentence for people */
     double          transform[12];     /**< seen frame from model frame, 3x4 row-major, a
                                                rotation and mm; of a failed one the best pose that
-                                               was found */
+                                               was found; of a deformed model the rigid part of its
+                                               motion: defrec_registration_move_points() has all of
+                                               it */
     double          covariance[36];    /**< 6x6 row-major, of the motion that the true transform
                                                has after this one: a turn about x, y, z of the seen
                                                frame and about its origin, rad, then a shift, mm;
@@ -1665,6 +1683,19 @@ typedef struct defrec_registration_info {
                                                taken for its front */
     uint64_t        free_motion_count; /**< see defrec_registration_get_free_motion() */
     uint64_t        alternative_count; /**< see defrec_registration_get_alternative() */
+    uint32_t        deformation;       /**< DEFREC_DEFORMATION_* */
+    uint32_t        reserved;          /**< 0 */
+    const char     *deformation_text;  /**< why, one sentence for people; "" where none was asked
+                                               for */
+    double          deformed_rms_mm;   /**< root mean square displacement of the model's vertices
+                                               against the transform; this and the next two 0 where
+                                               the model was not deformed @unit mm */
+    double          deformed_max_mm;   /**< the largest displacement @unit mm */
+    double          largest_strain;    /**< the largest share by which the body is stretched or
+                                               compressed along a direction */
+    double          rigid_rms_mm;      /**< rms_mm before the deformation, of the rigid motion
+                                               @unit mm */
+    double          rigid_robust_mm;   /**< likewise robust_mm @unit mm */
 } defrec_registration_info;
 /** Describes the registration.
  *  @errors none but those of every function.
@@ -1693,11 +1724,12 @@ typedef struct defrec_registration_alternative {
 DEFREC_API defrec_status DEFREC_CALL defrec_registration_get_alternative(
     defrec_registration registration, size_t index, defrec_registration_alternative *out);
 
-/** Moves count points model_xyz, mm, of the model frame by the registration to the seen frame, xyz.
- *  covariance: of each the error's xx, xy, xz, yy, yz, zz, seen frame, mm^2, J C J^T with J = [-[x]
- *  1] at xyz x and the covariance C of defrec_registration_info; expected_error_mm, the target
- *  registration error: the root of its trace; both may be NULL. A point that is not finite comes
- *  out as NaN. model_xyz and xyz may be the same memory.
+/** Moves count points model_xyz, mm, of the model frame by the registration to the seen frame, xyz:
+ *  by the transform, or with the model's body where it was deformed. covariance: of each the
+ *  error's xx, xy, xz, yy, yz, zz, seen frame, mm^2, J C J^T with J = [-[x] 1] at xyz x and the
+ *  covariance C of defrec_registration_info, of a deformed model with what is not known of its
+ *  shape as well; expected_error_mm, the target registration error: the root of its trace; both may
+ *  be NULL. A point that is not finite comes out as NaN. model_xyz and xyz may be the same memory.
  *  @errors none but those of every function.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_registration_move_points(
@@ -1787,6 +1819,10 @@ typedef struct defrec_plan_info {
     const double           *registration_error_mm; /**< target registration error of each
                                                         point, mm @count point_count */
     uint64_t                point_count;           /**< vertices and targets */
+    uint32_t                deformed;              /**< 1: the registration deformed the model:
+                                                        template_xyz is not what transform makes of
+                                                        it */
+    uint32_t                reserved;              /**< 0 */
 } defrec_plan_info;
 /** Describes the plan.
  *  @errors none but those of every function.
@@ -1795,7 +1831,7 @@ DEFREC_API defrec_status DEFREC_CALL defrec_plan_get(defrec_plan plan, defrec_pl
 
 /** Moves the points of the plan to the frame of this job, as defrec_job_move_targets() does, with
  *  the error of the registration added to that of tracking: xyz, covariance (six values each: that
- *  of tracking and R J C J^T R^T, with J and C as in defrec_registration_move_points() and R the
+ *  of tracking and R P R^T, with P as defrec_registration_move_points() gives it and R the
  *  tissue's rotation since the template; may be NULL), status and expected_error_mm (the root of
  *  the trace; both may be NULL) per point. count is point_count of defrec_plan_info.
  *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. DEFREC_ERROR_ARGUMENT:

@@ -48,6 +48,7 @@ ENUMERATIONS = [
     ),
     Enumeration("DEFREC_OBSERVED", "Observation", "Observation"),
     Enumeration("DEFREC_VERDICT_", "Verdict", "Verdict"),
+    Enumeration("DEFREC_DEFORMATION_", "Deformation", "Deformation"),
     Enumeration("DEFREC_FREE_", "FreeMotionKind", "FreeMotionKind"),
     Enumeration(
         "DEFREC_REGISTRATION_", "RegistrationFlag", "RegistrationFlags", is_flags=True, zero="None"

@@ -616,6 +616,19 @@ SECTIONS = (
                 "`DEFREC_ERROR_STATE`, with the reason",
             ),
             (192, "targets of a registration that are not finite", "NaN; the others move"),
+            (
+                193,
+                "a model that is to be deformed and is not closed, or consists of several bodies",
+                "refused, with the edge or how many bodies there are",
+            ),
+            (
+                194,
+                "a surface that supports no deformation that was asked for",
+                (
+                    "the rigid motion, with the reason and with errors that hold what may be"
+                    " hidden"
+                ),
+            ),
         ),
     ),
     (

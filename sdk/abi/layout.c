@@ -450,6 +450,7 @@ int main(void) {
     FIELD(defrec_registration_desc, max_error_mm);
     FIELD(defrec_registration_desc, starts);
     FIELD(defrec_registration_desc, reserved);
+    FIELD(defrec_registration_desc, deformation_mm);
     FIELD(defrec_registration_info, struct_size);
     FIELD(defrec_registration_info, verdict);
     FIELD(defrec_registration_info, reason);
@@ -473,6 +474,14 @@ int main(void) {
     FIELD(defrec_registration_info, model_has_outside);
     FIELD(defrec_registration_info, free_motion_count);
     FIELD(defrec_registration_info, alternative_count);
+    FIELD(defrec_registration_info, deformation);
+    FIELD(defrec_registration_info, reserved);
+    FIELD(defrec_registration_info, deformation_text);
+    FIELD(defrec_registration_info, deformed_rms_mm);
+    FIELD(defrec_registration_info, deformed_max_mm);
+    FIELD(defrec_registration_info, largest_strain);
+    FIELD(defrec_registration_info, rigid_rms_mm);
+    FIELD(defrec_registration_info, rigid_robust_mm);
     FIELD(defrec_registration_alternative, struct_size);
     FIELD(defrec_registration_alternative, reserved);
     FIELD(defrec_registration_alternative, transform);
@@ -508,6 +517,8 @@ int main(void) {
     FIELD(defrec_plan_info, template_xyz);
     FIELD(defrec_plan_info, registration_error_mm);
     FIELD(defrec_plan_info, point_count);
+    FIELD(defrec_plan_info, deformed);
+    FIELD(defrec_plan_info, reserved);
     FIELD(defrec_hand_eye_desc, struct_size);
     FIELD(defrec_hand_eye_desc, flags);
     FIELD(defrec_hand_eye_desc, camera_poses);
@@ -688,6 +699,10 @@ int main(void) {
     VALUE(DEFREC_FREE_TURN);
     VALUE(DEFREC_FREE_SHIFT);
     VALUE(DEFREC_REGISTRATION_NO_CAMERA);
+    VALUE(DEFREC_REGISTRATION_ELASTIC);
+    VALUE(DEFREC_DEFORMATION_NOT_ASKED);
+    VALUE(DEFREC_DEFORMATION_APPLIED);
+    VALUE(DEFREC_DEFORMATION_REFUSED);
     VALUE(DEFREC_PLAN_LOOKED_AT);
     VALUE(DEFREC_HAND_EYE_PAIRED);
     VALUE(DEFREC_HAND_EYE_KNOWN_OFFSET);

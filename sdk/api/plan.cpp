@@ -1,5 +1,5 @@
 // The exported functions for plans, but for those of a job: check, catch, forward.
-#include <cstring>
+#include <array>
 
 #include "sdk/api/call.hpp"
 #include "sdk/api/objects.hpp"
@@ -36,6 +36,16 @@ PlanData read_plan(const Registration& found, const defrec_plan_desc& desc) {
         expect_given("a part's name", part.name);
         data.parts.push_back({part.name, part.first_triangle, part.triangle_count});
     }
+    // What cannot be placed is refused with the data.
+    if (found.deformation.shape && data.fault().empty())
+        for (size_t i = 0; i < data.point_count(); ++i) {
+            const PlacedPoint point = found.placed(data.place(i));
+            const std::array<double, 6> covariance = symmetric_values(point.covariance);
+            data.deformed_places.insert(data.deformed_places.end(), point.place.begin(),
+                                        point.place.end());
+            data.deformed_covariances.insert(data.deformed_covariances.end(), covariance.begin(),
+                                             covariance.end());
+        }
     return data;
 }
 
@@ -104,6 +114,7 @@ defrec_status defrec_plan_get(defrec_plan plan, defrec_plan_info* out) {
         info.template_xyz = object->plan->at_rest().data();
         info.registration_error_mm = object->plan->registration_error_mm().data();
         info.point_count = object->plan->point_count();
+        info.deformed = data.is_deformed() ? 1 : 0;
         write_struct(out, info);
     });
 }

@@ -6,10 +6,12 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <random>
 #include <string>
 #include <vector>
 
 #include "sdk/base/util/file_checksum.hpp"
+#include "sdk/registration/elastic/test_deformations.hpp"
 #include "sdk/testing/plane_tracker.hpp"
 #include "sdk/testing/test_context.hpp"
 #include "sdk/testing/test_files.hpp"
@@ -246,6 +248,103 @@ TEST_CASE("a plan that was saved and loaded is the same") {
     defrec_plan_destroy(plan);
 }
 
+TEST_CASE("a plan of a deformed model: its points, their errors, and its file") {
+    // An organ that is twisted in front of the camera; the model is the organ as it was.
+    const defrec::TestMesh mesh = defrec::organ_mesh(4);
+    std::mt19937 random(21);
+    const defrec::Displaced by =
+        defrec::deformation_of(defrec::TestDeformation::kTwisted, mesh, 12, random);
+    const defrec::Pose truth = defrec::organ_pose(random, 140, 0.2);
+    const defrec::TestView view =
+        defrec::TestCamera(defrec::displaced(mesh, by), truth, {}).view(mesh, random);
+    auto given = init<defrec_registration_desc>();
+    given.flags = DEFREC_REGISTRATION_ELASTIC;
+    given.model_vertices = mesh.vertices.data();
+    given.model_vertex_count = mesh.vertices.size() / 3;
+    given.model_triangles = mesh.triangles.data();
+    given.model_triangle_count = mesh.triangles.size() / 3;
+    given.seen_vertices = view.places.data();
+    given.seen_covariances = view.covariances.data();
+    given.seen_count = view.places.size() / 3;
+    const defrec::Pose start = defrec::off_by(truth, Eigen::Vector3d(0, 0, 0), 0.1, 5, random);
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column)
+            given.start[4 * row + column] = start.rotation(row, column);
+        given.start[4 * row + 3] = start.translation[row];
+    }
+    PlaneTracker tracker;
+    const TestContext context;
+    defrec_registration registration = nullptr;
+    REQUIRE_OK(defrec_registration_from_surface(context.get(), &given, &registration));
+    auto found = init<defrec_registration_info>();
+    REQUIRE_OK(defrec_registration_get(registration, &found));
+    INFO(found.deformation_text, " ", found.reason);
+    REQUIRE(found.deformation == DEFREC_DEFORMATION_APPLIED);
+    CHECK(found.deformed_max_mm > found.deformed_rms_mm);
+    CHECK(found.deformed_rms_mm > 1);
+    CHECK(found.largest_strain > 0.01);
+    CHECK(found.rigid_robust_mm > found.robust_mm);
+
+    const std::vector<double> targets{60, 0, -20, -60, 10, -20};
+    auto desc = init<defrec_plan_desc>();
+    desc.targets = targets.data();
+    desc.target_count = 2;
+    desc.vertices = mesh.vertices.data();
+    desc.vertex_count = 30;
+    defrec_plan plan = nullptr, loaded = nullptr;
+    REQUIRE_OK(defrec_plan_create(tracker.surface(), registration, &desc, &plan));
+    const defrec_plan_info info = info_of(plan);
+    CHECK(info.deformed == 1);
+    double xyz[6], covariance[12], errors[2];
+    REQUIRE_OK(
+        defrec_registration_move_points(registration, targets.data(), 2, xyz, covariance, errors));
+    CHECK(std::memcmp(xyz, info.template_xyz + 90, sizeof xyz) == 0);
+    CHECK(std::memcmp(errors, info.registration_error_mm + 30, sizeof errors) == 0);
+    // Not where the transform alone would put it, but nearer to where it is.
+    for (size_t i = 0; i < 2; ++i) {
+        const Eigen::Map<const Eigen::Vector3d> target(&targets[3 * i]);
+        Eigen::Vector3d rigid;
+        for (int row = 0; row < 3; ++row)
+            rigid[row] = info.transform[4 * row] * target.x() +
+                         info.transform[4 * row + 1] * target.y() +
+                         info.transform[4 * row + 2] * target.z() + info.transform[4 * row + 3];
+        const Eigen::Vector3d is = truth * by(target);
+        const Eigen::Vector3d placed = Eigen::Map<const Eigen::Vector3d>(xyz + 3 * i);
+        CHECK((placed - is).norm() < 0.7 * (rigid - is).norm());
+    }
+
+    const TemporaryFolder folder;
+    const std::string path = (folder.path() / "deformed.plan").string(),
+                      bad = (folder.path() / "bad.plan").string();
+    REQUIRE_OK(defrec_plan_save(plan, path.c_str()));
+    REQUIRE_OK(defrec_plan_load(tracker.surface(), path.c_str(), &loaded));
+    CHECK(std::memcmp(info_of(loaded).template_xyz, info.template_xyz, 96 * sizeof(double)) == 0);
+    CHECK(info_of(loaded).deformed == 1);
+    defrec_job job = tracker.track(1, 0);
+    const Moved moved = move_plan(job, plan), again = move_plan(job, loaded),
+                as_targets = move_targets(job, tracker.surface(), plan);
+    CHECK(moved.xyz == again.xyz);
+    CHECK(moved.xyz == as_targets.xyz);
+    for (const size_t i : {0, 31})
+        if (std::isfinite(moved.expected_error[i])) {
+            CHECK(moved.expected_error[i] == again.expected_error[i]);
+            CHECK(moved.expected_error[i] >= info.registration_error_mm[i]);
+        }
+    defrec_job_release(job);
+    // A covariance that is none stands six numbers before the end, the parts and the checksum.
+    std::string bytes = bytes_of(path);
+    const double negative = -1;
+    std::memcpy(bytes.data() + bytes.size() - 8 * (6 + 1 + 1), &negative, sizeof negative);
+    write_summed(bad, bytes);
+    defrec_plan none = nullptr;
+    CHECK(contains(
+        refusal(defrec_plan_load(tracker.surface(), bad.c_str(), &none), DEFREC_ERROR_IO, none),
+        "deformed point 31 has a covariance that is none"));
+    defrec_plan_destroy(plan);
+    defrec_plan_destroy(loaded);
+    defrec_registration_destroy(registration);
+}
+
 TEST_CASE("a plan's file of another template, damaged, cut short or of NaN") {
     const TemporaryFolder folder;
     const std::string path = (folder.path() / "liver.plan").string(),
@@ -273,9 +372,9 @@ TEST_CASE("a plan's file of another template, damaged, cut short or of NaN") {
     write_file(bad, bytes + "x");
     CHECK(contains(refusal(load(), DEFREC_ERROR_IO, none), "something follows its end"));
     std::string other = bytes;
-    other[8] = 2;
+    other[8] = 1;
     write_summed(bad, other);
-    CHECK(contains(refusal(load(), DEFREC_ERROR_VERSION, none), "layout 2, this library reads 1"));
+    CHECK(contains(refusal(load(), DEFREC_ERROR_VERSION, none), "layout 1, this library reads 2"));
     // The transform follows the fingerprint and the verdict.
     constexpr size_t kFirstNumber = 12 + 8 + 64 + 4;
     other = bytes;

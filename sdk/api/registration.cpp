@@ -6,6 +6,7 @@
 #include "sdk/api/objects.hpp"
 #include "sdk/api/read.hpp"
 #include "sdk/api/verdict.hpp"
+#include "sdk/registration/elastic/elastic_registration.hpp"
 #include "sdk/registration/point_pairs.hpp"
 #include "sdk/registration/surface_registration.hpp"
 #include "sdk/tracking/evidence/template_error.hpp"
@@ -118,14 +119,28 @@ defrec_registration register_points(const Context& context, const defrec_registr
         "the model");
     auto object = std::make_shared<RegistrationObject>();
     Services::forget_parallel_failure();
-    object->found = register_surface(model, {points.places, points.normals, points.covariances},
-                                     options_of(desc), &context.services());
+    const SeenSurface seen{points.places, points.normals, points.covariances};
+    const bool is_elastic = (desc.flags & DEFREC_REGISTRATION_ELASTIC) != 0;
+    object->found = is_elastic
+                        ? register_elastic(model, seen, options_of(desc), desc.deformation_mm,
+                                           &context.services())
+                        : register_surface(model, seen, options_of(desc), &context.services());
     Services::expect_parallel_success("registering the model");
     spread(points, object->found);
     object->model = model.findings();
     object->model_has_outside = model.has_outside();
     object->triangles.assign(model.triangles().begin(), model.triangles().end());
     return add(std::move(object));
+}
+
+void describe_deformation(const ModelDeformation& found, defrec_registration_info& info) {
+    info.deformation = deformation_verdict_of(found.verdict);
+    info.deformation_text = found.reason.c_str();
+    info.deformed_rms_mm = found.rms_mm;
+    info.deformed_max_mm = found.max_mm;
+    info.largest_strain = found.largest_strain;
+    info.rigid_rms_mm = found.rigid_rms_mm;
+    info.rigid_robust_mm = found.rigid_robust_mm;
 }
 
 void describe(const RegistrationObject& object, defrec_registration_info& info) {
@@ -153,6 +168,7 @@ void describe(const RegistrationObject& object, defrec_registration_info& info) 
     info.model_has_outside = object.model_has_outside ? 1 : 0;
     info.free_motion_count = found.free.size();
     info.alternative_count = found.alternatives.size();
+    describe_deformation(found.deformation, info);
 }
 
 // A place of the model, and what follows for it; outputs may be null.
@@ -165,15 +181,13 @@ void move_point(const Registration& found, const double* model_xyz, double* xyz,
         if (expected_error_mm != nullptr) *expected_error_mm = kNaN;
         return;
     }
-    const Eigen::Matrix3d error = found.target_covariance(place);
-    Eigen::Map<Eigen::Vector3d> seen(xyz);
-    seen = found.pose * place;
+    const PlacedPoint placed = found.placed(place);
+    std::copy(placed.place.begin(), placed.place.end(), xyz);
     if (covariance != nullptr) {
-        const std::array<double, 6> values{error(0, 0), error(0, 1), error(0, 2),
-                                           error(1, 1), error(1, 2), error(2, 2)};
+        const std::array<double, 6> values = symmetric_values(placed.covariance);
         std::copy(values.begin(), values.end(), covariance);
     }
-    if (expected_error_mm != nullptr) *expected_error_mm = std::sqrt(error.trace());
+    if (expected_error_mm != nullptr) *expected_error_mm = std::sqrt(placed.covariance.trace());
 }
 
 }  // namespace

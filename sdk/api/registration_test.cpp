@@ -320,6 +320,45 @@ TEST_CASE("a model is registered to a template, whose surface it is") {
     defrec_template_release(surface);
 }
 
+TEST_CASE("row 193: a model that is not closed is not deformed, and is registered without") {
+    Scene scene(defrec::organ_mesh(3));
+    scene.mesh.triangles.resize(scene.mesh.triangles.size() - 30);
+    defrec_registration_desc desc = scene.desc();
+    desc.flags = DEFREC_REGISTRATION_ELASTIC;
+    const TestContext context({}, 2);
+    defrec_registration none = nullptr;
+    CHECK(contains(refusal(defrec_registration_from_surface(context.get(), &desc, &none), none),
+                   "the model is not closed"));
+    desc.flags = 0;
+    TestRegistration registration;
+    REQUIRE_OK(defrec_registration_from_surface(context.get(), &desc, registration.out()));
+    CHECK(registration.info().deformation == DEFREC_DEFORMATION_NOT_ASKED);
+    CHECK(std::string(registration.info().deformation_text).empty());
+}
+
+TEST_CASE("row 194: an organ that has not changed its shape: the rigid motion, and why") {
+    defrec_registration_desc desc = organ().desc();
+    const TestContext context({}, 2);
+    TestRegistration rigid, elastic;
+    REQUIRE_OK(defrec_registration_from_surface(context.get(), &desc, rigid.out()));
+    desc.flags = DEFREC_REGISTRATION_ELASTIC;
+    REQUIRE_OK(defrec_registration_from_surface(context.get(), &desc, elastic.out()));
+    const defrec_registration_info info = elastic.info();
+    CHECK(info.verdict == DEFREC_VERDICT_ACCEPTED);
+    CHECK(info.deformation == DEFREC_DEFORMATION_REFUSED);
+    CHECK(contains(info.deformation_text, "the rigid motion explains the surface as well"));
+    CHECK(info.deformed_max_mm == 0);
+    CHECK(info.rigid_rms_mm == info.rms_mm);
+    CHECK(std::memcmp(info.transform, rigid.info().transform, sizeof info.transform) == 0);
+    const double target[3] = {10, 5, 40};
+    double one[3], other[3], error = 0, doubtful = 0;
+    REQUIRE_OK(defrec_registration_move_points(rigid.get(), target, 1, one, nullptr, &error));
+    REQUIRE_OK(
+        defrec_registration_move_points(elastic.get(), target, 1, other, nullptr, &doubtful));
+    for (int axis = 0; axis < 3; ++axis) CHECK(one[axis] == doctest::Approx(other[axis]));
+    CHECK(doubtful > error);
+}
+
 TEST_CASE("row 189: arrays that are missing, numbers out of range, counts that are too large") {
     const TestContext context;
     using Change = std::function<void(defrec_registration_desc&)>;
@@ -331,7 +370,7 @@ TEST_CASE("row 189: arrays that are missing, numbers out of range, counts that a
     };
     using Desc = defrec_registration_desc;
     const std::vector<std::pair<Change, const char*>> cases = {
-        {[](Desc& d) { d.flags = 2; }, "desc.flags is 2"},
+        {[](Desc& d) { d.flags = 4; }, "desc.flags is 4"},
         {[](Desc& d) { d.model_vertices = nullptr; }, "desc.model_vertices is NULL"},
         {[](Desc& d) { d.model_triangles = nullptr; }, "desc.model_triangles is NULL"},
         {[](Desc& d) { d.seen_vertices = nullptr; }, "desc.seen_vertices is NULL"},
@@ -350,6 +389,7 @@ TEST_CASE("row 189: arrays that are missing, numbers out of range, counts that a
         {[](Desc& d) { d.min_inlier_share = 2; }, "desc.min_inlier_share is 2"},
         {[](Desc& d) { d.max_error_mm = 1e-9; }, "desc.max_error_mm is 1e-09"},
         {[](Desc& d) { d.starts = 10001; }, "desc.starts is 10001"},
+        {[](Desc& d) { d.deformation_mm = 101; }, "desc.deformation_mm is 101"},
     };
     for (const auto& [change, said] : cases) {
         const std::string message = refused(change);

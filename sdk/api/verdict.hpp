@@ -17,4 +17,15 @@ inline uint32_t verdict_of(RegistrationVerdict verdict) {
     }
 }
 
+inline uint32_t deformation_verdict_of(DeformationVerdict verdict) {
+    switch (verdict) {
+        case DeformationVerdict::kApplied:
+            return DEFREC_DEFORMATION_APPLIED;
+        case DeformationVerdict::kRefused:
+            return DEFREC_DEFORMATION_REFUSED;
+        default:
+            return DEFREC_DEFORMATION_NOT_ASKED;
+    }
+}
+
 }  // namespace defrec

@@ -135,10 +135,11 @@ inline void fill_defaults(defrec_registration_desc& p) {
     if (p.min_inlier_share == 0) p.min_inlier_share = 0.4;
     if (p.max_error_mm == 0) p.max_error_mm = 2.0;
     if (p.starts == 0) p.starts = 20;
+    if (p.deformation_mm == 0) p.deformation_mm = 10.0;
 }
 inline std::string range_error(const defrec_registration_desc& p) {
     RangeCheck check("desc.");
-    check.integer("flags", p.flags, 0, DEFREC_REGISTRATION_NO_CAMERA);
+    check.integer("flags", p.flags, 0, 3);
     check.integer("model_vertex_count", p.model_vertex_count, 3, 6000000);
     check.integer("model_triangle_count", p.model_triangle_count, 1, 2000000);
     check.integer("seen_count", p.seen_count, 0, 16777216);
@@ -152,8 +153,10 @@ inline std::string range_error(const defrec_registration_desc& p) {
         check.real("min_inlier_share", p.min_inlier_share, 0.0, 1.0, false);
     if (p.max_error_mm != 0) check.real("max_error_mm", p.max_error_mm, 0.001, 100.0, false);
     if (p.starts != 0) check.integer("starts", p.starts, 1, 10000);
+    if (p.deformation_mm != 0) check.real("deformation_mm", p.deformation_mm, 0.1, 100.0, false);
     return check.error();
 }
+inline constexpr int32_t kRegistrationMaxFlags = 3;
 inline constexpr int32_t kRegistrationMaxStarts = 10000;
 
 inline void fill_defaults(defrec_plan_desc& p) {

@@ -1,5 +1,5 @@
 // A plan as a file: a fingerprint of the template's first view, the registration, the model, its
-// parts and the targets.
+// parts and the targets, and where a registration that deformed the model puts them.
 #include "sdk/base/os/binary_file.hpp"
 #include "sdk/base/util/sha256.hpp"
 #include "sdk/contract/descs.hpp"
@@ -10,7 +10,7 @@ namespace defrec {
 namespace {
 
 constexpr BinaryFileKind kPlanFile = {
-    "plan", {'d', 'e', 'f', 'r', 'e', 'c', 'P', '\n'}, 1, uint64_t{1} << 28};
+    "plan", {'d', 'e', 'f', 'r', 'e', 'c', 'P', '\n'}, 2, uint64_t{1} << 28};
 
 template <class Value>
 void add_bytes(Sha256& sum, std::span<const Value> values) {
@@ -42,6 +42,8 @@ void visit_arrays(Data& data, Visit&& visit) {
     visit(data.vertices);
     visit(data.triangles);
     visit(data.targets);
+    visit(data.deformed_places);
+    visit(data.deformed_covariances);
 }
 
 }  // namespace

@@ -65,18 +65,35 @@ double error_of(const Eigen::Matrix3d& covariance) {
     return trace < 0 ? 0 : std::sqrt(trace);
 }
 
+// A deformed model's points: as many as there are, each with a covariance.
+std::string fault_of_deformed(const PlanData& data) {
+    const size_t points = data.point_count();
+    if (data.deformed_places.empty() && data.deformed_covariances.empty()) return {};
+    if (data.deformed_places.size() != 3 * points || data.deformed_covariances.size() != 6 * points)
+        return concat("there are ", data.deformed_places.size(), " coordinates and ",
+                      data.deformed_covariances.size(),
+                      " numbers of covariances of deformed points, ", 3 * points, " and ",
+                      6 * points, " expected");
+    if (!all_finite(data.deformed_places) || !all_finite(data.deformed_covariances))
+        return "a deformed point is not finite";
+    for (size_t i = 0; i < points; ++i) {
+        const Eigen::Matrix3d covariance = data.at_rest(i).covariance;
+        const Eigen::LDLT<Eigen::Matrix3d> factors(covariance);
+        const double least =
+            -decisions::PlanRegistration::kSymmetric * covariance.cwiseAbs().maxCoeff();
+        if (!(covariance.diagonal().array() >= 0).all() ||
+            !(factors.vectorD().array() >= least).all())
+            return concat("deformed point ", i, " has a covariance that is none");
+    }
+    return {};
+}
+
 // Numbers that are finite may lead to a place or an error that is not.
 std::string fault_of_places(const PlanData& data) {
-    const size_t vertices = data.vertices.size() / 3, points = vertices + data.targets.size() / 3;
-    for (size_t i = 0; i < points; ++i) {
-        Eigen::Vector3d place;
-        if (i < vertices)
-            place = Eigen::Map<const Eigen::Vector3f>(&data.vertices[3 * i]).cast<double>();
-        else
-            place = Eigen::Map<const Eigen::Vector3d>(&data.targets[3 * (i - vertices)]);
-        const Eigen::Vector3d at_rest = data.pose * place;
-        if (!at_rest.allFinite() ||
-            !std::isfinite(error_of(target_covariance(data.covariance, at_rest))))
+    const size_t vertices = data.vertices.size() / 3;
+    for (size_t i = 0; i < data.point_count(); ++i) {
+        const PlacedPoint point = data.at_rest(i);
+        if (!point.place.allFinite() || !std::isfinite(error_of(point.covariance)))
             return concat(i < vertices ? "vertex " : "target ", i < vertices ? i : i - vertices,
                           " has no finite place and error in the template");
     }
@@ -112,10 +129,25 @@ Eigen::Matrix3d rotation_of(const DualQuaternion<double>& motion) {
 
 }  // namespace
 
+Eigen::Vector3d PlanData::place(size_t point) const {
+    const size_t vertex_count = vertices.size() / 3;
+    if (point < vertex_count)
+        return Eigen::Map<const Eigen::Vector3f>(&vertices[3 * point]).cast<double>();
+    return Eigen::Map<const Eigen::Vector3d>(&targets[3 * (point - vertex_count)]);
+}
+
+PlacedPoint PlanData::at_rest(size_t point) const {
+    if (is_deformed())
+        return {Eigen::Map<const Eigen::Vector3d>(&deformed_places[3 * point]),
+                symmetric_matrix(&deformed_covariances[6 * point])};
+    const Eigen::Vector3d moved = pose * place(point);
+    return {moved, target_covariance(covariance, moved)};
+}
+
 std::string PlanData::fault() const {
     if (vertices.size() % 3 != 0 || !all_finite(vertices)) return "a vertex is not finite";
     if (targets.size() % 3 != 0 || !all_finite(targets)) return "a target is not finite";
-    const size_t points = (vertices.size() + targets.size()) / 3;
+    const size_t points = point_count();
     if (points > PreparedTargets::kMaxTargets)
         return concat("there are ", points, " vertices and targets, at most ",
                       PreparedTargets::kMaxTargets, " expected");
@@ -128,6 +160,7 @@ std::string PlanData::fault() const {
         return found;
     if (std::string found = fault_of_pose(pose); !found.empty()) return found;
     if (std::string found = fault_of_covariance(covariance); !found.empty()) return found;
+    if (std::string found = fault_of_deformed(*this); !found.empty()) return found;
     return fault_of_places(*this);
 }
 
@@ -141,14 +174,10 @@ void add_registration_error(const Eigen::Matrix3d& rotation, const Eigen::Matrix
 Plan::Plan(std::shared_ptr<const Template> surface, PlanData data)
     : surface_(std::move(surface)), data_(std::move(data)) {
     if (const std::string fault = data_.fault(); !fault.empty()) fail(DEFREC_ERROR_ARGUMENT, fault);
-    std::vector<double> places(data_.vertices.begin(), data_.vertices.end());
-    places.insert(places.end(), data_.targets.begin(), data_.targets.end());
-    at_rest_.resize(places.size());
-    error_mm_.resize(places.size() / 3);
-    for (size_t i = 0; i < error_mm_.size(); ++i) {
-        Eigen::Map<Eigen::Vector3d> at_rest(&at_rest_[3 * i]);
-        at_rest = data_.pose * Eigen::Map<const Eigen::Vector3d>(&places[3 * i]);
-        error_mm_[i] = error_of(target_covariance(data_.covariance, at_rest));
+    for (size_t i = 0; i < point_count(); ++i) {
+        const PlacedPoint point = data_.at_rest(i);
+        at_rest_.insert(at_rest_.end(), point.place.begin(), point.place.end());
+        error_mm_.push_back(error_of(point.covariance));
     }
     points_ = std::make_unique<const PreparedTargets>(surface_, at_rest_.data(), point_count());
 }
@@ -166,8 +195,7 @@ void Plan::move(const Job& job, const PlanPointArrays& arrays) const {
         const double* at_rest = &at_rest_[3 * i];
         add_registration_error(
             rotation_of(result.surface->motion_at(at_rest, result.motions.data())),
-            target_covariance(data_.covariance, Eigen::Map<const Eigen::Vector3d>(at_rest)),
-            arrays.covariance + 6 * i);
+            data_.at_rest(i).covariance, arrays.covariance + 6 * i);
     };
     // Threads that help pay from some points on.
     constexpr size_t kFewest = 1024, kRun = 128;

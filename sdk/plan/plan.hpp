@@ -28,6 +28,18 @@ struct PlanData {
     std::vector<uint32_t> triangles;               // three vertices each
     std::vector<PlanPart> parts;
     std::vector<double> targets;  // xyz each
+    // Where a registration that deformed the model puts each point, xyz, mm, template frame, and
+    // six values of the covariance of its error, xx, xy, xz, yy, yz, zz, mm^2. Both empty: pose and
+    // covariance say it.
+    std::vector<double> deformed_places, deformed_covariances;
+
+    // Vertices, then targets.
+    size_t point_count() const { return (vertices.size() + targets.size()) / 3; }
+    bool is_deformed() const { return !deformed_places.empty(); }
+    // In the template frame.
+    PlacedPoint at_rest(size_t point) const;
+    // A point in the model frame.
+    Eigen::Vector3d place(size_t point) const;
 
     // What is wrong with it, begins with its name and has the value; empty: nothing.
     std::string fault() const;
@@ -52,7 +64,7 @@ class Plan {
     Plan(std::shared_ptr<const Template> surface, PlanData data);
 
     const PlanData& data() const { return data_; }
-    size_t point_count() const { return error_mm_.size(); }
+    size_t point_count() const { return data_.point_count(); }
     // xyz each, template frame, mm.
     const std::vector<double>& at_rest() const { return at_rest_; }
     // Target registration error, per point.

@@ -146,6 +146,28 @@ TEST_CASE("data of a plan with a fault") {
               data.covariance.setZero();
               data.vertices.clear(), data.triangles.clear(), data.parts.clear();
           }) == "target 0 has no finite place and error in the template");
+    const auto deformed_fault = [](const auto& change) {
+        return fault_after([&](PlanData& data) {
+            data.deformed_places.assign(12, 1);
+            for (int i = 0; i < 4; ++i)
+                data.deformed_covariances.insert(data.deformed_covariances.end(),
+                                                 {0.2, 0.1, 0, 0.3, 0, 0.4});
+            change(data);
+        });
+    };
+    CHECK(deformed_fault([](PlanData&) {}).empty());
+    CHECK(deformed_fault([](PlanData& data) { data.deformed_places.pop_back(); }) ==
+          "there are 11 coordinates and 24 numbers of covariances of deformed points, 12 and 24 "
+          "expected");
+    CHECK(deformed_fault([](PlanData& data) { data.deformed_covariances.clear(); }) ==
+          "there are 12 coordinates and 0 numbers of covariances of deformed points, 12 and 24 "
+          "expected");
+    CHECK(deformed_fault([&](PlanData& data) { data.deformed_places[5] = kNaN; }) ==
+          "a deformed point is not finite");
+    CHECK(deformed_fault([](PlanData& data) { data.deformed_covariances[9] = -1; }) ==
+          "deformed point 1 has a covariance that is none");
+    CHECK(deformed_fault([](PlanData& data) { data.deformed_covariances[19] = 0.5; }) ==
+          "deformed point 3 has a covariance that is none");
     CHECK(fault_after([](PlanData& data) { data.vertices[3] = 3e38F, data.covariance *= 1e300; }) ==
           "vertex 1 has no finite place and error in the template");
 }

@@ -132,6 +132,83 @@ struct RegistrationVerdicts {
     static constexpr double kRounding = 1e-5;
 };
 
+// The elastic body that a model's surface encloses, and the shapes that it may take.
+struct ElasticModel {
+    // cells | that the body is divided into, about | set by hand
+    static constexpr double kCells = 1500;
+    // cells | more are refused | four times as many, for bodies that are thin
+    static constexpr size_t kMaxCells = 6000;
+    // share of a cell | a cell that the body fills less is none | as BodyCells
+    static constexpr double kMinShare = 0.05;
+    // 1 | stiffness of a cell that is filled in part, at least | with its share alone cells at the
+    //   rim flutter: strains of 0.3 to 1.2 where 0.1 are right, [nonrigid-registration]
+    static constexpr double kMinStiffness = 0.3;
+    // 1 | Poisson's ratio | soft tissue is nearly incompressible
+    static constexpr double kPoissonRatio = 0.45;
+    // mm | length of the springs that hold the body, with its Young's modulus | its forces are
+    //   balanced: the equations need a solution
+    static constexpr double kSpringLength = 10000;
+    // mm | a place farther from the body is not displaced with it | larger than any model
+    static constexpr double kReach = 10000;
+    // root of the surface's area | width of the forces that act on it | set by hand
+    static constexpr double kForceWidth = 0.1;
+    // widths | between the centres of two forces, at least | set by hand
+    static constexpr double kForceSpacing = 1.2;
+    // of the strain, times displacement and distance from what was seen | expected error that an
+    //   organ which is not such a body adds | without it 68 % of targets at 45 mm are within 2
+    //   expected errors, [nonrigid-registration]
+    static constexpr double kUnlikeShare = 1;
+    // mm | added to that distance | with 0 mm 88 to 93 % of what is seen is within 2 expected
+    // errors,
+    //   [nonrigid-registration]
+    static constexpr double kSeenLength = 15;
+    // shapes | at most | set by hand
+    static constexpr size_t kMaxModes = 120;
+    // of the variance of the first shape | shapes with less are left out | rounding to float
+    static constexpr double kMinPower = 1e-7;
+};
+
+// How much a model may be deformed, before the surface is looked at.
+struct ShapePrior {
+    // 1 | exponent of the stiffness in the prior variance of a shape, the least | 2: forces without
+    //   preference
+    static constexpr int kMinExponent = 2;
+    // 1 | and the largest | with 8 what is local is missed, [nonrigid-registration]
+    static constexpr int kMaxExponent = 4;
+    // 1 | the stated scale over the smallest one by which a deformation may make the data likelier
+    //   | set by hand
+    static constexpr double kScaleRange = 64;
+    // 1 | a scale over the next smaller one | set by hand
+    static constexpr double kScaleStep = 1.41421356;
+};
+
+// How the model is drawn to the surface.
+struct ElasticFit {
+    // steps | of least squares, at most | set by hand
+    static constexpr int kMaxRounds = 40;
+    // mm | a step that moves the surface by less, root mean square, is the last one | with 0.01
+    // half
+    //   of a deformation is missed: the surface slides slowly, [nonrigid-registration]
+    static constexpr double kRest = 0.001;
+    // steps | with what the residuals say of the errors, in the end | 60 give the same,
+    // [nonrigid-registration]
+    static constexpr int kFinalRounds = 15;
+    // share of a point's information | as kDamping of SurfaceApproach | rounding
+    static constexpr double kDamping = 1e-6;
+    // places | of what was seen, from which distances are told, at most | set by hand
+    static constexpr size_t kSeenPlaces = 500;
+};
+
+// Whether a deformation is taken.
+struct DeformationVerdicts {
+    // 1 | logarithm of how much likelier the surface is with the deformation, at least | set by
+    // hand:
+    //   150 times
+    static constexpr double kMinEvidence = 5;
+    // 1 | strain of a deformation that is taken, at most | set by hand: small strains are assumed
+    static constexpr double kMaxStrain = 0.5;
+};
+
 // Registration by pairs of points.
 struct RegistrationPairs {
     // pairs | fewer are refused | three places fix a rigid motion

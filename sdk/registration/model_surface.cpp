@@ -89,8 +89,6 @@ void ModelSurface::drop_triangles_without_area(std::string_view name) {
              " triangles has an area, expected the surface of an organ");
 }
 
-// For each vertex the first one at its place: files without indices list a vertex for each of its
-// triangles.
 std::vector<uint32_t> ModelSurface::merged_vertices() const {
     std::vector<uint32_t> order(vertices_.size() / 3), first(order.size());
     std::iota(order.begin(), order.end(), 0u);

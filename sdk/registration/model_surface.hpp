@@ -42,6 +42,9 @@ class ModelSurface {
     bool has_outside() const { return has_outside_; }
     // mm, its centre of area.
     const Eigen::Vector3d& centroid() const { return centroid_; }
+    // For each vertex the first one at its place: files without indices list a vertex for each of
+    // its triangles.
+    std::vector<uint32_t> merged_vertices() const;
 
   private:
     struct Edge {
@@ -57,7 +60,6 @@ class ModelSurface {
     Eigen::Vector3d area_vector(size_t triangle) const;  // along the normal, as long as the area
     void check(std::string_view name) const;
     void drop_triangles_without_area(std::string_view name);
-    std::vector<uint32_t> merged_vertices() const;
     void look_at_edges();
     void measure();
     void turn();

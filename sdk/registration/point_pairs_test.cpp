@@ -103,7 +103,7 @@ TEST_CASE("errors of a target are as large as expected, of stated and of unknown
                 }
                 const Registration found = register_pairs(pairs);
                 const double error = (found.pose * target - kTruth * target).norm();
-                const double variance = found.target_covariance(target).trace();
+                const double variance = found.placed(target).covariance.trace();
                 squared += error * error;
                 expected += variance;
                 within_2 += error <= 2 * std::sqrt(variance);
@@ -127,7 +127,7 @@ TEST_CASE("row 172: pairs in a line leave the turn about it open") {
     const Eigen::Vector3d from_pair = kTruth * Eigen::Vector3d(0, 0, 0) - found.free[0].point;
     CHECK((from_pair - along * along.dot(from_pair)).norm() < 0.01);
     CHECK_SAYS(found.reason, "turn about the axis");
-    CHECK(std::sqrt(found.target_covariance({50, -50, 0}).trace()) > 100);
+    CHECK(std::sqrt(found.placed({50, -50, 0}).covariance.trace()) > 100);
 }
 
 TEST_CASE("row 172: pairs at one place leave every turn open") {

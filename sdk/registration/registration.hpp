@@ -1,8 +1,10 @@
-// Where a preoperative model lies: the rigid motion from its frame to the frame that a camera sees
-// (the template frame), how exactly it is known, and whether it may be used.
+// Where a preoperative model lies: the motion from its frame to the frame that a camera sees (the
+// template frame), rigid or with a deformation, how exactly it is known, and whether it may be
+// used.
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -35,10 +37,36 @@ struct RegistrationAlternative {
     double inlier_share = 0;
 };
 
+// A place of the model in the frame that is seen, mm, and the covariance of its error, mm^2.
+struct PlacedPoint {
+    Eigen::Vector3d place;
+    Eigen::Matrix3d covariance;
+};
+
+// The shape that a model has where it lies.
+class ModelShape {
+  public:
+    virtual ~ModelShape() = default;
+    // place: of the model at rest, finite; pose: the registration's. Any thread.
+    virtual PlacedPoint placed(const Pose& pose, const Eigen::Vector3d& place) const = 0;
+};
+
+enum class DeformationVerdict { kNotAsked, kApplied, kRefused };
+
+struct ModelDeformation {
+    DeformationVerdict verdict = DeformationVerdict::kNotAsked;
+    std::string reason;                            // one sentence
+    std::shared_ptr<const ModelShape> shape;       // null: the model is as it was
+    double rms_mm = 0, max_mm = 0;                 // displacements of the model's vertices
+    double largest_strain = 0;                     // share, along any direction
+    double rigid_rms_mm = 0, rigid_robust_mm = 0;  // the residuals before it
+};
+
 struct Registration {
     RegistrationVerdict verdict = RegistrationVerdict::kFailed;
     std::string reason;  // one sentence
-    Pose pose;           // from the model's frame to the one that is seen
+    Pose pose;           // from the model's frame to the one that is seen: of all motion the rigid
+                         // part
     // Covariance of the twist about the frame's origin that the true pose has after `pose`, see
     // place_shift: turn in rad about x, y, z, then shift in mm.
     TwistMatrix covariance = TwistMatrix::Zero();
@@ -49,10 +77,12 @@ struct Registration {
     // NaN where it was not compared.
     std::vector<float> residual_mm;
     std::vector<uint8_t> is_inlier;
+    ModelDeformation deformation;
 
-    // Covariance of the error of a place of the model, in the frame that is seen, mm^2.
-    Eigen::Matrix3d target_covariance(const Eigen::Vector3d& model_place) const {
-        return defrec::target_covariance(covariance, pose * model_place);
+    PlacedPoint placed(const Eigen::Vector3d& model_place) const {
+        if (deformation.shape) return deformation.shape->placed(pose, model_place);
+        const Eigen::Vector3d place = pose * model_place;
+        return {place, target_covariance(covariance, place)};
     }
 };
 

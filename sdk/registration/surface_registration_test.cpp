@@ -111,10 +111,10 @@ TEST_CASE("the covariance is that of a turn and a shift about the frame's origin
     // well.
     const Eigen::Vector3d origin = found.pose.inverse() * Eigen::Vector3d(0, 0, 0);
     const Eigen::Matrix3d shift = found.covariance.bottomRightCorner<3, 3>();
-    CHECK(found.target_covariance(origin).isApprox(shift, 1e-9));
+    CHECK(found.placed(origin).covariance.isApprox(shift, 1e-9));
     // Seen tissue is more exact than what lies far beside it.
-    CHECK(found.target_covariance({0, 0, -50}).trace() <
-          found.target_covariance({0, 0, 300}).trace());
+    CHECK(found.placed({0, 0, -50}).covariance.trace() <
+          found.placed({0, 0, 300}).covariance.trace());
 }
 
 TEST_CASE("row 174: a ball leaves all turns about its centre open") {

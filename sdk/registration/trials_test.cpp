@@ -87,7 +87,7 @@ Trials run_trials(int count, double smooth_px, double bend_mm, bool is_far = fal
         if (!is_registered) continue;
         trials.errors.push_back(error);
         trials.ratios.push_back(error /
-                                std::sqrt(found.target_covariance(model.centroid()).trace()));
+                                std::sqrt(found.placed(model.centroid()).covariance.trace()));
     }
     MESSAGE(count, " trials, noise smooth over ", smooth_px, " px, bent by ", bend_mm,
             std::string(is_far ? " mm, far starts" : " mm"), ", wrong ", trials.wrong, ": median ",

@@ -100,17 +100,19 @@ PoseUncertainty uncertainty_of(const PoseInformation& information, double whole,
         const double value = direction.dot(information.matrix * direction);
         result.free.push_back(motion_of(direction, information, std::sqrt(variance_of(value))));
     }
-    // From mm about the centre to rad and mm about the origin: a turn about the centre is one about
-    // the origin and a shift.
-    TwistMatrix to_origin = TwistMatrix::Zero();
-    to_origin.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() / information.length;
-    to_origin.bottomRightCorner<3, 3>().setIdentity();
-    to_origin.bottomLeftCorner<3, 3>() =
-        -place_shift(information.centre).leftCols<3>() / information.length;
-    const TwistMatrix spread =
-        to_origin * solver.eigenvectors() * variance.cwiseSqrt().asDiagonal();
+    const TwistMatrix spread = twist_to_origin(information.centre, information.length) *
+                               solver.eigenvectors() * variance.cwiseSqrt().asDiagonal();
     result.covariance = spread * spread.transpose();
     return result;
+}
+
+// A turn about the centre is one about the origin and a shift.
+TwistMatrix twist_to_origin(const Eigen::Vector3d& centre, double length) {
+    TwistMatrix made = TwistMatrix::Zero();
+    made.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() / length;
+    made.bottomRightCorner<3, 3>().setIdentity();
+    made.bottomLeftCorner<3, 3>() = -place_shift(centre).leftCols<3>() / length;
+    return made;
 }
 
 }  // namespace defrec

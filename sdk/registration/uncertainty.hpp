@@ -48,6 +48,9 @@ struct PoseUncertainty {
 PoseUncertainty uncertainty_of(const PoseInformation& information, double whole, double min_share,
                                double max_error_mm);
 
+// From mm about a centre, as of PoseInformation, to rad and mm about the frame's origin.
+TwistMatrix twist_to_origin(const Eigen::Vector3d& centre, double length);
+
 // Covariance of the error of a place in the frame that is seen, mm^2.
 inline Eigen::Matrix3d target_covariance(const TwistMatrix& covariance,
                                          const Eigen::Vector3d& place) {

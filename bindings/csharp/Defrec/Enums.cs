@@ -439,7 +439,26 @@ namespace Defrec
         /// The surface was not seen from viewer: triangles that turn away from it are compared as
         /// well.
         /// </summary>
-        NoCamera = 1u << 0
+        NoCamera = 1u << 0,
+        /// <summary>
+        /// After the rigid motion the model is deformed as an elastic body, where what was seen
+        /// says how; its surface must be closed.
+        /// </summary>
+        Elastic = 1u << 1
+    }
+
+    /// <summary>Whether a registration deformed its model.</summary>
+    public enum Deformation : uint
+    {
+        /// <summary>Without RegistrationFlags.Elastic: a rigid motion.</summary>
+        NotAsked = 0,
+        /// <summary>The model was deformed.</summary>
+        Applied = 1,
+        /// <summary>
+        /// The rigid motion is the result: what was seen supports no deformation. Errors that are
+        /// told hold what it may hide.
+        /// </summary>
+        Refused = 2
     }
 
     /// <summary>Flags of Plan.</summary>

@@ -136,6 +136,11 @@ namespace Defrec
         public int TargetCount { get; private set; }
         /// <summary>Vertices and targets.</summary>
         public int PointCount { get; private set; }
+        /// <summary>
+        /// The registration deformed the model: <see cref="GetTemplateXyz"/> is not what
+        /// <see cref="Transform"/> makes of it.
+        /// </summary>
+        public bool Deformed { get; private set; }
         /// <summary>Named parts of the model.</summary>
         public IReadOnlyList<PlanPart> Parts { get; private set; }
 
@@ -218,6 +223,7 @@ namespace Defrec
             VertexCount = Check.ArrayLength(info.vertex_count, 1);
             TargetCount = Check.ArrayLength(info.target_count, 1);
             PointCount = Check.ArrayLength(info.point_count, 1);
+            Deformed = info.deformed != 0;
             var parts = new PlanPart[Check.ArrayLength(info.part_count, 1)];
             for (int i = 0; i < parts.Length; ++i)
                 parts[i] = new PlanPart(

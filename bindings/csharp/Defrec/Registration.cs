@@ -139,7 +139,8 @@ namespace Defrec
         /// <summary>The verdict's, one sentence for people.</summary>
         public string Reason { get; private set; }
         /// <summary>
-        /// Seen frame from model frame; of a failed one the best pose that was found.
+        /// Seen frame from model frame; of a failed one the best pose that was found, of a deformed
+        /// model the rigid part of its motion.
         /// </summary>
         public RigidTransform Transform { get; private set; }
         /// <summary>Root mean square of the inliers' residuals, mm.</summary>
@@ -172,6 +173,25 @@ namespace Defrec
         public int FreeMotionCount { get; private set; }
         /// <summary>Other poses that fit about as well.</summary>
         public int AlternativeCount { get; private set; }
+        /// <summary>Whether the model was deformed.</summary>
+        public Deformation Deformation { get; private set; }
+        /// <summary>Why, one sentence for people; "" where none was asked for.</summary>
+        public string DeformationText { get; private set; }
+        /// <summary>
+        /// Root mean square displacement of the model's vertices against the transform, mm; this
+        /// and the next two 0 where the model was not deformed.
+        /// </summary>
+        public double DeformedRmsMm { get; private set; }
+        /// <summary>The largest displacement, mm.</summary>
+        public double DeformedMaxMm { get; private set; }
+        /// <summary>
+        /// The largest share by which the body is stretched or compressed along a direction.
+        /// </summary>
+        public double LargestStrain { get; private set; }
+        /// <summary>RmsMm before the deformation, of the rigid motion.</summary>
+        public double RigidRmsMm { get; private set; }
+        /// <summary>Likewise RobustMm.</summary>
+        public double RigidRobustMm { get; private set; }
 
         /// <summary>
         /// 6x6 row by row, of the motion that the true transform has after this one: a turn about
@@ -324,6 +344,13 @@ namespace Defrec
             ModelHasOutside = info.model_has_outside != 0;
             FreeMotionCount = Check.ArrayLength(info.free_motion_count, 1);
             AlternativeCount = Check.ArrayLength(info.alternative_count, 1);
+            Deformation = info.deformation;
+            DeformationText = Utf8.Read(info.deformation_text);
+            DeformedRmsMm = info.deformed_rms_mm;
+            DeformedMaxMm = info.deformed_max_mm;
+            LargestStrain = info.largest_strain;
+            RigidRmsMm = info.rigid_rms_mm;
+            RigidRobustMm = info.rigid_robust_mm;
         }
 
         private static defrec_registration_info Read(HandleUse use)
@@ -351,7 +378,9 @@ namespace Defrec
                     (ulong)Check.Groups(model.Triangles.Length, 3, "model.Triangles"),
             };
             if (options == null) return desc;
-            desc.flags = options.NoCamera ? RegistrationFlags.NoCamera : RegistrationFlags.None;
+            if (options.NoCamera) desc.flags |= RegistrationFlags.NoCamera;
+            if (options.Elastic) desc.flags |= RegistrationFlags.Elastic;
+            desc.deformation_mm = options.DeformationMm;
             desc.start = options.Start;
             desc.viewer[0] = options.Viewer.X;
             desc.viewer[1] = options.Viewer.Y;

@@ -95,5 +95,15 @@ namespace Defrec
         /// A motion with a larger standard deviation is undetermined, mm; 0.001 to 100; default 2.
         /// </summary>
         public double MaxErrorMm { get; set; }
+        /// <summary>
+        /// After the rigid motion the model, whose surface must be closed, is deformed as an
+        /// elastic body, where what was seen says how.
+        /// </summary>
+        public bool Elastic { get; set; }
+        /// <summary>
+        /// How far the model's surface may be displaced against its rigid motion, root mean square,
+        /// mm, with <see cref="Elastic"/>; 0.1 to 100; default 10.
+        /// </summary>
+        public double DeformationMm { get; set; }
     }
 }

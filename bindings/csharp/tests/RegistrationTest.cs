@@ -127,6 +127,29 @@ namespace Defrec.Tests
         }
 
         [Test]
+        public void AnElasticModelThatIsAsItWasIsNotDeformed()
+        {
+            TriangleMesh organ = Organ();
+            using (Context context = NoPlugins())
+            using (Registration found = Registration.FromSurface(
+                       context, organ, new SeenSurface { Vertices = Front(organ) },
+                       new RegistrationOptions {
+                           Start = new RigidTransform(1, 0, 0, 9, 0, 1, 0, -7, 0, 0, 1, 156),
+                           PointErrorMm = 0.2, Elastic = true, DeformationMm = 5
+                       }))
+            {
+                Assert.That(
+                    found.Deformation, Is.EqualTo(Deformation.Refused), found.DeformationText);
+                Assert.That(found.DeformationText, Is.StringContaining("rigid motion"));
+                Assert.That(found.DeformedRmsMm, Is.EqualTo(0));
+                Assert.That(found.DeformedMaxMm, Is.EqualTo(0));
+                Assert.That(found.LargestStrain, Is.EqualTo(0));
+                Assert.That(found.RigidRmsMm, Is.EqualTo(found.RmsMm));
+                Assert.That(found.RigidRobustMm, Is.EqualTo(found.RobustMm));
+            }
+        }
+
+        [Test]
         public void ASurfaceIsRegistered()
         {
             TriangleMesh organ = Organ();

@@ -394,6 +394,21 @@ class RegistrationFlag(IntFlag):
     NO_CAMERA = 1
     """The surface was not seen from viewer: triangles that turn away from it are compared as
     well."""
+    ELASTIC = 2
+    """After the rigid motion the model is deformed as an elastic body, where what was seen says
+    how; its surface must be closed."""
+
+
+class Deformation(OpenEnum):
+    """Whether a registration deformed its model."""
+
+    NOT_ASKED = 0
+    """Without RegistrationFlag.ELASTIC: a rigid motion."""
+    APPLIED = 1
+    """The model was deformed."""
+    REFUSED = 2
+    """The rigid motion is the result: what was seen supports no deformation. Errors that are told
+    hold what it may hide."""
 
 
 class PlanFlag(IntFlag):

@@ -47,6 +47,8 @@ class PlanData:
     """(n, 3), of each point, template frame"""
     registration_error_mm: FloatArray
     """(n,), of each point the target registration error"""
+    deformed: bool
+    """The registration deformed the model: template_xyz is not what transform makes of it."""
 
 
 class Plan(Handle):
@@ -120,6 +122,7 @@ class Plan(Handle):
                 targets=copied(info.targets, "d", (info.target_count, 3)),
                 template_xyz=copied(info.template_xyz, "d", (info.point_count, 3)),
                 registration_error_mm=copied(info.registration_error_mm, "d", (info.point_count,)),
+                deformed=info.deformed != 0,
             )
 
     def _info(self) -> structs.PlanInfo:

@@ -21,7 +21,7 @@ from ._handle import Handle
 from ._library import native, text
 from .body import MeshLike
 from .context import Context
-from .enums import FreeMotionKind, RegistrationFlag, Verdict
+from .enums import Deformation, FreeMotionKind, RegistrationFlag, Verdict
 from .template import Template
 
 
@@ -77,7 +77,8 @@ class RegistrationResult:
     reason: str
     """The verdict's, one sentence for people."""
     transform: FloatArray
-    """(3, 4) float64, seen frame from model frame: a rotation and mm."""
+    """(3, 4) float64, seen frame from model frame: a rotation and mm; of a deformed model the rigid
+    part of its motion."""
     covariance: FloatArray
     """(6, 6) float64, of the motion that the true transform has after this one: a turn about x, y,
     z of the seen frame and about its origin, rad, then a shift, mm."""
@@ -113,6 +114,21 @@ class RegistrationResult:
     """Motions that the data leave open."""
     alternatives: List[AlternativePose]
     """Other poses that fit about as well, the best one first."""
+    deformation: Deformation
+    """Whether the model was deformed."""
+    deformation_text: str
+    """Why, one sentence for people; "" where none was asked for."""
+    deformed_rms_mm: float
+    """Root mean square displacement of the model's vertices against the transform; this and the
+    next two 0 where the model was not deformed."""
+    deformed_max_mm: float
+    """The largest displacement."""
+    largest_strain: float
+    """The largest share by which the body is stretched or compressed along a direction."""
+    rigid_rms_mm: float
+    """rms_mm before the deformation, of the rigid motion."""
+    rigid_robust_mm: float
+    """Likewise robust_mm."""
 
 
 class Registration(Handle):
@@ -199,6 +215,10 @@ class Registration(Handle):
         model_error_mm: standard deviation of the model's surface; default 0.2.
         max_residual_mm, min_inlier_share: limits beyond which it has failed; default 3 and 0.4.
         max_error_mm: a motion with a larger standard deviation is undetermined; default 2.
+        elastic: True: after the rigid motion the model, whose surface must be closed, is deformed
+            as an elastic body, where what was seen says how.
+        deformation_mm: how far its surface may be displaced against the rigid motion, root mean
+            square; default 10.
 
         threads: any. Raises Error for a model that is none, for what is not finite and for a number
         out of its range; TypeError and ValueError for arrays of another type or shape.
@@ -270,6 +290,13 @@ class Registration(Handle):
                     free_motion(native.defrec_registration_get_free_motion, handle, i) for i in free
                 ],
                 alternatives=[_alternative(handle, i) for i in range(info.alternative_count)],
+                deformation=Deformation(info.deformation),
+                deformation_text=text(info.deformation_text),
+                deformed_rms_mm=info.deformed_rms_mm,
+                deformed_max_mm=info.deformed_max_mm,
+                largest_strain=info.largest_strain,
+                rigid_rms_mm=info.rigid_rms_mm,
+                rigid_robust_mm=info.rigid_robust_mm,
             )
 
     def move_points(self, model_xyz: ArrayLike) -> RegisteredPoints:
@@ -325,6 +352,7 @@ def _desc(
     start: Optional[ArrayLike] = None,
     viewer: ArrayLike = (0, 0, 0),
     camera: bool = True,
+    elastic: bool = False,
     **options: float,
 ) -> structs.RegistrationDesc:
     """The description of a model and a search; what it points to lives as long as keep does."""
@@ -338,7 +366,8 @@ def _desc(
     corners = Points("model.triangles", triangles, 3, "I")
     keep += [points, corners]
     desc = structs.RegistrationDesc(
-        flags=0 if camera else RegistrationFlag.NO_CAMERA,
+        flags=(0 if camera else RegistrationFlag.NO_CAMERA)
+        | (RegistrationFlag.ELASTIC if elastic else 0),
         model_vertices=points.address,
         model_vertex_count=points.count,
         model_triangles=corners.address,
@@ -363,6 +392,7 @@ _OPTIONS = (
     "max_residual_mm",
     "min_inlier_share",
     "max_error_mm",
+    "deformation_mm",
 )
 
 

@@ -1180,13 +1180,14 @@ class RegistrationPairs(Struct):
     min_inlier_share=0.4,
     max_error_mm=2,
     starts=20,
+    deformation_mm=10,
 )
 class RegistrationDesc(Struct):
     """A model's surface, what was seen of it, and where it lies about."""
 
     struct_size: U32
     flags: U32
-    """RegistrationFlag; 0 to RegistrationFlag.NO_CAMERA."""
+    """RegistrationFlag; 0 to 3."""
     model_vertices: Address
     """xyz each, model frame, mm."""
     model_vertex_count: U64
@@ -1234,6 +1235,10 @@ class RegistrationDesc(Struct):
     """Poses within max_turn_rad and max_shift_mm from which the search begins, the start included;
     1 to 10000; default 20."""
     reserved: U32
+    deformation_mm: F64
+    """How far the model's surface may be displaced against its rigid motion, root mean square: the
+    prior's standard deviation; a larger deformation is refused. With RegistrationFlag.ELASTIC, mm;
+    0.1 to 100; default 10."""
 
 
 @c_struct("defrec_registration_info")
@@ -1247,7 +1252,8 @@ class RegistrationInfo(Struct):
     """The verdict's, one sentence for people."""
     transform: F64x12
     """Seen frame from model frame, 3x4 row-major, a rotation and mm; of a failed one the best pose
-    that was found."""
+    that was found; of a deformed model the rigid part of its motion:
+    defrec_registration_move_points() has all of it."""
     covariance: F64x36
     """6x6 row-major, of the motion that the true transform has after this one: a turn about x, y, z
     of the seen frame and about its origin, rad, then a shift, mm; along free motions at least (1000
@@ -1289,6 +1295,22 @@ class RegistrationInfo(Struct):
     """See defrec_registration_get_free_motion()."""
     alternative_count: U64
     """See defrec_registration_get_alternative()."""
+    deformation: U32
+    """Deformation."""
+    reserved: U32
+    deformation_text: Text
+    """Why, one sentence for people; "" where none was asked for."""
+    deformed_rms_mm: F64
+    """Root mean square displacement of the model's vertices against the transform; this and the
+    next two 0 where the model was not deformed, mm."""
+    deformed_max_mm: F64
+    """The largest displacement, mm."""
+    largest_strain: F64
+    """The largest share by which the body is stretched or compressed along a direction."""
+    rigid_rms_mm: F64
+    """Rms_mm before the deformation, of the rigid motion."""
+    rigid_robust_mm: F64
+    """Likewise robust_mm."""
 
 
 @c_struct("defrec_registration_alternative")
@@ -1379,6 +1401,9 @@ class PlanInfo(Struct):
     """Target registration error of each point, mm."""
     point_count: U64
     """Vertices and targets."""
+    deformed: U32
+    """1: the registration deformed the model: template_xyz is not what transform makes of it."""
+    reserved: U32
 
 
 @c_struct(

@@ -4,6 +4,7 @@ import unittest
 
 from defrec import (
     Context,
+    Deformation,
     Error,
     FreeMotionKind,
     HandEye,
@@ -111,6 +112,26 @@ class RegistrationTest(unittest.TestCase):
         # Triangles at the poles have no area.
         self.assertEqual(len(result.triangles) + result.dropped_triangles, len(TRIANGLES))
         self.assertTrue(result.model_has_outside and not result.model_turned)
+
+    def test_an_elastic_model_that_is_as_it_was(self):
+        # The poles are vertices of many triangles at one place.
+        start = [(1, 0, 0, 9), (0, 1, 0, -7), (0, 0, 1, 156)]
+        with Registration.from_surface(
+            self.context,
+            (VERTICES, TRIANGLES),
+            shifted(FRONT),
+            start=start,
+            point_error_mm=0.2,
+            elastic=True,
+            deformation_mm=5,
+        ) as found:
+            result = found.result()
+        self.assertEqual(result.deformation, Deformation.REFUSED, result.deformation_text)
+        self.assertIn("rigid motion", result.deformation_text)
+        self.assertEqual((result.deformed_rms_mm, result.deformed_max_mm), (0, 0))
+        self.assertEqual(result.largest_strain, 0)
+        self.assertEqual(result.rigid_rms_mm, result.rms_mm)
+        self.assertEqual(result.rigid_robust_mm, result.robust_mm)
 
     def test_status_and_errors_of_points(self):
         seen = shifted(FRONT)

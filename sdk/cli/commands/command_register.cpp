@@ -107,6 +107,11 @@ void add_search(CLI::App& command, RegisterOptions& options) {
                100);
     add_number(command, "--max-error", options.max_error_mm,
                "A motion whose expected error is larger is undetermined, mm; default 2", 100);
+    command.add_flag("--deform", options.is_deformed,
+                     "Deform the model as an elastic body, where the surface says how; writes "
+                     "model.ply and targets.csv as well");
+    add_number(command, "--deformation", options.deformation_mm,
+               "How far its surface may be displaced, root mean square, mm; default 10", 100, 0.1);
     command.add_flag(
         "!--no-camera", options.is_tracked_camera,
         "The surface's frame is not that of the camera: its origin says nothing of what is seen");

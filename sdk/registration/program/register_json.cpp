@@ -59,21 +59,6 @@ Json alternative(const RegisterFindings& findings, std::size_t index) {
             {"inlier_share", other.inlier_share}};
 }
 
-// A target in the frame that is seen.
-struct MovedTarget {
-    std::array<double, 3> place{};
-    std::array<double, 6> covariance{};
-    double expected_error_mm = 0;
-};
-MovedTarget moved(const RegisterFindings& findings, const ModelTarget& target) {
-    MovedTarget made;
-    require(defrec_registration_move_points(findings.registration.get(), target.place.data(), 1,
-                                            made.place.data(), made.covariance.data(),
-                                            &made.expected_error_mm),
-            ExitCode::kInternal, "moving a target");
-    return made;
-}
-
 Json target_json(const RegisterFindings& findings, const ModelTarget& target) {
     const MovedTarget at = moved(findings, target);
     const std::array<double, 6>& c = at.covariance;
@@ -87,6 +72,18 @@ Json target_json(const RegisterFindings& findings, const ModelTarget& target) {
     return made;
 }
 
+// Null where none was asked for.
+Json deformation_json(const defrec_registration_info& info) {
+    if (info.deformation == DEFREC_DEFORMATION_NOT_ASKED) return nullptr;
+    return {{"applied", info.deformation == DEFREC_DEFORMATION_APPLIED},
+            {"reason", info.deformation_text},
+            {"rms_mm", info.deformed_rms_mm},
+            {"max_mm", info.deformed_max_mm},
+            {"largest_strain", info.largest_strain},
+            {"rigid_rms_mm", info.rigid_rms_mm},
+            {"rigid_robust_mm", info.rigid_robust_mm}};
+}
+
 Json residuals_json(const defrec_registration_info& info) {
     return {{"rms_mm", info.rms_mm},           {"robust_mm", info.robust_mm},
             {"error_ratio", info.error_ratio}, {"inlier_share", info.inlier_share},
@@ -94,6 +91,15 @@ Json residuals_json(const defrec_registration_info& info) {
 }
 
 }  // namespace
+
+MovedTarget moved(const RegisterFindings& findings, const ModelTarget& target) {
+    MovedTarget made;
+    require(defrec_registration_move_points(findings.registration.get(), target.place.data(), 1,
+                                            made.place.data(), made.covariance.data(),
+                                            &made.expected_error_mm),
+            ExitCode::kInternal, "moving a target");
+    return made;
+}
 
 const char* verdict_of(const defrec_registration_info& info) {
     switch (info.verdict) {
@@ -123,6 +129,7 @@ Json register_json(const RegisterFindings& findings) {
     for (std::size_t i = 0; i < info.free_motion_count; ++i)
         made["undetermined"].push_back(free_motion(findings, i));
     made["residuals"] = residuals_json(info);
+    made["deformation"] = deformation_json(info);
     made["pairs"] = Json::array();
     for (std::size_t i = 0; i < findings.pair_ids.size(); ++i)
         made["pairs"].push_back({{"id", findings.pair_ids[i]},
@@ -143,6 +150,10 @@ Json register_json(const RegisterFindings& findings) {
 
 std::string register_text(const RegisterFindings& findings) {
     std::string text = std::string(verdict_of(findings.info)) + ": " + findings.info.reason + "\n";
+    if (findings.info.deformation == DEFREC_DEFORMATION_APPLIED)
+        text += std::string("deformed: ") + findings.info.deformation_text + "\n";
+    if (findings.info.deformation == DEFREC_DEFORMATION_REFUSED)
+        text += std::string("not deformed: ") + findings.info.deformation_text + "\n";
     for (const std::string& note : findings.notes) text += "note: " + note + "\n";
     constexpr std::size_t kMostShown = 10;
     for (std::size_t i = 0; i < findings.targets.size() && i < kMostShown; ++i) {

@@ -1,6 +1,7 @@
 // registration.json, and what is printed of it.
 #pragma once
 
+#include <array>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -27,6 +28,14 @@ struct RegisterFindings {
 
 // "registered", "ambiguous", "undetermined" or "failed".
 const char* verdict_of(const defrec_registration_info& info);
+
+// A target in the frame that is seen.
+struct MovedTarget {
+    std::array<double, 3> place{};
+    std::array<double, 6> covariance{};
+    double expected_error_mm = 0;
+};
+MovedTarget moved(const RegisterFindings& findings, const ModelTarget& target);
 
 nlohmann::ordered_json register_json(const RegisterFindings& findings);
 // A few lines for people.

@@ -50,15 +50,8 @@ class Painter {
         : input_(input),
           most_(most),
           image_(kPanel + kLegend, 3 * kPanel + 2 * kGap, CV_8UC3, cv::Scalar(255, 255, 255)) {
-        using Rows = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
-        const Eigen::Map<const Rows> pose(input.registration->transform);
-        const Eigen::Matrix3d rotation = pose.leftCols<3>();
-        const Eigen::Vector3d translation = pose.col(3);
-        for (std::size_t i = 0; i + 2 < input.model_vertices.size(); i += 3)
-            model_.emplace_back(
-                rotation *
-                    Eigen::Map<const Eigen::Vector3f>(&input.model_vertices[i]).cast<double>() +
-                translation);
+        for (std::size_t i = 0; i + 2 < input.model_xyz.size(); i += 3)
+            model_.emplace_back(Eigen::Map<const Eigen::Vector3d>(&input.model_xyz[i]));
         for (std::size_t i = 0; i + 2 < input.places.size(); i += 3)
             places_.push_back(Eigen::Map<const Eigen::Vector3f>(&input.places[i]).cast<double>());
     }
@@ -149,8 +142,9 @@ class Painter {
               {76 + kBar, kTop + 12});
         const defrec_registration_info& registration = *input_.registration;
         write(image_,
-              std::string(verdict_of(registration)) + ", rms " +
-                  format_fixed(registration.rms_mm, 2) + " mm, " +
+              std::string(verdict_of(registration)) +
+                  (registration.deformation == DEFREC_DEFORMATION_APPLIED ? ", deformed" : "") +
+                  ", rms " + format_fixed(registration.rms_mm, 2) + " mm, " +
                   format_fixed(100 * registration.inlier_share, 0) + " % inliers",
               {kPanel + 250, kTop + 12});
     }

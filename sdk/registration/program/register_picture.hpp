@@ -9,7 +9,7 @@
 namespace defrec::cli {
 
 struct PictureInput {
-    std::span<const float> model_vertices;         // xyz each, mm, in the model's frame
+    std::span<const double> model_xyz;             // of its vertices, mm, where they are seen
     std::span<const float> places;                 // xyz each, mm: what was seen
     const defrec_registration_info* registration;  // of these places, with the model's triangles
 };

@@ -15,6 +15,7 @@
 #include "sdk/io/terminal.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/registration/program/inputs.hpp"
+#include "sdk/registration/program/placed_model.hpp"
 #include "sdk/registration/program/plan_output.hpp"
 #include "sdk/registration/program/register_json.hpp"
 #include "sdk/registration/program/register_picture.hpp"
@@ -26,6 +27,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kJson = "registration.json";
 constexpr const char* kPicture = "registration.png";
+constexpr const char* kModel = "model.ply";
+constexpr const char* kTargets = "targets.csv";
 constexpr double kDegree = std::numbers::pi / 180;
 
 using Transform = std::array<double, 12>;  // 3x4 row-major
@@ -47,6 +50,12 @@ void check_options(const RegisterOptions& options) {
         refuse("give about where the model lies, as --start F or --pairs F.");
     if (options.model.empty() && options.pairs.empty())
         refuse("a template is compared with a model: give --model F, or pairs as --pairs F.");
+    if (options.deformation_mm && !options.is_deformed)
+        refuse("--deformation says how far a model may be deformed: give --deform as well.");
+    if (options.is_deformed && (options.model.empty() || options.is_by_pairs_alone))
+        refuse(
+            "--deform draws a model to a surface: give --model F and what was seen as --surface F "
+            "or --template F.");
     if (options.is_by_pairs_alone && (options.pairs.empty() || options.plan.empty()))
         refuse("--pairs-only leaves the model to the plan: give --pairs F and --plan F.");
     if (options.plan.empty()) {
@@ -160,7 +169,9 @@ double given_or_default(const std::optional<double>& value) {
 defrec_registration_desc desc_of(const RegisterOptions& given, const Transform& start,
                                  const MeshFile& model, const SurfaceFile& surface) {
     auto desc = initialised<defrec_registration_desc>();
-    if (!given.is_tracked_camera) desc.flags = DEFREC_REGISTRATION_NO_CAMERA;
+    if (!given.is_tracked_camera) desc.flags |= DEFREC_REGISTRATION_NO_CAMERA;
+    if (given.is_deformed) desc.flags |= DEFREC_REGISTRATION_ELASTIC;
+    desc.deformation_mm = given_or_default(given.deformation_mm);
     desc.model_vertices = model.vertices.data();
     desc.model_vertex_count = model.vertices.size() / 3;
     desc.model_triangles = model.triangles.data();
@@ -252,11 +263,17 @@ void make_plan(const RegisterOptions& options, const Template& seen, const Compa
 }
 
 // Files that are wrong leave no folder behind.
-void write_outputs(const RegisterFindings& findings, const Compared& compared,
+void write_outputs(const RegisterFindings& findings, const Compared& compared, bool is_deformed,
                    const OutputFolder& out, const std::string& json) {
-    if (!compared.surface.places.empty())
+    if (!compared.surface.places.empty()) {
+        const PlacedModel placed = placed_model(findings, *compared.model);
         write_register_picture(out / kPicture,
-                               {compared.model->vertices, compared.surface.places, &findings.info});
+                               {placed.xyz, compared.surface.places, &findings.info});
+        if (is_deformed) {
+            write_model(out / kModel, placed, *compared.model);
+            write_targets(out / kTargets, findings);
+        }
+    }
     write_atomically(out / kJson, json);
 }
 
@@ -265,7 +282,8 @@ void write_outputs(const RegisterFindings& findings, const Compared& compared,
 int run_register(const RegisterOptions& options) {
     check_options(options);
     keep_apart(inputs_of(options),
-               {fs::path(options.out) / kJson, fs::path(options.out) / kPicture, options.plan});
+               {fs::path(options.out) / kJson, fs::path(options.out) / kPicture,
+                fs::path(options.out) / kModel, fs::path(options.out) / kTargets, options.plan});
     RegisterFindings findings;
     const Context context = open_library(options);
     Template seen;
@@ -291,10 +309,10 @@ int run_register(const RegisterOptions& options) {
     if (!options.targets.empty()) targets = read_model_targets(options.targets);
     findings.targets.insert(findings.targets.end(), targets.begin(), targets.end());
     const OutputFolder out(options.out);
-    out.forget(kJson);
+    for (const char* name : {kJson, kModel, kTargets}) out.forget(name);
     if (!options.plan.empty()) make_plan(options, seen, compared, targets, findings);
     const std::string json = json_text(register_json(findings), 2) + "\n";
-    write_outputs(findings, compared, out, json);
+    write_outputs(findings, compared, options.is_deformed, out, json);
     if (!options.quiet) print(options.json ? json : register_text(findings));
     return static_cast<int>(findings.is_registered() ? ExitCode::kOk : ExitCode::kFound);
 }

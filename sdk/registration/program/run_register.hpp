@@ -21,6 +21,8 @@ struct RegisterOptions {
     std::optional<double> start_turn_degrees, start_shift_mm, point_error_mm, model_error_mm,
         max_residual_mm, max_error_mm;
     std::optional<std::uint32_t> starts;
+    bool is_deformed = false;  // as an elastic body, where the surface says how
+    std::optional<double> deformation_mm;
     bool is_tracked_camera = true;  // the camera stands in the origin of the surface's frame
     unsigned threads = 0;
     bool json = false, quiet = false;

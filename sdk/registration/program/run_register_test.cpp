@@ -15,6 +15,7 @@
 
 #include "sdk/io/test_folder.hpp"
 #include "sdk/io/test_refusal.hpp"
+#include "sdk/registration/elastic/test_deformations.hpp"
 #include "sdk/registration/program/inputs.hpp"
 #include "sdk/registration/test_organ.hpp"
 
@@ -187,6 +188,68 @@ TEST_CASE("a surface is registered: transform, covariance, targets, picture, exi
     CHECK(off(scene().result("again"), scene().truth, {0, 0, 0}) < 1);
 }
 
+TEST_CASE("--deform: the organ that bent is deformed, with its model and targets as files") {
+    const TestMesh mesh = organ_mesh(4);
+    std::mt19937 random(21);
+    const Displaced by = deformation_of(TestDeformation::kTwisted, mesh, 12, random);
+    const Pose truth = organ_pose(random, 140, 0.2);
+    const TestView view = TestCamera(displaced(mesh, by), truth, {}).view(mesh, random);
+    std::string text = "x,y,z\n";
+    for (std::size_t i = 0; i < view.places.size(); i += 3)
+        text += row({view.places[i], view.places[i + 1], view.places[i + 2]});
+    RegisterOptions options = scene().options("deformed");
+    options.surface = scene().folder.write("twisted.csv", text);
+    options.start =
+        scene().folder.write("twisted_start.csv", csv_of(off_by(truth, {0, 0, 0}, 0.1, 5, random)));
+    options.targets = scene().folder.write("deep.csv", "id,x,y,z\n7,60,0,-20\n");
+    options.is_deformed = true;
+    CHECK(run_register(options) == 0);
+    const auto result = scene().result("deformed");
+    INFO(result.dump());
+    REQUIRE(result["deformation"]["applied"] == true);
+    CHECK(result["deformation"]["rms_mm"].get<double>() > 1);
+    CHECK(result["deformation"]["rigid_robust_mm"].get<double>() >
+          result["residuals"]["robust_mm"].get<double>());
+    const Eigen::Vector3d target(60, 0, -20), is = truth * by(target);
+    Eigen::Vector3d found;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        found[static_cast<int>(axis)] = result["targets"][1]["position"][axis].get<double>();
+    CHECK((found - is).norm() <
+          0.7 * off(result, {truth.rotation, truth.translation + is - truth * target}, target));
+    const std::string targets = TestFolder::read(scene().folder / "deformed/targets.csv");
+    CHECK_SAYS(targets, "name,x,y,z,expected_error_mm\ntumour,");
+    // The model as it is seen, which is a surface that can be read.
+    const SurfaceFile model = read_surface_file(scene().folder / "deformed/model.ply");
+    CHECK(model.places.size() == mesh.vertices.size() + 9);
+    CHECK(model.error_column == "expected_error_mm");
+    const Eigen::Vector3d place = truth * by(mesh.vertex(100));
+    CHECK((Eigen::Map<const Eigen::Vector3f>(&model.places[300]).cast<double>() - place).norm() <
+          6);
+
+    // Without it there are none of these files, and an organ that is as it was is not deformed.
+    options.is_deformed = false;
+    options.surface = scene().surface;
+    options.start = scene().start;
+    CHECK(run_register(options) == 0);
+    CHECK(scene().result("deformed")["deformation"].is_null());
+    CHECK_FALSE(std::filesystem::exists(scene().folder / "deformed/model.ply"));
+    options.is_deformed = true;
+    CHECK(run_register(options) == 0);
+    CHECK(scene().result("deformed")["deformation"]["applied"] == false);
+    CHECK(std::filesystem::exists(scene().folder / "deformed/model.ply"));
+}
+
+TEST_CASE("row 193: --deform of a model that is not closed names its file") {
+    RegisterOptions options = scene().options("open");
+    TestMesh mesh = organ_mesh(3);
+    mesh.triangles.resize(mesh.triangles.size() - 30);
+    options.model = scene().folder.write("open.obj", obj_of(mesh));
+    options.part.clear();
+    options.is_deformed = true;
+    const std::string refusal = refusal_of([&] { run_register(options); });
+    CHECK_SAYS(refusal, "open.obj: the model is not closed");
+}
+
 TEST_CASE("pairs alone, and as the start of a surface") {
     RegisterOptions options;
     options.pairs = scene().folder.write("pairs.csv", pairs_csv(scene().truth, 0));
@@ -241,6 +304,13 @@ TEST_CASE("exit code 2: options that do not fit together") {
     CHECK_SAYS(usage_of(options), "has the parts liver, tumour");
     options.pairs = scene().start;
     CHECK_SAYS(usage_of(options), "give either --start or --pairs");
+    options = RegisterOptions();
+    options.pairs = scene().start;
+    options.is_deformed = true;
+    CHECK_SAYS(usage_of(options), "--deform draws a model to a surface");
+    options.is_deformed = false;
+    options.deformation_mm = 5;
+    CHECK_SAYS(usage_of(options), "give --deform as well");
 }
 
 TEST_CASE("row 170: inputs that are refused, each with file and line") {

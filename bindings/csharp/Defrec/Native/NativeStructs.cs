@@ -342,6 +342,7 @@ namespace Defrec.Native
         internal double max_error_mm;
         internal uint starts;
         internal uint reserved;
+        internal double deformation_mm;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -370,6 +371,14 @@ namespace Defrec.Native
         internal uint model_has_outside;
         internal ulong free_motion_count;
         internal ulong alternative_count;
+        internal Deformation deformation;
+        internal uint reserved;
+        internal byte* deformation_text;
+        internal double deformed_rms_mm;
+        internal double deformed_max_mm;
+        internal double largest_strain;
+        internal double rigid_rms_mm;
+        internal double rigid_robust_mm;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -424,6 +433,8 @@ namespace Defrec.Native
         internal double* template_xyz;
         internal double* registration_error_mm;
         internal ulong point_count;
+        internal uint deformed;
+        internal uint reserved;
     }
 
     [StructLayout(LayoutKind.Sequential)]
