@@ -33,6 +33,28 @@ const char* verdict_name(Verdict verdict) {
     }
 }
 
+std::string conclusion(const Diagnosis& diagnosis) {
+    std::size_t problems = 0, warnings = 0, unknown = 0;
+    for (const Finding& finding : diagnosis.findings) {
+        if (finding.verdict == Verdict::kUnknown) ++unknown;
+        if (finding.verdict != Verdict::kFound) continue;
+        ++(finding.severity == Severity::kError ? problems : warnings);
+    }
+    std::string text = problems > 0   ? "Mend what is a problem before tracking: "
+                       : warnings > 0 ? "It can be tracked, less well than it could: "
+                       : unknown > 0  ? "Nothing found, as far as could be seen: "
+                                      : "Nothing found: ";
+    text += std::to_string(diagnosis.findings.size()) + " things looked at in " +
+            std::to_string(diagnosis.frames) + " frames";
+    const auto add = [&](std::size_t count, const char* one, const char* more) {
+        if (count > 0) text += ", " + std::to_string(count) + (count == 1 ? one : more);
+    };
+    add(problems, " problem", " problems");
+    add(warnings, " warning", " warnings");
+    add(unknown, " unknown", " unknown");
+    return text + ".";
+}
+
 }  // namespace
 
 std::size_t Diagnosis::found() const {
@@ -71,7 +93,7 @@ std::string diagnosis_text(const Diagnosis& diagnosis) {
         text += mark + finding.title + ": " + finding.what + "\n";
         if (!finding.remedy.empty()) text += "         -> " + finding.remedy + "\n";
     }
-    return text;
+    return text + conclusion(diagnosis) + "\n";
 }
 
 std::string diagnosis_json(const Diagnosis& diagnosis) {

@@ -297,11 +297,34 @@ TEST_CASE("a calibration that is refused for another reason") {
     CHECK(diagnosis.findings.back().what.find("R is not a rotation") != std::string::npos);
 }
 
+TEST_CASE("the last line says that nothing was found, or warnings alone") {
+    Diagnosis diagnosis;
+    diagnosis.frames = 40;
+    diagnosis.findings.resize(3);
+    for (Finding& finding : diagnosis.findings) finding.verdict = Verdict::kFine;
+    const auto last_line = [&] {
+        const std::string text = diagnosis_text(diagnosis);
+        return text.substr(text.rfind('\n', text.size() - 2) + 1);
+    };
+    CHECK(last_line() == "Nothing found: 3 things looked at in 40 frames.\n");
+    diagnosis.findings[0].verdict = Verdict::kUnknown;
+    CHECK(last_line() ==
+          "Nothing found, as far as could be seen: 3 things looked at in 40 frames, 1 unknown.\n");
+    diagnosis.findings[1].verdict = Verdict::kFound;
+    diagnosis.findings[1].severity = Severity::kWarning;
+    CHECK(last_line() ==
+          "It can be tracked, less well than it could: 3 things looked at in 40 frames, 1 warning, "
+          "1 unknown.\n");
+}
+
 TEST_CASE("text and JSON say what was found, what to do and what was measured") {
     const Diagnosis diagnosis =
         diagnose_spoiled("heartbeat", [](Recording& r) { std::swap(r.left, r.right); });
     CHECK(diagnosis_text(diagnosis).find("order of the views: the views look exchanged") !=
           std::string::npos);
+    CHECK(diagnosis_text(diagnosis).find("\nMend what is a problem before tracking: ") !=
+          std::string::npos);
+    CHECK(diagnosis_text(diagnosis).find(" frames, 1 problem, ") != std::string::npos);
     const auto json = nlohmann::json::parse(diagnosis_json(diagnosis));
     CHECK(json["found"] == 1);
     for (const auto& finding : json["findings"]) {

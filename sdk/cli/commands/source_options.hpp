@@ -54,7 +54,12 @@ inline void add_image_options(CLI::App& command, SourceOptions& source) {
         },
         "side-by-side (left on the left) or top-bottom (left on top)");
     layout->type_name("L")->check(CLI::IsMember({"side-by-side", "top-bottom"}))->needs(stereo);
-    stereo->type_name("P")->needs(layout)->excludes(left)->excludes(right);
+    stereo->type_name("P")->excludes(left)->excludes(right);
+    command.parse_complete_callback([stereo, layout] {
+        if (stereo->count() > 0 && layout->count() == 0)
+            throw CLI::ValidationError("--stereo",
+                                       "needs --layout side-by-side or --layout top-bottom");
+    });
     command
         .add_option_function<std::string>(
             "--frames",
