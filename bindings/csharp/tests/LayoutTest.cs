@@ -414,6 +414,7 @@ namespace Defrec.Tests
             new KeyValuePair<string, Type>("BODY_", typeof(BodyMode)),
             new KeyValuePair<string, Type>("REGION_", typeof(RegionFlags)),
             new KeyValuePair<string, Type>("VERDICT_", typeof(Verdict)),
+            new KeyValuePair<string, Type>("DEFORMATION_", typeof(Deformation)),
             new KeyValuePair<string, Type>("FREE_", typeof(FreeMotionKind)),
             new KeyValuePair<string, Type>("REGISTRATION_", typeof(RegistrationFlags)),
             new KeyValuePair<string, Type>("PLAN_", typeof(PlanFlags)),

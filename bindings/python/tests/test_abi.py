@@ -38,6 +38,7 @@ PREFIXES = {
     "DEFREC_REASON_": enums.Reason,
     "DEFREC_POINT_": enums.PointStatus,
     "DEFREC_VERDICT_": enums.Verdict,
+    "DEFREC_DEFORMATION_": enums.Deformation,
     "DEFREC_FREE_": enums.FreeMotionKind,
     "DEFREC_REGISTRATION_": enums.RegistrationFlag,
     "DEFREC_PLAN_": enums.PlanFlag,
