@@ -98,8 +98,9 @@ std::vector<double> surface_areas(const Lattice& lattice, const ModelSurface& su
         const double area = u.cross(v).norm() / (2 * parts * parts);
         for (int row = 0; row < parts; ++row)
             for (int k = 0; k < 2 * (parts - row) - 1; ++k) {
+                const int column = k / 2;
                 const double third = (k % 2 == 0 ? 1 : 2) / 3.0;
-                add(a + ((k / 2 + third) * u + (row + third) * v) / parts, area);
+                add(a + ((column + third) * u + (row + third) * v) / parts, area);
             }
     }
     return areas;

@@ -128,14 +128,14 @@ Eigen::MatrixXd UnseenKriging::reduce(const DisplacementModel& of, size_t axis) 
 void UnseenKriging::find_doubts() {
     std::array<Eigen::MatrixXd, 3> reduced;
     for (size_t axis = 0; axis < 3; ++axis) reduced[axis] = reduce(of_, axis);
-    doubts_.resize(static_cast<size_t>(of_.places()));
+    doubts_.resize(3, 3 * of_.places());
     for (Eigen::Index i = 0; i < of_.places(); ++i) {
         Eigen::Matrix3d foretold;
         for (size_t a = 0; a < 3; ++a)
             for (size_t b = 0; b < 3; ++b)
                 foretold(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) =
                     reduced[a].col(i).dot(reduced[b].col(i));
-        doubts_[static_cast<size_t>(i)] = doubt(weight_[i], foretold);
+        doubts_.middleCols<3>(3 * i) = doubt(weight_[i], foretold);
     }
 }
 
@@ -146,7 +146,7 @@ Eigen::VectorXd UnseenKriging::surprises(const Eigen::Matrix3Xd& displacements) 
         left.row(axis) -= (of_.slope[static_cast<size_t>(axis)] * found.motion).transpose();
     Eigen::VectorXd values(of_.places());
     for (Eigen::Index i = 0; i < values.size(); ++i)
-        values[i] = left.col(i).dot(doubts_[static_cast<size_t>(i)] * left.col(i)) / 3;
+        values[i] = left.col(i).dot(doubts_.middleCols<3>(3 * i) * left.col(i)) / 3;
     return values;
 }
 
@@ -190,7 +190,7 @@ void UnseenKriging::change(std::span<const Eigen::Index> places, const Eigen::Ve
     change.inverse = change.inverse.inverse().eval();
     foretold -= foretold * change.inverse * foretold.transpose();
     for (Eigen::Index k = 0; k < count; ++k)
-        doubts_[static_cast<size_t>(places[static_cast<size_t>(k)])] =
+        doubts_.middleCols<3>(3 * places[static_cast<size_t>(k)]) =
             doubt(now[k], foretold(Eigen::seqN(k, 3, count), Eigen::seqN(k, 3, count)));
     change_ = std::move(change);
 }

@@ -8,7 +8,6 @@
 #include <optional>
 #include <span>
 #include <utility>
-#include <vector>
 
 #include "sdk/body/deep_motion.hpp"
 
@@ -84,8 +83,9 @@ class UnseenKriging {
     // Inverse of the Cholesky factor of the information on coefficients and motion.
     Eigen::MatrixXd reducer_;
     Eigen::MatrixXd covariance_;  // of coefficients and motion
-    // Per place: inverse of the covariance of what its displacement has besides that is found.
-    std::vector<Eigen::Matrix3d> doubts_;
+    // Three columns for each place: inverse of the covariance of what its displacement has besides
+    // what is found.
+    Eigen::Matrix3Xd doubts_;
     // The covariance is less by product, inverse, product transposed, since weights were changed.
     struct Change {
         Eigen::MatrixXd product, inverse;

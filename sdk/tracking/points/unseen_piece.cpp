@@ -2,6 +2,7 @@
 #include "sdk/tracking/points/unseen_piece.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -75,7 +76,7 @@ void UnseenPiece::learn_directly() {
 Eigen::Matrix3Xd UnseenPiece::displacements() const {
     const UnseenCells::Seen& seen = cells_.seen();
     Eigen::Matrix3Xd values = Eigen::Matrix3Xd::Zero(3, cells_.rest().cols());
-    values(Eigen::all, seen.cells) = pose_.inverse() * seen.now - seen.rest;
+    values(Eigen::all, cells_seen()) = pose_.inverse() * seen.now - seen.rest;
     return values - (shift_ * coefficients_).transpose();
 }
 
@@ -85,9 +86,9 @@ Eigen::VectorXd UnseenPiece::weights() const {
     const Eigen::VectorXd beside_modes =
         (1 - (shapes_seen_.cwiseAbs2() * modes_.spread()).array()).max(0.0).matrix();
     Eigen::VectorXd weight = Eigen::VectorXd::Zero(cells_.rest().cols());
-    weight(cells_.seen().cells) = (Decision::kStart * Decision::kStart * beside_modes +
-                                   cells_.seen().error_mm2.unaryExpr(&noise_mm2))
-                                      .cwiseInverse();
+    weight(cells_seen()) = (Decision::kStart * Decision::kStart * beside_modes +
+                            cells_.seen().error_mm2.unaryExpr(&noise_mm2))
+                               .cwiseInverse();
     return weight;
 }
 
@@ -96,8 +97,8 @@ void UnseenPiece::weigh(const Eigen::VectorXd& weight) {
     centre_ = seen.rest.rowwise().mean();
     Eigen::MatrixXd shapes_of = modes_.at_cells();
     Eigen::Matrix3Xd places = cells_.rest();
-    shapes_of(seen.cells, Eigen::all) = shapes_seen_;
-    places(Eigen::all, seen.cells) = seen.rest;
+    shapes_of(cells_seen(), Eigen::all) = shapes_seen_;
+    places(Eigen::all, cells_seen()) = seen.rest;
     shift_.setZero(shapes_of.rows(), shapes_of.cols());
     kriging_.emplace(DisplacementModel(std::move(shapes_of), places.colwise() - centre_),
                      learnt_->information());
@@ -165,16 +166,18 @@ bool UnseenPiece::change_weights() {
     const UnseenCells::Seen& seen = cells_.seen();
     shapes_seen_ = shapes(seen.rest);
     shift_.setZero();
-    shift_(seen.cells, Eigen::all) = shapes_seen_ - kriging_->shapes()(seen.cells, Eigen::all);
+    shift_(cells_seen(), Eigen::all) = shapes_seen_ - kriging_->shapes()(cells_seen(), Eigen::all);
     const Eigen::VectorXd weight = weights().cwiseQuotient(raise_);
-    std::vector<Eigen::Index> changed;
+    std::array<Eigen::Index, Decision::kMaxChanges> changed;
+    size_t count = 0;
     for (Eigen::Index cell = 0; cell < weight.size(); ++cell) {
         const double before = kriging_->weight()[cell];
-        if (weight[cell] * Decision::kNoiseRatio < before || (before <= 0 && weight[cell] > 0))
-            changed.push_back(cell);
+        if (weight[cell] * Decision::kNoiseRatio >= before && (before > 0 || weight[cell] <= 0))
+            continue;
+        if (count == changed.size()) return false;
+        changed[count++] = cell;
     }
-    if (changed.size() > Decision::kMaxChanges) return false;
-    kriging_->change(changed, weight);
+    kriging_->change(std::span(changed).first(count), weight);
     return true;
 }
 

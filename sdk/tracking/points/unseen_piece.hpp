@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "sdk/template/template.hpp"
@@ -48,6 +49,8 @@ class UnseenPiece {
     double variance_mm2(size_t vertex) const { return variance_[cells_.cell_of(vertex)]; }
 
   private:
+    // As a span, of which expressions make no copies.
+    std::span<const uint32_t> cells_seen() const { return cells_.seen().cells; }
     Eigen::Matrix3Xd displacements() const;
     Eigen::VectorXd weights() const;
     void weigh(const Eigen::VectorXd& weight);
