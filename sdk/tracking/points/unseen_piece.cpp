@@ -174,7 +174,7 @@ bool UnseenPiece::change_weights() {
         const double before = kriging_->weight()[cell];
         if (weight[cell] * Decision::kNoiseRatio >= before && (before > 0 || weight[cell] <= 0))
             continue;
-        if (count == changed.size()) return false;
+        if (count == Decision::kMaxChanges) return false;
         changed[count++] = cell;
     }
     kriging_->change(std::span(changed).first(count), weight);
