@@ -29,7 +29,7 @@ class DisplacementModes {
     Eigen::VectorXd spread_;
 };
 
-// What is learnt of coefficients of such modes.
+// The covariance that is learnt of coefficients of such modes.
 class LearntCoefficients {
   public:
     explicit LearntCoefficients(const DisplacementModes& modes);

@@ -103,6 +103,7 @@ void UnseenPiece::weigh(const Eigen::VectorXd& weight) {
     kriging_.emplace(DisplacementModel(std::move(shapes_of), places.colwise() - centre_),
                      learnt_->information());
     kriging_->weigh(weight);
+    whole_cells_ = {modes_.at_cells(), cells_.rest().colwise() - centre_};
 }
 
 // Cells that the others foretell otherwise are taken for as noisy as they seem. Returns the largest
@@ -186,13 +187,10 @@ bool UnseenPiece::solve_as_before() {
     return kriging_->surprises(displacements()).maxCoeff() < Decision::kSurprise;
 }
 
-void UnseenPiece::find_base_variances() {
-    base_mm2_ = kriging_->variances({modes_.at_cells(), cells_.rest().colwise() - centre_});
-}
+void UnseenPiece::find_base_variances() { base_mm2_ = kriging_->variances(whole_cells_); }
 
 void UnseenPiece::find_variances() {
-    const Eigen::VectorXd variances =
-        base_mm2_ - kriging_->lessened({modes_.at_cells(), cells_.rest().colwise() - centre_});
+    const Eigen::VectorXd variances = base_mm2_ - kriging_->lessened(whole_cells_);
     for (Eigen::Index i = 0; i < variances.size(); ++i)
         variance_[static_cast<size_t>(i)] = Decision::kVarianceShare * variances[i] + unseen_mm2(i);
 }
@@ -201,8 +199,8 @@ void UnseenPiece::learn() {
     const Lesson lesson = std::exchange(lesson_, Lesson::kNone);
     if (lesson == Lesson::kNone) return;
     if (lesson == Lesson::kDirect) return learn_directly();
-    // What another frame's weights find places tissue well enough, but is no lesson: errors would
-    // add up.
+    // Coefficients by another frame's weights place tissue well enough, but are no lesson: errors
+    // would add up.
     if (lesson == Lesson::kSolve && !solve()) return;
     if (lesson == Lesson::kSolvedAsBefore && !solve_with_noise_before()) return;
     kriging_->find_covariance();

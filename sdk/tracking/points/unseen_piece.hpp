@@ -80,7 +80,8 @@ class UnseenPiece {
     bool is_telling_ = false;               // what is observed tells how the surface moves
     std::optional<UnseenKriging> kriging_;  // its places are the cells
     Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
-    Eigen::VectorXd raise_;     // per cell: factor on its noise, for it stood out
+    DisplacementModel whole_cells_;  // about that centre, whatever is seen of them
+    Eigen::VectorXd raise_;          // per cell: factor on its noise, for it stood out
     Eigen::VectorXd base_mm2_;  // per cell: variance of its displacement, before weights changed
     Eigen::MatrixXd shapes_seen_;
     Eigen::MatrixXd shift_;     // of shapes: from where cells were weighed to where they are
