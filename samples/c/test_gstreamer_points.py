@@ -82,7 +82,7 @@ def main():
         f"! rawvideoparse format=bgr width={width} height={height} {FRAME}"
     )
     check(f"{parsed} ! appsink name=both")
-    # What the tracker copies has rows with gaps, and other formats are converted.
+    # Images that the tracker copies have rows with gaps, and other formats are converted.
     check(f"{parsed} ! videoconvert ! video/x-raw,format=RGBx ! videoconvert ! appsink name=both")
 
     def refused(pipeline, reason):

@@ -36,7 +36,7 @@ PlanData read_plan(const Registration& found, const defrec_plan_desc& desc) {
         expect_given("a part's name", part.name);
         data.parts.push_back({part.name, part.first_triangle, part.triangle_count});
     }
-    // What cannot be placed is refused with the data.
+    // A point that cannot be placed is refused with the data.
     if (found.deformation.shape && data.fault().empty())
         for (size_t i = 0; i < data.point_count(); ++i) {
             const PlacedPoint point = found.placed(data.place(i));

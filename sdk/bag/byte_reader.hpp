@@ -11,7 +11,7 @@ namespace defrec::cli {
 
 using ByteView = std::span<const unsigned char>;
 
-// What is not there is 0 or empty, and has_failed() says so from then on.
+// A value that is not there is 0 or empty, and has_failed() says so from then on.
 class ByteReader {
   public:
     explicit ByteReader(ByteView left) : left_(left) {}

@@ -204,7 +204,7 @@ bool read_counts(ByteView record, Counts& counts) {
     return !reader.has_failed() && !map.has_failed();
 }
 
-// What the summary says; empty where it does not count the messages of channels, or is damaged.
+// The topics of the summary; empty where it does not count the messages of channels, or is damaged.
 std::optional<std::vector<BagTopic>> summarised_topics(RecordFile& file) {
     const std::optional<Summary> summary = find_summary(file);
     if (!summary || !file.seek(summary->begin)) return std::nullopt;

@@ -46,7 +46,7 @@ std::string file_of(const McapWriter::Options& options) {
 const std::vector<std::string> kMessages = {"/a=one", "/b=two", "/a=" + std::string(1'200'000, 'x'),
                                             "/a=", "/b=five"};
 
-// Where the record of this kind begins that is the n-th of its kind.
+// The offset of the n-th record of a kind.
 std::size_t find_record(const std::string& text, char opcode, int n = 0) {
     for (std::size_t at = 8; at + 9 <= text.size();) {
         if (text[at] == opcode && n-- == 0) return at;

@@ -16,7 +16,7 @@ inline constexpr std::string_view kImageType = "sensor_msgs/msg/Image";
 inline constexpr std::string_view kCompressedImageType = "sensor_msgs/msg/CompressedImage";
 inline constexpr std::string_view kCameraInfoType = "sensor_msgs/msg/CameraInfo";
 
-// What a text or bytes are of is the message's.
+// Texts and bytes are views of the message.
 struct RosImage {
     std::int64_t stamp_ns = 0;  // of the header
     std::uint32_t width = 0, height = 0;

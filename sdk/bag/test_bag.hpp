@@ -24,7 +24,7 @@
 
 namespace defrec::cli {
 
-// Those of chunks that this build can read.
+// Compressions of chunks that this build can read.
 inline std::vector<std::string> compressions() {
     return {
         "",
@@ -190,7 +190,7 @@ class McapWriter {
     // The file's bytes.
     std::string finish() {
         end_chunk();
-        // What readers pass over.
+        // A record that readers pass over.
         append(text_, 0x0C, std::string(100, 'x'));
         ByteWriter data_end;
         data_end.number(options_.has_crc ? crc32(bytes_of(text_)) : 0U);

@@ -46,7 +46,7 @@ class StiffnessFactor {
     // Throws Error(DEFREC_ERROR_UNSUPPORTED) for a matrix that is not positive definite.
     explicit StiffnessFactor(const Eigen::SparseMatrix<double>& stiffness);
 
-    // Where each row of the matrix has come to in right sides and solutions.
+    // Places of the rows of the matrix in right sides and solutions.
     const Eigen::VectorXi& order() const { return order_; }
     // Takes right sides to solutions.
     void solve(RightSides& x) const;

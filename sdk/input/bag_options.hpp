@@ -14,13 +14,13 @@ struct BagOptions {
     std::string left_topic, right_topic;  // empty: by their names
 };
 
-// What is read of a bag, and what became of it.
+// The topics that are read of a bag, and what became of their images.
 struct BagFacts {
     std::string left_topic, right_topic;
     PairCounts pairs;
     std::string changed_info;  // topic of a camera_info that changes in the recording; or empty
 
-    // What is to be told of the images, as sentences; empty where nothing is.
+    // Sentences that users are to be told of the images; empty where there are none.
     std::string remark() const;
 };
 

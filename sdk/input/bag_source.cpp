@@ -106,7 +106,7 @@ struct BagSource::Impl {
         }
     }
 
-    // What is wrong with a message is met again when it is read.
+    // A message that is wrong is met again when it is read.
     void look_at_stamps() {
         std::array<std::vector<std::int64_t>, kViews> stamps;
         BagMessages ahead(files);

@@ -28,7 +28,7 @@ struct PlanData {
     std::vector<uint32_t> triangles;               // three vertices each
     std::vector<PlanPart> parts;
     std::vector<double> targets;  // xyz each
-    // Where a registration that deformed the model puts each point, xyz, mm, template frame, and
+    // Places of the points by a registration that deformed the model, xyz, mm, template frame, and
     // six values of the covariance of its error, xx, xy, xz, yy, yz, zz, mm^2. Both empty: pose and
     // covariance say it.
     std::vector<double> deformed_places, deformed_covariances;

@@ -1,5 +1,5 @@
-// Where a preoperative model lies: the motion from its frame to the frame that a camera sees (the
-// template frame), rigid or with a deformation, how exactly it is known, and whether it may be
+// Registration of a preoperative model: the motion from its frame to the frame that a camera sees
+// (the template frame), rigid or with a deformation, how exactly it is known, and whether it may be
 // used.
 #pragma once
 #include <Eigen/Core>

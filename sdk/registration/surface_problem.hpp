@@ -1,4 +1,4 @@
-// What a registration compares: points of the surface that a camera sees, and the model's surface.
+// Both sides of a registration: points of the surface that a camera sees, and the model's surface.
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
@@ -27,7 +27,7 @@ struct SurfaceOptions {
     double start_shift_mm;  // mm
     uint32_t starts;        // all together
 
-    // Where the camera stands in the frame that is seen: what is turned away from it was not seen.
+    // The camera in the frame that is seen: it did not see what is turned away from it.
     std::optional<Eigen::Vector3d> viewer = Eigen::Vector3d::Zero();
     double point_error_mm;  // of points without a covariance
     double model_error_mm;  // standard deviation by which the model's surface is off
@@ -46,7 +46,7 @@ struct SeenPoint {
     Eigen::Vector3d normal;      // towards the camera, unit length; 0: not known
 };
 
-// What all fits of a registration share.
+// The data that all fits of a registration share.
 struct SurfaceProblem {
     // Throws Error(DEFREC_ERROR_ARGUMENT) as register_surface() does. The model outlives it.
     SurfaceProblem(const ModelSurface& its_model, const SeenSurface& seen,

@@ -1,5 +1,5 @@
-// What the points of a surface say of a pose, once they are matched: errors that they share, what
-// fits, and whether the registration may be used.
+// Verdict on a pose by the points of a surface that are matched: errors that they share, what fits,
+// and whether the registration may be used.
 #pragma once
 #include "sdk/registration/registration.hpp"
 #include "sdk/registration/surface_matches.hpp"

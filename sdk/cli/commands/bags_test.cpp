@@ -100,7 +100,7 @@ struct Bag {
     }
 };
 
-// What the images give, at the bag's times.
+// points.csv of the images, at the bag's times.
 const std::string& points_of_images() {
     static const TestFolder folder;
     static const std::string points = [] {

@@ -12,7 +12,7 @@ namespace defrec {
 
 class ElasticFit {
   public:
-    // What it is given outlives it.
+    // Its arguments outlive it.
     ElasticFit(const SurfaceProblem& problem, const ForceModes& modes, double deformation_mm,
                const Pose& start);
 
@@ -40,7 +40,7 @@ class ElasticFit {
     ShapeEquations equations(double scale, double variance_scale) const;
     // Returns by how much it moves the surface where it is seen, root mean square, mm.
     double move(double scale, double variance_scale);
-    // Where the model has the matched place at rest.
+    // The matched place in the model at rest.
     Eigen::Vector3d at_rest(size_t match) const;
     void measure_errors();
 

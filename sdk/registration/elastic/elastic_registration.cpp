@@ -138,8 +138,8 @@ Twist twist_between(const Pose& from, const Pose& to) {
     return twist;
 }
 
-// What a fit that is not taken leaves in doubt about the rigid motion: its covariance, and the
-// whole of what it would have changed.
+// Adds the doubt about the rigid motion that a fit leaves which is not taken: its covariance, and
+// the whole of what it would have changed.
 void add_doubt(const ElasticFit& fit, const std::shared_ptr<const ForceModes>& modes,
                Registration& rigid) {
     const ShapePosterior& posterior = fit.posterior();

@@ -106,7 +106,7 @@ std::vector<double> surface_areas(const Lattice& lattice, const ModelSurface& su
     return areas;
 }
 
-// What the equations of a body's motion are made of.
+// The parts of the equations of a body's motion.
 struct BodyMatrices {
     std::vector<double> area, volume;                  // of each node, mm^2, mm^3
     Eigen::Matrix<double, Eigen::Dynamic, 6> rigid;    // displacements by a twist

@@ -1,5 +1,5 @@
-// What data say of a rigid motion and a shape together, where shapes are known beforehand to be
-// normally distributed, with a variance by their stiffness: a linear-Gaussian posterior.
+// A rigid motion and a shape together by data, where shapes are known beforehand to be normally
+// distributed, with a variance by their stiffness: a linear-Gaussian posterior.
 #pragma once
 #include <Eigen/Core>
 

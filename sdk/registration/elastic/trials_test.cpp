@@ -142,7 +142,7 @@ Trials run_trials(TestDeformation kind, double least_mm, double most_mm) {
                 const double error = (placed.place - where).norm();
                 trials.groups[g].rigid.push_back((rigid.pose * target - where).norm());
                 trials.groups[g].elastic.push_back(error);
-                // What has failed is told.
+                // A registration that has failed is told.
                 if (elastic.verdict != RegistrationVerdict::kFailed)
                     trials.groups[g].ratios.push_back(error / std::sqrt(placed.covariance.trace()));
             }
