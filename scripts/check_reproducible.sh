@@ -6,7 +6,7 @@
 # for example -DDEFREC_BUILD_CUDA=OFF. FILE gets the provenance, whose builder is URI. If there is
 # a FILE already, somebody else's, the builds have to give the library and plugins that it names.
 set -euo pipefail
-provenance='' builder='https://defrec.example.org/builders/check-reproducible'
+provenance='' builder='urn:uuid:7e9f5028-ee67-5d51-84ec-13604f80ee54'
 while [ $# -gt 1 ]; do
     case "$1" in
         --provenance) provenance="$(realpath "$2")" ;;

@@ -8,8 +8,10 @@ provenance.py write BUILD STATEMENT --builder URI [--checkout FOLDER] [--artefac
     URI: who builds, and where. Refused are other sources, and a file that a Debian package
     installed and somebody changed since.
 provenance.py check STATEMENT [--build BUILD] [--folder FOLDER] [--commit COMMIT]
+    [--signers FILE] [--revoked FILE]
     Refused are library and plugins of BUILD, or artefacts in FOLDER, that are not the statement's,
-    one that the statement does not have, and another commit.
+    one that the statement does not have, another commit, and an envelope whose signature does not
+    hold. STATEMENT: as it was written, or in the envelope that sign.py puts it into.
 """
 import argparse
 import collections
@@ -24,6 +26,7 @@ import sys
 import tempfile
 import urllib.parse
 
+import envelope
 import sums
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -32,8 +35,8 @@ import build_inputs  # pylint: disable=wrong-import-position
 
 STATEMENT_TYPE = "https://in-toto.io/Statement/v1"
 PREDICATE_TYPE = "https://slsa.dev/provenance/v1"
-# docs/deployment/provenance.md describes it.
-BUILD_TYPE = "https://defrec.example.org/build-types/cmake-ninja/v1"
+# docs/deployment/provenance.md, which comes with the sources, describes it by this name.
+BUILD_TYPE = "urn:uuid:1414eacc-8de7-5645-be69-fa8db7d84333"
 LIBRARIES = re.compile(r"libdefrec\.so\.[0-9.]+|defrec_plugin_\w+\.(so|json)")
 # Options of this project, and of CMake what changes code; paths are found on each machine.
 OPTIONS = re.compile(
@@ -210,6 +213,17 @@ def text_of(statement):
     return json.dumps(statement, indent=1, sort_keys=True) + "\n"
 
 
+def bytes_of(path):
+    """Bytes of a statement, with or without envelope; a signature is not looked at."""
+    content = pathlib.Path(path).read_bytes()
+    in_envelope = json.loads(content)
+    return envelope.payload_of(in_envelope) if envelope.is_envelope(in_envelope) else content
+
+
+def read(path):
+    return json.loads(bytes_of(path))
+
+
 def digests_of(statement):
     """{subject: SHA-256}"""
     if statement.get("_type") != STATEMENT_TYPE or statement.get("predicateType") != PREDICATE_TYPE:
@@ -269,14 +283,18 @@ def write(given):
 
 
 def check(given):
-    statement = json.loads(pathlib.Path(given.statement).read_text())
+    path = pathlib.Path(given.statement)
+    statement, said = json.loads(path.read_text()), "It is not signed."
+    if envelope.is_envelope(statement):
+        payload, said = envelope.check(path.name, statement, given.signers, given.revoked)
+        statement = json.loads(payload)
     if given.build:
         check_build(statement, given.build)
     if given.folder:
         check_folder(statement, given.folder)
     if given.commit:
         check_commit(statement, given.commit)
-    print(f"{given.statement} holds")
+    print(f"{given.statement} holds. {said}")
 
 
 def main():
@@ -295,6 +313,8 @@ def main():
     command.add_argument("--build")
     command.add_argument("--folder")
     command.add_argument("--commit")
+    command.add_argument("--signers", default=sums.SIGNERS)
+    command.add_argument("--revoked", default=sums.REVOKED)
     given = parser.parse_args()
     try:
         given.run(given)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Writes SHA256SUMS of a release's folder and SHA256SUMS.sig, an OpenSSH signature of it.
+"""Puts each statement of provenance into a signed envelope, and writes SHA256SUMS of a release's
+folder and SHA256SUMS.sig, an OpenSSH signature of it.
 
 sign.py KEY FOLDER [--without KIND]... [--signers FILE] [--revoked FILE]
 KEY is a private key, or the public key of one that ssh-agent or a token holds. Refused are a folder
@@ -11,9 +12,9 @@ import argparse
 import json
 import pathlib
 import re
-import subprocess
 import sys
 
+import envelope
 import provenance
 import sums
 
@@ -26,7 +27,7 @@ KINDS = {
     "cyclonedx": r"bom\.json",
     "spdx": r"bom\.spdx\.json",
     "vex": r"vex\.openvex\.json",
-    "provenance": r"provenance(-[a-z0-9]+)?\.intoto\.json",
+    "provenance": envelope.NAME.pattern,
     "site": r"defrec-[0-9.]+-site\.tar\.xz",
 }
 
@@ -50,7 +51,7 @@ def check_provenance(folder, names):
     told = set()
     for name in names:
         if re.fullmatch(KINDS["provenance"], name):
-            statement = json.loads((folder / name).read_text())
+            statement = provenance.read(folder / name)
             provenance.check_folder(statement, folder)
             told |= set(provenance.digests_of(statement))
     binaries = [
@@ -68,13 +69,17 @@ def sign(key, folder, without, signers, revoked):
     check_kinds(names, without)
     if "provenance" not in without:
         check_provenance(folder, names)
+    envelopes = {
+        name: envelope.sign(name, provenance.bytes_of(folder / name), key, signers, revoked)
+        for name in names
+        if envelope.NAME.fullmatch(name)
+    }
+    for name, text in envelopes.items():
+        (folder / name).write_text(text)
     target, signature = folder / sums.SUMS, folder / sums.SIGNATURE
-    signature.unlink(missing_ok=True)  # ssh-keygen would ask whether to replace it
+    signature.unlink(missing_ok=True)  # of other sums
     target.write_text(sums.sums_of(folder, names))
-    command = ["ssh-keygen", "-Y", "sign", "-n", sums.NAMESPACE, "-f", str(key), str(target)]
-    run = subprocess.run(command, check=False, capture_output=True, text=True)
-    if run.returncode != 0:
-        raise sums.Refused(f"{key} signs nothing: {run.stderr.strip()}")
+    signature.write_bytes(sums.signature_of(key, target.read_bytes()))
     try:
         return sums.check_folder(folder, signers, revoked)
     except sums.Refused:
@@ -83,7 +88,7 @@ def sign(key, folder, without, signers, revoked):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=" ".join(__doc__.split("\n\n")[0].split()))
     parser.add_argument("key")
     parser.add_argument("folder")
     parser.add_argument("--without", action="append", default=[], choices=sorted(KINDS))

@@ -1,4 +1,5 @@
-"""SHA256SUMS of a release's folder and its OpenSSH signature, for sign.py and verify.py."""
+"""SHA256SUMS of a release's folder and its OpenSSH signature, for sign.py and verify.py; and
+signatures by the same keys, for envelope.py."""
 import hashlib
 import pathlib
 import re
@@ -57,9 +58,19 @@ def parsed(sums):
     return found
 
 
-def check_signature(sums, signature, signers, revoked, at=None):
-    """Raises Refused unless `signature`, a file, is one of the bytes `sums` by a key that `signers`
-    allows now, or at the time `at` (YYYYMMDD or YYYYMMDDHHMMSSZ), and `revoked` does not name."""
+def signature_of(key, content):
+    """OpenSSH's signature of the bytes, with its armour."""
+    command = ["ssh-keygen", "-Y", "sign", "-n", NAMESPACE, "-f", str(key)]
+    run = subprocess.run(command, input=content, capture_output=True, check=False)
+    if run.returncode != 0:
+        raise Refused(f"{key} signs nothing: {run.stderr.decode(errors='replace').strip()}")
+    return run.stdout
+
+
+def check_signature(name, content, signature, signers, revoked, at=None):
+    """Raises Refused unless `signature`, a file, is one of the bytes `content` of what is called
+    `name`, by a key that `signers` allows now, or at the time `at` (YYYYMMDD or YYYYMMDDHHMMSSZ),
+    and `revoked` does not name. Returns what ssh-keygen says of the key."""
     for path in (signature, signers, revoked):
         if not pathlib.Path(path).is_file():
             raise Refused(f"there is no {path}")
@@ -67,10 +78,10 @@ def check_signature(sums, signature, signers, revoked, at=None):
     command += ["-f", str(signers), "-r", str(revoked), "-s", str(signature)]
     if at is not None:
         command += ["-O", f"verify-time={at}"]
-    run = subprocess.run(command, input=sums, capture_output=True, check=False)
+    run = subprocess.run(command, input=content, capture_output=True, check=False)
     said = (run.stdout + run.stderr).decode(errors="replace").strip()
     if run.returncode != 0:
-        raise Refused(f"the signature of {SUMS} does not hold: {said}")
+        raise Refused(f"the signature of {name} does not hold: {said}")
     return said
 
 
@@ -82,7 +93,7 @@ def check_folder(folder, signers, revoked, at=None):
     if not (folder / SUMS).is_file():
         raise Refused(f"there is no {SUMS}")
     sums = (folder / SUMS).read_bytes()  # once: what is checked is what is used
-    signer = check_signature(sums, folder / SIGNATURE, signers, revoked, at)
+    signer = check_signature(SUMS, sums, folder / SIGNATURE, signers, revoked, at)
     listed = parsed(sums)
     if missing := sorted(set(listed) - set(names)):
         raise Refused(f"missing: {', '.join(missing)}")

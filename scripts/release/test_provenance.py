@@ -51,6 +51,13 @@ class Provenance(unittest.TestCase):
         schema = pathlib.Path(__file__).with_name("provenance.schema.json")
         jsonschema.validate(self.statement, json.loads(schema.read_text()))
 
+    def test_named_by_its_page(self):
+        page = provenance.ROOT / "docs" / "deployment" / "provenance.md"
+        script = provenance.ROOT / "scripts" / "check_reproducible.sh"
+        named = {provenance.BUILD_TYPE, *re.findall(r"urn:uuid:[0-9a-f-]{36}", script.read_text())}
+        self.assertEqual(len(named), 2)
+        self.assertEqual(set(re.findall(r"urn:uuid:[0-9a-f-]{36}", page.read_text())), named)
+
     def test_twice_the_same(self):
         again = provenance.statement_of(self.build, SOURCE, BUILDER)
         self.assertEqual(provenance.text_of(again), provenance.text_of(self.good))

@@ -3,7 +3,9 @@
 
 Exit status 77 where there is no ssh-keygen. What runs is what users call: sign.py and verify.py.
 """
+import base64
 import contextlib
+import json
 import pathlib
 import shutil
 import subprocess
@@ -225,8 +227,91 @@ class Release(unittest.TestCase):
     def test_signs_only_what_verifies(self):
         result = self.sign(key=self.new_key("another"))
         self.assertEqual(result.returncode, 1)
+        self.assertRegex(result.stderr, f"^not signed: the signature of {PROVENANCE} does not hold")
+        self.assertNotIn("payload", json.loads((self.folder / PROVENANCE).read_text()))
+        (self.folder / PROVENANCE).unlink()
+        result = self.sign("--without", "provenance", key=self.work / "another")
         self.assertRegex(result.stderr, "^not signed: the signature of SHA256SUMS does not hold")
         self.assertFalse((self.folder / sums.SIGNATURE).exists())
+
+    def envelope(self):
+        return json.loads((self.folder / PROVENANCE).read_text())
+
+    def test_envelope(self):
+        statement = (self.folder / PROVENANCE).read_bytes()
+        self.signed()
+        envelope = self.envelope()
+        self.assertEqual(envelope["payloadType"], "application/vnd.in-toto+json")
+        self.assertEqual(base64.b64decode(envelope["payload"]), statement)
+        (signature,) = envelope["signatures"]
+        fingerprint = subprocess.run(
+            ["ssh-keygen", "-lf", f"{self.key}.pub"], capture_output=True, text=True, check=True
+        ).stdout.split()[1]
+        self.assertEqual(signature["keyid"], fingerprint)
+        # By ssh-keygen alone, as the guide has it.
+        armoured = self.work / "statement.sig"
+        armoured.write_text(
+            f"-----BEGIN SSH SIGNATURE-----\n{signature['sig']}\n-----END SSH SIGNATURE-----\n"
+        )
+        command = ["ssh-keygen", "-Y", "verify", "-n", sums.NAMESPACE, "-I", sums.SIGNER]
+        command += ["-f", str(self.signers), "-s", str(armoured)]
+        signed = b"DSSEv1 28 application/vnd.in-toto+json %d %b" % (len(statement), statement)
+        subprocess.run(command, input=signed, check=True, capture_output=True)
+        result = run(
+            "provenance.py",
+            "check",
+            self.folder / PROVENANCE,
+            "--folder",
+            self.folder,
+            *self.trust(),
+        )
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn(fingerprint, result.stdout)
+
+    def test_spoiled_envelopes(self):
+        """In a release whose sums are signed, so that the envelopes alone are wrong."""
+        self.signed()
+        good = self.envelope()
+        payload = base64.b64decode(good["payload"])
+        other = base64.b64encode(payload.replace(b'"subject"', b'"Subject"')).decode()
+        sig = good["signatures"][0]["sig"]
+        changed = sig[:-8] + ("A" if sig[-8] != "A" else "B") + sig[-7:]
+        for spoiled, why in (
+            ({**good, "payload": other}, "signature of .* does not hold"),
+            ({**good, "payload": good["payload"] + "\n"}, "no base64"),
+            ({**good, "signatures": [{"sig": changed}]}, "does not hold"),
+            ({**good, "signatures": [{}]}, "no base64"),
+            ({**good, "signatures": []}, "has not one signature"),
+            ({**good, "payloadType": "text/plain"}, "no envelope of"),
+            (json.loads(payload), "is in no envelope"),
+        ):
+            (self.folder / PROVENANCE).write_text(json.dumps(spoiled))
+            self.sign_sums()
+            self.expect_refused(why)
+        (self.folder / PROVENANCE).write_text(json.dumps(good))
+        self.sign_sums()
+        self.assertEqual(self.verify().returncode, 0)
+
+    def sign_sums(self):
+        text = sums.sums_of(self.folder, sorted(self.files))
+        (self.folder / sums.SUMS).write_text(text)
+        signature = sums.signature_of(self.key, text.encode())
+        (self.folder / sums.SIGNATURE).write_bytes(signature)
+
+    def test_envelope_of_a_revoked_key(self):
+        self.signed()
+        old = self.envelope()
+        new = self.new_key("new")
+        self.allow(self.key, new)
+        self.assertEqual(self.sign(key=new).returncode, 0)
+        self.assertNotEqual(self.envelope(), old)  # signed anew, not twice
+        self.assertEqual(self.envelope()["payload"], old["payload"])
+        (self.folder / PROVENANCE).write_text(json.dumps(old))
+        self.key = new
+        self.sign_sums()
+        self.assertEqual(self.verify().returncode, 0)
+        self.revoked.write_text(self.public(self.work / "key"))
+        self.expect_refused(f"signature of {PROVENANCE} does not hold")
 
     def test_signs_only_artefacts(self):
         shutil.copy(self.key, self.folder)

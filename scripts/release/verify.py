@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Verifies a release's folder, offline: its signature, and that it holds the files that were
-signed, all of them and nothing else.
+signed, all of them and nothing else; then the envelope of each statement of provenance by itself.
 
 verify.py FOLDER [--signers FILE] [--revoked FILE] [--at YYYYMMDD]
 signers: keys that may sign (default: allowed_signers beside this program); revoked: keys that no
@@ -9,8 +9,10 @@ has to be valid, for a release that is older than its key's end (default: now). 
 where it is refused. Needs OpenSSH 8.9.
 """
 import argparse
+import json
 import sys
 
+import envelope
 import sums
 
 
@@ -23,7 +25,8 @@ def main():
     given = parser.parse_args()
     try:
         names, signer = sums.check_folder(given.folder, given.signers, given.revoked, given.at)
-    except (sums.Refused, OSError) as error:
+        envelope.check_folder(given.folder, given.signers, given.revoked, given.at)
+    except (sums.Refused, OSError, json.JSONDecodeError) as error:
         sys.exit(f"REFUSED: {error}")
     print("\n".join(names))
     print(f"verified: {len(names)} files. {signer}")
