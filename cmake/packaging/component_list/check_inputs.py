@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Fails where the build of a binary read a header, or linked an archive, that is of no component
-which the list has for this binary; then does the same to lists that leave one out, and to a build
-with planted components, which have to be found.
+which the list has for this binary, and where the list has a component of which it read nothing;
+then does the same to lists that leave one out or have one more, and to a build with planted
+components, which have to be found.
 
 check_inputs.py bom.json found.json BUILD SOURCE [package-lock.json]
 The lock file is that of the report's page, whose packages have to be listed as well.
@@ -32,12 +33,8 @@ class List:
     """A binary's components: source packages, and folders where they have none."""
 
     def __init__(self, bom, found, part):
-        uses = next(entry for entry in bom["dependencies"] if entry["ref"] == part)
-        listed = [
-            component
-            for component in bom["components"]
-            if component["bom-ref"] in uses.get("dependsOn", [])
-        ]
+        uses = uses_of(bom, part)
+        listed = [component for component in bom["components"] if component["bom-ref"] in uses]
         files = {component["name"]: component["file"] for component in found["components"]}
         self.sources, self.contained, self.roots = set(), set(), set()
         for component in listed:
@@ -71,21 +68,66 @@ def faults_of(inputs, owners, listed):
     return {path: fault for path, fault in faults.items() if fault}
 
 
-def without(bom, part, hidden):
-    """The list as if the binary did not use the component."""
+def is_of_binary(component):
+    """Whether a binary links or contains it. What the page is bundled from is in the lock file."""
+    how = {entry["name"]: entry["value"] for entry in component["properties"]}["defrec:how"]
+    return how in ("linked", "contained") and not component["purl"].startswith("pkg:npm/")
+
+
+def uses_of(bom, part):
+    (entry,) = (entry for entry in bom["dependencies"] if entry["ref"] == part)
+    return entry.get("dependsOn", [])
+
+
+def idle(bom, found, part, inputs, owners):
+    """Components that the binary is said to link or contain, and of which its build read
+    nothing."""
+    files = {component["name"]: component["file"] for component in found["components"]}
+    sources = {owners[path][1] for path in inputs if path in owners}
+    by_ref = {component["bom-ref"]: component for component in bom["components"]}
+
+    def is_read(component):
+        upstream = qualifiers(component).get("upstream")
+        if upstream is not None:
+            return upstream in sources
+        root = root_of(files[component["name"]])
+        return root is not None and any(pathlib.Path(path).is_relative_to(root) for path in inputs)
+
+    listed = filter(is_of_binary, (by_ref[ref] for ref in uses_of(bom, part)))
+    return sorted(component["bom-ref"] for component in listed if not is_read(component))
+
+
+def with_uses(bom, part, uses):
+    """The list as if the binary used these components."""
     entries = [
-        {**entry, "dependsOn": [ref for ref in entry.get("dependsOn", []) if ref != hidden]}
-        if entry["ref"] == part
-        else entry
+        {**entry, "dependsOn": uses} if entry["ref"] == part else entry
         for entry in bom["dependencies"]
     ]
     return {**bom, "dependencies": entries}
 
 
+def check_added(bom, found, part, inputs, owners):
+    """A list with one more component, of which the build read nothing, fails. Returns how many
+    were added."""
+    uses = uses_of(bom, part)
+    files = {component["name"] for component in found["components"]}
+    read = {owners[path][1] for path in inputs if path in owners}
+    added = 0
+    for component in bom["components"]:
+        ref, source = component["bom-ref"], qualifiers(component).get("upstream")
+        is_known = component["name"] in files and is_of_binary(component)
+        if not is_known or ref in uses or source is None or source in read:
+            continue
+        if idle(with_uses(bom, part, [*uses, ref]), found, part, inputs, owners) != [ref]:
+            raise SystemExit(f"not found: {part} with {ref}")
+        added += 1
+    return added
+
+
 def check_hidden(bom, found, part, inputs, owners):
     """A list without a component of which the build read something fails. Returns how many were
     left out."""
-    (uses,) = (entry["dependsOn"] for entry in bom["dependencies"] if entry["ref"] == part)
+    uses = uses_of(bom, part)
     by_ref = {component["bom-ref"]: component for component in bom["components"]}
     read = {owners[path][1] for path in inputs if path in owners}
     tried = 0
@@ -94,7 +136,8 @@ def check_hidden(bom, found, part, inputs, owners):
         shared = [other for other in uses if qualifiers(by_ref[other]).get("upstream") == source]
         if source not in read or len(shared) > 1:
             continue  # not read, or another component of the list stands for it
-        if not faults_of(inputs, owners, List(without(bom, part, ref), found, part)):
+        without = with_uses(bom, part, [other for other in uses if other != ref])
+        if not faults_of(inputs, owners, List(without, found, part)):
             raise SystemExit(f"not found: {part} without {ref}")
         tried += 1
     return tried
@@ -169,22 +212,26 @@ def main():
     bom, found = (json.loads(pathlib.Path(path).read_text()) for path in sys.argv[1:3])
     build = Build(*sys.argv[3:5])
     parts = bom["dependencies"][0]["dependsOn"]
-    files = left_out = 0
+    files = left_out = added = 0
     for part in parts:
         binary = binary_of(part, build.folder / "lib", build.folder / "bin").resolve()
         inputs = build.foreign_inputs(str(binary.relative_to(build.folder)))
         owners = packages_of(inputs)
         faults = faults_of(inputs, owners, List(bom, found, part))
         assert not faults, f"{part}: " + "; ".join(f"{path} {why}" for path, why in faults.items())
+        unused = idle(bom, found, part, inputs, owners)
+        assert not unused, f"{part}: its build read nothing of {', '.join(unused)}"
         left_out += check_hidden(bom, found, part, inputs, owners)
+        added += check_added(bom, found, part, inputs, owners)
         files += len(inputs)
     assert left_out > len(parts), f"only {left_out} components were left out"
+    assert added > len(parts), f"only {added} components were added"
     check_planted(bom, found, parts[0])
     for lock in sys.argv[5:]:
         check_page(bom, lock)
     print(
         f"{files} files that {len(parts)} binaries were built from are accounted for; "
-        f"{left_out} lists without a component were refused"
+        f"{left_out} lists without a component and {added} with one more were refused"
     )
 
 
