@@ -1,5 +1,7 @@
-// The CRC of MCAP files: that of zlib and of IEEE 802.3, polynomial 0xEDB88320 reflected.
+// The CRC of MCAP files, which is zlib's.
 #pragma once
+
+#include <zlib.h>
 
 #include <cstdint>
 
@@ -8,6 +10,9 @@
 namespace defrec::cli {
 
 // crc: of the bytes before, 0 at the beginning.
-std::uint32_t crc32(ByteView bytes, std::uint32_t crc = 0);
+inline std::uint32_t crc32(ByteView bytes, std::uint32_t crc = 0) {
+    if (bytes.empty()) return crc;  // zlib takes a null pointer for a request to begin
+    return static_cast<std::uint32_t>(crc32_z(crc, bytes.data(), bytes.size()));
+}
 
 }  // namespace defrec::cli
