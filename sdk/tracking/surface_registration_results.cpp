@@ -71,6 +71,10 @@ void SurfaceRegistration::conclude(Frame& frame, FrameAttempt& attempt) {
     const std::span<const defrec_motion> motions = frame.job.memory.output.motions;
     result.motions.assign(motions.begin(), motions.end());
     if (is_found) place_unseen(frame.job, attempt);
+    // A frame that is relocalised has moved from a place of another time.
+    if (is_found && uses_depth && result.state != DEFREC_RELOCALISED)
+        add_unseen_lag(surface_.data().camera, rig_monitor_.state().left.unseen_lag_frames,
+                       surface_.samples(), frame.job.memory.output.samples, result.confidence);
     if (is_found && uses_depth) rig_monitor_.end_depth();
     frame.committed = &attempt;
     std::swap(frame.job.result, attempt.result);

@@ -138,6 +138,11 @@ ImageStep image_step(const defrec_camera& camera, const defrec_surface_sample& f
             static_cast<float>(camera.fy) * (now[1] / now[2] - last[1] / last[2])};
 }
 
+// Px^2 of disparity that a lag of a frame gets wrong at a vertex that moved so.
+float px2_per_lag(const ImageStep& step) {
+    return step.along * step.along + Share::kLateShare * step.down * step.down;
+}
+
 // Px^2 of disparity that the rig gets wrong at a vertex: by what moved during a lag, by a vergence
 // that is wrong, and by rows of the views that do not agree, or of a view that do not belong
 // together.
@@ -146,7 +151,6 @@ class RigDoubt {
     RigDoubt(const TemplateData& data, const FrameEvidence& evidence) : camera_(data.camera) {
         if (!evidence.last_samples.empty()) {
             squared_lag_ = evidence.rig.lag_frames * evidence.rig.lag_frames;
-            unseen_lag_ = evidence.rig.unseen_lag_frames * evidence.rig.unseen_lag_frames;
         }
         const double roll =
                          std::tan(evidence.rig.roll_deg * std::numbers::pi / 180) * data.width / 2,
@@ -171,24 +175,23 @@ class RigDoubt {
     }
     struct Doubt {
         float px2 = 0;
-        // Less what might be there and was not seen: a lag, what a correction left.
+        // Less what might be there and was not seen: what a correction left.
         float shown_px2 = 0;
     };
     Doubt at(const FrameEvidence& evidence, size_t vertex) const {
         if (!evidence.uses_depth) return {one_view_, one_view_};
         const float still = rows_ + vergence_;
-        if (squared_lag_ + unseen_lag_ == 0) return {still + corrected_, still};
+        if (squared_lag_ == 0) return {still + corrected_, still};
         const ImageStep step =
             image_step(camera_, evidence.last_samples[vertex], evidence.output.samples[vertex]);
-        const float per_lag = step.along * step.along + Share::kLateShare * step.down * step.down,
-                    lasting = evidence.rig.lag_px * evidence.rig.lag_px;
-        return {still + corrected_ + std::max((squared_lag_ + unseen_lag_) * per_lag, lasting),
-                still + std::max(squared_lag_ * per_lag, lasting)};
+        const float late =
+            std::max(squared_lag_ * px2_per_lag(step), evidence.rig.lag_px * evidence.rig.lag_px);
+        return {still + corrected_ + late, still + late};
     }
 
   private:
     const defrec_camera& camera_;
-    float squared_lag_ = 0, unseen_lag_ = 0, rows_, vergence_, corrected_, one_view_;
+    float squared_lag_ = 0, rows_, vergence_, corrected_, one_view_;
 };
 
 // Variances across the ray (both directions together) and along it (of the depth) as a covariance,
@@ -358,6 +361,7 @@ void begin_confidence(const SurfaceModel& model, VertexConfidence& confidence) {
     const size_t count = model.data->vertices.size();
     make_room(confidence, count);
     confidence.rig_px2.resize(count);
+    confidence.seen_error.reserve(count);
     for (std::vector<float>* distance : {&confidence.to_photometric, &confidence.to_observed})
         distance->assign(model.grids.cells(), 1e6f);
     for (MapGrids::Workspace& spreading : confidence.spreading) model.grids.make_room(spreading);
@@ -367,6 +371,7 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
                          const Services* helpers, const std::function<void()>& beside,
                          VertexConfidence& confidence) {
     const size_t count = evidence.output.samples.size();
+    confidence.seen_error.clear();
     std::vector<float>* const distances[2] = {&confidence.to_photometric, &confidence.to_observed};
     const ConfidenceEstimate estimate(model, evidence, confidence);
     enum : size_t { kLooks, kSpreads, kConcludes };
@@ -383,8 +388,26 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
     });
 }
 
+void add_unseen_lag(const defrec_camera& camera, float lag_frames, SurfaceSamples before,
+                    SurfaceSamples now, VertexConfidence& confidence) {
+    if (lag_frames == 0 || before.empty()) return;
+    confidence.seen_error = confidence.expected_error;
+    for (size_t i = 0; i < now.size(); ++i) {
+        if (confidence.status[i] == DEFREC_POINT_UNKNOWN) continue;
+        const float* at = now[i].position;
+        const float x = at[0] / at[2], y = at[1] / at[2],
+                    depth = lag_frames * depth_per_px(camera, at[2]),
+                    along = depth * depth * px2_per_lag(image_step(camera, before[i], now[i]));
+        float* covariance = &confidence.covariance[6 * i];
+        const float added[6] = {x * x, x * y, x, y * y, y, 1};
+        for (size_t k = 0; k < 6; ++k) covariance[k] += along * added[k];
+        confidence.expected_error[i] = std::sqrt(covariance[0] + covariance[3] + covariance[5]);
+    }
+}
+
 void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertices) {
     make_room(confidence, vertices);
+    confidence.seen_error.clear();
     const float error = error_unknown(age);
     std::fill(confidence.status.begin(), confidence.status.end(), uint8_t{DEFREC_POINT_UNKNOWN});
     std::fill(confidence.evidence.begin(), confidence.evidence.end(), uint8_t{0});

@@ -46,6 +46,13 @@ struct VertexConfidence {
     std::vector<float> to_photometric, to_observed;
     MapGrids::Workspace spreading[2];
     std::vector<float> rig_px2;  // working memory, per vertex: disparity that the rig gets wrong
+    // expected_error without what add_unseen_lag() added; empty: that added nothing.
+    std::vector<float> seen_error;
+
+    // What estimates from the surface go by: a lag errs alike everywhere.
+    const std::vector<float>& seen_errors() const {
+        return seen_error.empty() ? expected_error : seen_error;
+    }
 };
 
 // Bits of FrameEvidence::stale_views.
@@ -69,6 +76,11 @@ struct FrameEvidence {
 // How far a vertex moved in the image, px^2.
 float squared_step(const defrec_camera& camera, const defrec_surface_sample& from,
                    const defrec_surface_sample& to);
+
+// Adds what a lag of the right view that cannot be seen yet (RigEstimate::unseen_lag_frames) would
+// do to the depth of each vertex that is not unknown. before: the samples of the frame before.
+void add_unseen_lag(const defrec_camera& camera, float lag_frames, SurfaceSamples before,
+                    SurfaceSamples now, VertexConfidence& confidence);
 
 // Once before each estimate, which it spares what does not wait for a frame's results.
 void begin_confidence(const SurfaceModel& model, VertexConfidence& confidence);

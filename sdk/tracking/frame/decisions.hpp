@@ -660,8 +660,9 @@ struct LastingLag {
     static constexpr double kMostAlike = 0.95;
     // steps | in which the noise is found | set by hand
     static constexpr int kNoiseSteps = 3;
-    // frames | standard deviation of a lag that nothing has shown yet, for the expected error
-    static constexpr double kUnseen = 0.05;
+    // frames | standard deviation of a lag that nothing has shown yet, for the expected error | a
+    //   view that is a frame late errs by less than twice that, [late-along-rows]
+    static constexpr double kUnseen = 0.6;
 };
 
 // Whether the right view has moved sideways: disparities and lengths change, and the left image

@@ -77,6 +77,17 @@ Estimate lag_of(const RowKnowledge& a, const RowKnowledge& b) {
             std::sqrt(factor.solve(RowValues::Unit(kLag))[kLag])};
 }
 
+// Root mean square of the lag as an estimate leaves it, whose prior was wider than what is
+// plausible.
+double plausible_lag(const Estimate& estimate) {
+    constexpr double kWide = 1 / (decisions::ViewLag::kLagSigma * decisions::ViewLag::kLagSigma),
+                     kPlausible = 1 / (Decision::kUnseen * Decision::kUnseen);
+    const double shown = 1 / (estimate.sigma * estimate.sigma),
+                 information = std::max(0.0, shown - kWide) + kPlausible,
+                 mean = shown * estimate.lag / information;
+    return std::sqrt(mean * mean + 1 / information);
+}
+
 RowKnowledge prior() {
     RowValues sigma(RigRows::kPriorOffset, RigRows::kPriorRoll, RigRows::kPriorRatio,
                     RigRows::kPriorVergence, decisions::ViewLag::kLagSigma);
@@ -228,6 +239,7 @@ void LastingLag::judge() {
         is_seen_ = true;
         return;
     }
+    unseen_ = plausible_lag(rows);
     const Estimate depth = by_depth();
     if (depth.sigma > Decision::kSeenByDepth) return;
     lag_ = is_significant(depth, Decision::kMinByDepth, Decision::kSignificanceByDepth) ? depth.lag

@@ -45,8 +45,8 @@ class LastingLag {
 
     // Frames, as the frames up to now show it; 0: none that shows.
     double lag() const { return lag_; }
-    // Frames that the view may be late by without being seen, standard deviation.
-    double unseen() const { return is_seen_ ? 0 : decisions::LastingLag::kUnseen; }
+    // Frames that the view may be late by without being seen, root mean square.
+    double unseen() const { return is_seen_ ? 0 : unseen_; }
     // On the values, by all frames together.
     const RowKnowledge& rows() const { return rows_; }
     // The image's middle along the rows in the last frame, px per frame; 0: not known.
@@ -81,6 +81,7 @@ class LastingLag {
     std::array<Course, decisions::LastingLag::kWindow> course_{};
     size_t frames_ = 0;
     double lag_ = 0;
+    double unseen_ = decisions::LastingLag::kUnseen;  // unless is_seen_
     bool is_seen_ = false;
     bool was_other_ = false;  // the last frame's own lag than this
 };

@@ -133,6 +133,20 @@ TEST_CASE("row 107: a lag that nothing shows is not excluded") {
     CHECK(lag.unseen() == 0);
 }
 
+TEST_CASE("row 107: a lag is plausible until it is told, and less so as rows show none") {
+    constexpr double kUnseen = decisions::LastingLag::kUnseen;
+    LastingLag along, at_an_angle, late;
+    CHECK(along.unseen() == kUnseen);
+    frames_to_lag(along, {}, 8);
+    CHECK(along.unseen() == doctest::Approx(kUnseen).epsilon(0.1));
+    frames_to_lag(at_an_angle, {.angle = 0.15}, 8);
+    CHECK(at_an_angle.unseen() < 0.7 * kUnseen);
+    CHECK(at_an_angle.unseen() > 0);
+    frames_to_lag(late, {.lag = 1}, 8);
+    CHECK(late.lag() == 0);
+    CHECK(2 * late.unseen() >= 1);
+}
+
 TEST_CASE("row 107: a lag stays while nothing says otherwise") {
     LastingLag lag;
     frames_to_lag(lag, {.lag = 1}, 40);

@@ -1,6 +1,7 @@
 // See rig_monitor.hpp.
 #include "sdk/tracking/monitors/rig_monitor.hpp"
 
+#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -36,7 +37,8 @@ void RigMonitor::commit(RigState& next, Disparities disparities) {
     if (shift_.vergence != 0)
         state_.left.corrected_sigma =
             static_cast<float>(decisions::RigRows::kCorrectedVergence / std::numbers::sqrt3);
-    state_.left.last_depth_px = state_.left.lag_frames * static_cast<float>(speed_with_depth_);
+    state_.left.last_depth_px = std::hypot(state_.left.lag_frames, state_.left.unseen_lag_frames) *
+                                static_cast<float>(speed_with_depth_);
     state_.patches.swap(next.patches);
     if (disparities == Disparities::kCount && !state_.monitor.is_late())
         std::swap(state_.disparities, next.disparities);

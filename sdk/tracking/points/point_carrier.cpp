@@ -167,7 +167,7 @@ class RigidBeneath {
                 now.col(column) =
                     Eigen::Map<const Eigen::Vector3f>(&frame.vertices[3 * i]).cast<double>();
                 weight[column] =
-                    evidence_of(static_cast<double>(frame.confidence.expected_error[i]));
+                    evidence_of(static_cast<double>(frame.confidence.seen_errors()[i]));
             }
             if (!(weight.sum() > kNothing)) weight.setOnes();  // the surface stays where it was
             motions_.push_back(fit_rigid_robust(rest, now, weight, decisions::DeepMotion::kFloor));
@@ -182,7 +182,7 @@ class RigidBeneath {
                        .cast<double>(),
             left = Eigen::Map<const Eigen::Vector3f>(&frame.vertices[3 * vertex]).cast<double>() -
                    motion * rest;
-        const double error = static_cast<double>(frame.confidence.expected_error[vertex]),
+        const double error = static_cast<double>(frame.confidence.seen_errors()[vertex]),
                      evidence = evidence_of(error);
         BodyMotion::Moved moved;
         moved.place =
@@ -217,7 +217,7 @@ std::shared_ptr<const PointCarrier::Shared> PointCarrier::shared(
     auto made = std::make_shared<Shared>();
     made->body = body;
     if (body != nullptr)
-        made->in_body.emplace(body, SurfaceNow{frame.vertices, frame.confidence.expected_error},
+        made->in_body.emplace(body, SurfaceNow{frame.vertices, frame.confidence.seen_errors()},
                               frame.known, helpers);
     else
         made->rigid.emplace(frame);
@@ -254,20 +254,25 @@ SurfaceConfidence beneath_confidence(const CarryingSurface& frame, const DeepPoi
         unseen * unseen * (Share::kActivity * moved.activity_mm2 + Share::kUnseen) +
         Share::kBeyond * point.in_body.beyond_mm * point.in_body.beyond_mm;
     const double of_surface = (frame.is_lost ? 1 : Share::kSurface) * moved.surface_mm2;
+    const double seen = static_cast<double>(frame.confidence.seen_errors()[vertex]),
+                 expected = static_cast<double>(frame.confidence.expected_error[vertex]),
+                 of_lag = std::max(0.0, expected * expected - seen * seen);
     SurfaceConfidence at;
     at.evidence = 0;
-    at.expected_error = std::sqrt(of_surface + of_model);
+    at.expected_error = std::sqrt(of_surface + of_model + of_lag);
     const float* covariance = &frame.confidence.covariance[6 * vertex];
     const double trace = static_cast<double>(covariance[0]) + static_cast<double>(covariance[3]) +
                          static_cast<double>(covariance[5]);
     for (size_t i = 0; i < 6; ++i)
-        at.covariance[i] = static_cast<double>(covariance[i]) * of_surface / std::max(trace, 1e-9) +
-                           (i == 0 || i == 3 || i == 5 ? of_model / 3 : 0);
-    at.status = !frame.is_lost && moved.evidence >= BeneathSurface::kMinEvidence &&
-                        at.expected_error <= BeneathSurface::kMaxError &&
-                        point.in_body.beyond_mm <= BeneathSurface::kMaxBeyond
-                    ? DEFREC_POINT_EXTRAPOLATED
-                    : DEFREC_POINT_UNKNOWN;
+        at.covariance[i] =
+            static_cast<double>(covariance[i]) * (of_surface + of_lag) / std::max(trace, 1e-9) +
+            (i == 0 || i == 3 || i == 5 ? of_model / 3 : 0);
+    at.status =
+        !frame.is_lost && moved.evidence >= BeneathSurface::kMinEvidence &&
+                of_surface + of_model <= BeneathSurface::kMaxError * BeneathSurface::kMaxError &&
+                point.in_body.beyond_mm <= BeneathSurface::kMaxBeyond
+            ? DEFREC_POINT_EXTRAPOLATED
+            : DEFREC_POINT_UNKNOWN;
     return at;
 }
 
