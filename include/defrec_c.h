@@ -925,6 +925,27 @@ enum {
     DEFREC_FIELD_BOTTOM = 2  /**< the odd rows */
 };
 
+/** Disparity of the rectified left image that the application has measured, by a learned stereo
+ *  network or a depth camera say: it takes the place of stage stereo. docs/api/disparity.md is the
+ *  guide. */
+typedef struct defrec_disparity {
+    uint32_t     struct_size;   /**< see DEFREC_INIT */
+    uint32_t     flags;         /**< 0 */
+    uint32_t     width, height; /**< width and height of the rectified image, see defrec_rig_info,
+                                     px */
+    uint64_t     stride;        /**< bytes from row to row of both arrays, a multiple of 4;
+                                     0: width * 4 */
+    const float *disparity;     /**< per pixel, px, 0..2000; 0: none there. It is rounded to
+                                     1 / DEFREC_DISPARITY_ONE */
+    const float *sigma;         /**< per pixel that has disparity: standard deviation of the error
+                                     that it shares with the pixels around it, px, 0.001..100;
+                                     NULL: sigma_px at all of them */
+    float        sigma_px;      /**< likewise, of all pixels; 0 with sigma. Noise that differs from
+                                     pixel to pixel is no part of it: the surface averages it, and
+                                     what is left shows in the residuals @unit px */
+    uint32_t     reserved;      /**< 0 */
+} defrec_disparity;
+
 /** A pair of images. */
 typedef struct defrec_frame {
     uint32_t            struct_size;  /**< see DEFREC_INIT */
@@ -955,7 +976,11 @@ typedef struct defrec_frame {
      *  read but interpolated, so rig, template and results are of whole images. An interlaced image
      *  is submitted twice, once for each field in the order of their times, half a frame period
      *  apart. */
-    uint32_t field;
+    uint32_t                field;
+    uint32_t                reserved;  /**< 0 */
+    const defrec_disparity *disparity; /**< NULL: stage stereo measures it. Copied before
+                                            defrec_tracker_submit() returns. It is compared with
+                                            both images: DEFREC_REASON_DISPARITY */
 } defrec_frame;
 
 /** Queues a frame; jobs of one tracker run in order. Host pixels are copied before it returns.
@@ -964,9 +989,11 @@ typedef struct defrec_frame {
  *  @errors DEFREC_ERROR_BUSY: as many jobs as frames_in_flight are not released yet, or another
  *  thread is submitting. DEFREC_ERROR_ARGUMENT: the timestamp does not grow, or is more than a day
  *  after the last one (the frame after that is accepted: the clock may have been set), an image has
- *  another size or format than expected, or there is no such field. DEFREC_ERROR_UNSUPPORTED: a
- *  field of an image in a defrec_memory. DEFREC_ERROR_DEVICE_LOST: the device did not answer a
- *  frame before. Such a frame counts as never submitted.
+ *  another size or format than expected, there is no such field, or a disparity has another size
+ *  than the rectified image or a value that none has (the error message names its pixel).
+ *  DEFREC_ERROR_UNSUPPORTED: a field of an image in a defrec_memory, or a disparity together with
+ *  an ignore in one. DEFREC_ERROR_DEVICE_LOST: the device did not answer a frame before. Such a
+ *  frame counts as never submitted.
  *  @threads one @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_tracker_submit(
     defrec_tracker tracker, const defrec_frame *frame, defrec_job *out);
@@ -1113,13 +1140,20 @@ enum {
                                                   no template, or lost where nothing is tracked
                                                   @remedy submit each field as a frame: see field
                                                   of defrec_frame */
-    DEFREC_REASON_CONTRADICTED   = 1u << 24  /**< depth agrees on more than a twentieth of the
+    DEFREC_REASON_CONTRADICTED   = 1u << 24, /**< depth agrees on more than a twentieth of the
                                                   surface in the image where the left image shows
                                                   something else: tissue slid, left or changed, or
                                                   something lies on it
                                                   @effect expected errors are larger there
                                                   @remedy show which part is not observed; where it
                                                   lasts, capture another template */
+    DEFREC_REASON_DISPARITY      = 1u << 25  /**< the disparity that the application gave is not
+                                                  where left and right image show the same tissue
+                                                  @effect degraded, expected errors grow, depth
+                                                  evidence is withheld where they are large; no
+                                                  template is captured
+                                                  @remedy check that it is of this frame, of the
+                                                  rectified left image and in px */
 };
 /** Status of a vertex or point. */
 enum {
@@ -1768,13 +1802,17 @@ typedef struct defrec_plan_desc {
     uint64_t                part_count;     /**< number of parts @range 0..1000 */
     const double           *targets;        /**< xyz each */
     uint64_t                target_count;   /**< number of targets @range 0..1000000 */
+    const char *const      *target_names;   /**< name of each, UTF-8, at most 255 bytes; "" for
+                                                 one without, else no two alike. NULL: none has
+                                                 one */
 } defrec_plan_desc;
 
 /** Makes a plan of what desc describes and where the registration says that it lies; its seen frame
  *  is the template frame of surface. What desc points to is copied, and the registration may be
  *  destroyed. The plan follows the template surface and what it becomes by growing or by a cut.
  *  @errors DEFREC_ERROR_ARGUMENT: the verdict of the registration is not one that flags allow, a
- *  field is out of range, a number is not finite, an index is out of range, or a part has no name.
+ *  field is out of range, a number is not finite, an index is out of range, a part has no name, or
+ *  two targets have the same one.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_plan_create(
     defrec_template surface, defrec_registration registration, const defrec_plan_desc *desc,
@@ -1823,6 +1861,8 @@ typedef struct defrec_plan_info {
                                                         template_xyz is not what transform makes of
                                                         it */
     uint32_t                reserved;              /**< 0 */
+    const char *const      *target_names;          /**< name of each target; "" for one without
+                                                        @count target_count */
 } defrec_plan_info;
 /** Describes the plan.
  *  @errors none but those of every function.

@@ -124,6 +124,7 @@ static const struct {
     {DEFREC_REASON_PIECE_LOST, "piece lost"},
     {DEFREC_REASON_INTERLACED, "interlaced"},
     {DEFREC_REASON_CONTRADICTED, "contradicted"},
+    {DEFREC_REASON_DISPARITY, "disparity"},
 };
 
 static void show_reasons(uint32_t reasons) {

@@ -65,6 +65,7 @@ CLASSES = {
     "defrec_memory": ("Memory", "DeviceMemory"),
     "defrec_tracker_desc": ("Tracker", "TrackerOptions"),
     "defrec_frame": ("Tracker.submit", "Frame"),
+    "defrec_disparity": ("Disparity", "Disparity"),
     "defrec_result": ("Result", "FrameResult"),
     "defrec_template_info": ("TemplateData", "Template"),
     "defrec_body_region": ("BodyRegion", "BodyRegion"),

@@ -87,6 +87,8 @@ ALLOWED = {
     ("io/text.cpp", "byte >= 0x20"): "control characters",
     ("io/yaml_document.cpp", "kDeepestNesting = 16"): "range of a file",
     ("plan/plan.cpp", "kFewest = 1024"): "how threads share work",
+    ("api/tracking.cpp", "kMaxStride = 1 << 20"): "range of a parameter of the C API",
+    ("tracking/monitors/disparity_check.cpp", "kOne = 256"): "a unit",
     ("registration/program/inputs.cpp", "at->size() >= 3"): "rows of a matrix",
     ("registration/program/register_json.cpp", "kMostShown = 10"): "what is printed",
     ("registration/program/register_picture.cpp", "0.92 * kPanel"): "a margin of a picture",

@@ -107,6 +107,7 @@ defrec_buffer layout_of_defrec_buffer;
 defrec_const_buffer layout_of_defrec_const_buffer;
 defrec_tracker_desc layout_of_defrec_tracker_desc;
 defrec_memory_desc layout_of_defrec_memory_desc;
+defrec_disparity layout_of_defrec_disparity;
 defrec_frame layout_of_defrec_frame;
 defrec_stage_time layout_of_defrec_stage_time;
 defrec_piece layout_of_defrec_piece;

@@ -304,6 +304,15 @@ int main(void) {
     FIELD(defrec_memory_desc, kind);
     FIELD(defrec_memory_desc, address);
     FIELD(defrec_memory_desc, size);
+    FIELD(defrec_disparity, struct_size);
+    FIELD(defrec_disparity, flags);
+    FIELD(defrec_disparity, width);
+    FIELD(defrec_disparity, height);
+    FIELD(defrec_disparity, stride);
+    FIELD(defrec_disparity, disparity);
+    FIELD(defrec_disparity, sigma);
+    FIELD(defrec_disparity, sigma_px);
+    FIELD(defrec_disparity, reserved);
     FIELD(defrec_frame, struct_size);
     FIELD(defrec_frame, flags);
     FIELD(defrec_frame, timestamp_ns);
@@ -315,6 +324,8 @@ int main(void) {
     FIELD(defrec_frame, held_motion);
     FIELD(defrec_frame, camera_pose);
     FIELD(defrec_frame, field);
+    FIELD(defrec_frame, reserved);
+    FIELD(defrec_frame, disparity);
     SIZE(defrec_stage_time);
     FIELD(defrec_stage_time, name);
     FIELD(defrec_stage_time, milliseconds);
@@ -502,6 +513,7 @@ int main(void) {
     FIELD(defrec_plan_desc, part_count);
     FIELD(defrec_plan_desc, targets);
     FIELD(defrec_plan_desc, target_count);
+    FIELD(defrec_plan_desc, target_names);
     FIELD(defrec_plan_info, struct_size);
     FIELD(defrec_plan_info, verdict);
     FIELD(defrec_plan_info, transform);
@@ -519,6 +531,7 @@ int main(void) {
     FIELD(defrec_plan_info, point_count);
     FIELD(defrec_plan_info, deformed);
     FIELD(defrec_plan_info, reserved);
+    FIELD(defrec_plan_info, target_names);
     FIELD(defrec_hand_eye_desc, struct_size);
     FIELD(defrec_hand_eye_desc, flags);
     FIELD(defrec_hand_eye_desc, camera_poses);
@@ -679,6 +692,7 @@ int main(void) {
     VALUE(DEFREC_REASON_PIECE_LOST);
     VALUE(DEFREC_REASON_INTERLACED);
     VALUE(DEFREC_REASON_CONTRADICTED);
+    VALUE(DEFREC_REASON_DISPARITY);
     VALUE(DEFREC_POINT_OBSERVED);
     VALUE(DEFREC_POINT_EXTRAPOLATED);
     VALUE(DEFREC_POINT_UNKNOWN);

@@ -75,6 +75,7 @@ struct HandEyeObject {
 struct PlanObject {
     std::shared_ptr<const Plan> plan;
     std::vector<defrec_plan_part> parts;
+    std::vector<const char*> target_names;
 };
 struct PredictorObject {
     explicit PredictorObject(size_t points) : predictor(points) {}

@@ -36,6 +36,11 @@ PlanData read_plan(const Registration& found, const defrec_plan_desc& desc) {
         expect_given("a part's name", part.name);
         data.parts.push_back({part.name, part.first_triangle, part.triangle_count});
     }
+    if (desc.target_names != nullptr)
+        for (uint64_t i = 0; i < desc.target_count; ++i) {
+            expect_given("a target's name", desc.target_names[i]);
+            data.target_names.emplace_back(desc.target_names[i]);
+        }
     // A point that cannot be placed is refused with the data.
     if (found.deformation.shape && data.fault().empty())
         for (size_t i = 0; i < data.point_count(); ++i) {
@@ -53,6 +58,9 @@ defrec_plan add(std::shared_ptr<const Plan> plan) {
     auto object = std::make_shared<PlanObject>();
     for (const PlanPart& part : plan->data().parts)
         object->parts.push_back({part.name.c_str(), part.first_triangle, part.triangle_count});
+    const std::vector<std::string>& names = plan->data().target_names;
+    object->target_names.assign(plan->data().targets.size() / 3, "");
+    for (size_t i = 0; i < names.size(); ++i) object->target_names[i] = names[i].c_str();
     object->plan = std::move(plan);
     return add_handle<defrec_plan>(std::move(object));
 }
@@ -115,6 +123,7 @@ defrec_status defrec_plan_get(defrec_plan plan, defrec_plan_info* out) {
         info.registration_error_mm = object->plan->registration_error_mm().data();
         info.point_count = object->plan->point_count();
         info.deformed = data.is_deformed() ? 1 : 0;
+        info.target_names = object->target_names.data();
         write_struct(out, info);
     });
 }

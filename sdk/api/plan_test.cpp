@@ -54,6 +54,7 @@ struct Model {
     std::vector<uint32_t> triangles{0, 1, 2, 1, 3, 2};
     std::vector<double> targets;
     std::vector<defrec_plan_part> parts{{"surface", 0, 2}, {"tumour", 1, 1}};
+    std::vector<const char*> target_names{"", "tumour centre"};
 
     Model() {
         for (const double y : {-6.0, 6.0})
@@ -76,6 +77,7 @@ struct Model {
         made.part_count = parts.size();
         made.targets = targets.data();
         made.target_count = targets.size() / 3;
+        made.target_names = target_names.data();
         return made;
     }
 };
@@ -156,6 +158,8 @@ TEST_CASE("a plan at rest") {
     CHECK(std::string(info.parts[1].name) == "tumour");
     CHECK(info.parts[1].first_triangle == 1);
     CHECK(info.triangles[3] == 1);
+    CHECK(std::string(info.target_names[0]).empty());
+    CHECK(std::string(info.target_names[1]) == "tumour centre");
 
     const Model model;
     defrec_registration registration = accepted_registration();
@@ -226,6 +230,8 @@ TEST_CASE("a plan that was saved and loaded is the same") {
     REQUIRE_OK(defrec_plan_save(loaded, copy.c_str()));
     CHECK(bytes_of(path) == bytes_of(copy));
     CHECK(std::string(info_of(loaded).parts[0].name) == "surface");
+    CHECK(std::string(info_of(loaded).target_names[0]).empty());
+    CHECK(std::string(info_of(loaded).target_names[1]) == "tumour centre");
     defrec_job job = tracker.track(1, 0);
     const Moved a = move_plan(job, plan), b = move_plan(job, loaded);
     CHECK(a.xyz == b.xyz);
@@ -331,10 +337,12 @@ TEST_CASE("a plan of a deformed model: its points, their errors, and its file") 
             CHECK(moved.expected_error[i] >= info.registration_error_mm[i]);
         }
     defrec_job_release(job);
-    // A covariance that is none stands six numbers before the end, the parts and the checksum.
+    for (size_t i = 0; i < 2; ++i)  // nobody named them
+        CHECK(std::string(info_of(loaded).target_names[i]).empty());
+    // A covariance that is none stands six numbers before the end: parts, names, the checksum.
     std::string bytes = bytes_of(path);
     const double negative = -1;
-    std::memcpy(bytes.data() + bytes.size() - 8 * (6 + 1 + 1), &negative, sizeof negative);
+    std::memcpy(bytes.data() + bytes.size() - 8 * (6 + 1 + 1 + 1), &negative, sizeof negative);
     write_summed(bad, bytes);
     defrec_plan none = nullptr;
     CHECK(contains(
@@ -374,7 +382,7 @@ TEST_CASE("a plan's file of another template, damaged, cut short or of NaN") {
     std::string other = bytes;
     other[8] = 1;
     write_summed(bad, other);
-    CHECK(contains(refusal(load(), DEFREC_ERROR_VERSION, none), "layout 1, this library reads 2"));
+    CHECK(contains(refusal(load(), DEFREC_ERROR_VERSION, none), "layout 1, this library reads 3"));
     // The transform follows the fingerprint and the verdict.
     constexpr size_t kFirstNumber = 12 + 8 + 64 + 4;
     other = bytes;
@@ -401,6 +409,52 @@ TEST_CASE("a plan's file of another template, damaged, cut short or of NaN") {
     CHECK(contains(defrec_last_error(), "the plan cannot be written"));
     CHECK(bytes_of(path) == bytes);
     defrec_plan_destroy(plan);
+}
+
+TEST_CASE("row 203: names that targets of a plan cannot have") {
+    const PlaneTracker tracker;
+    const Model model;
+    defrec_registration registration = accepted_registration();
+    defrec_plan none = nullptr;
+    const std::string longest(255, 'x'), too_long(256, 'x');
+    const auto create = [&](const char* first, const char* second) {
+        const char* const names[] = {first, second};
+        defrec_plan_desc desc = model.desc();
+        desc.target_names = names;
+        return defrec_plan_create(tracker.surface(), registration, &desc, &none);
+    };
+    const auto refused = [&](const char* first, const char* second) {
+        return refusal(create(first, second), DEFREC_ERROR_ARGUMENT, none);
+    };
+    CHECK(contains(refused("vessel", "vessel"),
+                   "targets[1].name is \"vessel\", which is that of another target"));
+    CHECK(contains(refused("", too_long.c_str()), "targets[1].name has 256 bytes, 0 to 255"));
+    CHECK(contains(refused(nullptr, "vessel"), "a target's name is NULL"));
+    REQUIRE_OK(create(longest.c_str(), ""));
+    CHECK(info_of(none).target_names[0] == longest);
+    defrec_plan_destroy(none);
+    none = nullptr;
+    REQUIRE_OK(create("", ""));
+    // A file of two alike is refused as well.
+    const TemporaryFolder folder;
+    const std::string path = (folder.path() / "named.plan").string();
+    defrec_plan_destroy(none);
+    none = nullptr;
+    REQUIRE_OK(create("vessel a", "vessel b"));
+    REQUIRE_OK(defrec_plan_save(none, path.c_str()));
+    defrec_plan_destroy(none);
+    none = nullptr;
+    std::string bytes = bytes_of(path);
+    bytes[bytes.rfind("vessel b") + 7] = 'a';
+    write_summed(path, bytes);
+    CHECK(contains(
+        refusal(defrec_plan_load(tracker.surface(), path.c_str(), &none), DEFREC_ERROR_IO, none),
+        "which is that of another target"));
+    // More names than targets.
+    bytes[bytes.rfind("vessel a") - 32] = 3;
+    write_summed(path, bytes);
+    refusal(defrec_plan_load(tracker.surface(), path.c_str(), &none), DEFREC_ERROR_IO, none);
+    defrec_registration_destroy(registration);
 }
 
 TEST_CASE("what no plan is made of") {

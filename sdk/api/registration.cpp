@@ -73,8 +73,9 @@ CountedPoints points_of(const TemplateData& surface, bool has_errors) {
         add_values(vertex.position, 3, 0, points.places);
         add_values(vertex.normal, 3, 0, points.normals);
         if (!has_errors)
-            add_values(stereo_covariance(surface.camera, vertex.position), 6, 0,
-                       points.covariances);
+            add_values(
+                stereo_covariance(surface.camera, vertex.position, surface.disparity_sigma_px), 6,
+                0, points.covariances);
     }
     return points;
 }
@@ -111,8 +112,22 @@ void spread(const CountedPoints& points, Registration& found) {
     found.is_inlier = std::move(inliers);
 }
 
+// Covariance of the shift of a template whose disparities are off alike, as the application stated.
+Eigen::Matrix3d shift_of_disparity(const TemplateData& surface, const CountedPoints& points) {
+    const size_t count = points.places.size() / 3;
+    if (surface.disparity_sigma_px == 0 || count == 0) return Eigen::Matrix3d::Zero();
+    const Eigen::Vector3f middle = Eigen::Map<const Eigen::Matrix3Xf>(
+                                       points.places.data(), 3, static_cast<Eigen::Index>(count))
+                                       .rowwise()
+                                       .mean();
+    const std::array<float, 6> values =
+        stereo_covariance(surface.camera, middle.data(), surface.disparity_sigma_px);
+    return symmetric_matrix(values.data());
+}
+
 defrec_registration register_points(const Context& context, const defrec_registration_desc& desc,
-                                    const CountedPoints& points) {
+                                    const CountedPoints& points,
+                                    const Eigen::Matrix3d& seen_shift = Eigen::Matrix3d::Zero()) {
     const ModelSurface model(
         read_array("desc.model_vertices", desc.model_vertices, desc.model_vertex_count, 3),
         read_array("desc.model_triangles", desc.model_triangles, desc.model_triangle_count, 3),
@@ -126,6 +141,7 @@ defrec_registration register_points(const Context& context, const defrec_registr
                                            &context.services())
                         : register_surface(model, seen, options_of(desc), &context.services());
     Services::expect_parallel_success("registering the model");
+    object->found.add_seen_shift(seen_shift);
     spread(points, object->found);
     object->model = model.findings();
     object->model_has_outside = model.has_outside();
@@ -241,7 +257,9 @@ defrec_status defrec_registration_from_template(defrec_context context, defrec_t
         if (given.seen_count != 0)
             fail(DEFREC_ERROR_ARGUMENT, "desc.seen_count is ", given.seen_count,
                  "; the template's vertices are the points that were seen, 0 expected");
-        *out = register_points(*owner, given, points_of(object->surface->data(), has_error));
+        const TemplateData& data = object->surface->data();
+        const CountedPoints points = points_of(data, has_error);
+        *out = register_points(*owner, given, points, shift_of_disparity(data, points));
     });
 }
 

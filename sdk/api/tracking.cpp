@@ -69,6 +69,36 @@ void expect_field(uint32_t field, const std::array<FrameImage, 2>& views) {
                  " for an image in a defrec_memory; fields are taken of host pixels alone");
 }
 
+GivenDisparity read_disparity(const defrec_disparity* given, const Rig& rig,
+                              const FrameImage& ignore) {
+    const auto disparity = read_struct<defrec_disparity>("disparity", given);
+    if (disparity.flags != 0)
+        fail(DEFREC_ERROR_ARGUMENT, "disparity.flags is ", disparity.flags, ", 0 expected");
+    if (disparity.width != rig.width() || disparity.height != rig.height())
+        fail(DEFREC_ERROR_ARGUMENT, "disparity: ", disparity.width, " x ", disparity.height,
+             " pixels given, the rectified image has ", rig.width(), " x ", rig.height());
+    expect_given("disparity.disparity", disparity.disparity);
+    constexpr uint64_t kMaxStride = 1 << 20;
+    const uint64_t row = uint64_t{disparity.width} * sizeof(float),
+                   stride = disparity.stride != 0 ? disparity.stride : row;
+    if (stride < row || stride > kMaxStride || stride % sizeof(float) != 0)
+        fail(DEFREC_ERROR_ARGUMENT, "disparity.stride is ", disparity.stride,
+             " bytes, a multiple of 4 from ", row, " to ", kMaxStride, " expected");
+    for (const float* array : {disparity.disparity, disparity.sigma}) {
+        const auto address = reinterpret_cast<uintptr_t>(array);
+        if (address % alignof(float) != 0 || address > UINTPTR_MAX - stride * disparity.height)
+            fail(DEFREC_ERROR_ARGUMENT, "disparity: no array of floats can lie at its address");
+    }
+    const GivenDisparity read{disparity.disparity, disparity.sigma, stride, disparity.sigma_px};
+    if (const std::string fault = fault_of(read, rig.width(), rig.height()); !fault.empty())
+        fail(DEFREC_ERROR_ARGUMENT, "disparity: ", fault);
+    if (ignore.memory != nullptr)
+        fail(DEFREC_ERROR_UNSUPPORTED,
+             "frame.disparity is given with an ignore in a defrec_memory; with one of host pixels "
+             "alone it is taken");
+    return read;
+}
+
 // begin: of the call that the time counts from.
 FrameInput::Clock::time_point read_deadline(uint64_t deadline_ns,
                                             FrameInput::Clock::time_point begin) {
@@ -112,6 +142,8 @@ FrameInput read_frame(const defrec_frame* given, const Tracker& tracker) {
     if (frame.ignore != nullptr)
         input.ignore = read_frame_image("ignore", frame.ignore, DEFREC_FORMAT_GRAY8,
                                         tracker.rig().width(), tracker);
+    if (frame.disparity != nullptr)
+        input.given_disparity = read_disparity(frame.disparity, tracker.rig(), input.ignore);
     if ((frame.flags & DEFREC_FRAME_HELD_MOTION) != 0)
         input.held_motion = read_motion("held_motion", frame.held_motion);
     if ((frame.flags & DEFREC_FRAME_CAMERA_POSE) != 0)

@@ -60,6 +60,7 @@ inline constexpr EnumeratorName kReasonNames[] = {
     {DEFREC_REASON_PIECE_LOST, "piece-lost"},
     {DEFREC_REASON_INTERLACED, "interlaced"},
     {DEFREC_REASON_CONTRADICTED, "contradicted"},
+    {DEFREC_REASON_DISPARITY, "disparity"},
 };
 inline constexpr uint32_t kEveryStage =  // in stages of defrec_device_info
     1u << DEFREC_STAGE_RECTIFY |
@@ -80,5 +81,6 @@ inline constexpr uint32_t kDegradingReasons =  // a frame that is found, by thei
     DEFREC_REASON_CALIBRATION |
     DEFREC_REASON_COARSE |
     DEFREC_REASON_UNCHECKED |
-    DEFREC_REASON_INTERLACED;
+    DEFREC_REASON_INTERLACED |
+    DEFREC_REASON_DISPARITY;
 }  // namespace defrec

@@ -95,6 +95,18 @@ void submit(World& world) {
     frame.flags = world.input.number<uint32_t>(0, 3);
     frame.left = &images[0];
     frame.right = world.input.flag() ? &images[1] : &images[0];
+    std::vector<float> px;
+    defrec_disparity disparity;
+    DEFREC_INIT(&disparity);
+    if (world.input.flag()) {
+        px.assign(size_t{kWidth} * kHeight, static_cast<float>(world.number()));
+        disparity.width = kWidth;
+        disparity.height = kHeight;
+        disparity.disparity = px.data();
+        disparity.sigma_px = static_cast<float>(world.number());
+        if (world.input.flag()) disparity.sigma = px.data();
+        frame.disparity = &disparity;
+    }
     defrec_job job = nullptr;
     if (defrec_tracker_submit(world.any(world.trackers), &frame, &job) == DEFREC_OK)
         world.jobs.push_back(job);

@@ -96,6 +96,8 @@ void check(const defrec_plan_info& info) {
         require(std::strlen(part.name) > 0 && part.first_triangle <= info.triangle_count &&
                 part.triangle_count <= info.triangle_count - part.first_triangle);
     }
+    for (uint64_t i = 0; i < info.target_count; ++i)
+        require(std::strlen(info.target_names[i]) <= 255);
     for (uint64_t i = 0; i < info.point_count; ++i) {
         require(info.registration_error_mm[i] >= 0);
         for (uint64_t k = 0; k < 3; ++k) require(std::isfinite(info.template_xyz[3 * i + k]));

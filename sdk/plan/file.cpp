@@ -10,7 +10,7 @@ namespace defrec {
 namespace {
 
 constexpr BinaryFileKind kPlanFile = {
-    "plan", {'d', 'e', 'f', 'r', 'e', 'c', 'P', '\n'}, 2, uint64_t{1} << 28};
+    "plan", {'d', 'e', 'f', 'r', 'e', 'c', 'P', '\n'}, 3, uint64_t{1} << 28};
 
 template <class Value>
 void add_bytes(Sha256& sum, std::span<const Value> values) {
@@ -59,6 +59,8 @@ void Plan::save(const char* path) const {
         writer.value(part.first_triangle);
         writer.value(part.triangle_count);
     }
+    writer.value(static_cast<uint64_t>(data_.target_names.size()));
+    for (const std::string& name : data_.target_names) writer.text(name);
     writer.save(path);
 }
 
@@ -77,6 +79,11 @@ std::shared_ptr<const Plan> Plan::load(std::shared_ptr<const Template> surface, 
         reader.value(part.first_triangle);
         reader.value(part.triangle_count);
     }
+    uint64_t names = 0;
+    const uint64_t targets = data.targets.size() / 3;
+    reader.value(names);
+    if (names > targets) reader.broken("its number of names is out of range");
+    for (uint64_t i = 0; i < names; ++i) data.target_names.push_back(reader.text());
     reader.expect_end();
     if (data.verdict < RegistrationVerdict::kRegistered ||
         data.verdict >= RegistrationVerdict::kFailed)

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 
 #include "backends/shared/motion.hpp"
 #include "sdk/base/os/helped_loop.hpp"
@@ -100,14 +101,37 @@ std::string fault_of_places(const PlanData& data) {
     return {};
 }
 
+std::string fault_of_name(const std::string& name, const char* list, size_t index,
+                          size_t min_bytes) {
+    if (name.size() < min_bytes || name.size() > decisions::PlanRegistration::kMaxNameBytes)
+        return concat(list, "[", index, "].name has ", name.size(), " bytes, ", min_bytes, " to ",
+                      decisions::PlanRegistration::kMaxNameBytes, " expected");
+    if (name.find('\0') != std::string::npos)
+        return concat(list, "[", index, "].name has a zero byte");
+    return {};
+}
+
+// An application finds a target by its name.
+std::string fault_of_target_names(const std::vector<std::string>& names, size_t targets) {
+    if (names.empty()) return {};
+    if (names.size() != targets)
+        return concat("there are ", names.size(), " names of targets, ", targets, " expected");
+    std::unordered_set<std::string_view> known;
+    for (size_t i = 0; i < names.size(); ++i) {
+        if (std::string found = fault_of_name(names[i], "targets", i, 0); !found.empty())
+            return found;
+        if (!names[i].empty() && !known.insert(names[i]).second)
+            return concat("targets[", i, "].name is \"", names[i],
+                          "\", which is that of another target");
+    }
+    return {};
+}
+
 std::string fault_of_parts(const std::vector<PlanPart>& parts, uint64_t triangles) {
     for (size_t i = 0; i < parts.size(); ++i) {
         const PlanPart& part = parts[i];
-        if (part.name.empty() || part.name.size() > decisions::PlanRegistration::kMaxNameBytes)
-            return concat("parts[", i, "].name has ", part.name.size(), " bytes, 1 to ",
-                          decisions::PlanRegistration::kMaxNameBytes, " expected");
-        if (part.name.find('\0') != std::string::npos)
-            return concat("parts[", i, "].name has a zero byte");
+        if (std::string found = fault_of_name(part.name, "parts", i, 1); !found.empty())
+            return found;
         if (part.first_triangle > triangles ||
             part.triangle_count > triangles - part.first_triangle)
             return concat("parts[", i, "] has ", part.triangle_count, " triangles from ",
@@ -157,6 +181,8 @@ std::string PlanData::fault() const {
         if (vertex >= vertex_count)
             return concat("a triangle has vertex ", vertex, ", there are ", vertex_count);
     if (std::string found = fault_of_parts(parts, triangles.size() / 3); !found.empty())
+        return found;
+    if (std::string found = fault_of_target_names(target_names, targets.size() / 3); !found.empty())
         return found;
     if (std::string found = fault_of_pose(pose); !found.empty()) return found;
     if (std::string found = fault_of_covariance(covariance); !found.empty()) return found;

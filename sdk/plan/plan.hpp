@@ -27,7 +27,8 @@ struct PlanData {
     std::vector<float> vertices;                   // xyz each
     std::vector<uint32_t> triangles;               // three vertices each
     std::vector<PlanPart> parts;
-    std::vector<double> targets;  // xyz each
+    std::vector<double> targets;            // xyz each
+    std::vector<std::string> target_names;  // of each, "": none; or empty: none has one
     // Places of the points by a registration that deformed the model, xyz, mm, template frame, and
     // six values of the covariance of its error, xx, xy, xz, yy, yz, zz, mm^2. Both empty: pose and
     // covariance say it.

@@ -70,6 +70,8 @@ struct Registration {
     // Covariance of the twist about the frame's origin that the true pose has after `pose`, see
     // place_shift: turn in rad about x, y, z, then shift in mm.
     TwistMatrix covariance = TwistMatrix::Zero();
+    // The part of it that a shift of all that was seen has, mm^2, which residuals do not show.
+    Eigen::Matrix3d seen_shift = Eigen::Matrix3d::Zero();
     std::vector<FreeMotion> free;
     RegistrationResiduals residuals;
     std::vector<RegistrationAlternative> alternatives;  // those that fit nearly as well first
@@ -79,8 +81,16 @@ struct Registration {
     std::vector<uint8_t> is_inlier;
     ModelDeformation deformation;
 
+    void add_seen_shift(const Eigen::Matrix3d& shift_covariance) {
+        seen_shift += shift_covariance;
+        covariance.bottomRightCorner<3, 3>() += shift_covariance;
+    }
     PlacedPoint placed(const Eigen::Vector3d& model_place) const {
-        if (deformation.shape) return deformation.shape->placed(pose, model_place);
+        if (deformation.shape) {
+            PlacedPoint point = deformation.shape->placed(pose, model_place);
+            point.covariance += seen_shift;
+            return point;
+        }
         const Eigen::Vector3d place = pose * model_place;
         return {place, target_covariance(covariance, place)};
     }

@@ -126,6 +126,7 @@ std::optional<TemplateData> capture_template(const CaptureInput& input) {
     data.width = input.width;
     data.height = input.height;
     data.camera = input.camera;
+    data.disparity_sigma_px = input.disparity_sigma_px;
     const size_t pieces = fit_surface(input, data.grid);
     if (pieces == 0) return std::nullopt;
     place_nodes(data, pieces, input.node_spacing_px);

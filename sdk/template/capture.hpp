@@ -13,6 +13,7 @@ struct CaptureInput {
     const uint8_t* gray = nullptr;       // rectified left image, width * height
     const uint8_t* mask = nullptr;       // 255 usable
     const int16_t* disparity = nullptr;  // 1/16 px
+    float disparity_sigma_px = 0;        // as TemplateData has it
     std::span<const defrec_feature> features;
     double vertex_spacing_px = 8;
     double node_spacing_px = 40;

@@ -61,6 +61,8 @@ struct TemplateSurface {
     static constexpr double kMinDisparity = 0.8;
     // of the largest measured disparity | nor a larger one | set by hand
     static constexpr double kMaxDisparity = 1.25;
+    // px | the largest standard deviation of disparity that an application may state | set by hand
+    static constexpr float kMaxSigma = 100;
 };
 
 // The pieces of the surface.

@@ -20,7 +20,7 @@ namespace defrec {
 namespace {
 
 constexpr BinaryFileKind kTemplateFile = {
-    "template", {'d', 'e', 'f', 'r', 'e', 'c', 'T', '\n'}, 1, uint64_t{1} << 30};
+    "template", {'d', 'e', 'f', 'r', 'e', 'c', 'T', '\n'}, 2, uint64_t{1} << 30};
 
 // Calls visit for every member, in the file's order; the same for reading and writing.
 template <class Data, class Visit>
@@ -36,6 +36,7 @@ void visit_scalars(Data& data, Visit&& visit) {
     visit(data.node_grid.spacing_u);
     visit(data.node_grid.spacing_v);
     visit(data.node_spacing_mm);
+    visit(data.disparity_sigma_px);
 }
 template <class Data, class Visit>
 void visit_arrays(Data& data, Visit&& visit) {
@@ -226,6 +227,9 @@ const char* fault_of_images(const TemplateData& data) {
         !std::isfinite(camera.cx) || !std::isfinite(camera.cy) ||
         !std::isfinite(camera.disparity_offset_px))
         return "its camera is impossible";
+    if (!(data.disparity_sigma_px >= 0 &&
+          data.disparity_sigma_px <= decisions::TemplateSurface::kMaxSigma))
+        return "the standard deviation of its disparity is out of range";
     return nullptr;
 }
 

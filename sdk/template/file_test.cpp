@@ -193,7 +193,7 @@ TEST_CASE("a file of another layout is refused by its number") {
     defrec::Template(square()).save(path.c_str());
     auto bytes = defrec::test::read_file(path);
     const defrec::test::TestContext context;
-    for (const unsigned char layout : {0, 2, 255}) {
+    for (const unsigned char layout : {0, 1, 3, 255}) {
         bytes[8] = layout;
         defrec::test::write_file(path, bytes);
         CAPTURE(layout);
@@ -201,7 +201,7 @@ TEST_CASE("a file of another layout is refused by its number") {
         CHECK(defrec_template_load(context.get(), path.c_str(), &loaded) == DEFREC_ERROR_VERSION);
         CHECK(loaded == nullptr);
         CHECK(defrec::test::contains(defrec_last_error(), "has layout " + std::to_string(layout) +
-                                                              ", this library reads 1"));
+                                                              ", this library reads 2"));
     }
 }
 

@@ -392,7 +392,11 @@ Growth Grower::grow(size_t max_vertices) {
 
 Growth grow_template(const TemplateData& data, const FoundFrame& earlier, const FoundFrame& now,
                      size_t max_vertices) {
-    return Grower(data, earlier, now).grow(max_vertices);
+    Growth growth = Grower(data, earlier, now).grow(max_vertices);
+    growth.data.disparity_sigma_px =
+        std::max({data.disparity_sigma_px, earlier.images.disparity_sigma_px,
+                  now.images.disparity_sigma_px});
+    return growth;
 }
 
 void extend_motions(const std::vector<float>& nodes, std::span<const NearestNodes> anchors,

@@ -84,6 +84,9 @@ struct TemplateData {
     SurfaceGrid grid;
     NodeGrid node_grid;
     double node_spacing_mm = 0;  // median distance between neighbouring control points
+    // Standard deviation of the disparity that it was captured with where an application gave that;
+    // 0: stage stereo measured it.
+    float disparity_sigma_px = 0;
     std::vector<defrec_surface_point> vertices;
     std::vector<float> vertex_support;  // px to the nearest measured disparity, per vertex
     std::vector<uint32_t> triangles;

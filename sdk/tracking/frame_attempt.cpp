@@ -28,6 +28,7 @@ void FrameAttempt::begin(const TrackedSurface& surface, const RegistrationPlan& 
     plan_ = plan;
     time_ = time;
     quality = {};
+    given_error_px = 0;
     const TemplateData& data = surface.data();
     result.surface = surface.surface();
     result.vertices.resize(3 * data.vertices.size());

@@ -57,6 +57,7 @@ class FrameAttempt {
 
     FrameQuality quality;
     FrameResult result;
+    float given_error_px = 0;  // of DisparityCheck
 
   private:
     class Measuring;

@@ -13,7 +13,8 @@ namespace defrec {
 FrameQueue::FrameQueue(const std::shared_ptr<const Device>& device,
                        std::shared_ptr<JobMonitor> monitor, const Rig& rig,
                        const TrackerSettings& settings)
-    : height_(rig.height()),
+    : rig_(rig),
+      height_(rig.height()),
       width_(rig.width()),
       format_(settings.format),
       helpers_(device->has_host_memory() ? &device->services() : nullptr),
@@ -40,6 +41,10 @@ std::shared_ptr<TrackerJob> FrameQueue::submit(FrameInput input) {
     };
     const KeptImage images[] = {
         view(0), view(1), {input.ignore, DEFREC_FORMAT_GRAY8, width_, job->ignore.as<uint8_t>()}};
+    if (input.given_disparity.values != nullptr)
+        input.disparity =
+            keep_disparity(input.given_disparity, rig_, input.ignore, job->disparity, job->sigma);
+    input.given_disparity = {};
     keep_pixels(images, height_, copying_, helpers_, reserved.is_idle);
     job->input = std::move(input);
 

@@ -58,6 +58,7 @@ class FrameQueue {
     void check_timestamp(int64_t timestamp_ns);
     std::unique_lock<std::mutex> await_frame();
 
+    const Rig& rig_;
     const uint32_t height_, width_, format_;
     const Services* helpers_;  // whose threads copy pixels as well; may be null
     const std::shared_ptr<JobMonitor> monitor_;

@@ -18,6 +18,8 @@ TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor,
                        bool keep_disparity, bool grows)
     : monitor(std::move(job_monitor)),
       views{HostMemory(device, pixels), HostMemory(device, pixels)},
+      disparity(ContextAllocator<int16_t>(monitor->device.services())),
+      sigma(ContextAllocator<float>(monitor->device.services())),
       views_in_device{views[0].as_buffer(), views[1].as_buffer()},
       memory(device, keep_disparity ? pixels : 0),
       device_(device),
@@ -30,6 +32,8 @@ TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor,
 void TrackerJob::make_room(const FrameInput& coming) {
     if (coming.ignore.pixels != nullptr && ignore.size() == 0)
         ignore = HostMemory(device_, pixels_);
+    if (coming.given_disparity.values != nullptr) disparity.resize(pixels_);
+    if (coming.given_disparity.sigma != nullptr) sigma.resize(pixels_);
 }
 
 void TrackerJob::make_room(const TemplateData& data) {

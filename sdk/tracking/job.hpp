@@ -69,6 +69,9 @@ class TrackerJob final : public Job {
 
     HostMemory views[2], ignore;  // gray copies of host pixels, tight rows; of a view in memory,
                                   // its rectified pixels
+    // Disparity of the application and its errors; empty before the first.
+    ContextVector<int16_t> disparity;
+    ContextVector<float> sigma;
     // Views' where the device is the processor, else empty.
     DeviceBuffer views_in_device[2];
     FrameInput input;  // its host pixels are these copies

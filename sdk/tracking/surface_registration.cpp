@@ -197,8 +197,9 @@ void SurfaceRegistration::capture_and_register(Frame& frame) {
         const bool is_captured = capture(frame);
         if (!surface_.has_template()) return conclude_without_template(frame);
         FrameAttempt& attempt = register_surface(frame);
-        if (frame.is_first && !attempt.quality.found) {
-            frame.reasons |= DEFREC_REASON_LOW_CONTRAST;
+        const bool is_wrong = is_captured && (frame.reasons & DEFREC_REASON_DISPARITY) != 0;
+        if (is_wrong || (frame.is_first && !attempt.quality.found)) {
+            if (!is_wrong) frame.reasons |= DEFREC_REASON_LOW_CONTRAST;
             surface_.recapture();
             give_up_template(frame);
             return refuse_hiding_mask(frame);
@@ -333,6 +334,7 @@ FrameAttempt& SurfaceRegistration::register_surface(Frame& frame) {
     if (pipeline_.solved_part() &&
         (!attempt->quality.found || !pipeline_.solved_all_seen(frame.job.memory.output.motions)))
         attempt = &attempt_whole_map(frame, attempt->plan());
+    check_given_disparity(frame, *attempt);
     commit_rig(frame, *attempt);
     is_depth_spoilt_ = !frame.spoils_rows && surface_.is_tracking() && lag_spoils_depth(frame.job);
     if (is_depth_spoilt_ && attempt->plan().uses_depth && !frame.captures)
@@ -340,6 +342,7 @@ FrameAttempt& SurfaceRegistration::register_surface(Frame& frame) {
     else if (!frame.captures && surface_.is_tracking() && attempt->result.evidence.confirms_few() &&
              wide_search_.is_due())
         attempt = &attempt_widely(frame, *attempt);
+    if (attempt == &attempts_[1]) check_given_disparity(frame, *attempt);
     if (!frame.spoils_rows || frame.left_is_frozen) find_stale_parts(frame, *attempt);
     if (changes_.departed().share() > decisions::Departure::kMaxShare)
         attempt->quality.add(DEFREC_REASON_LARGE_RESIDUAL);
@@ -453,7 +456,8 @@ FrameAttempt& SurfaceRegistration::finish(Frame& frame, RegisteredFrame register
 
 void SurfaceRegistration::commit_rig(Frame& frame, FrameAttempt& attempt) {
     FrameQuality& quality = attempt.quality;
-    if (frame.spoils_rows) {
+    // A surface that was led to a wrong depth looks like a rig that is wrong.
+    if (frame.spoils_rows || (quality.reasons & DEFREC_REASON_DISPARITY) != 0) {
         rig_monitor_.skip_frame();
         quality.degraded = true;
         return;
@@ -461,7 +465,9 @@ void SurfaceRegistration::commit_rig(Frame& frame, FrameAttempt& attempt) {
     if (!quality.found || !rig_monitor_.is_on()) return;
     // Nothing moves in the picture of the frame before, and it has been measured.
     if (!is_frozen(frame.reasons)) {
+        // Those of the application tell of no rig; check_given_disparity looks at them.
         const bool shows_disparities = surface_.is_tracking() && attempt.plan().uses_depth &&
+                                       !frame.job.input.disparity.given() &&
                                        attempt.plan().quality_level == QualityLevel::kFull;
         rig_monitor_.commit(attempt.rig(), shows_disparities
                                                ? RigMonitor::Disparities::kCount
@@ -469,6 +475,17 @@ void SurfaceRegistration::commit_rig(Frame& frame, FrameAttempt& attempt) {
         frame.rig_estimate = rig_monitor_.estimate();
     }
     quality.add(rig_monitor_.reasons());
+}
+
+void SurfaceRegistration::check_given_disparity(const Frame& frame, FrameAttempt& attempt) const {
+    const KeptDisparity& given = frame.job.input.disparity;
+    const RegistrationPlan& plan = attempt.plan();
+    if (!given.given() || !attempt.quality.found || !rig_monitor_.is_on() || frame.spoils_rows ||
+        !plan.uses_depth || plan.quality_level == QualityLevel::kUnchecked)
+        return;
+    const DisparityCheck check = check_disparity(surface_.data(), frame.job.memory.output, given);
+    attempt.given_error_px = check.error_px;
+    if (check.disagrees) attempt.quality.add(DEFREC_REASON_DISPARITY);
 }
 
 // Whether depth errs more by what moved between the views' times than it does when the left image

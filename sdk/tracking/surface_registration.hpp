@@ -15,6 +15,7 @@
 #include "sdk/tracking/frame_queue.hpp"
 #include "sdk/tracking/map/map_growth.hpp"
 #include "sdk/tracking/monitors/backoff.hpp"
+#include "sdk/tracking/monitors/disparity_check.hpp"
 #include "sdk/tracking/monitors/image_check.hpp"
 #include "sdk/tracking/monitors/stale_vertices.hpp"
 #include "sdk/tracking/monitors/template_trial.hpp"
@@ -102,6 +103,8 @@ class SurfaceRegistration {
     FrameAttempt& finish(Frame& frame, RegisteredFrame registered, FrameAttempt& attempt);
     void commit_rig(Frame& frame, FrameAttempt& attempt);
     bool lag_spoils_depth(const TrackerJob& job) const;
+    // Disparity of the application against both images.
+    void check_given_disparity(const Frame& frame, FrameAttempt& attempt) const;
     void find_stale_parts(const Frame& frame, FrameAttempt& attempt);
     void look_for_swapped_views(Frame& frame);
     bool correct_rig();

@@ -337,7 +337,12 @@ namespace Defrec
         /// Depth agrees on more than a twentieth of the surface in the image where the left image
         /// shows something else: tissue slid, left or changed, or something lies on it.
         /// </summary>
-        Contradicted = 1u << 24
+        Contradicted = 1u << 24,
+        /// <summary>
+        /// The disparity that the application gave is not where left and right image show the same
+        /// tissue.
+        /// </summary>
+        Disparity = 1u << 25
     }
 
     /// <summary>Status of a vertex or point.</summary>

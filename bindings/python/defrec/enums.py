@@ -311,6 +311,9 @@ class Reason(IntFlag):
     CONTRADICTED = 16777216
     """Depth agrees on more than a twentieth of the surface in the image where the left image shows
     something else: tissue slid, left or changed, or something lies on it."""
+    DISPARITY = 33554432
+    """The disparity that the application gave is not where left and right image show the same
+    tissue."""
 
 
 class PointStatus(OpenEnum):

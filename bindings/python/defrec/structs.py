@@ -846,6 +846,32 @@ class MemoryDesc(Struct):
     """Bytes."""
 
 
+@c_struct("defrec_disparity")
+class Disparity(Struct):
+    """Disparity of the rectified left image that the application has measured, by a learned stereo
+    network or a depth camera say: it takes the place of stage stereo. docs/api/disparity.md is the
+    guide."""
+
+    struct_size: U32
+    flags: U32
+    """0."""
+    width: U32
+    """Width and height of the rectified image, see defrec_rig_info, px."""
+    height: U32
+    """Width and height of the rectified image, see defrec_rig_info, px."""
+    stride: U64
+    """Bytes from row to row of both arrays, a multiple of 4; 0: width * 4."""
+    disparity: Address
+    """Per pixel, px, 0..2000; 0: none there. It is rounded to 1 / DISPARITY_ONE."""
+    sigma: Address
+    """Per pixel that has disparity: standard deviation of the error that it shares with the pixels
+    around it, px, 0.001..100; None: sigma_px at all of them."""
+    sigma_px: F32
+    """Likewise, of all pixels; 0 with sigma. Noise that differs from pixel to pixel is no part of
+    it: the surface averages it, and what is left shows in the residuals, px."""
+    reserved: U32
+
+
 @c_struct("defrec_frame")
 class Frame(Struct):
     """A pair of images."""
@@ -881,6 +907,10 @@ class Frame(Struct):
     """Field: the rows of both images that are of this frame's time. The others are not read but
     interpolated, so rig, template and results are of whole images. An interlaced image is submitted
     twice, once for each field in the order of their times, half a frame period apart."""
+    reserved: U32
+    disparity: Address
+    """None: stage stereo measures it. Copied before defrec_tracker_submit() returns. It is compared
+    with both images: Reason.DISPARITY."""
 
 
 @c_struct("defrec_stage_time")
@@ -1365,6 +1395,9 @@ class PlanDesc(Struct):
     """xyz each."""
     target_count: U64
     """Number of targets; 0 to 1000000."""
+    target_names: Address
+    """Name of each, UTF-8, at most 255 bytes; "" for one without, else no two alike. None: none has
+    one."""
 
 
 @c_struct("defrec_plan_info")
@@ -1404,6 +1437,8 @@ class PlanInfo(Struct):
     deformed: U32
     """1: the registration deformed the model: template_xyz is not what transform makes of it."""
     reserved: U32
+    target_names: Address
+    """Name of each target; "" for one without."""
 
 
 @c_struct(

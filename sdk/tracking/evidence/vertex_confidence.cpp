@@ -238,7 +238,8 @@ class ConfidenceEstimate {
     // What is seen of a vertex itself.
     void look_at(size_t i) const {
         const float per_px = depth_per_px(camera_, samples_[i].position[2]);
-        const RigDoubt::Doubt doubt = rig_.at(evidence_, i);
+        RigDoubt::Doubt doubt = rig_.at(evidence_, i);
+        add_given_doubt(i, doubt);
         confidence_.rig_px2[i] = doubt.px2;
         const unsigned stale =
             evidence_.stale_views.empty() ? 0u : unsigned{evidence_.stale_views[i]};
@@ -264,6 +265,28 @@ class ConfidenceEstimate {
     }
 
   private:
+    // What disparity of the application leaves open in place of that of stage stereo.
+    void add_given_doubt(size_t i, RigDoubt::Doubt& doubt) const {
+        const KeptDisparity& given = evidence_.given_disparity;
+        if (!given.given() || !evidence_.uses_depth) return;
+        const float sigma = sigma_at(i), error = evidence_.given_error_px;
+        doubt.px2 += sigma * sigma - Share::kDisparityShare + error * error;
+        doubt.shown_px2 += error * error;
+    }
+    // px; of a vertex where there is no disparity that of the whole image.
+    float sigma_at(size_t i) const {
+        const KeptDisparity& given = evidence_.given_disparity;
+        if (given.sigma == nullptr || samples_[i].observation == DEFREC_OUTSIDE)
+            return given.sigma_px;
+        const float* p = samples_[i].position;
+        const int64_t x = std::llround(camera_.cx + camera_.fx * p[0] / p[2]),
+                      y = std::llround(camera_.cy + camera_.fy * p[1] / p[2]),
+                      width = model_.data->width, height = model_.data->height;
+        if (x < 0 || y < 0 || x >= width || y >= height) return given.sigma_px;
+        const float sigma = given.sigma[y * width + x];
+        return sigma > 0 ? sigma : given.sigma_px;
+    }
+
     static constexpr size_t kFew = 64;
     using Few = Eigen::Array<float, Eigen::Dynamic, 1, 0, kFew, 1>;
     using Values = Eigen::Map<const Eigen::ArrayXf>;

@@ -10,6 +10,7 @@
 #include "backends/shared/motion.hpp"
 #include "sdk/tracking/evidence/map_distance.hpp"
 #include "sdk/tracking/evidence/photometric_evidence.hpp"
+#include "sdk/tracking/frame/given_disparity.hpp"
 #include "sdk/tracking/frame/rig_estimate.hpp"
 
 namespace defrec {
@@ -72,6 +73,10 @@ struct FrameEvidence {
     std::span<const uint8_t> stale_views = {};
     // Per vertex, mm: SlipMonitor::doubts(). Shorter in the frame in which tissue joins.
     std::span<const float> slip_doubts = {};
+    // Disparity of the application, by which the surface was followed; and how far off the images
+    // show it, px.
+    KeptDisparity given_disparity = {};
+    float given_error_px = 0;
 };
 // How far a vertex moved in the image, px^2.
 float squared_step(const defrec_camera& camera, const defrec_surface_sample& from,

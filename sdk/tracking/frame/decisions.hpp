@@ -714,6 +714,31 @@ struct Zoom {
     static constexpr double kPure = 0.5;
 };
 
+// Disparity that the application gives: what it may hold, and when it is not that of the images.
+struct GivenDisparity {
+    // px | the largest one | int16 in 1/16 px
+    static constexpr float kMax = 2000;
+    // px | the least standard deviation that may be stated | a fiftieth of the rounding
+    static constexpr float kMinSigma = 0.001f;
+    // px | round a patch, of which the mean is compared: noise of single pixels averages out | set
+    //   by hand
+    static constexpr int64_t kRadius = 2;
+    // patches | with disparity and found in the left view; where there are fewer, nothing disagrees
+    //   | set by hand
+    static constexpr size_t kMinPatches = 24;
+    // share of these | that the right view must show near where the surface has them | set by hand
+    static constexpr double kMinFound = 0.3;
+    // px | median of the differences; a smaller one is none | at most 0.34 with the disparity of
+    //   stage stereo
+    static constexpr double kMinError = 0.75;
+    // standard deviations as stated | likewise | set by hand
+    static constexpr double kSigmas = 2;
+    // standard deviations | in a median of absolute values | of a normal distribution
+    static constexpr double kDeviation = 1.4826;
+    // px | the error where too few are found | how far they are searched
+    static constexpr float kUnfoundError = 16;
+};
+
 // ---- the template changes -----------------------------------------------------------------------
 
 // Which frames are looked at for new tissue.

@@ -8,6 +8,8 @@
 #include <optional>
 #include <span>
 
+#include "sdk/tracking/frame/given_disparity.hpp"
+
 namespace defrec {
 
 class DeviceBuffer;  // device.hpp
@@ -31,6 +33,8 @@ struct FrameInput {
     uint32_t field = 0;                           // DEFREC_FIELD_*
     std::array<FrameImage, 2> views;              // left, right
     FrameImage ignore;                            // may be missing
+    GivenDisparity given_disparity;               // of the caller, until it is kept
+    KeptDisparity disparity;                      // may be missing
     std::shared_ptr<const DeviceBuffer> samples;  // where the surface is left as well; may be null
     using Clock = std::chrono::steady_clock;
     Clock::time_point deadline = Clock::time_point::max();      // of the job

@@ -167,6 +167,7 @@ void check_front(const FrontImages& images, uint32_t width, uint32_t height, uin
                          (feature.level >= kMaxLevels ? 1u : 0u) |
                          (feature.angle >= DEFREC_ORB_ANGLE_BINS ? 1u : 0u);
               });
+    if (images.given_sigma_px > 0) return;  // it was checked as it was given
     // Ranges are searched in twos, at half resolution: an odd one may be left by one more.
     const auto end = static_cast<int32_t>(DEFREC_DISPARITY_ONE *
                                           (max_range.min_disparity + max_range.disparities + 2));

@@ -147,7 +147,7 @@ void Pipeline::log_range() const {
 }
 
 void Pipeline::find_range(ObservedFrame& frame) {
-    if (template_ != nullptr || settings_.disparities != 0 ||
+    if (template_ != nullptr || settings_.disparities != 0 || frame.task_.input.disparity.given() ||
         plausible_range_ == widest_search_range(plausible_range_))
         return;
     const Observation& o = *frame.observation_;
@@ -248,6 +248,7 @@ Pipeline::Uploaded Pipeline::upload_images(ObservedFrame& frame) {
     const Uploaded images{{upload(uploads, input.views[0], o.raw[0], pixels),
                            upload(uploads, input.views[1], o.raw[1], pixels)},
                           ignored};
+    if (input.disparity.given()) write_given_disparity(frame, uploads);
     if (&uploads != &queue_) uploads.finish();  // the queue does not wait for another
     frame.timer_.end("upload");
     return images;
@@ -271,11 +272,24 @@ void Pipeline::rectify(ObservedFrame& frame, const Uploaded& images) {
     frame.timer_.end("rectify");
 }
 
-void Pipeline::find_disparity_and_features(ObservedFrame& frame) {
+void Pipeline::write_given_disparity(const ObservedFrame& frame, Queue& queue) {
+    const DeviceBuffer& disparity = frame.observation_->disparity;
+    queue.write_in_place(disparity, frame.task_.input.disparity.values, disparity.size());
+}
+
+void Pipeline::find_disparity(ObservedFrame& frame) {
+    if (frame.task_.input.disparity.given()) return write_given_disparity(frame, queue_);
     Observation& o = *frame.observation_;
     stereo().enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
                      {&o.disparity, nullptr});
-    frame.timer_.end("stereo");
+}
+
+void Pipeline::find_disparity_and_features(ObservedFrame& frame) {
+    Observation& o = *frame.observation_;
+    if (!frame.task_.input.disparity.given()) {  // else it came with the images
+        find_disparity(frame);
+        frame.timer_.end("stereo");
+    }
     orb_->enqueue(queue_, {&o.gray[0], &o.mask[0]}, {&o.feature_count, &o.features});
 }
 
@@ -300,6 +314,8 @@ void Pipeline::forget(ObservedFrame frame) {
 void Pipeline::read_front(const ObservedFrame& frame, FrontImages& images) {
     const Observation& o = *frame.observation_;
     const size_t pixels = size_t{rig_->width()} * rig_->height();
+    const KeptDisparity& given = frame.task_.input.disparity;
+    images.given_sigma_px = given.given() ? given.sigma_px : 0;
     images.mask.resize(pixels);
     images.disparity.resize(pixels);
     images.features.resize(settings_.max_features);
@@ -331,6 +347,7 @@ CaptureInput Pipeline::capture_input(const FrontImages& images) const {
     input.gray = images.gray.data();
     input.mask = images.mask.data();
     input.disparity = images.disparity.data();
+    input.disparity_sigma_px = images.given_sigma_px;
     input.features = std::span(images.features).first(images.feature_count);
     input.vertex_spacing_px = settings_.vertex_spacing_px;
     input.node_spacing_px = settings_.node_spacing_px;
@@ -370,8 +387,7 @@ Pipeline::IgnoredDepth Pipeline::look_behind_mask(ObservedFrame& frame) {
     read_all(queue_, o.mask[0], without);
     read_all(queue_, o.disparity, disparity);
     queue_.write(o.mask[0], with_mask.data(), pixels);
-    stereo().enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
-                     {&o.disparity, nullptr});
+    find_disparity(frame);
     queue_.finish();
     size_t known = 0, ignored = 0;
     for (size_t i = 0; i < pixels; ++i) {
@@ -384,6 +400,7 @@ Pipeline::IgnoredDepth Pipeline::look_behind_mask(ObservedFrame& frame) {
 }
 
 bool Pipeline::views_look_swapped(ObservedFrame& frame) {
+    if (frame.task_.input.disparity.given()) return false;  // of views that are as they should be
     Observation& o = *frame.observation_;
     std::vector<int16_t>& disparity = host_.disparity;
     disparity.resize(size_t{rig_->width()} * rig_->height());

@@ -21,6 +21,7 @@ namespace defrec {
 struct FrontImages {
     std::vector<uint8_t> gray, mask;  // of the left view
     std::vector<int16_t> disparity;
+    float given_sigma_px = 0;  // of disparity that the application gave; 0: stage stereo did
     std::vector<defrec_feature> features;  // feature_count of them
     uint32_t feature_count = 0;
 };
@@ -128,6 +129,9 @@ class Pipeline {
     };
     Uploaded upload_images(ObservedFrame& frame);
     void rectify(ObservedFrame& frame, const Uploaded& images);
+    // The application's, or stage stereo's.
+    void find_disparity(ObservedFrame& frame);
+    void write_given_disparity(const ObservedFrame& frame, Queue& queue);
     void find_disparity_and_features(ObservedFrame& frame);
     void read_observed(ObservedFrame& frame);
     // Waits for what is queued, after a failure.

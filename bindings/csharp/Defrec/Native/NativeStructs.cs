@@ -151,6 +151,20 @@ namespace Defrec.Native
     }
 
     [StructLayout(LayoutKind.Sequential)]
+    internal unsafe struct defrec_disparity
+    {
+        internal uint struct_size;
+        internal uint flags;
+        internal uint width;
+        internal uint height;
+        internal ulong stride;
+        internal float* disparity;
+        internal float* sigma;
+        internal float sigma_px;
+        internal uint reserved;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
     internal unsafe struct defrec_frame
     {
         internal uint struct_size;
@@ -164,6 +178,8 @@ namespace Defrec.Native
         internal RigidTransform held_motion;
         internal RigidTransform camera_pose;
         internal FrameField field;
+        internal uint reserved;
+        internal defrec_disparity* disparity;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -413,6 +429,7 @@ namespace Defrec.Native
         internal ulong part_count;
         internal double* targets;
         internal ulong target_count;
+        internal byte** target_names;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -435,6 +452,7 @@ namespace Defrec.Native
         internal ulong point_count;
         internal uint deformed;
         internal uint reserved;
+        internal byte** target_names;
     }
 
     [StructLayout(LayoutKind.Sequential)]
