@@ -665,6 +665,27 @@ SECTIONS = (
             ),
         ),
     ),
+    (
+        "Disparity from outside, and names",
+        (
+            (
+                200,
+                "a disparity or its error that is not finite, negative or too large, another size",
+                "refused, with the pixel; the tracker goes on",
+            ),
+            (
+                201,
+                "a disparity that is not that of the frame's images",
+                "`DEFREC_REASON_DISPARITY`: no template, or degraded with larger errors",
+            ),
+            (
+                202,
+                "files of disparity: damaged, of another size or format, two of one number, none",
+                "exit code 3 with the file",
+            ),
+            (203, "two targets of a plan with one name, a name that is too long", "refused"),
+        ),
+    ),
 )
 
 # Tests that are not C++, or why there is none.

@@ -235,6 +235,37 @@ REQUIREMENTS = (
                     ),
                 ),
             ),
+            (
+                "T11",
+                (
+                    "disparity that an application gives does what the stage's does, with its"
+                    " stated error, and is compared with the images"
+                ),
+                "api/disparity.md",
+                (
+                    (
+                        "sdk/api/disparity_test.cpp",
+                        (
+                            "disparity of stage stereo gives what the stage gives, on each kind of"
+                            " device"
+                        ),
+                    ),
+                    (
+                        "sdk/api/disparity_test.cpp",
+                        (
+                            "errors of a true disparity with the stated noise lie within the"
+                            " expected ones"
+                        ),
+                    ),
+                    (
+                        "sdk/api/disparity_test.cpp",
+                        (
+                            "row 201: a frame whose disparity is not of its images is degraded, its"
+                            " errors grow"
+                        ),
+                    ),
+                ),
+            ),
         ),
     ),
     (

@@ -258,6 +258,14 @@ Job submit(const Tracker& tracker, const StereoFrame& frame, std::uint64_t deadl
     desc.right = &right;
     desc.deadline_ns = deadline_ns;
     desc.field = frame.field;
+    auto disparity = initialised<defrec_disparity>();
+    if (frame.disparity != nullptr) {
+        disparity.width = left.width;
+        disparity.height = left.height;
+        disparity.disparity = frame.disparity->data();
+        disparity.sigma_px = frame.disparity_sigma_px;
+        desc.disparity = &disparity;
+    }
     defrec_job job = nullptr;
     require(defrec_tracker_submit(tracker.get(), &desc, &job), ExitCode::kInternal,
             "frame " + std::to_string(frame.index));

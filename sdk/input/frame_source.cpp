@@ -50,6 +50,15 @@ ImageView view_of(const cv::Mat& image) {
     return {image.data, image.cols, image.rows, image.channels(), image.step[0]};
 }
 
+// Number of the image at that place in the order of the left view's files, by its name; its place
+// in a video.
+std::int64_t number_of_image(const ImageStream* left, std::int64_t place) {
+    if (left == nullptr || left->files().empty()) return place;
+    const auto& files = left->files();
+    const auto at = static_cast<std::size_t>(place);
+    return at < files.size() ? number_of_file(files[at]).value_or(place) : place;
+}
+
 std::string digits_of(const std::filesystem::path& file) {
     std::string digits;
     for (const char c : file.stem().string()) {
@@ -132,6 +141,7 @@ struct FrameSource::Impl {
     std::shared_ptr<const Pair> begun;  // whose later field is the next frame
     std::optional<double> last_ms;      // time of the last frame, of cameras and bags
     std::vector<double> times_ms;       // of recorded images, where they are given
+    std::optional<DisparityFolder> disparity;
     cv::Size size;
     int channels = 3;
 
@@ -164,6 +174,7 @@ struct FrameSource::Impl {
         channels = std::max(pair.left.channels(), pair.right.channels());
         ahead.push_back(std::move(pair));
         if (options.fields == FieldOrder::kAuto) options.fields = live_fields();
+        open_disparity();
         const double own = cameras            ? cameras->fps()
                            : bag              ? bag->fps()
                            : times_ms.empty() ? left->fps()
@@ -171,6 +182,26 @@ struct FrameSource::Impl {
         fps = options.fps > 0 ? options.fps : own > 0 ? own : kDefaultFps;
         fps *= static_cast<double>(frames_of_image());
         position = options.range.first;
+    }
+
+    void open_disparity() {
+        if (options.disparity.empty()) return;
+        if (is_live())
+            throw CliError(ExitCode::kUsage, "--disparity is for recordings: cameras have none.");
+        if (frames_of_image() > 1)
+            throw CliError(ExitCode::kUsage,
+                           "--disparity is of whole images: the fields of interlaced ones are of "
+                           "two times.");
+        disparity.emplace(options.disparity);
+    }
+
+    // Fills in the frame's, if it has some.
+    void read_disparity(StereoFrame& frame) {
+        frame.disparity.reset();
+        if (!disparity) return;
+        frame.disparity =
+            disparity->read(number_of_image(left.get(), frame.index), size.width, size.height);
+        frame.disparity_sigma_px = options.disparity_sigma_px;
     }
 
     bool is_live() const { return is_camera(source_name()); }
@@ -462,6 +493,7 @@ bool FrameSource::next(StereoFrame& frame) {
                                                  pair->time_ms,
                                                  {}});
     }
+    impl.read_disparity(frame);
     frame.left = view_of(pair->left);
     frame.right = view_of(pair->right);
     frame.pixels = std::move(pair);

@@ -12,6 +12,7 @@
 #include "include/defrec_c.h"
 #include "sdk/input/bag_options.hpp"
 #include "sdk/input/camera_counts.hpp"
+#include "sdk/input/disparity_folder.hpp"
 #include "sdk/io/field_order.hpp"
 
 namespace defrec::cli {
@@ -30,6 +31,8 @@ struct StereoFrame {
     std::shared_ptr<const void> pixels;  // keeps what the views show
     // DEFREC_FIELD_*: the rows that were taken of an interlaced image; the others are made of them.
     std::uint32_t field = DEFREC_FIELD_NONE;
+    std::shared_ptr<const DisparityImage> disparity{};  // null: stage stereo measures it
+    float disparity_sigma_px = 0;
 };
 
 enum class Layout { kSideBySide, kTopBottom };
@@ -53,11 +56,13 @@ struct SourceOptions {
         return bag.is_given() ? bag.path : stereo.empty() ? left : stereo;
     }
 
-    BagOptions bag;                       // this, or
-    std::string left, right;              // both, or
-    std::string stereo;                   // this with
-    std::string recording;                // file that names the three, of `defrec record`; or empty
-    std::string times;                    // file with the images' times; empty: they are even
+    BagOptions bag;                // this, or
+    std::string left, right;       // both, or
+    std::string stereo;            // this with
+    std::string recording;         // file that names the three, of `defrec record`; or empty
+    std::string times;             // file with the images' times; empty: they are even
+    std::string disparity;         // folder with the disparity of frames; empty: none
+    float disparity_sigma_px = 0;  // of these, the standard deviation of what neighbours share
     Layout layout = Layout::kSideBySide;  // left on the left, or left on top
     FrameRange range;
     double fps = 0;                                // of images; 0: the source's own, else 30

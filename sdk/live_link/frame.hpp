@@ -16,6 +16,7 @@ struct LinkPoint {
     const char* status = "";  // its name as in points.csv
     std::array<double, 3> xyz{};
     double expected_error_mm = 0;
+    std::string name{};  // sent in place of the id; empty: none
 };
 
 // A target beneath the surface that is not lost.

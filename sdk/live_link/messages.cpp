@@ -181,9 +181,22 @@ std::array<float, 3> position(const LinkPoint& point) {
             static_cast<float>(point.xyz[2])};
 }
 
+// As the protocol's 64 bytes hold it, whole characters and the zero behind them.
+std::string point_name(const LinkPoint& point) {
+    constexpr std::size_t kMaxBytes = 63;
+    if (point.name.empty()) return std::to_string(point.id);
+    std::size_t bytes = std::min(point.name.size(), kMaxBytes);
+    const auto continues = [&](std::size_t at) {
+        return at < point.name.size() &&
+               (static_cast<unsigned char>(point.name[at]) & 0xc0) == 0x80;
+    };
+    while (bytes > 0 && continues(bytes)) --bytes;
+    return point.name.substr(0, bytes);
+}
+
 igtl::PointElement::Pointer point_element(const LinkPoint& point, const Colour& colour) {
     auto element = igtl::PointElement::New();
-    element->SetName(std::to_string(point.id).c_str());
+    element->SetName(point_name(point).c_str());
     element->SetGroupName(point.status);
     element->SetRGBA(colour[0], colour[1], colour[2], 255);
     element->SetPosition(position(point).data());

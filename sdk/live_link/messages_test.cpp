@@ -210,20 +210,25 @@ TEST_CASE("a plan: a POLYDATA of each part with its errors, targets, and how man
                    {0.5F, 0.5F, 0.25F},
                    {1, 1, 1},
                    {0, 2, 1}}},
-                 {{5, "extrapolated", {1, 2, 90}, 0.75}}};
+                 {{5, "extrapolated", {1, 2, 90}, 0.75, ""},
+                  {6, "extrapolated", {1, 2, 91}, 0.75, "tum\xc3\xb6r centre"},
+                  {7, "extrapolated", {1, 2, 92}, 0.75, std::string(62, 'x') + "\xc3\xb6y"}}};
     const ReceivedFrame frame = received(pack_messages(sent));
     REQUIRE(frame.messages.size() == 9);
     CHECK(frame.messages[6] == "POLYDATA Plan0-organ");
     CHECK(frame.messages[7].starts_with("POLYDATA Plan3-tum__r_with"));
     CHECK(frame.messages[8] == "POINT PlanTargetsInCamera");
-    CHECK(frame.text == "reasons= epoch=2 vertices=4 points=2 targets=2 parts=2 plan_targets=1");
+    CHECK(frame.text == "reasons= epoch=2 vertices=4 points=2 targets=2 parts=2 plan_targets=3");
     REQUIRE(frame.parts.size() == 2);
     CHECK(frame.parts[0].vertices == sent.plan->parts[0].vertices);
     CHECK(frame.parts[0].triangles == sent.plan->parts[0].triangles);
     CHECK(frame.parts[0].expected_error_mm == sent.plan->parts[0].expected_error_mm);
     CHECK(frame.parts[1].status == sent.plan->parts[1].status);
-    REQUIRE(frame.plan_targets.size() == 1);
+    REQUIRE(frame.plan_targets.size() == 3);
     check_point(frame.plan_targets[0], sent.plan->targets[0]);
+    CHECK(frame.plan_targets[1].name == "tum\xc3\xb6r centre");
+    // Cut before the letter that does not fit whole.
+    CHECK(frame.plan_targets[2].name == std::string(62, 'x'));
 
     // No message comes of a part of which nothing is known, and the text says so.
     sent.plan = LinkPlan{};

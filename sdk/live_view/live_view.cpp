@@ -66,6 +66,7 @@ Json point_json(const ViewPoint& point) {
 
 Json target_json(const TargetEstimate& target, const Projector& projector) {
     Json json = {target.id, number(target.depth), static_cast<int>(target.status)};
+    if (!target.name.empty()) json[0] = target.name;
     if (target.status == VertexStatus::unknown) return json;
     const TargetMark mark = target_mark(target, projector);
     for (const float value : {mark.u, mark.v, mark.radius, target.xyz[0], target.xyz[1],

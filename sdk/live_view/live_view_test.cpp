@@ -192,6 +192,9 @@ TEST_CASE("a plan comes as outlines of its parts with their errors in pixels, an
     plan.parts = {{VertexStatus::extrapolated, {0, 0, 80}, {9, 0, 0, 0, 0, 0}, 0, "tumour"},
                   {VertexStatus::unknown, {}, {}, 1, "vessel"}};
     plan.targets = {{VertexStatus::extrapolated, {4, -8, 90}, {1, 0, 0, 1, 0, 2}, 0}};
+    plan.targets.push_back(plan.targets[0]);
+    plan.targets[1].id = 1;
+    plan.targets[1].name = "tumour centre";
     const Packet packet =
         watched(view, browser, "/frame?after=99&overlay=1", 100, {}, {}, {}, plan);
     const auto parts = packet.header["plan"]["parts"];
@@ -210,8 +213,10 @@ TEST_CASE("a plan comes as outlines of its parts with their errors in pixels, an
     }
     CHECK(parts[1][1] == 2);
     CHECK(packet.header["plan"]["targets"] ==
-          nlohmann::json({{0, nullptr, 1, 52, 24, 2, 4, -8, 90, 2}}));
+          nlohmann::json({{0, nullptr, 1, 52, 24, 2, 4, -8, 90, 2},
+                          {"tumour centre", nullptr, 1, 52, 24, 2, 4, -8, 90, 2}}));
 
+    plan.targets.pop_back();
     plan.vertices.clear();
     plan.status.clear();
     plan.expected_error_mm.clear();

@@ -96,7 +96,8 @@ void draw_plan(cv::Mat& image, const PlanEstimate& plan, const Projector& projec
         if (!draw_target(image, target, projector) || plan.targets.size() > kMostLabels) continue;
         const TargetMark mark = target_mark(target, projector);
         draw_text(image,
-                  std::to_string(target.id) + " " + millimetres(double{expected_error(target)}),
+                  (target.name.empty() ? std::to_string(target.id) : target.name) + " " +
+                      millimetres(double{expected_error(target)}),
                   {cvRound(mark.u) + 6, cvRound(mark.v) - 4});
     }
 }

@@ -150,6 +150,7 @@ PlanFrame DisplayPrediction::move(const FrameOutcome& frame, PlanFrame plan) {
               [](const PlanRow& row, DisplayRow& written) {
                   written.kind = row.part.empty() ? "plan-target" : "plan-part";
                   written.part = row.part;
+                  written.target = row.target;
               });
     if (plan.points == nullptr) {
         // A frame without a plan is one that was lost: the predictor is told.

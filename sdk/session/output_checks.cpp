@@ -31,10 +31,10 @@ std::vector<fs::path> results_in(const TrackOptions& options) {
 
 std::vector<fs::path> files_read(const TrackOptions& options) {
     std::vector<fs::path> files = {
-        options.source.left,  options.source.right,     options.source.stereo,
-        options.source.times, options.source.recording, options.source.bag.path,
-        options.points,       options.targets,          options.plan.file,
-        options.config,       options.surface.load};
+        options.source.left,      options.source.right,     options.source.stereo,
+        options.source.times,     options.source.recording, options.source.bag.path,
+        options.source.disparity, options.points,           options.targets,
+        options.plan.file,        options.config,           options.surface.load};
     for (const std::string_view file : split(options.calibration, ',')) files.emplace_back(file);
     return files;
 }
@@ -82,8 +82,9 @@ void keep_files_of_others(const TrackOptions& options, const std::vector<fs::pat
 void keep_images(const TrackOptions& options, const fs::path& output) {
     std::error_code error;
     if (output.empty() || !fs::exists(output, error)) return;
-    for (const std::string& source : {options.source.left, options.source.right,
-                                      options.source.stereo, options.source.bag.path})
+    for (const std::string& source :
+         {options.source.left, options.source.right, options.source.stereo, options.source.bag.path,
+          options.source.disparity})
         if (fs::is_directory(source, error) && is_same(output.parent_path(), source))
             throw CliError(ExitCode::kUsage, output.string() +
                                                  ": this file lies among the images of the "

@@ -98,6 +98,7 @@ void PlanFollower::prepare(const Template& surface) {
         part_vertices_.push_back(vertices_of(*model_, part));
     vertex_count_ = info.vertex_count;
     target_count_ = info.target_count;
+    target_names_.assign(info.target_names, info.target_names + info.target_count);
     moved_.resize(info.point_count);
     for (const auto& [frame, timestamp_ms] : before_) rows_of(frame, timestamp_ms, false);
     before_.clear();
@@ -144,6 +145,7 @@ std::vector<PlanRow> PlanFollower::rows_of(std::int64_t frame, double timestamp_
         row.frame = frame;
         row.timestamp_ms = timestamp_ms;
         row.id = static_cast<std::int64_t>(is_target ? i : i - target_count_);
+        if (is_target && i < target_names_.size()) row.target = target_names_[i];
         if (!is_target) row.part = model_->parts[i - target_count_].name;
         if (is_placed && is_target) moved_.fill(vertex_count_ + i, row);
         if (is_placed && !is_target) fill_part(i - target_count_, row);
@@ -183,7 +185,7 @@ void fill_plan(const std::shared_ptr<const PlanModel>& model, const PlanFrame& f
     plan.model = model;
     for (const PlanRow& row : frame.rows) {
         PointEstimate point = point_estimate(row);
-        point.name = row.part;
+        point.name = row.part.empty() ? row.target : row.part;
         (row.part.empty() ? plan.targets : plan.parts).push_back(std::move(point));
     }
     if (frame.points == nullptr) return;
@@ -201,8 +203,10 @@ LinkPlan link_plan(const PlanModel& model, const PlanFrame& frame) {
     LinkPlan plan;
     if (frame.points == nullptr) return plan;
     for (const PlanRow& row : frame.rows)
-        if (row.part.empty() && row.status != PointStatus::kLost)
+        if (row.part.empty() && row.status != PointStatus::kLost) {
             plan.targets.push_back(link_point(row));
+            plan.targets.back().name = row.target;
+        }
     for (std::size_t place = 0; place < model.parts.size(); ++place) {
         LinkPart part = link_part(model, place, *frame.points);
         if (!part.triangles.empty()) plan.parts.push_back(std::move(part));

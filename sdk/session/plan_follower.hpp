@@ -71,6 +71,7 @@ class PlanFollower {
     std::vector<std::vector<std::uint32_t>> part_vertices_;
     std::vector<std::pair<std::int64_t, double>> before_;  // frames before prepare()
     MovedPoints moved_;
+    std::vector<std::string> target_names_;  // of each, or empty
     std::size_t vertex_count_ = 0, target_count_ = 0, mesh_count_ = 0;
     StatusCounts target_rows_, part_rows_;
     bool is_forgotten_ = false;

@@ -35,6 +35,7 @@ struct Example {
         frame.rows[0].status = PointStatus::kExtrapolated;
         frame.rows[0].xyz[2] = 90;
         frame.rows[0].expected_error_mm = 0.5;
+        frame.rows[0].target = "tumour centre";
         frame.rows[1].id = 1;
         frame.rows[2].part = "organ";
         frame.rows[3].part = "vessel";
@@ -57,6 +58,8 @@ TEST_CASE("pictures get every vertex with its status, and parts and targets by t
     CHECK(plan.parts[1].name == "vessel");
     REQUIRE(plan.targets.size() == 2);
     CHECK(plan.targets[0].xyz[2] == 90);
+    CHECK(plan.targets[0].name == "tumour centre");
+    CHECK(plan.targets[1].name.empty());
     CHECK(plan.targets[1].status == VertexStatus::unknown);
 
     PlanFrame lost = example.frame;
@@ -81,6 +84,7 @@ TEST_CASE("receivers get the triangles without an unknown corner, and targets th
     CHECK(organ.vertices[9] == 22);  // the model's fifth
     REQUIRE(plan.targets.size() == 1);
     CHECK(plan.targets[0].expected_error_mm == 0.5);
+    CHECK(plan.targets[0].name == "tumour centre");
 
     PlanFrame lost = example.frame;
     lost.points = nullptr;

@@ -121,7 +121,7 @@ void TargetsFile::add(const TargetRow& row) {
 void TargetsFile::commit() { file_.commit(); }
 
 PlanFile::PlanFile(const std::filesystem::path& path) : file_(path) {
-    file_.write(std::string("frame,timestamp_ms,id,part,") + kPositionColumns + "\n");
+    file_.write(std::string("frame,timestamp_ms,id,part,target,") + kPositionColumns + "\n");
 }
 
 void PlanFile::add(const PlanRow& row) {
@@ -130,7 +130,7 @@ void PlanFile::add(const PlanRow& row) {
     append_field(line_, row.timestamp_ms, kTimeDecimals);
     line_ += ',';
     if (row.part.empty()) append_integer(line_, row.id);
-    line_.append(",").append(as_field(row.part));
+    line_.append(",").append(as_field(row.part)).append(",").append(as_field(row.target));
     append_position(line_, row);
     file_.write(line_ += '\n');
 }
@@ -138,8 +138,8 @@ void PlanFile::add(const PlanRow& row) {
 void PlanFile::commit() { file_.commit(); }
 
 DisplayFile::DisplayFile(const std::filesystem::path& path) : file_(path) {
-    file_.write(std::string("frame,timestamp_ms,display_ms,kind,id,part,") + kPositionColumns +
-                ",basis\n");
+    file_.write(std::string("frame,timestamp_ms,display_ms,kind,id,part,target,") +
+                kPositionColumns + ",basis\n");
 }
 
 void DisplayFile::add(const DisplayRow& row) {
@@ -149,7 +149,7 @@ void DisplayFile::add(const DisplayRow& row) {
     append_field(line_, row.display_ms, kTimeDecimals);
     line_.append(",").append(row.kind).append(",");
     append_integer(line_, row.id);
-    line_.append(",").append(as_field(row.part));
+    line_.append(",").append(as_field(row.part)).append(",").append(as_field(row.target));
     append_position(line_, row);
     line_ += ',';
     if (row.status != PointStatus::kLost) line_ += row.basis;

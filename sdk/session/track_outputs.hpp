@@ -45,15 +45,16 @@ struct TargetRow : PositionRow {
 
 // A target of a plan, whose id is its place in the plan from 0, or the middle of a part.
 struct PlanRow : PositionRow {
-    std::string part;  // its name, and the id is its place among the parts; empty: of a target
+    std::string part;    // its name, and the id is its place among the parts; empty: of a target
+    std::string target;  // name of a target; empty: it has none, or of a part
 };
 
 // A point, target or part that is followed, at the time of display.
 struct DisplayRow : PositionRow {
-    double display_ms = 0;  // the time
-    std::string kind{};     // "point", "target", "plan-target" or "plan-part"
-    std::string part{};     // its name
-    std::string basis{};    // what the prediction rests on: "last", "velocity" or "learned"
+    double display_ms = 0;         // the time
+    std::string kind{};            // "point", "target", "plan-target" or "plan-part"
+    std::string part{}, target{};  // its name
+    std::string basis{};           // what the prediction rests on: "last", "velocity" or "learned"
 };
 
 // points.csv: frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,evidence,
@@ -93,8 +94,8 @@ class TargetsFile {
     std::string line_;
 };
 
-// frame,timestamp_ms,id,part,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz; rows of parts
-// have no id, rows of targets no part. What is unknown of a lost one stays empty. In a part's name
+// frame,timestamp_ms,id,part,target,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz; rows of
+// parts have no id, rows of targets no part. What is unknown of a lost one stays empty. In names
 // _ stands for commas, quotes and line ends.
 class PlanFile {
   public:
@@ -107,8 +108,8 @@ class PlanFile {
     std::string line_;
 };
 
-// frame,timestamp_ms,display_ms,kind,id,part,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,
-// basis. Names as in PlanFile; what is unknown of a lost one stays empty.
+// frame,timestamp_ms,display_ms,kind,id,part,target,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,
+// yz,zz,basis. Names as in PlanFile; what is unknown of a lost one stays empty.
 class DisplayFile {
   public:
     explicit DisplayFile(const std::filesystem::path& path);

@@ -35,6 +35,8 @@ Json input_json(const TrackFacts& facts) {
     json["calibration"] = calibration_name(options.source, options.calibration);
     json["points"] = options.points.empty() ? Json(nullptr) : Json(options.points);
     json["targets"] = options.targets.empty() ? Json(nullptr) : Json(options.targets);
+    json["disparity"] =
+        options.source.disparity.empty() ? Json(nullptr) : Json(options.source.disparity);
     json["plan"] = options.plan.file.empty() ? Json(nullptr) : Json(options.plan.file);
     json["config"] = options.config.empty() ? Json(nullptr) : Json(options.config);
     json["seed"] = options.seed;

@@ -60,6 +60,18 @@ void add_input_options(CLI::App& command, TrackOptions& options) {
                     "are followed. It belongs to the template, so give that as --from-template, or "
                     "the recording that it is of")
         ->type_name("F");
+    auto* disparity = command.add_option(
+        "--disparity", options.source.disparity,
+        "Folder with disparity of frames that was measured elsewhere, in place of stage stereo: "
+        "of the rectified left image, PFM in px or PNG of 16 bits in 1/256 px, 0 where there is "
+        "none. A file is of the frame whose left image has its number, of videos and bags counted "
+        "from 0; frames without a file have their disparity measured");
+    auto* sigma = command.add_option(
+        "--disparity-sigma", options.source.disparity_sigma_px,
+        "Standard deviation of that disparity's error, px, of the part that a pixel shares with "
+        "those around it; expected errors hold it");
+    disparity->type_name("DIR")->needs(sigma);
+    sigma->type_name("PX")->check(number_in(0.001, 100.0))->needs(disparity);
     add_reconnect_option(command, options.source);
 }
 

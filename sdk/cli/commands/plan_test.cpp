@@ -254,16 +254,18 @@ TEST_CASE(
         json_of(operation().folder / "registered/registration.json")["plan"]["targets"];
     const auto truth = deep_truth();
     CsvReader csv(out + "/plan.csv",
-                  {"frame", "id", "part", "x", "y", "z", "status", "expected_error_mm"});
+                  {"frame", "id", "part", "x", "y", "z", "status", "expected_error_mm", "target"});
     std::size_t targets = 0, organs = 0, tumours = 0, within_three = 0;
     while (csv.next()) {
         if (!csv.field(2).empty()) {
             CHECK(csv.is_empty(1));
+            CHECK(csv.is_empty(8));
             organs += csv.field(2) == "organ";
             tumours += csv.field(2) == "tumour";
             continue;
         }
         REQUIRE(csv.field(6) != "lost");
+        CHECK(csv.field(8) == names[static_cast<std::size_t>(csv.integer(1))].get<std::string>());
         const auto id =
             std::stoll(names[static_cast<std::size_t>(csv.integer(1))].get<std::string>());
         const Place& right = truth.at({csv.integer(0), id});

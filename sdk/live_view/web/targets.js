@@ -8,7 +8,8 @@ const kTargetArm = 3;
 const kMinTargetRadius = 6;
 
 /**
- * The header's. What is lost has neither centre nor pixel; radius: of the expected error, pixels.
+ * The header's. id: the name of a plan's target that has one. What is lost has neither centre nor
+ * pixel; radius: of the expected error, pixels.
  */
 export const readTargets = ({targets}) =>
     targets.map(([id, depth, status, u, v, radius, x, y, z, error]) => ({

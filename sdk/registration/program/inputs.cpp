@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
+#include <unordered_set>
 #include <utility>
 
 #include "sdk/io/csv.hpp"
@@ -197,16 +198,20 @@ PairsFile read_pairs_file(const std::filesystem::path& path) {
 }
 
 std::vector<ModelTarget> read_model_targets(const std::filesystem::path& path) {
-    CsvReader csv(path, {"id", "x", "y", "z"});
+    CsvReader csv(path, {"id", "x", "y", "z"}, {"name"});
     std::vector<ModelTarget> targets;
     UniqueIds ids;
+    std::unordered_set<std::string> names;
     while (csv.next()) {
         if (targets.size() == RegisterInputs::kMaxTargets)
             csv.fail("at most " + std::to_string(RegisterInputs::kMaxTargets) +
                      " targets were expected.");
         ids.add(csv, csv.integer(0));
-        targets.push_back(
-            {std::string(csv.field(0)), {csv.number(1), csv.number(2), csv.number(3)}});
+        const std::string name(csv.field(csv.is_empty(4) ? 0 : 4));
+        if (!names.insert(name).second)
+            csv.fail("another target is named \"" + name +
+                     "\"; a target without a name has its id.");
+        targets.push_back({name, {csv.number(1), csv.number(2), csv.number(3)}});
     }
     if (targets.empty()) csv.fail("the file names no target.");
     return targets;

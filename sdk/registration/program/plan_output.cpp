@@ -12,12 +12,15 @@ struct PlanArrays {
     std::vector<std::string> names;
     std::vector<defrec_plan_part> parts;
     std::vector<double> targets;
+    std::vector<const char*> target_names;
 };
 
 PlanArrays arrays_of(const PlanInput& input, bool is_turned) {
     PlanArrays made;
-    for (const ModelTarget& target : input.targets)
+    for (const ModelTarget& target : input.targets) {
         made.targets.insert(made.targets.end(), target.place.begin(), target.place.end());
+        made.target_names.push_back(target.name.c_str());
+    }
     if (input.model == nullptr) return made;
     made.triangles = input.model->triangles;
     if (is_turned)
@@ -57,6 +60,7 @@ bool write_plan(const std::filesystem::path& path, const PlanInput& input,
     desc.part_count = arrays.parts.size();
     desc.targets = arrays.targets.data();
     desc.target_count = arrays.targets.size() / 3;
+    desc.target_names = arrays.target_names.data();
     defrec_plan handle = nullptr;
     require(defrec_plan_create(input.surface.get(), findings.registration.get(), &desc, &handle),
             ExitCode::kInput, "making the plan");

@@ -148,12 +148,14 @@ std::string usage_of(const RegisterOptions& options) {
 
 TEST_CASE("a surface is registered: transform, covariance, targets, picture, exit code 0") {
     RegisterOptions options = scene().options("surface");
-    options.targets = scene().folder.write("targets.csv", "id,x,y,z\n7,5,5,-15\n");
+    options.targets =
+        scene().folder.write("targets.csv", "id,x,y,z,name\n7,5,5,-15,\n8,1,2,-9,tumour centre\n");
     CHECK(run_register(options) == 0);
     const auto result = scene().result("surface");
     CHECK(result["verdict"] == "registered");
     CHECK(off(result, scene().truth, {0, 0, 0}) < 1);
-    REQUIRE(result["targets"].size() == 2);
+    REQUIRE(result["targets"].size() == 3);
+    CHECK(result["targets"][2]["name"] == "tumour centre");
     CHECK(result["targets"][0]["name"] == "tumour");
     CHECK(result["targets"][0]["model"][0].get<double>() == doctest::Approx(12));
     CHECK(result["targets"][1]["name"] == "7");

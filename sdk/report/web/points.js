@@ -196,7 +196,8 @@ const kHints = {
   points:
       'Select a point in the list or its way in the picture. Colours are those of the status; ' +
       'red bands: lost.',
-  plan: 'The middles of the parts that have a name, and the targets by their numbers; errors are ' +
+  plan:
+      'The middles of the parts that have a name, and the targets by name or number; errors are ' +
       'those of registration and tracking together. What lies beneath the surface is never ' +
       'observed, but extrapolated; red bands: lost. A part that is known in part has no middle; ' +
       'pictures show what is known of it.'

@@ -1,0 +1,34 @@
+// Disparity of a recording's frames that was measured elsewhere, in a folder of files: PFM, px, or
+// PNG of 16 bits, 1/256 px. A file belongs to the frame whose number its name has.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace defrec::cli {
+
+// px, row by row, 0: none there.
+using DisparityImage = std::vector<float>;
+
+// The digits of a file's name as one number; empty where there are none, or too many.
+std::optional<std::int64_t> number_of_file(const std::filesystem::path& file);
+
+class DisparityFolder {
+  public:
+    // Throws CliError(kInput) where there is no file, one without a number, or two of one number.
+    explicit DisparityFolder(const std::filesystem::path& folder);
+
+    // Disparity of the frame of that number; null: it has no file. Throws CliError(kInput) naming
+    // the file for another size, another format, what is cut short, and a negative disparity.
+    std::shared_ptr<const DisparityImage> read(std::int64_t number, int width, int height) const;
+
+  private:
+    std::map<std::int64_t, std::filesystem::path> files_;
+};
+
+}  // namespace defrec::cli
