@@ -207,6 +207,21 @@ namespace Defrec
         /// of their times, half a frame period apart.
         /// </summary>
         public FrameField Field { get; set; }
+        /// <summary>
+        /// px per pixel of the rectified left image, row by row, that a learned stereo network or a
+        /// depth camera gave, in place of stage stereo; 0: none there; null: stage stereo measures
+        /// it. Where it is not that of both images the frame has <see cref="Reasons.Disparity"/>.
+        /// </summary>
+        public float[] Disparity { get; set; }
+        /// <summary>
+        /// With <see cref="Disparity"/>, standard deviation of the error that a pixel shares with
+        /// those around it, px; 0 with <see cref="DisparitySigma"/>.
+        /// </summary>
+        public float DisparitySigmaPx { get; set; }
+        /// <summary>
+        /// The same per pixel that has disparity; null: <see cref="DisparitySigmaPx"/> at all.
+        /// </summary>
+        public float[] DisparitySigma { get; set; }
 
         /// <summary>A pair of images.</summary>
         public Frame(Image left, Image right, long timestampNs) : this()

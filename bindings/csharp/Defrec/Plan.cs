@@ -37,23 +37,25 @@ namespace Defrec
         /// <summary>
         /// registration: its seen frame is the template frame; copied, as are the others. model,
         /// model frame, parts of its triangles, and targets, x, y, z of each, mm, may be null.
-        /// lookedAt: a person has looked at the registration, so that its verdict may be another
-        /// than <see cref="Verdict.Accepted"/>, but for <see cref="Verdict.Failed"/>.
+        /// targetNames: of each target, null or "" for one without, else no two alike; null: none
+        /// has one. lookedAt: a person has looked at the registration, so that its verdict may be
+        /// another than <see cref="Verdict.Accepted"/>, but for <see cref="Verdict.Failed"/>.
         /// </summary>
         /// <exception cref="ArgumentException">
-        /// template, registration, an array or a name is null, or an array not a multiple of 3
-        /// long.
+        /// template, registration, an array or a part's name is null, or an array not a multiple of
+        /// 3 long, or there are not as many names as targets.
         /// </exception>
         /// <exception cref="ObjectDisposedException">
         /// The template was disposed, or the registration was.
         /// </exception>
         /// <exception cref="DefrecException">
-        /// The verdict is not allowed, or something is not finite, out of its range or without a
-        /// name (<see cref="Status.ErrorArgument"/>).
+        /// The verdict is not allowed, something is not finite, out of its range or without a name,
+        /// or two targets have the same one (<see cref="Status.ErrorArgument"/>).
         /// </exception>
         public static Plan Create(
             Template template, Registration registration, TriangleMesh model = null,
-            IList<PlanPart> parts = null, double[] targets = null, bool lookedAt = false)
+            IList<PlanPart> parts = null, double[] targets = null, bool lookedAt = false,
+            IList<string> targetNames = null)
         {
             Check.NotNull(template, nameof(template));
             Check.NotNull(registration, nameof(registration));
@@ -62,7 +64,13 @@ namespace Defrec
             targets = targets ?? new double[0];
             Check.NotNull(model.Vertices, "model.Vertices");
             Check.NotNull(model.Triangles, "model.Triangles");
+            int targetCount = Check.Groups(targets.Length, 3, nameof(targets));
+            if (targetNames != null && targetNames.Count != targetCount)
+                throw new ArgumentException(
+                    "There are " + targetNames.Count + " names, " + targetCount + " expected.",
+                    nameof(targetNames));
             var handle = new PlanHandle(template.Handle.Log);
+            var names = new IntPtr[targetNames == null ? 0 : targetCount];
             var named = new defrec_plan_part[parts.Count];
             using (var pins = new Pins())
             {
@@ -75,6 +83,9 @@ namespace Defrec
                     named[i].first_triangle = (ulong)parts[i].FirstTriangle;
                     named[i].triangle_count = (ulong)parts[i].TriangleCount;
                 }
+                for (int i = 0; i < names.Length; ++i)
+                    names[i] = (IntPtr)pins.Add(
+                        Utf8.Bytes(targetNames[i] ?? "", "targetNames[" + i + "]"));
                 var desc = new defrec_plan_desc {
                     struct_size = (uint)sizeof(defrec_plan_desc),
                     flags = lookedAt ? PlanFlags.LookedAt : PlanFlags.None,
@@ -86,7 +97,8 @@ namespace Defrec
                     parts = (defrec_plan_part*)pins.Add(named),
                     part_count = (ulong)named.Length,
                     targets = (double*)pins.Add(targets),
-                    target_count = (ulong)Check.Groups(targets.Length, 3, nameof(targets)),
+                    target_count = (ulong)targetCount,
+                    target_names = names.Length == 0 ? null : (byte**)pins.Add(names),
                 };
                 using (var surface = new HandleUse(template.Handle))
                 using (var found = new HandleUse(registration.Handle))
@@ -143,6 +155,21 @@ namespace Defrec
         public bool Deformed { get; private set; }
         /// <summary>Named parts of the model.</summary>
         public IReadOnlyList<PlanPart> Parts { get; private set; }
+        /// <summary>Name of each target; "" for one without.</summary>
+        public IReadOnlyList<string> TargetNames { get; private set; }
+
+        /// <summary>
+        /// Index of the point that is the target of that name; -1: there is none.
+        /// </summary>
+        /// <exception cref="ArgumentException">name is null or empty.</exception>
+        public int PointOf(string name)
+        {
+            Check.NotNull(name, nameof(name));
+            if (name.Length == 0) throw new ArgumentException("A name expected.", nameof(name));
+            for (int i = 0; i < TargetNames.Count; ++i)
+                if (TargetNames[i] == name) return VertexCount + i;
+            return -1;
+        }
 
         /// <summary>x, y, z of each point at rest, template frame, mm. A new array.</summary>
         /// <exception cref="ObjectDisposedException">The plan was disposed.</exception>
@@ -230,6 +257,9 @@ namespace Defrec
                     Utf8.Read(info.parts[i].name), checked((int)info.parts[i].first_triangle),
                     checked((int)info.parts[i].triangle_count));
             Parts = parts;
+            var names = new string[TargetCount];
+            for (int i = 0; i < names.Length; ++i) names[i] = Utf8.Read(info.target_names[i]);
+            TargetNames = names;
         }
 
         private static defrec_plan_info Read(HandleUse use)

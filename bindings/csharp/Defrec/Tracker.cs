@@ -10,7 +10,7 @@ namespace Defrec
     public sealed unsafe partial class Tracker : IDisposable
     {
         internal readonly TrackerHandle Handle;
-        private readonly int pixels; // of the rectified image
+        private readonly int width, height, pixels; // of the rectified image
         private readonly uint framesInFlight; // 0: the library's default
 
         /// <summary>Opens the fastest device that has every stage; frames are Bgr8.</summary>
@@ -39,7 +39,9 @@ namespace Defrec
             Check.NotNull(context, nameof(context));
             Check.NotNull(rig, nameof(rig));
             Check.NotNull(options, nameof(options));
-            pixels = rig.Width * rig.Height;
+            width = rig.Width;
+            height = rig.Height;
+            pixels = width * height;
             framesInFlight = options.FramesInFlight;
             Handle = new TrackerHandle(context.Handle.Log);
             fixed (byte* device = Utf8.Bytes(options.DeviceId, "options.DeviceId"))
@@ -170,9 +172,12 @@ namespace Defrec
             using (var rightUse = new HandleUse(HandleOf(frame.Right.Memory)))
             using (var ignoreUse = new HandleUse(HandleOf(frame.Ignore.Memory)))
             using (var samplesUse = new HandleUse(HandleOf(frame.Samples)))
-            fixed (byte* leftPixels = frame.Left.Array, rightPixels = frame.Right.Array,
-                   ignorePixels = frame.Ignore.Array)
+            fixed (
+                byte* leftPixels = frame.Left.Array, rightPixels = frame.Right.Array,
+                ignorePixels = frame.Ignore.Array)
+            fixed (float* disparityPixels = frame.Disparity, sigmaPixels = frame.DisparitySigma)
             {
+                defrec_disparity disparity = DisparityOf(frame, disparityPixels, sigmaPixels);
                 defrec_image left = frame.Left.Native(leftPixels, leftUse.Native);
                 defrec_image right = frame.Right.Native(rightPixels, rightUse.Native);
                 defrec_image ignore = frame.Ignore.Native(ignorePixels, ignoreUse.Native);
@@ -190,6 +195,7 @@ namespace Defrec
                     held_motion = frame.HeldMotion.GetValueOrDefault(),
                     camera_pose = frame.CameraPose.GetValueOrDefault(),
                     field = frame.Field,
+                    disparity = frame.Disparity == null ? null : &disparity,
                 };
                 IntPtr created;
                 Status status = NativeMethods.defrec_tracker_submit(use.Native, &native, &created);
@@ -200,6 +206,30 @@ namespace Defrec
                 }
                 return status;
             }
+        }
+
+        private defrec_disparity DisparityOf(Frame frame, float* disparity, float* sigma)
+        {
+            if (frame.Disparity != null && frame.Disparity.Length != pixels)
+                throw new ArgumentException(
+                    "Disparity has " + frame.Disparity.Length + " pixels, " + pixels + " expected.",
+                    nameof(frame));
+            if (frame.DisparitySigma != null && frame.DisparitySigma.Length != pixels)
+                throw new ArgumentException(
+                    "DisparitySigma has " + frame.DisparitySigma.Length + " pixels, " + pixels +
+                        " expected.",
+                    nameof(frame));
+            if (frame.Disparity == null &&
+                (frame.DisparitySigma != null || frame.DisparitySigmaPx != 0))
+                throw new ArgumentException("There is no Disparity.", nameof(frame));
+            return new defrec_disparity {
+                struct_size = (uint)sizeof(defrec_disparity),
+                width = (uint)width,
+                height = (uint)height,
+                disparity = disparity,
+                sigma = sigma,
+                sigma_px = frame.DisparitySigmaPx,
+            };
         }
 
         private static MemoryHandle HandleOf(DeviceMemory memory)

@@ -207,7 +207,7 @@ namespace Defrec.Tests
                     shifted.Select(value => (float)value).ToArray(), new uint[] { 0, 1, 2 });
                 using (Plan made = Plan.Create(
                            template, found, model, new[] { new PlanPart("tumour \u00e9", 0, 1) },
-                           shifted))
+                           shifted, targetNames: new[] { "", "tumour centre", null, "\u00e9" }))
                     made.Save(file);
                 using (Plan plan = Plan.Load(template, file))
                 using (var targets = new Targets(template, plan.GetTemplateXyz()))
@@ -217,6 +217,10 @@ namespace Defrec.Tests
                     Assert.That(plan.VertexCount + plan.TargetCount, Is.EqualTo(8));
                     Assert.That(plan.Parts[0].Name, Is.EqualTo("tumour \u00e9"));
                     Assert.That(plan.Parts[0].TriangleCount, Is.EqualTo(1));
+                    Assert.That(
+                        plan.TargetNames, Is.EqualTo(new[] { "", "tumour centre", "", "\u00e9" }));
+                    Assert.That(plan.PointOf("tumour centre"), Is.EqualTo(5));
+                    Assert.That(plan.PointOf("vessel"), Is.EqualTo(-1));
                     Assert.That(plan.GetModel().Triangles, Is.EqualTo(model.Triangles));
                     Assert.That(plan.GetTemplateXyz()[0], Is.EqualTo(-10).Within(1e-6));
                     int count = plan.PointCount;
@@ -239,6 +243,17 @@ namespace Defrec.Tests
                             Is.EqualTo(sum).Within(1e-3 * sum));
                     }
                     Assert.Throws<ArgumentException>(() => job.MovePlan(plan, new double[3]));
+                    Assert.Throws<ArgumentException>(
+                        () => Plan.Create(
+                            template, found, model, null, shifted, targetNames: new[] { "one" }));
+                    Assert.That(
+                        Assert
+                            .Throws<DefrecException>(
+                                () => Plan.Create(
+                                    template, found, model, null, shifted,
+                                    targetNames: new[] { "a", "b", "a", "c" }))
+                            .Status,
+                        Is.EqualTo(Status.ErrorArgument));
                     Assert.Throws<ArgumentNullException>(() => job.MovePlan(null, xyz));
                 }
                 File.WriteAllText(file, "no plan");

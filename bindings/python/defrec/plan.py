@@ -43,6 +43,8 @@ class PlanData:
     parts: List[PlanPart]
     targets: FloatArray
     """(n, 3), model frame"""
+    target_names: List[str]
+    """Name of each target; "" for one without."""
     template_xyz: FloatArray
     """(n, 3), of each point, template frame"""
     registration_error_mm: FloatArray
@@ -56,6 +58,7 @@ class Plan(Handle):
 
     registration: its seen frame is the template frame; it is copied. model: vertices and triangles,
         model frame, mm. parts: of its triangles. targets: (n, 3), model frame, mm.
+    target_names: of each target, "" for one without, else no two alike; (): none has one.
     looked_at: a person has looked at the registration, so that its verdict may be another than
         Verdict.ACCEPTED, but for Verdict.FAILED.
 
@@ -71,13 +74,14 @@ class Plan(Handle):
         *,
         parts: Sequence[PlanPart] = (),
         targets: ArrayLike = (),
+        target_names: Sequence[str] = (),
         looked_at: bool = False,
     ) -> None:
         if not isinstance(registration, Registration):
             raise TypeError(f"registration is a Registration, {registration!r} given")
         surface = _template(template)
         keep: List[Any] = []
-        desc = _desc(model, parts, targets, looked_at, keep)
+        desc = _desc(model, parts, targets, target_names, looked_at, keep)
         its_registration = registration._native
         super().__init__(
             lambda out: native.defrec_plan_create(surface[0], its_registration, desc, out),
@@ -120,10 +124,22 @@ class Plan(Handle):
                 triangles=copied(info.triangles, "I", (info.triangle_count, 3)),
                 parts=_parts(info),
                 targets=copied(info.targets, "d", (info.target_count, 3)),
+                target_names=_target_names(info),
                 template_xyz=copied(info.template_xyz, "d", (info.point_count, 3)),
                 registration_error_mm=copied(info.registration_error_mm, "d", (info.point_count,)),
                 deformed=info.deformed != 0,
             )
+
+    def point_of(self, name: str) -> int:
+        """Index of the point that is the target of that name. threads: any. Raises KeyError where
+        there is none."""
+        with self._copying() as handle:
+            info = structs.PlanInfo()
+            native.defrec_plan_get(handle, info)
+            names = _target_names(info)
+        if not name or name not in names:
+            raise KeyError(name)
+        return int(info.vertex_count) + names.index(name)
 
     def _info(self) -> structs.PlanInfo:
         info = structs.PlanInfo()
@@ -153,10 +169,18 @@ def _parts(info: structs.PlanInfo) -> List[PlanPart]:
     return [PlanPart(text(part.name), part.first_triangle, part.triangle_count) for part in parts]
 
 
+def _target_names(info: structs.PlanInfo) -> List[str]:
+    if info.target_count == 0:
+        return []
+    names = (ctypes.c_char_p * info.target_count).from_address(info.target_names)
+    return [text(name) for name in names]
+
+
 def _desc(
     model: MeshLike,
     parts: Sequence[PlanPart],
     targets: ArrayLike,
+    target_names: Sequence[str],
     looked_at: bool,
     keep: List[Any],
 ) -> structs.PlanDesc:
@@ -175,7 +199,14 @@ def _desc(
         name, first, count = part
         named[i].name = c_text(f"parts[{i}].name", name)
         named[i].first_triangle, named[i].triangle_count = first, count
-    keep += [points, corners, places, named]
+    if len(target_names) not in (0, places.count):
+        raise ValueError(
+            f"target_names has {len(target_names)} names, there are {places.count} targets"
+        )
+    names = (ctypes.c_char_p * len(target_names))()
+    for i, name in enumerate(target_names):
+        names[i] = c_text(f"target_names[{i}]", name)
+    keep += [points, corners, places, named, names]
     return structs.PlanDesc(
         flags=PlanFlag.LOOKED_AT if looked_at else 0,
         vertices=points.address if points.count else None,
@@ -186,4 +217,5 @@ def _desc(
         part_count=len(parts),
         targets=places.address if places.count else None,
         target_count=places.count,
+        target_names=ctypes.addressof(names) if len(target_names) else None,
     )

@@ -252,6 +252,8 @@ class Tracker(TrackerOptions):
         held_motion: Optional[ArrayLike] = None,
         camera_pose: Optional[ArrayLike] = None,
         field: Field = Field.NONE,
+        disparity: Optional[ArrayLike] = None,
+        disparity_sigma: Union[float, ArrayLike, None] = None,
     ) -> Job:
         """Queues a frame and returns at once; jobs run in order.
 
@@ -276,6 +278,11 @@ class Tracker(TrackerOptions):
         field: the rows of both images that are of this frame's time; the others are not read but
             interpolated. An interlaced image is submitted twice, once for each field in the order
             of their times, half a frame period apart.
+        disparity: (height, width) of the rectified left image, px, that a learned stereo network or
+            a depth camera gave, in place of stage stereo; 0: none there. It is copied. Where it is
+            not that of both images the frame has Reason.DISPARITY.
+        disparity_sigma: with disparity, standard deviation of the error that a pixel shares with
+            those around it, px: a number, or (height, width).
 
         threads: one. Raises BusyError with a full queue, Error for a timestamp that does not grow;
         TypeError and ValueError for images of another type or shape.
@@ -305,6 +312,11 @@ class Tracker(TrackerOptions):
                 if not isinstance(samples, Memory):
                     raise TypeError(f"samples is a Memory, {type(samples).__name__} given")
                 frame.samples = _kept(samples, keep)
+            if disparity is not None:
+                given = self._disparity(disparity, disparity_sigma, keep)
+                frame.disparity = ctypes.addressof(given)
+            elif disparity_sigma is not None:
+                raise ValueError("disparity_sigma is given without disparity")
             job = Job(
                 lambda out: native.defrec_tracker_submit(handle, frame, out), keep, self._size
             )
@@ -322,6 +334,30 @@ class Tracker(TrackerOptions):
             view, made.stride = image(name, value, width, height, BYTES_PER_PIXEL[format], codes)
             views.enter_context(closing(view))
             made.pixels = view.address
+        return made
+
+    def _disparity(
+        self, disparity: ArrayLike, sigma: Union[float, ArrayLike, None], keep: List[Any]
+    ) -> structs.Disparity:
+        width, height = self._size
+        made = structs.Disparity(width=width, height=height)
+
+        def rows(name: str, value: ArrayLike) -> int:
+            points = Points(name, value, width, "f")
+            if points.count != height:
+                raise ValueError(f"{name} has {points.count} rows, {height} expected")
+            keep.append(points)
+            return points.address
+
+        made.disparity = rows("disparity", disparity)
+        if sigma is None:
+            raise ValueError(
+                "disparity is given without disparity_sigma, the error to expect of it"
+            )
+        if isinstance(sigma, (int, float)):
+            made.sigma_px = sigma
+        else:
+            made.sigma = rows("disparity_sigma", sigma)
         return made
 
     def track(

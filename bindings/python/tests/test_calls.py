@@ -758,6 +758,7 @@ class Calls(stub.StubTest):
             received.append(list((ctypes.c_uint32 * 3).from_address(desc.triangles)))
             received.append(list((ctypes.c_double * 3).from_address(desc.targets)))
             received.append((desc.vertex_count, desc.triangle_count, desc.target_count))
+            received.append(ctypes.c_char_p.from_address(desc.target_names).value)
             create(surface, registration, desc, out)
 
         def describe(handle, info):
@@ -774,12 +775,14 @@ class Calls(stub.StubTest):
                     (places, [(0, 1, 2)]),
                     parts=[PlanPart("tumour \u00e9", 0, 1)],
                     targets=[(1.5, 2.5, 3.5)],
+                    target_names=["tumour centre \u00e9"],
                     looked_at=True,
                 )
                 loaded = Plan.load(template, "/x")
             s, j, f = hex(template._native), hex(job._native), hex(found._native)
             p, q = hex(plan._native), hex(loaded._native)
             found.close()  # plans do not need it
+            registered = Registration.from_pairs(places, places)
             self.assertEqual((len(plan), repr(plan)), (2, "<Plan, 2>"))
             plan.save("/y")
             moved = job.move_plan(plan)
@@ -791,6 +794,9 @@ class Calls(stub.StubTest):
                     Plan(template, bad)
             with self.assertRaisesRegex(TypeError, "template"):
                 Plan.load(None, "/x")
+            with self.assertRaisesRegex(ValueError, "2 names, there are 1 targets"):
+                Plan(template, registered, targets=places[:1], target_names=["a", "b"])
+            registered.close()
             plan.close()
             loaded.close()
         self.assertEqual(
@@ -801,6 +807,7 @@ class Calls(stub.StubTest):
                 [0, 1, 2],
                 [1.5, 2.5, 3.5],
                 (3, 1, 1),
+                "tumour centre \u00e9".encode(),
             ],
         )
         self.assertEqual(moved.xyz.tolist(), [[1, 2, 3], [4, 5, 6]])

@@ -1,4 +1,5 @@
 """The binding and the real library together, on rendered planes: what the stub cannot show."""
+import array
 import ctypes
 import gc
 import os
@@ -33,6 +34,7 @@ from defrec import (
     OrbStage,
     RansacParams,
     RansacStage,
+    Reason,
     RectifyParams,
     RectifyStage,
     Rig,
@@ -257,6 +259,45 @@ class Tracking(LibraryTest):
         tracker.track(left, right, 1, ignore=half)
         xs = [vertex[0] for vertex in tracker.track(left, right, 2).vertices.tolist()]
         self.assertLess(max(xs), plane.DEPTH_MM * 0.2)
+
+    def test_disparity_of_the_application(self):
+        left, right = FRAMES[0]
+        options = dict(keep_disparity=True)
+        row = array.array("f", [plane.DISPARITY + 0.25] * plane.WIDTH)
+        given = memoryview(row * plane.HEIGHT).cast("B").cast("f", (plane.HEIGHT, plane.WIDTH))
+        one = self.tracker(**options).track(left, right, 1, disparity=given, disparity_sigma=0.1)
+        self.assertEqual(one.state, State.TRACKING)
+        self.assertEqual(one.disparity[0, 0], plane.DISPARITY * DISPARITY_ONE + 4)
+        sigma = memoryview(array.array("f", [0.5] * (plane.WIDTH * plane.HEIGHT)))
+        sigma = sigma.cast("B").cast("f", (plane.HEIGHT, plane.WIDTH))
+        other = self.tracker(**options).track(
+            left, right, 1, disparity=given, disparity_sigma=sigma
+        )
+        self.assertEqual(one.vertices.tolist(), other.vertices.tolist())
+        self.assertLess(one.expected_error_mm[0], other.expected_error_mm[0])
+
+        wrong = memoryview(array.array("f", [8] * (plane.WIDTH * plane.HEIGHT)))
+        wrong = wrong.cast("B").cast("f", (plane.HEIGHT, plane.WIDTH))
+        refuted = self.tracker().track(left, right, 1, disparity=wrong, disparity_sigma=0.1)
+        self.assertEqual(refuted.state, State.INITIALISING)
+        self.assertTrue(refuted.reasons & Reason.DISPARITY)
+
+        tracker = self.tracker()
+        rows = [[plane.DISPARITY] * plane.WIDTH] * plane.HEIGHT
+        for disparity, deviation, words in (
+            (rows[:-1], 0.1, "143 rows, 144 expected"),
+            ([row[:-1] for row in rows], 0.1, "disparity"),
+            (rows, None, "disparity_sigma"),
+            (rows, rows[:-1], "disparity_sigma has 143 rows"),
+            (None, 0.1, "without disparity"),
+        ):
+            with self.assertRaisesRegex(ValueError, words):
+                tracker.submit(left, right, 1, disparity=disparity, disparity_sigma=deviation)
+        with self.assertRaisesRegex(Error, "sigma_px is 0"):
+            tracker.submit(left, right, 1, disparity=rows, disparity_sigma=0)
+        rows[7] = [-1] * plane.WIDTH
+        with self.assertRaisesRegex(Error, r"pixel \(0, 7\) is -1"):
+            tracker.submit(left, right, 1, disparity=rows, disparity_sigma=0.1)
 
 
 class Stages(LibraryTest):
