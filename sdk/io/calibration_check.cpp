@@ -139,10 +139,18 @@ void detail::check_and_normalise(StereoCalibration& calibration, LengthUnit unit
 
 void fit_to_frames(StereoCalibration& calibration, int width, int height) {
     if (calibration.width > 0 && (calibration.width != width || calibration.height != height)) {
-        fail(calibration.size_origin,
-             "the calibration is for " + size_text(calibration.width, calibration.height) +
-                 " but the frames are " + size_text(width, height) +
-                 "; nothing is scaled silently, so calibrate for this size or resize the frames.");
+        const bool is_beside = width == 2 * calibration.width && height == calibration.height;
+        const bool is_above = width == calibration.width && height == 2 * calibration.height;
+        fail(
+            calibration.size_origin,
+            "the calibration is for " + size_text(calibration.width, calibration.height) +
+                " but the frames are " + size_text(width, height) +
+                (is_beside  ? "; if each image holds both views, give it as --stereo with --layout "
+                              "side-by-side."
+                 : is_above ? "; if each image holds both views, give it as --stereo with --layout "
+                              "top-bottom."
+                            : "; nothing is scaled silently, so calibrate for this size or resize "
+                              "the frames."));
     }
     check_centre(calibration.left, width, height);
     check_centre(calibration.right, width, height);

@@ -222,6 +222,20 @@ TEST_CASE("row 10: a size that differs from the frames' is an error and nothing 
     CHECK(calibration.width == 640);
 }
 
+TEST_CASE("frames of twice the calibration's size are answered with the option of both views") {
+    const auto refusal_of_size = [](int width, int height) -> std::string {
+        StereoCalibration calibration = load_text(kGood);
+        try {
+            fit_to_frames(calibration, width, height);
+        } catch (const CliError& error) {
+            return error.what();
+        }
+        return {};
+    };
+    CHECK_SAYS(refusal_of_size(1280, 480), "--layout side-by-side");
+    CHECK_SAYS(refusal_of_size(640, 960), "--layout top-bottom");
+}
+
 TEST_CASE("row 11: a locale with a decimal comma changes nothing") {
     struct Comma : std::numpunct<char> {
         char do_decimal_point() const override { return ','; }

@@ -13,6 +13,25 @@ namespace {
 constexpr std::size_t kLargestFile = 2'000'000'000;
 constexpr std::size_t kLongestHeader = 65536, kMostColumns = 1000;
 
+// "; ..." to the message that the header lacks a column; `wanted`: those that it must have.
+std::string remedy_of_header(const std::string& lacking, std::vector<std::string> header,
+                             const std::vector<std::string>& wanted) {
+    if (header.size() == 1 && header[0].find_first_of(";\t") != std::string::npos)
+        return "; the file seems to part its columns by semicolons or tabs, commas were expected";
+    const auto is_number = [](const std::string& field) { return parse_double(field).has_value(); };
+    if (std::all_of(header.begin(), header.end(), is_number)) {
+        std::string names;
+        for (const std::string& name : wanted) names += (names.empty() ? "" : ",") + name;
+        return "; the first line must name the columns: " + names;
+    }
+    const auto is_wanted = [&wanted](const std::string& name) {
+        return std::find(wanted.begin(), wanted.end(), name) != wanted.end();
+    };
+    header.erase(std::remove_if(header.begin(), header.end(), is_wanted), header.end());
+    const std::string nearest = nearest_name(lacking, header);
+    return nearest.empty() ? std::string() : "; the nearest is '" + nearest + "'";
+}
+
 }  // namespace
 
 CsvReader::CsvReader(const std::filesystem::path& path, const std::vector<std::string>& columns,
@@ -41,9 +60,8 @@ CsvReader::CsvReader(const std::filesystem::path& path, const std::vector<std::s
             continue;
         }
         if (found == header.end()) {
-            const std::string nearest = nearest_name(column, header);
             fail("the header has no column '" + column + "'" +
-                 (nearest.empty() ? std::string() : "; the nearest is '" + nearest + "'") + ".");
+                 remedy_of_header(column, header, columns) + ".");
         }
         places_.emplace_back(static_cast<std::size_t>(found - header.begin()));
     }

@@ -55,6 +55,13 @@ TEST_CASE("points may have names; those of the file are chosen, those of the gri
     CHECK_FALSE(grid_points(640, 360)[0].is_chosen);
 }
 
+TEST_CASE("a first line that names no columns is answered with what is missing") {
+    CHECK_SAYS(refusal("320,180\n200,100\n"), "the first line must name the columns: id,u,v");
+    CHECK_SAYS(refusal("id;u;v\n1;2;3\n"), "semicolons or tabs, commas were expected");
+    CHECK_SAYS(refusal("ID,u,v\n1,2,3\n"), "no column 'id'; the nearest is 'ID'");
+    CHECK(refusal("name,u,v\nvessel,2,3\n").find("nearest is 'u'") == std::string::npos);
+}
+
 TEST_CASE("faulty points name the line") {
     CHECK_SAYS(refusal("id,u,v\n1,2,3\n2,5,5\n1,4,4\n"),
                "points.csv:4: id 1 stands already in line 2");

@@ -45,8 +45,8 @@ inline void add_image_options(CLI::App& command, SourceOptions& source) {
     auto* right = command.add_option("--right", source.right, "Right images, likewise");
     auto* stereo = command.add_option("--stereo", source.stereo,
                                       "One source that carries both views; with --layout");
-    left->type_name("P")->needs(right);
-    right->type_name("P")->needs(left);
+    left->type_name("P");
+    right->type_name("P");
     auto* layout = command.add_option_function<std::string>(
         "--layout",
         [&source](const std::string& name) {
@@ -55,7 +55,11 @@ inline void add_image_options(CLI::App& command, SourceOptions& source) {
         "side-by-side (left on the left) or top-bottom (left on top)");
     layout->type_name("L")->check(CLI::IsMember({"side-by-side", "top-bottom"}))->needs(stereo);
     stereo->type_name("P")->excludes(left)->excludes(right);
-    command.parse_complete_callback([stereo, layout] {
+    command.parse_complete_callback([left, right, stereo, layout] {
+        if (left->count() > right->count())
+            throw CLI::ValidationError(
+                "--left", "needs --right; a video that holds both views is given as --stereo");
+        if (right->count() > left->count()) throw CLI::ValidationError("--right", "needs --left");
         if (stereo->count() > 0 && layout->count() == 0)
             throw CLI::ValidationError("--stereo",
                                        "needs --layout side-by-side or --layout top-bottom");

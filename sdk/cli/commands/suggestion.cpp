@@ -25,6 +25,13 @@ const CLI::App* command_of(const CLI::App& app, const std::string& name) {
     return nullptr;
 }
 
+bool takes_options_alone(const CLI::App& command) {
+    const std::vector<const CLI::Option*> options = command.get_options();
+    return command.get_subcommands({}).empty() &&
+           std::none_of(options.begin(), options.end(),
+                        [](const CLI::Option* option) { return option->get_positional(); });
+}
+
 std::vector<std::string> option_names(const CLI::App& command) {
     std::vector<std::string> names;
     for (const CLI::Option* option : command.get_options())
@@ -42,6 +49,9 @@ std::string misspelling(const CLI::App& app, int argc, const char* const* argv) 
         for (const CLI::App* each : app.get_subcommands({})) names.push_back(each->get_name());
         return unknown("command", argv[1], names, app.get_name() + " --help");
     }
+    if (argc > 2 && argv[2][0] != '-' && takes_options_alone(*command))
+        return "'" + std::string(argv[2]) + "' stands without the option that it belongs to. " +
+               app.get_name() + " " + command->get_name() + " --help lists all.";
     const std::vector<std::string> known = option_names(*command);
     for (int i = 2; i < argc; ++i) {
         const std::string argument = argv[i];

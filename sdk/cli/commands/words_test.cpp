@@ -89,6 +89,9 @@ TEST_CASE("a command or an option that does not exist is answered with the one t
     const std::string far = program.misspelled({"qqqqqqqqqqqqqqqq"});
     CHECK(far.find("Did you mean") == std::string::npos);
     CHECK(far.find("defrec --help lists all") != std::string::npos);
+    CHECK(program.misspelled({"track", "mine.mp4"}).find("'mine.mp4' stands without") !=
+          std::string::npos);
+    CHECK(program.misspelled({"score", "folder"}).empty());
     CHECK(program.misspelled({}).empty());
     CHECK(program.misspelled({"--version"}).empty());
     CHECK(program.misspelled({"track", "--left", "l", "--right=r", "--help", "-h"}).empty());
