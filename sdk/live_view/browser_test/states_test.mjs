@@ -182,6 +182,7 @@ async function lookAtStates(page, other, replay, isPlain) {
   await page.waitForFunction(() => Number(document.documentElement.dataset.frame) > 1001);
   assert.match((await look(page, 'tracking')).text, /Measure depth/);
   assert.equal(tracking.isStale, false);
+  assert.doesNotMatch(tracking.text, /not of now/);
   await page.click('#alarm-flash');
 
   const lost = await lookAt(replay, [page, other], 'lost');
@@ -206,6 +207,9 @@ async function lookAtStates(page, other, replay, isPlain) {
   const stalled = await lookAt(replay, [page], 'stalled');
   assert.ok(stalled.isPictureGray, 'the picture that is no longer of now is gray');
   assert.equal(stalled.points, '');
+  assert.ok(stalled.isFlashing);
+  assert.equal(stalled.colour, kRed);
+  assert.match(stalled.text, /Of the last picture, not of now/);
   await lookAt(replay, [page], 'tracking');
   for (const isBehindProxy of [false, true]) {
     replay.isBehindProxy = isBehindProxy;
@@ -214,6 +218,7 @@ async function lookAtStates(page, other, replay, isPlain) {
   }
   const ended = await lookAt(replay, [page, other], 'ended');
   assert.match(ended.say, /Nothing is followed/);
+  assert.match(ended.text, /Of the last picture, not of now/);
   assert.ok(await page.$eval('#record', ({disabled}) => disabled));
 }
 

@@ -1,4 +1,4 @@
-// Sound and flash while the tissue is lost; both only where asked for.
+// Sound and flash while the tissue is lost or nothing is known of it; both only where asked for.
 import {byId} from '../../report/web/data.js';
 
 const kBeatMs = 1500;
@@ -19,7 +19,7 @@ export class Alarm {
   /** state: that is shown. */
   watch(state) {
     const wasOn = this.isOn;
-    this.isOn = state === 'lost' || state === 'disconnected';
+    this.isOn = ['lost', 'disconnected', 'stalled'].includes(state);
     this.flash();
     if (this.isOn && !wasOn) this.beat();
   }

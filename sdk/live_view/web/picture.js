@@ -6,7 +6,7 @@ import {drawPlan} from './plan.js';
 import {labelOf} from './points.js';
 import {drawTargets} from './targets.js';
 
-const kChosenRadius = 6, kGridRadius = 2;
+const kChosenRadius = 6, kGridRadius = 2, kLabelHeight = 14;
 
 function showGridLegend() {
   const entries = [...statuses, {name: 'recognised', colour: matchColour}];
@@ -30,6 +30,7 @@ export class Picture {
     this.context = this.canvas.getContext('2d');
     this.size = [1, 1];
     this.hasEnded = false;
+    this.labelled = new Set();  // ids of the points whose labels were drawn last
     this.canvas.addEventListener('click', (event) => {
       if (this.hasEnded) return;
       const box = this.canvas.getBoundingClientRect();
@@ -59,12 +60,19 @@ export class Picture {
   }
 
   drawPoints(points, scale) {
+    const placed =
+        points.filter(({u, v}) => u !== null && v !== null)
+            .map((point) => ({...point, x: (point.u + 0.5) * scale, y: (point.v + 0.5) * scale}));
+    this.drawMarks(placed);
+    this.drawLabels(placed.filter(({isChosen}) => isChosen));
+  }
+
+  drawMarks(points) {
+    const {context, unit} = this;
     for (const point of points) {
-      if (point.u === null || point.v === null) continue;
-      const x = (point.u + 0.5) * scale, y = (point.v + 0.5) * scale;
-      const {context, unit} = this;
       context.beginPath();
-      context.arc(x, y, unit * (point.isChosen ? kChosenRadius : kGridRadius), 0, 2 * Math.PI);
+      context.arc(
+          point.x, point.y, unit * (point.isChosen ? kChosenRadius : kGridRadius), 0, 2 * Math.PI);
       context.fillStyle = statuses[point.status].colour;
       context.fill();
       context.setLineDash(point.status === observedStatus ? [] : [3 * unit, 2 * unit]);
@@ -72,21 +80,35 @@ export class Picture {
       context.strokeStyle = point.isChosen ? '#ffffff' : '#0f172a';
       context.stroke();
       context.setLineDash([]);
-      if (point.isChosen) this.drawLabel(point, x, y - 8 * unit);
     }
   }
 
-  drawLabel(point, x, y) {
-    const {context, unit} = this;
-    context.font = `600 ${14 * unit}px system-ui, sans-serif`;
+  /** Labels that have room: those with names first, then those that were drawn last time. */
+  drawLabels(points) {
+    const {context, unit} = this, taken = [];
+    const rank = ({id, name}) => (name ? 2 : 0) + (this.labelled.has(id) ? 1 : 0);
+    const ranked = points.map((point) => ({...point, rank: rank(point)}));
+    ranked.sort((a, b) => b.rank - a.rank);
+    this.labelled = new Set();
+    context.font = `600 ${kLabelHeight * unit}px system-ui, sans-serif`;
     context.lineJoin = 'round';
     context.lineWidth = 3.5 * unit;
     context.strokeStyle = '#0f172a';
     context.fillStyle = '#ffffff';
-    const text = `${labelOf(point)}  ${number(point.error, 1)} mm`;
-    const gap = 10 * unit, length = context.measureText(text).width;
-    const left = x + gap + length < this.canvas.width ? x + gap : x - gap - length;
-    context.strokeText(text, left, y);
-    context.fillText(text, left, y);
+    const gap = 10 * unit, height = kLabelHeight * unit;
+    for (const point of ranked) {
+      const text = `${labelOf(point)}  ${number(point.error, 1)} mm`;
+      const length = context.measureText(text).width, y = point.y - 8 * unit;
+      const left =
+          point.x + gap + length < this.canvas.width ? point.x + gap : point.x - gap - length;
+      const isTaken = taken.some(
+          (other) => left < other.left + other.length && other.left < left + length &&
+              Math.abs(y - other.y) < height);
+      if (isTaken) continue;
+      taken.push({left, length, y});
+      this.labelled.add(point.id);
+      context.strokeText(text, left, y);
+      context.fillText(text, left, y);
+    }
   }
 }

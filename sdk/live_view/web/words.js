@@ -15,7 +15,10 @@ export const states = {
     say: 'The tissue was lost, and is followed again. Compare one landmark by eye.'
   },
   lost: {word: 'Lost', say: 'The tissue is not followed. Do not rely on any position.'},
-  stalled: {word: 'No new picture', say: 'The program runs, but no frame comes from the video.'},
+  stalled: {
+    word: 'No new picture',
+    say: 'The program runs, but no frame comes from the video. Nothing here is current.'
+  },
   disconnected: {
     word: 'No connection',
     say: 'The program does not answer: it has ended, or the way to it is broken. Nothing here is ' +
