@@ -728,8 +728,7 @@ struct GivenDisparity {
     static constexpr size_t kMinPatches = 24;
     // share of these | that the right view must show near where the surface has them | set by hand
     static constexpr double kMinFound = 0.3;
-    // px | median of the differences; a smaller one is none | at most 0.34 with the disparity of
-    //   stage stereo
+    // px | median of the differences; a smaller one is none | set by hand
     static constexpr double kMinError = 0.75;
     // standard deviations as stated | likewise | set by hand
     static constexpr double kSigmas = 2;
