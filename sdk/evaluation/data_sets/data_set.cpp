@@ -19,6 +19,7 @@ constexpr int kDeepestFolder = 6;
 std::vector<std::unique_ptr<DataSet>> make_data_sets() {
     std::vector<std::unique_ptr<DataSet>> sets;
     sets.push_back(make_defrec_sequences());
+    sets.push_back(make_d4d());
     sets.push_back(make_hamlyn());
     sets.push_back(make_heart_phantom());
     sets.push_back(make_scared());

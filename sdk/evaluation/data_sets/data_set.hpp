@@ -106,6 +106,7 @@ struct Needed {
 void require_entries(const std::filesystem::path& folder, const std::vector<Needed>& needed);
 
 std::unique_ptr<DataSet> make_defrec_sequences();
+std::unique_ptr<DataSet> make_d4d();
 std::unique_ptr<DataSet> make_hamlyn();
 std::unique_ptr<DataSet> make_heart_phantom();
 std::unique_ptr<DataSet> make_scared();
