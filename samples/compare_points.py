@@ -2,6 +2,8 @@
 """Fails unless a sample's points are those of `defrec track`, digit for digit.
 
 compare_points.py TRACKED/points.csv SAMPLE.csv
+
+Rows of display.csv that are of no point do not count.
 """
 import csv
 import sys
@@ -11,7 +13,11 @@ COLUMNS = ["frame", "id", "x", "y", "z", "status", "expected_error_mm"]
 
 def rows(path):
     with open(path, newline="") as file:
-        return [[row[column] for column in COLUMNS] for row in csv.DictReader(file)]
+        return [
+            [row[column] for column in COLUMNS]
+            for row in csv.DictReader(file)
+            if row.get("kind", "point") == "point"
+        ]
 
 
 expected, found = rows(sys.argv[1]), rows(sys.argv[2])

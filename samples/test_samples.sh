@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Runs the six samples of one language on a reference sequence and looks at what they write.
+# Runs the samples of one language on a reference sequence and looks at what they write.
 #   test_samples.sh SEQUENCE TRACKED WORK_FOLDER TRIED COMMAND...
 # COMMAND, with the name of a sample for "{}", runs it. TRACKED is what `defrec track` made of
-# SEQUENCE and of the targets in plan.csv; TRIED another language's WORK_FOLDER, or none.
+# SEQUENCE and of the targets in plan.csv, shown 66 ms later; TRIED another language's WORK_FOLDER,
+# or none.
 set -euo pipefail
 sequence=$1 tracked=$2 work=$3 tried=$4
 shift 4
@@ -41,6 +42,11 @@ grep -qE '^device cpu: .* ([0-9]+) of \1 stages' "$work/devices.txt"
 sample track_folder "$left" "$right" "$camera" "$sequence/points.csv" "$work/points.csv" cpu
 python3 "$here/compare_points.py" "$tracked/points.csv" "$work/points.csv"
 
+sample display_points "$left" "$right" "$camera" "$sequence/points.csv" 66 "$work/shown.csv" cpu
+python3 "$here/compare_points.py" "$tracked/display.csv" "$work/shown.csv"
+# The tissue moves on meanwhile.
+if cmp -s "$work/points.csv" "$work/shown.csv"; then exit 1; fi
+
 sample warp_mesh "$left" "$right" "$camera" "$here/tumour.obj" "$work/meshes" cpu
 [ "$(find "$work/meshes" -name '*.ply' | wc -l)" = "$frames" ]
 if cmp "$work/meshes/000000.ply" "$work/meshes/000003.ply"; then exit 1; fi
@@ -78,6 +84,7 @@ for deadline in 10000 0; do
 done
 
 fails_with 2 '^usage: track_folder ' track_folder "$left"
+fails_with 2 '^usage: display_points ' display_points "$left" "$right" "$camera"
 fails_with 2 '^usage: plan_beneath ' plan_beneath "$left" "$right" "$camera" "$here/plan.csv"
 fails_with 2 '^usage: live_loop ' live_loop "$left" "$right" "$camera" soon
 points="$sequence/points.csv"
@@ -86,6 +93,11 @@ fails_with 1 'FX,FY,CX,CY,BASELINE_MM' \
     track_folder "$left" "$right" 1,2,3 "$points" "$work/none.csv"
 fails_with 1 'DEFREC_ERROR_' \
     track_folder "$left" "$right" 333,333,159,119,0 "$points" "$work/none.csv"
+# The program in C takes it for its usage.
+refused=1
+if [ "$tried" = none ]; then refused=2; fi
+fails_with "$refused" 'DEFREC_ERROR_ARGUMENT|^usage: ' \
+    display_points "$left" "$right" "$camera" "$points" 101 "$work/none.csv" cpu
 printf 'id;u;v\n1;100,5;100\n' >"$work/semicolons.csv"
 fails_with 1 'semicolons.csv: .*id,u,v' \
     track_folder "$left" "$right" "$camera" "$work/semicolons.csv" "$work/none.csv"

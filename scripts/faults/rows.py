@@ -686,6 +686,36 @@ SECTIONS = (
             (203, "two targets of a plan with one name, a name that is too long", "refused"),
         ),
     ),
+    (
+        "Points at the time of display",
+        (
+            (
+                204,
+                (
+                    "a predictor's frame with arrays that are missing, another count, a status that"
+                    " there is not, numbers that are not finite, too far or negative"
+                ),
+                "refused, with the field and the point's number; the predictor stays as it was",
+            ),
+            (205, "frames whose times do not grow", "refused, with both times"),
+            (
+                206,
+                "a time of display before the last frame, or more than 100 ms after it",
+                "refused, with the time; nothing is written",
+            ),
+            (207, "a time of display before there is a frame", "`DEFREC_ERROR_STATE`"),
+            (
+                208,
+                "a frame that is lost, has no template or another epoch",
+                "motion before it is forgotten; while it is the last one all points are unknown",
+            ),
+            (
+                209,
+                "frames that are missing, or a point that jumps",
+                "motion before a long gap is forgotten, of a jumping point its own",
+            ),
+        ),
+    ),
 )
 
 # Tests that are not C++, or why there is none.

@@ -39,6 +39,7 @@ READERS = {
     "poses": ["sdk/hand_eye/hand_eye.cpp", "sdk/hand_eye/program/pose_file.cpp"],
     "plan": ["sdk/plan/file.cpp", "sdk/plan/plan.cpp"],
     "plugin_reply": ["sdk/tracking/stages/check_output.cpp"],
+    "predictor": ["sdk/predictor/predictor.cpp", "sdk/predictor/point_runs.cpp"],
     "probe_reply": ["sdk/cli/devices/probe_reply.cpp"],
     "score": ["sdk/evaluation/score/scored_rows.cpp", "sdk/io/csv.cpp"],
     "shared_object": ["sdk/plugin/shared_object_posix.cpp"],

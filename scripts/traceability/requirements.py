@@ -231,7 +231,10 @@ REQUIREMENTS = (
                     ),
                     (
                         "sdk/predictor/predictor_test.cpp",
-                        "motion is forgotten over a gap, a lost frame and another epoch",
+                        (
+                            "rows 208-209: motion is forgotten over a gap, a lost frame and another"
+                            " epoch"
+                        ),
                     ),
                 ),
             ),

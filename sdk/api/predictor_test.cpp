@@ -93,7 +93,7 @@ TEST_CASE("points at a time after the last frame, with status, error and basis")
     for (size_t i = 0; i < 9; ++i) CHECK(alone[i] == points.out[i]);
 }
 
-TEST_CASE("frames that are lost, have no template, or whose state is not known") {
+TEST_CASE("row 208: frames that are lost, have no template, or whose state is not known") {
     for (const uint32_t state : {uint32_t{DEFREC_INITIALISING}, uint32_t{DEFREC_LOST}, 77u}) {
         CAPTURE(state);
         Swinging points;
@@ -124,7 +124,7 @@ TEST_CASE("frames that are lost, have no template, or whose state is not known")
     CHECK(points.basis[1] == DEFREC_PREDICTED_LAST);
 }
 
-TEST_CASE("a predictor's frames that are refused, with the reason") {
+TEST_CASE("rows 204-205: a predictor's frames that are refused, with the reason") {
     using Frame = defrec_predictor_frame;
     const double not_finite[9] = {0, 0, 80, 0, kNaN, 80, 0, 0, 80};
     const double infinite[9] = {0, 0, 80, 0, 0, 80, HUGE_VAL, 0, 80};
@@ -167,7 +167,7 @@ TEST_CASE("a predictor's frames that are refused, with the reason") {
     CHECK(defrec_predictor_add_frame(points.handle, &old) == DEFREC_ERROR_VERSION);
 }
 
-TEST_CASE("a predictor and its times that are refused, with the reason") {
+TEST_CASE("row 204: a predictor that is refused, with the reason") {
     auto desc = init<defrec_predictor_desc>();
     defrec_predictor made = nullptr;
     CHECK(defrec_predictor_create(&desc, &made) == DEFREC_ERROR_ARGUMENT);
@@ -182,7 +182,9 @@ TEST_CASE("a predictor and its times that are refused, with the reason") {
     CHECK(defrec_predictor_create(&desc, nullptr) == DEFREC_ERROR_ARGUMENT);
     CHECK(defrec_predictor_create(nullptr, &made) == DEFREC_ERROR_ARGUMENT);
     CHECK(made == nullptr);
+}
 
+TEST_CASE("rows 206-207: times of display that are refused, with the reason") {
     Swinging points;
     const auto predict = [&](int64_t time, size_t count) {
         points.out[0] = -1;

@@ -270,7 +270,7 @@ TEST_CASE("tissue at rest: noise is not taken for motion") {
     CHECK(errors.within(2) > 0.93);
 }
 
-TEST_CASE("a jump of all points is no velocity") {
+TEST_CASE("row 209: a jump of all points is no velocity") {
     const Motion jumping = [](std::size_t point, double time) {
         return Eigen::Vector3d(beating(point, time) + Eigen::Vector3d(time >= 2.99 ? 12 : 0, 0, 0));
     };
@@ -293,7 +293,7 @@ TEST_CASE("a jump of all points is no velocity") {
     CHECK(errors.ratio() < 0.1);
 }
 
-TEST_CASE("a jump of one point ends its motion alone") {
+TEST_CASE("row 209: a jump of one point ends its motion alone") {
     Film film(40, [](std::size_t point, double time) {
         return Eigen::Vector3d(beating(point, time) +
                                Eigen::Vector3d(0, point == 7 && time >= 2.99 ? 30 : 0, 0));
@@ -305,7 +305,7 @@ TEST_CASE("a jump of one point ends its motion alone") {
     CHECK(film.count(Basis::kLearned) == 39);
 }
 
-TEST_CASE("motion is forgotten over a gap, a lost frame and another epoch") {
+TEST_CASE("rows 208-209: motion is forgotten over a gap, a lost frame and another epoch") {
     for (const std::string cause : {"gap", "lost", "epoch"}) {
         CAPTURE(cause);
         Film film;
@@ -379,7 +379,7 @@ TEST_CASE("the same frames give the same bits") {
     CHECK(first.basis == second.basis);
 }
 
-TEST_CASE("a frame that is refused changes nothing") {
+TEST_CASE("row 204: a frame that is refused changes nothing") {
     Film film;
     for (int i = 0; i < 60; ++i) film.add(i / 30.0);
     film.predict(2);
@@ -402,7 +402,7 @@ TEST_CASE("a frame that is refused changes nothing") {
     CHECK(film.out == before);
 }
 
-TEST_CASE("times of display that are refused") {
+TEST_CASE("row 206: times of display that are refused") {
     Film film(3);
     CHECK(refusal([&] { film.predict(0); }, DEFREC_ERROR_STATE).find("no frame yet") !=
           std::string::npos);
