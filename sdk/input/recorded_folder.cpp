@@ -34,8 +34,9 @@ void open_recorded_folder(const std::filesystem::path& folder, SourceOptions& so
     const double fps = json["fps"].get<double>();
     if (!(fps > 0 && fps <= kHighestRate)) fail("recording.json has no rate of images.");
     source.recording = folder / kRecordingFile;
-    source.left = folder / kLeftFolder;
-    source.right = folder / kRightFolder;
+    const bool is_video = json.contains("format") && json["format"] == kVideoFormat;
+    source.left = folder / (is_video ? kLeftVideo : kLeftFolder);
+    source.right = folder / (is_video ? kRightVideo : kRightFolder);
     source.times = folder / kTimesFile;
     source.fps = fps;
     const std::size_t times = read_frame_times(source.times).size();

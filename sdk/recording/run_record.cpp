@@ -30,6 +30,7 @@
 #include "sdk/io/terminal.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/recording/frame_writer.hpp"
+#include "sdk/recording/view_videos.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -63,6 +64,12 @@ Bytes encode(const cv::Mat& image, const std::string& extension) {
     return bytes;
 }
 
+// The pixels, for a video that takes its images one after the other.
+Bytes pixels_of(const cv::Mat& image) {
+    const cv::Mat whole = image.isContinuous() ? image : image.clone();
+    return {whole.data, whole.data + whole.total() * whole.elemSize()};
+}
+
 // Returns when the disk has everything of the folder's file system.
 void synchronise_all(const fs::path& folder) {
     const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
@@ -75,9 +82,21 @@ void synchronise_all(const fs::path& folder) {
 // whole pairs.
 class RecordingFolder {
   public:
-    RecordingFolder(const fs::path& path, std::string extension)
-        : folder_(expect_empty(path)), extension_(std::move(extension)) {
-        for (const char* view : {kLeftFolder, kRightFolder}) create_output_folder(folder_ / view);
+    // What the images are: the size and type of their pixels, and how many come in a second.
+    struct Images {
+        cv::Size size;
+        int type = CV_8UC3;
+        double fps = 0;
+    };
+
+    // extension: of each image; empty: videos of H.264 are written.
+    RecordingFolder(const fs::path& path, std::string extension, const Images& images)
+        : folder_(expect_empty(path)), extension_(std::move(extension)), images_(images) {
+        if (extension_.empty())
+            videos_.emplace(folder_.path(), images.size, images.fps);
+        else
+            for (const char* view : {kLeftFolder, kRightFolder})
+                create_output_folder(folder_ / view);
         times_.emplace(folder_ / kTimesFile);
         times_->write("frame,timestamp_ms\n");
     }
@@ -85,8 +104,13 @@ class RecordingFolder {
     void write(const EncodedPair& pair) {
         // Decimals of ms: fields are half a period later, and rounding moves none by a nanosecond.
         constexpr int kDecimals = 9;
-        write_image(kLeftFolder, pair.frame, pair.left);
-        write_image(kRightFolder, pair.frame, pair.right);
+        if (videos_) {
+            videos_->write(image_of(pair.left), image_of(pair.right));
+        } else {
+            write_image(kLeftFolder, pair.frame, pair.left);
+            write_image(kRightFolder, pair.frame, pair.right);
+            bytes_ += pair.left.size() + pair.right.size();
+        }
         line_.clear();
         append_integer(line_, pair.frame);
         line_ += ',';
@@ -95,9 +119,14 @@ class RecordingFolder {
         // A run that is killed leaves them.
         times_->flush();
         last_ms_ = pair.timestamp_ms;
-        bytes_ += pair.left.size() + pair.right.size();
     }
 
+    // No more comes.
+    void end_images() {
+        if (!videos_) return;
+        videos_->finish();
+        bytes_ = videos_->bytes();
+    }
     // summary: says that the recording was finished.
     void finish(const Json& summary) {
         times_->commit();
@@ -107,6 +136,10 @@ class RecordingFolder {
     }
     // The disk may be full: what is there is kept, without the summary.
     void give_up() {
+        try {
+            if (videos_) videos_->give_up();
+        } catch (const FileError&) {
+        }
         try {
             times_->commit();
         } catch (const FileError&) {
@@ -118,6 +151,9 @@ class RecordingFolder {
     std::uint64_t bytes() const { return bytes_; }
 
   private:
+    cv::Mat image_of(const Bytes& pixels) const {
+        return {images_.size, images_.type, const_cast<unsigned char*>(pixels.data())};
+    }
     void write_image(const char* view, std::int64_t frame, const Bytes& bytes) const {
         char name[32];
         std::snprintf(name, sizeof name, "%06lld", static_cast<long long>(frame));
@@ -129,6 +165,8 @@ class RecordingFolder {
 
     const OutputFolder folder_;
     const std::string extension_;
+    const Images images_;
+    std::optional<ViewVideos> videos_;
     std::optional<AtomicFile> times_;
     std::string line_;
     double last_ms_ = 0;
@@ -141,10 +179,13 @@ class Recording {
         : options_(options),
           source_((expect_source(options.source), expect_empty(options.out), options.source)),
           progress_(options.quiet),
-          folder_(options.out, extension()),
+          folder_(options.out, extension(),
+                  {{source_.width(), source_.height()}, CV_8UC(source_.channels()), source_.fps()}),
           writer_(
               limits(),
-              [extension = extension()](const cv::Mat& image) { return encode(image, extension); },
+              [extension = extension()](const cv::Mat& image) {
+                  return extension.empty() ? pixels_of(image) : encode(image, extension);
+              },
               [this](const EncodedPair& pair) { folder_.write(pair); }) {
         source_.set_notice_handler([this](const std::string& notice) { say(notice); });
     }
@@ -156,6 +197,7 @@ class Recording {
         progress_.clear();
         try {
             writer_.finish();
+            folder_.end_images();
             const Json summary = summarise(is_interrupted);
             folder_.finish(summary);
             report(summary);
@@ -171,8 +213,13 @@ class Recording {
     }
 
   private:
+    bool is_video() const { return options_.format == RecordFormat::kH264; }
+    // An image's; empty for videos.
     std::string extension() const {
-        return options_.is_compressed ? ".png" : source_.channels() == 1 ? ".pgm" : ".ppm";
+        if (is_video()) return "";
+        return options_.format == RecordFormat::kPng ? ".png"
+               : source_.channels() == 1             ? ".pgm"
+                                                     : ".ppm";
     }
 
     FrameWriter::Limits limits() const {
@@ -235,7 +282,8 @@ class Recording {
                 {"width", source_.width()},
                 {"height", source_.height()},
                 {"channels", source_.channels()},
-                {"format", extension().substr(1)},
+                {"format", is_video() ? kVideoFormat : extension().substr(1)},
+                {"lossless", !is_video()},
                 {"bytes", folder_.bytes()},
                 {"frames_dropped", writer_.dropped()},
                 {"cameras", cameras_json()},
@@ -265,7 +313,9 @@ class Recording {
             print(std::to_string(writer_.written()) + " frames of " +
                   size_text(source_.width(), source_.height()) + ", " +
                   format_fixed(static_cast<double>(folder_.bytes()) / kMegabyte, 1) + " MB, in " +
-                  options_.out + "\nreplay: defrec track --recording " + options_.out +
+                  options_.out +
+                  (is_video() ? "\nH.264 is lossy: results are not those of the source" : "") +
+                  "\nreplay: defrec track --recording " + options_.out +
                   " --calibration F --out DIR\n");
         }
     }

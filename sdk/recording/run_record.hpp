@@ -1,4 +1,4 @@
-// `defrec record`: both views and their times in a folder, without loss.
+// `defrec record`: both views and their times in a folder, without loss unless H.264 was asked for.
 #pragma once
 
 #include <cstddef>
@@ -8,10 +8,12 @@
 
 namespace defrec::cli {
 
+enum class RecordFormat { kPng, kPnm, kH264 };
+
 struct RecordOptions {
     SourceOptions source;
     std::string out;
-    bool is_compressed = true;   // PNG, else PPM and PGM
+    RecordFormat format = RecordFormat::kPng;
     std::size_t queue_mb = 512;  // of images that may wait for the disk
     unsigned threads = 0;        // that compress; 0: one for each core
     bool quiet = false, json = false;

@@ -13,7 +13,9 @@ namespace {
 constexpr const char* kFooter =
     "DIR gets left/%06d.png, right/%06d.png, times.csv and, last of all, recording.json. `defrec "
     "track --recording DIR` gives the results that the source would have given, to the same bytes. "
-    "Frames of cameras are dropped, and counted, where the disk or the processor is too slow; "
+    "With --format h264 it gets left.mkv and right.mkv instead, which are lossy: results then "
+    "differ from those of the source. Frames of cameras are dropped, and counted, where the disk "
+    "or the processor is too slow; "
     "those of recordings wait.\n"
     "\n"
     "Examples:\n"
@@ -32,7 +34,7 @@ CLI::App* add_record_command(CLI::App& app, std::function<int()>& run) {
     constexpr int kMostThreads = 64, kMostMegabytes = 1'000'000;
     auto options = std::make_shared<RecordOptions>();
     CLI::App* command =
-        app.add_subcommand("record", "Record both views and their times without loss");
+        app.add_subcommand("record", "Record both views and their times, without loss or as H.264");
     add_image_options(*command, options->source);
     add_reconnect_option(*command, options->source);
     command->add_option("--out", options->out, "Folder for the recording; created, or empty")
@@ -41,10 +43,15 @@ CLI::App* add_record_command(CLI::App& app, std::function<int()>& run) {
     command
         ->add_option_function<std::string>(
             "--format",
-            [options](const std::string& format) { options->is_compressed = format == "png"; },
-            "png, or pnm: larger files, and hardly any work for the processor; default: png")
+            [options](const std::string& format) {
+                options->format = format == "png"   ? RecordFormat::kPng
+                                  : format == "pnm" ? RecordFormat::kPnm
+                                                    : RecordFormat::kH264;
+            },
+            "png; pnm: larger files, and hardly any work for the processor; or h264: lossy videos, "
+            "a small part of the size; default: png")
         ->type_name("FORMAT")
-        ->check(CLI::IsMember({"png", "pnm"}));
+        ->check(CLI::IsMember({"png", "pnm", "h264"}));
     command
         ->add_option("--queue", options->queue_mb,
                      "Images that may wait in memory for the disk, MB; default: 512")

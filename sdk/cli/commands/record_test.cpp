@@ -17,6 +17,7 @@
 
 #include "sdk/cli/commands/test_program.hpp"
 #include "sdk/cli/commands/test_run.hpp"
+#include "sdk/io/csv.hpp"
 #include "sdk/scenes/writing/test_sequence.hpp"
 
 using namespace defrec::cli;
@@ -156,6 +157,90 @@ TEST_CASE("a recording of two videos, of one with both views, and of fields, lik
     const Words source{"--stereo", both, "--layout", "top-bottom"};
     check_replay(source, {});
     check_replay(source, {"--interlaced", "top-first"}, {"--format", "pnm"});
+}
+
+TEST_CASE("a recording in H.264 is near its source, at its times to the nanosecond") {
+    const TestFolder folder;
+    const std::string times =
+        folder.write("times.csv",
+                     "frame,timestamp_ms\n0,0.000000000\n1,20.000000000\n2,70.000000000\n"
+                     "3,110.500000000\n4,110.500001000\n");
+    const Words source = joined(images(), {"--times", times});
+    const std::string out = folder / "recording";
+    REQUIRE(record(joined(source, {"--format", "h264"}), out) == 0);
+    const auto json = json_of(out + "/recording.json");
+    CHECK(json["format"] == "h264");
+    CHECK(json["lossless"] == false);
+    CHECK(json["frames"] == kFrames);
+    CHECK(json["bytes"] == fs::file_size(out + "/left.mkv") + fs::file_size(out + "/right.mkv"));
+    CHECK(TestFolder::read(out + "/times.csv") == TestFolder::read(times));
+    CHECK_FALSE(fs::exists(out + "/left"));
+    CHECK_FALSE(has_partial_files(out));
+    for (const char* view : {"left", "right"}) {
+        cv::VideoCapture video(out + "/" + view + ".mkv", cv::CAP_FFMPEG);
+        cv::Mat image;
+        for (const fs::path& file : images_of(sequence() / view)) {
+            REQUIRE(video.read(image));
+            const cv::Mat before = cv::imread(file.string());
+            REQUIRE(image.size() == before.size());
+            const double away = cv::norm(image, before, cv::NORM_L1) / double(image.total() * 3);
+            CHECK(away < 6);  // gray levels; another frame, or the other view, is farther
+            CHECK(away > 0);
+        }
+        CHECK_FALSE(video.read(image));
+    }
+    REQUIRE(track(source, folder / "direct") == 0);
+    REQUIRE(track({"--recording", out}, folder / "replayed") == 0);
+    const auto timestamps = [&](const char* run) {
+        std::vector<std::string> found;
+        CsvReader rows(folder.path() / run / "frames.csv", {"timestamp_ms", "state"});
+        while (rows.next()) {
+            found.emplace_back(rows.field(0));
+            CHECK(rows.field(1) == "tracking");
+        }
+        return found;
+    };
+    CHECK(timestamps("direct").size() == kFrames);
+    CHECK(timestamps("direct") == timestamps("replayed"));
+    // Gray images come back as such in colour.
+    fs::create_directories(folder.path() / "gray/left");
+    fs::create_directories(folder.path() / "gray/right");
+    for (const char* view : {"left", "right"})
+        for (const fs::path& file : images_of(sequence() / view))
+            cv::imwrite((folder.path() / "gray" / view / file.filename()).string(),
+                        cv::imread(file.string(), cv::IMREAD_GRAYSCALE));
+    REQUIRE(record({"--left", folder / "gray/left", "--right", folder / "gray/right", "--format",
+                    "h264"},
+                   folder / "of_gray") == 0);
+    CHECK(json_of(folder / "of_gray/recording.json")["channels"] == 1);
+    CHECK(track({"--recording", folder / "of_gray"}, folder / "tracked") == 0);
+}
+
+TEST_CASE("H.264 that cannot be had: of an odd size, without an encoder, on a full disk") {
+    const TestFolder folder;
+    for (const char* view : {"left", "right"}) {
+        fs::create_directory(folder / view);
+        for (int i = 0; i < 3; ++i)
+            cv::imwrite(folder / view + "/" + std::to_string(i) + ".png",
+                        cv::Mat(240, 321, CV_8UC3, cv::Scalar::all(90)));
+    }
+    CHECK(record({"--left", folder / "left", "--right", folder / "right", "--format", "h264"},
+                 folder / "odd") == 2);
+    const Words h264 = joined({"record", "--quiet", "--format", "h264"}, images());
+    const auto exit_of = [](pid_t child) {
+        int status = 0;
+        REQUIRE(::waitpid(child, &status, 0) == child);
+        CHECK(WIFEXITED(status));
+        return WEXITSTATUS(status);
+    };
+    // OpenCV as it is without FFmpeg.
+    ::setenv("OPENCV_VIDEOIO_PRIORITY_FFMPEG", "0", 1);
+    const pid_t without = start_program(joined(h264, {"--out", folder / "without"}));
+    ::unsetenv("OPENCV_VIDEOIO_PRIORITY_FFMPEG");
+    CHECK(exit_of(without) == 2);
+    CHECK_FALSE(fs::exists(folder / "without/recording.json"));
+    CHECK(exit_of(start_program(joined(h264, {"--out", folder / "full"}), -1, 9000)) == 7);
+    CHECK_FALSE(fs::exists(folder / "full/recording.json"));
 }
 
 TEST_CASE("uneven times are replayed, and a recording can be recorded") {
