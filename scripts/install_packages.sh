@@ -13,8 +13,8 @@ set -euo pipefail
 
 tools=(cmake ninja-build g++ pkg-config python3 glslang-tools spirv-tools)
 libraries=(libeigen3-dev libhwy-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libopencv-dev
-    libgstreamer-plugins-base1.0-dev liblz4-dev libopenigtlink-dev libpng-dev libzstd-dev
-    zlib1g-dev libvulkan-volk-dev libvulkan-dev)
+    libgstreamer-plugins-base1.0-dev liblz4-dev libopenigtlink-dev libpng-dev libsqlite3-dev
+    libzstd-dev zlib1g-dev libvulkan-volk-dev libvulkan-dev)
 test_libraries=(doctest-dev libboost-context-dev libcpp-httplib-dev)
 cameras=(gstreamer1.0-plugins-base gstreamer1.0-plugins-good)
 packages=("${tools[@]}" "${libraries[@]}" "${cameras[@]}")

@@ -1,4 +1,5 @@
-// A bag of ROS 2: an MCAP file, or the folder of `ros2 bag record` with one or several of them.
+// A bag of ROS 2: an MCAP or SQLite file, or the folder of `ros2 bag record` with one or several of
+// them.
 #pragma once
 
 #include <filesystem>
@@ -6,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "sdk/bag/mcap_reader.hpp"
+#include "sdk/bag/bag_reader.hpp"
 
 namespace defrec::cli {
 
 // The bag's files in the order of their messages. source: a file, or a folder with metadata.yaml,
-// or one with *.mcap that a recorder left without it. Throws CliError(kInput).
+// or one with *.mcap or *.db3 that a recorder left without it. Throws CliError(kInput).
 std::vector<std::filesystem::path> files_of_bag(const std::filesystem::path& source);
 
 // With what all files have. Throws CliError(kInput).
@@ -30,7 +31,7 @@ class BagMessages {
   private:
     std::vector<std::filesystem::path> files_;
     std::size_t position_ = 0;  // of the file that is read
-    std::unique_ptr<McapReader> reader_;
+    std::unique_ptr<BagReader> reader_;
     std::string fault_;
 };
 

@@ -86,11 +86,10 @@ TEST_CASE("a folder's files follow its metadata, or their names without it") {
 TEST_CASE("what is no such bag is refused with what to do") {
     const TestFolder folder;
     CHECK_SAYS(refusal(folder / "none"), "no such file or folder");
-    CHECK_SAYS(refusal(folder.path().string()), "holds no MCAP file");
-    CHECK_SAYS(refusal(folder.write("a.db3", "SQLite format 3")), "ros2 bag convert");
+    CHECK_SAYS(refusal(folder.path().string()), "holds no MCAP or SQLite file");
     CHECK_SAYS(refusal(folder.write("a.bag", "#ROSBAG V2.0")), "bags of ROS 1 are not read");
-    folder.write("metadata.yaml", with(kMetadata, "identifier: mcap", "identifier: sqlite3"));
-    CHECK_SAYS(refusal(folder.path().string()), "storage_identifier: 'sqlite3' is not read");
+    folder.write("metadata.yaml", with(kMetadata, "identifier: mcap", "identifier: rosbag_v2"));
+    CHECK_SAYS(refusal(folder.path().string()), "storage_identifier: 'rosbag_v2' is not read");
     folder.write("metadata.yaml", with(kMetadata, "mode: \"\"", "mode: FILE"));
     CHECK_SAYS(refusal(folder.path().string()), "compression_mode: files or messages");
     folder.write("metadata.yaml", "a: b\n");

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sdk/bag/mcap_reader.hpp"
+#include "sdk/bag/bag_reader.hpp"
 
 namespace defrec::cli {
 

@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "sdk/bag/mcap_reader.hpp"
+#include "sdk/bag/bag_reader.hpp"
 
 namespace defrec::cli {
 

@@ -19,7 +19,7 @@ inline CLI::Option* add_bag_options(CLI::App& command, BagOptions& bag) {
             if (auto* calibration = command.get_option_no_throw("--calibration"))
                 calibration->required(false);
         },
-        "Bag of ROS 2 with both views: an MCAP file, or the folder of `ros2 bag record`");
+        "Bag of ROS 2 with both views: an MCAP or SQLite file, or the folder of `ros2 bag record`");
     path->type_name("P");
     command
         .add_option("--left-topic", bag.left_topic,
