@@ -720,7 +720,7 @@ SECTIONS = (
         "Bags of ROS 2 in SQLite files",
         (
             (
-                216,
+                210,
                 "a bag in SQLite that is none, of other tables, cut off or damaged",
                 "exit code 3 with SQLite's reason; of damage, after the frames until there",
             ),

@@ -144,7 +144,7 @@ TEST_CASE("what a recorder that was killed has left in its log is read") {
     CHECK(all_of(copy) == "/left:x ");
 }
 
-TEST_CASE("row 216: what is no SQLite bag is refused, with the reason") {
+TEST_CASE("row 210: what is no SQLite bag is refused, with the reason") {
     const TestFolder folder;
     CHECK_SAYS(refusal(folder / "none.db3"), "no such file");
     CHECK_SAYS(refusal(folder.write("text.db3", "a text that is long enough to be a header")),
@@ -167,7 +167,7 @@ TEST_CASE("row 216: what is no SQLite bag is refused, with the reason") {
     CHECK_SAYS(refusal(folder / "column.db3"), "no such column: data");
 }
 
-TEST_CASE("row 216: an SQLite bag that is cut off is refused, a damaged one read until there") {
+TEST_CASE("row 210: an SQLite bag that is cut off is refused, a damaged one read until there") {
     const TestFolder folder;
     const std::string path = folder / "a.db3";
     write_bag(path);
