@@ -79,7 +79,7 @@ TEST_CASE("row 202: files of disparity that are of no use, each with its path") 
     };
     const std::string good = pfm(ramp());
     CHECK_SAYS(refused("1.pfm", ""), "one channel");
-    CHECK_SAYS(refused("1.pfm", with(good, "Pf", "PF")), "one channel");
+    CHECK_SAYS(refused("1.pfm", with(good, "Pf\n", "PF\n")), "one channel");
     CHECK_SAYS(refused("1.pfm", "Pf\n96 64\n"), "header");
     CHECK_SAYS(refused("1.pfm", "Pf\n96 64\n0\n"), "header");
     CHECK_SAYS(refused("1.pfm", "Pf\n-96 64\n-1\n"), "header");

@@ -106,7 +106,7 @@ TEST_CASE("points, targets and a plan are where they will be, with errors that h
     display.prediction.commit();
     const std::string text = TestFolder::read(display.folder / "display.csv");
     CHECK(text.find("frame,timestamp_ms,display_ms,kind,id,part,target,x,y,z,u,v,status") == 0);
-    CHECK(text.find("\n60,2000.000,2066.667,point,7,,14.0000,") != std::string::npos);
+    CHECK(text.find("\n60,2000.000,2066.667,point,7,,,14.0000,") != std::string::npos);
     CHECK(text.find(",plan-part,0,organ,") != std::string::npos);
     CHECK(text.find(",learned\n") != std::string::npos);
 }

@@ -268,7 +268,7 @@ namespace Defrec.Tests
             {
                 string handle = Stub.Handle(job.Handle), call = Stub.Call("defrec_tracker_submit");
                 string head = "defrec_tracker_submit(tracker=" + tracker +
-                              ", frame=00010000010000008877665544332211";
+                              ", frame=08010000010000008877665544332211";
                 Assert.That(call, Is.StringStarting(head));
                 // left, right, ignore are given, and each lies elsewhere; samples is not.
                 string[] addresses = {
@@ -278,9 +278,10 @@ namespace Defrec.Tests
                 Assert.That(addresses, Is.Unique);
                 Assert.That(addresses, Has.None.EqualTo("0000000000000000"));
                 Assert.That(
-                    call, Is.StringEnding(
-                              "00000000000000000807060504030201" + new string('0', 2 * 24 * 8) +
-                              "0200000000000000, out=" + handle + ")"));
+                    call,
+                    Is.StringEnding(
+                        "00000000000000000807060504030201" + new string('0', 2 * 24 * 8) +
+                        "0200000000000000" + new string('0', 2 * 8) + ", out=" + handle + ")"));
 
                 job.Wait();
                 Assert.That(job.Wait(TimeSpan.FromTicks(25000)), Is.True);
@@ -376,13 +377,13 @@ namespace Defrec.Tests
                         string call = Stub.Call("defrec_tracker_submit");
                         Assert.That(
                             call, Is.StringContaining(
-                                      "frame=000100000" + ((isHeld ? 2 : 0) + (isPosed ? 4 : 0)) +
+                                      "frame=080100000" + ((isHeld ? 2 : 0) + (isPosed ? 4 : 0)) +
                                       "000000"));
                         Assert.That(
                             call, Is.StringContaining(
                                       (isHeld ? Stub.Hex(&held, 96) : none) +
-                                      (isPosed ? Stub.Hex(&pose, 96) : none) + new string('0', 16) +
-                                      ", out="));
+                                      (isPosed ? Stub.Hex(&pose, 96) : none) +
+                                      new string('0', 2 * 16) + ", out="));
                     }
                     Stub.Calls();
                 }
@@ -560,7 +561,7 @@ namespace Defrec.Tests
                     Assert.That(
                         Stub.Call("defrec_tracker_submit"),
                         Is.StringContaining(
-                            Stub.Hex(&native, 8) + new string('0', 2 * 26 * 8) + ", out="));
+                            Stub.Hex(&native, 8) + new string('0', 2 * 27 * 8) + ", out="));
                 }
                 Stub.Calls();
             }
