@@ -61,7 +61,7 @@ bool is_ignored(const FrameImage& ignore, const int32_t* map, uint32_t x, uint32
 
 int16_t rounded(float value) {
     if (!is_disparity(value) || value == 0) return DEFREC_DISPARITY_NONE;
-    return static_cast<int16_t>(value * float{DEFREC_DISPARITY_ONE} + 0.5f);
+    return static_cast<int16_t>(std::lround(value * float{DEFREC_DISPARITY_ONE}));
 }
 
 }  // namespace
