@@ -90,7 +90,7 @@ class Session {
     TrackingSession session_;
 };
 
-// What is compared of a frame.
+// The results of a frame that are compared.
 struct Frame {
     uint32_t state = 0, reasons = 0;
     float observed_share = 0;
@@ -486,7 +486,7 @@ TEST_CASE("row 200: disparity that none can be is refused with its pixel, and no
     for (size_t y = 0; y < kHeight; ++y)
         for (size_t x = 0; x < kWidth; ++x) {
             apart[y * kRow + x] = (x + y) % 97 == 0 ? 0 : good[y * kWidth + x];
-            // Where there is no disparity nobody looks at its error.
+            // Nobody looks at the error of a pixel without disparity.
             if (apart[y * kRow + x] != 0) deviations[y * kRow + x] = 0.2f;
         }
     defrec_disparity desc = desc_of(apart, 0);

@@ -1,4 +1,4 @@
-// What is read of a bag's file, whatever its format.
+// Topics and messages of a bag's file, whatever its format.
 #pragma once
 
 #include <cstdint>

@@ -26,7 +26,7 @@ double number(Input& input) {
     return std::bit_cast<double>(input.number<uint64_t>());
 }
 
-// What is known of the predictor without it.
+// The state of the predictor, as it is known without it.
 struct Known {
     bool has_frame = false;
     int64_t time = 0;
@@ -128,7 +128,7 @@ class Points {
                frame.state == DEFREC_RELOCALISED;
     }
 
-    // What the header says is refused.
+    // False for a frame that the header says is refused.
     bool is_right(const defrec_predictor_frame& frame) const {
         if (frame.count != status_.size()) return false;
         if (known_.has_frame && frame.timestamp_ns <= known_.time) return false;

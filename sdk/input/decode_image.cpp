@@ -22,20 +22,27 @@ bool is_cut(const std::vector<unsigned char>& bytes) {
     return false;
 }
 
-}  // namespace
-
-cv::Mat decode_image(const std::vector<unsigned char>& bytes) {
+cv::Mat decode(const std::vector<unsigned char>& bytes, int flags) {
     if (is_cut(bytes)) return {};
     const std::optional<HeaderSize> claimed = image_header_size(bytes);
     if (!claimed || claimed->width > kMaxImageSide || claimed->height > kMaxImageSide) return {};
     try {
-        cv::Mat image = cv::imdecode(bytes, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
-        return image.depth() == CV_8U && (image.channels() == 1 || image.channels() == 3)
-                   ? image
-                   : cv::Mat();
+        return cv::imdecode(bytes, flags);
     } catch (const cv::Exception&) {
         return {};
     }
+}
+
+}  // namespace
+
+cv::Mat decode_image(const std::vector<unsigned char>& bytes) {
+    cv::Mat image = decode(bytes, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    return image.depth() == CV_8U && (image.channels() == 1 || image.channels() == 3) ? image
+                                                                                      : cv::Mat();
+}
+
+cv::Mat decode_unchanged(const std::vector<unsigned char>& bytes) {
+    return decode(bytes, cv::IMREAD_UNCHANGED);
 }
 
 }  // namespace defrec::cli

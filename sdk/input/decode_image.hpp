@@ -16,4 +16,7 @@ inline constexpr std::uint64_t kMaxImageSide = 2 * DEFREC_MAX_SIDE;
 // a format of image_header_size.
 cv::Mat decode_image(const std::vector<unsigned char>& bytes);
 
+// Likewise, of the depth and channels that the file has.
+cv::Mat decode_unchanged(const std::vector<unsigned char>& bytes);
+
 }  // namespace defrec::cli

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <string_view>
 
 #include "sdk/input/decode_image.hpp"
@@ -91,14 +90,7 @@ DisparityImage read_png(const fs::path& file, const std::string& text, int width
     const std::optional<HeaderSize> claimed = image_header_size(bytes);
     if (!claimed) refuse(file, "it is no PNG.");
     expect_size(file, claimed->width, claimed->height, width, height);
-    cv::Mat image;
-    try {
-        if (text.substr(text.size() - std::min<std::size_t>(text.size(), 64)).find("IEND") !=
-            std::string::npos)
-            image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
-    } catch (const cv::Exception&) {
-        image.release();
-    }
+    const cv::Mat image = decode_unchanged(bytes);
     if (image.empty()) refuse(file, "it is damaged or cut short.");
     if (image.type() != CV_16UC1)
         refuse(file,
@@ -122,11 +114,15 @@ std::string lower_extension(const fs::path& file) {
 
 }  // namespace
 
-std::optional<std::int64_t> number_of_file(const fs::path& file) {
+std::string digits_of(const fs::path& file) {
     std::string digits;
     for (const char c : file.stem().string())
         if (c >= '0' && c <= '9') digits += c;
-    return parse_integer(digits);
+    return digits;
+}
+
+std::optional<std::int64_t> number_of_file(const fs::path& file) {
+    return parse_integer(digits_of(file));
 }
 
 DisparityFolder::DisparityFolder(const fs::path& folder) {

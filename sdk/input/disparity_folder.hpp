@@ -15,7 +15,9 @@ namespace defrec::cli {
 // px, row by row, 0: none there.
 using DisparityImage = std::vector<float>;
 
-// The digits of a file's name as one number; empty where there are none, or too many.
+// The digits of a file's name without its extension.
+std::string digits_of(const std::filesystem::path& file);
+// They as one number; empty where there are none, or too many.
 std::optional<std::int64_t> number_of_file(const std::filesystem::path& file);
 
 class DisparityFolder {

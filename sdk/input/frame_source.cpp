@@ -59,14 +59,6 @@ std::int64_t number_of_image(const ImageStream* left, std::int64_t place) {
     return at < files.size() ? number_of_file(files[at]).value_or(place) : place;
 }
 
-std::string digits_of(const std::filesystem::path& file) {
-    std::string digits;
-    for (const char c : file.stem().string()) {
-        if (c >= '0' && c <= '9') digits += c;
-    }
-    return digits;
-}
-
 // A field's picture: its rows, and between them what lies between them.
 cv::Mat picture_of_field(const cv::Mat& image, bool is_bottom) {
     cv::Mat picture = image.clone();

@@ -82,7 +82,7 @@ void synchronise_all(const fs::path& folder) {
 // whole pairs.
 class RecordingFolder {
   public:
-    // What the images are: the size and type of their pixels, and how many come in a second.
+    // Size and type of the images, and how many come in a second.
     struct Images {
         cv::Size size;
         int type = CV_8UC3;

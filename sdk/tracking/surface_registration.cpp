@@ -465,7 +465,7 @@ void SurfaceRegistration::commit_rig(Frame& frame, FrameAttempt& attempt) {
     if (!quality.found || !rig_monitor_.is_on()) return;
     // Nothing moves in the picture of the frame before, and it has been measured.
     if (!is_frozen(frame.reasons)) {
-        // Those of the application tell of no rig; check_given_disparity looks at them.
+        // Disparities of the application tell of no rig: check_given_disparity looks at them.
         const bool shows_disparities = surface_.is_tracking() && attempt.plan().uses_depth &&
                                        !frame.job.input.disparity.given() &&
                                        attempt.plan().quality_level == QualityLevel::kFull;

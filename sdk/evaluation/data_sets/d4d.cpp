@@ -206,7 +206,7 @@ Clouds read_clouds(const fs::path& clip, const fs::path& session, const CameraCa
     CameraPose at_start = read_pose(clip / "curated_camera_pose_start.txt");
     CameraPose at_end = read_pose(clip / "curated_camera_pose_end.txt");
 
-    // What an abdomen shows is wider in mm, and narrower in m.
+    // A view into an abdomen is wider in mm, and narrower in m.
     constexpr float kWidestInMetres = 5;
     cv::Point3f low = start.front(), high = low;
     for (const cv::Point3f& point : start) {
@@ -252,7 +252,7 @@ std::vector<fs::path> images_in(const fs::path& folder) {
     return images;
 }
 
-// Where instruments are in the first and in the last image: 255, else 0. Without masks nowhere.
+// Masks of the first and the last image: 255 at instruments, else 0. Without files all are 0.
 struct Instruments {
     cv::Mat first, last;
 };

@@ -265,7 +265,7 @@ class ConfidenceEstimate {
     }
 
   private:
-    // What disparity of the application leaves open in place of that of stage stereo.
+    // Disparity of the application leaves this open in place of that of stage stereo.
     void add_given_doubt(size_t i, RigDoubt::Doubt& doubt) const {
         const KeptDisparity& given = evidence_.given_disparity;
         if (!given.given() || !evidence_.uses_depth) return;

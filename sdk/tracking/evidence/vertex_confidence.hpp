@@ -50,7 +50,7 @@ struct VertexConfidence {
     // expected_error without what add_unseen_lag() added; empty: that added nothing.
     std::vector<float> seen_error;
 
-    // What estimates from the surface go by: a lag errs alike everywhere.
+    // Estimates from the surface go by these: a lag errs alike everywhere.
     const std::vector<float>& seen_errors() const {
         return seen_error.empty() ? expected_error : seen_error;
     }

@@ -18,7 +18,7 @@ struct GivenDisparity {
     float sigma_px = 0;             // standard deviation of the error that neighbours share
 };
 
-// What is wrong with it; empty: nothing.
+// The first fault that it has; empty: none.
 std::string fault_of(const GivenDisparity& given, uint32_t width, uint32_t height);
 
 // As the stages read it, tight rows.
