@@ -144,6 +144,8 @@ def read(text, path="header"):
                 for tag, field in TAGS.items():
                     if each.startswith(tag):
                         tags[field] = each.removeprefix(tag).strip()
+            if tags.get("source", "").endswith("."):
+                raise HeaderError(f"{where}: the page ends the source of {match[1]} with a '.'")
             decision = Decision(match[1], [], **tags)
         elif line == "};":
             if decision is not None and decision.numbers:

@@ -166,6 +166,8 @@ class HeaderTest(unittest.TestCase):
         )
         (decision,) = header.read(shared)
         self.assertEqual((decision.source, decision.command), ("formula 3", "a.sh"))
+        with self.assertRaisesRegex(header.HeaderError, "source of FrameFound with a '.'"):
+            header.read(shared.replace("formula 3", "formula 3."))
 
     def test_a_number_needs_a_decision_and_a_comment(self):
         with self.assertRaisesRegex(header.HeaderError, "outside of a decision"):

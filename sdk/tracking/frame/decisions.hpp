@@ -700,7 +700,7 @@ struct BaselineDrift {
 };
 
 // Whether both views were zoomed.
-// Source: [zoom].
+// Source: [zoom]
 struct Zoom {
     // logarithm | of the change of scale from one frame to the next, at least | `approach` has
     // 0.023
