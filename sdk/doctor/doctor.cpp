@@ -64,13 +64,12 @@ std::size_t Diagnosis::found() const {
 }
 
 Diagnosis diagnose(const DoctorOptions& options) {
-    const StereoCalibration written =
-        read_calibration(options.source, options.calibration, options.units);
+    const WrittenCalibration written = written_calibration(options.source, options.calibration);
     const std::vector<StereoFrame> frames = read_frames(options.source);
     StereoCalibration accepted;
     std::string refusal;
     try {
-        accepted = load_calibration(options.source, options.calibration, options.units);
+        accepted = load_calibration(written, options.units);
         fit_to_frames(accepted, frames.front().left.width, frames.front().left.height);
     } catch (const CliError& error) {
         refusal = error.what();
@@ -78,7 +77,7 @@ Diagnosis diagnose(const DoctorOptions& options) {
     const bool is_accepted = refusal.empty();
     TrackProbe probe =
         track_frames(options.probe, frames, is_accepted ? &accepted : nullptr, refusal);
-    Evidence evidence = collect_evidence(frames, written, refusal);
+    Evidence evidence = collect_evidence(frames, read_calibration(written, options.units), refusal);
     evidence.probe = std::move(probe);
     return {frames.size(), evidence.width, evidence.height, look_at_everything(evidence)};
 }

@@ -116,18 +116,10 @@ bool is_of_bag(const SourceOptions& source, const std::string& file) {
 
 }  // namespace
 
-StereoCalibration load_calibration(const SourceOptions& source, const std::string& file,
-                                   LengthUnit unit) {
-    if (!is_of_bag(source, file)) return load_calibration(file, unit);
+WrittenCalibration written_calibration(const SourceOptions& source, const std::string& file) {
+    if (!is_of_bag(source, file)) return written_calibration(file);
     const auto [left, right] = cameras_of(source.bag);
-    return load_calibration(left, right, unit);
-}
-
-StereoCalibration read_calibration(const SourceOptions& source, const std::string& file,
-                                   LengthUnit unit) {
-    if (!is_of_bag(source, file)) return read_calibration(file, unit);
-    const auto [left, right] = cameras_of(source.bag);
-    return read_calibration(left, right, unit);
+    return {rig_of(left, right), LengthUnit::kMetre};
 }
 
 std::string calibration_name(const SourceOptions& source, const std::string& file) {

@@ -8,14 +8,10 @@
 
 namespace defrec::cli {
 
-// file: as load_calibration takes it; empty: the camera_info beside both views' topics of the bag,
-// the first message of each. Throws CliError(kCalibration), also where the bag has none that is
-// complete, and CliError(kInput) where the bag cannot be read.
-StereoCalibration load_calibration(const SourceOptions& source, const std::string& file,
-                                   LengthUnit unit);
-// The same without the checks; see read_calibration.
-StereoCalibration read_calibration(const SourceOptions& source, const std::string& file,
-                                   LengthUnit unit);
+// file: as written_calibration takes it; empty: the camera_info beside both views' topics of the
+// bag, the first message of each. Throws CliError(kCalibration), also where the bag has none that
+// is complete, and CliError(kInput) where the bag cannot be read.
+WrittenCalibration written_calibration(const SourceOptions& source, const std::string& file);
 
 // For messages and tables.
 std::string calibration_name(const SourceOptions& source, const std::string& file);

@@ -54,10 +54,9 @@ SourceOptions source_of(const std::string& path) {
     return source;
 }
 
-std::string refusal(const Bag& bag, LengthUnit unit = LengthUnit::kGuarded) {
-    const TestFolder folder;
+std::string refusal(const SourceOptions& source, LengthUnit unit = LengthUnit::kGuarded) {
     try {
-        load_calibration(source_of(bag.write(folder)), "", unit);
+        load_calibration(written_calibration(source, ""), unit);
     } catch (const CliError& error) {
         CHECK(error.code() == ExitCode::kCalibration);
         return error.what();
@@ -65,12 +64,17 @@ std::string refusal(const Bag& bag, LengthUnit unit = LengthUnit::kGuarded) {
     return "accepted";
 }
 
+std::string refusal(const Bag& bag, LengthUnit unit = LengthUnit::kGuarded) {
+    const TestFolder folder;
+    return refusal(source_of(bag.write(folder)), unit);
+}
+
 }  // namespace
 
 TEST_CASE("raw images have K and D, and T from R and P") {
     const TestFolder folder;
     const SourceOptions source = source_of(Bag().write(folder));
-    const StereoCalibration found = load_calibration(source, "", LengthUnit::kGuarded);
+    const StereoCalibration found = load_calibration(written_calibration(source, ""));
     CHECK(found.width == 320);
     CHECK(found.height == 240);
     CHECK(found.left.fx == 700);
@@ -84,7 +88,7 @@ TEST_CASE("raw images have K and D, and T from R and P") {
     Bag turned;
     turned.right.r = {0.8, 0, 0.6, 0, 1, 0, -0.6, 0, 0.8};
     const StereoCalibration rig =
-        read_calibration(source_of(turned.write(folder)), "", LengthUnit::kGuarded);
+        read_calibration(written_calibration(source_of(turned.write(folder)), ""));
     CHECK(rig.rotation[2] == doctest::Approx(-0.6));
     CHECK(rig.translation[0] == doctest::Approx(-4.6 * 0.8));
 }
@@ -95,7 +99,7 @@ TEST_CASE("rectified images have P alone") {
     bag.image = "image_rect_color";
     bag.left.r = bag.right.r = {0.8, 0, 0.6, 0, 1, 0, -0.6, 0, 0.8};
     const StereoCalibration found =
-        load_calibration(source_of(bag.write(folder)), "", LengthUnit::kGuarded);
+        load_calibration(written_calibration(source_of(bag.write(folder)), ""));
     CHECK(found.left.fx == 680);
     CHECK(found.left.cx == 155);
     CHECK(found.left.distortion.empty());

@@ -132,12 +132,13 @@ struct FrameSource::Impl {
     std::deque<Pair> ahead;             // read at opening, to know the size and the fields
     std::shared_ptr<const Pair> begun;  // whose later field is the next frame
     std::optional<double> last_ms;      // time of the last frame, of cameras and bags
-    std::vector<double> times_ms;       // of recorded images, where they are given
+    const std::vector<double>& times_ms = options.times_ms;  // empty: images are even
     std::optional<DisparityFolder> disparity;
     cv::Size size;
     int channels = 3;
 
     void open() {
+        read_times();
         if (options.fields == FieldOrder::kAuto && !is_live()) options.fields = recorded_fields();
         open_sources();
         const std::int64_t of_image = frames_of_image();
@@ -236,11 +237,10 @@ struct FrameSource::Impl {
         if (options.times.empty()) return;
         if (is_live())
             throw CliError(ExitCode::kUsage, "--times is for recordings: cameras have times.");
-        times_ms = read_frame_times(options.times);
+        if (options.times_ms.empty()) options.times_ms = read_frame_times(options.times);
     }
 
     void open_sources() {
-        read_times();
         if (options.bag.is_given()) {
             bag = std::make_unique<BagSource>(options.bag);
             return;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "include/defrec_c.h"
 #include "sdk/input/bag_options.hpp"
@@ -61,6 +62,7 @@ struct SourceOptions {
     std::string stereo;            // this with
     std::string recording;         // file that names the three, of `defrec record`; or empty
     std::string times;             // file with the images' times; empty: they are even
+    std::vector<double> times_ms;  // of that file, where it was read; otherwise empty
     std::string disparity;         // folder with the disparity of frames; empty: none
     float disparity_sigma_px = 0;  // of these, the standard deviation of what neighbours share
     Layout layout = Layout::kSideBySide;  // left on the left, or left on top

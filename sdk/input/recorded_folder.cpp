@@ -39,11 +39,11 @@ void open_recorded_folder(const std::filesystem::path& folder, SourceOptions& so
     source.right = folder / (is_video ? kRightVideo : kRightFolder);
     source.times = folder / kTimesFile;
     source.fps = fps;
-    const std::size_t times = read_frame_times(source.times).size();
+    source.times_ms = read_frame_times(source.times);
     const auto frames = json["frames"].get<std::uint64_t>();
-    if (times != frames)
+    if (source.times_ms.size() != frames)
         fail("recording.json says " + std::to_string(frames) + " frames, but times.csv has " +
-             std::to_string(times) + ".");
+             std::to_string(source.times_ms.size()) + ".");
 }
 
 }  // namespace defrec::cli

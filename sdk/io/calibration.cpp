@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "sdk/io/ros_calibration.hpp"
 #include "sdk/io/text.hpp"
@@ -287,19 +288,26 @@ StereoCalibration read_files(const std::string& source, LengthUnit& files_unit) 
 
 }  // namespace
 
-StereoCalibration load_calibration(const std::string& source, LengthUnit unit) {
-    LengthUnit files_unit{};
-    StereoCalibration calibration = read_files(source, files_unit);
-    detail::check_and_normalise(calibration, unit, files_unit);
+WrittenCalibration written_calibration(const std::string& source) {
+    WrittenCalibration written;
+    written.values = read_files(source, written.unit);
+    return written;
+}
+
+StereoCalibration load_calibration(const WrittenCalibration& written, LengthUnit unit) {
+    StereoCalibration calibration = written.values;
+    detail::check_and_normalise(calibration, unit, written.unit);
     if (calibration.width > 0) fit_to_frames(calibration, calibration.width, calibration.height);
     return calibration;
 }
 
-StereoCalibration read_calibration(const std::string& source, LengthUnit unit) {
-    LengthUnit files_unit{};
-    StereoCalibration calibration = read_files(source, files_unit);
-    detail::turn_into_millimetres(calibration, unit, files_unit);
-    return calibration;
+StereoCalibration load_calibration(const std::string& source, LengthUnit unit) {
+    return load_calibration(written_calibration(source), unit);
+}
+
+StereoCalibration read_calibration(WrittenCalibration written, LengthUnit unit) {
+    detail::turn_into_millimetres(written.values, unit, written.unit);
+    return std::move(written.values);
 }
 
 }  // namespace defrec::cli

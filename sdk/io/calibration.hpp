@@ -28,14 +28,25 @@ struct StereoCalibration {
 // ROS) and refuses a baseline that only makes sense in the other.
 enum class LengthUnit { kGuarded, kMillimetre, kMetre };
 
+// A calibration as it was written: it may be impossible.
+struct WrittenCalibration {
+    StereoCalibration values;  // T in `unit`
+    LengthUnit unit{};         // which the format prescribes
+};
+
 // `source`: an OpenCV stereo YAML file; `left.yaml,right.yaml`, two ROS camera_info files; or a
 // folder that holds left.yaml and right.yaml. Throws CliError(kCalibration) naming file, key and
 // line.
+WrittenCalibration written_calibration(const std::string& source);
+
+// With all checks, T in mm; likewise throws.
+StereoCalibration load_calibration(const WrittenCalibration& written,
+                                   LengthUnit unit = LengthUnit::kGuarded);
 StereoCalibration load_calibration(const std::string& source,
                                    LengthUnit unit = LengthUnit::kGuarded);
 
-// The calibration as `source` has it, T in mm, without the checks: it may be impossible.
-StereoCalibration read_calibration(const std::string& source,
+// T in mm, without the checks.
+StereoCalibration read_calibration(WrittenCalibration written,
                                    LengthUnit unit = LengthUnit::kGuarded);
 
 // Throws CliError(kCalibration) unless the calibration can belong to frames of this size; a

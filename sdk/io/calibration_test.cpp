@@ -168,11 +168,12 @@ TEST_CASE("what is refused can be read as it stands, with T in mm") {
     const TestFolder folder;
     const std::string path =
         folder.write("calibration.yaml", with(with(kGood, kT, "4.6, 0, 0"), "701.5", "-1"));
-    const StereoCalibration calibration = read_calibration(path);
+    const StereoCalibration calibration = read_calibration(written_calibration(path));
     CHECK(calibration.translation[0] == 4.6);
     CHECK(calibration.left.fx == -1);
     CHECK(calibration.width == 640);
-    CHECK(read_calibration(path, LengthUnit::kMetre).translation[0] == doctest::Approx(4600));
+    CHECK(read_calibration(written_calibration(path), LengthUnit::kMetre).translation[0] ==
+          doctest::Approx(4600));
 }
 
 TEST_CASE("row 7: an R that is no rotation is refused with the residual") {

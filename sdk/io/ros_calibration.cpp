@@ -68,17 +68,4 @@ StereoCalibration rig_of(const RosCamera& left, const RosCamera& right) {
     return calibration;
 }
 
-StereoCalibration load_calibration(const RosCamera& left, const RosCamera& right, LengthUnit unit) {
-    StereoCalibration calibration = rig_of(left, right);
-    detail::check_and_normalise(calibration, unit, LengthUnit::kMetre);
-    if (calibration.width > 0) fit_to_frames(calibration, calibration.width, calibration.height);
-    return calibration;
-}
-
-StereoCalibration read_calibration(const RosCamera& left, const RosCamera& right, LengthUnit unit) {
-    StereoCalibration calibration = rig_of(left, right);
-    detail::turn_into_millimetres(calibration, unit, LengthUnit::kMetre);
-    return calibration;
-}
-
 }  // namespace defrec::cli

@@ -30,8 +30,4 @@ void check_distortion_model(const std::string& name, const std::string& origin);
 // CliError(kCalibration) where the cameras are exchanged, or are none.
 StereoCalibration rig_of(const RosCamera& left, const RosCamera& right);
 
-// The same in mm with the checks of load_calibration, and without.
-StereoCalibration load_calibration(const RosCamera& left, const RosCamera& right, LengthUnit unit);
-StereoCalibration read_calibration(const RosCamera& left, const RosCamera& right, LengthUnit unit);
-
 }  // namespace defrec::cli

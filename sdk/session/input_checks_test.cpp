@@ -55,7 +55,7 @@ class Run {
           device_(choose_device(context_, "cpu", "")),
           rig_(make_rig(context_, load_calibration(options.calibration))),
           checks_(std::make_unique<InputChecks>(
-              read_calibration(options.calibration), rig_info(rig_).camera,
+              read_calibration(written_calibration(options.calibration)), rig_info(rig_).camera,
               [this](std::string text) { shown_.set_value(std::move(text)); })) {
         auto desc = initialised<defrec_tracker_desc>();
         desc.format = format_of_channels(source_.channels());

@@ -58,9 +58,9 @@ void check_frame_size(const FrameSource& source) {
                        " to " + std::to_string(DEFREC_MAX_SIDE) + " on a side are supported.");
 }
 
-StereoCalibration calibration_for(const TrackOptions& options, const FrameSource& source) {
-    StereoCalibration calibration =
-        load_calibration(options.source, options.calibration, options.units);
+StereoCalibration calibration_for(const WrittenCalibration& written, LengthUnit units,
+                                  const FrameSource& source) {
+    StereoCalibration calibration = load_calibration(written, units);
     fit_to_frames(calibration, source.width(), source.height());
     return calibration;
 }
@@ -196,7 +196,9 @@ class TrackSession {
     explicit TrackSession(const TrackOptions& options)
         : options_(options),
           source_((expect_source(options), check_outputs(options), options.source)),
-          calibration_((check_frame_size(source_), calibration_for(options, source_))),
+          written_((check_frame_size(source_),
+                    written_calibration(options.source, options.calibration))),
+          calibration_(calibration_for(written_, options.units, source_)),
           desc_(tracker_desc(options, source_)),
           progress_(options.quiet),
           link_(options, progress_),
@@ -363,9 +365,8 @@ class TrackSession {
                              [projection](const float* xyz, std::size_t count, float* uv) {
                                  projection->project(xyz, count, uv);
                              });
-        pictures_->check_input(
-            read_calibration(options_.source, options_.calibration, options_.units),
-            rig_info(setup_.rig).camera);
+        pictures_->check_input(read_calibration(written_, options_.units),
+                               rig_info(setup_.rig).camera);
     }
 
     void track_all() {
@@ -655,7 +656,8 @@ class TrackSession {
 
     TrackOptions options_;
     FrameSource source_;
-    StereoCalibration calibration_;
+    WrittenCalibration written_;
+    StereoCalibration calibration_;  // the same, checked
     defrec_tracker_desc desc_;
     ProgressBar progress_;
     LinkOutput link_;
