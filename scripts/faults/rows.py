@@ -721,7 +721,10 @@ SECTIONS = (
         (
             (
                 210,
-                "a bag in SQLite that is none, of other tables, cut off or damaged",
+                (
+                    "a bag in SQLite that is none, of other tables, cut off, damaged, or gives more"
+                    " than it has bytes for"
+                ),
                 "exit code 3 with SQLite's reason; of damage, after the frames until there",
             ),
         ),

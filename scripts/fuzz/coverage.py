@@ -43,6 +43,7 @@ READERS = {
     "probe_reply": ["sdk/cli/devices/probe_reply.cpp"],
     "score": ["sdk/evaluation/score/scored_rows.cpp", "sdk/io/csv.cpp"],
     "shared_object": ["sdk/plugin/shared_object_posix.cpp"],
+    "sqlite_bag": ["sdk/bag/sqlite_reader.cpp"],
     "stages": ["sdk/device/stage_params.cpp", "sdk/device/stage_runner.cpp"],
     "template": ["sdk/template/file.cpp"],
 }

@@ -28,6 +28,8 @@ namespace fs = std::filesystem;
 // Both views of the largest images in colour.
 constexpr int kLargestMessage = 512 << 20;
 constexpr int kLongestName = 4096;
+// Bytes of a row beside what is in it.
+constexpr std::uint64_t kLeastRow = 3;
 
 using Statement = std::unique_ptr<sqlite3_stmt, int (*)(sqlite3_stmt*)>;
 
@@ -86,6 +88,19 @@ class Database {
     }
     const fs::path& path() const { return path_; }
 
+    // How many bytes its pages have, also those that are in its log alone. Rows of a sound file
+    // have no more together; one whose pages stand in it twice may have any number.
+    std::uint64_t bytes() {
+        std::uint64_t product = 1;
+        for (const char* pragma : {"PRAGMA page_count", "PRAGMA page_size"}) {
+            const Statement row = ask(pragma);
+            product *= sqlite3_step(row.get()) == SQLITE_ROW
+                           ? static_cast<std::uint64_t>(sqlite3_column_int64(row.get(), 0))
+                           : 0;
+        }
+        return product;
+    }
+
   private:
     fs::path path_;
     std::unique_ptr<sqlite3, int (*)(sqlite3*)> handle_;
@@ -105,6 +120,7 @@ class SqliteReader : public BagReader {
   public:
     explicit SqliteReader(const fs::path& path)
         : database_(path),
+          bytes_(database_.bytes()),
           topics_(topics_of(database_)),
           messages_(database_.ask("SELECT topic_id, data FROM messages ORDER BY id")) {}
 
@@ -128,6 +144,13 @@ class SqliteReader : public BagReader {
         }
         const void* data = sqlite3_column_blob(messages_.get(), 1);
         const int size = sqlite3_column_bytes(messages_.get(), 1);
+        taken_ += kLeastRow + static_cast<std::uint64_t>(size);
+        if (taken_ > bytes_) {
+            is_at_end_ = true;
+            fault_ = database_.path().string() +
+                     ": the file is damaged: it has messages that are larger than itself.";
+            return false;
+        }
         message.topic = &topic->second;
         message.data = {static_cast<const unsigned char*>(data),
                         data != nullptr ? static_cast<std::size_t>(size) : 0};
@@ -141,9 +164,12 @@ class SqliteReader : public BagReader {
             database.ask("SELECT id, name, type, serialization_format FROM topics");
         Topics topics;
         int result = SQLITE_ROW;
-        while ((result = sqlite3_step(rows.get())) == SQLITE_ROW)
+        std::uint64_t left = database.bytes() / kLeastRow;
+        while (left-- > 0 && (result = sqlite3_step(rows.get())) == SQLITE_ROW)
             topics[sqlite3_column_int64(rows.get(), 0)] = {
                 text_of(rows.get(), 1), text_of(rows.get(), 2), text_of(rows.get(), 3)};
+        if (result == SQLITE_ROW)
+            fail(database.path(), "the file is damaged: it has more topics than it has bytes for.");
         if (result != SQLITE_DONE)
             fail(database.path(), "the file is cut off or damaged (" + database.message() + ").");
         return topics;
@@ -151,9 +177,11 @@ class SqliteReader : public BagReader {
 
   private:
     Database database_;
+    std::uint64_t bytes_;  // of the file
     Topics topics_;
     Statement messages_;
     std::uint64_t read_ = 0;
+    std::uint64_t taken_ = 0;  // bytes of the rows that were read
     bool is_at_end_ = false;
     std::string fault_;
 };
@@ -180,7 +208,8 @@ std::vector<BagTopic> topics_of_sqlite_bag(const fs::path& path) {
     Database database(path);
     Topics topics = SqliteReader::topics_of(database);
     const Statement rows = database.ask("SELECT topic_id FROM messages");
-    while (sqlite3_step(rows.get()) == SQLITE_ROW) {
+    std::uint64_t left = database.bytes() / kLeastRow;
+    while (left-- > 0 && sqlite3_step(rows.get()) == SQLITE_ROW) {
         const auto topic = topics.find(sqlite3_column_int64(rows.get(), 0));
         if (topic != topics.end()) ++topic->second.messages;
     }

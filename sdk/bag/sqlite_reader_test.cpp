@@ -2,12 +2,11 @@
 #include "sdk/bag/sqlite_reader.hpp"
 
 #include <doctest/doctest.h>
-#include <sqlite3.h>
 
 #include <fstream>
 
 #include "sdk/bag/bag.hpp"
-#include "sdk/bag/test_bag.hpp"
+#include "sdk/bag/test_sqlite_bag.hpp"
 #include "sdk/io/test_folder.hpp"
 #include "sdk/io/test_refusal.hpp"
 
@@ -16,52 +15,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The tables of rosbag2's storage plugin.
-constexpr char kTables[] =
-    "CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);"
-    "CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL,"
-    " metadata TEXT NOT NULL);"
-    "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,"
-    " serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL,"
-    " type_description_hash TEXT NOT NULL);"
-    "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL,"
-    " timestamp INTEGER NOT NULL, data BLOB NOT NULL);"
-    "CREATE INDEX timestamp_idx ON messages (timestamp ASC);"
+// Topics of images: 1 is the left one, 2 the right one.
+constexpr char kTopics[] =
     "INSERT INTO topics VALUES(1, '/left', 'sensor_msgs/msg/Image', 'cdr', '', '');"
     "INSERT INTO topics VALUES(2, '/right', 'sensor_msgs/msg/Image', 'cdr', '', '');";
 
-class Bag {
-  public:
-    explicit Bag(const fs::path& path, const char* tables = kTables) {
-        REQUIRE(sqlite3_open(path.c_str(), &handle_) == SQLITE_OK);
-        run("PRAGMA journal_mode = WAL");
-        run(tables);
-    }
-    ~Bag() { sqlite3_close(handle_); }
-    Bag(const Bag&) = delete;
-    Bag& operator=(const Bag&) = delete;
-
-    void run(const std::string& statement) {
-        REQUIRE(sqlite3_exec(handle_, statement.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK);
-    }
-    void add(int topic, int timestamp, const std::string& data) {
-        sqlite3_stmt* statement = nullptr;
-        REQUIRE(sqlite3_prepare_v2(handle_,
-                                   "INSERT INTO messages(topic_id, timestamp, data) VALUES(?,?,?)",
-                                   -1, &statement, nullptr) == SQLITE_OK);
-        sqlite3_bind_int(statement, 1, topic);
-        sqlite3_bind_int(statement, 2, timestamp);
-        sqlite3_bind_blob(statement, 3, data.data(), static_cast<int>(data.size()), nullptr);
-        CHECK(sqlite3_step(statement) == SQLITE_DONE);
-        sqlite3_finalize(statement);
-    }
-
-  private:
-    sqlite3* handle_ = nullptr;
-};
-
 void write_bag(const fs::path& path) {
-    Bag bag(path);
+    SqliteBag bag(path);
+    bag.run(kTopics);
     bag.add(1, 20, "a");
     bag.add(2, 10, std::string("b\0c", 3));  // came later, and is of an earlier time
     bag.add(1, 30, std::string(100'000, 'd'));
@@ -136,7 +97,8 @@ TEST_CASE("what a recorder that was killed has left in its log is read") {
     const TestFolder folder;
     const std::string path = folder / "a.db3", copy = folder / "b.db3";
     {
-        Bag bag(path);
+        SqliteBag bag(path);
+        bag.run(kTopics);
         bag.add(1, 1, "x");
         // As it stands on the disk while the recorder runs.
         for (const char* end : {"", "-wal"}) fs::copy_file(path + end, copy + end);
@@ -150,19 +112,19 @@ TEST_CASE("row 210: what is no SQLite bag is refused, with the reason") {
     CHECK_SAYS(refusal(folder.write("text.db3", "a text that is long enough to be a header")),
                "not a bag that rosbag2 wrote in SQLite (file is not a database)");
     CHECK_SAYS(refusal(folder.write("empty.db3", "")), "no such table: topics");
-    { const Bag other(folder / "other.db3", "CREATE TABLE cars(id INTEGER PRIMARY KEY)"); }
+    { const SqliteBag other(folder / "other.db3", "CREATE TABLE cars(id INTEGER PRIMARY KEY)"); }
     CHECK_SAYS(refusal(folder / "other.db3"), "no such table: topics");
     // A view may compute what it likes.
     {
-        const Bag bag(folder / "view.db3",
-                      "CREATE VIEW topics AS SELECT 1 AS id, '' AS name, '' AS type, '' AS "
-                      "serialization_format; CREATE TABLE messages(id, topic_id, data)");
+        const SqliteBag bag(folder / "view.db3",
+                            "CREATE VIEW topics AS SELECT 1 AS id, '' AS name, '' AS type, '' AS "
+                            "serialization_format; CREATE TABLE messages(id, topic_id, data)");
     }
     CHECK_SAYS(refusal(folder / "view.db3"), "not a bag");
     {
-        const Bag bag(folder / "column.db3",
-                      "CREATE TABLE topics(id, name, type, serialization_format);"
-                      "CREATE TABLE messages(id, topic_id)");
+        const SqliteBag bag(folder / "column.db3",
+                            "CREATE TABLE topics(id, name, type, serialization_format);"
+                            "CREATE TABLE messages(id, topic_id)");
     }
     CHECK_SAYS(refusal(folder / "column.db3"), "no such column: data");
 }
@@ -189,10 +151,25 @@ TEST_CASE("row 210: an SQLite bag that is cut off is refused, a damaged one read
     for (std::size_t i = kPage; i < noise.size(); i += 7) noise[i] = static_cast<char>(i * 31);
     CHECK_SAYS(refusal_of([&] { all_of(folder.write("noise.db3", noise)); }), "noise.db3");
     {
-        Bag bag(folder / "topic.db3");
+        SqliteBag bag(folder / "topic.db3");
+        bag.run(kTopics);
         bag.add(1, 1, "x");
         bag.add(7, 2, "y");
     }
     CHECK_SAYS(all_of(folder / "topic.db3"),
                "the file is damaged: message 2 has a topic that there is not");
+}
+
+TEST_CASE("row 210: an SQLite bag that claims more than its bytes can hold is refused") {
+    const TestFolder folder;
+    {
+        SqliteBag bag(folder / "made.db3",
+                      "CREATE TABLE topics(id, name, type, serialization_format);"
+                      "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id,"
+                      " data AS (zeroblob(100000)))");
+        bag.run("INSERT INTO topics VALUES(1, '/left', 'sensor_msgs/msg/Image', 'cdr')");
+        bag.run("INSERT INTO messages VALUES(1, 1)");
+    }
+    CHECK_SAYS(all_of(folder / "made.db3"),
+               "the file is damaged: it has messages that are larger than itself");
 }
