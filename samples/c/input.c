@@ -37,16 +37,16 @@ defrec_rig_desc parse_camera(const char* text, uint32_t width, uint32_t height) 
     return rig;
 }
 
-static int is_png(const char* name) {
-    const size_t length = strlen(name);
-    return length > 4 && strcmp(name + length - 4, ".png") == 0;
+static int ends_with(const char* name, const char* ending) {
+    const size_t length = strlen(name), end = strlen(ending);
+    return length > end && strcmp(name + length - end, ending) == 0;
 }
 
 static int by_name(const void* a, const void* b) {
     return strcmp(*(char* const*)a, *(char* const*)b);
 }
 
-image_folder open_folder(const char* path) {
+image_folder open_folder(const char* path, const char* ending) {
     image_folder folder = {NULL, 0};
     size_t room = 0;
     const struct dirent* entry;
@@ -54,7 +54,7 @@ image_folder open_folder(const char* path) {
     if (entries == NULL) fail("%s: cannot be read as a folder", path);
     while ((entry = readdir(entries)) != NULL) {
         const size_t size = strlen(path) + strlen(entry->d_name) + 2;
-        if (!is_png(entry->d_name)) continue;
+        if (!ends_with(entry->d_name, ending)) continue;
         if (folder.count == room) {
             room = 2 * room + 64;
             folder.paths = realloc(folder.paths, room * sizeof *folder.paths);
@@ -65,7 +65,7 @@ image_folder open_folder(const char* path) {
         snprintf(folder.paths[folder.count++], size, "%s/%s", path, entry->d_name);
     }
     closedir(entries);
-    if (folder.count == 0) fail("%s: no PNG images in it", path);
+    if (folder.count == 0) fail("%s: no file *%s in it", path, ending);
     qsort(folder.paths, folder.count, sizeof *folder.paths, by_name);
     return folder;
 }
@@ -108,8 +108,8 @@ defrec_image view_of(const image* source, uint32_t format) {
 stereo_sequence open_sequence(const char* left_folder, const char* right_folder) {
     stereo_sequence sequence;
     memset(&sequence, 0, sizeof sequence);
-    sequence.left_files = open_folder(left_folder);
-    sequence.right_files = open_folder(right_folder);
+    sequence.left_files = open_folder(left_folder, ".png");
+    sequence.right_files = open_folder(right_folder, ".png");
     if (sequence.left_files.count != sequence.right_files.count)
         fail("%s has %zu images, %s has %zu", left_folder, sequence.left_files.count, right_folder,
              sequence.right_files.count);

@@ -18,10 +18,10 @@ void fail(const char *format, ...);
 defrec_rig_desc parse_camera(const char* text, uint32_t width, uint32_t height);
 
 typedef struct {
-    char** paths; /* of the PNG files in a folder, in the order of their names */
+    char** paths; /* of the files in a folder with that ending, in the order of their names */
     size_t count;
 } image_folder;
-image_folder open_folder(const char* path);
+image_folder open_folder(const char* path, const char* ending); /* ".png" */
 void close_folder(image_folder* folder);
 
 typedef struct {
