@@ -680,7 +680,10 @@ SECTIONS = (
             ),
             (
                 202,
-                "files of disparity: damaged, of another size or format, two of one number, none",
+                (
+                    "files of disparity: damaged, of another size or format, two of one number, of"
+                    " no frame, none"
+                ),
                 "exit code 3 with the file",
             ),
             (203, "two targets of a plan with one name, a name that is too long", "refused"),

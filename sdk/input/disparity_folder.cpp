@@ -29,7 +29,9 @@ void expect_size(const fs::path& file, std::uint64_t found_width, std::uint64_t 
         return;
     refuse(file, "the disparity has " + std::to_string(found_width) + "x" +
                      std::to_string(found_height) + " pixels, the rectified left image " +
-                     size_text(width, height) + ".");
+                     size_text(width, height) +
+                     "; it must be of that image. Values of one that is scaled by s in x are s "
+                     "times as large.");
 }
 
 // The next word of a header, behind blanks.

@@ -28,6 +28,11 @@ class DisparityFolder {
     // Disparity of the frame of that number; null: it has no file. Throws CliError(kInput) naming
     // the file for another size, another format, what is cut short, and a negative disparity.
     std::shared_ptr<const DisparityImage> read(std::int64_t number, int width, int height) const;
+    bool has(std::int64_t number) const { return files_.contains(number); }
+    std::size_t count() const { return files_.size(); }
+    // The smallest and the largest number of a file.
+    std::int64_t first() const { return files_.begin()->first; }
+    std::int64_t last() const { return files_.rbegin()->first; }
 
   private:
     std::map<std::int64_t, std::filesystem::path> files_;

@@ -146,3 +146,37 @@ TEST_CASE("a frame has the disparity of its left image's number, or none") {
     options.fields = FieldOrder::kTopFirst;
     CHECK_THROWS_AS(FrameSource{options}, CliError);
 }
+
+TEST_CASE("row 202: files of other frames, and frames without a file, are told") {
+    const TestFolder folder;
+    for (const char* view : {"left", "right", "network", "counted"})
+        std::filesystem::create_directory(folder / view);
+    for (const char* view : {"left", "right"})
+        for (int i = 0; i < 3; ++i)
+            cv::imwrite(folder / view + "/img" + std::to_string(20 + i) + ".png",
+                        cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(10 + i)));
+    for (const char* name : {"network/21.pfm", "network/22.pfm", "network/23.pfm", "network/24.pfm",
+                             "counted/0.pfm", "counted/2.pfm"})
+        folder.write(name, pfm(ramp()));
+    SourceOptions options;
+    options.left = folder / "left";
+    options.right = folder / "right";
+    options.disparity = folder / "network";
+    options.disparity_sigma_px = 0.25f;
+    const auto remark = [&] {
+        FrameSource source(options);
+        StereoFrame frame;
+        while (source.next(frame)) continue;
+        return source.disparity_remark();
+    };
+    CHECK(remark() == "1 of 3 frames has no file in " + options.disparity +
+                          "; stage stereo measured the disparity. 2 files of " + options.disparity +
+                          " are of no frame that was read.");
+    // Others are not expected of a part.
+    options.range = {1, 2};
+    CHECK(remark() == "");
+    options.disparity = folder / "counted";
+    CHECK_SAYS(refusal_of([&] { FrameSource(SourceOptions(options)); }),
+               "counted: no file is of a frame: the files have the numbers 0 to 2, the frames 20 "
+               "to 22. Name each file by the number of its left image");
+}

@@ -134,6 +134,7 @@ struct FrameSource::Impl {
     std::optional<double> last_ms;      // time of the last frame, of cameras and bags
     const std::vector<double>& times_ms = options.times_ms;  // empty: images are even
     std::optional<DisparityFolder> disparity;
+    std::int64_t with_disparity = 0, without_disparity = 0;  // frames that were delivered
     cv::Size size;
     int channels = 3;
 
@@ -184,8 +185,26 @@ struct FrameSource::Impl {
         if (frames_of_image() > 1)
             throw CliError(ExitCode::kUsage,
                            "--disparity is of whole images: the fields of interlaced ones are of "
-                           "two times.");
+                           "two times. Leave it out, or say with --interlaced off that they are "
+                           "not.");
         disparity.emplace(options.disparity);
+        expect_disparity_of_a_frame();
+    }
+
+    // Numbers that begin elsewhere would leave all frames without disparity.
+    void expect_disparity_of_a_frame() const {
+        const std::optional<std::int64_t> frames = bag ? bag->claimed() : left->claimed();
+        if (!frames || *frames <= 0) return;
+        for (std::int64_t place = 0; place < *frames; ++place)
+            if (disparity->has(number_of_image(left.get(), place))) return;
+        throw CliError(ExitCode::kInput,
+                       options.disparity + ": no file is of a frame: the files have the numbers " +
+                           std::to_string(disparity->first()) + " to " +
+                           std::to_string(disparity->last()) + ", the frames " +
+                           std::to_string(number_of_image(left.get(), 0)) + " to " +
+                           std::to_string(number_of_image(left.get(), *frames - 1)) +
+                           ". Name each file by the number of its left image; of a video or a bag, "
+                           "by that of its frame, counted from 0.");
     }
 
     // Fills in the frame's, if it has some.
@@ -195,6 +214,7 @@ struct FrameSource::Impl {
         frame.disparity =
             disparity->read(number_of_image(left.get(), frame.index), size.width, size.height);
         frame.disparity_sigma_px = options.disparity_sigma_px;
+        ++(frame.disparity ? with_disparity : without_disparity);
     }
 
     bool is_live() const { return is_camera(source_name()); }
@@ -442,6 +462,23 @@ std::optional<CameraCounts> FrameSource::camera_counts() const {
 
 std::optional<BagFacts> FrameSource::bag_facts() const {
     return impl_->bag ? std::optional(impl_->bag->facts()) : std::nullopt;
+}
+
+std::string FrameSource::disparity_remark() const {
+    if (!impl_->disparity) return {};
+    const std::int64_t with = impl_->with_disparity, without = impl_->without_disparity;
+    const auto unused = static_cast<std::int64_t>(impl_->disparity->count()) - with;
+    const std::string& folder = impl_->options.disparity;
+    std::string text;
+    if (without > 0)
+        text = std::to_string(without) + " of " + std::to_string(with + without) + " frames " +
+               (without == 1 ? "has" : "have") + " no file in " + folder +
+               "; stage stereo measured the disparity.";
+    const FrameRange& range = impl_->options.range;
+    if (unused <= 0 || range.first > 0 || range.last) return text;
+    if (!text.empty()) text += " ";
+    return text + std::to_string(unused) + (unused == 1 ? " file" : " files") + " of " + folder +
+           (unused == 1 ? " is" : " are") + " of no frame that was read.";
 }
 
 void FrameSource::set_notice_handler(std::function<void(const std::string&)> handler) {

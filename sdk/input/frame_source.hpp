@@ -95,6 +95,9 @@ class FrameSource {
     std::optional<CameraCounts> camera_counts() const;
     // Empty but for bags.
     std::optional<BagFacts> bag_facts() const;
+    // A sentence that users are to be told of the files of disparity: which frames had none, and
+    // how many were of no frame that was delivered. Empty where each had its own.
+    std::string disparity_remark() const;
     // See CameraSource.
     void set_notice_handler(std::function<void(const std::string&)> handler);
     // How many frames next() should deliver by what the source claims.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <sstream>
 #include <string>
 
 namespace defrec::cli {
@@ -16,18 +17,23 @@ inline CLI::Validator any_number() {
         [](std::string& text) {
             double value = 0;
             const bool is_finite = CLI::detail::lexical_cast(text, value) && std::isfinite(value);
-            return is_finite ? std::string() : "Value " + text + " is no number";
+            if (is_finite) return std::string();
+            return "Value " + text + " is no number" +
+                   (text.find(',') != std::string::npos ? "; decimals stand behind a point" : "");
         },
         "");
 }
 
-// As CLI::Range, which lets "nan" pass.
+// As CLI::Range, which lets "nan" pass and writes 0.001 as 0.001000.
 inline CLI::Validator number_in(double least, double most) {
     const CLI::Validator range = CLI::Range(least, most);
     CLI::Validator both = range;
-    both.operation([range, finite = any_number()](std::string& text) {
+    both.operation([range, least, most, finite = any_number()](std::string& text) {
         const std::string reason = finite(text);
-        return reason.empty() ? range(text) : reason;
+        if (!reason.empty() || range(text).empty()) return reason;
+        std::ostringstream message;
+        message << "Value " << text << " is not from " << least << " to " << most;
+        return message.str();
     });
     return both;
 }

@@ -35,6 +35,11 @@ constexpr ReasonNote kReasonNotes[] = {
      "The calibration has drifted; calibrate anew, or set self_calibration: correct in "
      "--config. See rig_estimate in summary.json.",
      NoteSeverity::kError},
+    {DEFREC_REASON_DISPARITY,
+     "In some frames the images contradict the disparity of --disparity, whose depth was not used "
+     "there. Its files must be of these frames, and in px of the rectified left image: x in the "
+     "left image less x in the right one. See as well whether --disparity-sigma is too small.",
+     NoteSeverity::kError},
 };
 
 // In the middle of the left image, so that it takes no longer than a small frame.

@@ -582,6 +582,7 @@ class TrackSession {
     nlohmann::ordered_json finish(double seconds, std::exception_ptr& failure) {
         notes_.add(source_.fault(), NoteSeverity::kError);
         if (const std::optional<BagFacts> bag = source_.bag_facts()) notes_.add(bag->remark());
+        notes_.add(source_.disparity_remark());
         points_.finish();
         notes_.conclude(points_, template_.frame.has_value(), has_tracked());
         WrittenFiles files(folder_.path());
