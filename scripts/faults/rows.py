@@ -658,8 +658,9 @@ SECTIONS = (
             (
                 199,
                 (
-                    "a bag with one view, with several that could be it, that ends early in one"
-                    " view, or with stamps of two clocks"
+                    "a bag with one view, with several that could be it, with both in one topic and"
+                    " no layout, or the other way round, that ends early in one view, or with"
+                    " stamps of two clocks"
                 ),
                 "exit code 3, with the topics of images, or with the stamps",
             ),

@@ -2,6 +2,7 @@
 #include "sdk/bag/stereo_topics.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <string_view>
 
@@ -75,12 +76,26 @@ class Choice {
         if (pairs.empty())
             fail(
                 "no two topics of images are told to be the left and the right view by their "
-                "names; name them with --left-topic and --right-topic.");
+                "names; name them with --left-topic and --right-topic, or say with --layout how "
+                "the images of one topic hold both views.");
         if (pairs.size() > 1)
             fail(
                 "several pairs of topics could be the two views; choose one with --left-topic and "
                 "--right-topic.");
         return pairs.front();
+    }
+
+    // The only topic of images.
+    BagTopic only_one() const {
+        std::vector<BagTopic> found;
+        std::copy_if(topics_.begin(), topics_.end(), std::back_inserter(found),
+                     [](const BagTopic& topic) { return is_image(topic) && topic.messages > 0; });
+        if (found.empty()) fail("no topic has images that could hold both views.");
+        if (found.size() > 1)
+            fail(
+                "several topics have images; name that whose images hold both views with "
+                "--stereo-topic, or leave out --layout where each view has its own topic.");
+        return found.front();
     }
 
     // The partner of a topic, where only that one was named.
@@ -131,6 +146,12 @@ StereoTopics choose_topics(const std::string& bag, const std::vector<BagTopic>& 
     if (left.empty()) return {choice.partner(right, kRight, kLeft, "--left-topic"), named};
     if (left == right) choice.fail(in_quotes(left) + " cannot be both views.");
     return {named, choice.named(right)};
+}
+
+StereoTopics choose_stereo_topic(const std::string& bag, const std::vector<BagTopic>& topics,
+                                 const std::string& name) {
+    const Choice choice(bag, topics);
+    return {name.empty() ? choice.only_one() : choice.named(name), std::nullopt};
 }
 
 std::string camera_info_topic(const std::string& image_topic) {

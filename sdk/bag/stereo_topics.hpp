@@ -1,6 +1,7 @@
 // Which topics of a bag carry the two views.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,7 +10,8 @@
 namespace defrec::cli {
 
 struct StereoTopics {
-    BagTopic left, right;
+    BagTopic left;
+    std::optional<BagTopic> right;  // empty: each image of `left` holds both views
 };
 
 // left, right: names that were asked for; empty where they are to be found by "left" and "right" in
@@ -17,6 +19,10 @@ struct StereoTopics {
 // and where what was not named is not one pair of topics alone. bag: its name, for messages.
 StereoTopics choose_topics(const std::string& bag, const std::vector<BagTopic>& topics,
                            const std::string& left, const std::string& right);
+
+// The topic whose images hold both views. name: likewise; empty: the only one of images.
+StereoTopics choose_stereo_topic(const std::string& bag, const std::vector<BagTopic>& topics,
+                                 const std::string& name);
 
 // By the conventions of ROS (image_pipeline): the topic of the camera_info beside an image's, and
 // whether the images of a topic are rectified.

@@ -30,10 +30,10 @@ TEST_CASE("the one pair that differs by left and right is taken") {
                        image("/stereo/left/image_raw")},
                       "", "");
     CHECK(found.left.name == "/stereo/left/image_raw");
-    CHECK(found.right.name == "/stereo/right/image_raw");
+    CHECK(found.right->name == "/stereo/right/image_raw");
     const StereoTopics repeated = choose_topics(
         "bag.mcap", {image("/left_cam/image_left"), image("/right_cam/image_right")}, "", "");
-    CHECK(repeated.right.name == "/right_cam/image_right");
+    CHECK(repeated.right->name == "/right_cam/image_right");
     CHECK(choose_topics("bag.mcap", {image("/left/a"), image("/right/a"), image("/left/b")},
                         "/left/b", "/right/a")
               .left.name == "/left/b");
@@ -42,7 +42,7 @@ TEST_CASE("the one pair that differs by left and right is taken") {
 TEST_CASE("one name is enough where the other follows from it") {
     const std::vector<BagTopic> topics = {image("/left/a"), image("/right/a"), image("/left/b"),
                                           image("/right/b"), image("/left/c")};
-    CHECK(choose_topics("bag.mcap", topics, "/left/b", "").right.name == "/right/b");
+    CHECK(choose_topics("bag.mcap", topics, "/left/b", "").right->name == "/right/b");
     CHECK(choose_topics("bag.mcap", topics, "", "/right/b").left.name == "/left/b");
     CHECK_SAYS(refusal(topics, "/left/c"), "give --right-topic as well");
 }
@@ -73,6 +73,28 @@ TEST_CASE("row 199: names that are of no images are refused") {
     CHECK_SAYS(refusal(topics, "/left/a", "/raw"), "/raw (sensor_msgs/Image in ros1, 3)");
     CHECK_SAYS(refusal(topics, "/left/a", "/right/a"), "'/right/a' has no message");
     CHECK_SAYS(refusal(topics, "/left/a", "/left/a"), "cannot be both views");
+}
+
+TEST_CASE("row 199: both views in one topic: the one that is named, or the only one of images") {
+    const auto chosen = [](const std::vector<BagTopic>& topics, const std::string& name) {
+        const StereoTopics views = choose_stereo_topic("bag.mcap", topics, name);
+        CHECK_FALSE(views.right);
+        return views.left.name;
+    };
+    const BagTopic both = image("/stereo/image_raw"), scene = image("/scene/image");
+    CHECK(chosen({kInfo, both, image("/empty", 0)}, "") == both.name);
+    CHECK(chosen({scene, both}, both.name) == both.name);
+    const auto refused = [&](const std::vector<BagTopic>& topics, const std::string& name) {
+        return refusal_of([&] { chosen(topics, name); });
+    };
+    CHECK_SAYS(refused({scene, both}, ""), "several topics have images");
+    CHECK_SAYS(refused({scene, both}, ""), "with --stereo-topic");
+    CHECK_SAYS(refused({scene, both}, ""), "/scene/image (sensor_msgs/msg/Image, 10), /stereo/");
+    CHECK_SAYS(refused({kInfo}, ""), "no topic has images that could hold both views");
+    CHECK_SAYS(refused({both}, "/stereo"), "there is no topic '/stereo'");
+    CHECK_SAYS(refused({kInfo, both}, kInfo.name), "has the type 'sensor_msgs/msg/CameraInfo'");
+    // Without a layout.
+    CHECK_SAYS(refusal({kInfo, both}), "say with --layout how the images of one topic hold both");
 }
 
 TEST_CASE("camera_info lies beside the image, and names say what is rectified") {

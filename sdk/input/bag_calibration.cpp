@@ -78,9 +78,11 @@ RosCamera camera_of(const RosCameraInfo& info, bool is_rectified, const std::str
 std::array<RosCamera, 2> cameras_of(const BagOptions& options) {
     const auto files = files_of_bag(options.path);
     const std::vector<BagTopic> topics = topics_of_bag(files);
-    const StereoTopics views =
-        choose_topics(options.path, topics, options.left_topic, options.right_topic);
-    const std::array<std::string, 2> images = {views.left.name, views.right.name};
+    const StereoTopics views = views_of(options, topics);
+    if (!views.right)
+        fail(options.path, "each image of topic " + views.left.name +
+                               " holds both views, and a camera_info is of one camera.");
+    const std::array<std::string, 2> images = {views.left.name, views.right->name};
     std::array<std::string, 2> names;
     for (std::size_t view = 0; view < names.size(); ++view) {
         names[view] = camera_info_topic(images[view]);

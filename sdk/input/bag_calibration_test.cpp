@@ -106,6 +106,16 @@ TEST_CASE("rectified images have P alone") {
     CHECK(is_rectified(found));
 }
 
+TEST_CASE("images that hold both views have no camera_info of their own") {
+    const TestFolder folder;
+    SourceOptions source = source_of(Bag().write(folder));
+    source.bag.has_stereo_images = true;
+    source.bag.stereo_topic = "/left/image_raw";
+    const std::string message = refusal(source);
+    CHECK_SAYS(message, "each image of topic /left/image_raw holds both views");
+    CHECK_SAYS(message, "Give the calibration with --calibration.");
+}
+
 TEST_CASE("a camera_info that is missing, not complete or not plausible is refused") {
     Bag bag;
     bag.has_info = false;

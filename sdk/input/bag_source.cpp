@@ -57,8 +57,7 @@ struct BagSource::Impl {
     explicit Impl(const BagOptions& options)
         : path(options.path),
           files(files_of_bag(options.path)),
-          topics(choose_topics(options.path, topics_of_bag(files), options.left_topic,
-                               options.right_topic)),
+          topics(views_of(options, topics_of_bag(files))),
           messages(files) {
         look_at_stamps();
     }
@@ -66,8 +65,8 @@ struct BagSource::Impl {
     const std::string path;
     const std::vector<std::filesystem::path> files;
     const StereoTopics topics;
-    const std::array<std::string, kViews> info_topics = {camera_info_topic(topics.left.name),
-                                                         camera_info_topic(topics.right.name)};
+    const std::array<std::string, kViews> info_topics = {camera_info_topic(name_of(kLeftView)),
+                                                         camera_info_topic(name_of(kRightView))};
     BagMessages messages;
     FramePairs pairs{kMostWaiting};
     double fps = 0, tolerance_ms = 0;
@@ -79,12 +78,12 @@ struct BagSource::Impl {
     std::string fault;
 
     const std::string& name_of(View view) const {
-        return view == kLeftView ? topics.left.name : topics.right.name;
+        return view == kRightView && topics.right ? topics.right->name : topics.left.name;
     }
 
     std::optional<View> view_of(const BagMessage& message) const {
         if (message.topic->is_same(topics.left)) return kLeftView;
-        if (message.topic->is_same(topics.right)) return kRightView;
+        if (topics.right && message.topic->is_same(*topics.right)) return kRightView;
         return std::nullopt;
     }
 
@@ -116,7 +115,7 @@ struct BagSource::Impl {
             std::int64_t stamp = 0;
             if (view && read_stamp(message, stamp)) stamps[*view].push_back(stamp);
             if (stamps[kLeftView].size() >= kStampsOfRate &&
-                stamps[kRightView].size() >= kStampsOfRate)
+                (!topics.right || stamps[kRightView].size() >= kStampsOfRate))
                 break;
         }
         for (std::size_t view = 0; view < kViews; ++view)
@@ -144,8 +143,12 @@ struct BagSource::Impl {
         ++since_pair[view];
         const double time_ms =
             static_cast<double>(decoded.stamp_ns - first_ns) / kNanosecondsInMillisecond;
-        pairs.add(view == kLeftView ? FramePairs::View::kLeft : FramePairs::View::kRight,
-                  {std::move(decoded.image), time_ms, nullptr});
+        CameraImage image{std::move(decoded.image), time_ms, nullptr};
+        if (!topics.right)
+            pairs.add_pair({std::move(image), {cv::Mat(), time_ms, nullptr}});
+        else
+            pairs.add(view == kLeftView ? FramePairs::View::kLeft : FramePairs::View::kRight,
+                      std::move(image));
     }
 
     bool accept(const CameraPair& pair) {
@@ -167,10 +170,11 @@ struct BagSource::Impl {
         pairs.end();
         fault = messages.fault();
         if (!fault.empty()) return;
+        if (!topics.right) return;
         if (pairs.counts().pairs == 0) {
             fault = path + ": no images of the two views are of one time: the first of " +
                     topics.left.name + " has the stamp " + seconds_text(first_ns) + ", that of " +
-                    topics.right.name + " " + seconds_text(first_of_view_ns[kRightView]) +
+                    topics.right->name + " " + seconds_text(first_of_view_ns[kRightView]) +
                     "; stamps of a pair may differ by " + format_fixed(tolerance_ms, 3) +
                     " ms. Both cameras must stamp by one clock.";
             return;
@@ -228,13 +232,15 @@ const std::string& BagSource::fault() const { return impl_->fault; }
 double BagSource::fps() const { return impl_->fps; }
 
 std::int64_t BagSource::claimed() const {
-    const std::uint64_t count = std::min(impl_->topics.left.messages, impl_->topics.right.messages);
+    const auto& [left, right] = impl_->topics;
+    const std::uint64_t count = right ? std::min(left.messages, right->messages) : left.messages;
     return static_cast<std::int64_t>(
         std::min<std::uint64_t>(count, std::numeric_limits<std::int32_t>::max()));
 }
 
 BagFacts BagSource::facts() const {
-    return {impl_->topics.left.name, impl_->topics.right.name, impl_->pairs.counts(),
+    const auto& [left, right] = impl_->topics;
+    return {left.name, right ? right->name : std::string(), impl_->pairs.counts(),
             impl_->changed_info};
 }
 

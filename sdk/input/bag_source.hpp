@@ -19,8 +19,9 @@ class BagSource {
     BagSource(const BagSource&) = delete;
     BagSource& operator=(const BagSource&) = delete;
 
-    // The next pair; its times grow, and are ms since the left view's first image. False at the
-    // end, and where something is wrong, which fault() then says.
+    // The next pair; its times grow, and are ms since the left view's first image. Where each image
+    // holds both views it is whole in `left`, and `right` has none. False at the end, and where
+    // something is wrong, which fault() then says.
     bool read(CameraPair& pair);
     const std::string& fault() const;
     // Images per second of the left view by the stamps of its first images; 0 where they do not

@@ -236,6 +236,60 @@ TEST_CASE("frames of a bag have its stamps as times, also in a part of it") {
     CHECK_FALSE(options.has_views());
 }
 
+TEST_CASE("images of one topic that hold both views are cut by their layout") {
+    const TestFolder folder;
+    const auto write = [&](const TestImage& image, const std::vector<double>& times_ms) {
+        McapWriter writer;
+        const auto both = writer.add_channel("/stereo/image_raw", kImageType);
+        const auto info = writer.add_channel("/stereo/camera_info", kCameraInfoType);
+        RosCameraInfo camera;
+        for (const double ms : times_ms) {
+            writer.add(both, image_message(kStart + static_cast<std::int64_t>(ms * 1e6), image));
+            camera.k[0] = ms;
+            writer.add(info, camera_info_message(camera));
+        }
+        return folder.write("both.mcap", writer.finish());
+    };
+    SourceOptions options;
+    options.bag.has_stereo_images = true;
+    options.bag.path = write({4, 2, "mono8", 5, "abcd-efgh-"}, {0, 40, 80});
+    for (const Layout layout : {Layout::kSideBySide, Layout::kTopBottom}) {
+        options.layout = layout;
+        FrameSource source(options);
+        const bool is_wide = layout == Layout::kSideBySide;
+        CHECK(source.width() == (is_wide ? 2 : 4));
+        CHECK(source.height() == (is_wide ? 2 : 1));
+        CHECK(source.expected() == 3);
+        CHECK(source.fps() == doctest::Approx(25));
+        StereoFrame frame;
+        for (int i = 0; i < 3; ++i) {
+            REQUIRE(source.next(frame));
+            CHECK(frame.timestamp_ms == 40.0 * i);
+            CHECK(frame.left.pixels[1] == 'b');
+            CHECK(frame.right.pixels[1] == (is_wide ? 'd' : 'f'));
+            if (is_wide) CHECK(frame.right.pixels[frame.right.stride] == 'g');
+        }
+        CHECK_FALSE(source.next(frame));
+        CHECK(source.fault() == "");
+        REQUIRE(source.bag_facts());
+        CHECK(source.bag_facts()->left_topic == "/stereo/image_raw");
+        CHECK(source.bag_facts()->right_topic == "");
+        CHECK(source.bag_facts()->pairs.unpaired == 0);
+        CHECK_SAYS(source.bag_facts()->remark(), "topic /stereo/camera_info changes");
+    }
+    options.bag.path = write({4, 1, "mono8", 4, "abcd"}, {0, 40});
+    CHECK_SAYS(refusal_of([&] { FrameSource(SourceOptions(options)); }),
+               "an image of 4x1 cannot be cut into two halves one above the other");
+    options.layout = Layout::kSideBySide;
+    options.bag.path = write({4, 1, "mono8", 4, "abcd"}, {0, 40, 20});
+    FrameSource source(options);
+    StereoFrame frame;
+    while (source.next(frame)) continue;
+    CHECK_SAYS(source.fault(), "the stamps of topic /stereo/image_raw do not grow");
+    options.bag.stereo_topic = "/stereo";
+    CHECK_SAYS(refusal_of([&] { FrameSource(SourceOptions(options)); }), "no topic '/stereo'");
+}
+
 TEST_CASE("a calibration that changes in the recording is told") {
     const TestFolder folder;
     for (const bool changes : {false, true}) {

@@ -375,7 +375,7 @@ struct FrameSource::Impl {
         // Counted from the bag's first pair, also where it is passed over.
         if (!first_ms) first_ms = images.left.time_ms;
         pair = {images.left.image, images.right.image, images.left.time_ms, {}};
-        return true;
+        return !options.bag.has_stereo_images || split_views(pair);
     }
 
     bool split_views(Pair& pair) {
@@ -384,7 +384,8 @@ struct FrameSource::Impl {
         if ((is_wide ? both.cols : both.rows) % 2 != 0) {
             fault = source_name() + ": an image of " + size_text(both) +
                     " cannot be cut into two halves" +
-                    (is_wide ? " side by side." : " one above the other.");
+                    (is_wide ? " side by side" : " one above the other") +
+                    "; give the other --layout, or images without what is beside the two views.";
             return false;
         }
         const int width = is_wide ? both.cols / 2 : both.cols,

@@ -65,7 +65,7 @@ struct SourceOptions {
     std::vector<double> times_ms;  // of that file, where it was read; otherwise empty
     std::string disparity;         // folder with the disparity of frames; empty: none
     float disparity_sigma_px = 0;  // of these, the standard deviation of what neighbours share
-    Layout layout = Layout::kSideBySide;  // left on the left, or left on top
+    Layout layout = Layout::kSideBySide;  // of both in one: left on the left, or left on top
     FrameRange range;
     double fps = 0;                                // of images; 0: the source's own, else 30
     FieldOrder fields = FieldOrder::kProgressive;  // of the images; otherwise each field is a frame

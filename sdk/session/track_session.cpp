@@ -58,9 +58,36 @@ void check_frame_size(const FrameSource& source) {
                        " to " + std::to_string(DEFREC_MAX_SIDE) + " on a side are supported.");
 }
 
-StereoCalibration calibration_for(const WrittenCalibration& written, LengthUnit units,
+// Images that hold both views, and whose halves the calibration does not fit, may be cut the other
+// way, or show one view.
+void check_layout(const SourceOptions& options, const FrameSource& source,
+                  const StereoCalibration& calibration) {
+    if (options.stereo.empty() && !options.bag.has_stereo_images) return;
+    const bool is_wide = options.layout == Layout::kSideBySide;
+    const int width = source.width(), height = source.height();
+    const int whole_width = is_wide ? 2 * width : width,
+              whole_height = is_wide ? height : 2 * height;
+    const auto is_for = [&](int its_width, int its_height) {
+        return calibration.width == its_width && calibration.height == its_height;
+    };
+    std::string why;
+    if (is_for(whole_width, whole_height))
+        why = "it fits the whole images: if they show one view, give the sources of both.";
+    else if (is_wide && is_for(whole_width, whole_height / 2))
+        why = "it fits --layout top-bottom.";
+    else if (!is_wide && is_for(whole_width / 2, whole_height))
+        why = "it fits --layout side-by-side.";
+    if (why.empty()) return;
+    throw CliError(ExitCode::kCalibration,
+                   "the calibration is for " + size_text(calibration.width, calibration.height) +
+                       ", but by --layout " + layout_name(options.layout) + " each view is " +
+                       size_text(width, height) + "; " + why);
+}
+
+StereoCalibration calibration_for(const WrittenCalibration& written, const TrackOptions& options,
                                   const FrameSource& source) {
-    StereoCalibration calibration = load_calibration(written, units);
+    StereoCalibration calibration = load_calibration(written, options.units);
+    check_layout(options.source, source, calibration);
     fit_to_frames(calibration, source.width(), source.height());
     return calibration;
 }
@@ -198,7 +225,7 @@ class TrackSession {
           source_((expect_source(options), check_outputs(options), options.source)),
           written_((check_frame_size(source_),
                     written_calibration(options.source, options.calibration))),
-          calibration_(calibration_for(written_, options.units, source_)),
+          calibration_(calibration_for(written_, options, source_)),
           desc_(tracker_desc(options, source_)),
           progress_(options.quiet),
           link_(options, progress_),

@@ -16,21 +16,23 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// Where both views come from.
+Json views_json(const SourceOptions& source, const std::optional<BagFacts>& bag) {
+    if (bag && source.bag.has_stereo_images)
+        return {{"bag", source.bag.path},
+                {"stereo_topic", bag->left_topic},
+                {"layout", layout_name(source.layout)}};
+    if (bag)
+        return {{"bag", source.bag.path},
+                {"left_topic", bag->left_topic},
+                {"right_topic", bag->right_topic}};
+    if (source.stereo.empty()) return {{"left", source.left}, {"right", source.right}};
+    return {{"stereo", source.stereo}, {"layout", layout_name(source.layout)}};
+}
+
 Json input_json(const TrackFacts& facts) {
     const TrackOptions& options = facts.options;
-    Json json;
-    if (facts.bag) {
-        json["bag"] = options.source.bag.path;
-        json["left_topic"] = facts.bag->left_topic;
-        json["right_topic"] = facts.bag->right_topic;
-    } else if (options.source.stereo.empty()) {
-        json["left"] = options.source.left;
-        json["right"] = options.source.right;
-    } else {
-        json["stereo"] = options.source.stereo;
-        json["layout"] =
-            options.source.layout == Layout::kSideBySide ? "side-by-side" : "top-bottom";
-    }
+    Json json = views_json(options.source, facts.bag);
     json["times"] = options.source.times.empty() ? Json(nullptr) : Json(options.source.times);
     json["calibration"] = calibration_name(options.source, options.calibration);
     json["points"] = options.points.empty() ? Json(nullptr) : Json(options.points);
@@ -192,6 +194,10 @@ std::string shares_text(const char* what, const Json& json) {
 }
 
 }  // namespace
+
+const char* layout_name(Layout layout) {
+    return layout == Layout::kSideBySide ? "side-by-side" : "top-bottom";
+}
 
 Json stage_statistics(const std::vector<FrameRow>& rows) {
     Json json = Json::object();

@@ -42,6 +42,9 @@ struct TrackFacts {
     double seconds;                        // reading, tracking and drawing together
 };
 
+// As --layout has it.
+const char* layout_name(Layout layout);
+
 nlohmann::ordered_json summarise_track(const TrackFacts& facts);
 
 // Median and 99th percentile of each stage and of the frame: {"stereo": {"median_ms": ...,

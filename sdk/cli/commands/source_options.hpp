@@ -21,15 +21,38 @@ inline CLI::Option* add_bag_options(CLI::App& command, BagOptions& bag) {
         },
         "Bag of ROS 2 with both views: an MCAP or SQLite file, or the folder of `ros2 bag record`");
     path->type_name("P");
-    command
-        .add_option("--left-topic", bag.left_topic,
-                    "Topic of the left images; default: by `left` in its name")
-        ->type_name("TOPIC")
-        ->needs(path);
-    command.add_option("--right-topic", bag.right_topic, "Topic of the right images, likewise")
-        ->type_name("TOPIC")
-        ->needs(path);
+    auto* left = command.add_option("--left-topic", bag.left_topic,
+                                    "Topic of the left images; default: by `left` in its name");
+    auto* right =
+        command.add_option("--right-topic", bag.right_topic, "Topic of the right images, likewise");
+    auto* stereo = command.add_option("--stereo-topic", bag.stereo_topic,
+                                      "Topic whose images hold both views, with --layout; default: "
+                                      "the only one with images");
+    for (auto* topic : {left, right, stereo}) topic->type_name("TOPIC")->needs(path);
+    stereo->excludes(left)->excludes(right);
     return path;
+}
+
+// Images that hold both views have a layout, and others none. Throws CLI::ValidationError.
+inline void check_layout(const CLI::App& command, const CLI::Option& stereo,
+                         const CLI::Option& layout) {
+    const auto is_given = [&](const char* name) { return command.count(name) > 0; };
+    if (layout.count() == 0) {
+        const char* name = stereo.count() > 0           ? "--stereo"
+                           : is_given("--stereo-topic") ? "--stereo-topic"
+                                                        : nullptr;
+        if (name != nullptr)
+            throw CLI::ValidationError(name, "needs --layout side-by-side or --layout top-bottom");
+        return;
+    }
+    if (stereo.count() == 0 && !is_given("--bag"))
+        throw CLI::ValidationError("--layout",
+                                   "needs --stereo, or --bag with both views in one topic");
+    if (is_given("--left-topic") || is_given("--right-topic"))
+        throw CLI::ValidationError(
+            "--layout",
+            "is of images that hold both views: name their topic with --stereo-topic; or leave it "
+            "out where --left-topic and --right-topic each have one view");
 }
 
 // Which images, whole as they come.
@@ -52,17 +75,17 @@ inline void add_image_options(CLI::App& command, SourceOptions& source) {
         [&source](const std::string& name) {
             source.layout = name == "top-bottom" ? Layout::kTopBottom : Layout::kSideBySide;
         },
-        "side-by-side (left on the left) or top-bottom (left on top)");
-    layout->type_name("L")->check(CLI::IsMember({"side-by-side", "top-bottom"}))->needs(stereo);
+        "How an image of --stereo, or of one topic of --bag, holds both views: side-by-side (left "
+        "on the left) or top-bottom (left on top)");
+    layout->type_name("L")->check(CLI::IsMember({"side-by-side", "top-bottom"}));
     stereo->type_name("P")->excludes(left)->excludes(right);
-    command.parse_complete_callback([left, right, stereo, layout] {
+    command.parse_complete_callback([&command, &source, left, right, stereo, layout] {
         if (left->count() > right->count())
             throw CLI::ValidationError(
                 "--left", "needs --right; a video that holds both views is given as --stereo");
         if (right->count() > left->count()) throw CLI::ValidationError("--right", "needs --left");
-        if (stereo->count() > 0 && layout->count() == 0)
-            throw CLI::ValidationError("--stereo",
-                                       "needs --layout side-by-side or --layout top-bottom");
+        check_layout(command, *stereo, *layout);
+        source.bag.has_stereo_images = source.bag.is_given() && layout->count() > 0;
     });
     command
         .add_option_function<std::string>(

@@ -21,25 +21,26 @@ constexpr std::size_t kMaxSummaryBytes = 16'000'000;
 constexpr const char* kNotRepeated[] = {"out",         "like",       "save-template", "trace",
                                         "quiet",       "json",       "view",          "igtl",
                                         "igtl-listen", "igtl-clock", "igtl-image"};
-constexpr const char* kPaths[] = {"left",   "right",       "stereo",       "recording",
-                                  "times",  "points",      "targets",      "plan",
-                                  "config", "calibration", "from-template"};
-// If one of a line is given, the others of it are not taken from the summary.
-constexpr const char* kContradicting[][3] = {{"left", "stereo", "layout"},
-                                             {"right", "stereo", "layout"},
-                                             {"stereo", "left", "right"},
-                                             {"left", "recording", ""},
-                                             {"right", "recording", ""},
-                                             {"stereo", "recording", ""},
-                                             {"times", "recording", "fps"},
-                                             {"fps", "recording", "times"},
-                                             {"recording", "left", "right"},
-                                             {"recording", "stereo", "layout"},
-                                             {"recording", "times", "fps"},
-                                             {"device", "backend", ""},
-                                             {"backend", "device", ""},
-                                             {"from-template", "template-frame", ""},
-                                             {"template-frame", "from-template", ""}};
+constexpr const char* kPaths[] = {"left",        "right",     "stereo",       "recording", "bag",
+                                  "times",       "points",    "targets",      "plan",      "config",
+                                  "calibration", "disparity", "from-template"};
+// If the first of a line is given, the others of it are not taken from the summary.
+constexpr const char* kContradicting[][2] = {
+    {"left", "stereo layout recording bag left-topic right-topic stereo-topic"},
+    {"right", "stereo layout recording bag left-topic right-topic stereo-topic"},
+    {"stereo", "left right recording bag left-topic right-topic stereo-topic"},
+    {"recording", "left right stereo layout times fps bag left-topic right-topic stereo-topic"},
+    {"bag", "left right stereo recording times fps"},
+    {"left-topic", "stereo-topic layout"},
+    {"right-topic", "stereo-topic layout"},
+    {"stereo-topic", "left-topic right-topic"},
+    {"layout", "left-topic right-topic"},
+    {"times", "recording fps bag"},
+    {"fps", "recording times bag"},
+    {"device", "backend"},
+    {"backend", "device"},
+    {"from-template", "template-frame"},
+    {"template-frame", "from-template"}};
 
 template <std::size_t kCount>
 bool is_one_of(const std::string& name, const char* const (&names)[kCount]) {
@@ -66,8 +67,11 @@ std::optional<std::string> value_of(const std::vector<std::string>& words,
 bool is_given(const std::vector<std::string>& words, const std::string& option) {
     const auto same = [&](const std::string& word) { return option_name(word) == option; };
     if (std::any_of(words.begin(), words.end(), same)) return true;
-    for (const auto& [given, one, other] : kContradicting)
-        if ((option == one || option == other) && value_of(words, given)) return true;
+    for (const auto& [given, others] : kContradicting) {
+        const std::vector<std::string_view> names = split(others, ' ');
+        if (std::find(names.begin(), names.end(), option) != names.end() && value_of(words, given))
+            return true;
+    }
     return false;
 }
 
@@ -116,8 +120,15 @@ Arguments with_recorded_options(std::vector<std::string> words) {
     const Json summary = read_summary(*path);
     const fs::path folder = summary["folder"].get<std::string>();
     std::vector<std::string> more;
+    // A bag whose views are in two topics has no use for the layout of a video.
+    const auto is_of_video = [&](const std::string& name) {
+        return name == "layout" && value_of(words, "bag") &&
+               summary["options"].value("stereo", Json()).is_string();
+    };
     for (const auto& [name, value] : summary["options"].items()) {
-        if (value.is_null() || is_one_of(name, kNotRepeated) || is_given(words, name)) continue;
+        if (value.is_null() || is_one_of(name, kNotRepeated) || is_given(words, name) ||
+            is_of_video(name))
+            continue;
         if (value.is_boolean()) {
             if (value.get<bool>()) more.push_back("--" + name);
         } else if (value.is_string()) {

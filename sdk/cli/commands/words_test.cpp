@@ -116,8 +116,40 @@ TEST_CASE("options of a summary stand before those that are given, which count")
     for (const char* gone : {"--left", "--right", "--device"})
         CHECK(std::find(other.begin(), other.end(), gone) == other.end());
     CHECK(std::count(other.begin(), other.end(), "--seed") == 0);
+    const std::vector<std::string> bag =
+        expanded({"defrec", "track", "--like", summary, "--bag", "b.mcap"});
+    for (const char* gone : {"--left", "--right"})
+        CHECK(std::count(bag.begin(), bag.end(), gone) == 0);
     CHECK(expanded({"defrec", "track", "--out", "x"}).size() == 4);
     CHECK(expanded({"defrec", "score", "--like", summary}).size() == 4);
+}
+
+TEST_CASE("a bag of a summary is found from anywhere, and its topics go with it") {
+    const TestFolder folder;
+    const std::string summary = folder.write("summary.json", R"({
+        "folder": "/data/first",
+        "options": {"bag": "b.mcap", "stereo-topic": "/both", "layout": "top-bottom",
+                    "disparity": "network", "stereo": null}})");
+    const std::vector<std::string> kept{"--disparity", "/data/first/network", "--layout",
+                                        "top-bottom",  "--stereo-topic",      "/both"};
+    const auto given = [&](std::vector<std::string> words) {
+        words.insert(words.begin(), {"defrec", "track", "--like", summary});
+        const std::vector<std::string> all = expanded(words);
+        return std::vector<std::string>(all.begin() + 2,
+                                        all.end() - static_cast<std::ptrdiff_t>(words.size() - 2));
+    };
+    std::vector<std::string> first{"--bag", "/data/first/b.mcap"};
+    first.insert(first.end(), kept.begin(), kept.end());
+    CHECK(given({}) == first);
+    CHECK(given({"--bag", "other.mcap"}) == kept);
+    const std::vector<std::string> disparity(kept.begin(), kept.begin() + 2);
+    CHECK(given({"--left", "l", "--right", "r"}) == disparity);
+    CHECK(given({"--recording", "r"}) == disparity);
+    const std::vector<std::string> stereo(kept.begin(), kept.begin() + 4);
+    CHECK(given({"--stereo", "s.mp4"}) == stereo);
+    const std::string video = folder.write("video.json", R"({
+        "folder": "/data", "options": {"stereo": "s.mp4", "layout": "top-bottom", "fps": "25"}})");
+    CHECK(expanded({"defrec", "track", "--like", video, "--bag", "b.mcap"}).size() == 6);
 }
 
 TEST_CASE("what is no summary with options is refused") {
