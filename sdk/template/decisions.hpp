@@ -46,15 +46,15 @@ struct TemplateSurface {
     static constexpr double kSteepestOfMedian = 1.6;
     // steps of the grid | so near a rejected surface fits are left out | their windows saw both
     static constexpr int kRejectedMargin = 2;
-    // 1 | of the spline that is the trend: it smooths below about 17 steps of the grid | set by
-    //   hand
-    static constexpr double kTrendStiffness = 50;
-    // 1 | of the spline that is the detail: below about 11 steps | live depth of beating tissue in
-    //   later frames, to which this is nearest
-    static constexpr double kDetailStiffness = 8;
-    // 1 | how fast the detail falls to 0 where nothing was measured | the slope of the last cells
+    // 1 | of the splines: they smooth below about 16 steps of the grid | rendered sequences,
+    //   [smoother-template]
+    static constexpr double kStiffness = 100;
+    // px per squared step of the grid | a surface that bends by so much is half as stiff |
+    //   [smoother-template]
+    static constexpr double kBend = 0.015;
+    // 1 | how fast the second falls to 0 where nothing was measured | the slope of the last cells
     //   says little of what lies many cells beyond
-    static constexpr double kDetailPull = 4;
+    static constexpr double kPull = 4;
     // share of the image's width | so far the surface goes on beyond measured depth | set by hand
     static constexpr double kReach = 0.12;
     // of the smallest measured disparity | beyond it the surface has no smaller one | set by hand

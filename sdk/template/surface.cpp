@@ -142,30 +142,39 @@ std::vector<Sample> samples_of(const std::vector<Sample>& samples, const Surface
     return kept;
 }
 
-// Minimises sum weight (D - d)^2 + stiffness * (D_xx^2 + 2 D_xy^2 + D_yy^2) in units of the grid,
-// and pull * D^2 where there is no sample.
-std::vector<float> smooth_spline(const std::vector<Sample>& samples, int columns, int rows,
-                                 double stiffness, double pull) {
-    std::vector<Eigen::Triplet<double>> entries;
-    entries.reserve(samples.size() * 40);
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(samples.size()));
-    auto add = [&](std::initializer_list<std::pair<int, double>> stencil, double weight) {
-        for (const auto& [i, a] : stencil)
-            for (const auto& [j, b] : stencil)
-                if (i >= j) entries.emplace_back(i, j, weight * a * b);
-    };
+// Calls visit(vertex, stencil, times) for each second difference of the grid: D_xx and D_yy at the
+// vertex and twice D_xy below and to the right of it; a stencil is vertices with factors.
+template <class Visit>
+void for_each_bending(int columns, int rows, const Visit& visit) {
+    using Stencil = std::initializer_list<std::pair<int, double>>;
     for (int y = 0; y < rows; ++y)
         for (int x = 0; x < columns; ++x) {
             const int i = y * columns + x;
-            const Sample& sample = samples[static_cast<size_t>(i)];
-            entries.emplace_back(i, i, sample.weight > 0 ? sample.weight : pull);
-            right[i] = sample.weight * sample.disparity;
-            if (x > 0 && x + 1 < columns) add({{i - 1, 1}, {i, -2}, {i + 1, 1}}, stiffness);
+            if (x > 0 && x + 1 < columns) visit(i, Stencil{{i - 1, 1}, {i, -2}, {i + 1, 1}}, 1);
             if (y > 0 && y + 1 < rows)
-                add({{i - columns, 1}, {i, -2}, {i + columns, 1}}, stiffness);
+                visit(i, Stencil{{i - columns, 1}, {i, -2}, {i + columns, 1}}, 1);
             if (x + 1 < columns && y + 1 < rows)
-                add({{i, 1}, {i + 1, -1}, {i + columns, -1}, {i + columns + 1, 1}}, 2 * stiffness);
+                visit(i, Stencil{{i, 1}, {i + 1, -1}, {i + columns, -1}, {i + columns + 1, 1}}, 2);
         }
+}
+
+// Minimises sum weight (D - d)^2 + stiffness * (D_xx^2 + 2 D_xy^2 + D_yy^2) in units of the grid,
+// and pull * D^2 where there is no sample. stiffness: per vertex.
+std::vector<float> smooth_spline(const std::vector<Sample>& samples, int columns, int rows,
+                                 const std::vector<double>& stiffness, double pull) {
+    std::vector<Eigen::Triplet<double>> entries;
+    entries.reserve(samples.size() * 40);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(samples.size()));
+    for (size_t i = 0; i < samples.size(); ++i) {
+        entries.emplace_back(i, i, samples[i].weight > 0 ? samples[i].weight : pull);
+        right[static_cast<Eigen::Index>(i)] = samples[i].weight * samples[i].disparity;
+    }
+    for_each_bending(columns, rows, [&](int at, auto stencil, double times) {
+        for (const auto& [i, a] : stencil)
+            for (const auto& [j, b] : stencil)
+                if (i >= j)
+                    entries.emplace_back(i, j, times * stiffness[static_cast<size_t>(at)] * a * b);
+    });
     Eigen::SparseMatrix<double> matrix(static_cast<Eigen::Index>(samples.size()),
                                        static_cast<Eigen::Index>(samples.size()));
     matrix.setFromTriplets(entries.begin(), entries.end());
@@ -174,16 +183,35 @@ std::vector<float> smooth_spline(const std::vector<Sample>& samples, int columns
     return {solution.data(), solution.data() + solution.size()};
 }
 
-// A trend, and the detail that samples add to it. Where there is none, the trend alone goes on.
+// Stiffness per vertex that lets a spline bend where a stiff one already does: the weights of a
+// Lorentzian penalty (Black and Rangarajan 1996) of its second differences.
+std::vector<double> relaxed_stiffness(const std::vector<float>& spline, int columns, int rows) {
+    constexpr double kBend2 = TemplateSurface::kBend * TemplateSurface::kBend;
+    std::vector<double> bending2(spline.size(), 0);
+    for_each_bending(columns, rows, [&](int at, auto stencil, double times) {
+        double difference = 0;
+        for (const auto& [i, a] : stencil)
+            difference += a * static_cast<double>(spline[static_cast<size_t>(i)]);
+        bending2[static_cast<size_t>(at)] += times * difference * difference;
+    });
+    for (double& each : bending2) each = TemplateSurface::kStiffness / (1 + each / kBend2);
+    return bending2;
+}
+
+// A stiff spline tells where the surface bends; there the next is softer. What that one leaves of
+// the samples is added as another spline (twicing, Tukey 1977), so that relief is flattened less;
+// where there is no sample, the one before goes on alone.
 std::vector<float> fit_spline(std::vector<Sample> samples, int columns, int rows) {
     constexpr double kNoPull = 1e-9;
-    std::vector<float> spline =
-        smooth_spline(samples, columns, rows, TemplateSurface::kTrendStiffness, kNoPull);
+    const std::vector<double> stiff(samples.size(), TemplateSurface::kStiffness),
+        stiffness =
+            relaxed_stiffness(smooth_spline(samples, columns, rows, stiff, kNoPull), columns, rows);
+    std::vector<float> spline = smooth_spline(samples, columns, rows, stiffness, kNoPull);
     for (size_t i = 0; i < samples.size(); ++i)
         samples[i].disparity -= static_cast<double>(spline[i]);
-    const std::vector<float> detail = smooth_spline(
-        samples, columns, rows, TemplateSurface::kDetailStiffness, TemplateSurface::kDetailPull);
-    std::transform(spline.begin(), spline.end(), detail.begin(), spline.begin(), std::plus<>());
+    const std::vector<float> rest =
+        smooth_spline(samples, columns, rows, stiffness, TemplateSurface::kPull);
+    std::transform(spline.begin(), spline.end(), rest.begin(), spline.begin(), std::plus<>());
     return spline;
 }
 

@@ -517,7 +517,7 @@ struct ExpectedError {
     //   `shear3`, `resting` and `retraction`, [refuted-checks]
     static constexpr float kRefutedShare = 14;
     // px^2 | b1: disparity by itself
-    static constexpr float kDisparityShare = 0.0013f;
+    static constexpr float kDisparityShare = 0.0009f;
     // 1 | b2: the squared distance of patches | doubled after the fit
     static constexpr float kDisparityPatchShare = 0.032f;
     // 1 | b3: the squared motion down the image during the lag; along the rows it is all an error
