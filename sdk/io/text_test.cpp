@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "sdk/io/counted.hpp"
+
 using namespace defrec::cli;
 
 TEST_CASE("row 100: what a terminal would obey is shown, not sent") {
@@ -21,4 +23,12 @@ TEST_CASE("names are ordered as people count") {
     CHECK(precedes_by_name("a", "a1"));
     CHECK_FALSE(precedes_by_name("a01", "a01"));
     CHECK(precedes_by_name("a01", "a1") != precedes_by_name("a1", "a01"));
+}
+
+TEST_CASE("one of a thing is singular, any other number of it plural") {
+    CHECK(counted(0, "frame") == "0 frames");
+    CHECK(counted(1, "frame") == "1 frame");
+    CHECK(counted(2, "frame") == "2 frames");
+    CHECK(counted(1, "part of the plan", "parts of the plan") == "1 part of the plan");
+    CHECK(counted(12, "part of the plan", "parts of the plan") == "12 parts of the plan");
 }

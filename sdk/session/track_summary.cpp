@@ -7,6 +7,7 @@
 
 #include "sdk/contract/enumerations.hpp"
 #include "sdk/input/bag_calibration.hpp"
+#include "sdk/io/counted.hpp"
 #include "sdk/io/process_memory.hpp"
 #include "sdk/io/statistics.hpp"
 #include "sdk/io/text.hpp"
@@ -187,8 +188,8 @@ double mean_of(const std::vector<FrameRow>& rows, double FrameRow::*member) {
 
 std::string percent(const Json& share) { return format_fixed(100 * share.get<double>(), 1) + " %"; }
 
-std::string shares_text(const char* what, const Json& json) {
-    return std::to_string(json["count"].get<std::size_t>()) + " " + what + ": " +
+std::string shares_text(const Json& json, const char* one, const char* several = "") {
+    return counted(json["count"].get<std::size_t>(), one, several) + ": " +
            percent(json["tracked_share"]) + " tracked, " + percent(json["extrapolated_share"]) +
            " extrapolated, " + percent(json["lost_share"]) + " lost\n";
 }
@@ -251,7 +252,7 @@ Json summarise_track(const TrackFacts& facts) {
 }
 
 std::string summary_text(const Json& summary, const std::filesystem::path& folder) {
-    std::string text = std::to_string(summary["frames"].get<std::size_t>()) + " frames on " +
+    std::string text = counted(summary["frames"].get<std::size_t>(), "frame") + " on " +
                        summary["device"]["id"].get<std::string>() + ":";
     for (const auto& [state, count] : summary["states"].items()) {
         if (count.get<std::int64_t>() == 0) continue;
@@ -264,11 +265,11 @@ std::string summary_text(const Json& summary, const std::filesystem::path& folde
     text.back() = '\n';
     if (const Json& frame = summary["template_frame"]; !frame.is_null())
         text += "template of frame " + std::to_string(frame.get<std::int64_t>()) + "\n";
-    text += shares_text("points", summary["points"]);
-    if (!summary["targets"].is_null()) text += shares_text("targets", summary["targets"]);
+    text += shares_text(summary["points"], "point");
+    if (!summary["targets"].is_null()) text += shares_text(summary["targets"], "target");
     if (const Json& plan = summary["plan"]; !plan.is_null())
-        text += shares_text("targets of the plan", plan["targets"]) +
-                shares_text("parts of the plan", plan["parts"]);
+        text += shares_text(plan["targets"], "target of the plan", "targets of the plan") +
+                shares_text(plan["parts"], "part of the plan", "parts of the plan");
     const Json& frame = summary["stages"]["frame"];
     text += "a frame takes " + format_fixed(frame["median_ms"].get<double>(), 1) +
             " ms (median), " + format_fixed(frame["p99_ms"].get<double>(), 1) +

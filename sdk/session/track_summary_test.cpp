@@ -1,0 +1,44 @@
+// The end text of a run.
+#include "sdk/session/track_summary.hpp"
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+using namespace defrec::cli;
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json shares(std::size_t count) {
+    return {
+        {"count", count}, {"tracked_share", 1.0}, {"extrapolated_share", 0.0}, {"lost_share", 0.0}};
+}
+
+// A run in which there is so much of everything.
+std::string text_of(std::size_t count) {
+    Json summary;
+    summary["frames"] = count;
+    summary["device"] = {{"id", "cpu"}};
+    summary["states"] = {{"tracking", count}, {"lost", 0}};
+    summary["template_frame"] = 0;
+    summary["points"] = summary["targets"] = shares(count);
+    summary["plan"] = {{"targets", shares(count)}, {"parts", shares(count)}};
+    summary["stages"] = {{"frame", {{"median_ms", 8.0}, {"p99_ms", 9.0}}}};
+    return summary_text(summary, "out");
+}
+
+}  // namespace
+
+TEST_CASE("the end text counts one in the singular, more in the plural") {
+    const std::string shared = ": 100.0 % tracked, 0.0 % extrapolated, 0.0 % lost\n";
+    const std::string end =
+        "a frame takes 8.0 ms (median), 9.0 ms (99th percentile)\nreport: out/report.html\n";
+    CHECK(text_of(1) == "1 frame on cpu: 1 tracking\ntemplate of frame 0\n1 point" + shared +
+                            "1 target" + shared + "1 target of the plan" + shared +
+                            "1 part of the plan" + shared + end);
+    CHECK(text_of(3) == "3 frames on cpu: 3 tracking\ntemplate of frame 0\n3 points" + shared +
+                            "3 targets" + shared + "3 targets of the plan" + shared +
+                            "3 parts of the plan" + shared + end);
+}
