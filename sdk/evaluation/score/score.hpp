@@ -46,6 +46,7 @@ struct Score {
 
 Score score_of(const ScoredRows& scored);
 
+// The score in a sentence, then in tables.
 std::string score_table(const Score& score);
 nlohmann::ordered_json score_json(const Score& score);
 

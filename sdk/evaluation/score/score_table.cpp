@@ -1,11 +1,38 @@
 // Scores as text.
+#include <cmath>
+
 #include "sdk/evaluation/score/score.hpp"
 #include "sdk/evaluation/score/table_line.hpp"
+#include "sdk/io/counted.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/session/track_outputs.hpp"
 
 namespace defrec::cli {
 namespace {
+
+// Rounded up, so that "within" holds.
+std::string within_text(double mm) {
+    return "within " + format_fixed(std::ceil(100 * mm - 1e-9) / 100, 2) + " mm";
+}
+
+std::string lost_text(double share) {
+    constexpr double kLeast = 0.001;
+    if (share > 0 && share < kLeast) return "less than 0.1 %";
+    return format_fixed(100 * share, share > 0 && share < 1 ? 1 : 0) + " %";
+}
+
+// The score in one sentence.
+std::string verdict(const ScoreGroup& all) {
+    if (all.visible_points == 0) return "No point was visible, so there is nothing to compare.\n";
+    if (all.visible.count == 0) return "All visible points were lost.\n";
+    const std::string median =
+        within_text(all.visible.median) + " of the truth, 95 % " + within_text(all.visible.p95);
+    const std::string lost = lost_text(all.lost_share());
+    if (all.lost_visible == 0)
+        return "Half of the visible points were " + median + "; " + lost + " were lost.\n";
+    return "Of the visible points " + lost + " were lost; half of the others were " + median +
+           ".\n";
+}
 
 TableLine errors_line(const std::string& name, const ErrorSummary& summary) {
     TableLine line(name);
@@ -26,7 +53,7 @@ std::string errors_table(const Score& score) {
     add("", score.all, true);
     for (const ScoreGroup& group : score.states)
         add("  " + group.name + " ", group, group.hidden.count > 0);
-    table += std::to_string(score.all.frames) + " frames";
+    table += counted(score.all.frames, "frame");
     if (score.frames_without_visible > 0) {
         table += ", " + std::to_string(score.frames_without_visible) +
                  " of them without a visible point (not counted in lost)";
@@ -81,7 +108,7 @@ std::string visibility_table(const Visibility& visibility) {
 }  // namespace
 
 std::string score_table(const Score& score) {
-    return errors_table(score) + "\n" + confidence_table(score) + "\n" +
+    return verdict(score.all) + "\n" + errors_table(score) + "\n" + confidence_table(score) + "\n" +
            visibility_table(score.all.visibility);
 }
 

@@ -109,6 +109,7 @@ TEST_CASE("limits are held, and nothing visible to measure exceeds them") {
     CHECK(joined(exceeded(empty, {1000.0, {}, false})) != "");
     CHECK(score_json(empty)["visible"]["median_mm"].is_null());
     CHECK(score_table(empty).find("100.00 %") != std::string::npos);
+    CHECK(score_table(empty).find("All visible points were lost.\n\n") == 0);
 }
 
 TEST_CASE("expected errors are judged for each status, over visible and hidden points") {
