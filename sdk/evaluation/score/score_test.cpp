@@ -112,6 +112,20 @@ TEST_CASE("limits are held, and nothing visible to measure exceeds them") {
     CHECK(score_table(empty).find("All visible points were lost.\n\n") == 0);
 }
 
+TEST_CASE("a sentence says the result before the tables") {
+    const TestFolder folder;
+    write_all(folder);
+    Score score = score_of(folder);
+    CHECK(score_table(score).find("Of the visible points 40.0 % were lost; half of the others were "
+                                  "within 3.00 mm of the truth, 95 % within 4.80 mm.\n\n") == 0);
+    score.all.lost_visible = 0;
+    score.all.visible.median = 0.0651;
+    score.all.visible.p95 = 0.24;
+    CHECK(
+        score_table(score).find("Half of the visible points were within 0.07 mm of the truth, 95 % "
+                                "within 0.24 mm; 0 % were lost.\n\n") == 0);
+}
+
 TEST_CASE("expected errors are judged for each status, over visible and hidden points") {
     const TestFolder folder;
     write_all(folder);
