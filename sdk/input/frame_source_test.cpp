@@ -370,6 +370,8 @@ TEST_CASE("row 71: what is no source is refused with an error message") {
     CHECK_SAYS(refusal(two("/dev/zero", good)), "is a camera and the other is not");
     CHECK_SAYS(refusal(two(folder / "good/x_%06d.png", good)), "no file matches");
     CHECK_SAYS(refusal(two(folder / "good/%s.png", good)), "no such file");
+    CHECK_SAYS(refusal(two("/dev/video_absent", good)), "no such camera. `ls /dev/video*` lists");
+    CHECK_SAYS(refusal(two("/dev/video_absent", "/dev/video_absent")), "no such camera");
 }
 
 TEST_CASE("row 75: paths are UTF-8") {

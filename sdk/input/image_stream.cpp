@@ -258,6 +258,10 @@ std::unique_ptr<ImageStream> ImageStream::open(const std::string& source) {
         return std::make_unique<FileStream>(source,
                                             files_of_pattern(source, path.parent_path(), *pattern));
     }
+    if (source.starts_with("/dev/"))
+        fail(source +
+             ": there is no such camera. `ls /dev/video*` lists those of this computer; is it "
+             "plugged in, and passed on to a container or virtual machine?");
     fail(source + ": there is no such file or folder.");
 }
 

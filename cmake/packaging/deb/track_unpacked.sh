@@ -12,4 +12,11 @@ root=$1 sequence=$2 tracked=$3 work=$4
 cmp "$tracked/points.csv" "$work/points.csv"
 "$root/usr/bin/defrec" demo --no-open --out "$work/demo"
 test -s "$work/demo/result/report.html"
+# As bash-completion loads it.
+bash -euc 'source "$0/usr/share/bash-completion/completions/defrec"
+    COMP_WORDS=(defrec render heartb) COMP_CWORD=2 && _defrec && [ "${COMPREPLY[*]}" = heartbeat ]' "$root"
+for shell in bash zsh fish; do
+    "$root/usr/bin/defrec" completion $shell >"$work/completion"
+    cmp "$work/completion" "$root"/usr/share/$shell*/*completions*/*defrec*
+done
 "$root/usr/bin/defrec-conformance" --backend cpu --case abi/table_complete --out "$work/conformance"

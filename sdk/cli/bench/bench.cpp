@@ -118,6 +118,21 @@ void add_stages(const defrec_result& result, BenchTimes& times) {
     times.stages_together_ms.push_back(together);
 }
 
+// For which rates of cameras a frame is done before the next one comes.
+std::string fast_enough_text(const Json& submit_to_result) {
+    const double median = submit_to_result["median_ms"].get<double>(),
+                 p99 = submit_to_result["p99_ms"].get<double>();
+    std::string text = "fast enough for";
+    for (const int rate : {25, 30, 60}) {
+        const double period = 1000.0 / rate;
+        text += (rate == 25 ? " " : "; ") + std::to_string(rate) + " frames/s: ";
+        text += p99 <= period      ? "yes"
+                : median <= period ? "by the median, not by the 99th percentile"
+                                   : "no";
+    }
+    return text + "\n";
+}
+
 Film make_film(const BenchOptions& options) try {
     return Film(options.scene, options.width, options.height, options.filmed, kSeed,
                 static_cast<int>(options.threads));
@@ -270,7 +285,7 @@ std::string bench_text(const Json& json) {
     return text + format_fixed(json["frames_per_second"].get<double>(), 1) +
            " frames/s; peak memory " + format_fixed(json["peak_memory_mb"].get<double>(), 0) +
            " MB, of it tracker " + format_fixed(json["tracker_memory_mb"].get<double>(), 0) +
-           " MB\n";
+           " MB\n" + fast_enough_text(json["submit_to_result"]);
 }
 
 }  // namespace defrec::cli

@@ -5,6 +5,7 @@
 #include "sdk/cli/commands/commands.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/terminal.hpp"
+#include "sdk/scenes/writing/render_command.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -25,6 +26,7 @@ struct OptionWords {
 struct CommandWords {
     std::string name, meaning;
     std::vector<OptionWords> options;
+    std::vector<std::string> values;  // of the word that stands without an option; empty: any file
 };
 
 // The names in {a,b}, as CLI::IsMember describes itself.
@@ -44,6 +46,13 @@ std::vector<std::string> members_of(const std::string& type) {
     return members;
 }
 
+std::vector<std::string> values_of(const CLI::Option& option) {
+    if (!option.check_lname("scene") && !option.check_sname("scene") &&
+        option.get_name(true) != "scene")
+        return members_of(option.get_type_name());
+    return scene_names();
+}
+
 std::string first_sentence(const std::string& text) {
     std::string line = text.substr(0, text.find_first_of(";:\n"));
     for (char& c : line)
@@ -54,14 +63,19 @@ std::string first_sentence(const std::string& text) {
 std::vector<CommandWords> words_of(const CLI::App& app) {
     std::vector<CommandWords> commands;
     for (const CLI::App* command : app.get_subcommands({})) {
-        CommandWords words{command->get_name(), first_sentence(command->get_description()), {}};
-        for (const CLI::Option* option : command->get_options())
+        CommandWords words{command->get_name(), first_sentence(command->get_description()), {}, {}};
+        for (const CLI::Option* option : command->get_options()) {
+            if (option->get_positional() && words.values.empty()) words.values = values_of(*option);
             for (const std::string& name : option->get_lnames())
-                words.options.push_back({"--" + name, members_of(option->get_type_name()),
+                words.options.push_back({"--" + name, values_of(*option),
                                          first_sentence(option->get_description()),
                                          option->get_expected_max() != 0});
+        }
         commands.push_back(words);
     }
+    CommandWords help{"help", "Explain a command", {}, {}};
+    for (const CommandWords& command : commands) help.values.push_back(command.name);
+    commands.push_back(help);
     return commands;
 }
 
@@ -83,12 +97,13 @@ std::string bash(const std::vector<CommandWords>& commands) {
                           ") COMPREPLY=($(compgen -W '" + joined(option.values) +
                           "' -- \"$word\")); return ;;\n";
         }
-        cases += "    " + command.name + ") options='" + options + "' ;;\n";
+        cases += "    " + command.name + ") options='" + options + "' values='" +
+                 joined(command.values) + "' ;;\n";
     }
     return "# Completion of defrec for bash, by `defrec completion bash`.\n"
            "_defrec() {\n"
            "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}\n"
-           "  local command=${COMP_WORDS[1]} options=''\n"
+           "  local command=${COMP_WORDS[1]} options='' values=''\n"
            "  if [ \"$COMP_CWORD\" -eq 1 ]; then\n"
            "    COMPREPLY=($(compgen -W '" +
            names +
@@ -101,9 +116,10 @@ std::string bash(const std::vector<CommandWords>& commands) {
            "  case $command in\n" +
            cases +
            "  esac\n"
-           "  case $word in\n"
+           "  case $word:$before:$values in\n"
            "    -*) COMPREPLY=($(compgen -W \"$options\" -- \"$word\")) ;;\n"
-           "    *) COMPREPLY=($(compgen -f -- \"$word\")) ;;\n"
+           "    *:-*:*|*:) COMPREPLY=($(compgen -f -- \"$word\")) ;;\n"
+           "    *) COMPREPLY=($(compgen -W \"$values\" -- \"$word\")) ;;\n"
            "  esac\n"
            "}\n"
            "complete -o filenames -F _defrec defrec\n";
@@ -122,6 +138,8 @@ std::string zsh(const std::vector<CommandWords>& commands) {
                 cases += ":value:_files";
             cases += "' \\\n";
         }
+        if (!command.values.empty())
+            cases += "        '1:value:(" + joined(command.values) + ")' \\\n";
         cases += "        '*:file:_files' ;;\n";
     }
     return "#compdef defrec\n"
@@ -146,6 +164,9 @@ std::string fish(const std::vector<CommandWords>& commands) {
     for (const CommandWords& command : commands) {
         text += "complete -c defrec -n __fish_use_subcommand -f -a " + command.name + " -d '" +
                 command.meaning + "'\n";
+        if (!command.values.empty())
+            text += "complete -c defrec -n '__fish_seen_subcommand_from " + command.name +
+                    "' -a '" + joined(command.values) + "'\n";
         for (const OptionWords& option : command.options) {
             text += "complete -c defrec -n '__fish_seen_subcommand_from " + command.name + "' -l " +
                     option.name.substr(2) + " -d '" + option.meaning + "'";

@@ -1,10 +1,10 @@
 // `defrec demo`: from nothing to a report, by the commands that it prints.
 #include <CLI/CLI.hpp>
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
 
+#include "sdk/cli/commands/browser.hpp"
 #include "sdk/cli/commands/commands.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/terminal.hpp"
@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kFooter =
     "It renders a scene with known truth, tracks it, compares with the truth, and opens the report "
-    "in a browser where there is a screen. The same commands with your own recording are the next "
+    "in a browser where one is found. The same commands with your own recording are the next "
     "step.";
 
 struct DemoOptions {
@@ -37,17 +37,6 @@ int carry_out_step(const std::vector<std::string>& arguments) {
     return run_program(static_cast<int>(argv.size()), argv.data());
 }
 
-bool has_screen() {
-    return std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
-}
-
-void open_in_browser(const fs::path& page) {
-    std::string quoted;
-    for (const char c : page.string()) quoted += c == '\'' ? std::string("'\\''") : std::string{c};
-    const std::string command = "xdg-open '" + quoted + "' >/dev/null 2>&1 &";
-    if (std::system(command.c_str()) != 0) print("The report could not be opened.\n");
-}
-
 int run_demo(const DemoOptions& options) {
     const auto start = std::chrono::steady_clock::now();
     const fs::path folder = options.folder, sequence = folder / "sequence",
@@ -64,7 +53,9 @@ int run_demo(const DemoOptions& options) {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const fs::path report = fs::absolute(result / "report.html");
     print("\nDone in " + format_fixed(seconds, 0) + " s. The report: " + report.string() + "\n");
-    if (options.is_opened && has_screen()) open_in_browser(report);
+    if (options.is_opened && !open_in_browser(report))
+        print(
+            "No browser was found on this computer to open it in; any browser opens that file.\n");
     return static_cast<int>(ExitCode::kOk);
 }
 
@@ -72,12 +63,13 @@ int run_demo(const DemoOptions& options) {
 
 CLI::App* add_demo_command(CLI::App& app, std::function<int()>& run) {
     auto options = std::make_shared<DemoOptions>();
-    CLI::App* command = app.add_subcommand(
-        "demo", "Render a scene, track it, score it and open the report: half a minute");
+    CLI::App* command = app.add_subcommand("demo",
+                                           "Render a scene, track it, score it and open the report "
+                                           "in a browser, if there is one; under a minute");
     command->add_option("--out", options->folder, "Folder to write to; created where absent")
         ->type_name("DIR")
         ->capture_default_str();
-    command->add_flag("!--no-open", options->is_opened, "Do not open the report");
+    command->add_flag("!--no-open", options->is_opened, "Do not open the report in a browser");
     command->footer(kFooter);
     command->callback([options, &run] { run = [options] { return run_demo(*options); }; });
     return command;

@@ -2,8 +2,12 @@
 #include "sdk/cli/commands/command_line.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
 #include <exception>
 #include <new>
+#include <string_view>
+#include <vector>
 
 #include "sdk/base/os/atomic_file.hpp"
 #include "sdk/cli/commands/suggestion.hpp"
@@ -11,13 +15,38 @@
 #include "sdk/io/terminal.hpp"
 
 namespace defrec::cli {
+namespace {
 
-int carry_out(CLI::App& app, const std::function<int()>& run, int argc, const char* const* argv) {
+// `defrec help` and `defrec help track` as `defrec --help` and `defrec track --help`.
+std::vector<const char*> with_help_as_option(const CLI::App& app, int argc,
+                                             const char* const* argv) {
+    std::vector<const char*> words(argv, argv + argc);
+    if (argc < 2 || std::string_view(argv[1]) != "help" || app.get_subcommands({}).empty())
+        return words;
+    words.erase(words.begin() + 1);
+    words.resize(std::min<std::size_t>(words.size(), 2));
+    words.push_back("--help");
+    return words;
+}
+
+}  // namespace
+
+int carry_out(CLI::App& app, const std::function<int()>& run, int typed_count,
+              const char* const* typed) {
     try {
+        const std::vector<const char*> words = with_help_as_option(app, typed_count, typed);
+        const int argc = static_cast<int>(words.size());
+        const char* const* argv = words.data();
         if (const std::string unknown = misspelling(app, argc, argv); !unknown.empty())
             throw CliError(ExitCode::kUsage, unknown);
         try {
             app.parse(argc, argv);
+        } catch (const CLI::RequiredError& error) {
+            const std::string missing = what_is_missing(app, argc, argv);
+            if (missing.empty()) throw CliError(ExitCode::kUsage, error.what());
+            // Several lines, none of which has anything that was typed.
+            std::fputs(("defrec: " + missing + "\n").c_str(), stderr);
+            return static_cast<int>(ExitCode::kUsage);
         } catch (const CLI::ParseError& error) {
             return static_cast<int>(app.exit(error) == 0 ? ExitCode::kOk : ExitCode::kUsage);
         }

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "sdk/base/util/sha256.hpp"
+#include "sdk/cli/commands/browser.hpp"
 #include "sdk/cli/commands/test_program.hpp"
 #include "sdk/cli/commands/test_run.hpp"
 #include "sdk/io/calibration.hpp"
@@ -185,6 +186,9 @@ TEST_CASE("row 110: a warning leaves a trace in summary and report, also with --
 TEST_CASE("help and version are no errors") {
     CHECK(run({"--help"}) == 0);
     CHECK(run({"--version"}) == 0);
+    CHECK(run({"help"}) == 0);
+    CHECK(run({"help", "track"}) == 0);
+    CHECK(run({"help", "trak"}) == 2);
     for (const char* command :
          {"track", "record", "doctor", "calibrate", "register", "handeye", "render", "score",
           "evaluate", "devices", "bench", "demo", "completion"})
@@ -322,6 +326,30 @@ TEST_CASE("the demo goes from nothing to a report") {
     CHECK(run({"demo", "--no-open", "--out", folder / "demo"}) == 0);
     CHECK(fs::exists(folder / "demo/result/report.html"));
     CHECK(fs::exists(folder / "demo/sequence/truth.csv"));
+}
+
+TEST_CASE("a page is opened where there is a screen and a browser") {
+    const TestFolder folder;
+    const fs::path page = folder.path() / "it's.html";
+    // xdg-open as it is where a browser ends, runs on, and is none.
+    const auto opens = [&](const char* opener) {
+        const fs::path program = folder.write("xdg-open", std::string("#!/bin/sh\n") + opener);
+        fs::permissions(program, fs::perms::owner_all);
+        return open_in_browser(page);
+    };
+    const std::string path = std::getenv("PATH");
+    ::setenv("PATH", (folder.path().string() + ":" + path).c_str(), 1);
+    ::setenv("DISPLAY", ":99", 1);
+    CHECK(opens("echo \"$1\" >\"${0%/*}/opened\""));
+    CHECK(TestFolder::read(folder / "opened") == page.string() + "\n");
+    CHECK(opens("exec sleep 3"));
+    CHECK_FALSE(opens("exit 3"));
+    ::setenv("PATH", (folder / "empty").c_str(), 1);
+    CHECK_FALSE(open_in_browser(page));
+    ::setenv("PATH", path.c_str(), 1);
+    ::unsetenv("DISPLAY");
+    ::unsetenv("WAYLAND_DISPLAY");
+    CHECK_FALSE(opens("exit 0"));
 }
 
 TEST_CASE(

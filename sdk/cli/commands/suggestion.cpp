@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sdk/cli/commands/help_text.hpp"
 #include "sdk/io/text.hpp"
 
 namespace defrec::cli {
@@ -39,7 +40,49 @@ std::vector<std::string> option_names(const CLI::App& command) {
     return names;
 }
 
+std::string list_of_commands(const CLI::App& app) {
+    std::string text = "a command is missing. There are:\n";
+    for (const CLI::App* command : app.get_subcommands({}))
+        text += HelpText(help_width()).make_subcommand(command);
+    return text + app.get_name() + " COMMAND --help explains each.";
+}
+
+// "--calibration, --out and --truth"
+std::string enumeration(const std::vector<std::string>& names) {
+    std::string text;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (i > 0) text += i + 1 == names.size() ? " and " : ", ";
+        text += names[i];
+    }
+    return text;
+}
+
+// The first of the command's examples, a line with its end; empty where it has none.
+std::string example_of(const CLI::App& app, const CLI::App& command) {
+    const std::string start = "\n  " + app.get_name() + " " + command.get_name() + " ";
+    const std::string& footer = command.get_footer();
+    const std::size_t at = footer.find(start);
+    if (at == std::string::npos) return {};
+    return footer.substr(at + 1, footer.find('\n', at + 1) - at - 1) + "\n";
+}
+
 }  // namespace
+
+std::string what_is_missing(const CLI::App& app, int argc, const char* const* argv) {
+    if (app.get_subcommands({}).empty()) return {};
+    if (argc < 2) return list_of_commands(app);
+    const CLI::App* command = command_of(app, argv[1]);
+    if (command == nullptr) return {};
+    std::vector<std::string> missing;
+    for (const CLI::Option* option : command->get_options())
+        if (option->get_required() && option->count() == 0)
+            missing.push_back(help_of(*option).name);
+    if (missing.empty()) return {};
+    const std::string example = example_of(app, *command);
+    return command->get_name() + " needs " + enumeration(missing) +
+           (example.empty() ? ". " : ", as in\n" + example) + app.get_name() + " " +
+           command->get_name() + " --help lists all.";
+}
 
 std::string misspelling(const CLI::App& app, int argc, const char* const* argv) {
     if (argc < 2 || argv[1][0] == '-') return {};

@@ -97,6 +97,35 @@ TEST_CASE("a command or an option that does not exist is answered with the one t
     CHECK(program.misspelled({"track", "--left", "l", "--right=r", "--help", "-h"}).empty());
 }
 
+TEST_CASE("what a command line lacks is said whole: the commands, or options and an example") {
+    const auto missing = [](std::vector<const char*> words) {
+        Program program;
+        program.app.require_subcommand(1);
+        words.insert(words.begin(), "defrec");
+        const int count = static_cast<int>(words.size());
+        try {
+            program.app.parse(count, words.data());
+        } catch (const CLI::RequiredError&) {
+            return what_is_missing(program.app, count, words.data());
+        }
+        return std::string("nothing");
+    };
+    const std::string commands = missing({});
+    CHECK(commands.find("a command is missing. There are:\n  track ") == 0);
+    CHECK(commands.find("\n  demo ") != std::string::npos);
+    CHECK(commands.find("\ndefrec COMMAND --help explains each.") != std::string::npos);
+    CHECK(missing({"track"}) ==
+          "track needs --calibration F and --out DIR, as in\n  defrec track --left left.mp4 "
+          "--right right.mp4 --calibration stereo.yaml --out result\ndefrec track --help lists "
+          "all.");
+    CHECK(missing({"track", "--out", "x"}).find("needs --calibration F, as in") !=
+          std::string::npos);
+    CHECK(missing({"score"}).find("score needs DIR, as in\n  defrec score result --truth") == 0);
+    CHECK(missing({"completion"})
+              .find("completion needs SHELL, as in\n  defrec completion bash > ") == 0);
+    CHECK(missing({"devices"}) == "nothing");
+}
+
 TEST_CASE("options of a summary stand before those that are given, which count") {
     const TestFolder folder;
     const std::string summary = folder.write("summary.json", R"({
@@ -181,12 +210,18 @@ TEST_CASE("shells take the completion, and it completes commands, options and va
     CHECK(completed("defrec tr", 1) == "track\n");
     CHECK(completed("defrec track --cal", 2) == "--calibration\n");
     CHECK(completed("defrec track --layout to", 3) == "top-bottom\n");
+    CHECK(completed("defrec render heartb", 2) == "heartbeat\n");
+    CHECK(completed("defrec bench --scene heartb", 3) == "heartbeat\n");
+    CHECK(completed("defrec completion z", 2) == "zsh\n");
+    CHECK(completed("defrec he", 1) == "help\n");
+    CHECK(completed("defrec help tr", 2) == "track\n");
     for (const char* shell : {"zsh", "fish"}) {
         REQUIRE(std::system((DEFREC_BUILD_DIR "/bin/defrec completion " + std::string(shell) +
                              " > " + script)
                                 .c_str()) == 0);
         const std::string text = TestFolder::read(script);
         CHECK(text.find("calibration") != std::string::npos);
+        CHECK(text.find("heartbeat") != std::string::npos);
         const std::string check = std::string("command -v ") + shell + " >/dev/null 2>&1";
         if (std::system(check.c_str()) == 0)
             CHECK(std::system((std::string(shell) + " -n " + script).c_str()) == 0);

@@ -97,6 +97,12 @@ int run_render(Arguments& arguments, const StopFn& stop) {
 
 }  // namespace
 
+std::vector<std::string> scene_names() {
+    std::vector<std::string> names;
+    for (const SceneInfo& scene : list_scenes()) names.push_back(scene.name);
+    return names;
+}
+
 CLI::App* add_render_command(CLI::App& app, std::function<int()>& run, const StopFn& stop) {
     CLI::App* command =
         app.add_subcommand("render", "Write a reference sequence: stereo images with exact truth");

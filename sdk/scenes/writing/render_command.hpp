@@ -56,6 +56,9 @@ using StopFn = std::function<bool()>;
 int render_sequence(const RenderOptions& options, const ProgressFn& progress,
                     const StopFn& stop = {});
 
+/// Names of the scenes that it knows.
+std::vector<std::string> scene_names();
+
 /// Adds the subcommand. When the user chose it, `run` is set to the function that carries it out
 /// and returns the exit code: 0 done, 2 usage, 7 cannot write, 130 stopped. `run` must outlive the
 /// parsing. Returns the subcommand.
