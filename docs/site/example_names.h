@@ -41,4 +41,5 @@ void cudaStreamSynchronize(void* stream);
 extern size_t count;
 extern double tumour[], moved[], expected_error_mm[];
 extern uint8_t status[];
+void room_for_points(size_t count, double** moved, uint8_t** status, double** expected_error_mm);
 #endif
