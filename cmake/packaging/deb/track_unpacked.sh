@@ -1,6 +1,7 @@
 #!/bin/sh
 # Tracks a sequence with the program, library and plugin of unpacked packages; its points must be
-# those that were found before, byte by byte. And defrec-conformance finds what it needs.
+# those that were found before, byte by byte. And defrec-conformance finds what it needs, shells
+# what they complete.
 #   track_unpacked.sh ROOT SEQUENCE TRACKED WORK_FOLDER
 set -eu
 root=$1 sequence=$2 tracked=$3 work=$4
@@ -14,7 +15,9 @@ cmp "$tracked/points.csv" "$work/points.csv"
 test -s "$work/demo/result/report.html"
 # As bash-completion loads it.
 bash -euc 'source "$0/usr/share/bash-completion/completions/defrec"
-    COMP_WORDS=(defrec render heartb) COMP_CWORD=2 && _defrec && [ "${COMPREPLY[*]}" = heartbeat ]' "$root"
+    COMP_WORDS=(defrec render heartb) COMP_CWORD=2
+    _defrec
+    [ "${COMPREPLY[*]}" = heartbeat ]' "$root"
 for shell in bash zsh fish; do
     "$root/usr/bin/defrec" completion $shell >"$work/completion"
     cmp "$work/completion" "$root"/usr/share/$shell*/*completions*/*defrec*
