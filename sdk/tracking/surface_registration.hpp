@@ -114,8 +114,9 @@ class SurfaceRegistration {
     void conclude_lost(Frame& frame, FrameAttempt& attempt, const PieceEvidences& pieces);
     void place_unseen(const TrackerJob& job, FrameAttempt& attempt);
     void describe_surface(const TrackerJob& job, FrameAttempt& attempt);
-    // Nothing is known of tissue that left.
-    void forget_departed(VertexConfidence& confidence) const;
+    // Nothing is known of tissue that left, nor of tissue that was lifted where it is not seen.
+    void forget_departed(SurfaceSamples samples, const PhotometricEvidence& photometric,
+                         VertexConfidence& confidence) const;
     void end(Frame& frame);
     void plan_growth(const TrackerJob& job) noexcept;
 

@@ -164,7 +164,7 @@ void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& 
             job.services()->own_threads(), [&] { attempt.fit_rigid_motion(surface_.model()); },
             result.confidence);
         forget_lost_pieces(surface_.pieces().pieces(), surface.vertex_pieces(), result.confidence);
-        forget_departed(result.confidence);
+        forget_departed(job.memory.output.samples, attempt.photometric(), result.confidence);
         result.known = {
             job.input.held_motion,
             surface_.camera.add_frame(job.input.camera_pose, result.rigid_motion.data())};
@@ -176,13 +176,20 @@ void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& 
                             static_cast<float>(std::max(1u, result.evidence.vertices_inside));
 }
 
-void SurfaceRegistration::forget_departed(VertexConfidence& confidence) const {
+void SurfaceRegistration::forget_departed(SurfaceSamples samples,
+                                          const PhotometricEvidence& photometric,
+                                          VertexConfidence& confidence) const {
     const DepartedTissue& departed = changes_.departed();
-    if (!departed.any()) return;
-    const std::vector<defrec_surface_point>& vertices = surface_.data().vertices;
-    for (size_t i = 0; i < vertices.size(); ++i)
-        if (const uint32_t age = departed.age_of(vertices[i]); age > 0)
+    const LiftedTissue& lifted = changes_.lifted();
+    if (!departed.any() && !lifted.any()) return;
+    const TemplateData& data = surface_.data();
+    const bool sees_lifted =
+        !lifted.any() || lifted.is_seen(data, samples, photometric.is_confirmed);
+    for (size_t i = 0; i < data.vertices.size(); ++i)
+        if (const uint32_t age = departed.age_of(data.vertices[i]); age > 0)
             forget_vertex(age, i, confidence);
+        else if (!sees_lifted && photometric.is_confirmed[i] == 0 && lifted.moves(data.vertices[i]))
+            forget_vertex(1, i, confidence);
 }
 
 // Ends the job, and then does what nobody waits for. The arrays stay as they are until this thread
@@ -197,10 +204,13 @@ void SurfaceRegistration::end(Frame& frame) {
     if (surface_.is_tracking()) surface_.keep_samples(job.memory.output.samples);
     // A device that works by itself leaves time for it while it computes the next frame.
     if (!pipeline_.can_follow_speculatively()) surface_.learn_unseen();
-    if (frame.shows_cuts)
+    if (frame.shows_cuts) {
         changes_.add_frame(surface_.data(), job.memory.output,
                            frame.committed->photometric().is_located,
                            job.services()->own_threads());
+        surface_.start_from(
+            [&](std::span<defrec_motion> motions) { changes_.lifted().place(motions); });
+    }
     if (frame.may_grow) plan_growth(job);
 }
 

@@ -80,6 +80,12 @@ class TrackedSurface {
     // The next frame looks for pieces that are lost where their landmarks' matches say.
     void search_lost_pieces(std::span<const defrec_match> matches);
 
+    // The next frame starts from motions that change(motions) has changed.
+    template <class Change>
+    void start_from(const Change& change) {
+        change(std::span<defrec_motion>(motions_));
+    }
+
     CameraAnchor camera;
     // UnseenMotion::add_frame().
     bool place_unseen(SurfaceSamples samples, std::span<const defrec_piece> pieces,

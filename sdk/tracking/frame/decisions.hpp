@@ -882,6 +882,67 @@ struct Departure {
     static constexpr double kMaxShare = 0.05;
 };
 
+// Tissue that is lifted and hangs on the rest, where it is torn off and whether it is followed.
+// Source: [following-a-flap], where it names no other
+struct Lifted {
+    // of the length at rest | a connection of control points as long asks for a look | set by hand
+    static constexpr double kSuspicious = 1.15;
+    // vertices | from one that tells how the whole moved to the next | set by hand
+    static constexpr size_t kStep = 5;
+    // rounds | of fitting the whole to what agrees with it | set by hand
+    static constexpr int kRounds = 3;
+    // mm | from where the whole moved, at least, between sides that are torn, and height of a tear
+    //   | set by hand
+    static constexpr double kMinMm = 2.5;
+    // of the median distance of live depth from the surface | height of a tear, at least | flaps
+    //   have 25 and more; 5 and 6 in `compressed` and `misaligned`, where nothing is torn
+    static constexpr double kMinOfNoise = 12;
+    // mm | from the surface, at most, of live depth that counts | that of instruments lies up to
+    //   25 mm nearer
+    static constexpr float kMaxResidual = 6;
+    // share of the vertices with checks, in the image | that are seen, at least | set by hand
+    static constexpr double kMinWhole = 0.5;
+    // control points | as many vertices as lie round these are seen off their place, at least | as
+    //   for tissue that left
+    static constexpr double kMinNodes = 4;
+    // of the distance at rest | farther apart is torn | `stretch` has 1.36
+    static constexpr double kTorn = 1.4;
+    // of the distance at rest | farther apart is torn beside what is | as a cut
+    static constexpr double kMaybeTorn = 1.12;
+    // of what the sides of a tear moved | towards the camera, at least: sides that slide move
+    //   across, what is pressed moves away | set by hand
+    static constexpr double kAlongSight = 0.5;
+    // share of its outline | that is torn or may be, at least | a flap has 0.5, smoke 0.2
+    static constexpr double kMinTornShare = 0.4;
+    // share of its outline | at the image's border, at most | what instruments hide there has 0.5
+    static constexpr double kMaxBorderShare = 0.25;
+    // spacings of control points | from a tear within which tissue tells how its side goes on | set
+    //   by hand
+    static constexpr double kLevelReach = 2;
+    // cells of the grid | beside a tear that do not tell it: live depth is smoothed across | set by
+    //   hand
+    static constexpr int kBlurred = 2;
+    // vertices | that are seen and tell how a side of a tear goes on, at least | set by hand
+    static constexpr int kMinBeside = 12;
+    // spacings of control points | that are not torn between parts that are | set by hand
+    static constexpr double kBridged = 2;
+    // spacings of control points | length of a tear, at least | as a cut
+    static constexpr double kMinLength = 3;
+    // spacings of control points | by which it grows longer, at least | set by hand
+    static constexpr double kMinLonger = 1.5;
+    // spacings of control points | a tear reaches beyond what shows it | as a cut
+    static constexpr double kBeyond = 1;
+    // corners of cells | along the tear, to either side, over which it is a mean | set by hand
+    static constexpr int kSmooth = 3;
+    // frames | after it was parted, in which more of it is | later it hides what it came off, and
+    //   what seems torn is not
+    static constexpr uint32_t kGrowFrames = 3;
+    // vertices | of lifted tissue, seen in two frames, that tell how it moves on | set by hand
+    static constexpr size_t kMinSteps = 20;
+    // share of the vertices of lifted tissue | that are seen where it is followed | set by hand
+    static constexpr double kMinSeen = 0.3;
+};
+
 // ---- tissue that is not seen --------------------------------------------------------------------
 
 // The cells of the surface whose means tell where tissue is that is not seen.

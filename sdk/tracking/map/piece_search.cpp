@@ -7,46 +7,27 @@
 #include <vector>
 
 #include "backends/shared/motion.hpp"
-#include "backends/shared/rigid_fit.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/map/local_fit.hpp"
 
 namespace defrec {
 namespace {
 
-using Point = Vec3<double>;
-
 using decisions::PieceSearch;
+using Pair = PointPair;
 
-struct Pair {
-    Point rest, live;
-};
+double squared(const Vec3<double>& v) { return dot(v, v); }
 
-double squared(const Point& v) { return dot(v, v); }
-
-std::vector<Pair> pairs_of(const TemplateData& data, size_t piece,
-                           std::span<const defrec_match> matches) {
+template <class IsSearched>  // of a control point
+std::vector<Pair> pairs_of(const TemplateData& data, std::span<const defrec_match> matches,
+                           const IsSearched& is_searched) {
     std::vector<Pair> pairs;
     for (size_t i = 0; i < matches.size(); ++i)
         if (matches[i].feature >= 0 && matches[i].position[2] > 0 &&
-            data.piece_of(data.landmark_points[i]) == piece)
+            is_searched(static_cast<size_t>(data.landmark_points[i].node[0])))
             pairs.push_back(
                 {load3<double>(data.landmarks[i].position), load3<double>(matches[i].position)});
     return pairs;
-}
-
-std::vector<Pair> agreeing(const std::vector<Pair>& pairs, const DualQuaternion<double>& motion) {
-    std::vector<Pair> agree;
-    for (const Pair& pair : pairs)
-        if (squared(apply(motion, pair.rest) - pair.live) <=
-            PieceSearch::kTolerance * PieceSearch::kTolerance)
-            agree.push_back(pair);
-    return agree;
-}
-
-DualQuaternion<double> fit(std::span<const Pair> pairs) {
-    RigidFit fit;
-    for (const Pair& pair : pairs) fit.add(1, pair.rest, pair.live);
-    return normalise(fit.solve());
 }
 
 // Three pairs that are far enough apart to fix a motion, and that one may have moved.
@@ -77,38 +58,42 @@ std::vector<Pair> largest_agreement(const std::vector<Pair>& pairs) {
         const std::array<Pair, 3> corners{next(), next(), next()};
         if (!may_have_moved(corners)) continue;
         ++motions;
-        std::vector<Pair> agree = agreeing(pairs, fit(corners));
+        std::vector<Pair> agree = agreeing_pairs(pairs, fit_pairs(corners));
         if (agree.size() > largest.size()) largest = std::move(agree);
     }
     return largest;
 }
 
-// By the matches round a place, more than by the others.
-DualQuaternion<double> fit_at(const std::vector<Pair>& pairs, const Point& place) {
-    constexpr double kReach = PieceSearch::kFitReach;
-    RigidFit fit;
-    for (const Pair& pair : pairs)
-        fit.add(PieceSearch::kFitElsewhere +
-                    std::exp(-squared(pair.rest - place) / (2 * kReach * kReach)),
-                pair.rest, pair.live);
-    return normalise(fit.solve());
+// Fits the control points to the largest agreement.
+template <class IsSearched>
+bool search(const TemplateData& data, std::span<const defrec_match> matches,
+            const IsSearched& is_searched, std::span<defrec_motion> motions) {
+    const std::vector<Pair> pairs = pairs_of(data, matches, is_searched);
+    if (pairs.size() < PieceSearch::kMinMatches) return false;
+    std::vector<Pair> agree = largest_agreement(pairs);
+    if (agree.size() >= 3) agree = agreeing_pairs(pairs, fit_pairs(agree));
+    if (agree.size() < std::max(static_cast<double>(PieceSearch::kMinMatches),
+                                PieceSearch::kMinShare * static_cast<double>(pairs.size())))
+        return false;
+    for (size_t node = 0; node < motions.size(); ++node)
+        if (is_searched(node))
+            motions[node] = fit_near(agree, load3<double>(&data.nodes[3 * node])).store();
+    return true;
 }
 
 }  // namespace
 
 bool search_piece(const TemplateData& data, size_t piece, std::span<const defrec_match> matches,
                   std::span<defrec_motion> motions) {
-    const std::vector<Pair> pairs = pairs_of(data, piece, matches);
-    if (pairs.size() < PieceSearch::kMinMatches) return false;
-    std::vector<Pair> agree = largest_agreement(pairs);
-    if (agree.size() >= 3) agree = agreeing(pairs, fit(agree));
-    if (agree.size() < std::max(static_cast<double>(PieceSearch::kMinMatches),
-                                PieceSearch::kMinShare * static_cast<double>(pairs.size())))
-        return false;
-    for (size_t node = 0; node < motions.size(); ++node)
-        if (data.piece_of_node(node) == piece)
-            motions[node] = fit_at(agree, load3<double>(&data.nodes[3 * node])).store();
-    return true;
+    return search(
+        data, matches, [&](size_t node) { return data.piece_of_node(node) == piece; }, motions);
+}
+
+bool search_nodes(const TemplateData& data, std::span<const uint8_t> is_searched,
+                  std::span<const defrec_match> matches, std::span<defrec_motion> motions) {
+    return search(
+        data, matches,
+        [&](size_t node) { return node < is_searched.size() && is_searched[node] != 0; }, motions);
 }
 
 }  // namespace defrec

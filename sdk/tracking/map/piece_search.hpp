@@ -12,5 +12,9 @@ namespace defrec {
 // rigid motion they are left as they are, and it gives false.
 bool search_piece(const TemplateData& data, size_t piece, std::span<const defrec_match> matches,
                   std::span<defrec_motion> motions);
+// The same of a part of a piece. is_searched: 1 for its control points; those beyond its end are
+// not.
+bool search_nodes(const TemplateData& data, std::span<const uint8_t> is_searched,
+                  std::span<const defrec_match> matches, std::span<defrec_motion> motions);
 
 }  // namespace defrec

@@ -54,18 +54,19 @@ void DepartedTissue::reset() {
 }
 
 void DepartedTissue::add_frame(const TemplateData& data, const FrameOutput& output,
-                               std::span<const uint8_t> is_confirmed) {
+                               std::span<const uint8_t> is_confirmed, const LiftedNodes& lifted) {
     const size_t count = data.nodes.size() / 3;
     for (std::vector<uint8_t>* of_nodes : {&was_seen_, &elsewhere_, &seen_again_})
         of_nodes->resize(count, 0);
     ages_.resize(count, 0);
-    if (frames_++ % Departure::kSeenEvery != 0 && !any_ &&
+    if (frames_++ % Departure::kSeenEvery != 0 && !any_ && lifted.is_lifted.empty() &&
         !any_elsewhere(data, output, is_confirmed)) {
         std::fill(elsewhere_.begin(), elsewhere_.end(), uint8_t{0});
         return;
     }
     weigh(data, output, is_confirmed);
     find_leaving(data);
+    set_lifted(lifted);
     if (!any_) return;
     spread(data);
     for (size_t i = 0; i < count; ++i) {
@@ -115,6 +116,15 @@ void DepartedTissue::find_leaving(const TemplateData& data) {
             ages_[i] = std::max(ages_[i], 1u);
             any_ = true;
         }
+}
+
+// What was parted is followed as a whole: it is gone, or all of it is there.
+void DepartedTissue::set_lifted(const LiftedNodes& lifted) {
+    for (size_t i = 0; i < std::min(lifted.is_lifted.size(), ages_.size()); ++i) {
+        if (lifted.is_lifted[i] == 0) continue;
+        ages_[i] = lifted.are_seen ? 0 : std::max(ages_[i], 1u);
+        any_ |= !lifted.are_seen;
+    }
 }
 
 // What is expected beside tissue that is gone, and not seen, went with it.

@@ -9,6 +9,12 @@
 
 namespace defrec {
 
+// Control points of tissue that was lifted, and is gone whenever it is not seen.
+struct LiftedNodes {
+    std::span<const uint8_t> is_lifted;  // per control point; those beyond its end are not
+    bool are_seen = false;               // in this frame
+};
+
 // One thread, the tracker's.
 class DepartedTissue {
   public:
@@ -18,7 +24,7 @@ class DepartedTissue {
     // Once for each frame in which the surface was found with depth. is_confirmed: photometric
     // evidence, per vertex.
     void add_frame(const TemplateData& data, const FrameOutput& output,
-                   std::span<const uint8_t> is_confirmed);
+                   std::span<const uint8_t> is_confirmed, const LiftedNodes& lifted = {});
 
     // Whether any tissue is gone: it was seen, and its image is then seen at another depth, in some
     // frames; what is not seen beside it went with it. It is back once it is seen again.
@@ -38,6 +44,7 @@ class DepartedTissue {
                std::span<const uint8_t> is_confirmed);
     void find_leaving(const TemplateData& data);
     void spread(const TemplateData& data);
+    void set_lifted(const LiftedNodes& lifted);
     void count_vertices(const TemplateData& data, const FrameOutput& output);
 
     std::vector<Node> nodes_;

@@ -9,6 +9,7 @@ void TissueChanges::reset() {
     cuts_.reset();
     slips_.reset();
     departed_.reset();
+    lifted_.reset();
 }
 
 void TissueChanges::add_frame(const TemplateData& data, const FrameOutput& output,
@@ -16,7 +17,8 @@ void TissueChanges::add_frame(const TemplateData& data, const FrameOutput& outpu
                               const Services* helpers) noexcept {
     try {
         cuts_.add_frame(data, output.samples, is_confirmed);
-        departed_.add_frame(data, output, is_confirmed);
+        lifted_.add_frame(data, output, is_confirmed);
+        departed_.add_frame(data, output, is_confirmed, {lifted_.nodes(), lifted_.was_seen()});
         slips_.add_frame(data, output, is_confirmed,
                          slips_.wants_image() ? image_ : std::span<const uint8_t>(), helpers);
     } catch (const std::exception&) {
@@ -25,11 +27,17 @@ void TissueChanges::add_frame(const TemplateData& data, const FrameOutput& outpu
     }
 }
 
-Slip TissueChanges::take_line() {
-    Slip line = slips_.found() ? *slips_.found() : Slip{*cuts_.found(), {}};
+Tear TissueChanges::take_lines() {
+    Tear tear;
+    if (lifted_.found())
+        tear = lifted_.take();
+    else if (slips_.found())
+        tear = {{slips_.found()->line}, slips_.found()->motions};
+    else
+        tear = {{*cuts_.found()}, {}};
     cuts_.reset();
     slips_.reset();
-    return line;
+    return tear;
 }
 
 }  // namespace defrec

@@ -8,6 +8,7 @@
 #include "sdk/base/os/services.hpp"
 #include "sdk/tracking/monitors/cut_monitor.hpp"
 #include "sdk/tracking/monitors/departed_tissue.hpp"
+#include "sdk/tracking/monitors/lifted_tissue.hpp"
 #include "sdk/tracking/monitors/slip_monitor.hpp"
 
 namespace defrec {
@@ -28,11 +29,12 @@ class TissueChanges {
                    std::span<const uint8_t> is_confirmed, const Services* helpers) noexcept;
 
     // Whether there is a line to release.
-    bool found_line() const { return cuts_.found() || slips_.found(); }
-    // That line, with the control points that it moves; what is found later is another one.
-    Slip take_line();
+    bool found_line() const { return cuts_.found() || slips_.found() || lifted_.found(); }
+    // The lines, with the control points that they move; what is found later is another one.
+    Tear take_lines();
 
     const DepartedTissue& departed() const { return departed_; }
+    const LiftedTissue& lifted() const { return lifted_; }
     // SlipMonitor::doubts().
     std::span<const float> slip_doubts() const { return slips_.doubts(); }
 
@@ -40,6 +42,7 @@ class TissueChanges {
     CutMonitor cuts_;
     SlipMonitor slips_;
     DepartedTissue departed_;
+    LiftedTissue lifted_;
     std::vector<uint8_t> image_;  // of a frame, where the slips wanted it
 };
 
