@@ -6,16 +6,17 @@
 #include <cmath>
 #include <condition_variable>
 #include <deque>
+#include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
-#include <thread>
 #include <utility>
 
 #include "sdk/io/json_text.hpp"
 #include "sdk/live_view/page.hpp"
+#include "sdk/live_view/shown_state.hpp"
 #include "sdk/live_view/view_packet.hpp"
 #include "sdk/live_view/view_server.hpp"
 #include "sdk/report/overlay.hpp"
@@ -28,12 +29,14 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::chrono::seconds kPatience{5};  // of a browser that waits for a frame
-// After the end: of a run, for browsers that are between two requests and have not heard of it.
-constexpr std::chrono::milliseconds kLinger{700};
-constexpr std::chrono::seconds kIsWatched{2};  // since a browser last asked for a frame
-constexpr std::size_t kMaxHistory = 600;       // frames; older ones a browser need not know
-constexpr std::size_t kMaxCommands = 64;       // not yet taken
-constexpr int kMaxWidth = 960;                 // of the pictures sent
+// After the end of a run, for pages that are between two requests and have not heard of it.
+constexpr std::chrono::milliseconds kEndPatience{2000};
+constexpr std::chrono::seconds kIsWatched{15};  // since a page last asked, also one that is slow
+constexpr std::size_t kMaxPages = 64;
+constexpr std::size_t kMaxHistory = 600;  // frames; of older ones a page learns changes alone
+constexpr std::size_t kMaxChanges = 600;
+constexpr std::size_t kMaxCommands = 64;  // not yet taken
+constexpr int kMaxWidth = 960;            // of the pictures sent
 constexpr int kJpegQuality = 80;
 constexpr std::size_t kMaxName = 80;      // bytes of a point's name
 constexpr std::size_t kMaxTargets = 500;  // shown, evenly chosen of more
@@ -47,6 +50,17 @@ struct Shown {
     cv::Mat left;
     std::uint64_t surface = 0;  // number of the template that the record's vertices belong to
 };
+
+using Clock = std::chrono::steady_clock;
+
+struct Page {
+    Clock::time_point asked;  // last
+    bool knows_end = false;
+};
+
+double milliseconds_since(Clock::time_point time) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - time).count();
+}
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
@@ -157,20 +171,26 @@ struct LiveView::Impl {
     ViewAnswer frame(const ViewRequest& request) {
         std::shared_ptr<const Shown> shown;
         Json header;
+        const Clock::time_point begin = Clock::now();
         {
             std::unique_lock lock(mutex);
-            last_asked = std::chrono::steady_clock::now();
+            page_of(request.page).asked = begin;
             ++waiting;
             changed.wait_for(lock, kPatience, [&] {
                 return has_ended || (newest && newest->record.index > request.after);
             });
             --waiting;
-            last_asked = std::chrono::steady_clock::now();
-            if (has_ended) return plain(410, "the run has ended");
+            page_of(request.page).asked = Clock::now();
+            if (has_ended) {
+                page_of(request.page).knows_end = true;
+                told.notify_all();
+                return plain(410, "the run has ended");
+            }
             if (!newest || newest->record.index <= request.after)
                 return {204, "", "application/octet-stream"};
             shown = newest;
             header = describe(*shown, request.after);
+            header["waited_ms"] = milliseconds_since(begin);
         }
         ViewAnswer answer{200, body(*shown, std::move(header), request.has_overlay),
                           "application/octet-stream"};
@@ -191,6 +211,7 @@ struct LiveView::Impl {
                        {"surface", shown.surface},
                        {"target_count", shown.targets.size()},
                        {"residual_mm", number(shown.record.mean_residual_mm)},
+                       {"age_ms", milliseconds_since(newest_at)},
                        {"recording", recording},
                        {"has_checks", !checks.empty()}};
         header["points"] = Json::array();
@@ -199,9 +220,40 @@ struct LiveView::Impl {
         for (const auto& [name, ms] : shown.record.stage_ms)
             header["stages"].push_back({name, number(ms)});
         header["moments"] = Json::array();
-        for (const ViewMoment& moment : history)
-            if (moment.index > after) header["moments"].push_back(moment_json(moment));
+        for (const auto* moments : {&changes, &history})
+            for (const ViewMoment& moment : *moments)
+                if (moment.index > after) header["moments"].push_back(moment_json(moment));
         return header;
+    }
+
+    // mutex is held.
+    void remember(ViewMoment moment) {
+        newest_at = Clock::now();
+        history.push_back(std::move(moment));
+        if (history.size() <= kMaxHistory) return;
+        ViewMoment& old = history.front();
+        if (changes.empty() || changes.back().state != old.state ||
+            changes.back().reasons != old.reasons)
+            changes.push_back(std::move(old));
+        if (changes.size() > kMaxChanges) changes.pop_front();
+        history.pop_front();
+    }
+
+    // mutex is held.
+    Page& page_of(const std::string& id) {
+        const auto found = pages.find(id);
+        if (found == pages.end() && pages.size() == kMaxPages)
+            pages.erase(std::min_element(pages.begin(), pages.end(), [](auto& a, auto& b) {
+                return a.second.asked < b.second.asked;
+            }));
+        return found == pages.end() ? pages[id] : found->second;
+    }
+
+    // mutex is held.
+    bool knows_each_page() const {
+        return std::all_of(pages.begin(), pages.end(), [](const auto& item) {
+            return item.second.knows_end || Clock::now() - item.second.asked > kIsWatched;
+        });
     }
 
     std::string body(const Shown& shown, Json header, bool has_overlay) {
@@ -310,9 +362,12 @@ struct LiveView::Impl {
     std::uint64_t painted_surface = 0;
 
     mutable std::mutex mutex;  // of what follows
-    std::condition_variable changed;
-    std::shared_ptr<Shown> newest, spare;  // spare: to be filled again once nobody reads it
-    std::deque<ViewMoment> history;
+    std::condition_variable changed, told;
+    std::shared_ptr<Shown> newest, spare;     // spare: to be filled again once nobody reads it
+    std::deque<ViewMoment> changes, history;  // changes: before the history
+    Clock::time_point newest_at;              // of the history
+    ShownState shown_state;
+    std::map<std::string, Page> pages;  // by their own ids
     TemplateRecord reference;
     std::uint64_t surface = 0;  // its number, from 1
     std::vector<ViewCommand> commands;
@@ -320,7 +375,6 @@ struct LiveView::Impl {
     std::string checks;  // empty: not yet
     int waiting = 0;     // browsers
     bool has_ended = false;
-    std::optional<std::chrono::steady_clock::time_point> last_asked;  // for a frame
 
     std::optional<ViewServer> server;  // ends first
 };
@@ -340,13 +394,12 @@ LiveView::LiveView(std::uint16_t port, ViewFacts facts, Projector projector)
 
 LiveView::~LiveView() {
     end();
-    bool is_watched = false;
-    {
-        const std::lock_guard lock(impl_->mutex);
-        is_watched =
-            impl_->last_asked && std::chrono::steady_clock::now() - *impl_->last_asked < kIsWatched;
-    }
-    if (is_watched) std::this_thread::sleep_for(kLinger);
+    wait_for_pages(kEndPatience);
+}
+
+void LiveView::wait_for_pages(std::chrono::milliseconds most) {
+    std::unique_lock lock(impl_->mutex);
+    impl_->told.wait_for(lock, most, [this] { return impl_->knows_each_page(); });
 }
 
 void LiveView::end() {
@@ -370,9 +423,9 @@ void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<Vi
     std::shared_ptr<Shown> shown;
     {
         const std::lock_guard lock(impl_->mutex);
-        impl_->history.push_back({frame.index, frame.timestamp_ms, frame.state, frame.reasons,
-                                  frame.frame_ms, frame.observed_share});
-        if (impl_->history.size() > kMaxHistory) impl_->history.pop_front();
+        impl_->remember({frame.index, frame.timestamp_ms,
+                         impl_->shown_state.take(frame.state, frame.timestamp_ms), frame.reasons,
+                         frame.frame_ms, frame.observed_share});
         is_awaited = impl_->waiting > 0;
         if (is_awaited && impl_->spare.use_count() == 1) shown = std::move(impl_->spare);
     }

@@ -3,6 +3,7 @@
 // while a browser waits for one, and pictures are made on the server's threads.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -27,7 +28,7 @@ class LiveView {
     // Listens at 127.0.0.1; port 0: any that is free. projector is called on the view's threads,
     // one call at a time. Throws CliError(kUsage) where nothing can listen.
     LiveView(std::uint16_t port, ViewFacts facts, Projector projector);
-    // As end(); where a browser watches, 0.7 s later, so that it hears of the end.
+    // As end(); where pages watch, up to 2 s later, so that each hears of the end.
     ~LiveView();
     LiveView(const LiveView&) = delete;
     LiveView& operator=(const LiveView&) = delete;
@@ -46,6 +47,9 @@ class LiveView {
     void set_checks(std::string checks);
     // Pages say that the run has ended, and get nothing more.
     void end();
+    // After end(): returns once each page that watches has asked, and hears of it, or later than
+    // that.
+    void wait_for_pages(std::chrono::milliseconds most);
     // What browsers asked for since the last call.
     std::vector<ViewCommand> take_commands();
 

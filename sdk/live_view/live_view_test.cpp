@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
+#include <tuple>
 
 #include "sdk/io/exit_code.hpp"
 
@@ -338,6 +339,43 @@ TEST_CASE("a browser that is between two requests when the run ends hears of it"
     REQUIRE(result);
     CHECK(result->status == 410);
     end.wait();
+}
+
+TEST_CASE("the end waits for each page that watches, and for those alone") {
+    LiveView view = made();
+    Browser browser(view), slow(view);
+    watched(view, browser, "/frame?after=-1&page=a", 0);
+    watched(view, slow, "/frame?after=-1&page=b", 100);
+    view.end();
+    auto told = std::async(std::launch::async,
+                           [&] { view.wait_for_pages(std::chrono::milliseconds(600000)); });
+    CHECK(browser.get("/frame?after=1000&page=a")->status == 410);
+    CHECK(told.wait_for(std::chrono::milliseconds(50)) == std::future_status::timeout);
+    CHECK(slow.get("/frame?after=1000&page=b")->status == 410);
+    told.wait();
+}
+
+TEST_CASE("changes of state are kept longer than frames") {
+    LiveView view = made();
+    Browser browser(view);
+    const cv::Mat left(kHeight, kWidth, CV_8UC1, cv::Scalar(90));
+    for (int index = 0; index < 3000; ++index) {
+        FrameRecord record = frame(index);
+        if (index >= 500) record.state = "lost";
+        if (index >= 510) record.state = "relocalised";
+        view.add(left, record, {});
+    }
+    const Packet packet = watched(view, browser, "/frame?after=-1", 3000, {}, left);
+    CHECK(packet.header["age_ms"] >= 0);
+    CHECK(packet.header["waited_ms"] >= 0);
+    const auto& moments = packet.header["moments"];
+    CHECK(moments.size() < 700);
+    REQUIRE(moments.size() > 600);
+    for (const auto& [at, index, state] :
+         {std::tuple{0, 0, "tracking"}, {1, 500, "lost"}, {2, 510, "relocalised"}}) {
+        CHECK(moments[at][0] == index);
+        CHECK(moments[at][2] == state);
+    }
 }
 
 TEST_CASE("a port that is taken is an error that says what to do") {

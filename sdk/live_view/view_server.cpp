@@ -35,6 +35,7 @@ constexpr milliseconds kEndTime(500);
 // Without descriptors or memory for a connection.
 constexpr milliseconds kPauseOfAccepting(100);
 constexpr int kAcceptedAtOnce = 64;
+constexpr std::size_t kMaxPageName = 32;
 
 // Takes as long wherever they differ.
 bool is_same(std::string_view a, std::string_view b) {
@@ -294,6 +295,7 @@ class ViewServer::Impl {
         const std::string_view after = work.request.parameter("after");
         if (!after.empty()) asked.after = parse_integer(after).value_or(-1);
         asked.has_overlay = work.request.parameter("overlay") == "1";
+        asked.page = work.request.parameter("page").substr(0, kMaxPageName);
         try {
             return (*work.handler)(asked);
         } catch (const std::exception& error) {

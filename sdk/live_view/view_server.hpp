@@ -17,6 +17,7 @@ struct ViewRequest {
     std::string_view body;  // of what was posted
     std::int64_t after = 0;
     bool has_overlay = false;
+    std::string page;  // which asks: a name that it gave to itself
 };
 
 // Listens at 127.0.0.1 only. A request is refused unless its Host is this computer, by one of its
@@ -31,8 +32,9 @@ class ViewServer {
   public:
     using Handler = std::function<ViewAnswer(const ViewRequest&)>;
     struct Handlers {
-        Handler page, frame, surface, checks;  // GET /, /frame?after=N&overlay=1, /surface, /checks
-        Handler points, recording;             // POST /points, /recording
+        // GET /, /frame?after=N&overlay=1&page=NAME, /surface, /checks
+        Handler page, frame, surface, checks;
+        Handler points, recording;  // POST /points, /recording
     };
 
     static constexpr std::size_t kMaxConnections = 32;

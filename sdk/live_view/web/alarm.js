@@ -19,7 +19,7 @@ export class Alarm {
   /** state: that is shown. */
   watch(state) {
     const wasOn = this.isOn;
-    this.isOn = ['lost', 'disconnected', 'stalled'].includes(state);
+    this.isOn = ['lost', 'unfound', 'disconnected', 'stalled'].includes(state);
     this.flash();
     if (this.isOn && !wasOn) this.beat();
   }

@@ -1,4 +1,6 @@
 // What the page asks of the program that shows it.
+// A name for this page, by which the program knows whether it has heard of the end.
+const page = Math.random().toString(36).slice(2);
 const token = new URLSearchParams(location.search).get('token') ?? '';
 
 const ask = (path, options = {}) =>
@@ -26,15 +28,17 @@ const kRetryMs = 500;
 
 /**
  * Asks for one frame after the other, and goes on asking while the program does not answer. Returns
- * why it stopped: ended, refused. options(): { overlay }; show: async, of a packet; disconnected:
- * called whenever there was no answer.
+ * why it stopped: ended, refused. options(): { overlay }; show: async, of a packet and how old
+ * its newest frame is at most, ms; disconnected: called whenever there was no answer.
  */
 export async function watchFrames({options, show, connected, disconnected}) {
   let after = -1;
   for (;;) {
     let frame = null, isAnswered = true;
+    const askedAt = performance.now();
     try {
-      const response = await ask(`/frame?after=${after}&overlay=${options().overlay ? 1 : 0}`);
+      const response =
+          await ask(`/frame?after=${after}&overlay=${options().overlay ? 1 : 0}&page=${page}`);
       if (response.status === 410) return 'ended';
       if (response.status === 403) return 'refused';
       if (response.status === 200) frame = await packet(response);
@@ -51,7 +55,9 @@ export async function watchFrames({options, show, connected, disconnected}) {
     if (!frame) continue;
     after = frame.header.frame;
     connected();
-    await show(frame);
+    // The answer may have waited here for longer than in the program, where the page is busy.
+    const {waited_ms: waitedMs, age_ms: ageMs} = frame.header;
+    await show(frame, ageMs + Math.max(0, performance.now() - askedAt - waitedMs));
   }
 }
 

@@ -1,20 +1,28 @@
 // The left view with the followed points, the targets and the plan; a click follows another point.
 import {matchColour, observedStatus, statuses} from '../../report/web/colours.js';
 import {byId, element, number} from '../../report/web/data.js';
+import {kRanks, Labels} from './labels.js';
 import {request} from './now.js';
 import {drawPlan} from './plan.js';
 import {labelOf} from './points.js';
 import {drawTargets} from './targets.js';
 
-const kChosenRadius = 6, kGridRadius = 2, kLabelHeight = 14;
+const kChosenRadius = 6, kGridRadius = 2;
+
+const recognised = {
+  name: 'recognised',
+  colour: matchColour,
+  meaning: 'a detail of the template that is seen here, with a line from where it was'
+};
 
 function showGridLegend() {
-  const entries = [...statuses, {name: 'recognised', colour: matchColour}];
-  byId('grid-legend')
-      .replaceChildren(...entries.map(
-          ({name, colour}) => element(
-              'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}),
-              name)));
+  byId('grid-meanings')
+      .replaceChildren(...[...statuses, recognised].flatMap(
+          ({name, colour, meaning}) =>
+              [element(
+                   'dt', {}, element('span', {class: 'swatch', style: `background: ${colour}`}),
+                   name),
+               element('dd', {}, meaning)]));
   const overlay = byId('overlay');
   const tell = () => {
     byId('grid-legend').hidden = !overlay.checked;
@@ -29,10 +37,10 @@ export class Picture {
     this.canvas = byId('picture');
     this.context = this.canvas.getContext('2d');
     this.size = [1, 1];
-    this.hasEnded = false;
-    this.labelled = new Set();  // ids of the points whose labels were drawn last
+    this.takesPoints = false;  // there is tissue that is followed
+    this.labels = new Labels();
     this.canvas.addEventListener('click', (event) => {
-      if (this.hasEnded) return;
+      if (!this.takesPoints) return;
       const box = this.canvas.getBoundingClientRect();
       const u = ((event.clientX - box.left) / box.width) * this.size[0] - 0.5;
       const v = ((event.clientY - box.top) / box.height) * this.size[1] - 0.5;
@@ -51,12 +59,14 @@ export class Picture {
     const scale = bitmap.width / header.width;
     // Marks keep their size on the screen where the picture is shown smaller or larger.
     this.unit = Math.min(3, Math.max(0.7, bitmap.width / (this.canvas.clientWidth || 1)));
+    this.labels.begin();
     if (plan && byId('show-plan').checked) {
-      drawPlan(this.context, plan, scale, this.unit);
+      drawPlan(this.context, plan, scale, this.unit, this.labels);
       drawTargets(this.context, plan.targets, scale);
     }
     if (byId('show-points').checked) this.drawPoints(points, scale);
     if (byId('show-targets').checked) drawTargets(this.context, targets, scale);
+    this.labels.draw(this.context, this.unit);
   }
 
   drawPoints(points, scale) {
@@ -64,7 +74,11 @@ export class Picture {
         points.filter(({u, v}) => u !== null && v !== null)
             .map((point) => ({...point, x: (point.u + 0.5) * scale, y: (point.v + 0.5) * scale}));
     this.drawMarks(placed);
-    this.drawLabels(placed.filter(({isChosen}) => isChosen));
+    for (const point of placed)
+      if (point.isChosen)
+        this.labels.add(
+            `point ${point.id}`, `${labelOf(point)}  ${number(point.error, 1)} mm`, point.x,
+            point.y, point.name ? kRanks.named : kRanks.point);
   }
 
   drawMarks(points) {
@@ -80,35 +94,6 @@ export class Picture {
       context.strokeStyle = point.isChosen ? '#ffffff' : '#0f172a';
       context.stroke();
       context.setLineDash([]);
-    }
-  }
-
-  /** Labels that have room: those with names first, then those that were drawn last time. */
-  drawLabels(points) {
-    const {context, unit} = this, taken = [];
-    const rank = ({id, name}) => (name ? 2 : 0) + (this.labelled.has(id) ? 1 : 0);
-    const ranked = points.map((point) => ({...point, rank: rank(point)}));
-    ranked.sort((a, b) => b.rank - a.rank);
-    this.labelled = new Set();
-    context.font = `600 ${kLabelHeight * unit}px system-ui, sans-serif`;
-    context.lineJoin = 'round';
-    context.lineWidth = 3.5 * unit;
-    context.strokeStyle = '#0f172a';
-    context.fillStyle = '#ffffff';
-    const gap = 10 * unit, height = kLabelHeight * unit;
-    for (const point of ranked) {
-      const text = `${labelOf(point)}  ${number(point.error, 1)} mm`;
-      const length = context.measureText(text).width, y = point.y - 8 * unit;
-      const left =
-          point.x + gap + length < this.canvas.width ? point.x + gap : point.x - gap - length;
-      const isTaken = taken.some(
-          (other) => left < other.left + other.length && other.left < left + length &&
-              Math.abs(y - other.y) < height);
-      if (isTaken) continue;
-      taken.push({left, length, y});
-      this.labelled.add(point.id);
-      context.strokeText(text, left, y);
-      context.fillText(text, left, y);
     }
   }
 }

@@ -2,10 +2,10 @@
 import {partColour} from '../../report/web/colours.js';
 import {byId, element, number, table} from '../../report/web/data.js';
 import {statusCell} from '../../report/web/summary.js';
+import {kRanks} from './labels.js';
 import {readTargets} from './targets.js';
 
 const kUnknownColour = '#9ca3af';
-const kTop = 0.04;                    // of the picture's height: a name stands no higher
 const kSilhouette = 0, kUnknown = 1;  // and 2: where the image ends
 
 /** null without a plan. Outlines: closed lines of [u, v, radius, kind]. */
@@ -17,18 +17,8 @@ export function readPlan({plan}) {
   return {parts, targets: readTargets(plan)};
 }
 
-function drawText(context, unit, text, x, y) {
-  context.font = `600 ${14 * unit}px system-ui, sans-serif`;
-  context.lineJoin = 'round';
-  context.lineWidth = 3.5 * unit;
-  context.strokeStyle = '#0f172a';
-  context.fillStyle = '#ffffff';
-  context.strokeText(text, x, y);
-  context.fillText(text, x, y);
-}
-
 /** scale: of the picture. unit: a pixel of the screen. */
-function drawPart(context, {name, error, outlines, colour}, scale, unit) {
+function drawPart(context, {name, error, outlines, colour}, scale, unit, labels) {
   const at = ([u, v]) => [(u + 0.5) * scale, (v + 0.5) * scale];
   const halo = new Path2D(), whole = new Path2D(), open = new Path2D();
   for (const outline of outlines)
@@ -56,21 +46,18 @@ function drawPart(context, {name, error, outlines, colour}, scale, unit) {
   context.stroke(open);
   context.setLineDash([]);
   const [top] = outlines.flat().sort((a, b) => a[1] - b[1]);
-  const [x, y] = at(top);
-  drawText(
-      context, unit, `${name}  ${number(error, 1)} mm`, x + 6,
-      Math.max(y - 6, kTop * context.canvas.height));
+  labels.add(`part ${name}`, `${name}  ${number(error, 1)} mm`, ...at(top), kRanks.part);
 }
 
 /** Only what is known of the parts; the targets are drawn as others are, with their labels. */
-export function drawPlan(context, plan, scale, unit) {
+export function drawPlan(context, plan, scale, unit, labels) {
   for (const part of plan.parts)
-    if (part.outlines.length) drawPart(context, part, scale, unit);
+    if (part.outlines.length) drawPart(context, part, scale, unit, labels);
   for (const {id, centre, u, v, error} of plan.targets)
     if (centre && u !== null && v !== null)
-      drawText(
-          context, unit, `${id}  ${number(error, 1)} mm`, (u + 0.5) * scale + 8 * unit,
-          (v + 0.5) * scale - 5 * unit);
+      labels.add(
+          `target ${id}`, `${id}  ${number(error, 1)} mm`, (u + 0.5) * scale, (v + 0.5) * scale,
+          kRanks.target);
 }
 
 /** Hidden until there is a plan. */

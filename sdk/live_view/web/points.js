@@ -42,8 +42,8 @@ export class PointList {
     return row;
   }
 
-  /** chosen: points of users. */
-  show(chosen) {
+  /** chosen: points of users. takesMore: a click can follow another one. */
+  show(chosen, takesMore) {
     const listed = chosen.slice(0, kMaxListed);
     const ids = new Set(listed.map(({id}) => id));
     for (const [id, {line}] of this.rows) {
@@ -64,7 +64,8 @@ export class PointList {
     this.more.textContent = chosen.length > listed.length ?
         `and ${chosen.length - listed.length} more` :
         listed.length ? '' :
-                        'None yet: click on tissue in the left view.';
+        takesMore     ? 'None yet: click on tissue in the left view.' :
+                        'None.';
   }
 
   /** The run has ended: nothing can be changed any more. */

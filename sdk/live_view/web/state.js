@@ -3,6 +3,7 @@
 import {byId, element, seconds} from '../../report/web/data.js';
 import {stateColour} from '../../report/web/colours.js';
 import {reasonsInWords, remedyOf} from '../../report/web/reasons.js';
+import {Fuse} from './fuse.js';
 import {isFollowed, states} from './words.js';
 
 const kStalledMs = 3000;  // without a frame
@@ -20,14 +21,17 @@ function setText(id, text) {
 }
 
 /** Whether the state is that of a frame of now, and not of a page without frames. */
-const isOfNow = (state) => isFollowed(state) || state === 'lost' || state === 'initialising';
+const isOfNow = (state) => isFollowed(state) || ['lost', 'unfound', 'initialising'].includes(state);
 
-/** " Why: ... What to do: ..." */
+/**
+ * " Why: ... What to do: ..." What is noticed of tissue that was found is not why it was. Spaces in
+ * "What to do" do not end a line.
+ */
 function because(state, reasons) {
   const why = reasonsInWords(reasons).slice(0, kMaxReasons), remedy = remedyOf(reasons);
-  const isWanting = state === 'lost' || state === 'degraded' || state === 'initialising';
-  return (why.length ? ` Why: ${why.join('; ')}.` : '') +
-      (remedy && isWanting ? ` What to do: ${remedy}.` : '');
+  const head = state === 'relocalised' || state === 'found' ? 'Noticed now' : 'Why';
+  return (why.length ? ` ${head}: ${why.join('; ')}.` : '') +
+      (remedy ? ` What\u00a0to\u00a0do: ${remedy}.` : '');
 }
 
 export class State {
@@ -40,13 +44,17 @@ export class State {
     this.moments = [];
     this.frameAt = null;  // when the newest frame came
     this.since = performance.now();
+    this.fuse = new Fuse(byId('fuse'), kStalledMs);
     this.timer = setInterval(() => this.tell(), 200);
     addEventListener('resize', () => this.drawStrip());
   }
 
-  /** moments: of the frames since the last call. */
-  take(moments, points) {
-    this.frameAt = performance.now();
+  /**
+   * moments: of the frames since the last call. ageMs: of the newest one; old where the page was
+   * kept from taking it.
+   */
+  take(moments, points, ageMs) {
+    this.frameAt = performance.now() - ageMs;
     for (const [, , state] of moments) this.moments.push(state);
     this.moments.splice(0, Math.max(0, this.moments.length - kStripMoments));
     const now = moments.at(-1);
@@ -60,6 +68,7 @@ export class State {
     byId('state-points').style.fontWeight = lost ? '800' : '400';
     this.drawStrip();
     this.tell();
+    if (isOfNow(this.shown)) this.fuse.light(ageMs);
   }
 
   /** Why there are no frames: disconnected, refused, ended. */
@@ -76,6 +85,7 @@ export class State {
     const name = waits && isOfNow(this.of) && !document.hidden ? 'stalled' : this.of;
     if (name !== this.shown) {
       this.shown = name;
+      if (!isOfNow(name)) this.fuse.out();
       this.since = name === 'stalled' ? this.frameAt : performance.now();
       byId('state').dataset.state = name;
       document.documentElement.dataset.state = name;
@@ -109,7 +119,7 @@ export class State {
   }
 }
 
-const kMaxChanges = 200;
+const kMaxChanges = 600;
 
 /** The list of changes. */
 export class Changes {

@@ -12,9 +12,11 @@ import {
   valueColour
 } from '../../report/web/stage.js';
 import {fetchSurface} from './connection.js';
+import {Pace} from './pace.js';
 import {targetColour} from './targets.js';
 
 const kTopErrorMm = 2;
+const kLookMs = 8;  // whether a picture is drawn
 
 /**
  * Tissue out of the image has no texture there: a plain colour in place of the image's last row.
@@ -33,6 +35,10 @@ function leaveOutBeyondImage(material) {
 class LiveSurface extends Stage {
   constructor(canvas) {
     super(canvas);
+    this.pace = new Pace();
+    this.isOn = true;
+    this.isDrawing = false;  // the last picture is not on the screen yet
+    this.isWaiting = false;  // another one is wanted
     this.number = -1;
     this.isPlaced = false;
     this.geometry = new THREE.BufferGeometry();
@@ -51,6 +57,56 @@ class LiveSurface extends Stage {
     this.enclose([]);
     this.fill();
     byId('front-view').addEventListener('click', () => this.look(0, 0));
+    byId('show-surface')
+        .addEventListener('change', ({target}) => this.turn(target.checked, '3D is off.'));
+    byId('surface-on').addEventListener('click', () => this.turn(true));
+  }
+
+  /** why: it is off. */
+  turn(on, why = '') {
+    this.isOn = on;
+    if (on) this.pace.begin();
+    byId('show-surface').checked = on;
+    byId('surface-off').hidden = on;
+    byId('surface-why').textContent = why;
+    byId('surface').classList.toggle('off', !on);
+    document.documentElement.dataset.surface = on ? 'on' : 'off';
+    this.render();
+  }
+
+  isDue() {
+    return this.isOn && !this.isDrawing && this.pace.isDue();
+  }
+
+  /**
+   * One picture at a time: what a browser is given to draw before it is done holds up the page.
+   */
+  render() {
+    this.isWaiting = this.isDrawing;
+    if (!this.isOn || this.isDrawing) return;
+    const begin = performance.now(), wasHidden = document.hidden;
+    this.isDrawing = true;
+    super.render();
+    const gl = this.renderer.getContext();
+    const mark = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    const look = () => {
+      if (mark && gl.clientWaitSync(mark, 0, 0) === gl.TIMEOUT_EXPIRED)
+        return setTimeout(look, kLookMs);
+      gl.deleteSync(mark);
+      this.isDrawing = false;
+      // A page that is not seen is served rarely.
+      if (!wasHidden && !document.hidden) this.measure(performance.now() - begin);
+      if (this.isWaiting) this.render();
+      return null;
+    };
+    setTimeout(look);
+  }
+
+  measure(ms) {
+    document.documentElement.dataset.surfaceMs = Math.round(ms);
+    if (this.pace.add(ms) && this.isOn)
+      this.turn(false, '3D is off: this computer draws it too slowly.');
   }
 
   async take(number) {
@@ -143,6 +199,7 @@ class LiveSurface extends Stage {
     if (this.material.map === map) return;
     this.material.map = map;
     this.material.needsUpdate = true;
+    this.pace.begin();
   }
 
   showScale(by, withTargets) {

@@ -6,6 +6,7 @@ import {Alarm} from './alarm.js';
 import {Checks} from './checks.js';
 import {watchFrames} from './connection.js';
 import {listenToRecord, showNow, showRecording, showStages} from './now.js';
+import {painted} from './pace.js';
 import {Picture} from './picture.js';
 import {readPlan, showPlanList} from './plan.js';
 import {PointList, readPoints} from './points.js';
@@ -18,6 +19,7 @@ import {isFollowed} from './words.js';
 class SurfaceNote {
   constructor(canShow) {
     this.canShow = canShow;
+    byId('show-surface-control').hidden = !canShow;
     this.seenAt = null;
     this.state = 'connecting';
     setInterval(() => this.tell(), 200);
@@ -70,27 +72,30 @@ export async function watch(surface, timeline) {
     const [left, overlay] = await Promise.all([sections.left, sections.overlay].map(
         (jpeg) => jpeg && createImageBitmap(new Blob([jpeg], {type: 'image/jpeg'}))));
     picture.show(overlay ?? left, header, points, targets, plan);
-    if (sections.xyz.byteLength) {
-      note.see();
-      await surface?.show(
+    if (sections.xyz.byteLength && surface?.isDue()) {
+      await painted();  // what the page says of the frame does not wait for 3D
+      await surface.show(
           header, sections, left, byId('show-targets').checked ? placedTargets(targets) : []);
+      note.see();
+      document.documentElement.dataset.surfaceFrame = header.frame;
     }
     left.close();
     overlay?.close();
   }
 
-  async function show(frame) {
+  async function show(frame, ageMs) {
     const {header} = frame;
     const points = readPoints(header);
     const chosen = points.filter(({isChosen}) => isChosen);
     const moments = header.moments.filter(([index]) => index > newest);
     for (const moment of moments) changes.add(moment);
     if (moments.length) newest = moments.at(-1)[0];
-    state.take(moments, chosen);
+    state.take(moments, chosen, ageMs);
+    picture.takesPoints = isFollowed(state.of);
     const now = header.moments.find(([index]) => index === header.frame) ?? header.moments.at(-1);
     if (now) showNow(header, now, rate());
     showStages(header.stages);
-    list.show(chosen);
+    list.show(chosen, picture.takesPoints);
     showRecording(header.recording);
     await checks.show(header);
     const targets = readTargets(header);
@@ -113,7 +118,7 @@ export async function watch(surface, timeline) {
   if (pause.isOn()) pause.set(false);
   for (const id of ['record', 'pause']) byId(id).disabled = true;
   showRecording('');
-  picture.hasEnded = true;
+  picture.takesPoints = false;
   list.end();
   checks.end();
   document.documentElement.dataset.ended = 'true';

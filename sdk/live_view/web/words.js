@@ -14,10 +14,16 @@ export const states = {
     word: 'Found again',
     say: 'The tissue was lost, and is followed again. Compare one landmark by eye.'
   },
+  found:
+      {word: 'Found', say: 'The tissue of the template is followed. Compare one landmark by eye.'},
+  unfound: {
+    word: 'Not found yet',
+    say: 'The tissue of the template is looked for. Do not rely on any position.'
+  },
   lost: {word: 'Lost', say: 'The tissue is not followed. Do not rely on any position.'},
   stalled: {
     word: 'No new picture',
-    say: 'The program runs, but no frame comes from the video. Nothing here is current.'
+    say: 'Nothing here is current: the video stands still, or this computer is too slow.'
   },
   disconnected: {
     word: 'No connection',
@@ -29,7 +35,8 @@ export const states = {
 };
 
 /** Whether positions of the frame are those of the tissue now. */
-export const isFollowed = (state) => ['tracking', 'degraded', 'relocalised'].includes(state);
+export const isFollowed =
+    (state) => ['tracking', 'degraded', 'relocalised', 'found'].includes(state);
 
 const stages = {
   'upload': 'Copy in',

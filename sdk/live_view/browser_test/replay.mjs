@@ -1,0 +1,89 @@
+// The program's answers, kept and given to pages again, so that each state lasts as long as it is
+// looked at.
+import {createServer} from 'node:http';
+
+import {addressOf} from './common.mjs';
+
+const kAnswerMs = 200;
+const kReasons = {
+  degraded: 'occluded',
+  relocalised: 'contradicted',
+  found: 'contradicted'
+};
+
+/** The program's answers in these states: {page, surface, tracking, lost}. */
+export async function answersOf(program, states = ['tracking', 'lost']) {
+  const url = new URL(await addressOf(program));
+  const headers = {'X-Token': url.searchParams.get('token')};
+  const get = async (path) => {
+    const response = await fetch(url.origin + path, {headers});
+    return {status: response.status, body: Buffer.from(await response.arrayBuffer())};
+  };
+  const answers = {page: (await get(`/${url.search}`)).body};
+  for (let after = -1; !states.every((state) => answers[state]);) {
+    const {status, body} = await get(`/frame?after=${after}&overlay=1`);
+    if (status !== 200) continue;
+    const length = body.readUInt32LE(0);
+    const header = JSON.parse(body.subarray(4, 4 + length));
+    after = header.frame;
+    answers[header.moments.at(-1)[2]] = {header, sections: body.subarray(4 + length)};
+    answers.surface ??= (await get('/surface')).body;
+  }
+  return answers;
+}
+
+/** A server that gives frames of the state that is set: of an answer, or a reason for none. */
+export class Replay {
+  constructor(answers) {
+    this.answers = answers;
+    this.state = 'tracking';
+    this.isBehindProxy = false;
+    this.frame = 1000;
+    this.missed = [];   // states of frames before the next one
+    this.waiting = [];  // answers that come with release()
+    this.server = createServer((request, response) => this.answer(request, response)).listen(0);
+  }
+
+  get url() {
+    return `http://127.0.0.1:${this.server.address().port}/?token=0`;
+  }
+
+  /** Answers whoever asked to wait. */
+  release() {
+    for (const response of this.waiting.splice(0)) response.end();
+  }
+
+  packet() {
+    const isLost = this.state === 'lost' && this.answers.lost;
+    const {header, sections} = isLost ? this.answers.lost : this.answers.tracking;
+    const moments = [...this.missed.splice(0), this.state].map((state) => {
+      const [, ms, , reasons, ...rest] = header.moments.at(-1);
+      return [++this.frame, ms, state, kReasons[state] ?? reasons, ...rest];
+    });
+    let text =
+        JSON.stringify({...header, frame: this.frame, moments, age_ms: 0, waited_ms: kAnswerMs});
+    while (Buffer.byteLength(text) % 4) text += ' ';
+    const length = Buffer.alloc(4);
+    length.writeUInt32LE(Buffer.byteLength(text));
+    return Buffer.concat([length, Buffer.from(text), sections]);
+  }
+
+  answer(request, response) {
+    if (this.state === 'disconnected') {
+      if (!this.isBehindProxy) return request.socket.destroy();
+      response.statusCode = 502;
+      return response.end('<html>Bad Gateway</html>');
+    }
+    if (request.url.startsWith('/?')) {
+      response.setHeader('Content-Type', 'text/html');
+      return response.end(this.answers.page);
+    }
+    if (request.url === '/wait') return this.waiting.push(response);
+    if (request.url === '/surface') return response.end(this.answers.surface);
+    if (request.url.startsWith('/frame') && this.state === 'ended') response.statusCode = 410;
+    const isSilent = this.state === 'stalled' || !request.url.startsWith('/frame');
+    if (isSilent) response.statusCode = 204;
+    const body = response.statusCode === 200 ? this.packet() : undefined;
+    return setTimeout(() => response.end(body), kAnswerMs);
+  }
+}

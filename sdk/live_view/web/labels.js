@@ -1,0 +1,70 @@
+// Labels on the left view, as many as have room beside each other.
+const kHeight = 14, kBelow = 4;  // of a line; of it beneath the base line
+
+/** Which labels come first where there is not room for all. */
+export const kRanks = {
+  part: 3,
+  named: 2,
+  target: 1,
+  point: 0
+};
+
+export class Labels {
+  constructor() {
+    this.begin();
+    this.places = new Map();  // where each was drawn last, by its key
+  }
+
+  /** A picture without labels. */
+  begin() {
+    this.wanted = [];
+  }
+
+  /** Beside a mark at x, y. The higher rank comes first. */
+  add(key, text, x, y, rank) {
+    this.wanted.push({key, text, x, y, rank});
+  }
+
+  /**
+   * unit: a pixel of the screen. A label that is drawn stays, and stays where it is, if
+   * it can.
+   */
+  draw(context, unit) {
+    const before = this.places, taken = [];
+    this.places = new Map();
+    context.font = `600 ${kHeight * unit}px system-ui, sans-serif`;
+    context.lineJoin = 'round';
+    context.lineWidth = 3.5 * unit;
+    context.strokeStyle = '#0f172a';
+    context.fillStyle = '#ffffff';
+    const rankOf = ({key, rank}) => 2 * rank + (before.has(key) ? 1 : 0);
+    const {width, height} = context.canvas;
+    const seen = this.wanted.filter(({x, y}) => x >= 0 && x <= width && y >= 0 && y <= height);
+    for (const label of seen.sort((a, b) => rankOf(b) - rankOf(a))) {
+      const places = this.boxes(label, context, unit), last = before.get(label.key) ?? 0;
+      const place = [last, 0, 1, 2, 3].find((i) => isFree(places[i], taken, context.canvas));
+      if (place === undefined) continue;
+      taken.push(places[place]);
+      this.places.set(label.key, place);
+      const {left, bottom} = places[place];
+      context.strokeText(label.text, left, bottom - kBelow * unit);
+      context.fillText(label.text, left, bottom - kBelow * unit);
+    }
+  }
+
+  /** On the right above, below; on the left above, below. */
+  boxes({text, x, y}, context, unit) {
+    const length = context.measureText(text).width, gap = 9 * unit;
+    const height = (kHeight + kBelow) * unit, above = y - 4 * unit, below = above + gap + height;
+    const lefts = [x + gap, x - gap - length].map(
+        (left) => Math.min(Math.max(left, 2 * unit), context.canvas.width - length - 2 * unit));
+    return lefts.flatMap(
+        (left) => [above, below].map(
+            (bottom) => ({left, right: left + length + 8 * unit, top: bottom - height, bottom})));
+  }
+}
+
+const isFree = (box, taken, {height}) => box.top >= 0 && box.bottom <= height &&
+    taken.every(
+        (other) => box.right < other.left || other.right < box.left || box.bottom <= other.top ||
+            other.bottom <= box.top);
