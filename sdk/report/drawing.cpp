@@ -46,11 +46,38 @@ void ring(cv::Mat& image, float u, float v, double radius, bool dashed, const cv
                     colour, 1, cv::LINE_AA, kSubpixelBits);
 }
 
-void draw_text(cv::Mat& image, const std::string& text, cv::Point at) {
+void Labels::add(Rank rank, const std::string& text, float u, float v) {
+    labels_.push_back({rank, text, u, v});
+}
+
+void Labels::draw(cv::Mat& image, int highest) {
     const double scale = 0.8 * text_scale(image);
-    for (const bool is_edge : {true, false})
-        cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, scale, is_edge ? kDark : kLight,
-                    is_edge ? 3 : 1, cv::LINE_AA);
+    const int gap = cvRound(8 + 6 * scale), lowest = image.rows - cvRound(50 * scale);
+    std::stable_sort(labels_.begin(), labels_.end(),
+                     [](const Label& a, const Label& b) { return a.rank < b.rank; });
+    std::vector<cv::Rect> taken;
+    for (const auto& [rank, text, u, v] : labels_) {
+        if (!(u >= 0 && v >= 0 && u < float(image.cols) && v < float(image.rows))) continue;
+        int below = 0;
+        const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &below);
+        const int height = size.height + below;
+        // On the right above, below; on the left above, below.
+        for (int place = 0; place < 4; ++place) {
+            const int wanted = cvRound(u) + (place < 2 ? gap : -gap - size.width);
+            const int left = std::clamp(wanted, 2, std::max(2, image.cols - size.width - 2));
+            const int top = cvRound(v) + (place % 2 == 0 ? -height - 2 : 4);
+            const cv::Rect box(left, top, size.width, height);
+            if (top < highest || box.br().y > lowest ||
+                std::any_of(taken.begin(), taken.end(),
+                            [&](const cv::Rect& other) { return (other & box).area() > 0; }))
+                continue;
+            taken.emplace_back(left, top, size.width + gap, height);
+            for (const bool is_edge : {true, false})
+                cv::putText(image, text, {left, top + size.height}, cv::FONT_HERSHEY_SIMPLEX, scale,
+                            is_edge ? kDark : kLight, is_edge ? 3 : 1, cv::LINE_AA);
+            break;
+        }
+    }
 }
 
 bool draw_target(cv::Mat& image, const PointEstimate& target, const Projector& projector) {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <opencv2/core.hpp>
 #include <string>
+#include <vector>
 
 #include "sdk/report/record.hpp"
 #include "sdk/report/target_mark.hpp"
@@ -28,8 +29,25 @@ double text_scale(const cv::Mat& image);
 
 /// A circle, dashed where asked for.
 void ring(cv::Mat& image, float u, float v, double radius, bool dashed, const cv::Scalar& colour);
-/// Light, with a dark edge.
-void draw_text(cv::Mat& image, const std::string& text, cv::Point at);
+/// Labels beside marks, as many as have room beside each other and above the line of text at the
+/// bottom.
+class Labels {
+  public:
+    // Which come first; those of a rank come in their order.
+    enum class Rank { kPart, kPoint, kTarget };
+    void add(Rank rank, const std::string& text, float u, float v);
+    /// Light, with a dark edge. highest: row of the image, which none crosses.
+    void draw(cv::Mat& image, int highest);
+
+  private:
+    struct Label {
+        Rank rank;
+        std::string text;
+        float u, v;
+    };
+    std::vector<Label> labels_;
+};
+
 /// A cross with a ring as wide as the expected error, dashed where the target is not observed.
 /// False, and nothing, for what is lost or not in the image.
 bool draw_target(cv::Mat& image, const PointEstimate& target, const Projector& projector);

@@ -9,6 +9,7 @@
 #include "sdk/report/drawing.hpp"
 #include "sdk/report/overlay.hpp"
 #include "sdk/report/plan_painter.hpp"
+#include "sdk/report/reason_words.hpp"
 #include "sdk/report/surface_lattice.hpp"
 
 namespace defrec::cli {
@@ -89,16 +90,22 @@ std::string points_text(const std::vector<PointEstimate>& points) {
     return format("points: %d observed, %d extrapolated, %d lost", counts[0], counts[1], counts[2]);
 }
 
-void draw_label(cv::Mat& image, const PointEstimate& point, cv::Point at) {
+std::string label_of(const PointEstimate& point) {
     const std::string name =
         point.name.empty() ? format("#%lld", static_cast<long long>(point.id)) : point.name;
-    draw_text(image, name + " " + millimetres(double{expected_error(point)}), at);
+    return name + " " + millimetres(double{expected_error(point)});
+}
+
+int head_row_height(const cv::Mat& image) { return cvRound(44 * text_scale(image)); }
+
+int head_height(const cv::Mat& image, const FrameRecord& frame) {
+    return (frame.reasons.empty() ? 2 : 3) * head_row_height(image) + 4;
 }
 
 void draw_head(cv::Mat& image, const FrameRecord& frame) {
     const double scale = text_scale(image);
-    const int row_height = cvRound(44 * scale), left = cvRound(16 * scale) + 4;
-    darken(image, {0, 0, image.cols, 2 * row_height + 4}, 0.38);
+    const int row_height = head_row_height(image), left = cvRound(16 * scale) + 4;
+    darken(image, {0, 0, image.cols, head_height(image, frame)}, 0.38);
     const cv::Scalar state = state_colour(frame.state);
 
     TextRow first(image, left, cvRound(0.75 * row_height), scale);
@@ -106,7 +113,6 @@ void draw_head(cv::Mat& image, const FrameRecord& frame) {
     first.add(format("frame %lld", static_cast<long long>(frame.index)), kLight);
     first.add(format("%.3f s", frame.timestamp_ms / 1000), kMuted);
     if (frame.frame_ms > 0) first.add(format("%.1f ms", frame.frame_ms), kMuted);
-    first.add(frame.reasons, status_colour(VertexStatus::extrapolated));
 
     TextRow second(image, left, row_height + cvRound(0.75 * row_height), scale);
     second.add(!frame.vertices.empty() && std::isfinite(frame.mean_residual_mm)
@@ -116,6 +122,10 @@ void draw_head(cv::Mat& image, const FrameRecord& frame) {
     second.add(format("inliers %d of %d", frame.inliers, frame.matches), kLight);
     second.add(format("observed %.0f %%", 100 * frame.observed_share), kLight);
     second.add(points_text(frame.points), kLight);
+
+    TextRow third(image, left, 2 * row_height + cvRound(0.75 * row_height), scale);
+    for (const std::string& reason : reasons_in_words(frame.reasons))
+        third.add(reason, status_colour(VertexStatus::extrapolated));
 }
 
 void draw_legend(cv::Mat& image, const FrameRecord& frame, OverlayDetail detail) {
@@ -132,7 +142,7 @@ void draw_legend(cv::Mat& image, const FrameRecord& frame, OverlayDetail detail)
     if (!frame.targets.empty() || !frame.plan.targets.empty())
         row.add("o target, expected error", kControlPoint);
     if (!frame.plan.vertices.empty()) row.add("plan, halo: expected error", kControlPoint);
-    row.add("match", {255, 160, 90});
+    row.add("recognised", {255, 160, 90});
     if (detail != OverlayDetail::all) return;
     row.add("(dark: refused)", kMuted);
     row.add("+ control point", kControlPoint);
@@ -158,7 +168,7 @@ struct OverlayPainter::Impl {
     void draw_grid(cv::Mat& image, const FrameRecord& frame);
     void draw_matches(cv::Mat& image, const FrameRecord& frame) const;
     void draw_control_points(cv::Mat& image, const FrameRecord& frame);
-    void draw_points(cv::Mat& image, const FrameRecord& frame) const;
+    void draw_points(cv::Mat& image, const FrameRecord& frame, Labels& labels) const;
     void draw_targets(cv::Mat& image, const FrameRecord& frame) const;
     void draw_marks(cv::Mat& image, const FrameRecord& frame);
 };
@@ -216,7 +226,8 @@ void OverlayPainter::Impl::draw_control_points(cv::Mat& image, const FrameRecord
 
 // A dot with a ring as wide as the expected error, dashed where the point is not observed. What is
 // lost has no place.
-void OverlayPainter::Impl::draw_points(cv::Mat& image, const FrameRecord& frame) const {
+void OverlayPainter::Impl::draw_points(cv::Mat& image, const FrameRecord& frame,
+                                       Labels& labels) const {
     const double radius = std::max(2.0, image.cols / 400.0);
     std::size_t chosen = 0;
     for (const PointEstimate& point : frame.points) chosen += point.is_chosen;
@@ -231,8 +242,7 @@ void OverlayPainter::Impl::draw_points(cv::Mat& image, const FrameRecord& frame)
             ring(image, mark.u, mark.v, std::max(double(mark.radius), radius + 2),
                  point.status != VertexStatus::observed, colour);
         if (chosen <= kMostLabels)
-            draw_label(image, point,
-                       {cvRound(mark.u + 2 * radius + 3), cvRound(mark.v - 2 * radius)});
+            labels.add(Labels::Rank::kPoint, label_of(point), mark.u, mark.v);
     }
 }
 
@@ -261,9 +271,11 @@ void OverlayPainter::Impl::draw_marks(cv::Mat& image, const FrameRecord& frame) 
     draw_grid(image, frame);
     draw_matches(image, frame);
     draw_control_points(image, frame);
-    draw_plan(image, frame.plan, projector);
-    draw_points(image, frame);
+    Labels labels;
+    draw_plan(image, frame.plan, projector, labels);
+    draw_points(image, frame, labels);
     draw_targets(image, frame);
+    labels.draw(image, head_height(image, frame));
 }
 
 void OverlayPainter::draw_without_text(cv::Mat& image, const FrameRecord& frame) {

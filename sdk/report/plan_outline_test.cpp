@@ -127,7 +127,8 @@ TEST_CASE("the picture: edge, halo and fill of a part, a cross for a target, not
     plan.targets.push_back(target);
     const cv::Mat empty(kHeight, kWidth, CV_8UC3, cv::Scalar(60, 60, 60));
     cv::Mat image = empty.clone();
-    draw_plan(image, plan, project);
+    Labels labels;
+    draw_plan(image, plan, project, labels);
     const auto strength = [&](int u, int v) {
         return cv::norm(image.at<cv::Vec3b>(v, u), empty.at<cv::Vec3b>(v, u), cv::NORM_INF);
     };
@@ -143,6 +144,27 @@ TEST_CASE("the picture: edge, halo and fill of a part, a cross for a target, not
     plan.expected_error_mm.clear();
     plan.targets[0].status = VertexStatus::unknown;
     image = empty.clone();
-    draw_plan(image, plan, project);
+    draw_plan(image, plan, project, labels);
     CHECK(cv::norm(image, empty, cv::NORM_INF) == 0);
+}
+
+TEST_CASE("labels are left out where there is no room, and stand below a mark at the top") {
+    cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(60, 60, 60));
+    const cv::Mat empty = image.clone();
+    const auto is_changed = [&](const cv::Rect& area) {
+        return cv::norm(image(area), empty(area), cv::NORM_INF) > 0;
+    };
+    Labels labels;
+    for (int i = 0; i < 16; ++i)
+        labels.add(Labels::Rank::kTarget, std::to_string(i) + " 1.0 mm", 100.F + float(i % 4),
+                   100.F + float(i / 4));
+    labels.add(Labels::Rank::kPart, "tumour 9.0 mm", 200, 2);
+    labels.add(Labels::Rank::kPoint, "outside", -20, 100);
+    labels.draw(image, 0);
+    CHECK(is_changed({200, 4, 100, 20}));
+    CHECK_FALSE(is_changed({200, 0, 100, 4}));
+    // Four places round the heap; the rest of it has none.
+    CHECK(is_changed({100, 80, 100, 40}));
+    CHECK_FALSE(is_changed({0, 30, kWidth, 50}));
+    CHECK_FALSE(is_changed({0, 130, kWidth, 80}));
 }

@@ -68,21 +68,19 @@ void draw_edges(cv::Mat& image, const PlanOutline& outline) {
         }
 }
 
-void label(cv::Mat& image, const PlanOutline& outline, const std::string& name) {
+void label(Labels& labels, const PlanOutline& outline, const std::string& name) {
     const OutlinePoint* top = nullptr;
     for (const auto& contour : outline.contours)
         for (const OutlinePoint& point : contour)
             if (top == nullptr || point.v < top->v) top = &point;
-    const double scale = text_scale(image);
-    // Not behind the lines of text above and below.
-    const int lowest = image.rows - cvRound(50 * scale), highest = cvRound(125 * scale);
-    draw_text(image, name + " " + millimetres(double{outline.expected_error_mm}),
-              {cvRound(top->u) + 6, std::clamp(cvRound(top->v) - 6, highest, lowest)});
+    labels.add(Labels::Rank::kPart, name + " " + millimetres(double{outline.expected_error_mm}),
+               top->u, top->v);
 }
 
 }  // namespace
 
-void draw_plan(cv::Mat& image, const PlanEstimate& plan, const Projector& projector) {
+void draw_plan(cv::Mat& image, const PlanEstimate& plan, const Projector& projector,
+               Labels& labels) {
     const std::vector<PlanOutline> outlines =
         plan_outlines(plan, projector, image.cols, image.rows);
     for (const PlanOutline& outline : outlines) {
@@ -91,14 +89,14 @@ void draw_plan(cv::Mat& image, const PlanEstimate& plan, const Projector& projec
     }
     for (const PlanOutline& outline : outlines) draw_edges(image, outline);
     for (const PlanOutline& outline : outlines)
-        label(image, outline, plan.model->parts[outline.part].name);
+        label(labels, outline, plan.model->parts[outline.part].name);
     for (const PointEstimate& target : plan.targets) {
         if (!draw_target(image, target, projector) || plan.targets.size() > kMostLabels) continue;
         const TargetMark mark = target_mark(target, projector);
-        draw_text(image,
-                  (target.name.empty() ? std::to_string(target.id) : target.name) + " " +
-                      millimetres(double{expected_error(target)}),
-                  {cvRound(mark.u) + 6, cvRound(mark.v) - 4});
+        labels.add(Labels::Rank::kTarget,
+                   (target.name.empty() ? std::to_string(target.id) : target.name) + " " +
+                       millimetres(double{expected_error(target)}),
+                   mark.u, mark.v);
     }
 }
 

@@ -2,6 +2,7 @@
 // targets.
 #pragma once
 
+#include "sdk/report/drawing.hpp"
 #include "sdk/report/record.hpp"
 
 namespace cv {
@@ -11,7 +12,9 @@ class Mat;
 namespace defrec::cli {
 
 /// image: CV_8UC3, BGR. An outline is broken, and gray, where the part goes on but is unknown;
-/// what is unknown is not drawn. Targets are crosses with their ids, as overlay.hpp draws others.
-void draw_plan(cv::Mat& image, const PlanEstimate& plan, const Projector& projector);
+/// what is unknown is not drawn. Targets are crosses, as overlay.hpp draws others. The names of
+/// parts and targets are added to the labels.
+void draw_plan(cv::Mat& image, const PlanEstimate& plan, const Projector& projector,
+               Labels& labels);
 
 }  // namespace defrec::cli

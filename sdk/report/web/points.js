@@ -1,6 +1,6 @@
 // The points that the user chose, or a plan's parts and targets: a list of them, their ways over
 // the template's image, and of one the expected error and the displacement over time.
-import {observedStatus, statuses, unknownStatus} from './colours.js';
+import {statuses, unknownStatus} from './colours.js';
 import {byId, element, number, percent} from './data.js';
 import {statusCell} from './summary.js';
 import {svg, tickLabel, ticks} from './svg.js';
@@ -15,6 +15,9 @@ const axisColours = ['#2563eb', '#d97706', '#16a05e'];
 const lostColour = '#dc2626';
 
 const nameOf = ({id, name}) => name || `${id}`;
+
+/** "Point", or of a plan "Part" or "Target". The ids of parts are negative (points_of_plan). */
+const kindOf = (section, {id}) => section === 'points' ? 'Point' : id < 0 ? 'Part' : 'Target';
 const statusAt = (moment, i) => moment.status[i] ?? unknownStatus;
 const isKnown = (moment, i) => statusAt(moment, i) !== unknownStatus;
 
@@ -46,8 +49,8 @@ function runs(points, i) {
 }
 
 class Map2d {
-  constructor(data, points, onSelect) {
-    const {surface, image: [width, height]} = data;
+  constructor(data, section, onSelect) {
+    const {surface, image: [width, height]} = data, points = data[section];
     this.points = points;
     this.unit = Math.max(width, 64) / 460;
     this.drawing = svg('svg', {
@@ -62,7 +65,8 @@ class Map2d {
           {href: `data:image/jpeg;base64,${surface.texture}`, x: -0.5, y: -0.5, width, height}));
     this.marks = svg('g', {});
     this.ways = points.listed.map((point, i) => {
-      const way = svg('g', {class: 'way'}, svg('title', {}, `Point ${nameOf(point)}`));
+      const way =
+          svg('g', {class: 'way'}, svg('title', {}, `${kindOf(section, point)} ${nameOf(point)}`));
       for (const {status, pixels} of runs(points, i)) {
         const line = pixels.map((pixel) => pixel.join(',')).join(' ');
         for (const [colour, thick] of [['#0f172a', 3], [statuses[status].colour, 1.4]])
@@ -176,11 +180,11 @@ function displacements(points, i) {
               (isKnown(moment, i) ? moment.xyz[3 * i + axis] - first.xyz[3 * i + axis] : null)));
 }
 
-function detail(points, i, marked) {
+function detail(points, i, marked, kind) {
   const error = points.moments.map((moment) => errorAt(points, moment, i));
   const names = ['x', 'y', 'z'];
   return [
-    element('h3', {}, `Point ${nameOf(points.listed[i])}`),
+    element('h3', {}, `${kind} ${nameOf(points.listed[i])}`),
     timePlot(
         points, 'Expected error, mm', [{name: 'error', colour: axisColours[0], values: error}], i,
         marked),
@@ -202,7 +206,13 @@ const kHints = {
       'observed, but extrapolated; red bands: lost. A part that is known in part has no middle; ' +
       'pictures show what is known of it.'
 };
-const kHeads = ['Point', 'Now', 'Error now, mm', 'Median, mm', 'Largest, mm', 'Observed', 'Lost'];
+const kHeads = {
+  points: 'Point',
+  plan: 'Part or target'
+};
+// A soft hyphen, for narrow columns.
+const kMoreHeads =
+    ['Now', 'Error now, mm', 'Median, mm', 'Largest, mm', 'Observed', 'Extra\u00adpolated', 'Lost'];
 
 function pointRow(points, i, moment, selected, onSelect) {
   const point = points.listed[i];
@@ -212,7 +222,7 @@ function pointRow(points, i, moment, selected, onSelect) {
   const cells = [
     button, statusCell(statusAt(moment, i)), number(errorAt(points, moment, i)),
     number(point.median_mm), number(point.median_mm === null ? null : point.largest_mm),
-    percent(point.frames[observedStatus] / all), percent(point.frames[unknownStatus] / all)
+    ...point.frames.map((count) => percent(count / all))
   ];
   const row = element('tr', {}, ...cells.map((cell) => element('td', {}, cell)));
   if (i === selected) row.setAttribute('aria-selected', 'true');
@@ -234,7 +244,7 @@ export function showPoints(data, section) {
   // The first that has a place.
   let selected = Math.max(0, points.listed.findIndex(({median_mm: median}) => median !== null)),
       marked = points.moments.length - 1;
-  const map = new Map2d(data, points, (i) => {
+  const map = new Map2d(data, section, (i) => {
     selected = i;
     draw();
   });
@@ -247,12 +257,15 @@ export function showPoints(data, section) {
                                      selected = chosen;
                                      draw();
                                    }));
-    const heads = kHeads.map((text) => element('th', {scope: 'col'}, text));
+    const heads =
+        [kHeads[section], ...kMoreHeads].map((text) => element('th', {scope: 'col'}, text));
     byId(`${section}-list`)
         .replaceChildren(element(
             'table', {}, element('thead', {}, element('tr', {}, ...heads)),
             element('tbody', {}, ...rows)));
-    byId(`${section}-detail`).replaceChildren(...detail(points, selected, marked));
+    byId(`${section}-detail`)
+        .replaceChildren(
+            ...detail(points, selected, marked, kindOf(section, points.listed[selected])));
   }
   draw();
   return {

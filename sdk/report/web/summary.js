@@ -30,7 +30,9 @@ function cards(summary) {
   const result =
       [card('Frames', String(summary.frames), '', `${seconds(summary.duration_ms)} of video`)];
   if (summary.frames)
-    result.push(card('Followed', percent(followed / summary.frames), '', 'of all frames'));
+    result.push(card(
+        'Followed', percent(followed / summary.frames), '',
+        'of all frames, the surface as a whole: observed or extrapolated'));
   const time = summary.frame_ms;
   if (time) {
     result.push(card(
@@ -148,10 +150,11 @@ export function showReading() {
           'not observed.');
   add('Deformation', 'Displacement from the template with the rigid motion taken out.');
   add('Overlay',
-      'Grid: the surface\'s lines in the colours above. Blue: feature matches, from where they ' +
-          'were in the template to now. Dots: followed points in the colour of their status, in ' +
-          'a ring as wide as their expected error, dashed where not observed; lost ones are not ' +
-          'drawn. With --overlay-details also control points (crosses), refused matches (dark).');
+      'Grid: the surface\'s lines in the colours above. Blue: recognised details of the ' +
+          'template, each from where it was. Dots: followed points in the colour of their ' +
+          'status, in a ring as wide as their expected error, dashed where not observed; lost ' +
+          'ones are not drawn. With --overlay-details also control points (crosses), refused ' +
+          'matches (dark).');
   byId('reading').append(list);
 }
 
