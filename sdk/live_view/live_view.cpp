@@ -250,7 +250,7 @@ struct LiveView::Impl {
     }
 
     // mutex is held.
-    bool knows_each_page() const {
+    bool every_page_knows() const {
         return std::all_of(pages.begin(), pages.end(), [](const auto& item) {
             return item.second.knows_end || Clock::now() - item.second.asked > kIsWatched;
         });
@@ -399,7 +399,7 @@ LiveView::~LiveView() {
 
 void LiveView::wait_for_pages(std::chrono::milliseconds most) {
     std::unique_lock lock(impl_->mutex);
-    impl_->told.wait_for(lock, most, [this] { return impl_->knows_each_page(); });
+    impl_->told.wait_for(lock, most, [this] { return impl_->every_page_knows(); });
 }
 
 void LiveView::end() {

@@ -47,8 +47,7 @@ class LiveView {
     void set_checks(std::string checks);
     // Pages say that the run has ended, and get nothing more.
     void end();
-    // After end(): returns once each page that watches has asked, and hears of it, or later than
-    // that.
+    // After end(): returns once each page that watches has been told of it, or after that time.
     void wait_for_pages(std::chrono::milliseconds most);
     // What browsers asked for since the last call.
     std::vector<ViewCommand> take_commands();

@@ -22,7 +22,7 @@ export class Pace {
     return performance.now() >= this.freeAt;
   }
 
-  /** Of a picture, from when it was begun until it was drawn. Returns whether that is too slow. */
+  /** ms: from the begin of a picture until it is drawn. Returns whether that is too slow. */
   add(ms) {
     const isTooSlow = ms > (this.isFirst ? kTooSlowFirstMs : kTooSlowMs);
     this.slow = ms > kSlowMs && !this.isFirst ? this.slow + 1 : 0;
