@@ -68,17 +68,30 @@ class Session {
               }) {}
 
     using Given = const defrec_disparity*;
+    using Change = std::function<void(defrec_frame&)>;
     defrec_status submit(double moved, Given given, defrec_job* job,
-                         const std::vector<uint8_t>& ignore = {}) {
+                         const std::vector<uint8_t>& ignore = {}, const Change& change = nullptr) {
         const Pair pair = render(moved, moved / 2, 1, static_cast<uint64_t>(8 * moved));
         return session_.submit(
             {{pair.left.data()}, {pair.right.data()}, {ignore.empty() ? nullptr : ignore.data()}},
-            job, [&](defrec_frame& frame) { frame.disparity = given; });
+            job, [&](defrec_frame& frame) {
+                frame.disparity = given;
+                if (change) change(frame);
+            });
     }
     // Done, to be released.
     defrec_job track(double moved, Given given, const std::vector<uint8_t>& ignore = {}) {
         defrec_job job = nullptr;
         REQUIRE_OK(submit(moved, given, &job, ignore));
+        REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
+        return job;
+    }
+    defrec_job track_within(uint64_t deadline_ns, double moved, Given given, uint32_t flags) {
+        defrec_job job = nullptr;
+        REQUIRE_OK(submit(moved, given, &job, {}, [&](defrec_frame& frame) {
+            frame.deadline_ns = deadline_ns;
+            frame.flags = flags;
+        }));
         REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
         return job;
     }
@@ -298,6 +311,27 @@ TEST_CASE("row 201: disparity that is not of the images makes no template, and s
         const Frame next(session.track(0.2, &good));
         CHECK(next.tracked());
         CHECK((next.reasons & DEFREC_REASON_DISPARITY) == 0);
+    }
+}
+
+TEST_CASE("row 201: a deadline does not keep a template's disparity from being compared") {
+    const Disparity right = true_disparity(),
+                    wrong = disparity_of([](int x, int) { return true_disparity(x) + 6; });
+    const defrec_disparity good = desc_of(right, 0.3f), bad = desc_of(wrong, 0.3f);
+    constexpr uint64_t kShort = 1;  // ns
+    // The first frame, of whose time nothing is known, and one that is to be captured anew.
+    for (const bool is_first : {true, false}) {
+        CAPTURE(is_first);
+        Session session;
+        if (!is_first)
+            for (const double moved : {0.0, 0.2}) Frame(session.track(moved, &good));
+        const uint32_t flags = is_first ? 0 : DEFREC_FRAME_CAPTURE_TEMPLATE;
+        const Frame frame(session.track_within(kShort, 0.3, &bad, flags));
+        CHECK(frame.state == DEFREC_INITIALISING);
+        CHECK((frame.reasons & DEFREC_REASON_DISPARITY) != 0);
+        const Frame next(session.track_within(kShort, 0.4, &good, flags));
+        CHECK(next.state != DEFREC_INITIALISING);
+        CHECK((next.reasons & (DEFREC_REASON_DISPARITY | DEFREC_REASON_UNCHECKED)) == 0);
     }
 }
 

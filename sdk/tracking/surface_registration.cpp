@@ -358,6 +358,9 @@ FrameAttempt& SurfaceRegistration::begin_attempt(Frame& frame, FrameAttempt& att
                                                  RegistrationPlan plan) {
     const FrameInput::Clock::time_point now = FrameInput::Clock::now();
     plan.quality_level = level_times_.choose(frame.job.input.deadline - now);
+    // A wrong disparity would stay in the template.
+    if (frame.captures && frame.job.input.disparity.given())
+        plan.quality_level = std::min(plan.quality_level, QualityLevel::kCoarse);
     attempt.begin(surface_, plan, now);
     frame.last_attempt = &attempt;
     return attempt;
