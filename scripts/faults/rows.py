@@ -676,7 +676,7 @@ SECTIONS = (
             ),
             (
                 201,
-                "a disparity that is not that of the frame's images",
+                "a disparity that is not that of the frame's images, with a deadline too",
                 "`DEFREC_REASON_DISPARITY`: no template, or degraded with larger errors",
             ),
             (

@@ -314,6 +314,19 @@ TEST_CASE("row 201: disparity that is not of the images makes no template, and s
     }
 }
 
+TEST_CASE("row 201: what the right view does not show where the disparity says is no agreement") {
+    for (const double off : {25.0, 40.0, 100.0}) {
+        CAPTURE(off);
+        const Disparity wrong = disparity_of(
+            [&](int x, int) { return true_disparity(x) + (x >= 0.4 * kWidth ? off : 0); });
+        const defrec_disparity bad = desc_of(wrong, 0.3f);
+        Session session;
+        const Frame frame(session.track(0, &bad));
+        CHECK(frame.state == DEFREC_INITIALISING);
+        CHECK((frame.reasons & DEFREC_REASON_DISPARITY) != 0);
+    }
+}
+
 TEST_CASE("row 201: a deadline does not keep a template's disparity from being compared") {
     const Disparity right = true_disparity(),
                     wrong = disparity_of([](int x, int) { return true_disparity(x) + 6; });

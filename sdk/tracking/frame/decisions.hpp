@@ -734,7 +734,7 @@ struct GivenDisparity {
     static constexpr double kSigmas = 2;
     // standard deviations | in a median of absolute values | of a normal distribution
     static constexpr double kDeviation = 1.4826;
-    // px | the error where too few are found | how far they are searched
+    // px | of a patch that is not found, and the largest one | how far they are searched
     static constexpr float kUnfoundError = 16;
 };
 

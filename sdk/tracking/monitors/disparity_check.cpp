@@ -40,8 +40,7 @@ DisparityCheck check_disparity(const TemplateData& data, const FrameOutput& outp
                                const KeptDisparity& kept) {
     constexpr double kOne = 256;  // of an observation, per px
     const size_t step = rig_patch_step(data);
-    size_t in_left = 0, in_both = 0;
-    std::vector<double> differences;
+    std::vector<double> differences, seen, unfound;  // px; of the last the columns
     for (size_t i = 0; i < output.right_observations.size(); ++i) {
         const defrec_patch_observation &left = output.observations[i * step],
                                        &right = output.right_observations[i];
@@ -49,19 +48,28 @@ DisparityCheck check_disparity(const TemplateData& data, const FrameOutput& outp
         const std::optional<double> given =
             mean_around(data, kept.values, left.u / kOne, left.v / kOne);
         if (!given) continue;
-        ++in_left;
-        if (right.valid != 1) continue;
-        ++in_both;
-        differences.push_back(std::abs((left.u - right.u) / kOne - *given));
+        if (right.valid != 1) {
+            unfound.push_back(left.u / kOne);
+            continue;
+        }
+        seen.push_back((left.u - right.u) / kOne);
+        differences.push_back(std::abs(seen.back() - *given));
     }
+    const size_t in_both = differences.size(), in_left = in_both + unfound.size();
     if (in_left < Decision::kMinPatches) return {};
     // So far from where it is that the search there finds nothing.
     if (static_cast<double>(in_both) < Decision::kMinFound * static_cast<double>(in_left))
         return {true, Decision::kUnfoundError};
+    // As far off, where the right view reaches so far.
+    const double least_column = median(std::move(seen)) + Decision::kUnfoundError;
+    for (const double column : unfound)
+        if (column >= least_column) differences.push_back(double{Decision::kUnfoundError});
     const double middle = median(std::move(differences));
     const bool disagrees =
         middle > std::max(Decision::kMinError, Decision::kSigmas * double{kept.sigma_px});
-    return {disagrees, disagrees ? static_cast<float>(Decision::kDeviation * middle) : 0.0f};
+    if (!disagrees) return {};
+    return {true, static_cast<float>(
+                      std::min(Decision::kDeviation * middle, double{Decision::kUnfoundError}))};
 }
 
 }  // namespace defrec

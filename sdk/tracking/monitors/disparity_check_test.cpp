@@ -100,6 +100,27 @@ TEST_CASE(
     CHECK_FALSE(holes.check().disagrees);
 }
 
+TEST_CASE("patches that the right view does not show count against those that agree") {
+    // The right ones of each row: those at the left would lie outside of the right view.
+    const auto with_unfound = [](int columns) {
+        Frame frame;
+        for (int i = 0; i < kPatches; ++i)
+            if (i % 8 >= 8 - columns) frame.right[static_cast<size_t>(i)].valid = 0;
+        return frame.check();
+    };
+    CHECK_FALSE(with_unfound(3).disagrees);
+    CHECK(with_unfound(5).disagrees);
+    CHECK(with_unfound(5).error_px == Decision::kUnfoundError);
+    Frame outside;
+    for (int i = 0; i < kPatches; ++i) {
+        const auto at = static_cast<size_t>(i);
+        if (i % 8 >= 5) continue;
+        outside.left[at].u = 256 * (kDisparity + i % 8);
+        outside.right[at].valid = 0;
+    }
+    CHECK_FALSE(outside.check().disagrees);
+}
+
 TEST_CASE("patches at the border of the image are compared with what of it there is") {
     Frame frame;
     for (size_t i = 0; i < kPatches; ++i) {
