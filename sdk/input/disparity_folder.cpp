@@ -70,12 +70,17 @@ DisparityImage read_pfm(const fs::path& file, std::string_view text, int width, 
     if (rest.size() != pixels * sizeof(float))
         refuse(file, "it has " + std::to_string(rest.size()) + " bytes of disparity, " +
                          std::to_string(pixels * sizeof(float)) + " were expected.");
+    constexpr float kMost = 2000;  // of defrec_disparity
     DisparityImage values(pixels);
     for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y)
         for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x) {
             const std::size_t from =
                 (static_cast<std::size_t>(height) - 1 - y) * static_cast<std::size_t>(width) + x;
             const float value = float_at(rest.data() + from * sizeof(float), *scale < 0);
+            if (value > kMost && std::isfinite(value))
+                refuse(file, "the disparity of pixel (" + std::to_string(x) + ", " +
+                                 std::to_string(y) + ") is " + format_fixed(double{value}, 3) +
+                                 " px; up to 2000 px were expected.");
             if (value < 0 && std::isfinite(value))
                 refuse(file, "the disparity of pixel (" + std::to_string(x) + ", " +
                                  std::to_string(y) + ") is " + format_fixed(double{value}, 3) +
@@ -107,6 +112,18 @@ DisparityImage read_png(const fs::path& file, const std::string& text, int width
     return values;
 }
 
+std::vector<std::string> runs_of_digits(const fs::path& file) {
+    std::vector<std::string> runs;
+    bool is_in_run = false;
+    for (const char c : file.stem().string()) {
+        const bool is_digit = c >= '0' && c <= '9';
+        if (is_digit && !is_in_run) runs.emplace_back();
+        if (is_digit) runs.back() += c;
+        is_in_run = is_digit;
+    }
+    return runs;
+}
+
 std::string lower_extension(const fs::path& file) {
     std::string extension = file.extension().string();
     for (char& c : extension)
@@ -123,24 +140,44 @@ std::string digits_of(const fs::path& file) {
     return digits;
 }
 
-std::optional<std::int64_t> number_of_file(const fs::path& file) {
-    return parse_integer(digits_of(file));
+std::vector<std::optional<std::int64_t>> numbers_of(const std::vector<fs::path>& files) {
+    std::vector<std::vector<std::string>> runs;
+    for (const fs::path& file : files) runs.push_back(runs_of_digits(file));
+    const auto differs = [&](std::size_t at) {
+        return std::any_of(runs.begin(), runs.end(),
+                           [&](const auto& each) { return each[at] != runs[0][at]; });
+    };
+    const bool are_alike = std::all_of(
+        runs.begin(), runs.end(), [&](const auto& each) { return each.size() == runs[0].size(); });
+    std::optional<std::size_t> number;  // none: the last of each name
+    if (are_alike && !runs.empty())
+        for (std::size_t at = 0; at < runs[0].size(); ++at)
+            if (differs(at)) number = at;
+    std::vector<std::optional<std::int64_t>> numbers;
+    for (const std::vector<std::string>& each : runs)
+        numbers.push_back(each.empty() ? std::nullopt
+                                       : parse_integer(number ? each[*number] : each.back()));
+    return numbers;
 }
 
 DisparityFolder::DisparityFolder(const fs::path& folder) {
     std::error_code error;
+    std::vector<fs::path> files;
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
          entry.increment(error)) {
         const fs::path& file = entry->path();
         const std::string extension = lower_extension(file);
         if (extension != ".png" && extension != ".pfm") continue;
-        const std::optional<std::int64_t> number = number_of_file(file);
-        if (!number) refuse(file, "its name has no number of a frame.");
-        const auto [place, is_new] = files_.emplace(*number, file);
-        if (!is_new)
-            refuse(file, "it has the number of " + place->second.filename().string() + ".");
+        files.push_back(file);
     }
     if (error) refuse(folder, "the folder cannot be read: " + error.message() + ".");
+    const std::vector<std::optional<std::int64_t>> numbers = numbers_of(files);
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        if (!numbers[i]) refuse(files[i], "its name has no number of a frame.");
+        const auto [place, is_new] = files_.emplace(*numbers[i], files[i]);
+        if (!is_new)
+            refuse(files[i], "it has the number of " + place->second.filename().string() + ".");
+    }
     if (files_.empty()) refuse(folder, "there is no .pfm and no .png in this folder.");
 }
 

@@ -17,8 +17,11 @@ using DisparityImage = std::vector<float>;
 
 // The digits of a file's name without its extension.
 std::string digits_of(const std::filesystem::path& file);
-// They as one number; empty where there are none, or too many.
-std::optional<std::int64_t> number_of_file(const std::filesystem::path& file);
+// The numbers of a folder's files: of those in a name, the last one that is not the same in all
+// files; where all are, or some names have more of them, the last one. Empty where there is none,
+// or a digit too many.
+std::vector<std::optional<std::int64_t>> numbers_of(
+    const std::vector<std::filesystem::path>& files);
 
 class DisparityFolder {
   public:

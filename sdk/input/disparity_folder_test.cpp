@@ -67,6 +67,24 @@ TEST_CASE("PFM and PNG of 16 bits are read, by the numbers in their names") {
     CHECK(read.read(15, kWidth, kHeight) == nullptr);
 }
 
+TEST_CASE("of several numbers in the names the last one counts that differs") {
+    using Names = std::vector<std::filesystem::path>;
+    using Numbers = std::vector<std::optional<std::int64_t>>;
+    CHECK(numbers_of(Names{"001_disp16.png", "002_disp16.png"}) == Numbers{1, 2});
+    CHECK(numbers_of(Names{"cam0_007.png", "cam0_008.png"}) == Numbers{7, 8});
+    CHECK(numbers_of(Names{"2026_7_1.png", "2027_8_1.png"}) == Numbers{7, 8});
+    CHECK(numbers_of(Names{"cam0_007.png"}) == Numbers{7});
+    CHECK(numbers_of(Names{"a12", "no", "b3_4", "99999999999999999999"}) ==
+          Numbers{12, std::nullopt, 4, std::nullopt});
+    CHECK(numbers_of({}).empty());
+    const TestFolder folder;
+    folder.write("001_disp16.pfm", pfm(ramp()));
+    folder.write("002_disp16.pfm", pfm(ramp()));
+    const DisparityFolder read(folder.path());
+    CHECK(read.first() == 1);
+    CHECK(read.last() == 2);
+}
+
 TEST_CASE("row 202: files of disparity that are of no use, each with its path") {
     const TestFolder folder;
     const auto refused = [&](const std::string& name, const std::string& text) {
@@ -90,6 +108,8 @@ TEST_CASE("row 202: files of disparity that are of no use, each with its path") 
     std::vector<float> values = ramp();
     values[2 * kWidth + 9] = -3;
     CHECK_SAYS(refused("1.pfm", pfm(values)), "pixel (9, 2) is -3.000");
+    values[2 * kWidth + 9] = 2000.5f;
+    CHECK_SAYS(refused("1.pfm", pfm(values)), "pixel (9, 2) is 2000.500 px; up to 2000 px");
     CHECK_SAYS(refused("1.png", "no image"), "no PNG");
     write_png(folder / "made.png");
     const std::string png = TestFolder::read(folder / "made.png");
@@ -175,8 +195,35 @@ TEST_CASE("row 202: files of other frames, and frames without a file, are told")
     // Others are not expected of a part.
     options.range = {1, 2};
     CHECK(remark() == "");
+    // Of the others there may be no file at all.
+    options.range = {0, 1};
+    CHECK_SAYS(refusal_of([&] { FrameSource(SourceOptions(options)); }), "no file is of a frame");
+    options.range = {};
     options.disparity = folder / "counted";
     CHECK_SAYS(refusal_of([&] { FrameSource(SourceOptions(options)); }),
                "counted: no file is of a frame: the files have the numbers 0 to 2, the frames 20 "
                "to 22. Name each file by the number of its left image");
+}
+
+TEST_CASE("row 202: a file that is of no use ends the frames behind the ones before it") {
+    const TestFolder folder;
+    for (const char* view : {"left", "right", "network"})
+        std::filesystem::create_directory(folder / view);
+    for (const char* view : {"left", "right"})
+        for (int i = 0; i < 3; ++i)
+            cv::imwrite(folder / view + "/img" + std::to_string(i) + ".png",
+                        cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(10 + i)));
+    folder.write("network/0.pfm", pfm(ramp()));
+    folder.write("network/1.pfm", "Pf\n");
+    SourceOptions options;
+    options.left = folder / "left";
+    options.right = folder / "right";
+    options.disparity = folder / "network";
+    options.disparity_sigma_px = 0.25f;
+    FrameSource source(options);
+    StereoFrame frame;
+    CHECK(source.next(frame));
+    CHECK_FALSE(source.next(frame));
+    CHECK_SAYS(source.fault(), "1.pfm: its header");
+    CHECK_FALSE(source.next(frame));
 }

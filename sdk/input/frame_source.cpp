@@ -50,13 +50,12 @@ ImageView view_of(const cv::Mat& image) {
     return {image.data, image.cols, image.rows, image.channels(), image.step[0]};
 }
 
-// Number of the image at that place in the order of the left view's files, by its name; its place
-// in a video.
-std::int64_t number_of_image(const ImageStream* left, std::int64_t place) {
-    if (left == nullptr || left->files().empty()) return place;
-    const auto& files = left->files();
+// Number of the image at that place in the order of the left view's files, by their names; its
+// place in a video.
+std::int64_t number_of_image(const std::vector<std::optional<std::int64_t>>& numbers,
+                             std::int64_t place) {
     const auto at = static_cast<std::size_t>(place);
-    return at < files.size() ? number_of_file(files[at]).value_or(place) : place;
+    return at < numbers.size() ? numbers[at].value_or(place) : place;
 }
 
 // A field's picture: its rows, and between them what lies between them.
@@ -134,6 +133,7 @@ struct FrameSource::Impl {
     std::optional<double> last_ms;      // time of the last frame, of cameras and bags
     const std::vector<double>& times_ms = options.times_ms;  // empty: images are even
     std::optional<DisparityFolder> disparity;
+    std::vector<std::optional<std::int64_t>> numbers;  // of the left view's files, with disparity
     std::int64_t with_disparity = 0, without_disparity = 0;  // frames that were delivered
     cv::Size size;
     int channels = 3;
@@ -188,33 +188,42 @@ struct FrameSource::Impl {
                            "two times. Leave it out, or say with --interlaced off that they are "
                            "not.");
         disparity.emplace(options.disparity);
+        if (left != nullptr) numbers = numbers_of(left->files());
         expect_disparity_of_a_frame();
     }
 
     // Numbers that begin elsewhere would leave all frames without disparity.
     void expect_disparity_of_a_frame() const {
-        const std::optional<std::int64_t> frames = bag ? bag->claimed() : left->claimed();
-        if (!frames || *frames <= 0) return;
-        for (std::int64_t place = 0; place < *frames; ++place)
-            if (disparity->has(number_of_image(left.get(), place))) return;
+        std::optional<std::int64_t> frames = bag ? bag->claimed() : left->claimed();
+        const FrameRange& range = options.range;
+        if (range.last) frames = std::min(frames.value_or(*range.last), *range.last);
+        if (!frames || *frames <= range.first) return;
+        for (std::int64_t place = range.first; place < *frames; ++place)
+            if (disparity->has(number_of_image(numbers, place))) return;
         throw CliError(ExitCode::kInput,
                        options.disparity + ": no file is of a frame: the files have the numbers " +
                            std::to_string(disparity->first()) + " to " +
                            std::to_string(disparity->last()) + ", the frames " +
-                           std::to_string(number_of_image(left.get(), 0)) + " to " +
-                           std::to_string(number_of_image(left.get(), *frames - 1)) +
+                           std::to_string(number_of_image(numbers, range.first)) + " to " +
+                           std::to_string(number_of_image(numbers, *frames - 1)) +
                            ". Name each file by the number of its left image; of a video or a bag, "
                            "by that of its frame, counted from 0.");
     }
 
-    // Fills in the frame's, if it has some.
-    void read_disparity(StereoFrame& frame) {
+    // Fills in the next frame's, if it has some; false: its file is of no use, a fault.
+    bool read_disparity(StereoFrame& frame) {
         frame.disparity.reset();
-        if (!disparity) return;
-        frame.disparity =
-            disparity->read(number_of_image(left.get(), frame.index), size.width, size.height);
+        if (!disparity) return true;
+        try {
+            frame.disparity =
+                disparity->read(number_of_image(numbers, position), size.width, size.height);
+        } catch (const CliError& error) {
+            fault = error.what();
+            return false;
+        }
         frame.disparity_sigma_px = options.disparity_sigma_px;
         ++(frame.disparity ? with_disparity : without_disparity);
+        return true;
     }
 
     bool is_live() const { return is_camera(source_name()); }
@@ -470,6 +479,9 @@ std::string FrameSource::disparity_remark() const {
     const std::int64_t with = impl_->with_disparity, without = impl_->without_disparity;
     const auto unused = static_cast<std::int64_t>(impl_->disparity->count()) - with;
     const std::string& folder = impl_->options.disparity;
+    if (with == 0 && without > 0)
+        return "No file of " + folder + " is of a frame that was read: stage stereo measured the " +
+               "disparity of all " + std::to_string(without) + ".";
     std::string text;
     if (without > 0)
         text = std::to_string(without) + " of " + std::to_string(with + without) + " frames " +
@@ -510,7 +522,7 @@ bool FrameSource::next(StereoFrame& frame) {
     }
     const bool has_own_time = impl.cameras || impl.bag;
     const std::optional<double> time = has_own_time ? impl.time_of(*pair) : impl.recorded_time();
-    if (!time) return false;
+    if (!time || !impl.read_disparity(frame)) return false;
     frame.timestamp_ms = *time;
     frame.index = impl.position++;
     frame.field = DEFREC_FIELD_NONE;
@@ -523,7 +535,6 @@ bool FrameSource::next(StereoFrame& frame) {
                                                  pair->time_ms,
                                                  {}});
     }
-    impl.read_disparity(frame);
     frame.left = view_of(pair->left);
     frame.right = view_of(pair->right);
     frame.pixels = std::move(pair);
