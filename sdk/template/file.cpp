@@ -209,10 +209,15 @@ bool patch_in_range(const TemplateData& data, const defrec_patch& patch) {
 }
 
 bool above_zero(double value) { return value > 0 && std::isfinite(value); }
-// px. Nothing is seen in both views at more than their width beside the camera's offset.
+// px. Stage stereo measures none above the width beside the camera's offset, an application may
+// give up to 2000 px; the surface goes on beyond them.
 bool disparity_ok(const TemplateData& data, float value) {
     const auto offset = static_cast<float>(data.camera.disparity_offset_px);
-    return value > std::max(0.f, offset) && value <= static_cast<float>(data.width) + offset;
+    constexpr auto kMostGiven =
+        static_cast<float>(2000 * decisions::TemplateSurface::kMaxDisparity);
+    const auto width = static_cast<float>(data.width);
+    const float most = data.disparity_sigma_px > 0 ? std::max(width, kMostGiven) : width;
+    return value > std::max(0.f, offset) && value <= most + offset;
 }
 
 const char* fault_of_images(const TemplateData& data) {

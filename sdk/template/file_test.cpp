@@ -305,6 +305,18 @@ TEST_CASE("templates that are saved to one path at the same time are each whole"
     CHECK(failures == 0);
 }
 
+TEST_CASE("a surface from an application's disparity may have more of it than the image is wide") {
+    for (const float disparity : {64.5f, 2000.0f, 2501.0f}) {
+        TemplateData data = square();
+        data.disparity_sigma_px = 0.3f;
+        data.grid.disparity[3] = disparity;
+        CAPTURE(disparity);
+        defrec_template loaded = reload(data);
+        CHECK((loaded != nullptr) == (disparity < 2500));
+        defrec_template_release(loaded);
+    }
+}
+
 TEST_CASE(
     "row 92: a surface without disparity, with one behind the camera, or with one wider than the "
     "image is refused") {

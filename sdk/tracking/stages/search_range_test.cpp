@@ -59,6 +59,15 @@ TEST_CASE(
           64);  // nearer than was asked for, but observed there
 }
 
+TEST_CASE(
+    "a surface of larger disparities than any stage searches leaves a range that is searched") {
+    for (const float disparity : {1500.0f, 1999.0f, 2000.0f}) {
+        const SearchRange range = narrowed_search_range(grid_of({disparity}), {0, 256});
+        CHECK(range.min_disparity <= 1024);
+        CHECK(range.disparities <= 496);
+    }
+}
+
 TEST_CASE("places of the grid without a vertex say nothing") {
     TemplateData data = grid_of({40, 45, 0, 250});
     data.grid.vertex[2] = data.grid.vertex[3] = -1;
