@@ -314,6 +314,68 @@ TEST_CASE("row 201: disparity that is not of the images makes no template, and s
     }
 }
 
+TEST_CASE("row 201: a disparity that shows no surface, or leads away from it, is told") {
+    const auto of = [](const std::function<double(double)>& made) {
+        return disparity_of([&](int x, int) { return made(true_disparity(x)); });
+    };
+    const Disparity good = true_disparity(), share = of([](double d) { return d / kWidth; }),
+                    metres = of([](double d) { return kFocal * kBaseline / d / 1000; }),
+                    half = of([](double d) { return d / 2; }),
+                    larger = of([](double d) { return 4 * d; });
+    const defrec_disparity right = desc_of(good, 0.3f);
+    for (const Disparity* wrong : {&share, &metres, &half, &larger}) {
+        const defrec_disparity bad = desc_of(*wrong, 0.3f);
+        Session first;
+        const Frame none(first.track(0, &bad));
+        CHECK(none.state == DEFREC_INITIALISING);
+        CHECK((none.reasons & DEFREC_REASON_DISPARITY) != 0);
+        Session session;
+        Frame(session.track(0, &right));
+        const Frame lost(session.track(0.2, &bad));
+        CHECK(lost.state != DEFREC_TRACKING);
+        CHECK((lost.reasons & DEFREC_REASON_DISPARITY) != 0);
+        const Frame after(session.track(0.3, &right));
+        CHECK(after.tracked());
+        CHECK((after.reasons & DEFREC_REASON_DISPARITY) == 0);
+    }
+}
+
+TEST_CASE("a frame that is given no disparity at any pixel is followed by the left image") {
+    const Disparity good = true_disparity(), none(kPixels, 0);
+    const defrec_disparity right = desc_of(good, 0.3f), empty = desc_of(none, 0.3f);
+    for (const char* device : {"cpu", "asynchronous"}) {
+        Session session(device);
+        Frame(session.track(0, &right));
+        Frame(session.track(0.2, &right));
+        const Frame without(session.track(0.4, &empty));
+        CHECK(without.state == DEFREC_DEGRADED);
+        CHECK((without.reasons & DEFREC_REASON_NO_DEPTH) != 0);
+        CHECK((without.reasons & DEFREC_REASON_DISPARITY) == 0);
+        CHECK(Frame(session.track(0.5, &right)).state == DEFREC_TRACKING);
+    }
+    Session first;
+    const Frame frame(first.track(0, &empty));
+    CHECK(frame.state == DEFREC_INITIALISING);
+    CHECK(frame.reasons == DEFREC_REASON_NO_DEPTH);
+}
+
+TEST_CASE("a template of more disparity than the image is wide is saved, loaded and followed") {
+    Session session;
+    // Where the images do not contradict it: at less than half of the pixels.
+    const Disparity far_off =
+        disparity_of([](int x, int) { return true_disparity(x) + (x > 0.7 * kWidth ? 1700 : 0); });
+    const defrec_disparity desc = desc_of(far_off, 0.3f);
+    CHECK(Frame(session.track(0, &desc)).tracked());
+    defrec_template surface = nullptr;
+    REQUIRE_OK(defrec_tracker_get_template(session.tracker(), &surface));
+    const TemporaryFolder folder;
+    const std::string path = (folder.path() / "near.template").string();
+    REQUIRE_OK(defrec_template_save(surface, path.c_str()));
+    defrec_template_release(surface);
+    CHECK(defrec_template_load(session.context(), path.c_str(), &surface) == DEFREC_OK);
+    defrec_template_release(surface);
+}
+
 TEST_CASE("row 201: what the right view does not show where the disparity says is no agreement") {
     for (const double off : {25.0, 40.0, 100.0}) {
         CAPTURE(off);

@@ -218,6 +218,7 @@ bool SurfaceRegistration::capture(Frame& frame) {
     if (!data) {
         refuse_hiding_mask(frame);
         frame.reasons |= DEFREC_REASON_NO_DEPTH;
+        if (contradicts_given_disparity(frame)) frame.reasons |= DEFREC_REASON_DISPARITY;
         if (pipeline_.views_look_swapped(*frame.images))
             frame.reasons |= DEFREC_REASON_VIEWS_SWAPPED;
         return false;
@@ -348,8 +349,13 @@ FrameAttempt& SurfaceRegistration::register_surface(Frame& frame) {
     if (!frame.spoils_rows || frame.left_is_frozen) find_stale_parts(frame, *attempt);
     if (changes_.departed().share() > decisions::Departure::kMaxShare)
         attempt->quality.add(DEFREC_REASON_LARGE_RESIDUAL);
+    const RegistrationPlan& plan = attempt->plan();
+    if (!attempt->quality.found && plan.uses_depth &&
+        plan.quality_level != QualityLevel::kUnchecked && contradicts_given_disparity(frame))
+        attempt->quality.add(DEFREC_REASON_DISPARITY);
+    if (frame.job.input.disparity.is_empty) attempt->quality.add(DEFREC_REASON_NO_DEPTH);
     frame.reasons |= attempt->quality.reasons;
-    if (!attempt->quality.found && attempt->plan().uses_depth) look_for_swapped_views(frame);
+    if (!attempt->quality.found && plan.uses_depth) look_for_swapped_views(frame);
     return *attempt;
 }
 
@@ -367,8 +373,8 @@ FrameAttempt& SurfaceRegistration::begin_attempt(Frame& frame, FrameAttempt& att
 }
 
 FrameAttempt& SurfaceRegistration::attempt_first(Frame& frame) {
-    const bool uses_depth =
-        !frame.has_one_view && (frame.captures || !surface_.is_tracking() || !is_depth_spoilt_);
+    const bool uses_depth = !frame.has_one_view && !frame.job.input.disparity.is_empty &&
+                            (frame.captures || !surface_.is_tracking() || !is_depth_spoilt_);
     FrameAttempt& attempt = attempts_[0];
     if (frame.begun && attempt.plan().uses_depth != uses_depth) take_back(frame);
     if (!frame.begun) {
@@ -482,15 +488,24 @@ void SurfaceRegistration::commit_rig(Frame& frame, FrameAttempt& attempt) {
     quality.add(rig_monitor_.reasons());
 }
 
-void SurfaceRegistration::check_given_disparity(const Frame& frame, FrameAttempt& attempt) const {
+void SurfaceRegistration::check_given_disparity(Frame& frame, FrameAttempt& attempt) {
     const KeptDisparity& given = frame.job.input.disparity;
     const RegistrationPlan& plan = attempt.plan();
     if (!given.given() || !attempt.quality.found || !rig_monitor_.is_on() || frame.spoils_rows ||
         !plan.uses_depth || plan.quality_level == QualityLevel::kUnchecked)
         return;
     const DisparityCheck check = check_disparity(surface_.data(), frame.job.memory.output, given);
+    if (check.is_by_unfound && !contradicts_given_disparity(frame)) return;
     attempt.given_error_px = check.error_px;
     if (check.disagrees) attempt.quality.add(DEFREC_REASON_DISPARITY);
+}
+
+// Where the patches of a surface cannot tell, stage stereo measures for itself.
+bool SurfaceRegistration::contradicts_given_disparity(Frame& frame) {
+    const KeptDisparity& given = frame.job.input.disparity;
+    if (!given.given() || !rig_monitor_.is_on() || frame.spoils_rows) return false;
+    const std::optional<double> difference = pipeline_.compare_given_disparity(*frame.images);
+    return difference && is_off(given, *difference);
 }
 
 // Whether depth errs more by what moved between the views' times than it does when the left image

@@ -104,7 +104,8 @@ class SurfaceRegistration {
     void commit_rig(Frame& frame, FrameAttempt& attempt);
     bool lag_spoils_depth(const TrackerJob& job) const;
     // Disparity of the application against both images.
-    void check_given_disparity(const Frame& frame, FrameAttempt& attempt) const;
+    void check_given_disparity(Frame& frame, FrameAttempt& attempt);
+    bool contradicts_given_disparity(Frame& frame);
     void find_stale_parts(const Frame& frame, FrameAttempt& attempt);
     void look_for_swapped_views(Frame& frame);
     bool correct_rig();

@@ -109,9 +109,12 @@ KeptDisparity keep_disparity(const GivenDisparity& given, const Rig& rig, const 
             ++count;
         }
     }
-    if (given.sigma == nullptr) return {values.data(), nullptr, given.sigma_px};
+    const bool is_empty = std::all_of(values.begin(), values.end(),
+                                      [](int16_t each) { return each == DEFREC_DISPARITY_NONE; });
+    if (given.sigma == nullptr) return {values.data(), nullptr, given.sigma_px, is_empty};
     const double mean = count > 0 ? std::sqrt(squares / static_cast<double>(count)) : 0;
-    return {values.data(), sigma.data(), std::max(static_cast<float>(mean), Limits::kMinSigma)};
+    return {values.data(), sigma.data(), std::max(static_cast<float>(mean), Limits::kMinSigma),
+            is_empty};
 }
 
 }  // namespace defrec

@@ -27,6 +27,7 @@ struct KeptDisparity {
                                       // stage stereo measures them
     const float* sigma = nullptr;     // px, 0 where there is no disparity; nullptr: sigma_px
     float sigma_px = 0;               // of all pixels together, RMS
+    bool is_empty = false;            // no pixel has some
     bool given() const { return values != nullptr; }
 };
 // Copies what has no fault, without the pixels that the frame's ignore hides, to values, and to

@@ -36,6 +36,10 @@ std::optional<double> mean_around(const TemplateData& data, const int16_t* value
 
 }  // namespace
 
+bool is_off(const KeptDisparity& kept, double px) {
+    return px > std::max(Decision::kMinError, Decision::kSigmas * double{kept.sigma_px});
+}
+
 DisparityCheck check_disparity(const TemplateData& data, const FrameOutput& output,
                                const KeptDisparity& kept) {
     constexpr double kOne = 256;  // of an observation, per px
@@ -61,15 +65,16 @@ DisparityCheck check_disparity(const TemplateData& data, const FrameOutput& outp
     if (static_cast<double>(in_both) < Decision::kMinFound * static_cast<double>(in_left))
         return {true, Decision::kUnfoundError};
     // As far off, where the right view reaches so far.
+    const bool is_by_unfound = !is_off(kept, median(differences));
     const double least_column = median(std::move(seen)) + Decision::kUnfoundError;
     for (const double column : unfound)
         if (column >= least_column) differences.push_back(double{Decision::kUnfoundError});
     const double middle = median(std::move(differences));
-    const bool disagrees =
-        middle > std::max(Decision::kMinError, Decision::kSigmas * double{kept.sigma_px});
-    if (!disagrees) return {};
-    return {true, static_cast<float>(
-                      std::min(Decision::kDeviation * middle, double{Decision::kUnfoundError}))};
+    if (!is_off(kept, middle)) return {};
+    return {true,
+            static_cast<float>(
+                std::min(Decision::kDeviation * middle, double{Decision::kUnfoundError})),
+            is_by_unfound};
 }
 
 }  // namespace defrec

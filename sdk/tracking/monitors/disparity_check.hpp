@@ -12,7 +12,11 @@ namespace defrec {
 struct DisparityCheck {
     bool disagrees = false;
     float error_px = 0;  // of the disparity, as the images tell; 0 where it agrees
+    // It disagrees only as patches were not found in the right view, which smoke may hide as well.
+    bool is_by_unfound = false;
 };
+// Whether so much is more than what is stated.
+bool is_off(const KeptDisparity& kept, double px);
 // output: of a frame that was followed with depth, with patches that were searched in the right
 // view. Where too few patches are found in the left view nothing disagrees.
 DisparityCheck check_disparity(const TemplateData& data, const FrameOutput& output,

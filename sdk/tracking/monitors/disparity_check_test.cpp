@@ -111,6 +111,7 @@ TEST_CASE("patches that the right view does not show count against those that ag
     CHECK_FALSE(with_unfound(3).disagrees);
     CHECK(with_unfound(5).disagrees);
     CHECK(with_unfound(5).error_px == Decision::kUnfoundError);
+    CHECK(with_unfound(5).is_by_unfound);
     Frame outside;
     for (int i = 0; i < kPatches; ++i) {
         const auto at = static_cast<size_t>(i);

@@ -2,7 +2,9 @@
 #include "sdk/tracking/stages/pipeline.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 
+#include "sdk/base/util/median.hpp"
 #include "sdk/template/decisions.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/stages/check_output.hpp"
@@ -417,6 +419,26 @@ bool Pipeline::views_look_swapped(ObservedFrame& frame) {
     using decisions::SearchRange;
     return exchanged > SearchRange::kSwappedCoverage * decisions::TemplateSurface::kMinCoverage &&
            exchanged > SearchRange::kSwappedFactor * given;
+}
+
+std::optional<double> Pipeline::compare_given_disparity(ObservedFrame& frame) {
+    Observation& o = *frame.observation_;
+    const int16_t* given = frame.task_.input.disparity.values;
+    std::vector<int16_t>& measured = host_.disparity;
+    measured.resize(size_t{rig_->width()} * rig_->height());
+    stereo().enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
+                     {&o.disparity, nullptr});
+    read_all(queue_, o.disparity, measured);
+    find_disparity(frame);
+    queue_.finish();
+    std::vector<double> differences;
+    for (size_t i = 0; i < measured.size(); ++i)
+        if (measured[i] != DEFREC_DISPARITY_NONE && given[i] != DEFREC_DISPARITY_NONE)
+            differences.push_back(std::abs(measured[i] - given[i]) / double{DEFREC_DISPARITY_ONE});
+    if (static_cast<double>(differences.size()) <
+        decisions::TemplateSurface::kMinCoverage * static_cast<double>(measured.size()))
+        return std::nullopt;
+    return median(std::move(differences));
 }
 
 void Pipeline::set_template(const TemplateData& data) {

@@ -69,6 +69,9 @@ class Pipeline {
     IgnoredDepth look_behind_mask(ObservedFrame& frame);
     // Whether the images match when left and right are exchanged.
     bool views_look_swapped(ObservedFrame& frame);
+    // Median difference, px, of the frame's given disparity to what stage stereo measures in its
+    // images; none where too few pixels have both.
+    std::optional<double> compare_given_disparity(ObservedFrame& frame);
     // Ends a frame whose images turn out to be of no use.
     void forget(ObservedFrame frame);
 
