@@ -213,7 +213,7 @@ SECTIONS = (
             (
                 72,
                 "a disk that is full or cannot be written, the limit on file sizes",
-                "`DEFREC_ERROR_IO`, exit code 7; no signal, no half file",
+                "`DEFREC_ERROR_IO`, exit code 7; no signal, no half file; what is told is there",
             ),
             (
                 73,
@@ -597,8 +597,8 @@ SECTIONS = (
             (
                 189,
                 (
-                    "arrays of a registration that are missing, numbers out of range, counts that"
-                    " are too large"
+                    "arrays of a registration that are missing, numbers out of range, places"
+                    " farther than 1 km, counts that are too large"
                 ),
                 "refused, with the field or the number of the vertex, point or pair",
             ),
@@ -687,7 +687,11 @@ SECTIONS = (
                 ),
                 "exit code 3 with the file",
             ),
-            (203, "two targets of a plan with one name, a name that is too long", "refused"),
+            (
+                203,
+                "two targets of a plan with one name, a name that is too long or not UTF-8",
+                "refused",
+            ),
         ),
     ),
     (

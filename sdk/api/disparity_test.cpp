@@ -565,6 +565,8 @@ TEST_CASE("row 200: disparity that none can be is refused with its pixel, and no
     refused([](defrec_disparity& desc, Disparity&) { desc.stride = 4 * kWidth + 2; }, "stride");
     refused([](defrec_disparity& desc, Disparity&) { desc.stride = UINT64_MAX - 3; }, "stride");
     refused([](defrec_disparity& desc, Disparity&) { desc.flags = 1; }, "flags");
+    refused([](defrec_disparity& desc, Disparity&) { desc.reserved = 7; },
+            "disparity.reserved is 7, 0 expected");
     refused([](defrec_disparity& desc,
                Disparity&) { desc.disparity = reinterpret_cast<const float*>(UINTPTR_MAX - 15); },
             "address");

@@ -403,6 +403,8 @@ TEST_CASE("a plan's file of another template, damaged, cut short or of NaN") {
     CHECK(contains(refusal(load(), DEFREC_ERROR_IO, none), "does not begin as one"));
     std::filesystem::remove(bad);
     CHECK(contains(refusal(load(), DEFREC_ERROR_IO, none), "is not a file"));
+    CHECK(contains(refusal(defrec_plan_load(tracker.surface(), "", &none), DEFREC_ERROR_IO, none),
+                   "the path of the plan is empty"));
     CHECK(defrec_plan_save(plan, (folder.path() / "none" / "a.plan").string().c_str()) ==
           DEFREC_ERROR_IO);
     CHECK(defrec_plan_save(plan, folder.path().string().c_str()) == DEFREC_ERROR_IO);
@@ -430,6 +432,10 @@ TEST_CASE("row 203: names that targets of a plan cannot have") {
                    "targets[1].name is \"vessel\", which is that of another target"));
     CHECK(contains(refused("", too_long.c_str()), "targets[1].name has 256 bytes, 0 to 255"));
     CHECK(contains(refused(nullptr, "vessel"), "a target's name is NULL"));
+    CHECK(contains(refused("vessel", "v\xFF"), "targets[1].name is not UTF-8"));
+    CHECK(contains(refused("abc\xE2\x82", "vessel"), "targets[0].name is not UTF-8"));
+    CHECK(contains(refused("\x1B[31mred", "\x1B[31mred"),
+                   "targets[1].name is \"?[31mred\", which is that of another target"));
     REQUIRE_OK(create(longest.c_str(), ""));
     CHECK(info_of(none).target_names[0] == longest);
     defrec_plan_destroy(none);
@@ -450,6 +456,12 @@ TEST_CASE("row 203: names that targets of a plan cannot have") {
     CHECK(contains(
         refusal(defrec_plan_load(tracker.surface(), path.c_str(), &none), DEFREC_ERROR_IO, none),
         "which is that of another target"));
+    bytes[bytes.rfind("vessel a") + 7] = '\xFF';
+    write_summed(path, bytes);
+    CHECK(contains(
+        refusal(defrec_plan_load(tracker.surface(), path.c_str(), &none), DEFREC_ERROR_IO, none),
+        "is not UTF-8"));
+    bytes[bytes.rfind("vessel ") + 7] = 'a';
     // More names than targets.
     bytes[bytes.rfind("vessel a") - 32] = 3;
     write_summed(path, bytes);
@@ -488,6 +500,9 @@ TEST_CASE("what no plan is made of") {
     desc.parts = &nameless;
     desc.part_count = 1;
     CHECK(contains(create(good, desc), "a part's name is NULL"));
+    const defrec_plan_part wrongly_named{"tumour\x80", 0, 1};
+    desc.parts = &wrongly_named;
+    CHECK(contains(create(good, desc), "parts[0].name is not UTF-8"));
     Model wrong;
     wrong.vertices[0] = std::numeric_limits<float>::quiet_NaN();
     CHECK(contains(create(good, wrong.desc()), "a vertex is not finite"));

@@ -54,7 +54,8 @@ defrec_status defrec_predictor_add_frame(defrec_predictor predictor,
     return api_call([&] {
         const auto object = find_handle(predictor);
         const auto given = read_struct<defrec_predictor_frame>("frame", frame);
-        check_ranges(given);
+        if (given.reserved != 0)
+            fail(DEFREC_ERROR_ARGUMENT, "frame.reserved is ", given.reserved, ", 0 expected");
         check_points(object->predictor, given.count, "frame.count");
         const std::lock_guard lock(object->inside);
         object->predictor.add_frame(points_of(given));

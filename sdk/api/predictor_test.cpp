@@ -144,7 +144,7 @@ TEST_CASE("rows 204-205: a predictor's frames that are refused, with the reason"
         {[&](Frame& f) { f.status = strange; }, "frame.status of point 2 is 3"},
         {[](Frame& f) { f.timestamp_ns -= kFrame; }, "not after that of the frame before"},
         {[](Frame& f) { f.timestamp_ns = -5; }, "frame.timestamp_ns is -5"},
-        {[](Frame& f) { f.reserved = 1; }, "reserved is 1"},
+        {[](Frame& f) { f.reserved = 1; }, "frame.reserved is 1, 0 expected"},
     };
     Swinging points;
     points.add(40);

@@ -6,6 +6,7 @@
 #include "sdk/api/objects.hpp"
 #include "sdk/api/read.hpp"
 #include "sdk/api/verdict.hpp"
+#include "sdk/registration/decisions.hpp"
 #include "sdk/registration/elastic/elastic_registration.hpp"
 #include "sdk/registration/point_pairs.hpp"
 #include "sdk/registration/surface_registration.hpp"
@@ -67,8 +68,13 @@ CountedPoints points_of(const TemplateData& surface, bool has_errors) {
     CountedPoints points;
     points.given = surface.vertices.size();
     for (size_t i = 0; i < points.given; ++i) {
-        if (surface.vertex_support[i] != 0) continue;
         const defrec_surface_point& vertex = surface.vertices[i];
+        const auto is_far = [](float value) {
+            return std::abs(value) > decisions::SurfaceSearch::kFarthest;
+        };
+        if (surface.vertex_support[i] != 0 ||
+            std::any_of(std::begin(vertex.position), std::end(vertex.position), is_far))
+            continue;
         points.index.push_back(i);
         add_values(vertex.position, 3, 0, points.places);
         add_values(vertex.normal, 3, 0, points.normals);
@@ -78,6 +84,14 @@ CountedPoints points_of(const TemplateData& surface, bool has_errors) {
                 0, points.covariances);
     }
     return points;
+}
+
+// Where all count, the registration looks at how many there are.
+void expect_observed(const CountedPoints& points) {
+    constexpr size_t kLeast = decisions::SurfaceSearch::kMinPoints;
+    if (points.index.size() != points.given && points.index.size() < kLeast)
+        fail(DEFREC_ERROR_ARGUMENT, points.index.size(), " of the ", points.given,
+             " points of the surface were observed, expected ", kLeast, " at least");
 }
 
 SurfaceOptions options_of(const defrec_registration_desc& desc) {
@@ -128,6 +142,7 @@ Eigen::Matrix3d shift_of_disparity(const TemplateData& surface, const CountedPoi
 defrec_registration register_points(const Context& context, const defrec_registration_desc& desc,
                                     const CountedPoints& points,
                                     const Eigen::Matrix3d& seen_shift = Eigen::Matrix3d::Zero()) {
+    expect_observed(points);
     const ModelSurface model(
         read_array("desc.model_vertices", desc.model_vertices, desc.model_vertex_count, 3),
         read_array("desc.model_triangles", desc.model_triangles, desc.model_triangle_count, 3),
@@ -187,17 +202,16 @@ void describe(const RegistrationObject& object, defrec_registration_info& info) 
     describe_deformation(found.deformation, info);
 }
 
-// A place of the model, and what follows for it; outputs may be null.
+// A place of the model, and what follows for it; outputs may be null. A place so far away that
+// what follows is not finite is none.
 void move_point(const Registration& found, const double* model_xyz, double* xyz, double* covariance,
                 double* expected_error_mm) {
     const Eigen::Vector3d place = Eigen::Map<const Eigen::Vector3d>(model_xyz);
-    if (!place.allFinite()) {
-        std::fill_n(xyz, 3, kNaN);
-        if (covariance != nullptr) std::fill_n(covariance, 6, kNaN);
-        if (expected_error_mm != nullptr) *expected_error_mm = kNaN;
-        return;
+    PlacedPoint placed{Eigen::Vector3d::Constant(kNaN), Eigen::Matrix3d::Constant(kNaN)};
+    if (place.allFinite()) {
+        const PlacedPoint there = found.placed(place);
+        if (there.place.allFinite() && std::isfinite(there.covariance.sum())) placed = there;
     }
-    const PlacedPoint placed = found.placed(place);
     std::copy(placed.place.begin(), placed.place.end(), xyz);
     if (covariance != nullptr) {
         const std::array<double, 6> values = symmetric_values(placed.covariance);

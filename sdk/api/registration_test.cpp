@@ -407,7 +407,14 @@ TEST_CASE("row 189: arrays that are missing, numbers out of range, counts that a
                    "point 1 has a coordinate that is not finite"));
     const std::vector<uint8_t> unknown(bad.view.places.size() / 3, 99);
     CHECK(contains(refused([&](Desc& d) { d.seen_status = unknown.data(); }),
-                   "0 points of the surface were given"));
+                   "0 of the " + std::to_string(unknown.size()) +
+                       " points of the surface were observed, expected 50 at least"));
+    bad.view.places[5] = 3e38f;
+    CHECK(contains(refused([&](Desc& d) { d.seen_vertices = bad.view.places.data(); }),
+                   "point 1: a coordinate is 3e+38 mm from 0, expected 1e+06 at most"));
+    const std::vector<float> one_place(organ().mesh.vertices.size(), 0.001f);
+    CHECK(contains(refused([&](Desc& d) { d.model_vertices = one_place.data(); }),
+                   "triangles has an area, expected the surface of an organ"));
     auto desc = organ().desc();
     desc.struct_size = 3;
     defrec_registration made = nullptr;
@@ -424,6 +431,10 @@ TEST_CASE("row 189: pairs that are missing, too few, not finite, or have half of
     Pairs bad = pairs;
     bad.seen[4] = kNaN;
     bad.covariance[0] = -1;
+    Pairs far = pairs, vague = pairs;
+    far.model[7] = -1e150;
+    far.seen[5] = 1.1e6;
+    for (const size_t diagonal : {6, 9, 11}) vague.covariance[diagonal] = 1e300;
     std::vector<double> half = pairs.covariance;
     std::fill(half.begin(), half.begin() + 12, 0.0);
     using Desc = defrec_registration_pairs;
@@ -436,6 +447,12 @@ TEST_CASE("row 189: pairs that are missing, too few, not finite, or have half of
         {[](Desc& d) { d.count = UINT64_MAX; }, "desc.count is"},
         {[](Desc& d) { d.max_residual_mm = kNaN; }, "desc.max_residual_mm is nan"},
         {[&](Desc& d) { d.seen_xyz = bad.seen.data(); }, "pair 1 has a coordinate that is not"},
+        {[&](Desc& d) { d.model_xyz = far.model.data(); },
+         "pair 2: a coordinate of its model's place is 1e+150 mm from 0, expected 1e+06 at most"},
+        {[&](Desc& d) { d.seen_xyz = far.seen.data(); },
+         "pair 1: a coordinate of its seen place is 1.1e+06 mm"},
+        {[&](Desc& d) { d.seen_covariance = vague.covariance.data(); },
+         "pair 1: a variance of its seen place is 1e+300 mm^2, expected 1e+12 at most"},
         {[&](Desc& d) { d.seen_covariance = bad.covariance.data(); }, "pair 0: the covariance"},
         {[&](Desc& d) { d.seen_covariance = half.data(); }, "the errors of 3 of 5 pairs"},
     };
@@ -457,8 +474,10 @@ TEST_CASE("row 192: targets that are not finite, and outputs that are missing") 
     const defrec_registration_pairs desc = pairs.desc();
     TestRegistration registration;
     REQUIRE_OK(defrec_registration_from_pairs(&desc, registration.out()));
-    const double model[9] = {1, 2, 3, 4, double{kNaN}, 6, 7, 8, 9};
+    const double model[9] = {1, 2, 3, 4, double{kNaN}, 6, 7, 8, 9}, far[3] = {0, 1e300, 0};
     double xyz[9], covariance[18], error[3];
+    REQUIRE_OK(defrec_registration_move_points(registration.get(), far, 1, xyz, covariance, error));
+    for (const double value : {xyz[0], xyz[1], covariance[0], error[0]}) CHECK(std::isnan(value));
     REQUIRE_OK(
         defrec_registration_move_points(registration.get(), model, 3, xyz, covariance, error));
     for (int axis = 0; axis < 3; ++axis) {

@@ -74,6 +74,8 @@ GivenDisparity read_disparity(const defrec_disparity* given, const Rig& rig,
     const auto disparity = read_struct<defrec_disparity>("disparity", given);
     if (disparity.flags != 0)
         fail(DEFREC_ERROR_ARGUMENT, "disparity.flags is ", disparity.flags, ", 0 expected");
+    if (disparity.reserved != 0)
+        fail(DEFREC_ERROR_ARGUMENT, "disparity.reserved is ", disparity.reserved, ", 0 expected");
     if (disparity.width != rig.width() || disparity.height != rig.height())
         fail(DEFREC_ERROR_ARGUMENT, "disparity: ", disparity.width, " x ", disparity.height,
              " pixels given, the rectified image has ", rig.width(), " x ", rig.height());

@@ -61,7 +61,8 @@ DisparityImage read_pfm(const fs::path& file, std::string_view text, int width, 
         refuse(file, "a PFM of one channel was expected (it begins with Pf).");
     const auto columns = parse_integer(take_word(rest)), rows = parse_integer(take_word(rest));
     const auto scale = parse_double(take_word(rest));
-    if (!columns || !rows || !scale || *scale == 0 || *columns < 0 || *rows < 0 || rest.empty())
+    if (!columns || !rows || !scale || *scale == 0 || !std::isfinite(*scale) || *columns < 0 ||
+        *rows < 0 || rest.empty())
         refuse(file, "its header is none of a PFM.");
     expect_size(file, static_cast<std::uint64_t>(*columns), static_cast<std::uint64_t>(*rows),
                 width, height);

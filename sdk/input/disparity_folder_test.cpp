@@ -101,6 +101,9 @@ TEST_CASE("row 202: files of disparity that are of no use, each with its path") 
     CHECK_SAYS(refused("1.pfm", "Pf\n96 64\n"), "header");
     CHECK_SAYS(refused("1.pfm", "Pf\n96 64\n0\n"), "header");
     CHECK_SAYS(refused("1.pfm", "Pf\n-96 64\n-1\n"), "header");
+    for (const char* scale : {"nan", "-nan", "inf", "-inf"})
+        CHECK_SAYS(refused("1.pfm", with(good, "\n-1.0\n", std::string("\n") + scale + "\n")),
+                   "header");
     CHECK_SAYS(refused("1.pfm", with(good, "96 64", "64 96")), "64x96");
     CHECK_SAYS(refused("1.pfm", with(good, "96 64", "99999999 99999999")), "rectified left image");
     CHECK_SAYS(refused("1.pfm", good.substr(0, good.size() - 1)), "bytes of disparity");

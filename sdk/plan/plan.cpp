@@ -10,6 +10,7 @@
 #include "sdk/base/os/helped_loop.hpp"
 #include "sdk/base/os/services.hpp"
 #include "sdk/base/util/error.hpp"
+#include "sdk/base/util/utf8.hpp"
 #include "sdk/registration/decisions.hpp"
 #include "sdk/template/template.hpp"
 #include "sdk/tracking/frame_result.hpp"
@@ -108,6 +109,7 @@ std::string fault_of_name(const std::string& name, const char* list, size_t inde
                       decisions::PlanRegistration::kMaxNameBytes, " expected");
     if (name.find('\0') != std::string::npos)
         return concat(list, "[", index, "].name has a zero byte");
+    if (!is_utf8(name)) return concat(list, "[", index, "].name is not UTF-8");
     return {};
 }
 
@@ -121,7 +123,7 @@ std::string fault_of_target_names(const std::vector<std::string>& names, size_t 
         if (std::string found = fault_of_name(names[i], "targets", i, 0); !found.empty())
             return found;
         if (!names[i].empty() && !known.insert(names[i]).second)
-            return concat("targets[", i, "].name is \"", names[i],
+            return concat("targets[", i, "].name is \"", without_controls(names[i]),
                           "\", which is that of another target");
     }
     return {};

@@ -8,10 +8,12 @@
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -119,6 +121,7 @@ class RecordingFolder {
         // A run that is killed leaves them.
         times_->flush();
         last_ms_ = pair.timestamp_ms;
+        ++written_;
     }
 
     // No more comes.
@@ -130,19 +133,19 @@ class RecordingFolder {
     // summary: says that the recording was finished.
     void finish(const Json& summary) {
         times_->commit();
+        times_.reset();
         synchronise_all(folder_.path());
         write_atomically(folder_ / kRecordingFile, json_text(summary, 2) + "\n");
         synchronise_folder(folder_.path());
     }
-    // The disk may be full: what is there is kept, without the summary.
-    void give_up() {
+    // The disk may be full: what is there is kept, without the summary. Returns how many pairs
+    // there are with their times, which are those that times.csv has.
+    std::int64_t give_up() {
         try {
-            if (videos_) videos_->give_up();
-        } catch (const FileError&) {
-        }
-        try {
-            times_->commit();
-        } catch (const FileError&) {
+            const std::int64_t pairs = videos_ ? videos_->give_up() : written_;
+            return times_ ? keep_times(pairs) : pairs;
+        } catch (const std::runtime_error&) {
+            return 0;
         }
     }
 
@@ -151,6 +154,23 @@ class RecordingFolder {
     std::uint64_t bytes() const { return bytes_; }
 
   private:
+    // Those of so many pairs. The disk may have taken a part of the last line, and what is given
+    // back has room for the others.
+    std::int64_t keep_times(std::int64_t pairs) {
+        const std::string times = read_file(
+            times_->temporary(), std::numeric_limits<std::size_t>::max(), ExitCode::kOutput);
+        times_.reset();
+        std::size_t end = times.find('\n') + 1;
+        std::int64_t lines = 0;
+        for (; lines < pairs; ++lines) {
+            const std::size_t next = times.find('\n', end);
+            if (next == std::string::npos) break;
+            end = next + 1;
+        }
+        if (lines > 0)
+            write_atomically(folder_ / kTimesFile, std::string_view(times).substr(0, end));
+        return lines;
+    }
     cv::Mat image_of(const Bytes& pixels) const {
         return {images_.size, images_.type, const_cast<unsigned char*>(pixels.data())};
     }
@@ -170,6 +190,7 @@ class RecordingFolder {
     std::optional<AtomicFile> times_;
     std::string line_;
     double last_ms_ = 0;
+    std::int64_t written_ = 0;  // pairs with their times
     std::uint64_t bytes_ = 0;
 };
 
@@ -202,11 +223,11 @@ class Recording {
             folder_.finish(summary);
             report(summary);
         } catch (const FileError& error) {
-            folder_.give_up();
-            throw CliError(ExitCode::kOutput, std::string(error.what()) + "; " + what_is_left());
-        } catch (const CliError&) {
-            folder_.give_up();
-            throw;
+            throw CliError(ExitCode::kOutput,
+                           std::string(error.what()) + "; " + what_is_left(folder_.give_up()));
+        } catch (const CliError& error) {
+            throw CliError(error.code(),
+                           std::string(error.what()) + " " + what_is_left(folder_.give_up()));
         }
         if (is_interrupted) return static_cast<int>(ExitCode::kInterrupted);
         return static_cast<int>(source_.fault().empty() ? ExitCode::kOk : ExitCode::kInput);
@@ -260,9 +281,8 @@ class Recording {
         print_notice(notice);
     }
 
-    std::string what_is_left() const {
-        return std::to_string(writer_.written()) +
-               " frames and their times were written until then.";
+    static std::string what_is_left(std::int64_t frames) {
+        return std::to_string(frames) + " frames and their times were written until then.";
     }
 
     Json cameras_json() const {

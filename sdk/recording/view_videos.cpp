@@ -1,6 +1,7 @@
 // See view_videos.hpp.
 #include "sdk/recording/view_videos.hpp"
 
+#include <algorithm>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
@@ -12,6 +13,9 @@ namespace defrec::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+// What FFmpeg's encoder and container take of any rate that can be stated.
+constexpr double kMinFps = 0.01, kMaxFps = 240;
 
 // Packets of a video, of which each has an image; nothing is decoded.
 std::int64_t images_in(const fs::path& path) {
@@ -51,7 +55,8 @@ void ViewVideos::View::write(const cv::Mat& image) {
 }
 
 ViewVideos::ViewVideos(const fs::path& folder, cv::Size size, double fps)
-    : left_(folder / kLeftVideo, size, fps), right_(folder / kRightVideo, size, fps) {}
+    : left_(folder / kLeftVideo, size, std::clamp(fps, kMinFps, kMaxFps)),
+      right_(folder / kRightVideo, size, std::clamp(fps, kMinFps, kMaxFps)) {}
 
 void ViewVideos::write(const cv::Mat& left, const cv::Mat& right) {
     left_.write(left);
@@ -59,29 +64,41 @@ void ViewVideos::write(const cv::Mat& left, const cv::Mat& right) {
     ++written_;
 }
 
+void ViewVideos::close() {
+    for (View* view : {&left_, &right_}) view->writer.release();
+}
+
 // The writer tells no failure, as of a full disk.
-void ViewVideos::check(const View& view) const {
-    const std::int64_t images = images_in(view.file.path());
-    if (images == written_) return;
-    throw CliError(ExitCode::kOutput, view.file.path().string() + ": the video has " +
-                                          std::to_string(images) + " of " +
-                                          std::to_string(written_) + " images; is the disk full?");
-}
-
 void ViewVideos::finish() {
-    give_up();
+    close();
+    for (const View* view : {&left_, &right_})
+        if (written_ > 0 && images_in(view->path()) != written_)
+            throw CliError(ExitCode::kOutput, view->file.path().string() + ": not all of " +
+                                                  std::to_string(written_) +
+                                                  " images are in the video; is the disk full?");
     if (written_ == 0) return;
-    check(left_);
-    check(right_);
+    for (View* view : {&left_, &right_}) {
+        view->file.commit();
+        view->is_named = true;
+    }
 }
 
-void ViewVideos::give_up() {
-    if (is_closed_) return;
-    is_closed_ = true;
-    for (View* view : {&left_, &right_}) {
-        view->writer.release();
-        view->file.commit();
+std::int64_t ViewVideos::give_up() {
+    close();
+    // Before so many images x264 gives out ones that are shown after them: where the video was cut
+    // off, they may be missing.
+    constexpr std::int64_t kReordered = 2;
+    std::int64_t pairs = written_;
+    for (const View* view : {&left_, &right_}) {
+        const std::int64_t images = images_in(view->path());
+        if (images != written_) pairs = std::min(pairs, images - kReordered);
     }
+    pairs = std::max<std::int64_t>(pairs, 0);
+    for (View* view : {&left_, &right_}) {
+        if (pairs > 0 && !view->is_named) view->file.commit();
+        view->is_named = view->is_named || pairs > 0;
+    }
+    return pairs;
 }
 
 std::uint64_t ViewVideos::bytes() const {

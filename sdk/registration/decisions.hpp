@@ -41,6 +41,9 @@ struct SurfaceSearch {
     static constexpr size_t kDistancePoints = 60;
     // points | fewer are refused | set by hand
     static constexpr size_t kMinPoints = 50;
+    // mm | a coordinate farther away is refused, and a template's vertex left out | set by hand:
+    // 1 km; one such point would be the middle of all
+    static constexpr double kFarthest = 1e6;
     // mm | points so near each other share the model's error, for the covariance | with 25, a third
     // of organs that
     //   are bent by 0.5 mm are undetermined, [registration]
@@ -225,6 +228,9 @@ struct RegistrationPairs {
     static constexpr double kMinLength = 1;
     // share of the mean information | a motion with less is open | rounding
     static constexpr double kMinShare = 1e-6;
+    // mm | a coordinate of a pair that is farther away, or an error that is larger, is refused |
+    // set by hand: 1 km; squares of no place overflow
+    static constexpr double kFarthest = 1e6;
     // expected errors | a pair that is farther off contradicts the others | 1 of 1500 by chance
     static constexpr double kMaxRatio = 4;
     // times the variance of the residuals | likewise where errors are not stated | set by hand

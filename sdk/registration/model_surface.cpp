@@ -28,8 +28,9 @@ ModelSurface::ModelSurface(std::span<const float> vertices, std::span<const uint
              RegistrationModel::kMaxTriangles, " at most: reduce it, a triangle of 2 mm is enough");
     vertices_.assign(vertices.begin(), vertices.end());
     triangles_.assign(triangles.begin(), triangles.end());
-    check(name);
+    check_vertices(name);
     drop_triangles_without_area(name);
+    check_size(name);
     look_at_edges();
     measure();
     tree_ = std::make_unique<const TriangleTree>(vertices_, triangles_);
@@ -42,24 +43,28 @@ Eigen::Vector3d ModelSurface::area_vector(size_t triangle) const {
            2;
 }
 
-void ModelSurface::check(std::string_view name) const {
+void ModelSurface::check_vertices(std::string_view name) const {
     const size_t count = vertices_.size() / 3;
     for (size_t i = 0; i < vertices_.size(); ++i)
         if (!std::isfinite(vertices_[i]))
             fail(DEFREC_ERROR_ARGUMENT, name, ": vertex ", i / 3, " is (", vertices_[i - i % 3],
                  " ", vertices_[i - i % 3 + 1], " ", vertices_[i - i % 3 + 2],
                  "), expected finite coordinates");
-    Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-    Eigen::Vector3d high = -low;
-    for (size_t i = 0; i < triangles_.size(); ++i) {
+    for (size_t i = 0; i < triangles_.size(); ++i)
         if (triangles_[i] >= count)
             fail(DEFREC_ERROR_ARGUMENT, name, ": triangle ", i / 3, " has vertex ", triangles_[i],
                  ", expected less than the number of vertices, ", count);
-        low = low.cwiseMin(vertex(triangles_[i]));
-        high = high.cwiseMax(vertex(triangles_[i]));
-    }
     if (triangles_.empty())
         fail(DEFREC_ERROR_ARGUMENT, name, " has no triangles, expected the surface of an organ");
+}
+
+void ModelSurface::check_size(std::string_view name) const {
+    Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+    Eigen::Vector3d high = -low;
+    for (const uint32_t each : triangles_) {
+        low = low.cwiseMin(vertex(each));
+        high = high.cwiseMax(vertex(each));
+    }
     const auto side = static_cast<float>((high - low).maxCoeff());
     if (side < RegistrationModel::kMinSide)
         fail(DEFREC_ERROR_ARGUMENT, name, " looks like metres: the largest side of its box is ",

@@ -58,7 +58,8 @@ class ModelSurface {
     }
     size_t triangle_count() const { return triangles_.size() / 3; }
     Eigen::Vector3d area_vector(size_t triangle) const;  // along the normal, as long as the area
-    void check(std::string_view name) const;
+    void check_vertices(std::string_view name) const;
+    void check_size(std::string_view name) const;
     void drop_triangles_without_area(std::string_view name);
     void look_at_edges();
     void measure();

@@ -24,6 +24,15 @@ bool is_zero(const PointPair& pair) {
     return pair.model_covariance.isZero(0) && pair.seen_covariance.isZero(0);
 }
 
+void check_place(const Eigen::Vector3d& place, size_t index, const char* which) {
+    if (!place.allFinite())
+        fail(DEFREC_ERROR_ARGUMENT, "pair ", index, " has a coordinate that is not finite");
+    const double farthest = place.cwiseAbs().maxCoeff();
+    if (farthest > RegistrationPairs::kFarthest)
+        fail(DEFREC_ERROR_ARGUMENT, "pair ", index, ": a coordinate of its ", which, " place is ",
+             farthest, " mm from 0, expected ", RegistrationPairs::kFarthest, " at most");
+}
+
 void check_covariance(const Eigen::Matrix3d& covariance, size_t index, const char* which) {
     const double size = covariance.cwiseAbs().maxCoeff();
     const bool is_one =
@@ -34,6 +43,10 @@ void check_covariance(const Eigen::Matrix3d& covariance, size_t index, const cha
     if (!is_one && !covariance.isZero(0))
         fail(DEFREC_ERROR_ARGUMENT, "pair ", index, ": the covariance of its ", which,
              " place is none, expected a symmetric matrix without negative eigenvalues, mm^2");
+    constexpr double kMost = RegistrationPairs::kFarthest * RegistrationPairs::kFarthest;
+    if (size > kMost)
+        fail(DEFREC_ERROR_ARGUMENT, "pair ", index, ": a variance of its ", which, " place is ",
+             size, " mm^2, expected ", kMost, " at most");
 }
 
 // Whether their errors are stated.
@@ -43,8 +56,8 @@ bool check_pairs(std::span<const PointPair> pairs) {
              RegistrationPairs::kMinPairs, " at least: fewer do not tell how the model is turned");
     size_t stated = 0;
     for (size_t i = 0; i < pairs.size(); ++i) {
-        if (!pairs[i].model.allFinite() || !pairs[i].seen.allFinite())
-            fail(DEFREC_ERROR_ARGUMENT, "pair ", i, " has a coordinate that is not finite");
+        check_place(pairs[i].model, i, "model's");
+        check_place(pairs[i].seen, i, "seen");
         check_covariance(pairs[i].model_covariance, i, "model's");
         check_covariance(pairs[i].seen_covariance, i, "seen");
         stated += !is_zero(pairs[i]);

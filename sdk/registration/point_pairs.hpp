@@ -21,10 +21,10 @@ struct PairOptions {
     PairOptions();           // defaults of defrec_registration_pairs
 };
 
-// Throws Error(DEFREC_ERROR_ARGUMENT) for fewer than three pairs, numbers that are not finite, and
-// covariances that are none, or known of some pairs alone. A pair that contradicts the others, or
-// pairs in a line, are told by the verdict. residual_mm: the length of each pair's residual;
-// is_inlier: 0 for pairs that contradict.
+// Throws Error(DEFREC_ERROR_ARGUMENT) for fewer than three pairs, numbers that are not finite,
+// places farther than 1 km, and covariances that are none, or known of some pairs alone. A pair
+// that contradicts the others, or pairs in a line, are told by the verdict. residual_mm: the length
+// of each pair's residual; is_inlier: 0 for pairs that contradict.
 Registration register_pairs(std::span<const PointPair> pairs, const PairOptions& options = {});
 
 }  // namespace defrec

@@ -44,6 +44,10 @@ std::vector<SeenPoint> seen_points(const SeenSurface& seen, double error_mm) {
         points[i].place = Eigen::Map<const Eigen::Vector3f>(&seen.places[3 * i]).cast<double>();
         if (!points[i].place.allFinite())
             fail(DEFREC_ERROR_ARGUMENT, "point ", i, " has a coordinate that is not finite");
+        if (const double farthest = points[i].place.cwiseAbs().maxCoeff();
+            farthest > SurfaceSearch::kFarthest)
+            fail(DEFREC_ERROR_ARGUMENT, "point ", i, ": a coordinate is ", farthest,
+                 " mm from 0, expected ", SurfaceSearch::kFarthest, " at most");
         points[i].covariance = covariance_at(seen, i, error_mm);
         points[i].normal.setZero();
         if (seen.normals.empty()) continue;

@@ -34,6 +34,7 @@ void BinaryWriter::save(const char* path) const {
 
 BinaryReader::BinaryReader(const BinaryFileKind& kind, const char* path)
     : kind_(kind), path_(path) {
+    if (path_.empty()) fail(DEFREC_ERROR_IO, "the path of the ", kind.name, " is empty");
     std::error_code error;
     const std::filesystem::path file_path = std::filesystem::u8path(path_);
     if (!std::filesystem::is_regular_file(file_path, error))

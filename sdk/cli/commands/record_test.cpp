@@ -1,6 +1,7 @@
 // `defrec record`: a recording is tracked to the same bytes as its source, and never looks finished
 // where it is not.
 #include <doctest/doctest.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -240,7 +241,71 @@ TEST_CASE("H.264 that cannot be had: of an odd size, without an encoder, on a fu
     CHECK(exit_of(without) == 2);
     CHECK_FALSE(fs::exists(folder / "without/recording.json"));
     CHECK(exit_of(start_program(joined(h264, {"--out", folder / "full"}), -1, 9000)) == 7);
-    CHECK_FALSE(fs::exists(folder / "full/recording.json"));
+    CHECK(fs::is_empty(folder / "full"));
+}
+
+TEST_CASE("row 72: videos of a full disk have the images that times and message tell of") {
+    const TestFolder folder;
+    for (const char* view : {"left", "right"}) {
+        fs::create_directory(folder / view);
+        for (int i = 0; i < 24; ++i) {
+            cv::Mat image(240, 320, CV_8UC3);
+            cv::randu(image, 0, 256);
+            cv::imwrite(folder / view + "/" + std::to_string(10 + i) + ".png", image);
+        }
+    }
+    const std::string out = folder / "full";
+    const int own = ::dup(STDERR_FILENO),
+              file = ::open((folder / "said").c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600);
+    ::dup2(file, STDERR_FILENO);
+    const pid_t child = start_program({"record", "--quiet", "--format", "h264", "--left",
+                                       folder / "left", "--right", folder / "right", "--out", out},
+                                      -1, 400'000);
+    ::dup2(own, STDERR_FILENO);
+    ::close(own);
+    ::close(file);
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 7);
+    CHECK_FALSE(fs::exists(out + "/recording.json"));
+    CHECK_FALSE(has_partial_files(out));
+    const std::string times = TestFolder::read(out + "/times.csv");
+    const auto frames = std::count(times.begin(), times.end(), '\n') - 1;
+    CHECK(frames > 2);
+    CHECK(frames < 24);
+    const std::string said = TestFolder::read(folder / "said");
+    CAPTURE(said);
+    CHECK(said.find("mkv: not all of 24 images are in the video; is the disk full? " +
+                    std::to_string(frames) + " frames and their times") != std::string::npos);
+    for (const char* view : {"left", "right"}) {
+        cv::VideoCapture video(out + "/" + view + ".mkv", cv::CAP_FFMPEG);
+        cv::Mat image;
+        for (int i = 0; i < frames; ++i) {
+            CAPTURE(i);
+            REQUIRE(video.read(image));
+            const auto away_of = [&](int other) {
+                return cv::norm(
+                    image, cv::imread(folder / view + "/" + std::to_string(10 + other) + ".png"));
+            };
+            CHECK(away_of(i) < 0.9 * away_of(i + 1));
+        }
+    }
+    // As many as a recording has can be tracked or copied.
+    CHECK(record({"--left", out + "/left.mkv", "--right", out + "/right.mkv", "--times",
+                  out + "/times.csv", "--frames", ":" + std::to_string(frames)},
+                 folder / "copy") == 0);
+}
+
+TEST_CASE("row 72: rates that no encoder takes are recorded in H.264 all the same") {
+    const TestFolder folder;
+    for (const char* fps : {"0.001", "0.02", "240", "10000"}) {
+        const std::string out = folder / fps;
+        CAPTURE(fps);
+        REQUIRE(record(joined(images(), {"--format", "h264", "--fps", fps}), out) == 0);
+        CHECK(json_of(out + "/recording.json")["frames"] == kFrames);
+        CHECK(json_of(out + "/recording.json")["fps"] == std::stod(fps));
+    }
 }
 
 TEST_CASE("uneven times are replayed, and a recording can be recorded") {

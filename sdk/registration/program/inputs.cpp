@@ -12,6 +12,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "sdk/base/util/utf8.hpp"
 #include "sdk/io/csv.hpp"
 #include "sdk/io/decisions.hpp"
 #include "sdk/io/mesh_formats.hpp"
@@ -208,6 +209,7 @@ std::vector<ModelTarget> read_model_targets(const std::filesystem::path& path) {
                      " targets were expected.");
         ids.add(csv, csv.integer(0));
         const std::string name(csv.field(csv.is_empty(4) ? 0 : 4));
+        if (!is_utf8(name)) csv.fail("the name of the target is not UTF-8.");
         if (!names.insert(name).second)
             csv.fail("another target is named \"" + name +
                      "\"; a target without a name has its id.");

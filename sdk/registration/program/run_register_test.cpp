@@ -348,6 +348,14 @@ TEST_CASE("row 170: inputs that are refused, each with file and line") {
     CHECK_SAYS(refused(options), "negative.csv:2: an error of 0 mm or more");
 }
 
+TEST_CASE("row 203: a target's name that is not UTF-8 is refused, with file and line") {
+    RegisterOptions options = scene().options("refused");
+    options.targets =
+        scene().folder.write("latin1.csv", "id,x,y,z,name\n7,5,5,-15,a\n8,1,2,-9,v\xE4ne\n");
+    CHECK_SAYS(refusal_of([&] { run_register(options); }),
+               "latin1.csv:3: the name of the target is not UTF-8");
+}
+
 TEST_CASE("a surface of `defrec track --meshes`: observed vertices, with errors along the sight") {
     const std::string path = scene().folder.write(
         "tracked.ply",
