@@ -212,7 +212,7 @@ SECTIONS = (
             (71, "a corrupt or short video", "frames up to there are used; exit code 3"),
             (
                 72,
-                "a disk that is full or cannot be written, the limit on file sizes",
+                "a full or unwritable disk, the limit on file sizes",
                 "`DEFREC_ERROR_IO`, exit code 7; no signal, no half file; what is told is there",
             ),
             (

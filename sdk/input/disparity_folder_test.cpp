@@ -198,7 +198,7 @@ TEST_CASE("row 202: files of other frames, and frames without a file, are told")
     // Others are not expected of a part.
     options.range = {1, 2};
     CHECK(remark() == "");
-    // Of the others there may be no file at all.
+    // A run of which no frame has a file is refused.
     options.range = {0, 1};
     CHECK_SAYS(refusal_of([&] { FrameSource(SourceOptions(options)); }), "no file is of a frame");
     options.range = {};
