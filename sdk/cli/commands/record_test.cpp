@@ -244,7 +244,7 @@ TEST_CASE("H.264 that cannot be had: of an odd size, without an encoder, on a fu
     CHECK(fs::is_empty(folder / "full"));
 }
 
-TEST_CASE("row 72: videos of a full disk have the images that times and message tell of") {
+TEST_CASE("videos of a full disk have the images that times and message tell of") {
     const TestFolder folder;
     for (const char* view : {"left", "right"}) {
         fs::create_directory(folder / view);
@@ -293,11 +293,11 @@ TEST_CASE("row 72: videos of a full disk have the images that times and message 
     }
     // As many as a recording has can be tracked or copied.
     CHECK(record({"--left", out + "/left.mkv", "--right", out + "/right.mkv", "--times",
-                  out + "/times.csv", "--frames", ":" + std::to_string(frames)},
+                  out + "/times.csv", "--frames", std::string(":").append(std::to_string(frames))},
                  folder / "copy") == 0);
 }
 
-TEST_CASE("row 72: rates that no encoder takes are recorded in H.264 all the same") {
+TEST_CASE("rates that no encoder takes are recorded in H.264 all the same") {
     const TestFolder folder;
     for (const char* fps : {"0.001", "0.02", "240", "10000"}) {
         const std::string out = folder / fps;
