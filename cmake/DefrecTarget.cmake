@@ -44,6 +44,9 @@ add_compile_options(
 )
 # Contraction would make a result depend on the compiler and the instruction set; docs/numerics.md.
 add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-ffp-contract=off>)
+# Eigen packs what it multiplies on the stack, 128 KiB at a time unless told otherwise, and threads
+# that call the library need 64 KiB (docs/api/threading.md).
+add_compile_definitions($<$<COMPILE_LANGUAGE:CXX,CUDA>:EIGEN_STACK_ALLOCATION_LIMIT=8192>)
 # On ARM, g++ 12.2 adds masks, -1 where true, for a sum of comparisons, when it makes vectors of
 # straight-line code (the bin of an angle in stage orb was negative). Loops it makes vectors of
 # correctly.

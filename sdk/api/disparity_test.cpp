@@ -11,6 +11,7 @@
 
 #include "sdk/testing/test_files.hpp"
 #include "sdk/testing/test_session.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 
 using namespace defrec::test;
 
@@ -18,7 +19,7 @@ namespace {
 
 constexpr size_t kPixels = size_t{kWidth} * kHeight;
 // Stage stereo's own, the root of b1 in docs/tracker/states.md.
-const float kStageSigma = std::sqrt(0.0013f);
+const float kStageSigma = std::sqrt(defrec::decisions::ExpectedError::kDisparityShare);
 
 using Disparity = std::vector<float>;
 
@@ -246,7 +247,7 @@ TEST_CASE("the stated error is in the expected errors, along the ray, at the pix
             continue;
         const double stated = column < kWidth / 2 ? kLeft : kRight,
                      mm = p[2] * p[2] / (kFocal * kBaseline),
-                     more = mm * mm * (stated * stated - 0.0013);
+                     more = mm * mm * (stated * stated - kStageSigma * kStageSigma);
         // zz is that along the ray.
         CHECK(with_coarse.covariance[6 * i + 5] - with_fine.covariance[6 * i + 5] ==
               doctest::Approx(more).epsilon(2e-3));

@@ -450,7 +450,7 @@ TEST_CASE("row 189: pairs that are missing, too few, not finite, or have half of
         {[&](Desc& d) { d.model_xyz = far.model.data(); },
          "pair 2: a coordinate of its model's place is 1e+150 mm from 0, expected 1e+06 at most"},
         {[&](Desc& d) { d.seen_xyz = far.seen.data(); },
-         "pair 1: a coordinate of its seen place is 1.1e+06 mm"},
+         "pair 1: a coordinate of its seen place is 1100000 mm"},
         {[&](Desc& d) { d.seen_covariance = vague.covariance.data(); },
          "pair 1: a variance of its seen place is 1e+300 mm^2, expected 1e+12 at most"},
         {[&](Desc& d) { d.seen_covariance = bad.covariance.data(); }, "pair 0: the covariance"},

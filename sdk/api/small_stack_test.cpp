@@ -143,7 +143,7 @@ TEST_CASE("row 101: threads of 64 KiB of stack may predict a thousand points") {
     });
 }
 
-TEST_CASE("row 101: threads of 64 KiB of stack may register a model") {
+TEST_CASE("row 101: threads of 64 KiB of stack may register a model, and deform it") {
     const Organ organ;
     on_small_stack([&] {
         auto desc = init<defrec_registration_desc>();
@@ -155,10 +155,13 @@ TEST_CASE("row 101: threads of 64 KiB of stack may register a model") {
         desc.seen_covariances = organ.view.covariances.data();
         desc.seen_count = organ.view.places.size() / 3;
         std::copy_n(organ.start, 12, desc.start);
-        defrec_registration made = nullptr;
-        REQUIRE_OK(defrec_registration_from_surface(organ.context.get(), &desc, &made));
-        expect_accepted(made);
-        defrec_registration_destroy(made);
+        for (const uint32_t flags : {0u, static_cast<uint32_t>(DEFREC_REGISTRATION_ELASTIC)}) {
+            desc.flags = flags;
+            defrec_registration made = nullptr;
+            REQUIRE_OK(defrec_registration_from_surface(organ.context.get(), &desc, &made));
+            expect_accepted(made);
+            defrec_registration_destroy(made);
+        }
     });
 }
 

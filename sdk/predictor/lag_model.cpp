@@ -33,12 +33,7 @@ void LagModel::forget(double seconds) {
 
 void LagModel::learn(const Eigen::Ref<const Eigen::MatrixXd>& motions,
                      const Eigen::Ref<const Eigen::VectorXd>& reached) {
-    // Eigen packs what it multiplies on the stack, of which a caller's thread may have 64 KiB: so
-    // many columns at a time take 12.
-    constexpr Eigen::Index kColumns = 32;
-    for (Eigen::Index begin = 0; begin < motions.cols(); begin += kColumns)
-        normal_.selfadjointView<Eigen::Lower>().rankUpdate(
-            motions.middleCols(begin, std::min(kColumns, motions.cols() - begin)));
+    normal_.selfadjointView<Eigen::Lower>().rankUpdate(motions);
     right_.noalias() += motions * reached;
 }
 

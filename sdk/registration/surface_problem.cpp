@@ -41,13 +41,13 @@ std::vector<SeenPoint> seen_points(const SeenSurface& seen, double error_mm) {
              SurfaceSearch::kMinPoints, " at least");
     std::vector<SeenPoint> points(count);
     for (size_t i = 0; i < count; ++i) {
-        points[i].place = Eigen::Map<const Eigen::Vector3f>(&seen.places[3 * i]).cast<double>();
-        if (!points[i].place.allFinite())
+        const Eigen::Map<const Eigen::Vector3f> place(&seen.places[3 * i]);
+        if (!place.allFinite())
             fail(DEFREC_ERROR_ARGUMENT, "point ", i, " has a coordinate that is not finite");
-        if (const double farthest = points[i].place.cwiseAbs().maxCoeff();
-            farthest > SurfaceSearch::kFarthest)
+        if (const float farthest = place.cwiseAbs().maxCoeff(); farthest > SurfaceSearch::kFarthest)
             fail(DEFREC_ERROR_ARGUMENT, "point ", i, ": a coordinate is ", farthest,
                  " mm from 0, expected ", SurfaceSearch::kFarthest, " at most");
+        points[i].place = place.cast<double>();
         points[i].covariance = covariance_at(seen, i, error_mm);
         points[i].normal.setZero();
         if (seen.normals.empty()) continue;
