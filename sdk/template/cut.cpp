@@ -122,6 +122,48 @@ std::vector<uint8_t> vertices_beside_cuts(const TemplateData& data) {
     return is_beside;
 }
 
+std::vector<VertexBesideCut> neighbours_across_cuts(const TemplateData& data) {
+    std::vector<VertexBesideCut> found;
+    const std::span<const CutLine> cuts = data.node_grid.cuts;
+    if (cuts.empty()) return found;
+    const SurfaceGrid& grid = data.grid;
+    const double reach = data.node_grid.spacing_u / grid.spacing;  // cells
+    const auto cells = static_cast<int>(2 * reach);
+    const auto pixel_at = [&](int x, int y) { return ViewPixel{x * grid.spacing, y * grid.spacing}; };
+    const auto vertex_at = [&](int x, int y, size_t piece) {
+        if (x < 0 || y < 0 || x >= grid.columns || y >= grid.rows) return int32_t{-1};
+        const auto cell = static_cast<size_t>(y * grid.columns + x);
+        return grid.piece.empty() || grid.piece[cell] == piece ? grid.vertex[cell] : -1;
+    };
+    for (int y = 0; y < grid.rows; ++y)
+        for (int x = 0; x < grid.columns; ++x) {
+            const auto cell = static_cast<size_t>(y * grid.columns + x);
+            if (grid.vertex[cell] < 0) continue;
+            const size_t piece = grid.piece.empty() ? 0 : grid.piece[cell];
+            const ViewPixel from = pixel_at(x, y);
+            const double distance = distance_to_cut(cuts, piece, from);
+            if (distance >= data.node_grid.spacing_u) continue;
+            int nearest = cells * cells + 1;
+            VertexBesideCut beside{static_cast<size_t>(grid.vertex[cell]), 0, 0, distance};
+            for (int down = -cells; down <= cells; ++down)
+                for (int right = -cells; right <= cells; ++right) {
+                    const int squared = down * down + right * right;
+                    if (squared >= nearest) continue;
+                    const int32_t across = vertex_at(x + right, y + down, piece),
+                                  behind = vertex_at(x - right, y - down, piece);
+                    if (across < 0 || behind < 0 ||
+                        !is_parted(cuts, piece, from, pixel_at(x + right, y + down)) ||
+                        is_parted(cuts, piece, from, pixel_at(x - right, y - down)))
+                        continue;
+                    nearest = squared;
+                    beside.across = static_cast<size_t>(across);
+                    beside.behind = static_cast<size_t>(behind);
+                }
+            if (nearest <= cells * cells) found.push_back(beside);
+        }
+    return found;
+}
+
 TemplateData release_across(TemplateData data, const CutLine& line) {
     data.node_grid.cuts.push_back(line);
     release_connections(data);

@@ -90,7 +90,8 @@ std::vector<float> depth_to_other_pieces(const TemplateData& data) {
 
 }  // namespace
 
-SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), grids(given), checked(given) {
+SurfaceModel::SurfaceModel(const TemplateData& given)
+    : data(&given), grids(given), checked(given), shear(given), cut_sides(given) {
     const auto count = static_cast<Eigen::Index>(given.vertices.size());
     is_at_edge = vertices_beside_cuts(given);
     mark_beside_pieces(given, is_at_edge);
@@ -247,7 +248,8 @@ class ConfidenceEstimate {
                    agrees = !is_stale &&
                             (samples_[i].observation == DEFREC_OBSERVED ||
                              (!evidence_.uses_depth && samples_[i].observation != DEFREC_OUTSIDE)),
-                   is_confirmed = photometric_.is_confirmed[i] != 0 && (stale & kLeftView) == 0,
+                   is_confirmed = photometric_.is_confirmed[i] != 0 && (stale & kLeftView) == 0 &&
+                                  !model_.shear.is_sheared(i, samples_),
                    has_depth = evidence_.uses_depth && !evidence_.is_interlaced && agrees &&
                                doubt.shown_px2 * per_px * per_px <= max_doubt_ * max_doubt_;
         confidence_.evidence[i] =
@@ -329,7 +331,7 @@ class ConfidenceEstimate {
                 (Share::kPatchShare * patches + Share::kCheckShare * check +
                  Share::kMismatchShare * mismatch + Share::kSharedNoiseAcross * shared_noise_px2_) +
             Share::kFarPhotometric * far_photometric * far_photometric +
-            Share::kRefutedShare * refuted * refuted;
+            Share::kRefutedShare * refuted * refuted + values(confidence_.cut_side_mm).square();
         const Few along =
             per_px * per_px *
                 (Share::kDisparityShare + Share::kSharedNoiseAlong * shared_noise_px2_ +
@@ -354,8 +356,9 @@ class ConfidenceEstimate {
         // At an edge it lies in a gap, or was counted to the wrong side.
         const bool is_astray = model_.is_at_edge[i] != 0 &&
                                (confidence_.evidence[i] & DEFREC_EVIDENCE_PHOTOMETRIC) == 0;
-        const bool is_observed =
-            confidence_.evidence[i] == kBoth && model_.border_mm[i] < Confidence::kMaxBorder;
+        const bool is_observed = confidence_.evidence[i] == kBoth &&
+                                 model_.border_mm[i] < Confidence::kMaxBorder &&
+                                 confidence_.cut_side_mm[i] < Confidence::kMaxCutSide;
         confidence_.status[i] = is_observed ? DEFREC_POINT_OBSERVED
                                 : to_observed <= Confidence::kFarthest && !is_astray
                                     ? DEFREC_POINT_EXTRAPOLATED
@@ -384,6 +387,7 @@ void begin_confidence(const SurfaceModel& model, VertexConfidence& confidence) {
     const size_t count = model.data->vertices.size();
     make_room(confidence, count);
     confidence.rig_px2.resize(count);
+    confidence.cut_side_mm.resize(count);
     confidence.seen_error.reserve(count);
     for (std::vector<float>* distance : {&confidence.to_photometric, &confidence.to_observed})
         distance->assign(model.grids.cells(), 1e6f);
@@ -395,6 +399,7 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
                          VertexConfidence& confidence) {
     const size_t count = evidence.output.samples.size();
     confidence.seen_error.clear();
+    model.cut_sides.expect(*model.data, evidence.output.samples, confidence.cut_side_mm);
     std::vector<float>* const distances[2] = {&confidence.to_photometric, &confidence.to_observed};
     const ConfidenceEstimate estimate(model, evidence, confidence);
     enum : size_t { kLooks, kSpreads, kConcludes };

@@ -10,6 +10,7 @@
 #include "backends/shared/motion.hpp"
 #include "sdk/tracking/evidence/map_distance.hpp"
 #include "sdk/tracking/evidence/photometric_evidence.hpp"
+#include "sdk/tracking/evidence/sliding_sides.hpp"
 #include "sdk/tracking/frame/given_disparity.hpp"
 #include "sdk/tracking/frame/rig_estimate.hpp"
 
@@ -32,6 +33,8 @@ struct SurfaceModel {
     // How far the vertices of another piece beside it lie in depth, whose border is known to some
     // pixels only; mm, 0 where there are none.
     std::vector<float> border_mm;
+    SurfaceShear shear;
+    CutSides cut_sides;
     Eigen::Matrix4Xf centred;  // position less the centre, and 0
     Eigen::Vector3d centre;    // mean position
 };
@@ -47,6 +50,7 @@ struct VertexConfidence {
     std::vector<float> to_photometric, to_observed;
     MapGrids::Workspace spreading[2];
     std::vector<float> rig_px2;  // working memory, per vertex: disparity that the rig gets wrong
+    std::vector<float> cut_side_mm;  // working memory, per vertex: CutSides::expect()
     // expected_error without what add_unseen_lag() added; empty: that added nothing.
     std::vector<float> seen_error;
 

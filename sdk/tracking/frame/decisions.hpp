@@ -459,6 +459,14 @@ struct Confidence {
     // 1/4096 | ZNCC of a check that fits there; in between it is interpolated | chance reached 0.92
     //   at the 95th percentile, [contradicted]
     static constexpr int32_t kMinZnccAlone = 3973;
+    // of the smaller stretch | is the larger one, at most: a surface that is drawn out by more lies
+    //   between sides that slide, and a check beside a vertex says nothing of it | [beside-lines]
+    static constexpr float kMaxShear = 1.8f;
+    // spacings of control points | standard deviation of the place of a cut | [beside-lines]
+    static constexpr float kLineSigma = 0.33f;
+    // mm | expected error, at most, from the side of a cut that a vertex may be on: with more it is
+    //   not observed | set by hand
+    static constexpr float kMaxCutSide = 1;
     // mm | in depth between a vertex and one of another piece beside it: a point there may be on
     //   either piece, and is not observed | [refuted-checks]
     static constexpr float kMaxBorder = 2;
@@ -813,13 +821,17 @@ struct Slips {
     static constexpr size_t kSlopeSlices = 8;
     // cells | of a part of a band, at least | fewer than a check has
     static constexpr size_t kMinCells = 4;
+    // spacings of control points | length of a band in which a line goes on, at least | set by hand
+    static constexpr double kMinGoingOn = 1;
     // directions | in which a part of a band may slide | set by hand
     static constexpr int kDirections = 8;
     // cosine | between the directions in which parts of a band slide, at least | half of what
     //   `kDirections` tells apart, and a half more
     static constexpr double kSameDirection = 0.8;
-    // spacings of control points | between parts of a band | set by hand
+    // spacings of control points | between parts of a band, across the way they slide | set by hand
     static constexpr double kJoin = 4;
+    // spacings of control points | and along it | [beside-lines]
+    static constexpr double kJoinAlong = 10;
     // spacings of control points | by which the sides moved along each other, at least: a surface
     //   follows less
     static constexpr double kMinSlip = 1;

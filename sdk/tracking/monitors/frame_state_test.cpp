@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -294,6 +295,59 @@ TEST_CASE("beside another piece at another depth a vertex is not observed, and m
     for (size_t i = 0; i < f.data.vertices.size(); ++i)
         if (i % 11 > 5) f.data.vertices[i].position[2] -= 0.9f * kStep;
     CHECK(f.confidence().status == whole.status);  // 1 mm is no step
+}
+
+TEST_CASE("where the surface is sheared a check is no evidence, however the camera turns") {
+    Fixture f;
+    const VertexConfidence still = f.confidence();
+    const auto moved = [&](const Eigen::Matrix3d& by) {
+        const Eigen::Vector3d centre(0, 0, 80);
+        for (size_t i = 0; i < f.samples.size(); ++i) {
+            const Eigen::Vector3d rest =
+                Eigen::Map<const Eigen::Vector3f>(f.data.vertices[i].position).cast<double>();
+            const Eigen::Vector3f now = (centre + by * (rest - centre)).cast<float>();
+            std::copy_n(now.data(), 3, f.samples[i].position);
+        }
+        return f.confidence().status;
+    };
+    const Eigen::Matrix3d turned =
+        Eigen::AngleAxisd(1.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const auto sheared = [](double by) {
+        Eigen::Matrix3d made = Eigen::Matrix3d::Identity();
+        made(0, 1) = by;
+        return made;
+    };
+    CHECK(moved(turned) == still.status);
+    CHECK(moved(turned * Eigen::DiagonalMatrix<double, 3>(1.36, 0.85, 1)) == still.status);
+    CHECK(moved(0.5 * turned) == still.status);  // drawn together
+    CHECK(moved(sheared(0.5)) == still.status);  // stretches of 1.28 and 0.78
+    for (const uint8_t status : moved(turned * sheared(1.5)))
+        CHECK(status != DEFREC_POINT_OBSERVED);
+}
+
+TEST_CASE("beside a cut a vertex may be on the other side, as far as that moves otherwise") {
+    Fixture f;
+    f.data.node_grid.spacing_u = f.data.node_grid.spacing_v = 40;  // px
+    f.data.node_grid.cuts = {{0, {{105, -20}, {105, 180}}}};
+    const double sigma = 40 * double{decisions::Confidence::kLineSigma};
+    const auto slid = [&](float mm) {
+        for (size_t i = 0; i < f.samples.size(); ++i)
+            f.samples[i].position[1] = f.data.vertices[i].position[1] + (i % 11 > 5 ? mm : 0);
+        return f.confidence();
+    };
+    const VertexConfidence together = slid(0), apart = slid(10);
+    for (size_t i = 0; i < f.samples.size(); ++i) {
+        CAPTURE(i);
+        const size_t column = i % 11;
+        CHECK(together.status[i] == DEFREC_POINT_OBSERVED);
+        const double distance = std::abs(20.0 * static_cast<double>(column) - 105),
+                     is_beyond = std::erfc(distance / sigma / std::sqrt(2.0)) / 2,
+                     added = column == 0 || column == 10 || distance >= 40 ? 0 : is_beyond * 100;
+        // The other terms are of where the vertex lies now.
+        CHECK(std::abs(apart.expected_error[i] * apart.expected_error[i] -
+                       together.expected_error[i] * together.expected_error[i] - added) < 0.01);
+        CHECK((apart.status[i] == DEFREC_POINT_OBSERVED) == (std::sqrt(added) < 1));
+    }
 }
 
 TEST_CASE("patches that lie off the surface raise the error round them") {

@@ -44,15 +44,22 @@ Eigen::Vector3f displacement(const TemplateData& data, const FrameOutput& output
 
 class SlidingBand {
   public:
+    // goes_on_from: the end of a line that was released.
     SlidingBand(const TemplateData& data, const FrameOutput& output,
-                std::span<const uint8_t> is_confirmed, SlidingPart part)
+                std::span<const uint8_t> is_confirmed, SlidingPart part,
+                const std::optional<Cell>& goes_on_from = {})
         : data_(data),
           output_(output),
           is_confirmed_(is_confirmed),
           band_(std::move(part.band)),
-          axis_(axis_along(band_, part.along)) {}
+          axis_(axis_along(band_, part.along)),
+          goes_on_from_(goes_on_from) {}
 
-    bool is_slim() const { return is_line(band_, axis_, node_spacing(data_)); }
+    bool is_slim() const {
+        const double spacing = node_spacing(data_);
+        return is_line(band_, axis_, spacing) ||
+               (goes_on_from_ && axis_.length() >= Slips::kMinGoingOn * spacing);
+    }
     // As a part of a band, after slides_somewhere().
     SlidingPart part() const { return {band_, axis_.along, slip_}; }
 
@@ -113,10 +120,19 @@ class SlidingBand {
         std::vector<Cell> line;
         for (size_t i = 0; i < slices_.size(); ++i)
             line.push_back(axis_.at(slices_[i].along, offsets[i]));
-        const Cell first = line.front(), last = line.back();
-        Slip slip{as_cut(std::move(line), band_, data_.grid, node_spacing(data_),
-                         {to_border(first, -axis_.along), to_border(last, axis_.along)}),
-                  {}};
+        std::array<double, 2> beyond{to_border(line.front(), -axis_.along),
+                                     to_border(line.back(), axis_.along)};
+        if (goes_on_from_) {
+            const double at = axis_.along.dot(*goes_on_from_ - axis_.centre);
+            if (at < slices_.front().along) {
+                line.insert(line.begin(), *goes_on_from_);
+                beyond[0] = 0;
+            } else if (at > slices_.back().along) {
+                line.push_back(*goes_on_from_);
+                beyond[1] = 0;
+            }
+        }
+        Slip slip{as_cut(std::move(line), band_, data_.grid, node_spacing(data_), beyond), {}};
         move_nodes(offsets, slip);
         return slip;
     }
@@ -131,8 +147,9 @@ class SlidingBand {
         }
     }
 
-    // As far as the sides slide beyond its ends.
+    // As far as the sides slide beyond its ends, and no line was released.
     void extend(double slip) {
+        const double released = goes_on_from_ ? axis_.along.dot(*goes_on_from_ - axis_.centre) : 0;
         for (const int end : {0, 1}) {
             const auto at = [&]() -> const Slice& {
                 return end == 0 ? slices_.front() : slices_.back();
@@ -146,6 +163,7 @@ class SlidingBand {
                                      : (at().middle - inner.middle) / (at().along - inner.along);
             for (;;) {
                 Slice next{at().along + step, at().middle + slope * step, {}};
+                if (released * step > 0 && std::abs(next.along) > std::abs(released)) break;
                 if (vertex_at(data_.grid, axis_.at(next.along, next.middle), band_.piece) < 0 ||
                     !find_side(next, 0) || !find_side(next, 1))
                     break;
@@ -344,6 +362,7 @@ class SlidingBand {
     const std::span<const uint8_t> is_confirmed_;
     const Band band_;
     BandAxis axis_;
+    const std::optional<Cell> goes_on_from_;
     double slip_ = 0;  // mm
     std::vector<Slice> slices_;
 };
@@ -409,14 +428,49 @@ std::vector<SlidingPart> sliding_parts(const TemplateData& data, const FrameOutp
     return parts;
 }
 
-bool belong_together(const SlidingPart& a, const SlidingPart& b, double distance) {
+// Along the way in which sides slide what belongs together lies farther apart than across: between
+// its parts a line is not seen where tissue is smooth. apart: spacings of control points.
+bool is_near(const Cell& apart, const Cell& along) {
+    const double ahead = apart.dot(along) / Slips::kJoinAlong,
+                 aside = apart.dot(Cell(-along.y(), along.x())) / Slips::kJoin;
+    return ahead * ahead + aside * aside <= 1;
+}
+
+bool is_near(const SlidingPart& part, const Cell& other, double spacing) {
+    return std::any_of(part.band.cells.begin(), part.band.cells.end(), [&](const Cell& cell) {
+        return is_near((cell - other) / spacing, part.along);
+    });
+}
+
+bool belong_together(const SlidingPart& a, const SlidingPart& b, double spacing) {
     return a.band.piece == b.band.piece &&
            std::abs(a.along.dot(b.along)) >= Slips::kSameDirection &&
-           std::any_of(a.band.cells.begin(), a.band.cells.end(), [&](const Cell& cell) {
-               return std::any_of(b.band.cells.begin(), b.band.cells.end(), [&](const Cell& other) {
-                   return (cell - other).squaredNorm() <= distance * distance;
-               });
-           });
+           std::any_of(b.band.cells.begin(), b.band.cells.end(),
+                       [&](const Cell& cell) { return is_near(a, cell, spacing); });
+}
+
+// The end of a released line that is near, and ahead of which the part lies.
+std::optional<Cell> released_end(const TemplateData& data, const SlidingPart& part) {
+    const double spacing = node_spacing(data);
+    for (const CutLine& line : data.node_grid.cuts) {
+        if (line.piece != part.band.piece || line.pixels.size() < 2) continue;
+        const auto cell_at = [&](size_t i) {
+            const auto& [u, v] = line.pixels[i];
+            return Cell(u / data.grid.spacing, v / data.grid.spacing);
+        };
+        const size_t last = line.pixels.size() - 1;
+        for (const auto& [at, before] : {std::pair<size_t, size_t>{0, 1}, {last, last - 1}}) {
+            const Cell end = cell_at(at), ahead = (end - cell_at(before)).normalized();
+            const auto is_ahead = [&](const Cell& cell) {
+                return ahead.dot(cell - end) >= -spacing;
+            };
+            if (std::abs(ahead.dot(part.along)) >= Slips::kSameDirection &&
+                is_near(part, end, spacing) &&
+                std::all_of(part.band.cells.begin(), part.band.cells.end(), is_ahead))
+                return end;
+        }
+    }
+    return std::nullopt;
 }
 
 // Joins the parts that lie near each other and slide alike.
@@ -426,7 +480,7 @@ std::vector<SlidingPart> join(std::vector<SlidingPart> parts, double spacing) {
         SlidingPart all = std::move(parts.back());
         parts.pop_back();
         for (size_t i = 0; i < parts.size();) {
-            if (!belong_together(all, parts[i], Slips::kJoin * spacing)) {
+            if (!belong_together(all, parts[i], spacing)) {
                 ++i;
                 continue;
             }
@@ -509,7 +563,7 @@ void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
     if (suspected_ && !image.empty()) bands.push_back(std::move(*suspected_));
     suspected_.reset();
     for (SlidingPart& joined : bands) {
-        SlidingBand band(data, output, is_confirmed, joined);
+        SlidingBand band(data, output, is_confirmed, joined, released_end(data, joined));
         if (!band.is_slim() || !band.slides()) continue;
         if (image.empty())
             suspected_ = std::move(joined);

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -25,6 +26,9 @@ struct Sliding {
     double unseen = 6;     // cells on either side of the line that do not show the template
     double curvature = 0;  // px of the line, per squared px to either side
     double all = 0;        // mm, of both sides
+    // Shares of the width of the surface in which the line shows, from their lower ends on.
+    double shown = 1;
+    std::array<double, 2> shown_from = {0, 0};
     uint32_t observation = DEFREC_OBSERVED;
 };
 
@@ -99,7 +103,11 @@ class Surface {
         data_.vertices.push_back(point);
         data_.checks.push_back({});
         const double cells = across(u, v) / kStep;
-        const bool is_unseen = std::abs(cells) < given_.unseen;
+        const bool is_shown =
+            std::any_of(given_.shown_from.begin(), given_.shown_from.end(), [&](double from) {
+                return u >= from * data_.width && u <= (from + given_.shown) * data_.width;
+            });
+        const bool is_unseen = is_shown && std::abs(cells) < given_.unseen;
         // The surface is drawn out between what is seen.
         const double share = is_unseen ? (cells / given_.unseen + 1) / 2 : (cells > 0 ? 1 : 0);
         defrec_surface_sample sample{};
@@ -216,4 +224,39 @@ TEST_CASE("a line that was released is not found again, and a new template begin
     monitor.reset();
     CHECK(!surface.watch(monitor, 1));
     CHECK(surface.watch(monitor, 10));
+}
+
+TEST_CASE("parts of a line that show far from each other along it are one line") {
+    Sliding given;
+    given.shown = 0.15;  // less than a line
+    given.shown_from = {0.1, 0.6};
+    const std::optional<Slip> slip = slip_of(given);
+    REQUIRE(slip);
+    const auto& pixels = slip->line.pixels;
+    CHECK(std::min(pixels.front()[0], pixels.back()[0]) < 0.1 * kColumns * kStep);
+    CHECK(std::max(pixels.front()[0], pixels.back()[0]) > 0.75 * kColumns * kStep);
+    given.shown_from = {0.1, 0.1};
+    CHECK(!slip_of(given));
+}
+
+TEST_CASE("a line that was released goes on from its end, and nowhere else, over a short part") {
+    Sliding given;
+    given.shown = 0.15;
+    given.shown_from = {0.65, 0.65};
+    Surface surface(given);
+    constexpr float kMiddle = kRows * static_cast<float>(kStep) / 2, kEnd = 240;
+    auto& cuts = surface.data().node_grid.cuts;
+    SlipMonitor monitor;
+    const auto found_beside = [&](CutLine line) {
+        cuts = {std::move(line)};
+        monitor.reset();
+        return surface.watch(monitor, 20).has_value();
+    };
+    CHECK_FALSE(found_beside({0, {{kEnd, 0}, {kEnd, kMiddle - 20}}}));  // it goes downwards
+    CHECK_FALSE(found_beside({1, {{-20, kMiddle}, {kEnd, kMiddle}}}));  // of another piece
+    REQUIRE(found_beside({0, {{-20, kMiddle}, {kEnd, kMiddle}}}));
+    const auto& pixels = monitor.found()->line.pixels;
+    const auto& first = pixels.front()[0] < pixels.back()[0] ? pixels.front() : pixels.back();
+    CHECK(first[0] == doctest::Approx(kEnd));
+    CHECK(first[1] == doctest::Approx(kMiddle));
 }
