@@ -11,7 +11,6 @@
 
 #include "sdk/testing/test_files.hpp"
 #include "sdk/testing/test_session.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
 
 using namespace defrec::test;
 
@@ -19,7 +18,7 @@ namespace {
 
 constexpr size_t kPixels = size_t{kWidth} * kHeight;
 // Stage stereo's own, the root of b1 in docs/tracker/states.md.
-const float kStageSigma = std::sqrt(defrec::decisions::ExpectedError::kDisparityShare);
+const float kStageSigma = std::sqrt(0.0009f);
 
 using Disparity = std::vector<float>;
 

@@ -129,7 +129,9 @@ std::vector<VertexBesideCut> neighbours_across_cuts(const TemplateData& data) {
     const SurfaceGrid& grid = data.grid;
     const double reach = data.node_grid.spacing_u / grid.spacing;  // cells
     const auto cells = static_cast<int>(2 * reach);
-    const auto pixel_at = [&](int x, int y) { return ViewPixel{x * grid.spacing, y * grid.spacing}; };
+    const auto pixel_at = [&](int x, int y) {
+        return ViewPixel{x * grid.spacing, y * grid.spacing};
+    };
     const auto vertex_at = [&](int x, int y, size_t piece) {
         if (x < 0 || y < 0 || x >= grid.columns || y >= grid.rows) return int32_t{-1};
         const auto cell = static_cast<size_t>(y * grid.columns + x);
