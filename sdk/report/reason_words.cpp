@@ -31,7 +31,7 @@ const std::vector<std::pair<std::string_view, std::string_view>>& reason_words()
         {"cut", "the tissue came apart"},
         {"piece-lost", "a part of the tissue is not found"},
         {"interlaced", "the video is interlaced"},
-        {"contradicted", "part of the tissue looks different where it should be"},
+        {"contradicted", "some of the tissue does not look as expected"},
     };
     return words;
 }

@@ -131,7 +131,7 @@ async function lookAtStates(page, other, replay, isPlain) {
 
   const again = await lookAt(replay, [page, other], 'relocalised');
   assert.equal(again.isFlashing, false);
-  assert.match(again.say, /was lost.*by eye\. Noticed now: part of the tissue looks different/);
+  assert.match(again.say, /was lost.*by eye\. Noticed now: some of the tissue does not look/);
   const unfound = await lookAt(replay, [page], 'unfound');
   assert.ok(unfound.isFlashing);
   const found = await lookAt(replay, [page], 'found');

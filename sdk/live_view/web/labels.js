@@ -1,5 +1,6 @@
 // Labels on the left view, as many as have room beside each other.
 const kHeight = 14, kBelow = 4;  // of a line; of it beneath the base line
+const kMark = 6;                 // half of a mark's side, on which no other one's label lies
 
 /** Which labels come first where there is not room for all. */
 export const kRanks = {
@@ -40,9 +41,13 @@ export class Labels {
     const rankOf = ({key, rank}) => 2 * rank + (before.has(key) ? 1 : 0);
     const {width, height} = context.canvas;
     const seen = this.wanted.filter(({x, y}) => x >= 0 && x <= width && y >= 0 && y <= height);
+    const marks = seen.map(({key, x, y}) => ({key, ...boxRound(x, y, kMark * unit)}));
     for (const label of seen.sort((a, b) => rankOf(b) - rankOf(a))) {
       const places = this.boxes(label, context, unit), last = before.get(label.key) ?? 0;
-      const place = [last, 0, 1, 2, 3].find((i) => isFree(places[i], taken, context.canvas));
+      const others = marks.filter(({key}) => key !== label.key);
+      const place = [last, 0, 1, 2, 3].find(
+          (i) => isInside(places[i], context.canvas) && isFree(places[i], taken) &&
+              isFree(places[i], others));
       if (place === undefined) continue;
       taken.push(places[place]);
       this.places.set(label.key, place);
@@ -57,14 +62,16 @@ export class Labels {
     const length = context.measureText(text).width, gap = 9 * unit;
     const height = (kHeight + kBelow) * unit, above = y - 4 * unit, below = above + gap + height;
     const lefts = [x + gap, x - gap - length].map(
-        (left) => Math.min(Math.max(left, 2 * unit), context.canvas.width - length - 2 * unit));
+        (left) => Math.max(Math.min(left, context.canvas.width - length - 2 * unit), 2 * unit));
     return lefts.flatMap(
         (left) => [above, below].map(
             (bottom) => ({left, right: left + length + 8 * unit, top: bottom - height, bottom})));
   }
 }
 
-const isFree = (box, taken, {height}) => box.top >= 0 && box.bottom <= height &&
-    taken.every(
-        (other) => box.right < other.left || other.right < box.left || box.bottom <= other.top ||
-            other.bottom <= box.top);
+const boxRound = (x, y, half) =>
+    ({left: x - half, right: x + half, top: y - half, bottom: y + half});
+const isInside = (box, {height}) => box.top >= 0 && box.bottom <= height;
+const isFree = (box, taken) => taken.every(
+    (other) => box.right < other.left || other.right < box.left || box.bottom <= other.top ||
+        other.bottom <= box.top);

@@ -211,8 +211,9 @@ const kHeads = {
   plan: 'Part or target'
 };
 // A soft hyphen, for narrow columns.
-const kMoreHeads =
-    ['Now', 'Error now, mm', 'Median, mm', 'Largest, mm', 'Observed', 'Extra\u00adpolated', 'Lost'];
+const kMoreHeads = [
+  'Now', 'Expected error, mm', 'Median, mm', 'Largest, mm', 'Observed', 'Extra\u00adpolated', 'Lost'
+];
 
 function pointRow(points, i, moment, selected, onSelect) {
   const point = points.listed[i];

@@ -26,7 +26,7 @@ const reasons = {
   'cut': 'the tissue came apart',
   'piece-lost': 'a part of the tissue is not found',
   'interlaced': 'the video is interlaced',
-  'contradicted': 'part of the tissue looks different where it should be',
+  'contradicted': 'some of the tissue does not look as expected',
 };
 
 const namesOf = (list) => list.split(',').map((name) => name.trim()).filter(Boolean);
