@@ -1,6 +1,6 @@
 // How often the surface is drawn in 3D: less often where that takes long, and not at all where it
 // would hold up the rest of the page, as on a computer without a GPU that has other work.
-const kRest = 4;               // times as long as it took, before it is drawn again
+const kRest = 4;               // times as long as it took, before it is drawn again; not the first
 const kSlowMs = 250;           // of one picture
 const kMostSlow = 5;           // so many of them, one after the other, are too slow
 const kTooSlowMs = 1000;       // of one picture
@@ -26,8 +26,8 @@ export class Pace {
   add(ms) {
     const isTooSlow = ms > (this.isFirst ? kTooSlowFirstMs : kTooSlowMs);
     this.slow = ms > kSlowMs && !this.isFirst ? this.slow + 1 : 0;
+    this.freeAt = performance.now() + (this.isFirst ? 0 : kRest * ms);
     this.isFirst = false;
-    this.freeAt = performance.now() + kRest * ms;
     return isTooSlow || this.slow === kMostSlow;
   }
 }

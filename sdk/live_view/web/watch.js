@@ -15,12 +15,14 @@ import {placedTargets, readTargets, showTargetList} from './targets.js';
 import {listenToFullScreen, Pause} from './tools.js';
 import {isFollowed} from './words.js';
 
+const kLateMs = 1000;  // a surface that is so far behind the picture beside it is shown as old
+
 /** Says what stands in place of the surface, and how old that is. */
 class SurfaceNote {
   constructor(canShow) {
     this.canShow = canShow;
     byId('show-surface-control').hidden = !canShow;
-    this.seenAt = null;
+    this.seenAt = this.pictureAt = null;  // when the frame came that is drawn: in 3D, beside it
     this.state = 'connecting';
     setInterval(() => this.tell(), 200);
   }
@@ -31,16 +33,25 @@ class SurfaceNote {
     this.tell();
   }
 
-  see() {
-    this.seenAt = performance.now();
+  showPicture(at) {
+    this.pictureAt = at;
+    this.tell();
+  }
+
+  see(at) {
+    this.seenAt = at;
+    this.tell();
   }
 
   tell() {
-    const isNow = isFollowed(this.state), wasSeen = this.seenAt !== null;
+    const wasSeen = this.seenAt !== null, behind = this.pictureAt - this.seenAt;
+    const followed = isFollowed(this.state), isNow = followed && behind < kLateMs;
     byId('surface').querySelector('.stage').classList.toggle('stale', !isNow && wasSeen);
     byId('last-seen').hidden = isNow || !wasSeen;
     if (!isNow && wasSeen)
-      byId('last-seen').textContent = `Last seen ${duration(performance.now() - this.seenAt)} ago`;
+      byId('last-seen').textContent = followed ?
+          `3D is ${duration(behind)} behind` :
+          `Last seen ${duration(performance.now() - this.seenAt)} ago`;
     if (!this.canShow) return;
     byId('no-surface').hidden = wasSeen;
     byId('no-surface').textContent = this.state === 'lost' ? 'Lost: there is no surface to show' :
@@ -72,11 +83,13 @@ export async function watch(surface, timeline) {
     const [left, overlay] = await Promise.all([sections.left, sections.overlay].map(
         (jpeg) => jpeg && createImageBitmap(new Blob([jpeg], {type: 'image/jpeg'}))));
     picture.show(overlay ?? left, header, points, targets, plan);
+    const at = performance.now();
+    note.showPicture(at);
     if (sections.xyz.byteLength && surface?.isDue()) {
       await painted();  // what the page says of the frame does not wait for 3D
       await surface.show(
           header, sections, left, byId('show-targets').checked ? placedTargets(targets) : []);
-      note.see();
+      note.see(at);
       document.documentElement.dataset.surfaceFrame = header.frame;
     }
     left.close();
