@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sdk/template/check_patches.hpp"
+#include "sdk/template/grid_lookup.hpp"
 
 namespace defrec {
 namespace {
@@ -132,16 +133,11 @@ std::vector<VertexBesideCut> neighbours_across_cuts(const TemplateData& data) {
     const auto pixel_at = [&](int x, int y) {
         return ViewPixel{x * grid.spacing, y * grid.spacing};
     };
-    const auto vertex_at = [&](int x, int y, size_t piece) {
-        if (x < 0 || y < 0 || x >= grid.columns || y >= grid.rows) return int32_t{-1};
-        const auto cell = static_cast<size_t>(y * grid.columns + x);
-        return grid.piece.empty() || grid.piece[cell] == piece ? grid.vertex[cell] : -1;
-    };
     for (int y = 0; y < grid.rows; ++y)
         for (int x = 0; x < grid.columns; ++x) {
             const auto cell = static_cast<size_t>(y * grid.columns + x);
             if (grid.vertex[cell] < 0) continue;
-            const size_t piece = grid.piece.empty() ? 0 : grid.piece[cell];
+            const uint8_t piece = piece_at(grid, cell);
             const ViewPixel from = pixel_at(x, y);
             const double distance = distance_to_cut(cuts, piece, from);
             if (distance >= data.node_grid.spacing_u) continue;
@@ -151,8 +147,8 @@ std::vector<VertexBesideCut> neighbours_across_cuts(const TemplateData& data) {
                 for (int right = -cells; right <= cells; ++right) {
                     const int squared = down * down + right * right;
                     if (squared >= nearest) continue;
-                    const int32_t across = vertex_at(x + right, y + down, piece),
-                                  behind = vertex_at(x - right, y - down, piece);
+                    const int32_t across = vertex_at(grid, x + right, y + down, piece),
+                                  behind = vertex_at(grid, x - right, y - down, piece);
                     if (across < 0 || behind < 0 ||
                         !is_parted(cuts, piece, from, pixel_at(x + right, y + down)) ||
                         is_parted(cuts, piece, from, pixel_at(x - right, y - down)))

@@ -8,6 +8,7 @@
 #include "sdk/body/body_slot.hpp"
 #include "sdk/template/cut.hpp"
 #include "sdk/template/decisions.hpp"
+#include "sdk/template/grid_lookup.hpp"
 #include "sdk/template/nearest_surface.hpp"
 #include "sdk/template/surface_index.hpp"
 
@@ -42,7 +43,7 @@ int32_t vertex_under(const TemplateData& data, int piece, const double xyz[3]) {
                 continue;
             const size_t cell = static_cast<size_t>(y * grid.columns + x);
             const int32_t vertex = grid.vertex[cell];
-            if (vertex < 0 || (!grid.piece.empty() && grid.piece[cell] != piece)) continue;
+            if (vertex < 0 || piece_at(grid, cell) != piece) continue;
             nearest = vertex;
             best = dx * dx + dy * dy;
         }
@@ -259,7 +260,7 @@ Corners corners_of(const TemplateData& data, double u, double v) {
 }
 
 bool belongs(const SurfaceGrid& grid, size_t cell, int piece) {
-    return grid.vertex[cell] >= 0 && (grid.piece.empty() ? 0 : grid.piece[cell]) == piece;
+    return grid.vertex[cell] >= 0 && piece_at(grid, cell) == piece;
 }
 
 // Where enough of the weight is the piece's.

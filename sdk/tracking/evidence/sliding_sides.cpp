@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "sdk/template/cut.hpp"
+#include "sdk/template/grid_lookup.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
@@ -25,15 +26,11 @@ Eigen::Vector3f place_of(const Point& point) {
 int32_t vertex_beside(const TemplateData& data, int x, int y, int right, int down) {
     const SurfaceGrid& grid = data.grid;
     const int other_x = x + right, other_y = y + down;
-    if (other_x < 0 || other_y < 0 || other_x >= grid.columns || other_y >= grid.rows) return -1;
-    const auto cell = static_cast<size_t>(y * grid.columns + x),
-               other = static_cast<size_t>(other_y * grid.columns + other_x);
-    const size_t piece = grid.piece.empty() ? 0 : grid.piece[cell];
-    if (!grid.piece.empty() && grid.piece[other] != piece) return -1;
+    const uint8_t piece = piece_at(grid, static_cast<size_t>(y * grid.columns + x));
     return is_parted(data.node_grid.cuts, piece, {x * grid.spacing, y * grid.spacing},
                      {other_x * grid.spacing, other_y * grid.spacing})
                ? -1
-               : grid.vertex[other];
+               : vertex_at(grid, other_x, other_y, piece);
 }
 
 }  // namespace

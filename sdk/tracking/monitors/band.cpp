@@ -6,18 +6,12 @@
 #include <cmath>
 
 #include "sdk/template/cut.hpp"
+#include "sdk/template/grid_lookup.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
-namespace {
 
 using decisions::Cuts;
-
-uint8_t piece_of(const SurfaceGrid& grid, size_t cell) {
-    return grid.piece.empty() ? uint8_t{0} : grid.piece[cell];
-}
-
-}  // namespace
 
 Cell centre_of(const Band& band) {
     Cell sum = Cell::Zero();
@@ -35,14 +29,14 @@ std::vector<uint8_t> open_cells(const TemplateData& data, const std::vector<uint
                      row = i / columns;
         const ViewPixel at{static_cast<double>(column) * grid.spacing,
                            static_cast<double>(row) * grid.spacing};
-        open[i] = distance_to_cut(data.node_grid.cuts, piece_of(grid, i), at) >
+        open[i] = distance_to_cut(data.node_grid.cuts, piece_at(grid, i), at) >
                   beside * data.node_grid.spacing_u;
     }
     return open;
 }
 
 Band take_band(const SurfaceGrid& grid, std::vector<uint8_t>& open, size_t from) {
-    Band band{piece_of(grid, from), {}};
+    Band band{piece_at(grid, from), {}};
     std::vector<size_t> next{from};
     open[from] = 0;
     while (!next.empty()) {
@@ -54,7 +48,7 @@ Band take_band(const SurfaceGrid& grid, std::vector<uint8_t>& open, size_t from)
             for (int column = std::max(0, x - 1); column <= std::min(grid.columns - 1, x + 1);
                  ++column) {
                 const auto cell = static_cast<size_t>(row * grid.columns + column);
-                if (open[cell] == 0 || piece_of(grid, cell) != band.piece) continue;
+                if (open[cell] == 0 || piece_at(grid, cell) != band.piece) continue;
                 open[cell] = 0;
                 next.push_back(cell);
             }
@@ -122,11 +116,8 @@ CutLine as_cut(std::vector<Cell> line, const Band& band, const SurfaceGrid& grid
 }
 
 int32_t vertex_at(const SurfaceGrid& grid, const Cell& cell, uint8_t piece) {
-    const auto x = static_cast<int>(std::lround(cell.x())),
-               y = static_cast<int>(std::lround(cell.y()));
-    if (x < 0 || y < 0 || x >= grid.columns || y >= grid.rows) return -1;
-    const auto index = static_cast<size_t>(y * grid.columns + x);
-    return piece_of(grid, index) == piece ? grid.vertex[index] : -1;
+    return vertex_at(grid, static_cast<int>(std::lround(cell.x())),
+                     static_cast<int>(std::lround(cell.y())), piece);
 }
 
 }  // namespace defrec

@@ -55,7 +55,7 @@ class SlidingBand {
           axis_(axis_along(band_, part.along)),
           goes_on_from_(goes_on_from) {}
 
-    bool is_slim() const {
+    bool may_be_line() const {
         const double spacing = node_spacing(data_);
         return is_line(band_, axis_, spacing) ||
                (goes_on_from_ && axis_.length() >= Slips::kMinGoingOn * spacing);
@@ -123,7 +123,7 @@ class SlidingBand {
         std::array<double, 2> beyond{to_border(line.front(), -axis_.along),
                                      to_border(line.back(), axis_.along)};
         if (goes_on_from_) {
-            const double at = axis_.along.dot(*goes_on_from_ - axis_.centre);
+            const double at = released_at();
             if (at < slices_.front().along) {
                 line.insert(line.begin(), *goes_on_from_);
                 beyond[0] = 0;
@@ -138,6 +138,9 @@ class SlidingBand {
     }
 
   private:
+    // Cells from the axis' centre to the end of the released line; only where it goes on from one.
+    double released_at() const { return axis_.along.dot(*goes_on_from_ - axis_.centre); }
+
     void find_slices() {
         for (const Cell& cell : middle_line(band_, axis_)) {
             const double at = axis_.along.dot(cell - axis_.centre);
@@ -149,7 +152,7 @@ class SlidingBand {
 
     // As far as the sides slide beyond its ends, and no line was released.
     void extend(double slip) {
-        const double released = goes_on_from_ ? axis_.along.dot(*goes_on_from_ - axis_.centre) : 0;
+        const double released = goes_on_from_ ? released_at() : 0;
         for (const int end : {0, 1}) {
             const auto at = [&]() -> const Slice& {
                 return end == 0 ? slices_.front() : slices_.back();
@@ -429,16 +432,14 @@ std::vector<SlidingPart> sliding_parts(const TemplateData& data, const FrameOutp
 }
 
 // Along the way in which sides slide what belongs together lies farther apart than across: between
-// its parts a line is not seen where tissue is smooth. apart: spacings of control points.
-bool is_near(const Cell& apart, const Cell& along) {
-    const double ahead = apart.dot(along) / Slips::kJoinAlong,
-                 aside = apart.dot(Cell(-along.y(), along.x())) / Slips::kJoin;
-    return ahead * ahead + aside * aside <= 1;
-}
-
+// its parts a line is not seen where tissue is smooth.
 bool is_near(const SlidingPart& part, const Cell& other, double spacing) {
+    const Cell across(-part.along.y(), part.along.x());
     return std::any_of(part.band.cells.begin(), part.band.cells.end(), [&](const Cell& cell) {
-        return is_near((cell - other) / spacing, part.along);
+        const Cell apart = (cell - other) / spacing;
+        const double ahead = apart.dot(part.along) / Slips::kJoinAlong,
+                     aside = apart.dot(across) / Slips::kJoin;
+        return ahead * ahead + aside * aside <= 1;
     });
 }
 
@@ -564,7 +565,7 @@ void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
     suspected_.reset();
     for (SlidingPart& joined : bands) {
         SlidingBand band(data, output, is_confirmed, joined, released_end(data, joined));
-        if (!band.is_slim() || !band.slides()) continue;
+        if (!band.may_be_line() || !band.slides()) continue;
         if (image.empty())
             suspected_ = std::move(joined);
         else
