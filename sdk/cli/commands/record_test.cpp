@@ -240,8 +240,12 @@ TEST_CASE("H.264 that cannot be had: of an odd size, without an encoder, on a fu
     ::unsetenv("OPENCV_VIDEOIO_PRIORITY_FFMPEG");
     CHECK(exit_of(without) == 2);
     CHECK_FALSE(fs::exists(folder / "without/recording.json"));
+    // A disk on which some frames have room, and one on which none has.
     CHECK(exit_of(start_program(joined(h264, {"--out", folder / "full"}), -1, 9000)) == 7);
     CHECK_FALSE(fs::exists(folder / "full/recording.json"));
+    CHECK_FALSE(has_partial_files(folder / "full"));
+    CHECK(exit_of(start_program(joined(h264, {"--out", folder / "none"}), -1, 3000)) == 7);
+    CHECK(fs::is_empty(folder / "none"));
 }
 
 TEST_CASE("videos of a full disk have the images that times and message tell of") {
