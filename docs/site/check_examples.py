@@ -2,7 +2,7 @@
 """Compiles every C block of the guides and of the README against the headers. Whole programs are
 linked too, and run where a block `output` follows, which they must print. A fragment is put into a
 function, or, if it defines some, into a file; example_names.h declares what it uses without
-declaring it. Whole programs in C# are compiled as well, and blocks in Python as far as Python
+declaring it. Fragments of embedding.md use the handles of the program before them instead. Whole programs in C# are compiled as well, and blocks in Python as far as Python
 compiles. Blocks in CMake must ask for this version. The names in the table of names.md must
 exist in the header, in the C# assembly's comments and in the Python package.
 
@@ -28,11 +28,17 @@ def examples(path):
         yield block[1], text.count("\n", 0, block.start(2)) + 1, block[2], output
 
 
-def source_of(name, line, code):
+# A page whose first program sets up what its fragments use, in order.
+CONTINUED = pathlib.Path("docs/api/embedding.md")
+
+
+def source_of(name, line, code, program=None):
     located = f'#line {line} "{name}"\n'
     if "int main(" in code:
         return located + code
     prelude = "\n".join(INCLUDE.findall(code)) + '\n#include "example_names.h"\n'
+    if program:
+        prelude = f"{program}\n#define EXAMPLE_AFTER_PROGRAM\n{prelude}"
     body = INCLUDE.sub("", code)
     if not re.search(r"^static ", code, re.M):
         return f"{prelude}void fragment(void);\nvoid fragment(void) {{\n{located}{body}}}\n"
@@ -67,6 +73,7 @@ class Examples:
         self.version = re.search(
             r"^project\(defrec VERSION (\d+\.\d+)", (self.root / "CMakeLists.txt").read_text(), re.M
         )[1]
+        self.program = None  # of the page CONTINUED
         self.work.mkdir(parents=True, exist_ok=True)
 
     def check(self, name, language, line, code, output):
@@ -88,7 +95,9 @@ class Examples:
 
     def check_c(self, name, line, code, output, base):
         source = base.with_suffix(".c")
-        source.write_text(source_of(name, line, code))
+        source.write_text(source_of(name, line, code, self.program if name == CONTINUED else None))
+        if name == CONTINUED and "int main(" in code:
+            self.program = source.read_text()
         if "int main(" not in code:
             subprocess.run(
                 [self.compiler, *self.flags, "-Wno-unused", "-fsyntax-only", source], check=True

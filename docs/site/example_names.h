@@ -11,11 +11,14 @@ void show(defrec_job job);
 defrec_frame newest_frame(void);
 uint64_t clock_ns(void);
 
+/* After a program these are its own. */
+#ifndef EXAMPLE_AFTER_PROGRAM
 extern defrec_context context;
 extern defrec_rig rig;
 extern defrec_rig_desc rig_desc;
 extern defrec_tracker tracker;
 extern defrec_tracker_desc desc, tracker_desc;
+#endif
 extern defrec_frame frame;
 extern defrec_job job, pending[16];
 extern defrec_result result;
