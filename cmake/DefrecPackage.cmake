@@ -41,8 +41,8 @@ install(
   DIRECTORY "${CMAKE_SOURCE_DIR}/samples/" DESTINATION "${CMAKE_INSTALL_DOCDIR}/samples"
   COMPONENT documentation FILES_MATCHING
   REGEX "\\.(c|h|cs|py|ipynb|obj|csv|xml)$|/c/CMakeLists\\.txt$|/Snakefile$|/slurm_array\\.sh$"
-  REGEX "/samples/(compare_points|test_csharp_png|test_slicer_module|test_notebook|test_plus)\\.py$"
-        EXCLUDE)
+  REGEX "/samples/(compare_points|other_scene)\\.py$" EXCLUDE
+  REGEX "/samples/test_(csharp_png|slicer_module|notebook|plus)\\.py$" EXCLUDE)
 file(RELATIVE_PATH headers "/${CMAKE_INSTALL_DOCDIR}" "/${CMAKE_INSTALL_INCLUDEDIR}")
 install(CODE "
   set(docs \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DOCDIR}\")

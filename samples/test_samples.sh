@@ -42,6 +42,18 @@ grep -qE '^device cpu: .* ([0-9]+) of \1 stages' "$work/devices.txt"
 sample track_folder "$left" "$right" "$camera" "$sequence/points.csv" "$work/points.csv" cpu
 python3 "$here/compare_points.py" "$tracked/points.csv" "$work/points.csv"
 
+# Points are pixels of the first image. Where it shows no surface, or one that is given up later,
+# they are lost, and no other template is asked for them.
+for kind in black soft; do
+    python3 "$here/other_scene.py" "$kind" "$sequence" "$work/$kind"
+    sample track_folder "$work/$kind/left" "$work/$kind/right" "$camera" "$sequence/points.csv" \
+        "$work/$kind/points.csv" cpu
+    grep -q "^$frames,.*,lost,\$" "$work/$kind/points.csv"
+    if grep '^[1-9].*[0-9]$' "$work/$kind/points.csv"; then exit 1; fi
+done
+if grep -q '^0,.*[0-9]$' "$work/black/points.csv"; then exit 1; fi
+grep -q '^0,.*[0-9]$' "$work/soft/points.csv"
+
 sample display_points "$left" "$right" "$camera" "$sequence/points.csv" 66 "$work/shown.csv" cpu
 python3 "$here/compare_points.py" "$tracked/display.csv" "$work/shown.csv"
 # The tissue moves on meanwhile.

@@ -186,7 +186,7 @@ static size_t track_all(const stereo_pipeline* source, const char* camera, const
         follow(points, &running, job, &result);
         write_points(out, frame, points);
         printf("frame %zu at %.3f s: %s\n", frame, (double)timestamp_ns * 1e-9,
-               points->is_known ? "points followed" : "no surface yet");
+               points->is_known ? "points followed" : "points lost");
         defrec_job_release(job);
     }
     if (frame > 0) close_tracking(&running);

@@ -15,6 +15,7 @@ followed_points read_points(const char* path) {
     FILE* file = fopen(path, "r");
     if (file == NULL || fgets(line, sizeof line, file) == NULL) fail("%s: cannot be read", path);
     points.count = 0;
+    points.is_looked_up = 0;
     points.is_known = 0;
     while (fgets(line, sizeof line, file) != NULL) ++points.count;
     if (points.count == 0 || points.count > MOST) fail("%s: 1 to %d points expected", path, MOST);
@@ -50,7 +51,7 @@ void free_points(followed_points* points) {
     free(points->expected_error_mm);
 }
 
-/* Lifts the pixels to the surface, once there is one. */
+/* Lifts the pixels to the surface of the first frame. */
 static void lift(followed_points* points, defrec_rig rig, defrec_tracker tracker) {
     defrec_template surface;
     check(defrec_rig_rectify_pixels(rig, points->uv, points->count, points->uv),
@@ -65,11 +66,15 @@ static void lift(followed_points* points, defrec_rig rig, defrec_tracker tracker
 
 void follow(followed_points* points, const tracking* running, defrec_job job,
             const defrec_result* result) {
-    /* The first frame that shows a surface gives the template. */
-    if (!points->is_known && result->vertex_count > 0) {
+    const int has_surface = result->vertex_count > 0;
+    /* The pixels are of the first image: tissue is elsewhere in a later one. What was found on a
+     * template that is given up says nothing of the next one. */
+    if (!has_surface) points->is_known = 0;
+    if (has_surface && !points->is_looked_up) {
         lift(points, running->rig, running->tracker);
         points->is_known = 1;
     }
+    points->is_looked_up = 1;
     if (points->is_known)
         check(defrec_job_warp_points(job, points->at_rest, points->count, points->now,
                                      points->status, points->expected_error_mm),

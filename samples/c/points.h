@@ -7,7 +7,8 @@
 
 typedef struct {
     size_t count;
-    int is_known; /* there was a surface to look them up on */
+    int is_looked_up; /* on the first image, whether it showed a surface or not */
+    int is_known;     /* it did, and its template is still followed */
     long* id;
     double* uv;
     uint8_t* found;  /* 1: the template has a surface there */
@@ -19,7 +20,7 @@ typedef struct {
 /* A CSV file with the columns id,u,v (px). */
 followed_points read_points(const char* path);
 void free_points(followed_points* points);
-/* Moves them along to the frame of the job. */
+/* Moves them along to the frame of the job. To be called of every frame, from the first on. */
 void follow(followed_points* points, const tracking* running, defrec_job job,
             const defrec_result* result);
 /* A CSV file with a row for each point in each frame. */

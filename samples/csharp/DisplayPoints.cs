@@ -48,8 +48,7 @@ internal static class DisplayPoints
                 {
                     job.Wait();
                     FrameSummary frame = job.GetSummary();
-                    if (frame.VertexCount > 0) followed.Lift(rig, tracker);
-                    followed.Warp(job);
+                    followed.Follow(rig, tracker, job);
                     // A live program asks when it draws, with the time at which it is shown.
                     followed.Predict(
                         predictor, frame, frame.TimestampNs + (long)Math.Round(1e6 * delayMs));

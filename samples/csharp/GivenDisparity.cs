@@ -140,8 +140,7 @@ internal static class GivenDisparity
                         // Another unit, another frame or another rectification: do not go on
                         // unnoticed.
                         if ((found.Reasons & Reasons.Disparity) != 0) ++contradicted;
-                        if (found.VertexCount > 0) followed.Lift(rig, tracker);
-                        followed.Warp(job);
+                        followed.Follow(rig, tracker, job);
                         followed.Write(file, i);
                     }
                 }

@@ -10,7 +10,8 @@ internal sealed class FollowedPoints
     private readonly double[] uv, atRest, now, expectedErrorMm;
     private readonly bool[] found; // the template has a surface there
     private readonly PointStatus[] status;
-    private bool isKnown;
+    private bool isLookedUp; // on the first image, whether it showed a surface or not
+    private bool isKnown; // it did, and its template is still followed
 
     internal FollowedPoints(string path)
     {
@@ -35,11 +36,21 @@ internal sealed class FollowedPoints
     }
 
     /// <summary>
-    /// Lifts the pixels to the surface. The first frame with a surface becomes the template.
+    /// Moves the points to the frame of this job. To be called of every frame, from the first on.
     /// </summary>
-    internal void Lift(Rig rig, Tracker tracker)
+    internal void Follow(Rig rig, Tracker tracker, Job job)
     {
-        if (isKnown) return;
+        bool hasSurface = job.GetSummary().VertexCount > 0;
+        // The pixels are of the first image: tissue is elsewhere in a later one. What was found on
+        // a template that is given up says nothing of the next one.
+        if (!hasSurface) isKnown = false;
+        if (hasSurface && !isLookedUp) Lift(rig, tracker);
+        isLookedUp = true;
+        if (isKnown) Warp(job);
+    }
+
+    private void Lift(Rig rig, Tracker tracker)
+    {
         rig.RectifyPixels(uv, uv);
         using (Template template = tracker.GetTemplate())
         {
@@ -50,10 +61,8 @@ internal sealed class FollowedPoints
         isKnown = true;
     }
 
-    /// <summary>Moves the points to the frame of this job.</summary>
-    internal void Warp(Job job)
+    private void Warp(Job job)
     {
-        if (!isKnown) return;
         job.WarpPoints(atRest, now, status, expectedErrorMm);
         for (int i = 0; i < status.Length; ++i)
             if (!found[i]) status[i] = PointStatus.Unknown;

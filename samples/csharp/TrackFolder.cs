@@ -45,8 +45,7 @@ internal static class TrackFolder
                         sequence.Left.View(), sequence.Right.View(), StereoSequence.TimestampOf(i)))
                 {
                     job.Wait();
-                    if (job.GetSummary().VertexCount > 0) followed.Lift(rig, tracker);
-                    followed.Warp(job);
+                    followed.Follow(rig, tracker, job);
                     followed.Write(file, i);
                 }
             }

@@ -12,7 +12,7 @@ from typing import Optional
 
 import defrec
 from input import Sequence, parse_camera, run
-from track_folder import read_points
+from track_folder import FollowedPoints, read_points
 
 STATUS = {defrec.PointStatus.OBSERVED: "tracked", defrec.PointStatus.EXTRAPOLATED: "extrapolated"}
 
@@ -39,26 +39,18 @@ def main(
         predictor = defrec.Predictor(len(points))
         print("frame,id,x,y,z,status,expected_error_mm", file=out)
 
-        lifted: Optional[defrec.Lifted] = None
+        followed = FollowedPoints(rig, [(u, v) for _, u, v in points])
         for job in tracker.process(sequence):
             result = job.result()
-            if lifted is None and len(result.vertices) > 0:
-                surface = tracker.template()
-                surface.wait_body()  # so that results of a recording do not depend on time
-                lifted = surface.lift(rig.rectify_pixels([(u, v) for _, u, v in points]))
+            moved = followed.warp(tracker, job, result)
             # Every frame is told, also one that is lost: what came before it is no motion then.
-            if lifted is None:
+            if moved is None:
                 predictor.add_frame(result.timestamp_ns, state=defrec.State.INITIALISING)
             else:
-                moved = job.warp_points(lifted.xyz)
-                status = [
-                    status if found else defrec.PointStatus.UNKNOWN
-                    for status, found in zip(moved.status, lifted.found)
-                ]
                 predictor.add_frame(
                     result.timestamp_ns,
                     moved.xyz,
-                    status,
+                    moved.status,
                     moved.expected_error_mm,
                     state=result.state,
                     epoch=result.epoch,

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 import defrec
 from input import Sequence, parse_camera, run
-from track_folder import read_points
+from track_folder import FollowedPoints, read_points
 
 STATUS = {defrec.PointStatus.OBSERVED: "tracked", defrec.PointStatus.EXTRAPOLATED: "extrapolated"}
 Map = NDArray[numpy.float32]
@@ -94,7 +94,7 @@ def main(
         tracker = defrec.Tracker(context, rig, device_id, format=defrec.Format.RGB8)
         print("frame,id,x,y,z,status,expected_error_mm", file=out)
 
-        lifted: Optional[defrec.Lifted] = None
+        followed = FollowedPoints(rig, [(u, v) for _, u, v in points])
         contradicted = 0
         for frame, (left, right, timestamp_ns) in enumerate(sequence):
             # The right image stays required: the disparity is compared with both.
@@ -108,15 +108,9 @@ def main(
                 result = job.result()
                 # Another unit, another frame or another rectification: do not go on unnoticed.
                 contradicted += bool(result.reasons & defrec.Reason.DISPARITY)
-                if lifted is None and len(result.vertices) > 0:
-                    surface = tracker.template()
-                    surface.wait_body()  # so that results of a recording do not depend on time
-                    lifted = surface.lift(rig.rectify_pixels([(u, v) for _, u, v in points]))
-                moved = None if lifted is None else job.warp_points(lifted.xyz)
+                moved = followed.warp(tracker, job, result)
             for i, (name, _, _) in enumerate(points):
-                status = None
-                if moved is not None and lifted is not None and lifted.found[i]:
-                    status = STATUS.get(moved.status[i])
+                status = None if moved is None else STATUS.get(moved.status[i])
                 if moved is None or status is None:
                     print(f"{frame},{name},,,,lost,", file=out)
                     continue

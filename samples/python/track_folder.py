@@ -25,6 +25,36 @@ def read_points(path: str) -> List[Tuple[str, float, float]]:
     return points
 
 
+class FollowedPoints:
+    """Pixels of the first left image, and the points of the surface under them."""
+
+    def __init__(self, rig: defrec.Rig, pixels: List[Tuple[float, float]]) -> None:
+        self._pixels = rig.rectify_pixels(pixels)
+        self._lifted: Optional[defrec.Lifted] = None
+        self._is_looked_up = False
+
+    def warp(
+        self, tracker: defrec.Tracker, job: defrec.Job, result: defrec.Result
+    ) -> Optional[defrec.WarpedPoints]:
+        """Where they are in the job's frame, unknown where the template has no surface; None
+        without a template. To be called of every frame, from the first on."""
+        has_surface = len(result.vertices) > 0
+        # The pixels are of the first image: tissue is elsewhere in a later one. What was found on
+        # a template that is given up says nothing of the next one.
+        if not has_surface:
+            self._lifted = None
+        elif not self._is_looked_up:
+            surface = tracker.template()
+            surface.wait_body()  # so that results of a recording do not depend on time
+            self._lifted = surface.lift(self._pixels)
+        self._is_looked_up = True
+        if self._lifted is None:
+            return None
+        moved = job.warp_points(self._lifted.xyz)
+        moved.status[~self._lifted.found] = defrec.PointStatus.UNKNOWN
+        return moved
+
+
 def main(
     left_folder: str,
     right_folder: str,
@@ -42,22 +72,12 @@ def main(
         tracker = defrec.Tracker(context, rig, device_id, format=defrec.Format.RGB8)
         print("frame,id,x,y,z,status,expected_error_mm", file=out)
 
-        lifted: Optional[defrec.Lifted] = None
+        followed = FollowedPoints(rig, [(u, v) for _, u, v in points])
         for job in tracker.process(sequence):  # later frames are computed meanwhile
             result = job.result()
-            if lifted is None and len(result.vertices) > 0:
-                # The first frame with a surface becomes the template: lift the pixels to it.
-                surface = tracker.template()
-                surface.wait_body()  # so that results of a recording do not depend on time
-                lifted = surface.lift(rig.rectify_pixels([(u, v) for _, u, v in points]))
-            moved = None if lifted is None else job.warp_points(lifted.xyz)
+            moved = followed.warp(tracker, job, result)
             for i, (name, _, _) in enumerate(points):
-                if (
-                    moved is None
-                    or lifted is None
-                    or not lifted.found[i]
-                    or moved.status[i] == defrec.PointStatus.UNKNOWN
-                ):
+                if moved is None or moved.status[i] == defrec.PointStatus.UNKNOWN:
                     print(f"{result.frame},{name},,,,lost,", file=out)
                 else:
                     x, y, z = moved.xyz[i]
