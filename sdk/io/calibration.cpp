@@ -171,6 +171,35 @@ void set_size(const YamlDocument& document, Calibration& calibration) {
     calibration.size_origin = document.path() + ":" + std::to_string(width->line) + ": image_width";
 }
 
+constexpr const char* kExpected =
+    "OpenCV's stereo YAML with M1 D1 M2 D2 R T was expected, or camera_info files of ROS, "
+    "left.yaml,right.yaml or the folder that holds both.";
+
+// A file of another kind is told as such, instead of the first of its keys.
+void refuse_other_kinds(const YamlDocument& document, const std::vector<std::string>& known) {
+    const YamlNode& root = document.root();
+    if (std::any_of(known.begin(), known.end(),
+                    [&](const std::string& key) { return root.find(key) != nullptr; }))
+        return;
+    const bool is_summary =
+        root.find("rectified_camera") != nullptr && root.find("options") != nullptr;
+    document.fail(1, {},
+                  (is_summary ? "this is the summary of a run of defrec track, whose options name "
+                                "the calibration; "
+                              : "this is no calibration, none of its keys is there; ") +
+                      std::string(kExpected));
+}
+
+YamlDocument load_document(const std::string& file) {
+    try {
+        return YamlDocument::load(file, ExitCode::kCalibration);
+    } catch (const CliError& error) {
+        std::error_code ignored;
+        if (!std::filesystem::is_regular_file(file, ignored)) throw;
+        throw CliError(error.code(), std::string(error.what()) + " " + kExpected);
+    }
+}
+
 StereoCalibration read_opencv(const YamlDocument& document) {
     // After the keys that are used, what cv::stereoCalibrate's sample and SCARED write beside them.
     static const std::vector<std::string> kKnown = {"M1",          "D1",
@@ -186,6 +215,9 @@ StereoCalibration read_opencv(const YamlDocument& document) {
                                                     "board_width", "board_height",
                                                     "square_size", "flags",
                                                     "rms",         "avg_reprojection_error"};
+    if (document.root().find("camera_matrix") != nullptr)
+        document.fail(1, {}, "this is the camera_info of one camera; " + std::string(kExpected));
+    refuse_other_kinds(document, kKnown);
     document.require_known_keys(document.root(), kKnown);
 
     StereoCalibration calibration;
@@ -233,6 +265,7 @@ RosCamera read_ros_camera(const YamlDocument& document) {
                                                     "binning_x",
                                                     "binning_y",
                                                     "roi"};
+    refuse_other_kinds(document, kKnown);
     document.require_known_keys(document.root(), kKnown);
     const auto find = [&](const std::string& name, const std::string& upper,
                           const std::string& lower) {
@@ -281,9 +314,9 @@ StereoCalibration read_files(const std::string& source, LengthUnit& files_unit) 
         right = parts[1];
     }
     files_unit = left.empty() ? LengthUnit::kMillimetre : LengthUnit::kMetre;
-    if (left.empty()) return read_opencv(YamlDocument::load(source, ExitCode::kCalibration));
-    const RosCamera left_camera = read_ros_camera(YamlDocument::load(left, ExitCode::kCalibration));
-    return rig_of(left_camera, read_ros_camera(YamlDocument::load(right, ExitCode::kCalibration)));
+    if (left.empty()) return read_opencv(load_document(source));
+    const RosCamera left_camera = read_ros_camera(load_document(left));
+    return rig_of(left_camera, read_ros_camera(load_document(right)));
 }
 
 }  // namespace

@@ -110,6 +110,23 @@ TEST_CASE("a good file gives its numbers, also with K for M and without a size")
     CHECK_SAYS(refusal_of_text(with(kGood, "T:", "Q:")), "T: this key is missing");
 }
 
+TEST_CASE("a file of another kind is told as such, with what was expected") {
+    const std::string expected = "OpenCV's stereo YAML with M1 D1 M2 D2 R T was expected";
+    const std::string summary = refusal_of_text(
+        "{\"defrec\": \"0.1\", \"options\": {}, \"rectified_camera\": {\"fx\": 1}}");
+    CHECK_SAYS(summary, "calibration.yaml:1: this is the summary of a run of defrec track");
+    CHECK_SAYS(summary, expected);
+    CHECK_SAYS(refusal_of_text("disparities: 64\n"), "this is no calibration, none of its keys");
+    const std::string ros = refusal_of_text("image_width: 640\ncamera_matrix: [1]\n");
+    CHECK_SAYS(ros, "this is the camera_info of one camera");
+    CHECK_SAYS(ros, "left.yaml,right.yaml");
+    CHECK_SAYS(refusal_of_text("id,u,v\n0,1,2\n"), expected);
+    CHECK_SAYS(refusal_of_text(std::string("\x89PNG\r\n\x1a\n\0\0", 10)), expected);
+    CHECK(refusal("absent.yaml").find(expected) == std::string::npos);
+    // A misspelt key is told by itself.
+    CHECK(refusal_of_text(with(kGood, "D1:", "Dl:")).find(expected) == std::string::npos);
+}
+
 TEST_CASE("row 1: NaN and Inf are refused with file, key and line") {
     for (const char* value : {".nan", ".NaN", ".Inf", "-.inf", "nan", "inf", "1e999"}) {
         const std::string message = refusal_of_text(with(kGood, "701.5", value));
