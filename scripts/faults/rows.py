@@ -387,7 +387,7 @@ SECTIONS = (
             ),
             (
                 115,
-                "an output over an input or another output",
+                "an output over an input, another output or files that no run left",
                 "exit code 2 before anything is written, by device and inode",
             ),
             (116, "a terminal that is closed", "as Ctrl-C, unless the run was told to ignore it"),

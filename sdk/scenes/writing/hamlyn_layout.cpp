@@ -20,8 +20,7 @@ class HamlynWriter : public LayoutWriter {
             throw RenderUsageError("the views of scene '" + options.scene +
                                    "' differ in their cameras; --layout hamlyn has one for both");
         }
-        for (const char* folder : {"color", "image02", "depth"})
-            make_empty_folder(folder_ / folder);
+        for (const char* folder : {"color", "image02", "depth"}) make_new_folder(folder_ / folder);
         char text[256];
         std::snprintf(text, sizeof text, "%.17g 0 %.17g\n0 %.17g %.17g\n0 0 1\n", rig.left.fx,
                       rig.left.cx, rig.left.fy, rig.left.cy);

@@ -27,9 +27,12 @@ void make_folder(const fs::path& path) {
     if (error) throw RenderOutputError("cannot create " + path.string() + ": " + error.message());
 }
 
-void make_empty_folder(const fs::path& path) {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
+void make_new_folder(const fs::path& path) {
+    std::error_code error;
+    if (fs::exists(path, error) && !fs::is_empty(path, error))
+        throw RenderUsageError(path.string() +
+                               " holds files already, which would pass for frames of this "
+                               "sequence; remove them or choose another folder with --out");
     make_folder(path);
 }
 

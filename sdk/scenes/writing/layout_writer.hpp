@@ -42,8 +42,9 @@ void require_even_size(const RenderOptions& options);
 void require_rectified(const RenderOptions& options, const Scene& scene);
 
 void make_folder(const std::filesystem::path& path);
-/// Without what an earlier sequence left there, which would pass for frames of this one.
-void make_empty_folder(const std::filesystem::path& path);
+/// Throws RenderUsageError where the folder holds something, as an earlier sequence: it would pass
+/// for frames of this one, and may be anybody's.
+void make_new_folder(const std::filesystem::path& path);
 
 /// Encoded in memory first: OpenCV's own writer does not report a full disk.
 void write_image(const std::filesystem::path& path, const cv::Mat& image,

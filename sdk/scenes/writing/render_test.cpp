@@ -659,6 +659,61 @@ TEST_CASE("what cannot be rendered is refused before anything is written") {
     CHECK_THROWS_AS(defrec::cli::render_sequence(good, {}), RenderOutputError);
 }
 
+TEST_CASE("a misspelt scene is answered with the nearest") {
+    const auto said = [](const std::string& scene) -> std::string {
+        RenderOptions options;
+        options.scene = scene;
+        options.out_dir = "absent";
+        try {
+            defrec::cli::render_sequence(options, {});
+        } catch (const RenderUsageError& error) {
+            return error.what();
+        }
+        return "rendered";
+    };
+    CHECK(
+        said("hartbeat") ==
+        "there is no scene named 'hartbeat'; did you mean heartbeat? 'defrec render --list' names "
+        "all");
+    CHECK(said("qwertz") == "there is no scene named 'qwertz'; 'defrec render --list' names all");
+}
+
+TEST_CASE("row 115: images of others are neither overwritten nor mixed with those rendered") {
+    const TemporaryFolder folder;
+    RenderOptions options;
+    options.scene = "heartbeat";
+    options.out_dir = folder.path.string();
+    options.width = 160;
+    options.height = 120;
+    options.frames = 1;
+    const auto refused_for = [&](const fs::path& file) {
+        fs::create_directories(file.parent_path());
+        std::ofstream(file) << "somebody's";
+        CHECK_THROWS_AS(defrec::cli::render_sequence(options, {}), RenderUsageError);
+        CHECK(slurp(file) == "somebody's");
+        fs::remove(file);
+    };
+    // A recording that has the same names, and no truth.
+    refused_for(folder.path / "left/000000.png");
+    refused_for(folder.path / "right/frame_1.jpg");
+    CHECK_FALSE(fs::exists(folder.path / "truth.csv"));
+    CHECK(defrec::cli::render_sequence(options, {}) == 1);
+    CHECK(defrec::cli::render_sequence(options, {}) == 1);
+    // Images of another kind in a rendered sequence would be read with its own.
+    refused_for(folder.path / "left/frame_1.jpg");
+    refused_for(folder.path / "disparity/000000.pfm");
+    CHECK(defrec::cli::render_sequence(options, {}) == 1);
+    // A data set's folder is not emptied.
+    options.layout = "hamlyn";
+    options.out_dir = (folder.path / "set").string();
+    CHECK(defrec::cli::render_sequence(options, {}) == 1);
+    const std::size_t files = static_cast<std::size_t>(
+        std::distance(fs::recursive_directory_iterator(folder.path / "set"), {}));
+    CHECK_THROWS_AS(defrec::cli::render_sequence(options, {}), RenderUsageError);
+    CHECK(files == static_cast<std::size_t>(
+                       std::distance(fs::recursive_directory_iterator(folder.path / "set"), {})));
+}
+
 TEST_CASE("the command answers with exit codes") {
     const TemporaryFolder folder;
     const std::string out = (folder.path / "out").string();

@@ -18,7 +18,7 @@ class ScaredWriter : public LayoutWriter {
         : folder_(fs::path(options.out_dir) / "dataset_1" / "keyframe_1"),
           size_(options.width, options.height) {
         require_even_size(options);
-        make_empty_folder(folder_ / "data" / "scene_points");
+        make_new_folder(folder_ / "data" / "scene_points");
         write_stereo_calibration(scene.rig, (folder_ / "endoscope_calibration.yaml").string());
         video_.emplace(folder_ / "data" / "rgb.mp4", cv::Size(size_.width, 2 * size_.height));
     }

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "sdk/base/os/atomic_file.hpp"
+#include "sdk/io/text.hpp"
 #include "sdk/scenes/film.hpp"
 #include "sdk/scenes/writing/body_files.hpp"
 #include "sdk/scenes/writing/calibration_file.hpp"
@@ -233,20 +234,35 @@ void remove_leftovers(const RenderOptions& options, int frames) {
     }
 }
 
-/// A folder that holds one of the files without being a sequence is somebody's own. A killed run
-/// has left the truth half written.
+bool is_frame_name(const std::string& name) {
+    int frame = 0, used = 0;
+    return std::sscanf(name.c_str(), "%6d.png%n", &frame, &used) == 1 && used == 10 &&
+           name.size() == 10 && frame >= 0;
+}
+
+[[noreturn]] void refuse_file_of_others(const fs::path& file, const std::string& why) {
+    throw RenderUsageError(file.string() + " " + why + "; choose another folder with --out");
+}
+
+/// What a folder holds that is no rendered sequence is somebody's own: it is neither overwritten
+/// nor mixed with this one's images. A killed run has left the truth half written.
 void keep_files_of_others(const RenderOptions& options) {
     const fs::path out(options.out_dir);
     std::error_code error;
-    for (const char* truth : {"truth.csv", "truth.defrec-0.partial.csv"}) {
-        if (fs::exists(out / truth, error)) return;
-    }
+    const bool is_rendered = fs::exists(out / "truth.csv", error) ||
+                             fs::exists(out / "truth.defrec-0.partial.csv", error);
     for (const char* name : {"calibration.yaml", "points.csv"}) {
-        if (fs::exists(out / name, error)) {
-            throw RenderUsageError(
-                (out / name).string() +
-                " would be overwritten, which is of no rendered sequence; choose "
-                "another folder with --out");
+        if (!is_rendered && fs::exists(out / name, error))
+            refuse_file_of_others(out / name,
+                                  "would be overwritten, which is of no rendered sequence");
+    }
+    for (const char* folder : {"left", "right", "disparity"}) {
+        for (const auto& entry : fs::directory_iterator(out / folder, error)) {
+            const std::string name = entry.path().filename().string();
+            if (is_rendered && (is_frame_name(name) || name.find(".partial.") != std::string::npos))
+                continue;
+            refuse_file_of_others(
+                entry.path(), "is of no rendered sequence and would be among this one's images");
         }
     }
 }
@@ -285,8 +301,13 @@ int render_sequence(const RenderOptions& options, const ProgressFn& progress, co
     const auto known = list_scenes();
     const auto info = std::find_if(known.begin(), known.end(),
                                    [&](const SceneInfo& s) { return s.name == options.scene; });
-    const int frames =
-        options.frames > 0 || info == known.end() ? options.frames : info->default_frames;
+    if (info == known.end()) {
+        const std::string nearest = nearest_name(options.scene, scene_names());
+        throw RenderUsageError("there is no scene named '" + options.scene + "'" +
+                               (nearest.empty() ? "; " : "; did you mean " + nearest + "? ") +
+                               "'defrec render --list' names all");
+    }
+    const int frames = options.frames > 0 ? options.frames : info->default_frames;
     const int threads = options.threads > 0
                             ? options.threads
                             : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));

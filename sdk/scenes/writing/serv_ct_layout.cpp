@@ -21,7 +21,7 @@ class ServCtWriter : public LayoutWriter {
         for (const char* folder :
              {"Left_rectified", "Right_rectified", "Rectified_calibration",
               "Ground_truth_CT/DepthL", "Ground_truth_CT/Disparity", "Ground_truth_CT/OcclusionL"})
-            make_empty_folder(folder_ / folder);
+            make_new_folder(folder_ / folder);
     }
 
     void add(const Film& film, int frame) override {

@@ -14,7 +14,7 @@ class StereoMisWriter : public LayoutWriter {
     StereoMisWriter(const RenderOptions& options, const Scene& scene)
         : folder_(fs::path(options.out_dir) / "P1"), size_(options.width, options.height) {
         require_even_size(options);
-        make_empty_folder(folder_);
+        make_new_folder(folder_);
         write_atomically(folder_ / "StereoCalibration.ini", calibration(scene.rig));
         video_.emplace(folder_ / "P1.mp4", cv::Size(size_.width, 2 * size_.height));
     }

@@ -17,7 +17,7 @@ class Stir2026Writer : public LayoutWriter {
         : folder_(fs::path(options.out_dir) / "seq00"), rig_(scene.rig) {
         require_even_size(options);
         require_rectified(options, scene);
-        make_empty_folder(folder_);
+        make_new_folder(folder_);
         write_atomically(folder_ / "calib.json", calibration());
         const cv::Size size(options.width, options.height);
         left_video_.emplace(folder_ / "left.mp4", size);

@@ -28,7 +28,7 @@ class StirWriter : public LayoutWriter {
         require_even_size(options);
         require_rectified(options, scene);
         for (const fs::path& folder : {left_, right_}) {
-            make_empty_folder(root_ / folder);
+            make_new_folder(root_ / folder);
             make_folder(root_ / folder / "frames");
             make_folder(root_ / folder / "segmentation");
         }

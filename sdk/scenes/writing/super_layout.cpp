@@ -18,7 +18,7 @@ class SuPerWriter : public LayoutWriter {
     SuPerWriter(const RenderOptions& options, const Scene& scene)
         : folder_(fs::path(options.out_dir) / "super"), rig_(scene.rig) {
         require_rectified(options, scene);
-        make_empty_folder(folder_ / "rgb");
+        make_new_folder(folder_ / "rgb");
         write_calibration(rig_, (folder_ / "calibration.yaml").string());
     }
 

@@ -24,7 +24,7 @@ class SurgtWriter : public LayoutWriter {
           views_(rectified_views(scene.rig)),
           side_(options.width / 8) {
         require_even_size(options);
-        make_empty_folder(folder_);
+        make_new_folder(folder_);
         write_stereo_calibration(scene.rig, (folder_ / "calibration.yaml").string());
         char info[256];
         std::snprintf(info, sizeof info,
