@@ -1,14 +1,14 @@
 // Frame time and observed share of the last frames.
 import uPlot from 'uplot';
 import {lineColours} from '../../report/web/colours.js';
-import {byId} from '../../report/web/data.js';
+import {byId, paletteColour} from '../../report/web/data.js';
 
 const kMaxMoments = 600;
 const kDrawMs = 250;
 
 export class Timeline {
   constructor() {
-    const ink = getComputedStyle(document.documentElement).getPropertyValue('--muted').trim();
+    const ink = paletteColour('--muted');
     const axis = (scale, side) => ({scale, side, stroke: ink, size: 52, grid: {show: side === 3}});
     this.values = [[], [], []];
     this.drawn = 0;

@@ -98,6 +98,15 @@ export const milliseconds = (ms) => `${number(ms, ms < 1 ? 3 : ms < 10 ? 2 : 1)}
 export const percent = (share) =>
     (share > 0.9995 || share < 0.0005 ? number(100 * share, 0) : number(100 * share, 1)) + ' %';
 
+/** A colour of the style's palette, in the scheme that the page has now. */
+export function paletteColour(name) {
+  const probe = element('span', {style: `color: var(${name})`});
+  document.body.append(probe);
+  const {color} = getComputedStyle(probe);
+  probe.remove();
+  return color;
+}
+
 export function table(head, rows) {
   const body = rows.map((row) => element('tr', {}, ...row.map((cell) => element('td', {}, cell))));
   const heads = head.map((text) => element('th', {scope: 'col'}, text));

@@ -1,10 +1,8 @@
 // The plots over time, with one cursor.
 import uPlot from 'uplot';
 import {lineColours, stateColour} from './colours.js';
-import {byId, element, number} from './data.js';
+import {byId, element, number, paletteColour} from './data.js';
 
-const cssColour = (name) =>
-    getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const shown = (digits, unit) => (_, value) =>
     (value === null ? '–' : `${number(value, digits)}${unit}`);
 
@@ -14,9 +12,9 @@ function axis(label) {
     size: 56,
     font: '12px system-ui, sans-serif',
     labelFont: '12px system-ui, sans-serif',
-    stroke: cssColour('--muted'),
-    grid: {stroke: cssColour('--line'), width: 1},
-    ticks: {stroke: cssColour('--line'), width: 1, size: 4},
+    stroke: paletteColour('--muted'),
+    grid: {stroke: paletteColour('--line'), width: 1},
+    ticks: {stroke: paletteColour('--line'), width: 1, size: 4},
   };
 }
 
@@ -100,7 +98,7 @@ export function showPlots({series, summary}, onSelect) {
         draw: [(u) => {
           const x = u.valToPos(times[marked], 'x', true);
           if (x < u.bbox.left || x > u.bbox.left + u.bbox.width) return;
-          u.ctx.fillStyle = cssColour('--ink');
+          u.ctx.fillStyle = paletteColour('--ink');
           u.ctx.fillRect(x - 1, u.bbox.top, 2, u.bbox.height);
         }],
       },
