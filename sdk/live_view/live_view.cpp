@@ -12,13 +12,16 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "sdk/io/json_text.hpp"
 #include "sdk/live_view/page.hpp"
 #include "sdk/live_view/shown_state.hpp"
+#include "sdk/live_view/surface_depth.hpp"
 #include "sdk/live_view/view_packet.hpp"
 #include "sdk/live_view/view_server.hpp"
+#include "sdk/report/light_plan.hpp"
 #include "sdk/report/overlay.hpp"
 #include "sdk/report/plan_outline.hpp"
 #include "sdk/report/target_mark.hpp"
@@ -61,6 +64,8 @@ struct Page {
 double milliseconds_since(Clock::time_point time) {
     return std::chrono::duration<double, std::milli>(Clock::now() - time).count();
 }
+
+float hundredths(float value) { return std::round(value * 100) / 100; }
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
@@ -116,15 +121,31 @@ Json outline_json(const std::vector<OutlinePoint>& outline) {
     return json;
 }
 
-// The parts, [name, status, expected error, outlines] each, and the targets.
-Json plan_json(const PlanEstimate& plan, const Projector& projector, cv::Size size) {
-    if (!plan.model) return nullptr;
+template <class Target>
+std::size_t count_placed(const std::vector<Target>& targets) {
+    return static_cast<std::size_t>(
+        std::count_if(targets.begin(), targets.end(),
+                      [](const Target& target) { return target.status != VertexStatus::unknown; }));
+}
+
+// Depth, the part's place that is nearest to the surface, and the surface's nearest to it.
+Json depth_json(const std::optional<SurfaceDepth::Depth>& depth) {
+    if (!depth) return nullptr;
+    Json json = {number(double{hundredths(depth->mm)})};
+    for (const cv::Vec3f& place : {depth->place, depth->above})
+        for (const float value : place.val) json.push_back(number(double{hundredths(value)}));
+    return json;
+}
+
+// The parts, [name, status, expected error, outlines, depth] each, and the targets.
+Json plan_json(const PlanEstimate& plan, const SurfaceDepth& surface, const Projector& projector,
+               cv::Size size) {
     Json parts = Json::array();
     for (std::size_t p = 0; p < plan.model->parts.size(); ++p) {
         const VertexStatus status =
             p < plan.parts.size() ? plan.parts[p].status : VertexStatus::unknown;
-        parts.push_back(
-            {plan.model->parts[p].name, static_cast<int>(status), nullptr, Json::array()});
+        parts.push_back({plan.model->parts[p].name, static_cast<int>(status), nullptr,
+                         Json::array(), depth_json(surface.of(plan, plan.model->parts[p]))});
     }
     for (const PlanOutline& outline : plan_outlines(plan, projector, size.width, size.height)) {
         Json& part = parts[outline.part];
@@ -132,8 +153,16 @@ Json plan_json(const PlanEstimate& plan, const Projector& projector, cv::Size si
         for (const auto& contour : outline.contours) part[3].push_back(outline_json(contour));
     }
     std::vector<TargetEstimate> targets;
-    for (const PointEstimate& target : plan.targets) targets.push_back({target});
-    return {{"parts", parts}, {"targets", targets_json(targets, projector)}};
+    for (const PointEstimate& target : plan.targets) {
+        targets.push_back({target});
+        if (target.status == VertexStatus::unknown) continue;
+        if (const auto depth = surface.of(cv::Vec3f(target.xyz.data())))
+            targets.back().depth = hundredths(depth->mm);
+    }
+    return {{"parts", parts},
+            {"target_count", targets.size()},
+            {"targets_placed", count_placed(targets)},
+            {"targets", targets_json(targets, projector)}};
 }
 
 void add_jpeg(const char* name, const cv::Mat& picture, ViewPacket& packet) {
@@ -210,6 +239,7 @@ struct LiveView::Impl {
                        {"height", shown.left.rows},
                        {"surface", shown.surface},
                        {"target_count", shown.targets.size()},
+                       {"targets_placed", count_placed(shown.targets)},
                        {"residual_mm", number(shown.record.mean_residual_mm)},
                        {"age_ms", milliseconds_since(newest_at)},
                        {"recording", recording},
@@ -263,15 +293,16 @@ struct LiveView::Impl {
         std::vector<float> uv(record.vertices.size() / 3 * 2);
         {
             const std::lock_guard lock(painting);
+            choose_surface(shown.surface);
             if (has_overlay) {
                 shown.left.copyTo(overlay);
                 if (overlay.channels() == 1) cv::cvtColor(overlay, overlay, cv::COLOR_GRAY2BGR);
-                choose_lines(shown.surface);
                 painter.draw_without_text(overlay, record);
             }
             projector(record.vertices.data(), record.vertices.size() / 3, uv.data());
             header["targets"] = targets_json(shown.targets, projector);
-            header["plan"] = plan_json(shown.plan, projector, shown.left.size());
+            header["plan"] = nullptr;
+            if (shown.plan.model) add_plan(shown, header, packet);
         }
         add_jpeg("left", shown.left, packet);
         if (has_overlay) add_jpeg("overlay", overlay, packet);
@@ -282,21 +313,45 @@ struct LiveView::Impl {
         return packet.body(json_text(header));
     }
 
+    // painting is held. The model in 3D is left out of a lost frame.
+    void add_plan(const Shown& shown, Json& header, ViewPacket& packet) {
+        const PlanEstimate& plan = shown.plan;
+        const std::vector<float>& vertices = shown.record.vertices;
+        const bool is_meshed =
+            painted_surface == shown.surface && vertices.size() == painted.vertices.size();
+        const SurfaceDepth beneath(
+            is_meshed ? std::span<const float>(vertices) : std::span<const float>(),
+            is_meshed ? std::span<const std::uint32_t>(painted.triangles)
+                      : std::span<const std::uint32_t>());
+        header["plan"] = plan_json(plan, beneath, projector, shown.left.size());
+        if (light.is_empty() && !plan.vertices.empty()) light = LightPlan(plan);
+        const std::vector<float> xyz = light.positions(plan);
+        const std::vector<float> error = light.expected_error_mm(plan);
+        packet.add("plan_xyz", xyz.data(), xyz.size());
+        packet.add("plan_error", error.data(), error.size());
+    }
+
     // painting is held.
-    void choose_lines(std::uint64_t wanted) {
+    void choose_surface(std::uint64_t wanted) {
         if (painted_surface == wanted) return;
         const std::lock_guard lock(mutex);
         if (wanted != surface) return;  // a later frame's; its geometry is left out by its size
-        painter.set_template(reference);
+        painted = reference;
+        painter.set_template(painted);
         painted_surface = wanted;
     }
 
-    ViewAnswer triangles() const {
+    // Of the surface, and of the plan's model in 3D: [first, count] of each part's.
+    ViewAnswer triangles() {
         ViewPacket packet;
-        const std::lock_guard lock(mutex);
+        Json header{{"plan_parts", Json::array()}};
+        const std::scoped_lock lock(painting, mutex);
+        header["surface"] = surface;
         packet.add("triangles", reference.triangles.data(), reference.triangles.size());
-        return {200, packet.body(json_text(Json{{"surface", surface}})),
-                "application/octet-stream"};
+        for (const PlanModel::Part& part : light.parts())
+            header["plan_parts"].push_back({part.first_triangle, part.triangle_count});
+        packet.add("plan_triangles", light.triangles().data(), light.triangles().size());
+        return {200, packet.body(json_text(header)), "application/octet-stream"};
     }
 
     ViewAnswer look_at_checks() const {
@@ -359,7 +414,9 @@ struct LiveView::Impl {
     std::mutex painting;  // of what follows
     Projector projector;
     OverlayPainter painter;
+    TemplateRecord painted;  // the painter's
     std::uint64_t painted_surface = 0;
+    LightPlan light;  // of the first frame in which the plan has a place
 
     mutable std::mutex mutex;  // of what follows
     std::condition_variable changed, told;

@@ -167,6 +167,7 @@ TEST_CASE("targets come with their pixel and their expected error in mm and pixe
         {{VertexStatus::observed, {0, 0, 80}, {0.25f, 0, 0, 0, 0, 0}, 9'007'199'254'740'993}}};
     const Packet packet = watched(view, browser, "/frame?after=99&overlay=1", 100, {}, {}, targets);
     CHECK(packet.header["target_count"] == 3);
+    CHECK(packet.header["targets_placed"] == 2);
     CHECK(packet.header["targets"] ==
           nlohmann::json({{7, 12.5, 1, 52, 24, 2, 4, -8, 90, 2},
                           {-2, 3, 2},
@@ -180,16 +181,18 @@ TEST_CASE("targets come with their pixel and their expected error in mm and pixe
     CHECK(many.header["targets"][333][0] == 999);
 }
 
-TEST_CASE("a plan comes as outlines of its parts with their errors in pixels, and targets") {
+TEST_CASE("a plan comes as outlines with errors in pixels, targets, depths, and a mesh") {
     LiveView view = made();
     Browser browser(view);
+    view.set_template(triangle());
     CHECK(watched(view, browser, "/frame?after=-1", 0).header["plan"].is_null());
     PlanEstimate plan;
-    plan.model = std::make_shared<const PlanModel>(
-        PlanModel{{0, 1, 2, 0, 2, 3}, {{"tumour", 0, 2}, {"vessel", 0, 1}}});
-    plan.vertices = {-20, -10, 80, 20, -10, 80, 20, 10, 80, -20, 10, 80};
-    plan.status.assign(4, VertexStatus::extrapolated);
-    plan.expected_error_mm.assign(4, 3.0f);
+    plan.model = std::make_shared<const PlanModel>(PlanModel{
+        {0, 1, 2, 0, 2, 3, 4, 5, 6}, {{"tumour", 0, 2}, {"vessel", 0, 1}, {"duct", 2, 1}}});
+    plan.vertices = {-20, -10, 80, 20, -10, 80, 20, 10, 80, -20, 10,
+                     80,  0,   0,  86, 0,   1,  87, 1,  0,  88};
+    plan.status.assign(7, VertexStatus::extrapolated);
+    plan.expected_error_mm.assign(7, 3.0f);
     plan.parts = {{VertexStatus::extrapolated, {0, 0, 80}, {9, 0, 0, 0, 0, 0}, 0, "tumour"},
                   {VertexStatus::unknown, {}, {}, 1, "vessel"}};
     plan.targets = {{VertexStatus::extrapolated, {4, -8, 90}, {1, 0, 0, 1, 0, 2}, 0}};
@@ -199,7 +202,7 @@ TEST_CASE("a plan comes as outlines of its parts with their errors in pixels, an
     const Packet packet =
         watched(view, browser, "/frame?after=99&overlay=1", 100, {}, {}, {}, plan);
     const auto parts = packet.header["plan"]["parts"];
-    REQUIRE(parts.size() == 2);
+    REQUIRE(parts.size() == 3);
     CHECK(parts[0][0] == "tumour");
     CHECK(parts[0][1] == 1);
     CHECK(parts[0][2] == 3);
@@ -212,10 +215,22 @@ TEST_CASE("a plan comes as outlines of its parts with their errors in pixels, an
         CHECK(point[2] == 3);
         CHECK(point[3] == 0);
     }
+    CHECK(parts[0][4].is_null());  // its corners are beside the surface
     CHECK(parts[1][1] == 2);
+    CHECK(parts[2][4] == nlohmann::json({6, 0, 0, 86, 0, 0, 80}));
     CHECK(packet.header["plan"]["targets"] ==
-          nlohmann::json({{0, nullptr, 1, 52, 24, 2, 4, -8, 90, 2},
-                          {"tumour centre", nullptr, 1, 52, 24, 2, 4, -8, 90, 2}}));
+          nlohmann::json({{0, 10, 1, 52, 24, 2, 4, -8, 90, 2},
+                          {"tumour centre", 10, 1, 52, 24, 2, 4, -8, 90, 2}}));
+    CHECK(packet.header["plan"]["target_count"] == 2);
+    CHECK(packet.header["plan"]["targets_placed"] == 2);
+    const httplib::Result surface = browser.get("/surface");
+    REQUIRE(surface);
+    const Packet mesh(surface->body);
+    CHECK(mesh.header["plan_parts"] == nlohmann::json({{0, 2}, {2, 1}, {3, 1}}));
+    CHECK(mesh.sections.at("plan_triangles").size() == 4 * 3 * sizeof(std::uint32_t));
+    // No two parts share a vertex: 4, 3 and 3 of them.
+    CHECK(packet.sections.at("plan_xyz").size() == 10 * 3 * sizeof(float));
+    CHECK(packet.sections.at("plan_error").size() == 10 * sizeof(float));
 
     plan.targets.pop_back();
     plan.vertices.clear();
@@ -224,7 +239,11 @@ TEST_CASE("a plan comes as outlines of its parts with their errors in pixels, an
     plan.targets[0].status = VertexStatus::unknown;
     const Packet lost = watched(view, browser, "/frame?after=199", 200, {}, {}, {}, plan);
     CHECK(lost.header["plan"]["parts"][0][3].empty());
+    CHECK(lost.header["plan"]["parts"][2][4].is_null());
     CHECK(lost.header["plan"]["targets"] == nlohmann::json({{0, nullptr, 2}}));
+    CHECK(lost.header["plan"]["target_count"] == 1);
+    CHECK(lost.header["plan"]["targets_placed"] == 0);
+    CHECK(lost.sections.at("plan_xyz").empty());
 }
 
 TEST_CASE("what a browser missed of states comes with the next frame, pictures do not") {
