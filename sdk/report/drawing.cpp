@@ -41,9 +41,11 @@ void ring(cv::Mat& image, float u, float v, double radius, bool dashed, const cv
     constexpr int kDash = 20;  // degrees, and as many of a gap
     const double scale = 1 << kSubpixelBits;
     const cv::Size axes(cvRound(radius * scale), cvRound(radius * scale));
-    for (int start = 0; start < 360; start += 2 * kDash)
-        cv::ellipse(image, fixed_point(u, v), axes, 0, start, start + (dashed ? 1 : 2) * kDash,
-                    colour, 1, cv::LINE_AA, kSubpixelBits);
+    // A dark edge tells it from lines of the surface in the same colour.
+    for (const bool is_edge : {true, false})
+        for (int start = 0; start < 360; start += 2 * kDash)
+            cv::ellipse(image, fixed_point(u, v), axes, 0, start, start + (dashed ? 1 : 2) * kDash,
+                        is_edge ? kDark : colour, is_edge ? 3 : 1, cv::LINE_AA, kSubpixelBits);
 }
 
 void Labels::add(Rank rank, const std::string& text, float u, float v) {
@@ -86,8 +88,9 @@ bool draw_target(cv::Mat& image, const PointEstimate& target, const Projector& p
     const TargetMark mark = target_mark(target, projector);
     if (!near_image(mark.u, mark.v, image)) return false;
     const cv::Scalar& colour = status_colour(target.status);
-    cv::drawMarker(image, cv::Point(cvRound(mark.u), cvRound(mark.v)), colour, cv::MARKER_CROSS, 5,
-                   1);
+    for (const bool is_edge : {true, false})
+        cv::drawMarker(image, cv::Point(cvRound(mark.u), cvRound(mark.v)), is_edge ? kDark : colour,
+                       cv::MARKER_CROSS, 5, is_edge ? 3 : 1);
     if (std::isfinite(mark.radius))
         ring(image, mark.u, mark.v, std::max(mark.radius, kMinRadius),
              target.status != VertexStatus::observed, colour);

@@ -81,13 +81,13 @@ class TextRow {
     double scale_;
 };
 
-/// "points 3 observed, 1 extrapolated, 2 lost"; empty without any that the user chose.
+/// "points: 3 tracked, 1 extrapolated, 2 lost"; empty without any that the user chose.
 std::string points_text(const std::vector<PointEstimate>& points) {
     int counts[3] = {};
     for (const PointEstimate& point : points)
         if (point.is_chosen) ++counts[static_cast<std::size_t>(point.status)];
     if (counts[0] + counts[1] + counts[2] == 0) return {};
-    return format("points: %d observed, %d extrapolated, %d lost", counts[0], counts[1], counts[2]);
+    return format("points: %d tracked, %d extrapolated, %d lost", counts[0], counts[1], counts[2]);
 }
 
 std::string label_of(const PointEstimate& point) {
@@ -96,36 +96,57 @@ std::string label_of(const PointEstimate& point) {
     return name + " " + millimetres(double{expected_error(point)});
 }
 
-int head_row_height(const cv::Mat& image) { return cvRound(44 * text_scale(image)); }
-
-int head_height(const cv::Mat& image, const FrameRecord& frame) {
-    return (frame.reasons.empty() ? 2 : 3) * head_row_height(image) + 4;
+/// Which points have labels, the same ones in every frame: chosen ones with a name first, then as
+/// many of the other chosen ones as have room, evenly.
+std::vector<bool> labelled(const std::vector<PointEstimate>& points) {
+    std::vector<std::size_t> order;
+    for (const bool has_name : {true, false}) {
+        std::vector<std::size_t> kind;
+        for (std::size_t i = 0; i < points.size(); ++i)
+            if (points[i].is_chosen && !points[i].name.empty() == has_name) kind.push_back(i);
+        const std::size_t room = std::min(kind.size(), kMostLabels - order.size());
+        for (std::size_t k = 0; k < room; ++k) order.push_back(kind[k * kind.size() / room]);
+    }
+    std::vector<bool> is_labelled(points.size());
+    for (const std::size_t i : order) is_labelled[i] = true;
+    return is_labelled;
 }
 
-void draw_head(cv::Mat& image, const FrameRecord& frame) {
+int head_row_height(const cv::Mat& image) { return cvRound(44 * text_scale(image)); }
+
+// A row each for the state, for the numbers behind it where they are asked for, and for reasons.
+int head_height(const cv::Mat& image, const FrameRecord& frame, OverlayDetail detail) {
+    const int rows = 1 + (detail == OverlayDetail::all ? 1 : 0) + (frame.reasons.empty() ? 0 : 1);
+    return rows * head_row_height(image) + 2;
+}
+
+void draw_head(cv::Mat& image, const FrameRecord& frame, OverlayDetail detail) {
     const double scale = text_scale(image);
     const int row_height = head_row_height(image), left = cvRound(16 * scale) + 4;
-    darken(image, {0, 0, image.cols, head_height(image, frame)}, 0.38);
+    darken(image, {0, 0, image.cols, head_height(image, frame, detail)}, 0.38);
     const cv::Scalar state = state_colour(frame.state);
+    int baseline = cvRound(0.75 * row_height);
 
-    TextRow first(image, left, cvRound(0.75 * row_height), scale);
+    TextRow first(image, left, baseline, scale);
     first.add(frame.state.empty() ? "no state" : frame.state, kLight, &state);
     first.add(format("frame %lld", static_cast<long long>(frame.index)), kLight);
     first.add(format("%.3f s", frame.timestamp_ms / 1000), kMuted);
-    if (frame.frame_ms > 0) first.add(format("%.1f ms", frame.frame_ms), kMuted);
+    first.add(points_text(frame.points), kLight);
+    first.add(format("%.0f %% of the surface observed", 100 * frame.observed_share), kLight);
 
-    TextRow second(image, left, row_height + cvRound(0.75 * row_height), scale);
-    second.add(!frame.vertices.empty() && std::isfinite(frame.mean_residual_mm)
-                   ? format("residual %.2f mm", frame.mean_residual_mm)
-                   : "residual -",
-               kLight);
-    second.add(format("inliers %d of %d", frame.inliers, frame.matches), kLight);
-    second.add(format("observed %.0f %%", 100 * frame.observed_share), kLight);
-    second.add(points_text(frame.points), kLight);
+    if (detail == OverlayDetail::all) {
+        TextRow second(image, left, baseline += row_height, scale);
+        second.add(!frame.vertices.empty() && std::isfinite(frame.mean_residual_mm)
+                       ? format("residual %.2f mm", frame.mean_residual_mm)
+                       : "residual -",
+                   kLight);
+        second.add(format("inliers %d of %d", frame.inliers, frame.matches), kLight);
+        if (frame.frame_ms > 0) second.add(format("%.1f ms", frame.frame_ms), kMuted);
+    }
 
-    TextRow third(image, left, 2 * row_height + cvRound(0.75 * row_height), scale);
+    TextRow last(image, left, baseline + row_height, scale);
     for (const std::string& reason : reasons_in_words(frame.reasons))
-        third.add(reason, status_colour(VertexStatus::extrapolated));
+        last.add(reason, status_colour(VertexStatus::extrapolated));
 }
 
 void draw_legend(cv::Mat& image, const FrameRecord& frame, OverlayDetail detail) {
@@ -133,6 +154,7 @@ void draw_legend(cv::Mat& image, const FrameRecord& frame, OverlayDetail detail)
     const int row_height = cvRound(40 * scale);
     darken(image, {0, image.rows - row_height, image.cols, row_height}, 0.45);
     TextRow row(image, cvRound(16 * scale) + 4, image.rows - cvRound(0.3 * row_height), scale);
+    row.add("surface:", kMuted);
     row.add("observed", status_colour(VertexStatus::observed));
     row.add("extrapolated", status_colour(VertexStatus::extrapolated));
     row.add("unknown", status_colour(VertexStatus::unknown));
@@ -229,20 +251,19 @@ void OverlayPainter::Impl::draw_control_points(cv::Mat& image, const FrameRecord
 void OverlayPainter::Impl::draw_points(cv::Mat& image, const FrameRecord& frame,
                                        Labels& labels) const {
     const double radius = std::max(2.0, image.cols / 400.0);
-    std::size_t chosen = 0;
-    for (const PointEstimate& point : frame.points) chosen += point.is_chosen;
-    for (const PointEstimate& point : frame.points) {
+    const std::vector<bool> is_labelled = labelled(frame.points);
+    for (std::size_t i = 0; i < frame.points.size(); ++i) {
+        const PointEstimate& point = frame.points[i];
         if (!point.is_chosen || point.status == VertexStatus::unknown) continue;
         const TargetMark mark = target_mark(point, projector);
         if (!near_image(mark.u, mark.v, image)) continue;
         const cv::Scalar& colour = status_colour(point.status);
-        dot(image, mark.u, mark.v, radius + 1, kDark);
+        dot(image, mark.u, mark.v, radius + 1.5, kDark);
         dot(image, mark.u, mark.v, radius, colour);
         if (std::isfinite(mark.radius))
             ring(image, mark.u, mark.v, std::max(double(mark.radius), radius + 2),
                  point.status != VertexStatus::observed, colour);
-        if (chosen <= kMostLabels)
-            labels.add(Labels::Rank::kPoint, label_of(point), mark.u, mark.v);
+        if (is_labelled[i]) labels.add(Labels::Rank::kPoint, label_of(point), mark.u, mark.v);
     }
 }
 
@@ -275,7 +296,7 @@ void OverlayPainter::Impl::draw_marks(cv::Mat& image, const FrameRecord& frame) 
     draw_plan(image, frame.plan, projector, labels);
     draw_points(image, frame, labels);
     draw_targets(image, frame);
-    labels.draw(image, head_height(image, frame));
+    labels.draw(image, head_height(image, frame, detail));
 }
 
 void OverlayPainter::draw_without_text(cv::Mat& image, const FrameRecord& frame) {
@@ -285,7 +306,7 @@ void OverlayPainter::draw_without_text(cv::Mat& image, const FrameRecord& frame)
 
 void OverlayPainter::draw(cv::Mat& image, const FrameRecord& frame) {
     impl_->draw_marks(image, frame);
-    draw_head(image, frame);
+    draw_head(image, frame, impl_->detail);
     draw_legend(image, frame, impl_->detail);
     frame_lost(image, frame);
 }

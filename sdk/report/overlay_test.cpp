@@ -164,11 +164,24 @@ TEST_CASE(
     const cv::Mat hidden = drawn(VertexStatus::extrapolated, true);
     CHECK(count_near(hidden, kObserved, 60) == 0);
     CHECK(count_near(hidden, kExtrapolated, 60) > 30);
-    // The label stands to the upper right, and only where few points are followed.
+    // The label stands to the upper right.
     const cv::Rect beside(48, 24, 32, 12);
-    CHECK(count_near(observed(beside), cv::Scalar::all(245), 20) > 0);
-    frame.points.resize(200, frame.points[0]);
-    CHECK(count_near(drawn(VertexStatus::observed, true)(beside), cv::Scalar::all(245), 20) == 0);
+    const auto is_labelled = [&] {
+        return count_near(drawn(VertexStatus::observed, true)(beside), cv::Scalar::all(245), 20) >
+               0;
+    };
+    CHECK(is_labelled());
+    // The first of many points, the others elsewhere, has one by its turn, but not where points
+    // with a name leave no room for it; with a name it has one again.
+    defrec::cli::PointEstimate elsewhere;
+    elsewhere.xyz = {-30, 0, 100};
+    elsewhere.is_chosen = true;
+    frame.points.resize(200, elsewhere);
+    CHECK(is_labelled());
+    for (std::size_t i = 1; i <= 40; ++i) frame.points[i].name = "vessel";
+    CHECK_FALSE(is_labelled());
+    point.name = "tumour";
+    CHECK(is_labelled());
 }
 
 TEST_CASE("control points and refused matches are drawn where asked for") {
@@ -186,6 +199,28 @@ TEST_CASE("control points and refused matches are drawn where asked for") {
     };
     CHECK(differs(OverlayDetail::usual) == 0);
     CHECK(differs(OverlayDetail::all) > 50);
+}
+
+TEST_CASE("text covers little of the picture, more where details or reasons are asked for") {
+    const SyntheticSequence sequence(640, 360, 40);
+    defrec::cli::FrameRecord frame;
+    frame.state = "tracking";
+    const auto darkened_rows = [&](OverlayDetail detail) {
+        OverlayPainter painter(sequence.projector(), detail);
+        cv::Mat image(360, 640, CV_8UC3, cv::Scalar::all(90));
+        painter.draw(image, frame);
+        int rows = 0;
+        for (int y = 0; y < image.rows; ++y)
+            rows += count_near(image.row(y), cv::Scalar::all(90), 0) < image.cols;
+        return rows;
+    };
+    const int usual = darkened_rows(OverlayDetail::usual);
+    CHECK(usual > 0);
+    CHECK(usual < 0.1 * 360);
+    CHECK(darkened_rows(OverlayDetail::all) > usual);
+    frame.reasons = "occluded";
+    CHECK(darkened_rows(OverlayDetail::usual) > usual);
+    CHECK(darkened_rows(OverlayDetail::usual) < 0.15 * 360);
 }
 
 TEST_CASE("a page that has state and legend beside the picture gets it without text") {

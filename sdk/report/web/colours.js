@@ -19,15 +19,27 @@ export const stateMeanings = {
   relocalised: 'found again after having been lost',
 };
 
-// Indexed by VertexStatus, as DEFREC_POINT_* of the C API.
+// Indexed by VertexStatus, as DEFREC_POINT_* of the C API. pointName: of points and targets, as in
+// points.csv.
 export const statuses = [
-  {name: 'observed', colour: '#2dd4bf', meaning: 'seen in this frame, in depth and in the image'},
+  {
+    name: 'observed',
+    pointName: 'tracked',
+    colour: '#2dd4bf',
+    meaning: 'seen in this frame, in depth and in the image'
+  },
   {
     name: 'extrapolated',
+    pointName: 'extrapolated',
     colour: '#fbbf24',
     meaning: 'hidden, without data or not recognised: moved along by the model'
   },
-  {name: 'unknown', colour: '#9ca3af', meaning: 'no claim is made about this place'},
+  {
+    name: 'unknown',
+    pointName: 'lost',
+    colour: '#9ca3af',
+    meaning: 'no claim is made about this place'
+  },
 ];
 
 /** Colours of a plan's parts, one after the other; plan_painter.cpp draws with the same. */

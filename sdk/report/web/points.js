@@ -2,7 +2,7 @@
 // the template's image, and of one the expected error and the displacement over time.
 import {statuses, unknownStatus} from './colours.js';
 import {byId, element, number, percent} from './data.js';
-import {statusCell} from './summary.js';
+import {pointStatusCell} from './summary.js';
 import {svg, tickLabel, ticks} from './svg.js';
 
 const kWidth = 460, kHeight = 170, kMargin = {
@@ -203,7 +203,7 @@ const kHints = {
   plan:
       'The middles of the parts that have a name, and the targets by name or number; errors are ' +
       'those of registration and tracking together. What lies beneath the surface is never ' +
-      'observed, but extrapolated; red bands: lost. A part that is known in part has no middle; ' +
+      'tracked, but extrapolated; red bands: lost. A part that is known in part has no middle; ' +
       'pictures show what is known of it.'
 };
 const kHeads = {
@@ -212,7 +212,8 @@ const kHeads = {
 };
 // A soft hyphen, for narrow columns.
 const kMoreHeads = [
-  'Now', 'Expected error, mm', 'Median, mm', 'Largest, mm', 'Observed', 'Extra\u00adpolated', 'Lost'
+  'Status', 'Expected error, mm', 'Median, mm', 'Largest, mm', 'Tracked', 'Extra\u00adpolated',
+  'Lost'
 ];
 
 function pointRow(points, i, moment, selected, onSelect) {
@@ -221,7 +222,7 @@ function pointRow(points, i, moment, selected, onSelect) {
   const button = element('button', {type: 'button', class: 'link'}, nameOf(point));
   button.addEventListener('click', () => onSelect(i));
   const cells = [
-    button, statusCell(statusAt(moment, i)), number(errorAt(points, moment, i)),
+    button, pointStatusCell(statusAt(moment, i)), number(errorAt(points, moment, i)),
     number(point.median_mm), number(point.median_mm === null ? null : point.largest_mm),
     ...point.frames.map((count) => percent(count / all))
   ];
@@ -240,7 +241,8 @@ export function showPoints(data, section) {
   byId(section).hidden = false;
   byId(`${section}-hint`).textContent = kHints[section] +
       (points.listed.length < points.count ?
-           ` ${points.listed.length} of ${points.count} are shown, evenly chosen.` :
+           ` ${points.listed.length} of ${points.count} are shown, evenly chosen; ${
+               section}.csv has all.` :
            '');
   // The first that has a place.
   let selected = Math.max(0, points.listed.findIndex(({median_mm: median}) => median !== null)),
@@ -252,7 +254,9 @@ export function showPoints(data, section) {
   byId(`${section}-map`).replaceChildren(map.drawing);
   function draw() {
     const moment = points.moments[marked];
-    byId(`${section}-frame`).textContent = `Frame ${moment.frame}:`;
+    byId(`${section}-frame`).textContent =
+        `Picture, status and expected error are of frame ${moment.frame}, the other columns of ` +
+        'all frames.';
     map.show(moment, selected);
     const rows = points.listed.map((_, i) => pointRow(points, i, moment, selected, (chosen) => {
                                      selected = chosen;
@@ -262,7 +266,7 @@ export function showPoints(data, section) {
         [kHeads[section], ...kMoreHeads].map((text) => element('th', {scope: 'col'}, text));
     byId(`${section}-list`)
         .replaceChildren(element(
-            'table', {}, element('thead', {}, element('tr', {}, ...heads)),
+            'table', {class: 'followed'}, element('thead', {}, element('tr', {}, ...heads)),
             element('tbody', {}, ...rows)));
     byId(`${section}-detail`)
         .replaceChildren(

@@ -6,13 +6,16 @@ import {reasonsInWords} from './reasons.js';
 export const stateChip = (state) =>
     element('span', {class: 'chip', style: `--chip: ${stateColour(state)}`}, state || 'no state');
 
-/** Cell with the status of what is followed. */
-export function statusCell(status) {
-  const {name, colour} = statuses[status];
+/** Cell with a status, in the live view's words. */
+export function statusCell(
+    status, word = status === unknownStatus ? 'lost' : statuses[status].name) {
+  const {colour} = statuses[status];
   return element(
-      'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}),
-      status === unknownStatus ? 'lost' : name);
+      'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}), word);
 }
+
+/** Likewise in the words of the files. */
+export const pointStatusCell = (status) => statusCell(status, statuses[status].pointName);
 
 function card(name, value, unit, note) {
   const shown = element('dd', {}, value);
@@ -123,10 +126,10 @@ export function showChanges({summary}) {
 export function showReading() {
   const list = element('dl', {class: 'reading'});
   const add = (term, text) => list.append(element('dt', {}, term), element('dd', {}, text));
-  for (const {name, colour, meaning} of statuses)
+  for (const {name, pointName, colour, meaning} of statuses)
     add(element(
             'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}), name),
-        `${meaning}.`);
+        `${meaning}.` + (pointName === name ? '' : ` Of a point or target: ${pointName}.`));
   for (const [state, meaning] of Object.entries(stateMeanings))
     add(stateChip(state), `${meaning}.`);
   add('Units',
@@ -146,13 +149,13 @@ export function showReading() {
           'chosen.');
   add('Target',
       'A place beneath the surface that was given in the template\'s frame. A ring in ' +
-          'the overlay is as wide as its expected error, dashed where the surface above it is ' +
-          'not observed.');
+          'the overlay is as wide as its expected error, dashed where it is ' +
+          'extrapolated.');
   add('Deformation', 'Displacement from the template with the rigid motion taken out.');
   add('Overlay',
       'Grid: the surface\'s lines in the colours above. Blue: recognised details of the ' +
           'template, each from where it was. Dots: followed points in the colour of their ' +
-          'status, in a ring as wide as their expected error, dashed where not observed; lost ' +
+          'status, in a ring as wide as their expected error, dashed where extrapolated; lost ' +
           'ones are not drawn. With --overlay-details also control points (crosses), refused ' +
           'matches (dark).');
   byId('reading').append(list);

@@ -1,7 +1,7 @@
 // Targets beneath the surface: expected error over their depth, and a list of them in a frame.
 import {unknownStatus} from './colours.js';
 import {byId, element, isPlaced, number, table} from './data.js';
-import {statusCell} from './summary.js';
+import {pointStatusCell} from './summary.js';
 import {svg, tickLabel, ticks} from './svg.js';
 
 const kPlotWidth = 460, kPlotHeight = 300, kLeft = 48, kRight = 14, kTop = 10, kBottom = 42;
@@ -90,7 +90,7 @@ function list(labels, targets) {
     const target = targets[i] && isPlaced(targets[i]) ? targets[i] : null;
     return [
       `${id}`, depth === null ? '–' : `${+ depth.toFixed(2)}`,
-      statusCell(target?.status ?? unknownStatus), number(target?.error),
+      pointStatusCell(target?.status ?? unknownStatus), number(target?.error),
       target ? Array.from(target.centre, (v) => number(v, 1)).join(', ') : '–'
     ];
   }));
@@ -105,8 +105,9 @@ export function showTargets({surface}) {
   byId('targets-hint').textContent =
       'The plot shows the median expected error over depth, the middle 90 % (thick) and ' +
       'the range (thin) over the frames of this page.' +
-      (labels.length < count ? ` ${labels.length} of ${count} targets are shown, evenly chosen.` :
-                               '');
+      (labels.length < count ?
+           ` ${labels.length} of ${count} targets are shown, evenly chosen; targets.csv has all.` :
+           '');
   const groups = byDepth(labels, moments);
   byId('targets-plot')
       .replaceChildren(
@@ -115,7 +116,7 @@ export function showTargets({surface}) {
                               'p', {class: 'hint'},
                               'No target with a known depth has a position in any frame.'));
   const show = (moment) => {
-    byId('targets-frame').textContent = `Frame ${moment.frame}:`;
+    byId('targets-frame').textContent = `The list is of frame ${moment.frame}.`;
     byId('targets-list').replaceChildren(list(labels, moment.targets));
   };
   show(moments.findLast(({targets}) => targets.length) ?? moments[0]);
