@@ -32,7 +32,7 @@ function isDrawn(wanted) {
   const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
   let count = 0;
   for (let i = 0; i < data.length; i += 4)
-    count += data[i] > 180 && data[i + 1] < 160 && data[i + 2] > 200;
+    count += data[i] > 170 && data[i + 1] > 230 && data[i + 2] < 90;
   return wanted ? count > 10 : count === 0;
 }
 

@@ -8,8 +8,9 @@ import {createInterface} from 'node:readline';
 
 
 // Paths: DEFREC FOLDER_OF_NODE_MODULES SCRATCH [SCREENSHOT].
-const [defrec, packages, scratchFolder, screenshotPath] =
+const [program, packages, scratchFolder, screenshotPath] =
     process.argv.slice(2).map((path) => resolve(path));
+export const defrec = program;
 export const scratch = scratchFolder, screenshot = screenshotPath;
 
 // On a busy machine; pictures of a page take longer than looking at it.

@@ -4,50 +4,15 @@
 // is looked at. node states_test.mjs, with the arguments of common.mjs; the screenshots are PNGs in
 // a folder.
 import assert from 'node:assert/strict';
-import {mkdirSync, writeFileSync} from 'node:fs';
+import {mkdirSync} from 'node:fs';
 import {join} from 'node:path';
-import {deflateSync} from 'node:zlib';
 
 import {inTime, launch, openPage, render, scratch, screenshot, track} from './common.mjs';
+import {darken} from './darken.mjs';
 import {answersOf, Replay} from './replay.mjs';
 
 const kWidth = 320, kHeight = 240, kFrames = 12, kBlack = [6, 7, 8, 9];
 const kRed = 'rgb(200, 30, 30)';
-
-function crc32(bytes) {
-  let crc = ~0;
-  for (const byte of bytes) {
-    crc ^= byte;
-    for (let bit = 0; bit < 8; ++bit) crc = crc & 1 ? (crc >>> 1) ^ 0xedb88320 : crc >>> 1;
-  }
-  return ~crc >>> 0;
-}
-
-/** A black picture as a PNG. */
-function blackPicture() {
-  const chunk = (name, data) => {
-    const body = Buffer.concat([Buffer.from(name), data]);
-    const head = Buffer.alloc(4), tail = Buffer.alloc(4);
-    head.writeUInt32BE(data.length);
-    tail.writeUInt32BE(crc32(body));
-    return Buffer.concat([head, body, tail]);
-  };
-  const head = Buffer.alloc(13);
-  head.writeUInt32BE(kWidth, 0);
-  head.writeUInt32BE(kHeight, 4);
-  head.set([8, 2], 8);  // bits, colour
-  return Buffer.concat([
-    Buffer.from('\x89PNG\r\n\x1a\n', 'latin1'), chunk('IHDR', head),
-    chunk('IDAT', deflateSync(Buffer.alloc((3 * kWidth + 1) * kHeight))),
-    chunk('IEND', Buffer.alloc(0))
-  ]);
-}
-
-function darken(view, frames) {
-  for (const frame of frames)
-    writeFileSync(
-        join(scratch, 'sequence', view, `${String(frame).padStart(6, '0')}.png`), blackPicture());
-}
 
 /**
  * The page, looked at while it shows the state. In one call: on a busy machine frames come late,
@@ -71,7 +36,11 @@ const look = async (page, state) =>
         points: element('state-points').hidden ? '' : element('state-points').textContent,
         lastSeen: element('last-seen').hidden ? '' : element('last-seen').textContent,
         isFlashing: document.body.classList.contains('flashing'),
-        takesPoints: element('click-hint').checkVisibility()
+        takesPoints: element('click-hint').checkVisibility(),
+        oldPicture: element('old-picture').hidden ? '' : element('old-picture').textContent,
+        canAsk:
+            [...document.querySelectorAll('#record, #pause, #points input, #points button')].map(
+                ({disabled}) => !disabled)
       };
     }, {polling: 50}, state)).jsonValue();
 
@@ -142,30 +111,56 @@ async function lookAtStates(page, other, replay, isPlain) {
   assert.match((await lookAt(replay, [page], 'degraded')).say, /Why: something lies in front/);
   await page.click('#pause');
   await page.waitForFunction(() => !document.getElementById('paused').hidden);
-  await lookAt(replay, [page], 'lost');  // the state goes on while the picture is paused
+  assert.ok(
+      !(await look(page, 'degraded')).takesPoints,
+      'a click on a picture that is paused would follow tissue that is elsewhere now');
+  // The state goes on while the picture is paused.
+  const pausedLost = await lookAt(replay, [page], 'lost');
+  assert.ok(pausedLost.isPictureGray, 'what is lost now is not shown as followed');
   await lookAt(replay, [page], 'tracking');
   await page.click('#pause');
   const stalled = await lookAt(replay, [page], 'stalled');
   assert.ok(stalled.isPictureGray, 'the picture that is no longer of now is gray');
   assert.equal(stalled.points, '');
+  assert.match(stalled.oldPicture, /^Picture of \d.* ago$/);
+  assert.ok(!stalled.takesPoints);
   assert.ok(stalled.isFlashing);
   assert.equal(stalled.colour, kRed);
   assert.match(stalled.text, /Of the last picture, not of now/);
   await lookAt(replay, [page], 'tracking');
   for (const isBehindProxy of [false, true]) {
     replay.isBehindProxy = isBehindProxy;
-    assert.equal((await lookAt(replay, [page], 'disconnected')).colour, kRed);
-    await lookAt(replay, [page], 'tracking');
+    const {colour, canAsk} = await lookAt(replay, [page], 'disconnected');
+    assert.equal(colour, kRed);
+    assert.deepEqual(canAsk, [false, false, false, false], 'nobody hears what is asked');
+    const back = await lookAt(replay, [page], 'tracking');
+    assert.deepEqual(back.canAsk, [true, true, true, true]);
+    assert.equal(back.oldPicture, '');
   }
   const ended = await lookAt(replay, [page, other], 'ended');
   assert.match(ended.say, /Nothing is followed/);
   assert.match(ended.text, /Of the last picture, not of now/);
-  assert.ok(await page.$eval('#record', ({disabled}) => disabled));
+  assert.deepEqual(ended.canAsk, [false, false, false, false]);
   replay.state = 'disconnected';  // the program has gone, and the page goes on saying "Ended"
   await new Promise((resolve) => {
     setTimeout(resolve, 1500);
   });
   await look(page, 'ended');
+}
+
+/** On a small screen the word stays in sight, and little else does. */
+async function scroll(page) {
+  const seen = await page.evaluate(() => {
+    scrollTo(0, document.body.scrollHeight);
+    const {top, bottom} = document.getElementById('state-word').getBoundingClientRect();
+    const middle = document.elementFromPoint(innerWidth / 2, innerHeight / 8);
+    const covers = Boolean(middle.closest('#state'));
+    scrollTo(0, 0);
+    return {top, share: bottom / innerHeight, covers};
+  });
+  assert.equal(seen.top, 0);
+  assert.ok(seen.share < 0.12, `the state covers ${seen.share} of the screen`);
+  assert.ok(!seen.covers);
 }
 
 async function watchStates(browser, replay) {
@@ -177,16 +172,21 @@ async function watchStates(browser, replay) {
   await page.goto(replay.url);
   await page.bringToFront();
   const isPlain = await page.evaluate(() => document.documentElement.dataset.plain !== undefined);
+  await lookAt(replay, [page], 'tracking');
+  await scroll(page);
   await lookAtStates(page, other, replay, isPlain);
   assert.deepEqual(errors, []);
 }
 
 const browser = await launch();
 render(`${kWidth}x${kHeight}`, kFrames);
-for (const view of ['left', 'right']) darken(view, kBlack);
+for (const view of ['left', 'right'])
+  darken(join(scratch, 'sequence', view), kBlack, kWidth, kHeight);
 const program = track('left', 'right', 2, '--out', 'states');
 try {
-  const replay = new Replay(await inTime(answersOf(program)));
+  const answers = await inTime(answersOf(program));
+  answers.tracking.header.points.push([900, 0, true, '', 160, 120, 0, 0, 80, 0.2]);
+  const replay = new Replay(answers);
   await inTime(watchStates(browser, replay));
 } finally {
   program.kill('SIGKILL');

@@ -1,5 +1,8 @@
 // Labels on the left view, as many as have room beside each other.
+import {number} from '../../report/web/data.js';
+
 const kHeight = 14, kBelow = 4;  // of a line; of it beneath the base line
+const kMostKept = 0.1;           // of the picture, in a box that no label hides
 const kMark = 6;                 // half of a mark's side, on which no other one's label lies
 
 /** Which labels come first where there is not room for all. */
@@ -10,6 +13,9 @@ export const kRanks = {
   point: 0
 };
 
+/** The expected error, which could be taken for a size without the sign. */
+export const plusMinus = (error) => `\u00b1${number(error, 1)} mm`;
+
 export class Labels {
   constructor() {
     this.begin();
@@ -19,6 +25,19 @@ export class Labels {
   /** A picture without labels. */
   begin() {
     this.wanted = [];
+    this.avoided = [];
+    this.kept = [];  // boxes
+  }
+
+  /** A mark at x, y that no label hides. */
+  avoid(x, y) {
+    this.avoided.push({x, y});
+  }
+
+  /** What lies in the box, unless that is a large share of the picture, is hidden by no label. */
+  avoidBox(box, {width, height}) {
+    const area = (box.right - box.left) * (box.bottom - box.top);
+    if (area < kMostKept * width * height) this.kept.push(box);
   }
 
   /** Beside a mark at x, y. The higher rank comes first. */
@@ -41,13 +60,18 @@ export class Labels {
     const rankOf = ({key, rank}) => 2 * rank + (before.has(key) ? 1 : 0);
     const {width, height} = context.canvas;
     const seen = this.wanted.filter(({x, y}) => x >= 0 && x <= width && y >= 0 && y <= height);
-    const marks = seen.map(({key, x, y}) => ({key, ...boxRound(x, y, kMark * unit)}));
+    const marks = [
+      ...this.kept,
+      ...[...seen, ...this.avoided].map(({key, x, y}) => ({key, ...boxRound(x, y, kMark * unit)}))
+    ];
     for (const label of seen.sort((a, b) => rankOf(b) - rankOf(a))) {
       const places = this.boxes(label, context, unit), last = before.get(label.key) ?? 0;
       const others = marks.filter(({key}) => key !== label.key);
-      const place = [last, 0, 1, 2, 3].find(
-          (i) => isInside(places[i], context.canvas) && isFree(places[i], taken) &&
-              isFree(places[i], others));
+      const free = [last, 0, 1, 2, 3].filter(
+          (i) => isInside(places[i], context.canvas) && isFree(places[i], taken));
+      // The name of a part is worth more than marks of points.
+      const place = free.find((i) => isFree(places[i], others)) ??
+          (label.rank === kRanks.part ? free[0] : undefined);
       if (place === undefined) continue;
       taken.push(places[place]);
       this.places.set(label.key, place);

@@ -1,11 +1,11 @@
 // The left view with the followed points, the targets and the plan; a click follows another point.
 import {matchColour, observedStatus, statuses} from '../../report/web/colours.js';
-import {byId, element, number} from '../../report/web/data.js';
-import {kRanks, Labels} from './labels.js';
+import {byId, element} from '../../report/web/data.js';
+import {kRanks, Labels, plusMinus} from './labels.js';
 import {request} from './now.js';
 import {drawPlan} from './plan.js';
 import {labelOf} from './points.js';
-import {drawTargets} from './targets.js';
+import {drawTargets, labelTargets} from './targets.js';
 
 const kChosenRadius = 6, kGridRadius = 2;
 
@@ -37,7 +37,7 @@ export class Picture {
     this.canvas = byId('picture');
     this.context = this.canvas.getContext('2d');
     this.size = [1, 1];
-    this.takesPoints = false;  // there is tissue that is followed
+    this.take(false);
     this.labels = new Labels();
     this.canvas.addEventListener('click', (event) => {
       if (!this.takesPoints) return;
@@ -46,6 +46,13 @@ export class Picture {
       const v = ((event.clientY - box.top) / box.height) * this.size[1] - 0.5;
       request('/points', {u, v});
     });
+  }
+
+  /** Whether a click follows a point: what is shown is where it was a moment ago. */
+  take(points) {
+    this.takesPoints = points;
+    this.canvas.classList.toggle('takes-points', points);
+    byId('click-hint').hidden = !points;
   }
 
   /** points, plan: see readPoints, readPlan. */
@@ -62,10 +69,11 @@ export class Picture {
     this.labels.begin();
     if (plan && byId('show-plan').checked) {
       drawPlan(this.context, plan, scale, this.unit, this.labels);
-      drawTargets(this.context, plan.targets, scale);
+      drawTargets(this.context, plan.targets, scale, this.unit);
+      labelTargets(this.labels, plan.targets, scale);
     }
     if (byId('show-points').checked) this.drawPoints(points, scale);
-    if (byId('show-targets').checked) drawTargets(this.context, targets, scale);
+    if (byId('show-targets').checked) drawTargets(this.context, targets, scale, this.unit);
     this.labels.draw(this.context, this.unit);
   }
 
@@ -77,8 +85,8 @@ export class Picture {
     for (const point of placed)
       if (point.isChosen)
         this.labels.add(
-            `point ${point.id}`, `${labelOf(point)}  ${number(point.error, 1)} mm`, point.x,
-            point.y, point.name ? kRanks.named : kRanks.point);
+            `point ${point.id}`, `${labelOf(point)} ${plusMinus(point.error)}`, point.x, point.y,
+            point.name ? kRanks.named : kRanks.point);
   }
 
   drawMarks(points) {

@@ -1,30 +1,56 @@
 // A plan: the outlines of its parts and its targets on the left view, and in a list.
-import {partColour} from '../../report/web/colours.js';
+import {partColour, statuses, unknownStatus} from '../../report/web/colours.js';
 import {byId, element, number, table} from '../../report/web/data.js';
 import {statusCell} from '../../report/web/summary.js';
-import {kRanks} from './labels.js';
-import {readTargets} from './targets.js';
+import {kRanks, plusMinus} from './labels.js';
+import {hasPlace, nameOf, readTargets, shareShown} from './targets.js';
 
 const kUnknownColour = '#9ca3af';
+const kFill = 0.2, kHalo = 0.3;       // shares of a part's colour
 const kSilhouette = 0, kUnknown = 1;  // and 2: where the image ends
 
-/** null without a plan. Outlines: closed lines of [u, v, radius, kind]. */
+/**
+ * null without a plan. Outlines: closed lines of [u, v, radius, kind]. depth: of what is nearest to
+ * the surface, mm; way: from there to the surface, x, y, z each; both null where nothing of the
+ * part is known beneath the surface.
+ */
 export function readPlan({plan}) {
   if (!plan) return null;
-  const parts = plan.parts.map(
-      ([name, status, error, outlines], i) =>
-          ({name, status, error, outlines, colour: partColour(i)}));
-  return {parts, targets: readTargets(plan)};
+  const parts = plan.parts.map(([name, status, error, outlines, way], i) => ({
+                                 name,
+                                 status,
+                                 error,
+                                 outlines,
+                                 depth: way?.[0] ?? null,
+                                 way: way?.slice(1) ?? null,
+                                 colour: partColour(i)
+                               }));
+  return {
+    parts,
+    targets: readTargets(plan),
+    targetCount: plan.target_count,
+    targetsPlaced: plan.targets_placed
+  };
+}
+
+export const partsPlaced = ({parts}) => parts.filter(hasPlace).length;
+
+/** "9.6 mm deep"; what comes out of the surface has a negative depth. */
+export function depthInWords({depth}) {
+  if (depth === null) return '';
+  return depth < 0 ? `${number(-depth, 1)} mm above the surface` : `${number(depth, 1)} mm deep`;
 }
 
 /** scale: of the picture. unit: a pixel of the screen. */
-function drawPart(context, {name, error, outlines, colour}, scale, unit, labels) {
+function drawPart(context, part, scale, unit, labels) {
+  const {name, error, outlines, colour} = part;
   const at = ([u, v]) => [(u + 0.5) * scale, (v + 0.5) * scale];
-  const halo = new Path2D(), whole = new Path2D(), open = new Path2D();
-  for (const outline of outlines)
+  const inside = new Path2D(), halo = new Path2D(), whole = new Path2D(), open = new Path2D();
+  for (const outline of outlines) {
     outline.forEach((point, i) => {
       const next = outline[(i + 1) % outline.length], kinds = [point[3], next[3]];
       const [x, y] = at(point);
+      inside[i === 0 ? 'moveTo' : 'lineTo'](x, y);
       if (point[3] === kSilhouette) {
         halo.moveTo(x, y);
         halo.arc(x, y, Math.max(1, point[2] * scale), 0, 2 * Math.PI);
@@ -34,8 +60,12 @@ function drawPart(context, {name, error, outlines, colour}, scale, unit, labels)
       line.moveTo(x, y);
       line.lineTo(...at(next));
     });
-  context.globalAlpha = 0.3;
+    inside.closePath();
+  }
   context.fillStyle = colour;
+  context.globalAlpha = kFill;
+  context.fill(inside, 'evenodd');
+  context.globalAlpha = kHalo;
   context.fill(halo);
   context.globalAlpha = 1;
   context.lineWidth = 2 * unit;
@@ -45,39 +75,57 @@ function drawPart(context, {name, error, outlines, colour}, scale, unit, labels)
   context.setLineDash([5 * unit, 5 * unit]);
   context.stroke(open);
   context.setLineDash([]);
+  const places = outlines.flat().map(at);
+  const side = (k, most) => places.reduce((a, place) => most(a, place[k]), places[0][k]);
+  labels.avoidBox(
+      {
+        left: side(0, Math.min),
+        right: side(0, Math.max),
+        top: side(1, Math.min),
+        bottom: side(1, Math.max)
+      },
+      context.canvas);
   const [top] = outlines.flat().sort((a, b) => a[1] - b[1]);
-  labels.add(`part ${name}`, `${name}  ${number(error, 1)} mm`, ...at(top), kRanks.part);
+  const about = [plusMinus(error), depthInWords(part)].filter(Boolean).join(', ');
+  labels.add(`part ${name}`, `${name} ${about}`, ...at(top), kRanks.part);
 }
 
-/** Only what is known of the parts; the targets are drawn as others are, with their labels. */
+/** Only what is known of the parts. */
 export function drawPlan(context, plan, scale, unit, labels) {
   for (const part of plan.parts)
     if (part.outlines.length) drawPart(context, part, scale, unit, labels);
-  for (const {id, centre, u, v, error} of plan.targets)
-    if (centre && u !== null && v !== null)
-      labels.add(
-          `target ${id}`, `${id}  ${number(error, 1)} mm`, (u + 0.5) * scale, (v + 0.5) * scale,
-          kRanks.target);
+}
+
+/** A part without a place of its own may be known, and drawn, where its vertices are. */
+function partStatus(part) {
+  if (hasPlace(part) || !part.outlines.length) return statusCell(part.status);
+  const {colour} = statuses[unknownStatus];
+  return element(
+      'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}),
+      'partly known');
 }
 
 /** Hidden until there is a plan. */
 export function showPlanList(plan) {
   if (!plan) return;
-  for (const id of ['plan', 'plan-control']) byId(id).hidden = false;
+  for (const id of ['plan', 'plan-control', 'see-through-control']) byId(id).hidden = false;
   const rows = [
     ...plan.parts.map(
-        ({name,
-          status,
-          error,
-          outlines}) => [name, statusCell(status), outlines.length ? number(error) : '–', '–']),
+        (part) =>
+            [part.name, partStatus(part), part.outlines.length ? number(part.error) : '–',
+             number(part.depth, 1), '–']),
     ...plan.targets.map(
-        ({id, status, error, centre}) =>
-            [String(id), statusCell(status), number(error),
-             centre ? centre.map((value) => number(value, 1)).join(', ') : '–'])
+        (target) =>
+            [nameOf(target), statusCell(target.status), number(target.error),
+             number(target.centre ? target.depth : null, 1),
+             target.centre ? target.centre.map((value) => number(value, 1)).join(', ') : '–'])
   ];
+  byId('plan-count').textContent = shareShown(plan.targets, plan.targetCount);
   byId('plan-list')
       .replaceChildren(
           rows.length ?
-              table(['Part or target', 'Status', 'Expected error, mm', 'x, y, z in mm'], rows) :
+              table(
+                  ['Part or target', 'Status', 'Expected error, mm', 'Depth, mm', 'x, y, z in mm'],
+                  rows) :
               element('p', {class: 'hint'}, 'None in this frame.'));
 }

@@ -2,6 +2,7 @@
 import {byId, element, number} from '../../report/web/data.js';
 import {statusCell} from '../../report/web/summary.js';
 import {request} from './now.js';
+import {hasPlace} from './targets.js';
 
 const kMaxListed = 100;
 
@@ -55,10 +56,10 @@ export class PointList {
       const {name, cells} = this.rows.get(point.id) ?? this.makeRow(point.id);
       if (document.activeElement !== name) name.value = point.name;
       cells[1].replaceChildren(statusCell(point.status));
-      const isPlaced = point.error !== undefined;
-      cells[2].textContent = isPlaced ? `${number(point.error, 1)} mm` : '–';
-      cells[3].textContent =
-          isPlaced ? [point.x, point.y, point.z].map((value) => number(value, 1)).join(', ') : '–';
+      cells[2].textContent = hasPlace(point) ? `${number(point.error, 1)} mm` : '–';
+      cells[3].textContent = hasPlace(point) ?
+          [point.x, point.y, point.z].map((value) => number(value, 1)).join(', ') :
+          '–';
     }
     this.table.hidden = listed.length === 0;
     this.more.textContent = chosen.length > listed.length ?
@@ -68,8 +69,8 @@ export class PointList {
                         'None.';
   }
 
-  /** The run has ended: nothing can be changed any more. */
-  end() {
-    for (const field of this.body.querySelectorAll('input, button')) field.disabled = true;
+  /** Whether names can be given, and points removed. */
+  enable(on) {
+    for (const field of this.body.querySelectorAll('input, button')) field.disabled = !on;
   }
 }

@@ -21,7 +21,27 @@ function setText(id, text) {
 }
 
 /** Whether the state is that of a frame of now, and not of a page without frames. */
-const isOfNow = (state) => isFollowed(state) || ['lost', 'unfound', 'initialising'].includes(state);
+export const isOfNow = (state) =>
+    isFollowed(state) || ['lost', 'unfound', 'initialising'].includes(state);
+
+const ofAll = ({placed, all}, name) => `${placed} of ${all} ${name}${all === 1 ? '' : 's'}`;
+
+/** Empty where there is none. */
+function beneathInWords({targets, parts, planTargets}) {
+  const ofPlan = [];
+  if (parts.all) ofPlan.push(ofAll(parts, 'part'));
+  if (planTargets.all) ofPlan.push(ofAll(planTargets, 'target'));
+  const words = [];
+  if (ofPlan.length) words.push(`Plan: ${ofPlan.join(', ')} placed`);
+  if (targets.all) words.push(`${ofAll(targets, 'target')} placed`);
+  return words.join('; ');
+}
+
+/** A line of the banner, bold where not all are placed. */
+function setCount(id, text, counts) {
+  setText(id, text);
+  byId(id).style.fontWeight = counts.every(({placed, all}) => placed === all) ? '400' : '800';
+}
 
 /**
  * " Why: ... What to do: ..." What is noticed of tissue that was found is not why it was. Spaces in
@@ -50,22 +70,18 @@ export class State {
   }
 
   /**
-   * moments: of the frames since the last call. ageMs: of the newest one; old where the page was
-   * kept from taking it.
+   * moments: of the frames since the last call. followed: points, targets, parts and planTargets,
+   * {all, placed} each. ageMs: of the newest frame; old where the page was kept from taking it.
    */
-  take(moments, points, ageMs) {
+  take(moments, followed, ageMs) {
     this.frameAt = performance.now() - ageMs;
     for (const [, , state] of moments) this.moments.push(state);
     this.moments.splice(0, Math.max(0, this.moments.length - kStripMoments));
     const now = moments.at(-1);
     if (now) [, , this.of, this.reasons] = now;
-    const lost = points.filter(({status}) => status === 2).length;
-    setText(
-        'state-points',
-        points.length === 0 ? '' :
-                              `${points.length - lost} of ${points.length} point${
-                                  points.length === 1 ? '' : 's'} followed`);
-    byId('state-points').style.fontWeight = lost ? '800' : '400';
+    const {points, ...beneath} = followed;
+    setCount('state-points', points.all ? `${ofAll(points, 'point')} followed` : '', [points]);
+    setCount('state-beneath', beneathInWords(beneath), Object.values(beneath));
     this.drawStrip();
     this.tell();
     if (isOfNow(this.shown)) this.fuse.light(ageMs);
@@ -75,7 +91,7 @@ export class State {
   stop(why) {
     this.of = why;
     this.reasons = '';
-    setText('state-points', '');
+    for (const id of ['state-points', 'state-beneath']) setText(id, '');
     if (why !== 'disconnected') clearInterval(this.timer);
     this.tell();
   }
@@ -90,7 +106,7 @@ export class State {
       byId('state').dataset.state = name;
       document.documentElement.dataset.state = name;
       document.body.classList.toggle('not-current', !isOfNow(name));
-      byId('state-points').hidden = !isOfNow(name);
+      for (const id of ['state-points', 'state-beneath']) byId(id).hidden = !isOfNow(name);
       this.changed(name);
     }
     const {word, say} = states[name] ?? {word: name, say: ''};

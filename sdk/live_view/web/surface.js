@@ -2,6 +2,7 @@
 import * as THREE from 'three';
 import {rampGradient, statuses} from '../../report/web/colours.js';
 import {byId, element} from '../../report/web/data.js';
+import {PlanMesh} from '../../report/web/plan_mesh.js';
 import {
   completeTriangles,
   copies,
@@ -13,10 +14,12 @@ import {
 } from '../../report/web/stage.js';
 import {fetchSurface} from './connection.js';
 import {Pace} from './pace.js';
+import {depthInWords} from './plan.js';
 import {targetColour} from './targets.js';
 
 const kTopErrorMm = 2;
-const kLookMs = 8;  // whether a picture is drawn
+const kWayColour = '#ffd400';  // of the shortest way from a part to the surface
+const kLookMs = 8;             // whether a picture is drawn
 
 /**
  * Tissue out of the image has no texture there: a plain colour in place of the image's last row.
@@ -54,6 +57,13 @@ class LiveSurface extends Stage {
     this.mesh.frustumCulled = this.wires.frustumCulled = false;
     this.group.add(this.mesh, this.wires);
     this.makeTargets(0);
+    this.plan = null;  // the mesh, once there is one
+    this.ways = new THREE.LineSegments(
+        new THREE.BufferGeometry(),
+        new THREE.LineBasicMaterial({color: kWayColour, depthTest: false, transparent: true}));
+    this.ways.renderOrder = 1;  // over the surface and the part, whichever lies before them
+    this.ways.frustumCulled = false;
+    this.group.add(this.ways);
     this.enclose([]);
     this.fill();
     byId('front-view').addEventListener('click', () => this.look(0, 0));
@@ -113,6 +123,13 @@ class LiveSurface extends Stage {
     const {header, sections} = await fetchSurface();
     this.number = header.surface;
     this.triangles = new Uint32Array(sections.triangles);
+    const triangles = new Uint32Array(sections.plan_triangles);
+    if (!this.plan && triangles.length) {
+      const parts = header.plan_parts.map(([first, count]) => ({first, count}));
+      this.plan = new PlanMesh({triangles, parts});
+      this.group.add(this.plan.mesh);
+      this.isPlaced = false;  // the view is to have room for it
+    }
     return this.number === number;
   }
 
@@ -143,20 +160,34 @@ class LiveSurface extends Stage {
     const ball = (size) => [size, 0, 0, 0, size, 0, 0, 0, size];
     place(this.marks, targets, () => ball(1), () => targetColour);
     place(this.errors, targets, ({error}) => ball(error ?? 0), () => targetColour);
-    seeThrough(this.material, targets.length > 0 && byId('see-through').checked);
     this.canvas.dataset.targets = targets.length;
   }
 
-  /** targets: those with a place. */
-  async show(header, sections, bitmap, targets) {
+  /** parts: see readPlan. How many triangles of the model are shown. */
+  showPlan(parts, {plan_xyz: xyz, plan_error: error}) {
+    if (!this.plan) return 0;
+    const plan = {xyz: new Float32Array(xyz), error: new Float32Array(error)};
+    const isShown = parts.length > 0 && plan.xyz.length > 0;
+    const ways = isShown ? parts.flatMap(({way}) => way ?? []) : [];
+    this.ways.geometry.setAttribute('position', new THREE.Float32BufferAttribute(ways, 3));
+    return this.plan.show(
+        isShown ? {plan} : null, {key: byId('colour-by').value, top: kTopErrorMm}, false);
+  }
+
+  /** targets: those with a place. parts: of a plan. */
+  async show(header, sections, bitmap, targets, parts) {
     const xyz = new Float32Array(sections.xyz);
-    if (xyz.length && (header.surface === this.number || await this.take(header.surface)))
-      this.draw(xyz, header, sections, bitmap, targets);
+    const isKnown = header.surface === this.number && (this.plan || !sections.plan_xyz?.byteLength);
+    if (xyz.length && (isKnown || await this.take(header.surface)))
+      this.draw(xyz, header, sections, bitmap, targets, parts);
     this.showTargets(targets);
+    this.canvas.dataset.plan = this.showPlan(parts, sections);
+    seeThrough(
+        this.material, (targets.length > 0 || parts.length > 0) && byId('see-through').checked);
     this.render();
   }
 
-  draw(xyz, header, sections, bitmap, targets) {
+  draw(xyz, header, sections, bitmap, targets, parts) {
     const by = byId('colour-by').value;
     this.makeRoom(xyz.length / 3);
     const {position, color, uv} = this.geometry.attributes;
@@ -177,10 +208,11 @@ class LiveSurface extends Stage {
     this.geometry.computeVertexNormals();
     this.wires.visible = byId('mesh-lines').checked;
     this.useTexture(by === 'tissue' ? bitmap : null);
-    this.showScale(by, targets.length > 0);
+    this.showScale(by, targets.length > 0, parts);
     if (this.isPlaced) return;
     this.isPlaced = true;
-    this.enclose(xyz, ...targets.map(({centre}) => centre));
+    this.enclose(
+        xyz, new Float32Array(sections.plan_xyz ?? 0), ...targets.map(({centre}) => centre));
     this.look(0.4, 0.45);
   }
 
@@ -202,16 +234,22 @@ class LiveSurface extends Stage {
     this.pace.begin();
   }
 
-  showScale(by, withTargets) {
-    if (this.scale === by && this.scaleHasTargets === withTargets) return;
-    this.scale = by;
-    this.scaleHasTargets = withTargets;
+  showScale(by, withTargets, parts) {
+    const about = parts.map(
+        (part) => [part.name, part.outlines.length || part.way ? depthInWords(part) : 'not known']);
+    const scale = JSON.stringify([by, withTargets, about]);
+    if (this.scale === scale) return;
+    this.scale = scale;
     const swatch = (colour) => element('span', {class: 'swatch', style: `background: ${colour}`});
-    const targets = withTargets ?
+    const ofParts = parts.map(
+        ({colour}, i) => element(
+            'span', {}, ...(by === 'error' ? [] : [swatch(colour)]),
+            about[i].filter(Boolean).join(', ')));
+    const ofTargets = withTargets ?
         [element('span', {}, swatch(targetColour), 'targets: expected error, true size')] :
         [];
     byId('legend').replaceChildren(
-        ...targets,
+        ...ofParts, ...ofTargets,
         ...(by === 'status' ?
                 statuses.map(({name, colour}) => element('span', {}, swatch(colour), name)) :
                 by === 'error' ?

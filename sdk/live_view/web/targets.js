@@ -2,10 +2,15 @@
 import {observedStatus, unknownStatus} from '../../report/web/colours.js';
 import {byId, element, number, table} from '../../report/web/data.js';
 import {statusCell} from '../../report/web/summary.js';
+import {kRanks, plusMinus} from './labels.js';
 
-export const targetColour = '#f472ff';
-const kTargetArm = 3;
-const kMinTargetRadius = 6;
+export const targetColour = '#c6ff1a';
+const kArm = 3.5;        // of a mark, pixels of the screen
+const kMostNumbers = 6;  // of targets without a name of their own whose labels are shown
+
+/** A name of digits alone, as of targets without one, would be read as a number. */
+const isNumber = (id) => /^-?\d+$/.test(id);
+export const nameOf = ({id}) => (isNumber(id) ? `target ${id}` : id);
 
 /**
  * The header's. id: the name of a plan's target that has one. What is lost has neither centre nor
@@ -13,7 +18,7 @@ const kMinTargetRadius = 6;
  */
 export const readTargets = ({targets}) =>
     targets.map(([id, depth, status, u, v, radius, x, y, z, error]) => ({
-                  id,
+                  id: String(id),
                   depth,
                   status,
                   u,
@@ -23,34 +28,59 @@ export const readTargets = ({targets}) =>
                   centre: status === unknownStatus ? null : [x, y, z]
                 }));
 
-export const placedTargets = (targets) => targets.filter(({centre}) => centre);
+export const hasPlace = ({status}) => status !== unknownStatus;
+export const placedTargets = (targets) => targets.filter(hasPlace);
+
+const isSeen = ({centre, u, v}) => centre && u !== null && v !== null;
 
 /**
- * A cross in a ring with the expected error as radius, dashed where the target is not observed.
- * scale: of the picture.
+ * A small cross, in a ring with the expected error as radius where that is larger, dashed where the
+ * target is not observed. scale: of the picture; unit: a pixel of the screen.
  */
-export function drawTargets(context, targets, scale) {
-  for (const {status, u, v, radius} of placedTargets(targets)) {
-    if (u === null || v === null) continue;
-    const x = (u + 0.5) * scale, y = (v + 0.5) * scale;
-    const cross = new Path2D();
-    cross.moveTo(x - kTargetArm, y);
-    cross.lineTo(x + kTargetArm, y);
-    cross.moveTo(x, y - kTargetArm);
-    cross.lineTo(x, y + kTargetArm);
+export function drawTargets(context, targets, scale, unit) {
+  const seen = targets.filter(isSeen);
+  const stroke = (path, colour, width) => {
+    context.strokeStyle = colour;
+    context.lineWidth = width * unit;
+    context.stroke(path);
+  };
+  for (const {status, u, v, radius} of seen) {
+    if (radius === null || radius * scale < kArm * unit) continue;
     const ring = new Path2D();
-    if (radius !== null) ring.arc(x, y, Math.max(radius * scale, kMinTargetRadius), 0, 2 * Math.PI);
-    for (const [colour, width, dashes] of [
-             ['#0f172a', 4.5, []], [targetColour, 2, status === observedStatus ? [] : [5, 3]]]) {
-      context.strokeStyle = colour;
-      context.lineWidth = width;
-      context.stroke(cross);
-      context.setLineDash(dashes);
-      context.stroke(ring);
-      context.setLineDash([]);
-    }
+    ring.arc((u + 0.5) * scale, (v + 0.5) * scale, radius * scale, 0, 2 * Math.PI);
+    if (status !== observedStatus) context.setLineDash([3 * unit, 3 * unit]);
+    stroke(ring, targetColour, 1);
+    context.setLineDash([]);
+  }
+  const crosses = new Path2D(), arm = kArm * unit;
+  for (const {u, v} of seen) {
+    const x = (u + 0.5) * scale, y = (v + 0.5) * scale;
+    crosses.moveTo(x - arm, y);
+    crosses.lineTo(x + arm, y);
+    crosses.moveTo(x, y - arm);
+    crosses.lineTo(x, y + arm);
+  }
+  stroke(crosses, '#0f172a', 3.5);
+  stroke(crosses, targetColour, 1.5);
+}
+
+/** Those with a name, and the others where they are few. */
+export function labelTargets(labels, targets, scale) {
+  const isFew = targets.length <= kMostNumbers;
+  for (const target of targets.filter(isSeen)) {
+    const x = (target.u + 0.5) * scale, y = (target.v + 0.5) * scale;
+    if (!isFew && isNumber(target.id))
+      labels.avoid(x, y);
+    else
+      labels.add(
+          `target ${target.id}`, `${nameOf(target)} ${plusMinus(target.error)}`, x, y,
+          kRanks.target);
   }
 }
+
+/** Whether the header has all of them. */
+export const shareShown = (targets, count) =>
+    targets.length < count ? `${targets.length} of ${count} targets are shown, evenly chosen.` : '';
 
 /** Hidden until there is a target. count: of all that are followed. */
 export function showTargetList(targets, count) {
@@ -58,10 +88,9 @@ export function showTargetList(targets, count) {
     for (const id of ['targets', 'target-controls', 'see-through-control']) byId(id).hidden = false;
   const rows = targets.map(
       ({id, depth, status, centre, error}) =>
-          [String(id), number(depth), statusCell(status),
+          [id, number(depth), statusCell(status),
            centre ? centre.map((value) => number(value, 1)).join(', ') : '–', number(error)]);
-  byId('targets-count').textContent =
-      targets.length < count ? `${targets.length} of ${count} are shown, evenly chosen.` : '';
+  byId('targets-count').textContent = shareShown(targets, count);
   byId('targets-list')
       .replaceChildren(
           rows.length ?

@@ -18,7 +18,9 @@ export function listenToFullScreen() {
 }
 
 export class Pause {
-  constructor() {
+  /** changed: called with whether it is on. */
+  constructor(changed) {
+    this.changed = changed;
     this.from = null;
     byId('pause').addEventListener('click', () => this.set(this.from === null));
     setInterval(() => this.tell(), 500);
@@ -34,6 +36,7 @@ export class Pause {
     byId('pause').textContent = on ? 'Go on' : 'Pause picture';
     byId('paused').hidden = !on;
     this.tell();
+    this.changed(on);
   }
 
   tell() {

@@ -8,21 +8,22 @@ import {watchFrames} from './connection.js';
 import {listenToRecord, showNow, showRecording, showStages} from './now.js';
 import {painted} from './pace.js';
 import {Picture} from './picture.js';
-import {readPlan, showPlanList} from './plan.js';
+import {partsPlaced, readPlan, showPlanList} from './plan.js';
 import {PointList, readPoints} from './points.js';
-import {Changes, duration, State} from './state.js';
-import {placedTargets, readTargets, showTargetList} from './targets.js';
+import {Changes, duration, isOfNow, State} from './state.js';
+import {hasPlace, placedTargets, readTargets, showTargetList} from './targets.js';
 import {listenToFullScreen, Pause} from './tools.js';
 import {isFollowed} from './words.js';
 
 const kLateMs = 1000;  // a surface that is so far behind the picture beside it is shown as old
 
-/** Says what stands in place of the surface, and how old that is. */
-class SurfaceNote {
+/** Says how old picture and surface are, and what stands in place of the surface. */
+class AgeNotes {
   constructor(canShow) {
     this.canShow = canShow;
     byId('show-surface-control').hidden = !canShow;
     this.seenAt = this.pictureAt = null;  // when the frame came that is drawn: in 3D, beside it
+    this.isPaused = false;
     this.state = 'connecting';
     setInterval(() => this.tell(), 200);
   }
@@ -30,6 +31,11 @@ class SurfaceNote {
   /** state: that is shown. */
   watch(state) {
     this.state = state;
+    this.tell();
+  }
+
+  pause(on) {
+    this.isPaused = on;
     this.tell();
   }
 
@@ -44,6 +50,13 @@ class SurfaceNote {
   }
 
   tell() {
+    const isOfFollowed = isFollowed(this.state) || !this.isPaused;
+    byId('left').querySelector('.picture-frame').classList.toggle('stale', !isOfFollowed);
+    const isOld = this.pictureAt !== null && !isOfNow(this.state) && !this.isPaused;
+    byId('old-picture').hidden = !isOld;
+    if (isOld)
+      byId('old-picture').textContent =
+          `Picture of ${duration(performance.now() - this.pictureAt)} ago`;
     const wasSeen = this.seenAt !== null, behind = this.pictureAt - this.seenAt;
     const followed = isFollowed(this.state), isNow = followed && behind < kLateMs;
     byId('surface').querySelector('.stage').classList.toggle('stale', !isNow && wasSeen);
@@ -60,18 +73,46 @@ class SurfaceNote {
   }
 }
 
+/** What the banner counts: see State.take. */
+function followed({target_count: targets, targets_placed: targetsPlaced}, chosen, plan) {
+  return {
+    points: {all: chosen.length, placed: chosen.filter(hasPlace).length},
+    targets: {all: targets, placed: targetsPlaced},
+    parts: {all: plan?.parts.length ?? 0, placed: plan ? partsPlaced(plan) : 0},
+    planTargets: {all: plan?.targetCount ?? 0, placed: plan?.targetsPlaced ?? 0}
+  };
+}
+
 export async function watch(surface, timeline) {
   const picture = new Picture(), changes = new Changes(), checks = new Checks();
-  const list = new PointList(), pause = new Pause(), alarm = new Alarm();
-  const note = new SurfaceNote(surface !== null);
+  const list = new PointList(), alarm = new Alarm();
+  const notes = new AgeNotes(surface !== null);
+  const pause = new Pause((on) => {
+    notes.pause(on);
+    takePoints();
+  });
   const state = new State((name) => {
-    note.watch(name);
+    notes.watch(name);
     alarm.watch(name);
+    takePoints();
+    enable(!['disconnected', 'refused', 'ended'].includes(name));
   });
   const shown = [];  // times of the last frames, ms
   let newest = -1;   // moment
   listenToRecord();
   listenToFullScreen();
+  enable(false);
+
+  // A click is on the tissue of now.
+  function takePoints() {
+    picture.take(isFollowed(state.shown) && !pause.isOn());
+  }
+
+  // While there is a program to ask.
+  function enable(on) {
+    for (const id of ['record', 'pause']) byId(id).disabled = !on;
+    list.enable(on);
+  }
 
   function rate() {
     shown.push(performance.now());
@@ -84,12 +125,16 @@ export async function watch(surface, timeline) {
         (jpeg) => jpeg && createImageBitmap(new Blob([jpeg], {type: 'image/jpeg'}))));
     picture.show(overlay ?? left, header, points, targets, plan);
     const at = performance.now();
-    note.showPicture(at);
+    notes.showPicture(at);
     if (sections.xyz.byteLength && surface?.isDue()) {
       await painted();  // what the page says of the frame does not wait for 3D
+      const withPlan = plan && byId('show-plan').checked;
       await surface.show(
-          header, sections, left, byId('show-targets').checked ? placedTargets(targets) : []);
-      note.see(at);
+          header, sections, left, placedTargets([
+            ...(byId('show-targets').checked ? targets : []), ...(withPlan ? plan.targets : [])
+          ]),
+          withPlan ? plan.parts : []);
+      notes.see(at);
       document.documentElement.dataset.surfaceFrame = header.frame;
     }
     left.close();
@@ -103,17 +148,15 @@ export async function watch(surface, timeline) {
     const moments = header.moments.filter(([index]) => index > newest);
     for (const moment of moments) changes.add(moment);
     if (moments.length) newest = moments.at(-1)[0];
-    state.take(moments, chosen, ageMs);
-    picture.takesPoints = isFollowed(state.of);
+    const targets = readTargets(header), plan = readPlan(header);
+    state.take(moments, followed(header, chosen, plan), ageMs);
     const now = header.moments.find(([index]) => index === header.frame) ?? header.moments.at(-1);
     if (now) showNow(header, now, rate());
     showStages(header.stages);
     list.show(chosen, picture.takesPoints);
     showRecording(header.recording);
     await checks.show(header);
-    const targets = readTargets(header);
     showTargetList(targets, header.target_count);
-    const plan = readPlan(header);
     showPlanList(plan);
     if (!pause.isOn()) await draw(frame, points, targets, plan);
     timeline?.add(moments);
@@ -129,10 +172,7 @@ export async function watch(surface, timeline) {
   });
   state.stop(why);
   if (pause.isOn()) pause.set(false);
-  for (const id of ['record', 'pause']) byId(id).disabled = true;
   showRecording('');
-  picture.takesPoints = false;
-  list.end();
   checks.end();
   document.documentElement.dataset.ended = 'true';
 }

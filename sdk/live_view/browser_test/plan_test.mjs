@@ -1,0 +1,161 @@
+// A plan in Chromium: its part, targets and depths in the left view, in 3D, in the banner and in
+// the list while it is followed, and nothing of it once the tissue is lost; and the palette of full
+// screen. node plan_test.mjs, with the arguments of common.mjs; the screenshots are PNGs in a
+// folder.
+import assert from 'node:assert/strict';
+import {spawnSync} from 'node:child_process';
+import {mkdirSync, writeFileSync} from 'node:fs';
+import {join} from 'node:path';
+import {fileURLToPath} from 'node:url';
+
+import {defrec, inTime, launch, openPage, render, scratch, screenshot, track} from './common.mjs';
+import {darken} from './darken.mjs';
+import {answersOf, Replay} from './replay.mjs';
+
+const kWidth = 320, kHeight = 240, kFrames = 12, kBlack = [6, 7, 8, 9, 10, 11];
+const kTargets = 16;
+const samples = fileURLToPath(new URL('../../../samples', import.meta.url));
+
+function run(...options) {
+  const done = spawnSync(defrec, options, {cwd: scratch, encoding: 'utf8'});
+  assert.equal(done.status, 0, done.stderr);
+}
+
+/** As docs/program/plan.md does. */
+function makePlan() {
+  const video = [
+    '--left', 'sequence/left', '--right', 'sequence/right', '--calibration',
+    'sequence/calibration.yaml'
+  ];
+  run('track', ...video, '--frames', '0:2', '--no-overlay', '--save-template', 'organ.template',
+      '--out', 'first');
+  const pairs = [[-5, 3, 81], [20, 0, 85], [0, 20, 85], [-20, -10, 84]];
+  writeFileSync(join(scratch, 'pairs.csv'), [
+    'id,model_x,model_y,model_z,x,y,z,error_mm', ...pairs.map((p, i) => [i, ...p, ...p, 0.3])
+  ].join('\n'));
+  run('register', '--model', join(samples, 'tumour.obj'), '--unit', 'mm', '--template',
+      'organ.template', '--pairs', 'pairs.csv', '--pairs-only', '--targets',
+      join(samples, 'plan.csv'), '--plan', 'tumour.plan', '--out', 'registered');
+}
+
+/** What the page shows of the plan, once it shows a frame of the state with it. */
+const look = async (page, state) =>
+    (await page.waitForFunction((wanted) => {
+      const root = document.documentElement, element = (id) => document.getElementById(id);
+      const rows = [...document.querySelectorAll('#plan-list tbody tr')];
+      if (root.dataset.state !== wanted || !rows.length) return false;
+      const is3D = root.dataset.plain === undefined && root.dataset.surface !== 'off';
+      if (is3D && element('view').dataset.plan === undefined) return false;
+      const canvas = element('picture');
+      const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+      const count = (colour) => {
+        let pixels = 0;
+        for (let i = 0; i < data.length; i += 4)
+          pixels += colour.every((value, k) => Math.abs(data[i + k] - value) < 24);
+        return pixels;
+      };
+      return {
+        banner: element('state-beneath').textContent,
+        weight: element('state-beneath').style.fontWeight,
+        rows: rows.map((row) => [...row.children].map((cell) => cell.textContent)),
+        part: count([236, 92, 246]),
+        targets: count([198, 255, 26]),
+        is3D,
+        triangles: Number(element('view').dataset.plan ?? 0),
+        marks: Number(element('view').dataset.targets ?? 0),
+        legend: element('legend').textContent,
+        isStale: document.querySelector('.stage').classList.contains('stale')
+      };
+    }, {polling: 100}, state)).jsonValue();
+
+async function picture(page, name) {
+  if (!screenshot) return;
+  mkdirSync(screenshot, {recursive: true});
+  await page.screenshot({path: join(screenshot, `${name}.png`), fullPage: true});
+}
+
+async function lookAtPlan(page, replay) {
+  const followed = await look(page, 'found');
+  await picture(page, 'found');
+  assert.equal(followed.banner, `Plan: 1 of 1 part, ${kTargets} of ${kTargets} targets placed`);
+  assert.equal(followed.weight, '400');
+  const [part, ...targets] = followed.rows;
+  const [name, status, error, depth] = part;
+  assert.deepEqual([name, status], ['tumour', 'extrapolated']);
+  assert.ok(Number(error) > 0 && Number(error) < 3, error);
+  assert.deepEqual(
+      targets.map(([target]) => target), Array.from({length: kTargets}, (_, i) => `target ${i}`));
+  const depths = targets.map((row) => Number(row[3]));
+  assert.ok(depths.every((mm) => mm > 1 && mm < 40), `depths: ${depths}`);
+  // Target 8 lies 1.5 mm from the middle of the ball, whose radius is 4 mm.
+  const deeper = depths[8] - Number(depth);
+  assert.ok(deeper > 2.3 && deeper < 4.1, `${depths[8]} and ${depth} mm deep`);
+  assert.ok(followed.part > 30, `pixels of the part: ${followed.part}`);
+  assert.ok(
+      followed.targets > kTargets && followed.targets < 60 * kTargets,
+      `pixels of the targets: ${followed.targets}`);
+  if (followed.is3D) {
+    assert.equal(followed.triangles, 80);
+    assert.equal(followed.marks, kTargets);
+    assert.match(followed.legend, new RegExp(`^tumour, ${depth} mm deep`));
+  }
+
+  replay.state = 'lost';
+  const lost = await look(page, 'lost');
+  await picture(page, 'lost');
+  assert.equal(lost.banner, `Plan: 0 of 1 part, 0 of ${kTargets} targets placed`);
+  assert.equal(lost.weight, '800');
+  assert.deepEqual([lost.part, lost.targets], [0, 0], 'pixels of the plan');
+  for (const [, lostStatus, lostError, lostDepth, place = '–'] of lost.rows)
+    assert.deepEqual([lostStatus, lostError, lostDepth, place], ['lost', '–', '–', '–']);
+  if (lost.is3D) assert.ok(lost.isStale);
+
+  replay.state = 'found';
+  await look(page, 'found');
+  await page.click('#show-plan');
+  await page.waitForFunction(() => {
+    const {dataset} = document.getElementById('view');
+    return dataset.plan === undefined || (dataset.plan === '0' && dataset.targets === '0');
+  });
+}
+
+async function lookAtFullScreen(page) {
+  const ink = () => page.$eval('#points', (points) => getComputedStyle(points).color);
+  assert.equal(await ink(), 'rgb(23, 32, 44)');
+  await page.click('#full-screen');
+  await page.waitForFunction(() => document.body.classList.contains('full'));
+  await picture(page, 'full');
+  assert.equal(await ink(), 'rgb(232, 237, 244)');
+}
+
+async function watchPlan(browser, replay) {
+  const errors = [];
+  const page = await openPage(browser, errors);
+  await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'light'}]);
+  await page.setViewport({width: 1280, height: 900});
+  await page.goto(replay.url);
+  await page.bringToFront();
+  await lookAtPlan(page, replay);
+  await lookAtFullScreen(page);
+  assert.deepEqual(errors, []);
+}
+
+const browser = await launch();
+render(`${kWidth}x${kHeight}`, kFrames);
+makePlan();
+for (const view of ['left', 'right'])
+  darken(join(scratch, 'sequence', view), kBlack, kWidth, kHeight);
+const program = track(
+    'left', 'right', 2, '--from-template', 'organ.template', '--plan', 'tumour.plan', '--out',
+    'tracked');
+try {
+  const answers = await inTime(answersOf(program, ['found', 'lost']));
+  const replay = new Replay({...answers, tracking: answers.found});
+  replay.state = 'found';
+  await inTime(watchPlan(browser, replay));
+} finally {
+  program.kill('SIGKILL');
+  browser.process()?.kill('SIGKILL');
+}
+console.log('passed');
+process.exit(0);
