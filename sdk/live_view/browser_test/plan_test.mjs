@@ -38,35 +38,41 @@ function makePlan() {
       join(samples, 'plan.csv'), '--plan', 'tumour.plan', '--out', 'registered');
 }
 
-/** What the page shows of the plan, once it shows a frame of the state with it. */
-const look = async (page, state) =>
-    (await page.waitForFunction((wanted) => {
-      const root = document.documentElement, element = (id) => document.getElementById(id);
-      const rows = [...document.querySelectorAll('#plan-list tbody tr')];
-      if (root.dataset.state !== wanted || !rows.length) return false;
-      const is3D = root.dataset.plain === undefined && root.dataset.surface !== 'off';
-      if (is3D && element('view').dataset.plan === undefined) return false;
-      const canvas = element('picture');
-      const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-      const count = (colour) => {
-        let pixels = 0;
-        for (let i = 0; i < data.length; i += 4)
-          pixels += colour.every((value, k) => Math.abs(data[i + k] - value) < 24);
-        return pixels;
-      };
-      return {
-        banner: element('state-beneath').textContent,
-        weight: element('state-beneath').style.fontWeight,
-        rows: rows.map((row) => [...row.children].map((cell) => cell.textContent)),
-        part: count([236, 92, 246]),
-        targets: count([198, 255, 26]),
-        is3D,
-        triangles: Number(element('view').dataset.plan ?? 0),
-        marks: Number(element('view').dataset.targets ?? 0),
-        legend: element('legend').textContent,
-        isStale: document.querySelector('.stage').classList.contains('stale')
-      };
-    }, {polling: 100}, state)).jsonValue();
+/** What the page shows of the plan, once a frame is drawn whose state was shown before. */
+async function look(page, state) {
+  const frame = await (await page.waitForFunction((wanted) => {
+                  const {state: shown, frame: drawn} = document.documentElement.dataset;
+                  return shown === wanted && (drawn ?? '0');
+                }, {polling: 50}, state)).jsonValue();
+  return (await page.waitForFunction((wanted, before) => {
+           const root = document.documentElement, element = (id) => document.getElementById(id);
+           const rows = [...document.querySelectorAll('#plan-list tbody tr')];
+           if (root.dataset.state !== wanted || !(Number(root.dataset.frame) > before))
+             return false;
+           const is3D = root.dataset.plain === undefined && root.dataset.surface !== 'off';
+           if (is3D && element('view').dataset.plan === undefined) return false;
+           const canvas = element('picture');
+           const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+           const count = (colour) => {
+             let pixels = 0;
+             for (let i = 0; i < data.length; i += 4)
+               pixels += colour.every((value, k) => Math.abs(data[i + k] - value) < 24);
+             return pixels;
+           };
+           return {
+             banner: element('state-beneath').textContent,
+             weight: element('state-beneath').style.fontWeight,
+             rows: rows.map((row) => [...row.children].map((cell) => cell.textContent)),
+             part: count([236, 92, 246]),
+             targets: count([198, 255, 26]),
+             is3D,
+             triangles: Number(element('view').dataset.plan ?? 0),
+             marks: Number(element('view').dataset.targets ?? 0),
+             legend: element('legend').textContent,
+             isStale: document.querySelector('.stage').classList.contains('stale')
+           };
+         }, {polling: 100}, state, Number(frame))).jsonValue();
+}
 
 async function picture(page, name) {
   if (!screenshot) return;

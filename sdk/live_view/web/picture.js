@@ -7,7 +7,10 @@ import {drawPlan} from './plan.js';
 import {labelOf} from './points.js';
 import {drawTargets, labelTargets} from './targets.js';
 
-const kChosenRadius = 6, kGridRadius = 2;
+const kChosenRadius = 6, kGridRadius = 2;  // pixels of the screen
+// A mark's radius is at most this share of the distance between points that are spread evenly: many
+// of them do not hide the tissue.
+const kMarkShare = 0.15;
 
 const recognised = {
   name: 'recognised',
@@ -70,10 +73,13 @@ export class Picture {
     if (plan && byId('show-plan').checked) {
       drawPlan(this.context, plan, scale, this.unit, this.labels);
       drawTargets(this.context, plan.targets, scale, this.unit);
-      labelTargets(this.labels, plan.targets, scale);
+      labelTargets(this.labels, plan.targets, 'plan', scale);
     }
     if (byId('show-points').checked) this.drawPoints(points, scale);
-    if (byId('show-targets').checked) drawTargets(this.context, targets, scale, this.unit);
+    if (byId('show-targets').checked) {
+      drawTargets(this.context, targets, scale, this.unit);
+      labelTargets(this.labels, targets, 'targets', scale);
+    }
     this.labels.draw(this.context, this.unit);
   }
 
@@ -90,15 +96,18 @@ export class Picture {
   }
 
   drawMarks(points) {
-    const {context, unit} = this;
+    const {context, unit} = this, {width, height} = this.canvas;
+    const apart = Math.sqrt((width * height) / points.filter(({isChosen}) => isChosen).length);
+    const chosenRadius =
+        Math.min(kChosenRadius * unit, Math.max(kGridRadius * unit, kMarkShare * apart));
     for (const point of points) {
       context.beginPath();
       context.arc(
-          point.x, point.y, unit * (point.isChosen ? kChosenRadius : kGridRadius), 0, 2 * Math.PI);
+          point.x, point.y, point.isChosen ? chosenRadius : unit * kGridRadius, 0, 2 * Math.PI);
       context.fillStyle = statuses[point.status].colour;
       context.fill();
       context.setLineDash(point.status === observedStatus ? [] : [3 * unit, 2 * unit]);
-      context.lineWidth = (point.isChosen ? 2 : 0.7) * unit;
+      context.lineWidth = point.isChosen ? chosenRadius / 3 : 0.7 * unit;
       context.strokeStyle = point.isChosen ? '#ffffff' : '#0f172a';
       context.stroke();
       context.setLineDash([]);

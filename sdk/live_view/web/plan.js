@@ -68,9 +68,12 @@ function drawPart(context, part, scale, unit, labels) {
   context.globalAlpha = kHalo;
   context.fill(halo);
   context.globalAlpha = 1;
-  context.lineWidth = 2 * unit;
-  context.strokeStyle = colour;
-  context.stroke(whole);
+  // A dark edge, since in an old picture, which is gray, the colour may be that of the tissue.
+  for (const [edge, width] of [['#0f172a', 4], [colour, 2]]) {
+    context.lineWidth = width * unit;
+    context.strokeStyle = edge;
+    context.stroke(whole);
+  }
   context.strokeStyle = kUnknownColour;
   context.setLineDash([5 * unit, 5 * unit]);
   context.stroke(open);

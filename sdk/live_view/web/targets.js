@@ -64,8 +64,8 @@ export function drawTargets(context, targets, scale, unit) {
   stroke(crosses, targetColour, 1.5);
 }
 
-/** Those with a name, and the others where they are few. */
-export function labelTargets(labels, targets, scale) {
+/** Those with a name, and the others where they are few. of: what has them. */
+export function labelTargets(labels, targets, of, scale) {
   const isFew = targets.length <= kMostNumbers;
   for (const target of targets.filter(isSeen)) {
     const x = (target.u + 0.5) * scale, y = (target.v + 0.5) * scale;
@@ -73,7 +73,7 @@ export function labelTargets(labels, targets, scale) {
       labels.avoid(x, y);
     else
       labels.add(
-          `target ${target.id}`, `${nameOf(target)} ${plusMinus(target.error)}`, x, y,
+          `${of} ${target.id}`, `${nameOf(target)} ${plusMinus(target.error)}`, x, y,
           kRanks.target);
   }
 }
