@@ -1234,9 +1234,9 @@ typedef struct defrec_result {
     const uint8_t       *vertex_status;  /**< DEFREC_POINT_* per template vertex: how far to trust
                                               it @count vertex_count */
     /** Root mean square of the 3D error to be expected, per template vertex: the root of the trace
-     *  of vertex_covariance. Over a sequence, 55 to 85 % of all vertices of a status have an error
-     *  within it, at least 93 % within twice and at least 98.5 % within three times it, unless
-     *  reasons say otherwise. @count vertex_count */
+     *  of vertex_covariance. Over a sequence, at least 55 % of all vertices of a status have an
+     *  error within it, 93 % within twice and 98.5 % within three times it, unless reasons say
+     *  otherwise. @count vertex_count */
     const float                    *expected_error_mm;
     uint64_t                        vertex_count;       /**< template vertices */
     const defrec_landmark          *landmarks;          /**< landmarks of the template

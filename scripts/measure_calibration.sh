@@ -62,8 +62,8 @@ const [tracked, trackedAuse] = confidence("tracked");
 const cells = [
     name, fitted, `${number(score.visible.median_mm)} / ${number(score.visible.p95_mm)}`,
     number(score.hidden.p95_mm), percent(score.lost_share), tracked,
-    score.observed.count > 0
-        ? `${number(score.observed.max_mm)}; ${score.observed.off_by_more_than_2_mm}` : "-",
+    score.tracked.count > 0
+        ? `${number(score.tracked.max_mm)}; ${score.tracked.off_by_more_than_2_mm}` : "-",
     trackedAuse, ...confidence("extrapolated")];
 console.log(`| ${cells.join(" | ")} |`);
 SCRIPT
@@ -113,8 +113,8 @@ for folder in "${given[@]}"; do measure "$folder" -; done
 
 echo
 if [ -s "$outside" ]; then
-    echo "Outside of the bands of defrec score --calibrated:"
+    echo "Too small by defrec score --calibrated:"
     cat "$outside"
 else
-    echo "Expected errors hold in every sequence."
+    echo "Expected errors are large enough in every sequence."
 fi

@@ -154,9 +154,9 @@ namespace Defrec
         public PointStatus[] VertexStatus { get; private set; } = new PointStatus[0];
         /// <summary>
         /// Root mean square of the 3D error to be expected, per template vertex: the root of the
-        /// trace of VertexCovariance. Over a sequence, 55 to 85 % of all vertices of a status have
-        /// an error within it, at least 93 % within twice and at least 98.5 % within three times
-        /// it, unless reasons say otherwise.
+        /// trace of VertexCovariance. Over a sequence, at least 55 % of all vertices of a status
+        /// have an error within it, 93 % within twice and 98.5 % within three times it, unless
+        /// reasons say otherwise.
         /// </summary>
         public float[] ExpectedErrorMm { get; private set; } = new float[0];
         /// <summary>Landmarks of the template.</summary>

@@ -87,10 +87,9 @@ namespace Defrec
 
         /// <summary>
         /// Root mean square of the 3D error to be expected, per template vertex: the root of the
-        /// trace of VertexCovariance. Over a sequence, 55 to 85 % of all vertices of a status have
-        /// an error within it, at least 93 % within twice and at least 98.5 % within three times
-        /// it, unless reasons say otherwise. Returns how many elements were copied; destination may
-        /// be longer.
+        /// trace of VertexCovariance. Over a sequence, at least 55 % of all vertices of a status
+        /// have an error within it, 93 % within twice and 98.5 % within three times it, unless
+        /// reasons say otherwise. Returns how many elements were copied; destination may be longer.
         /// </summary>
         /// <exception cref="ArgumentException">
         /// destination is null or too short; the error message says what is needed.

@@ -68,9 +68,9 @@ class Result:
     """(vertices,) uint8: pointStatus per template vertex: how far to trust it."""
     expected_error_mm: Float32Array
     """(vertices,) float32: root mean square of the 3D error to be expected, per template vertex:
-    the root of the trace of vertex_covariance. Over a sequence, 55 to 85 % of all vertices of a
-    status have an error within it, at least 93 % within twice and at least 98.5 % within three
-    times it, unless reasons say otherwise."""
+    the root of the trace of vertex_covariance. Over a sequence, at least 55 % of all vertices of a
+    status have an error within it, 93 % within twice and 98.5 % within three times it, unless
+    reasons say otherwise."""
     landmarks: RecordArray
     """(landmarks,) Landmark: landmarks of the template."""
     landmark_matches: RecordArray

@@ -992,9 +992,8 @@ class ResultStruct(Struct):
     """PointStatus per template vertex: how far to trust it."""
     expected_error_mm: Address
     """Root mean square of the 3D error to be expected, per template vertex: the root of the trace
-    of vertex_covariance. Over a sequence, 55 to 85 % of all vertices of a status have an error
-    within it, at least 93 % within twice and at least 98.5 % within three times it, unless reasons
-    say otherwise."""
+    of vertex_covariance. Over a sequence, at least 55 % of all vertices of a status have an error
+    within it, 93 % within twice and 98.5 % within three times it, unless reasons say otherwise."""
     vertex_count: U64
     """Template vertices."""
     landmarks: Address

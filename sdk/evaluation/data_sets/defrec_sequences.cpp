@@ -9,6 +9,7 @@
 #include "sdk/evaluation/score/score.hpp"
 #include "sdk/evaluation/score/target_score.hpp"
 #include "sdk/io/csv.hpp"
+#include "sdk/io/terminal.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/session/frame_projection.hpp"
 #include "sdk/session/track_outputs.hpp"
@@ -206,7 +207,7 @@ class DefrecSequences : public DataSet {
     }
     std::vector<DepthValues> by_depth(const Samples& samples) const override {
         std::vector<DepthValues> values;
-        for (const DepthScore& depth : target_score_of(targets_of(samples)).depths) {
+        for (const DepthScore& depth : target_score_of({targets_of(samples), {}}).depths) {
             const ErrorSummary& errors = depth.all.errors;
             const Coverage& coverage = depth.all.coverage;
             values.push_back(
@@ -236,10 +237,12 @@ class DefrecSequences : public DataSet {
         if (has_targets) options.targets = (clip / kTargetsFile).string();
         track_clip(task, options);
         const ScoredRows scored = read_scored_rows(task.out, clip / "truth.csv", {});
+        for (const std::string& note : scored.notes) print_notice(note);  // into the clip's log
         ClipScore score{samples_of(scored, sample_columns()), 0, {}, {}, {}};
         if (fs::exists(task.out / kTargetsFile, error)) {
             add_targets(read_scored_targets(task.out / kTargetsFile, clip / kDeepTruthFile,
-                                            clip / "truth.csv", {}),
+                                            clip / "truth.csv", {})
+                            .rows,
                         score.samples);
         }
         set_times(task.out, score);

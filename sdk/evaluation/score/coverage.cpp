@@ -16,10 +16,18 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 std::string percent(double share) { return format_fixed(100 * share, 2) + " %"; }
 
-bool holds(const Coverage& coverage) {
-    bool all = coverage.within[0] <= CoverageBands::kMaxWithinOne;
-    for (int k = 0; k < 3; ++k) all &= coverage.within[k] >= CoverageBands::kMinWithin[k];
-    return all;
+const char* name_of(Judgement judgement) {
+    switch (judgement) {
+        case Judgement::kTooSmall:
+            return "too small";
+        case Judgement::kHold:
+            return "hold";
+        case Judgement::kTooLarge:
+            return "too large";
+        case Judgement::kNotJudged:
+            break;
+    }
+    return "not judged";
 }
 
 }  // namespace
@@ -54,6 +62,25 @@ Coverage coverage_of(const std::vector<ErrorSample>& samples) {
     return coverage;
 }
 
+Judgement judgement_of(const Coverage& coverage) {
+    if (coverage.count < CoverageBands::kMinCount) return Judgement::kNotJudged;
+    for (int k = 0; k < 3; ++k)
+        if (coverage.within[k] < CoverageBands::kMinWithin[k]) return Judgement::kTooSmall;
+    return coverage.within[0] > CoverageBands::kMaxWithinOne ? Judgement::kTooLarge
+                                                             : Judgement::kHold;
+}
+
+std::string too_large_lines(const std::vector<StatusConfidence>& statuses) {
+    std::string lines;
+    for (const StatusConfidence& status : statuses) {
+        if (judgement_of(status.coverage) != Judgement::kTooLarge) continue;
+        lines += "expected errors of " + status.status +
+                 " points are too large, which is safe: " + percent(status.coverage.within[0]) +
+                 " are within 1, more than " + percent(CoverageBands::kMaxWithinOne) + "\n";
+    }
+    return lines;
+}
+
 std::vector<std::string> miscalibrated(const std::vector<StatusConfidence>& statuses) {
     std::vector<std::string> messages;
     bool any_judged = false;
@@ -62,15 +89,15 @@ std::vector<std::string> miscalibrated(const std::vector<StatusConfidence>& stat
             messages.push_back(std::to_string(coverage.without_expected) + " " + status +
                                " points have no expected error");
         }
-        if (coverage.count < CoverageBands::kMinCount) continue;
-        any_judged = true;
-        if (holds(coverage)) continue;
+        const Judgement judgement = judgement_of(coverage);
+        any_judged |= judgement != Judgement::kNotJudged;
+        if (judgement != Judgement::kTooSmall) continue;
         const auto& min = CoverageBands::kMinWithin;
         messages.push_back("of the " + status + " points " + percent(coverage.within[0]) +
                            " are within 1, " + percent(coverage.within[1]) + " within 2 and " +
-                           percent(coverage.within[2]) + " within 3 expected errors, asked were " +
-                           percent(min[0]) + " to " + percent(CoverageBands::kMaxWithinOne) +
-                           ", at least " + percent(min[1]) + " and at least " + percent(min[2]));
+                           percent(coverage.within[2]) +
+                           " within 3 expected errors, asked were at least " + percent(min[0]) +
+                           ", " + percent(min[1]) + " and " + percent(min[2]));
     }
     if (!any_judged) {
         messages.push_back("no status has " + std::to_string(CoverageBands::kMinCount) +
@@ -90,6 +117,7 @@ nlohmann::ordered_json coverage_json(const Coverage& coverage) {
     json["within_3"] = coverage.within[2];
     json["rms_ratio"] = coverage.rms_ratio;
     json["p99_ratio"] = coverage.p99_ratio;
+    json["judgement"] = name_of(judgement_of(coverage));
     return json;
 }
 

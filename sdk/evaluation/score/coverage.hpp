@@ -34,7 +34,8 @@ struct Coverage {
 };
 Coverage coverage_of(const std::vector<ErrorSample>& samples);
 
-// What an expected error means. A status with fewer points is not judged.
+// What an expected error means: with less within 1, 2 and 3 it is too small, with more within 1 too
+// large. A status with fewer points is not judged.
 struct CoverageBands {
     static constexpr double kMinWithin[3] = {0.55, 0.93, 0.985};
     static constexpr double kMaxWithinOne = 0.85;
@@ -47,9 +48,17 @@ struct StatusConfidence {
     double ause = 0;  // area under the sparsification error curve
 };
 
-// One error message for each status outside of the bands, or with points without an expected
-// error, and one if no status can be judged. Empty when all hold.
+enum class Judgement { kNotJudged, kTooSmall, kHold, kTooLarge };
+
+// Errors that are too small are unsafe, so shares that are too low come first.
+Judgement judgement_of(const Coverage& coverage);
+
+// One error message for each status whose expected errors are too small, or that has points without
+// one, and one if no status can be judged. Empty when all hold or are too large.
 std::vector<std::string> miscalibrated(const std::vector<StatusConfidence>& statuses);
+
+// A line for each status whose expected errors are too large; empty for none.
+std::string too_large_lines(const std::vector<StatusConfidence>& statuses);
 
 nlohmann::ordered_json coverage_json(const Coverage& coverage);
 

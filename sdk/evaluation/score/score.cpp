@@ -38,10 +38,10 @@ class Group {
         constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
         samples_[row.status].push_back({error, row.expected_mm.value_or(kNone)});
         if (said_visible) {
-            ObservedErrors& observed = group_.observed;
-            ++observed.count;
-            observed.max = std::max(observed.max, error);
-            observed.off += error > ObservedErrors::kOffMm ? 1 : 0;
+            TrackedErrors& tracked = group_.tracked;
+            ++tracked.count;
+            tracked.max = std::max(tracked.max, error);
+            tracked.off += error > TrackedErrors::kOffMm ? 1 : 0;
         }
     }
 
@@ -84,9 +84,9 @@ Json group_json(const ScoreGroup& group) {
     json["visible_points"] = group.visible_points;
     json["lost_visible"] = group.lost_visible;
     json["lost_share"] = group.lost_share();
-    json["observed"] = {{"count", group.observed.count},
-                        {"max_mm", group.observed.max},
-                        {"off_by_more_than_2_mm", group.observed.off}};
+    json["tracked"] = {{"count", group.tracked.count},
+                       {"max_mm", group.tracked.max},
+                       {"off_by_more_than_2_mm", group.tracked.off}};
     json["expected_errors"] = {{"all", confidence_json(group.all_statuses)}};
     for (const StatusConfidence& status : group.statuses)
         json["expected_errors"][status.status] = confidence_json(status);
@@ -112,6 +112,7 @@ Score score_of(const ScoredRows& scored) {
         if (!row.state.empty()) groups[row.state].add(row);
     }
     Score score;
+    score.notes = scored.notes;
     score.samples = all.samples();
     score.all = all.finish("all", scored.has_pixels);
     score.frames_without_visible = score.all.frames - frames_with_visible.size();
@@ -128,6 +129,7 @@ nlohmann::ordered_json score_json(const Score& score) {
     json["frames_without_visible"] = score.frames_without_visible;
     json["states"] = Json::object();
     for (const ScoreGroup& group : score.states) json["states"][group.name] = group_json(group);
+    json["notes"] = score.notes;
     return json;
 }
 

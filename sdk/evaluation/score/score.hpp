@@ -15,7 +15,7 @@
 namespace defrec::cli {
 
 // Errors of the points with status tracked, visible or hidden.
-struct ObservedErrors {
+struct TrackedErrors {
     static constexpr double kOffMm = 2;
     std::size_t count = 0;
     double max = 0;       // mm
@@ -30,7 +30,7 @@ struct ScoreGroup {
     std::size_t visible_points = 0;  // rows of the truth
     std::size_t lost_visible = 0;    // of them
     double lost_share() const;       // 0..1; 0 without visible points
-    ObservedErrors observed;
+    TrackedErrors tracked;
     // Visible and hidden points with a position.
     std::vector<StatusConfidence> statuses;
     StatusConfidence all_statuses;
@@ -41,6 +41,7 @@ struct Score {
     ScoreGroup all;
     std::vector<ScoreGroup> states;  // in order of first appearance; empty without frames.csv
     SamplesByStatus samples;         // of all states
+    std::vector<std::string> notes;  // what speaks against the truth being of these points
     std::size_t frames_without_visible = 0;  // the share lost does not count these
 };
 

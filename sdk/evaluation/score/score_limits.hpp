@@ -11,7 +11,7 @@ namespace defrec::cli {
 
 struct ScoreLimits {
     std::optional<double> max_median_mm, max_p95_mm;
-    bool calibrated = false;  // every status is within CoverageBands
+    bool calibrated = false;  // no status is below CoverageBands
 
     bool any() const { return max_median_mm || max_p95_mm || calibrated; }
 };

@@ -87,7 +87,8 @@ std::string coverage_section(const Score& score) {
     return page_section(
         "Coverage",
         "Expected errors hold where the lines pass through the three bars: 55 to 85 % "
-        "within 1, at least 93 % within 2 and 98.5 % within 3 expected errors.",
+        "within 1, at least 93 % within 2 and 98.5 % within 3 expected errors. Below a bar they "
+        "are too small; above the first they are too large, which is safe.",
         plot_svg(plot));
 }
 
@@ -128,13 +129,23 @@ std::string table_section(const std::string& table) {
     return "<section class=\"wide\"><pre>" + escaped(table) + "</pre></section>\n";
 }
 
+std::string notes_of(const Scores& scores) {
+    std::string list;
+    const auto add = [&](const std::vector<std::string>& notes) {
+        for (const std::string& note : notes) list += "<li>" + escaped(note) + "</li>";
+    };
+    if (scores.points) add(scores.points->notes);
+    if (scores.targets) add(scores.targets->notes);
+    return list.empty() ? list : "<ul class=\"notes\">" + list + "</ul>\n";
+}
+
 }  // namespace
 
 std::string score_page(const Scores& scores, const std::string& folder, const std::string& truth) {
     std::string page = page_head("defrec: score") + "<header><h1>" + escaped(folder) +
                        "</h1><p class=\"from\">scored against " + escaped(truth) + "</p>";
     if (scores.points) page += key_of(*scores.points);
-    page += "</header>\n<main>\n";
+    page += notes_of(scores) + "</header>\n<main>\n";
     if (scores.points) {
         page += reliability_section(*scores.points) + coverage_section(*scores.points) +
                 sparsification_section(*scores.points);

@@ -79,12 +79,13 @@ std::string confidence_table(const Score& score) {
     };
     add_group("", score.all);
     for (const ScoreGroup& group : score.states) add_group("  " + group.name + " ", group);
-    const ObservedErrors& observed = score.all.observed;
-    if (observed.count > 0) {
-        table += std::to_string(observed.off) + " of " + std::to_string(observed.count) + " " +
+    table += too_large_lines(score.all.statuses);
+    const TrackedErrors& tracked = score.all.tracked;
+    if (tracked.count > 0) {
+        table += std::to_string(tracked.off) + " of " + std::to_string(tracked.count) + " " +
                  name_of(PointStatus::kTracked) + " points are off by more than " +
-                 format_fixed(ObservedErrors::kOffMm, 0) + " mm, the worst by " +
-                 format_fixed(observed.max, 3) + " mm\n";
+                 format_fixed(TrackedErrors::kOffMm, 0) + " mm, the worst by " +
+                 format_fixed(tracked.max, 3) + " mm\n";
     }
     return table;
 }

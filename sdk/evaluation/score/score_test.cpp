@@ -140,9 +140,9 @@ TEST_CASE("expected errors are judged for each status, over visible and hidden p
     CHECK(score.all.statuses[0].coverage.within[1] == 0);
     CHECK(score.all.statuses[1].status == "extrapolated");
     CHECK(score.all.statuses[1].coverage.within[0] == 0.5);  // ratios 1 and 30
-    CHECK(score.all.observed.count == 2);
-    CHECK(score.all.observed.max == doctest::Approx(5));
-    CHECK(score.all.observed.off == 1);
+    CHECK(score.all.tracked.count == 2);
+    CHECK(score.all.tracked.max == doctest::Approx(5));
+    CHECK(score.all.tracked.off == 1);
     REQUIRE(score.states[1].statuses.size() == 1);
     CHECK(score.states[1].statuses[0].coverage.count == 1);
     const auto json = score_json(score);
@@ -151,7 +151,7 @@ TEST_CASE("expected errors are judged for each status, over visible and hidden p
     // Errors 1 and 3 with 0.1, 2 and 5 with 2. What is left: 11, 10, 8, 8 by expected and 11, 8,
     // 6, 4 by true error, over 11.
     CHECK(json["expected_errors"]["all"]["ause"] == doctest::Approx(2.0 / 11));
-    CHECK(json["observed"]["off_by_more_than_2_mm"] == 1);
+    CHECK(json["tracked"]["off_by_more_than_2_mm"] == 1);
     CHECK(score_table(score).find("1 of 2 tracked points are off by more than 2 mm, the worst by "
                                   "5.000 mm") != std::string::npos);
     CHECK(joined(exceeded(score, {{}, {}, true})).find("no status has 100 points") == 0);

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
+#include "sdk/evaluation/score/truth_check.hpp"
 #include "sdk/io/csv.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/text.hpp"
@@ -73,15 +74,18 @@ ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::file
     const std::optional<Focal> focal = read_focal(folder / "summary.json");
     CsvReader csv(truth, {"frame", "id", "x", "y", "z", "visible"});
 
+    TruthCheck check(tracked, "point");
     ScoredRows scored;
     scored.states = std::move(states.order);
     scored.has_pixels = focal.has_value();
     while (csv.next()) {
         const FrameAndId key{csv.integer(0), csv.integer(1)};
-        if (!is_within(range, key.frame)) continue;
         const std::int64_t visible = csv.integer(5);
         if (visible != 0 && visible != 1) csv.fail("visible: 0 or 1 was expected.");
         const Xyz true_xyz{csv.number(2), csv.number(3), csv.number(4)};
+        const bool is_scored = is_within(range, key.frame);
+        check.add(key, true_xyz, visible == 1, is_scored);
+        if (!is_scored) continue;
         ScoredRow row;
         row.frame = key.frame;
         row.truly_visible = visible == 1;
@@ -95,6 +99,7 @@ ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::file
         scored.rows.push_back(std::move(row));
     }
     if (scored.rows.empty()) csv.fail("the truth holds no row of the frames asked for.");
+    scored.notes = check.notes(truth.string(), "points.csv");
     return scored;
 }
 

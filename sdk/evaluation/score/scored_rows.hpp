@@ -23,6 +23,7 @@ struct ScoredRows {
     std::vector<ScoredRow> rows;      // in the order of the truth; not empty
     std::vector<std::string> states;  // in order of first appearance; empty without frames.csv
     bool has_pixels = false;          // there is a camera
+    std::vector<std::string> notes;   // what speaks against the truth being of these points
 };
 
 // `folder` holds points.csv and, for the states, frames.csv; for the camera, summary.json. Truth:

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "sdk/evaluation/score/rigid_fit.hpp"
+#include "sdk/evaluation/score/truth_check.hpp"
 #include "sdk/io/csv.hpp"
 #include "sdk/io/exit_code.hpp"
 
@@ -79,17 +80,19 @@ PointsById places_at(std::int64_t frame, const std::vector<TrueTarget>& truth) {
 
 }  // namespace
 
-std::vector<ScoredTarget> read_scored_targets(const fs::path& tracked, const fs::path& truth,
-                                              const fs::path& surface_truth,
-                                              const FrameRange& range) {
+ScoredTargets read_scored_targets(const fs::path& tracked, const fs::path& truth,
+                                  const fs::path& surface_truth, const FrameRange& range) {
     const TrackedPositions positions = read_tracked(tracked);
     const std::map<std::int64_t, Pose> motions = rigid_motions(surface_truth);
     const std::vector<TrueTarget> true_targets = read_truth(truth);
     const PointsById starts =
         motions.empty() ? PointsById() : places_at(motions.begin()->first, true_targets);
-    std::vector<ScoredTarget> scored;
+    TruthCheck check(positions, "target");
+    ScoredTargets scored;
     for (const TrueTarget& target : true_targets) {
-        if (!is_within(range, target.key.frame)) continue;
+        const bool is_scored = is_within(range, target.key.frame);
+        check.add(target.key, target.xyz, true, is_scored);
+        if (!is_scored) continue;
         ScoredTarget row;
         row.frame = target.key.frame;
         row.depth = target.depth;
@@ -102,12 +105,13 @@ std::vector<ScoredTarget> read_scored_targets(const fs::path& tracked, const fs:
             row.rigid_mm = cv::norm(pose.rotation * vector_of(start->second) + pose.position -
                                     vector_of(target.xyz));
         }
-        scored.push_back(std::move(row));
+        scored.rows.push_back(std::move(row));
     }
-    if (scored.empty()) {
+    if (scored.rows.empty()) {
         throw CliError(ExitCode::kInput,
                        truth.string() + ": the truth holds no row of the frames asked for.");
     }
+    scored.notes = check.notes(truth.string(), tracked.filename().string());
     return scored;
 }
 

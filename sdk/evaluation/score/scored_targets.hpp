@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "sdk/evaluation/score/tracked_positions.hpp"
@@ -20,12 +21,17 @@ struct ScoredTarget : ScoredPosition {
 // The truth of targets, beside that of the surface.
 inline constexpr char kDeepTruthFile[] = "truth_deep.csv";
 
-// In the order of the truth; not empty. tracked: targets.csv of `defrec track`. truth:
+struct ScoredTargets {
+    std::vector<ScoredTarget> rows;  // in the order of the truth; not empty
+    std::vector<std::string> notes;  // what speaks against the truth being of these targets
+};
+
+// tracked: targets.csv of `defrec track`. truth:
 // frame,id,depth,x,y,z. surface_truth: frame,id,x,y,z,visible; empty: none. Throws
 // CliError(kInput).
-std::vector<ScoredTarget> read_scored_targets(const std::filesystem::path& tracked,
-                                              const std::filesystem::path& truth,
-                                              const std::filesystem::path& surface_truth,
-                                              const FrameRange& range);
+ScoredTargets read_scored_targets(const std::filesystem::path& tracked,
+                                  const std::filesystem::path& truth,
+                                  const std::filesystem::path& surface_truth,
+                                  const FrameRange& range);
 
 }  // namespace defrec::cli

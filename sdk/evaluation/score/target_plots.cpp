@@ -84,7 +84,9 @@ std::string coverage_section(const TargetScore& score) {
     return page_section(
         "Targets: coverage over depth",
         "Share of the targets whose error is within 1, 2 and 3 expected errors. Expected errors "
-        "hold where they are 55 to 85 %, at least 93 % and at least 98.5 %.",
+        "hold where they are at least 55 %, 93 % and 98.5 %, and are too large where more than 85 "
+        "% "
+        "are within 1.",
         plot_svg(plot) +
             "<ul class=\"key\"><li class=\"tracked\">within 1</li><li class=\"other\">within "
             "2</li><li class=\"extrapolated\">within 3</li></ul>\n");

@@ -111,15 +111,16 @@ std::string DepthScore::name() const {
            millimetres(max_depth) + " mm";
 }
 
-TargetScore target_score_of(const std::vector<ScoredTarget>& targets) {
+TargetScore target_score_of(const ScoredTargets& targets) {
     std::set<double> depths;
-    for (const ScoredTarget& target : targets) depths.insert(target.depth);
+    for (const ScoredTarget& target : targets.rows) depths.insert(target.depth);
     TargetScore score;
+    score.notes = targets.notes;
     if (depths.empty()) return score;
     const double width = range_width(depths);
     Group all;
     std::map<double, Group> groups;  // by their smallest depth
-    for (const ScoredTarget& target : targets) {
+    for (const ScoredTarget& target : targets.rows) {
         all.add(target);
         groups[width > 0 ? width * std::floor(target.depth / width) : target.depth].add(target);
     }
@@ -128,11 +129,20 @@ TargetScore target_score_of(const std::vector<ScoredTarget>& targets) {
     return score;
 }
 
+std::vector<StatusConfidence> confidences_of(const TargetScore& score) {
+    std::vector<StatusConfidence> statuses;
+    for (const DepthScore& depth : score.depths)
+        for (const TargetErrors& status : depth.statuses)
+            statuses.push_back({depth.name() + " deep " + status.status, status.coverage, kNone});
+    return statuses;
+}
+
 nlohmann::ordered_json target_json(const TargetScore& score) {
     Json json;
     json["all"] = depth_json(score.all);
     json["depths"] = Json::array();
     for (const DepthScore& depth : score.depths) json["depths"].push_back(depth_json(depth));
+    json["notes"] = score.notes;
     return json;
 }
 
@@ -141,13 +151,9 @@ std::vector<std::string> exceeded(const TargetScore& score, const ScoreLimits& l
     const auto add = [&](std::vector<std::string> more) {
         std::move(more.begin(), more.end(), std::back_inserter(messages));
     };
-    std::vector<StatusConfidence> statuses;
-    for (const DepthScore& depth : score.depths) {
+    for (const DepthScore& depth : score.depths)
         add(exceeded("targets " + depth.name() + " deep", depth.all.errors, limits));
-        for (const TargetErrors& status : depth.statuses)
-            statuses.push_back({depth.name() + " deep " + status.status, status.coverage, kNone});
-    }
-    if (limits.calibrated) add(miscalibrated(statuses));
+    if (limits.calibrated) add(miscalibrated(confidences_of(score)));
     return messages;
 }
 

@@ -38,9 +38,13 @@ struct TargetScore {
     // Ascending: one for each depth of the truth, or ranges of equal width where there are more
     // than 12; a range does not hold its max_depth.
     std::vector<DepthScore> depths;
+    std::vector<std::string> notes;  // what speaks against the truth being of these targets
 };
 
-TargetScore target_score_of(const std::vector<ScoredTarget>& targets);
+TargetScore target_score_of(const ScoredTargets& targets);
+
+// Each status at each depth, named by both.
+std::vector<StatusConfidence> confidences_of(const TargetScore& score);
 
 std::string target_table(const TargetScore& score);
 nlohmann::ordered_json target_json(const TargetScore& score);

@@ -36,8 +36,8 @@ void write_all(const TestFolder& folder) {
     folder.write("targets.csv", kTargets);
 }
 
-std::vector<ScoredTarget> rows_of(const TestFolder& folder, bool with_surface = true,
-                                  const FrameRange& range = {}) {
+ScoredTargets rows_of(const TestFolder& folder, bool with_surface = true,
+                      const FrameRange& range = {}) {
     return read_scored_targets(folder / "targets.csv", folder / "truth_deep.csv",
                                with_surface ? folder / "truth.csv" : std::string(), range);
 }
@@ -115,8 +115,8 @@ TEST_CASE("the table and the JSON of targets say the same") {
 }
 
 TEST_CASE("many depths are scored in ranges") {
-    std::vector<ScoredTarget> targets;
-    for (int i = 0; i <= 30; ++i) targets.push_back(target_of(i, i, 1, "tracked"));
+    ScoredTargets targets;
+    for (int i = 0; i <= 30; ++i) targets.rows.push_back(target_of(i, i, 1, "tracked"));
     const TargetScore score = target_score_of(targets);
     REQUIRE(score.depths.size() == 7);
     CHECK(score.depths[0].name() == "0 to 5 mm");
@@ -135,7 +135,7 @@ TEST_CASE("limits of targets hold at each depth") {
     CHECK(messages[0] ==
           "the median over targets 20 mm deep is 4.000 mm, asked were at most 3.900 mm");
 
-    std::vector<ScoredTarget> targets(100, target_of(10, 3, 1, "tracked"));
+    const ScoredTargets targets{std::vector<ScoredTarget>(100, target_of(10, 3, 1, "tracked")), {}};
     const auto judged = exceeded(target_score_of(targets), {{}, {}, true});
     REQUIRE(judged.size() == 1);
     CHECK(judged[0].find("of the 10 mm deep tracked points 0.00 % are within 1") == 0);
@@ -171,7 +171,8 @@ TEST_CASE("the plots of targets hold no number that is none") {
         CHECK(page.find("20 mm: median error 4.000 mm") != std::string::npos);
         CHECK(page.find("nan") == std::string::npos);
     }
-    CHECK(target_sections(target_score_of({ScoredTarget()})).empty());
-    const std::string one = target_sections(target_score_of({target_of(10, 0, 0, "tracked")}));
+    CHECK(target_sections(target_score_of({{ScoredTarget()}, {}})).empty());
+    const std::string one =
+        target_sections(target_score_of({{target_of(10, 0, 0, "tracked")}, {}}));
     CHECK(one.find("nan") == std::string::npos);
 }

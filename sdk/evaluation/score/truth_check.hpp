@@ -1,0 +1,52 @@
+// Whether a truth is that of what was tracked, as far as ids, frames and the first positions tell.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "sdk/evaluation/score/tracked_positions.hpp"
+
+namespace defrec::cli {
+
+// In the first frame nothing has been tracked yet: a position there is off by what the measurement
+// of depth is off. So a truth that disagrees there is suspect, and one that disagrees later is not.
+// At most 3 % of the points of reference sequences are far in the first frame, but 95 % of the
+// truths of another sequence have a quarter of them far.
+struct TruthLimits {
+    static constexpr double kFarExpected = 5;  // a point is far beyond this many expected errors
+    static constexpr double kFarMm = 0.1;      // and beyond this, mm: targets may be exact at first
+    static constexpr double kMaxFarShare = 0.25;
+    static constexpr std::size_t kMinFar = 3;  // or all, where there are fewer
+};
+
+class TruthCheck {
+  public:
+    // tracked has to outlive this; noun: "point" or "target".
+    TruthCheck(const TrackedPositions& tracked, std::string noun);
+
+    // A row of the truth. is_scored: its frame is among those that were asked for.
+    void add(const FrameAndId& key, const Xyz& xyz, bool is_visible, bool is_scored);
+
+    // A sentence for each thing that does not fit; truth and tracked: how the files are named.
+    std::vector<std::string> notes(const std::string& truth, const std::string& tracked) const;
+
+  private:
+    std::string note_of_ids(const std::string& truth, const std::string& tracked) const;
+    std::string note_of_frames(const std::string& truth, const std::string& tracked) const;
+    std::string note_of_places(const std::string& truth) const;
+
+    const TrackedPositions& tracked_;
+    std::string noun_;
+    std::set<std::int64_t> tracked_ids_, tracked_frames_;
+    std::set<std::int64_t> true_frames_;
+    // Those of scored rows, and those of them that were not tracked.
+    std::set<std::int64_t> true_ids_, missing_ids_, scored_frames_, missing_frames_;
+    std::int64_t first_frame_ = 0;  // with a position
+    std::size_t compared_ = 0;      // visible in that frame, with position and expected error
+    std::vector<double> far_mm_;    // how far the far ones of them are
+};
+
+}  // namespace defrec::cli
