@@ -2,6 +2,7 @@
 // unit | what it decides | source. [name] is a page of docs/experiments.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace defrec::decisions {
@@ -32,6 +33,17 @@ struct FollowedPoints {
     static constexpr double kGridMargin = 0.05;
     // mm | a point nearer to the camera has no pixel | set by hand
     static constexpr double kNearest = 1e-3;
+};
+
+// Expected errors that are large after the start, said in notes.
+struct StartErrors {
+    // frames | in which the surface is found, from the first on, that are looked at | set by hand
+    static constexpr std::size_t kFrames = 60;
+    // mm | smaller medians over observed vertices are not large | set by hand
+    static constexpr double kMinLarge = 1;
+    // of the smallest median of these frames | and smaller ones neither: tissue may be far | set by
+    //   hand; 10 and more in reference sequences
+    static constexpr double kLarge = 5;
 };
 
 }  // namespace defrec::decisions

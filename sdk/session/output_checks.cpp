@@ -2,6 +2,7 @@
 #include "sdk/session/output_checks.hpp"
 
 #include <filesystem>
+#include <fstream>
 #include <vector>
 
 #include "sdk/io/exit_code.hpp"
@@ -78,6 +79,22 @@ void keep_files_of_others(const TrackOptions& options, const std::vector<fs::pat
                                "with --out.");
 }
 
+// Points and targets to follow have the names of results, and other columns.
+void keep_points_to_follow(const TrackOptions& options) {
+    for (const char* name : {kPointsFile, kTargetsFile}) {
+        if (name == kTargetsFile && options.targets.empty()) continue;
+        const fs::path file = fs::path(options.out) / name;
+        std::string header;
+        std::ifstream stream(file);
+        if (!std::getline(stream, header) || header.compare(0, 16, "frame,timestamp_") == 0)
+            continue;
+        throw CliError(ExitCode::kUsage,
+                       file.string() +
+                           ": this file is no result of a run, and would be overwritten; is this "
+                           "the folder of another recording? Choose another with --out.");
+    }
+}
+
 // Files that are named one by one: they replace none of the images of a folder.
 void keep_images(const TrackOptions& options, const fs::path& output) {
     std::error_code error;
@@ -115,6 +132,7 @@ void check_outputs(const TrackOptions& options) {
     keep_images(options, options.recordings.trace);
     keep_images(options, options.surface.save);
     keep_files_of_others(options, results);
+    keep_points_to_follow(options);
 }
 
 }  // namespace defrec::cli

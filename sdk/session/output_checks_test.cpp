@@ -64,7 +64,7 @@ TEST_CASE("row 115: outputs of their own are taken") {
     recording.options.surface.save = recording.folder / "new.template";
     CHECK(recording.refusal().empty());
     fs::create_directory(recording.folder / "out");
-    recording.folder.write("out/points.csv", "of an earlier run");
+    recording.folder.write("out/points.csv", "frame,timestamp_ms,id\n");
     CHECK(recording.refusal().empty());
 }
 
@@ -129,11 +129,28 @@ TEST_CASE("row 115: the folder of the recording is no place where results would 
     recording.options.source = {};
     recording.options.source.stereo = recording.folder / "both.mp4";
     CHECK(recording.is_refused_with("the recording's own"));
-    // Results of a run are its own.
-    recording.folder.write("summary.json", "{}");
-    CHECK(recording.refusal().empty());
-    fs::remove(recording.folder / "summary.json");
     fs::create_directory(recording.folder / "other");
     recording.options.out = recording.folder / "other";
     CHECK(recording.refusal().empty());
+    // Results of a run are its own.
+    recording.options.source.stereo = recording.folder.write("other/both.mp4", "video");
+    recording.folder.write("other/points.csv", "frame,timestamp_ms,id\n");
+    CHECK(recording.is_refused_with("the recording's own"));
+    recording.folder.write("other/summary.json", "{}");
+    CHECK(recording.refusal().empty());
+}
+
+TEST_CASE("row 115: points to follow in the folder of another recording are not overwritten") {
+    Recording recording;
+    fs::create_directory(recording.folder / "other");
+    recording.options.out = recording.folder / "other";
+    recording.folder.write("other/points.csv", "id,u,v\n");
+    CHECK(recording.is_refused_with("is no result of a run"));
+    recording.folder.write("other/summary.json", "{}");
+    CHECK(recording.is_refused_with("is no result of a run"));
+    fs::remove(recording.folder / "other/points.csv");
+    recording.folder.write("other/targets.csv", "id,x,y,z\n");
+    CHECK(recording.refusal().empty());  // the run writes no targets
+    recording.options.targets = recording.folder / "targets.csv";
+    CHECK(recording.is_refused_with("is no result of a run"));
 }

@@ -15,6 +15,10 @@ std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int wi
     std::vector<FollowedPoint> points;
     UniqueIds ids;
     while (csv.next()) {
+        if (!parse_integer(csv.field(0)))
+            csv.fail("id: '" + std::string(csv.field(0).substr(0, 40)) +
+                     "' is not a whole number. Number the points; what they are called goes into a "
+                     "column 'name'.");
         FollowedPoint point{csv.integer(0), csv.number(1), csv.number(2)};
         if (!csv.is_empty(3)) point.frame = csv.integer(3);
         point.name = std::string(csv.field(4));

@@ -71,6 +71,9 @@ TEST_CASE("faulty points name the line") {
     CHECK_SAYS(refusal("id,u,v\n1,2,-1\n"), "outside");
     CHECK_SAYS(refusal("id,u,v\n1,2\n"), "points.csv:2: the line has 2 fields");
     CHECK_SAYS(refusal("id,u,v\n1.5,2,3\n"), "whole number");
+    CHECK_SAYS(refusal("id,u,v\ntumour,2,3\n"),
+               "points.csv:2: id: 'tumour' is not a whole number. Number the points; what they are "
+               "called goes into a column 'name'.");
     CHECK_SAYS(refusal("id,u,v,frame\n1,2,3,x\n"), "points.csv:2: frame: 'x'");
     CHECK_SAYS(refusal("id,u,v,frame\n1,2,3,-4\n"), "points.csv:2: frame -4 is negative");
     CHECK_SAYS(refusal("id,x,v\n1,2,3\n"), "no column 'u'");

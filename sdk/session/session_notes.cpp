@@ -73,6 +73,7 @@ void SessionNotes::add_fields(FieldOrder fields) {
 
 std::string SessionNotes::add_frame(const StereoFrame& frame, const defrec_result& result) {
     reasons_ |= result.reasons;
+    start_errors_.add(frame.index, result);
     std::string note = compression_.add(frame, result);
     // The first frames may be black.
     if (!finest_px_ && looked_at_ < decisions::CompressedVideo::kFrames && note.empty()) {
@@ -125,6 +126,11 @@ void SessionNotes::add_given_up(std::int64_t template_frame, std::int64_t frame)
 
 void SessionNotes::conclude(const PointFollower& points, bool has_template, bool has_tracked) {
     add(compression_.conclude());
+    // For files alone: what is printed at the end has no expected errors.
+    if (const std::string note = start_errors_.note(); !note.empty()) {
+        said_.push_back(note);
+        add(note, NoteSeverity::kRemark);
+    }
     const bool is_half_lost =
         2 * points.rows().share(PointStatus::kLost) > 1 && points.rows().any_position();
     if (is_half_lost)

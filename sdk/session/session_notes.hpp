@@ -10,6 +10,7 @@
 #include "sdk/io/field_order.hpp"
 #include "sdk/session/compression_watch.hpp"
 #include "sdk/session/point_follower.hpp"
+#include "sdk/session/start_errors.hpp"
 
 namespace defrec::cli {
 
@@ -56,6 +57,7 @@ class SessionNotes {
     std::vector<NoteSeverity> severities_;
     std::uint32_t reasons_ = 0;  // of all frames
     CompressionWatch compression_;
+    StartErrors start_errors_;
     int looked_at_ = 0;             // frames, for their detail
     std::optional<int> finest_px_;  // of it
     std::vector<std::string> said_;
