@@ -2,9 +2,10 @@
 """Compiles every C block of the guides and of the README against the headers. Whole programs are
 linked too, and run where a block `output` follows, which they must print. A fragment is put into a
 function, or, if it defines some, into a file; example_names.h declares what it uses without
-declaring it. Fragments of embedding.md use the handles of the program before them instead. Whole programs in C# are compiled as well, and blocks in Python as far as Python
-compiles. Blocks in CMake must ask for this version. The names in the table of names.md must
-exist in the header, in the C# assembly's comments and in the Python package.
+declaring it. Fragments of embedding.md use the handles of the program before them instead. Whole
+programs in C# are compiled as well, and blocks in Python as far as Python compiles. Blocks in CMake
+must ask for this version. The names in the table of names.md must exist in the header, in the C#
+assembly's comments and in the Python package.
 
 usage: check_examples.py ROOT COMPILER LIBRARY_FOLDER MCS DEFREC_DLL WORK_FOLDER
 """

@@ -62,6 +62,17 @@ const kAnswers = {
   'offline': 'questions/Does it send data anywhere?',
   'smoke': 'questions/Smoke, blood, instruments in front',
   'neural network': 'questions/Does it use a neural network, and which data was it trained with?',
+  'jitter': 'questions/Jitter: do points tremble?',
+  'firewall': 'questions/Which ports does a firewall have to open?',
+  'kiosk': 'questions/A kiosk: the live view alone on a screen',
+  'thread safety': 'api_threading',
+  'segfault': 'questions/It crashed: segmentation fault, segfault',
+  'opencl': 'questions/OpenCL',
+  'dvrk': 'questions/Which endoscopes and robots: da Vinci, Storz, Olympus?',
+  'heatmap': 'questions/Heatmap of errors, deformation or status',
+  'segmentation mask': 'questions/Segmentation masks of instruments',
+  'large expected error': 'questions/Why is the expected error large in the first frames?',
+  'wrong truth': 'program_score/Whether it is the right truth',
   'defrec_job_warp_points': 'group__tracking',
 };
 const kFirst = 2;
