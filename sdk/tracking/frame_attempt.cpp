@@ -178,19 +178,11 @@ void FrameAttempt::fit_rigid_motion(const SurfaceModel& model) {
     defrec::fit_rigid_motion(model, rigid_sums_, result.rigid_motion.data());
 }
 
-void FrameAttempt::move_samples(const SurfaceModel& model, SurfaceSamples samples,
-                                std::span<defrec_surface_sample> moved, const Services* helpers) {
-    for_each_task(helpers, rigid_sums_.size(), [&](size_t run) {
-        const std::span<defrec_surface_sample> of_run = vertex_run(moved, run);
-        const size_t first = run * kVertexRun;
-        std::copy_n(&samples[first], of_run.size(), of_run.begin());
-        for (size_t i = 0; i < of_run.size(); ++i) {
-            std::copy_n(&result.vertices[3 * (first + i)], 3, of_run[i].position);
-            std::copy_n(&result.normals[3 * (first + i)], 3, of_run[i].normal);
-        }
-        rigid_sums_[run] = sum_for_rigid_motion(model, of_run, first);
-    });
-    fit_rigid_motion(model);
+void FrameAttempt::measure_again(const SurfaceModel& model, size_t run) {
+    const size_t first = run * kVertexRun,
+                 count = std::min(kVertexRun, result.vertices.size() / 3 - first);
+    rigid_sums_[run] = sum_for_rigid_motion(
+        model, std::span<const float>(result.vertices).subspan(3 * first, 3 * count), first);
 }
 
 }  // namespace defrec

@@ -51,9 +51,9 @@ class FrameAttempt {
     std::span<const double> patch_px2() const { return patch_px2_; }
     // Best rigid motion of the samples.
     void fit_rigid_motion(const SurfaceModel& model);
-    // moved: the samples where the results have them; the rigid motion becomes theirs.
-    void move_samples(const SurfaceModel& model, SurfaceSamples samples,
-                      std::span<defrec_surface_sample> moved, const Services* helpers);
+    // Where the results of a run's vertices were changed since: what fit_rigid_motion() needs of
+    // them.
+    void measure_again(const SurfaceModel& model, size_t run);
 
     FrameQuality quality;
     FrameResult result;

@@ -69,8 +69,7 @@ void SurfaceRegistration::process(Frame& frame) {
     rig_monitor_.begin_frame();
     frame.rig_estimate = rig_monitor_.estimate();
     // The device begins while the host looks; frames in which there is nothing to observe are few.
-    begin(frame);
-    surface_.learn_unseen();
+    begin_beside_ended(frame);
     const bool left_shows = look_at_images(frame);
     if (!left_shows || (frame.spoils_rows && !surface_.is_tracking()))
         return conclude_unusable(frame);
@@ -81,6 +80,20 @@ void SurfaceRegistration::process(Frame& frame) {
     correct_rig();
     conclude(frame, attempt);
     judge_template(frame);
+}
+
+// What the frame before shows of its tissue decides in few frames how this one is registered.
+void SurfaceRegistration::begin_beside_ended(Frame& frame) {
+    TrackerJob& job = frame.job;
+    const bool changes_template = job.template_to_set != nullptr || to_adopt_ != nullptr;
+    if (changes_template || !can_begin_speculatively(job)) look_at_ended();
+    // In the same place of the queue the device writes where that frame's results are.
+    if (ended_ && ended_->output.samples.data() == job.memory.output.samples.data())
+        job.memory.exchange(second_memory_, surface_.data());
+    begin(frame);
+    if (!ended_) return;
+    look_at_ended();
+    if (!can_begin_speculatively(job)) take_back(frame);
 }
 
 // The device observes the frame, and registers it unless the host has to see it first.

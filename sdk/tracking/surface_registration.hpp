@@ -64,6 +64,12 @@ class SurfaceRegistration {
         // For what follows the end of the job.
         bool shows_cuts = false, may_grow = false;
     };
+    // A frame whose job has ended, until what its tissue did is looked at.
+    struct Ended {
+        FrameOutput output;
+        const PhotometricEvidence* photometric;  // nullptr: it shows no cuts
+        const Services* helpers;
+    };
     // A frame that was observed while the one before it was computed, or why it could not be.
     struct Prefetched {
         const TrackerJob* job;
@@ -77,6 +83,7 @@ class SurfaceRegistration {
     bool can_begin_speculatively(const TrackerJob& job) const;
     void begin_speculatively(Frame& frame);
     void take_back(Frame& frame);
+    void begin_beside_ended(Frame& frame);
     bool look_at_images(Frame& frame);
     void conclude_unusable(Frame& frame);
     static void conclude_without_template(Frame& frame);
@@ -114,11 +121,15 @@ class SurfaceRegistration {
     void conclude_found(Frame& frame, FrameAttempt& attempt, const PieceEvidences& pieces);
     void conclude_lost(Frame& frame, FrameAttempt& attempt, const PieceEvidences& pieces);
     void place_unseen(const TrackerJob& job, FrameAttempt& attempt);
+    void move_to_placed(std::span<defrec_surface_sample> samples) const;
+    void keep_placed(const FrameResult& result);
     void describe_surface(const TrackerJob& job, FrameAttempt& attempt);
     // Nothing is known of tissue that left, nor of tissue that was lifted where it is not seen.
     void forget_departed(SurfaceSamples samples, const PhotometricEvidence& photometric,
                          VertexConfidence& confidence) const;
     void end(Frame& frame);
+    void learn_from_ended(const Services* helpers);
+    void look_at_ended();
     void plan_growth(const TrackerJob& job) noexcept;
 
     const std::shared_ptr<const Rig> rig_;
@@ -128,6 +139,7 @@ class SurfaceRegistration {
     TrackedSurface surface_;
     std::shared_ptr<const Template> to_adopt_;  // one that was set, until that succeeds
     std::optional<Prefetched> prefetched_;
+    std::optional<Ended> ended_;  // the frame before
 
     ImageCheck images_;
     RigMonitor rig_monitor_;
@@ -144,7 +156,7 @@ class SurfaceRegistration {
     DeviceWait wait_;
     // With what is not seen, in the last frame that was found; empty where lm placed all.
     struct Placed {
-        std::vector<defrec_surface_sample> samples;
+        std::vector<float> vertices, normals;
         std::vector<defrec_motion> motions;
     } placed_;
 };

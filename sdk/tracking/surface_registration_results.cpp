@@ -2,6 +2,7 @@
 // frames start from. How it is registered: surface_registration.cpp.
 #include <algorithm>
 
+#include "sdk/base/os/helped_loop.hpp"
 #include "sdk/base/os/services.hpp"
 #include "sdk/tracking/surface_registration.hpp"
 
@@ -114,14 +115,14 @@ void SurfaceRegistration::conclude_lost(Frame& frame, FrameAttempt& attempt,
     growth_.end_lost_frame();
     rig_monitor_.skip_frame();
     std::span<const defrec_motion> motions = surface_.motions();
-    SurfaceSamples samples = surface_.samples();
+    const SurfaceSamples samples = surface_.samples();
+    std::copy(samples.begin(), samples.end(), output.samples.begin());
     // A template that has changed since has other counts.
-    if (placed_.motions.size() == motions.size() && placed_.samples.size() == samples.size()) {
+    if (placed_.motions.size() == motions.size() && placed_.vertices.size() == 3 * samples.size()) {
         motions = placed_.motions;
-        samples = placed_.samples;
+        move_to_placed(output.samples);
     }
     std::copy(motions.begin(), motions.end(), output.motions.begin());
-    std::copy(samples.begin(), samples.end(), output.samples.begin());
     if (frame.job.input.samples != nullptr)
         pipeline_.leave_samples(output.samples, *frame.job.input.samples);
     attempt.measure_surface(surface_, output);
@@ -134,14 +135,33 @@ void SurfaceRegistration::place_unseen(const TrackerJob& job, FrameAttempt& atte
     const Services* helpers = job.services()->own_threads();
     placed_.motions.clear();
     if (!surface_.place_unseen(samples, result.pieces,
-                               {result.motions, result.vertices, result.normals, result.confidence},
+                               {result.motions, result.vertices, result.normals, result.confidence,
+                                [&](size_t run) { attempt.measure_again(surface_.model(), run); }},
                                helpers))
         return;
     place_nodes(surface_.data(), result.motions, result.node_positions);
+    attempt.fit_rigid_motion(surface_.model());
     placed_.motions.assign(result.motions.begin(), result.motions.end());
-    placed_.samples.resize(samples.size());
-    attempt.move_samples(surface_.model(), samples, placed_.samples, helpers);
-    if (job.input.samples != nullptr) pipeline_.leave_samples(placed_.samples, *job.input.samples);
+    placed_.vertices.resize(result.vertices.size());
+    placed_.normals.resize(result.normals.size());
+    if (job.input.samples == nullptr) return;
+    keep_placed(result);
+    std::vector<defrec_surface_sample> placed(samples.begin(), samples.end());
+    move_to_placed(placed);
+    pipeline_.leave_samples(placed, *job.input.samples);
+}
+
+void SurfaceRegistration::keep_placed(const FrameResult& result) {
+    if (placed_.motions.empty()) return;
+    std::copy(result.vertices.begin(), result.vertices.end(), placed_.vertices.begin());
+    std::copy(result.normals.begin(), result.normals.end(), placed_.normals.begin());
+}
+
+void SurfaceRegistration::move_to_placed(std::span<defrec_surface_sample> samples) const {
+    for (size_t i = 0; i < samples.size(); ++i) {
+        std::copy_n(&placed_.vertices[3 * i], 3, samples[i].position);
+        std::copy_n(&placed_.normals[3 * i], 3, samples[i].normal);
+    }
 }
 
 void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& attempt) {
@@ -201,17 +221,41 @@ void SurfaceRegistration::end(Frame& frame) {
         level_times_.add(last->plan().quality_level, now - last->time());
     if (now > job.input.deadline) job.result.reasons |= DEFREC_REASON_OVERDUE;
     job.finish(DEFREC_OK, "");
-    if (surface_.is_tracking()) surface_.keep_samples(job.memory.output.samples);
-    // A device that works by itself leaves time for it while it computes the next frame.
-    if (!pipeline_.can_follow_speculatively()) surface_.learn_unseen();
-    if (frame.shows_cuts) {
-        changes_.add_frame(surface_.data(), job.memory.output,
-                           frame.committed->photometric().is_located,
-                           job.services()->own_threads());
-        surface_.start_from(
-            [&](std::span<defrec_motion> motions) { changes_.lifted().place(motions); });
+    if (surface_.is_tracking()) {
+        keep_placed(job.result);
+        ended_ =
+            Ended{job.memory.output, frame.shows_cuts ? &frame.committed->photometric() : nullptr,
+                  job.services()->own_threads()};
+    }
+    // A device that works by itself leaves time for it while it computes the next frame, unless
+    // that starts from where lifted tissue goes.
+    if (pipeline_.can_follow_speculatively()) {
+        surface_.begin_to_learn_unseen();
+        if (changes_.lifted().any()) look_at_ended();
+    } else {
+        learn_from_ended(job.services()->own_threads());
     }
     if (frame.may_grow) plan_growth(job);
+}
+
+// Neither part needs the other.
+void SurfaceRegistration::learn_from_ended(const Services* helpers) {
+    helped_loop(helpers, 2, [&](size_t part) {
+        if (part == 0)
+            surface_.learn_unseen();
+        else
+            look_at_ended();
+    });
+}
+
+void SurfaceRegistration::look_at_ended() {
+    if (!ended_) return;
+    const Ended ended = *std::exchange(ended_, std::nullopt);
+    surface_.keep_samples(ended.output.samples);
+    if (ended.photometric == nullptr) return;
+    changes_.add_frame(surface_.data(), ended.output, ended.photometric->is_located, ended.helpers);
+    surface_.start_from(
+        [&](std::span<defrec_motion> motions) { changes_.lifted().place(motions); });
 }
 
 // After the job has ended, which must hear of no failure any more.

@@ -43,7 +43,7 @@ TrackedSurface::Next::Next(TemplateData changed, std::vector<defrec_motion> moti
       model_(data()),
       motions_(std::move(motions)),
       samples_(before.samples_),
-      unseen_(*surface_, before.unseen_) {
+      unseen_(*surface_, before.learnt_unseen()) {
     for (size_t i = samples_.size(); i < data().vertices.size(); ++i)
         samples_.push_back(moved(data().vertices[i], motions_));
 }
@@ -54,6 +54,7 @@ std::shared_ptr<const Template> TrackedSurface::current() const {
 }
 
 void TrackedSurface::take(Next next) {
+    learning_.wait();
     model_.emplace(std::move(next.model_));
     motions_ = std::move(next.motions_);
     samples_ = std::move(next.samples_);

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "sdk/base/os/beside_thread.hpp"
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
 #include "sdk/tracking/monitors/camera_anchor.hpp"
 #include "sdk/tracking/monitors/piece_states.hpp"
@@ -90,13 +91,26 @@ class TrackedSurface {
     // UnseenMotion::add_frame().
     bool place_unseen(SurfaceSamples samples, std::span<const defrec_piece> pieces,
                       const UnseenMotion::Results& results, const Services* helpers) {
+        learning_.wait();
         return unseen_.add_frame(*template_, samples, pieces, results, helpers);
     }
     // UnseenMotion::learn().
-    void learn_unseen() noexcept { unseen_.learn(); }
+    void learn_unseen() noexcept {
+        learning_.wait();
+        unseen_.learn();
+    }
+    // The same beside what follows; place_unseen() and another template wait for it.
+    void begin_to_learn_unseen() noexcept {
+        learning_.wait();
+        if (unseen_.has_lesson()) learning_.begin();
+    }
 
   private:
     void take(Next next);
+    const UnseenMotion& learnt_unseen() const {
+        learning_.wait();
+        return unseen_;
+    }
 
     const bool has_body_;
     mutable std::mutex mutex_;
@@ -108,6 +122,7 @@ class TrackedSurface {
     UnseenMotion unseen_;
     bool is_tracking_ = false;
     uint32_t epoch_ = 0, template_epoch_ = 0, age_ = 0;
+    BesideThread learning_{[this] { unseen_.learn(); }};  // ends before what it learns
 };
 
 }  // namespace defrec

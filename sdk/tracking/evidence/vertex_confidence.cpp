@@ -542,18 +542,22 @@ SurfaceConfidence confidence_beside(const VertexConfidence& confidence, size_t v
     return at;
 }
 
-RigidSums sum_for_rigid_motion(const SurfaceModel& model, SurfaceSamples samples, size_t first) {
+namespace {
+
+// place(i): of the vertex first + i, and any fourth number, which goes along for the sake of whole
+// vectors.
+template <class Place>
+RigidSums sum_places(const SurfaceModel& model, size_t first, size_t count, const Place& place) {
     // Sums over a few vertices are in single precision, their sum is in double. Targets need no
-    // centring where sources are centred. The fourth component is a part of the normal, which goes
-    // along for the sake of whole vectors.
+    // centring where sources are centred.
     constexpr size_t kFew = 32;
     RigidSums sums;
-    for (size_t begin = 0; begin < samples.size(); begin += kFew) {
+    for (size_t begin = 0; begin < count; begin += kFew) {
         Eigen::Vector4f along[3] = {Eigen::Vector4f::Zero(), Eigen::Vector4f::Zero(),
                                     Eigen::Vector4f::Zero()};
         Eigen::Vector4f few = Eigen::Vector4f::Zero();
-        for (size_t i = begin; i < std::min(begin + kFew, samples.size()); ++i) {
-            const Eigen::Map<const Eigen::Vector4f> target(samples[i].position);
+        for (size_t i = begin; i < std::min(begin + kFew, count); ++i) {
+            const Eigen::Vector4f target = place(i);
             const float* source = model.centred.data() + 4 * (first + i);
             few += target;
             for (int axis = 0; axis < 3; ++axis) along[axis] += source[axis] * target;
@@ -562,6 +566,22 @@ RigidSums sum_for_rigid_motion(const SurfaceModel& model, SurfaceSamples samples
         for (int axis = 0; axis < 3; ++axis) sums.products.col(axis) += along[axis].cast<double>();
     }
     return sums;
+}
+
+}  // namespace
+
+RigidSums sum_for_rigid_motion(const SurfaceModel& model, SurfaceSamples samples, size_t first) {
+    return sum_places(model, first, samples.size(), [&](size_t i) -> Eigen::Vector4f {
+        return Eigen::Map<const Eigen::Vector4f>(samples[i].position);  // and a part of the normal
+    });
+}
+
+RigidSums sum_for_rigid_motion(const SurfaceModel& model, std::span<const float> vertices,
+                               size_t first) {
+    return sum_places(model, first, vertices.size() / 3, [&](size_t i) {
+        const float* place = &vertices[3 * i];
+        return Eigen::Vector4f(place[0], place[1], place[2], 0);
+    });
 }
 
 void fit_rigid_motion(const SurfaceModel& model, std::span<const RigidSums> runs,

@@ -142,6 +142,9 @@ struct RigidSums {
 };
 // first: of the vertices whose samples are given.
 RigidSums sum_for_rigid_motion(const SurfaceModel& model, SurfaceSamples samples, size_t first);
+// vertices: x, y, z of each.
+RigidSums sum_for_rigid_motion(const SurfaceModel& model, std::span<const float> vertices,
+                               size_t first);
 // Best rigid motion from the template's vertices to the deformed ones, 3x4 row-major (Kabsch).
 // runs: of all vertices, in their order.
 void fit_rigid_motion(const SurfaceModel& model, std::span<const RigidSums> runs,

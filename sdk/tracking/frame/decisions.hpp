@@ -1000,7 +1000,7 @@ struct UnseenMotion {
     static constexpr double kStandsOut = 10;
     // cells | observed otherwise than in the frame before, at most: its weights are changed for
     //   them, and found anew once the result is out
-    static constexpr size_t kMaxChanges = 12;
+    static constexpr size_t kMaxChanges = 18;
     // 1 | as kStandsOut, in a frame that goes by weights of one before
     static constexpr double kSurprise = 4;
     // 1 | factor on a cell's variance from which on it is observed otherwise

@@ -15,6 +15,14 @@ double squared(const Vec3<double>& v) { return dot(v, v); }
 
 }  // namespace
 
+RigidMap::RigidMap(const DualQuaternion<double>& motion) : shift_(translation(motion)) {
+    const Vec3<double> x = rotate(motion, {1, 0, 0}), y = rotate(motion, {0, 1, 0}),
+                       z = rotate(motion, {0, 0, 1});
+    rows_[0] = {x.x, y.x, z.x};
+    rows_[1] = {x.y, y.y, z.y};
+    rows_[2] = {x.z, y.z, z.z};
+}
+
 DualQuaternion<double> fit_pairs(std::span<const PointPair> pairs) {
     RigidFit fit;
     for (const PointPair& pair : pairs) fit.add(1, pair.rest, pair.live);
@@ -33,9 +41,11 @@ DualQuaternion<double> fit_near(std::span<const PointPair> pairs, const Vec3<dou
 
 std::vector<PointPair> agreeing_pairs(std::span<const PointPair> pairs,
                                       const DualQuaternion<double>& motion) {
+    const RigidMap map(motion);
     std::vector<PointPair> agree;
+    agree.reserve(pairs.size());
     for (const PointPair& pair : pairs)
-        if (squared(apply(motion, pair.rest) - pair.live) <=
+        if (squared(map(pair.rest) - pair.live) <=
             PieceSearch::kTolerance * PieceSearch::kTolerance)
             agree.push_back(pair);
     return agree;

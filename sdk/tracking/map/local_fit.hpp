@@ -11,6 +11,19 @@ struct PointPair {
     Vec3<double> rest, live;
 };
 
+// A rigid motion of many points.
+class RigidMap {
+  public:
+    explicit RigidMap(const DualQuaternion<double>& motion);
+    Vec3<double> turned(const Vec3<double>& v) const {
+        return {dot(rows_[0], v), dot(rows_[1], v), dot(rows_[2], v)};
+    }
+    Vec3<double> operator()(const Vec3<double>& place) const { return turned(place) + shift_; }
+
+  private:
+    Vec3<double> rows_[3], shift_;
+};
+
 // The motion of all pairs alike (Kabsch).
 DualQuaternion<double> fit_pairs(std::span<const PointPair> pairs);
 // The motion of the pairs round a place at rest, more than of the others.

@@ -19,11 +19,6 @@ using decisions::Lifted;
 
 enum Label : uint8_t { kNothing, kInPlace, kElsewhere };
 
-double distance(const Vec3<double>& a, const Vec3<double>& b) {
-    const Vec3<double> apart = a - b;
-    return std::sqrt(dot(apart, apart));
-}
-
 // A side of a cell that lies in the region, towards one that does not.
 struct Crack {
     size_t inner, outer;             // cells
@@ -46,7 +41,7 @@ class Search {
         if (!label_seen()) return std::nullopt;
         spread_labels();
         LiftedRegion region;
-        if (!take_largest(region)) return std::nullopt;
+        if (!take_largest(region) || !any_torn(region.is_lifted)) return std::nullopt;
         for (const std::vector<Crack>& outline : outlines(region.is_lifted))
             add_tears(outline, region);
         if (region.tears.empty()) return std::nullopt;
@@ -70,13 +65,13 @@ class Search {
     // The rigid motion of what stayed, which is most of the surface.
     void fit_whole() {
         std::vector<PointPair> pairs;
+        pairs.reserve(data_.vertices.size() / Lifted::kStep + 1);
         for (size_t i = 0; i < data_.vertices.size(); i += Lifted::kStep)
             if (is_seen(i)) pairs.push_back({rest(i), live(i)});
-        std::vector<PointPair> agree = pairs;
-        for (int round = 0; round < Lifted::kRounds; ++round) {
-            whole_ = fit_pairs(agree);
-            agree = agreeing_pairs(pairs, whole_);
-        }
+        DualQuaternion<double> motion = fit_pairs(pairs);
+        for (int round = 1; round < Lifted::kRounds; ++round)
+            motion = fit_pairs(agreeing_pairs(pairs, motion));
+        whole_ = RigidMap(motion);
     }
 
     // false: too little is seen of what was lifted, or of the whole.
@@ -93,8 +88,8 @@ class Search {
                           : 0;
             if (!is_seen(vertex)) continue;
             ++seen;
-            const bool is_elsewhere =
-                distance(live(vertex), apply(whole_, rest(vertex))) >= Lifted::kMinMm;
+            const Vec3<double> moved = live(vertex) - whole_(rest(vertex));
+            const bool is_elsewhere = dot(moved, moved) >= Lifted::kMinMm * Lifted::kMinMm;
             label_[cell] = is_elsewhere ? kElsewhere : kInPlace;
             source_[cell] = index;
             elsewhere += is_elsewhere ? 1 : 0;
@@ -113,11 +108,18 @@ class Search {
         if (y + 1 < static_cast<size_t>(grid_.rows)) visit(cell + columns);
     }
 
+    bool is_beside_unlabelled(size_t cell) const {
+        bool is_beside = false;
+        visit_beside(cell, [&](size_t beside) { is_beside |= label_[beside] == kNothing; });
+        return is_beside;
+    }
+
     // Every cell gets the label of the nearest one that has one.
     void spread_labels() {
         std::vector<size_t> front, next;
+        front.reserve(label_.size());
         for (size_t cell = 0; cell < label_.size(); ++cell)
-            if (label_[cell] != kNothing) front.push_back(cell);
+            if (label_[cell] != kNothing && is_beside_unlabelled(cell)) front.push_back(cell);
         for (; !front.empty(); front.swap(next)) {
             next.clear();
             for (const size_t cell : front)
@@ -210,19 +212,32 @@ class Search {
                 static_cast<double>(row) * grid_.spacing};
     }
 
-    // Whether what is seen on both sides of a crack came apart, the inner one towards the camera;
+    // Whether what is seen in two cells beside each other came apart, the inner towards the camera;
     // 1: torn, 0.5: it may be, 0: not.
-    double torn(const Crack& crack) const {
-        if (crack.outer == crack.inner || piece_of(crack.outer) != piece_of(crack.inner)) return 0;
-        const int32_t a = source_[crack.inner], b = source_[crack.outer];
+    double torn(size_t inner, size_t outer) const {
+        if (outer == inner || piece_of(outer) != piece_of(inner)) return 0;
+        const int32_t a = source_[inner], b = source_[outer];
         if (a < 0 || b < 0) return 0;
         const auto i = static_cast<size_t>(a), k = static_cast<size_t>(b);
         const Vec3<double> now = live(i) - live(k), before = rest(i) - rest(k),
-                           moved = now - rotate(whole_, before);
+                           moved = now - whole_.turned(before);
         const double apart = std::sqrt(dot(moved, moved));
         const double stretch = std::sqrt(dot(now, now) / std::max(1e-6, dot(before, before)));
         if (stretch < Lifted::kMaybeTorn || -moved.z < Lifted::kAlongSight * apart) return 0;
         return stretch >= Lifted::kTorn && apart >= Lifted::kMinMm ? 1 : 0.5;
+    }
+
+    // Whether anything came apart at the region's outline, which takes less than to follow that.
+    bool any_torn(const std::vector<uint8_t>& is_lifted) const {
+        for (size_t cell = 0; cell < is_lifted.size(); ++cell) {
+            if (is_lifted[cell] == 0) continue;
+            bool is_torn = false;
+            visit_beside(cell, [&](size_t beside) {
+                is_torn |= is_lifted[beside] == 0 && torn(cell, beside) == 1;
+            });
+            if (is_torn) return true;
+        }
+        return false;
     }
 
     // mm that each cell's tissue moved along the sight, beyond the whole's motion; not a number
@@ -232,7 +247,7 @@ class Search {
         for (size_t cell = 0; cell < label_.size(); ++cell) {
             if (grid_.vertex[cell] < 0 || source_[cell] != grid_.vertex[cell]) continue;
             const auto i = static_cast<size_t>(grid_.vertex[cell]);
-            moved[cell] = static_cast<float>((live(i) - apply(whole_, rest(i))).z);
+            moved[cell] = static_cast<float>((live(i) - whole_(rest(i))).z);
         }
         return moved;
     }
@@ -283,7 +298,7 @@ class Search {
     void add_tears(const std::vector<Crack>& outline, LiftedRegion& region) const {
         const size_t count = outline.size();
         std::vector<double> apart(count);
-        for (size_t i = 0; i < count; ++i) apart[i] = torn(outline[i]);
+        for (size_t i = 0; i < count; ++i) apart[i] = torn(outline[i].inner, outline[i].outer);
         if (!is_torn_off(outline, apart) || !stands_off(outline, apart, region.is_lifted)) return;
         for (int direction = 0; direction < 2; ++direction) {  // what may be torn beside what is
             for (size_t step = 0; step < 2 * count; ++step) {
@@ -361,7 +376,7 @@ class Search {
     const FrameOutput& output_;
     const std::span<const uint8_t> is_confirmed_;
     const double spacing_;  // of control points, cells
-    DualQuaternion<double> whole_ = DualQuaternion<double>::identity();
+    RigidMap whole_{DualQuaternion<double>::identity()};
     std::vector<Label> label_;     // per cell
     std::vector<int32_t> source_;  // per cell: the vertex that gave the label
 };

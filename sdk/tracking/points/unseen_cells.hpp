@@ -2,14 +2,18 @@
 // the vertices of a cell that are observed are averaged.
 #pragma once
 #include <Eigen/Core>
+#include <bitset>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "sdk/template/template.hpp"
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
+#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
+
+using CellSet = std::bitset<decisions::UnseenCells::kMaxCells>;
 
 class UnseenCells {
   public:

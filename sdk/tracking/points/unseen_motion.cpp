@@ -56,6 +56,12 @@ UnseenMotion::UnseenMotion(const Template& surface) {
             most[node] = data.vertices[i].weight[k];
             vertex_of_[node] = static_cast<uint32_t>(i);
         }
+    cells_moved_.resize(vertex_of_.size());
+    for (size_t i = 0; i < data.vertices.size(); ++i)
+        for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k)
+            if (data.vertices[i].weight[k] > 0)
+                cells_moved_[static_cast<size_t>(data.vertices[i].node[k])].set(
+                    pieces_[surface.vertex_pieces()[i]].cell_of(i));
     shapes_.setZero(Decision::kModes, static_cast<Eigen::Index>(vertex_of_.size()));
     for (size_t node = 0; node < vertex_of_.size(); ++node) {
         const Eigen::MatrixXd shapes =
@@ -107,13 +113,16 @@ bool UnseenMotion::add_frame(const Template& surface, SurfaceSamples samples,
         if (part == 0)
             find_detail(data, results.motions, results.confidence);
         else
-            find_variances();
+            find_variances(data);
     });
-    for_phases<2>(helpers, {parts, parts}, [&](size_t phase, size_t part) {
-        if (phase == 0)
-            move_nodes(data, results, {part, parts});
-        else
-            move_vertices(surface, results, {part, parts});
+    const size_t runs = vertex_runs(samples.size());
+    for_phases<2>(helpers, {parts, parts}, [&](size_t phase, size_t index) {
+        const ArrayPart part{index, parts};
+        if (phase == 0) return move_nodes(data, results, part);
+        for (size_t run = part.begin(runs); run < part.end(runs); ++run) {
+            move_vertices(surface, results, run);
+            results.placed(run);
+        }
     });
     return true;
 }
@@ -150,9 +159,13 @@ bool UnseenMotion::solve_pieces(const TemplateData& data, std::span<const defrec
     return any;
 }
 
-void UnseenMotion::find_variances() {
+void UnseenMotion::find_variances(const TemplateData& data) {
+    std::vector<CellSet> cells(pieces_.size());  // of which anything is read
+    for (size_t node = 0; node < moves_.size(); ++node)
+        if (is_outside(node) || is_hidden(node))
+            cells[data.piece_of_node(node)] |= cells_moved_[node];
     for (size_t piece = 0; piece < pieces_.size(); ++piece)
-        if (is_apart_[piece] != 0) pieces_[piece].find_variances();
+        if (is_apart_[piece] != 0) pieces_[piece].find_variances(cells[piece]);
 }
 
 // Depth does not tell where along the surface a control point is.
@@ -173,6 +186,11 @@ void UnseenMotion::find_detail(const TemplateData& data, std::span<const defrec_
         detail_.values().col(node) = moved(motions[node], rest) - place(data, node);
     }
     detail_.fill();
+}
+
+bool UnseenMotion::has_lesson() const {
+    return std::any_of(pieces_.begin(), pieces_.end(),
+                       [](const UnseenPiece& piece) { return piece.has_lesson(); });
 }
 
 void UnseenMotion::learn() noexcept {
@@ -233,9 +251,10 @@ UnseenMotion::Shares UnseenMotion::shares_of(const defrec_surface_point& vertex)
 }
 
 void UnseenMotion::move_vertices(const Template& surface, const Results& results,
-                                 ArrayPart part) const {
+                                 size_t run) const {
     const TemplateData& data = surface.data();
-    for (size_t i = part.begin(data.vertices.size()); i < part.end(data.vertices.size()); ++i) {
+    const size_t end = std::min(data.vertices.size(), (run + 1) * kVertexRun);
+    for (size_t i = run * kVertexRun; i < end; ++i) {
         const defrec_surface_point& vertex = data.vertices[i];
         const UnseenPiece& piece = pieces_[surface.vertex_pieces()[i]];
         if (is_apart_[surface.vertex_pieces()[i]] == 0) continue;

@@ -4,6 +4,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -29,13 +30,16 @@ class UnseenMotion {
         std::span<defrec_motion> motions;
         std::span<float> vertices, normals;
         VertexConfidence& confidence;
+        // Called for each run of vertices once they are where they stay, by any thread.
+        std::function<void(size_t run)> placed;
     };
     // A frame in which the surface was found. helpers: whose threads take part, or nullptr. true:
     // results were changed.
     bool add_frame(const Template& surface, SurfaceSamples samples,
                    std::span<const defrec_piece> pieces, const Results& results,
                    const Services* helpers);
-    // Learns from the last frame, once nobody waits for it.
+    // Learns from the last frame, once nobody waits for it, where that has something to teach.
+    bool has_lesson() const;
     void learn() noexcept;
 
   private:
@@ -52,13 +56,13 @@ class UnseenMotion {
     void read_pieces(SurfaceSamples samples, std::span<const defrec_piece> pieces,
                      const VertexConfidence& confidence);
     bool solve_pieces(const TemplateData& data, std::span<const defrec_piece> pieces);
-    void find_variances();
+    void find_variances(const TemplateData& data);
     void find_detail(const TemplateData& data, std::span<const defrec_motion> motions,
                      const VertexConfidence& confidence);
     Eigen::Vector3d place(const TemplateData& data, size_t node) const;
     void move_nodes(const TemplateData& data, const Results& results, ArrayPart part) const;
     defrec_motion move_hidden(const TemplateData& data, size_t node, const Results& results) const;
-    void move_vertices(const Template& surface, const Results& results, ArrayPart part) const;
+    void move_vertices(const Template& surface, const Results& results, size_t run) const;
     struct Shares {
         double outside = 0, hidden = 0;  // of what moves a vertex
     };
@@ -70,6 +74,7 @@ class UnseenMotion {
     std::vector<uint32_t> hidden_;     // per piece: how many control points are
     std::vector<uint8_t> is_apart_;    // per piece: enough control points move nothing that is seen
     std::vector<uint8_t> moves_;       // per control point
+    std::vector<CellSet> cells_moved_;  // per control point: those whose vertices it moves
     std::vector<HoleFill::Kind> kinds_;
     HoleFill detail_;  // by which lm moves control points round a hole otherwise than the modes do
 };

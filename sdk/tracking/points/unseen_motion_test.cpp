@@ -134,8 +134,9 @@ class Frames {
                     .store());
         }
         given_ = motions_;
-        const bool is_told = unseen_.add_frame(
-            *surface_, samples_, pieces_, {motions_, vertices_, normals_, confidence_}, nullptr);
+        const bool is_told =
+            unseen_.add_frame(*surface_, samples_, pieces_,
+                              {motions_, vertices_, normals_, confidence_, [](size_t) {}}, nullptr);
         unseen_.learn();
         return is_told;
     }

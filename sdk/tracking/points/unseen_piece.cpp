@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "sdk/body/deep_motion.hpp"
@@ -26,6 +27,8 @@ UnseenPiece::UnseenPiece(const Template& surface, size_t piece) : cells_(surface
     if (cells_.size() == 0) return;
     modes_ = {cells_.rest(), Decision::kLengthShare * cells_.view_width_mm()};
     learnt_.emplace(modes_);
+    shaped_rest_.setConstant(3, cells_.rest().cols(), std::numeric_limits<double>::quiet_NaN());
+    shapes_of_cells_.resize(cells_.rest().cols(), modes_.count());
     coefficients_.setZero(modes_.count(), 3);
 }
 
@@ -69,6 +72,19 @@ void UnseenPiece::learn_directly() {
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(3 * modes_.count(), 3 * modes_.count());
     add_on_axes(modes_.at_cells().transpose() * noise.asDiagonal() * modes_.at_cells(), covariance);
     learnt_->learn(modes_.at_cells().transpose() * displacements.transpose(), covariance);
+}
+
+void UnseenPiece::find_shapes_seen() {
+    const UnseenCells::Seen& seen = cells_.seen();
+    shapes_seen_.resize(seen.rest.cols(), modes_.count());
+    for (Eigen::Index k = 0; k < seen.rest.cols(); ++k) {
+        const Eigen::Index cell = seen.cells[static_cast<size_t>(k)];
+        if (shaped_rest_.col(cell) != seen.rest.col(k)) {
+            shaped_rest_.col(cell) = seen.rest.col(k);
+            shapes_of_cells_.row(cell) = shapes(seen.rest.col(k));
+        }
+        shapes_seen_.row(k) = shapes_of_cells_.row(cell);
+    }
 }
 
 // A column for each cell, as it is where the cell was when it was weighed; 0 where it is not
@@ -117,7 +133,7 @@ double UnseenPiece::raise_noise() {
 
 bool UnseenPiece::solve() {
     is_reusable_ = false;
-    shapes_seen_ = shapes(cells_.seen().rest);
+    find_shapes_seen();
     if (raise_.size() > 0) {
         const std::optional<double> largest = solve_with_noise_before();
         if (largest && *largest < Decision::kSurprise) return true;
@@ -164,8 +180,7 @@ bool UnseenPiece::estimate() {
 
 // Gives cells that are observed otherwise other weights; false: they are too many.
 bool UnseenPiece::change_weights() {
-    const UnseenCells::Seen& seen = cells_.seen();
-    shapes_seen_ = shapes(seen.rest);
+    find_shapes_seen();
     shift_.setZero();
     shift_(cells_seen(), Eigen::all) = shapes_seen_ - kriging_->shapes()(cells_seen(), Eigen::all);
     const Eigen::VectorXd weight = weights().cwiseQuotient(raise_);
@@ -189,10 +204,16 @@ bool UnseenPiece::solve_as_before() {
 
 void UnseenPiece::find_base_variances() { base_mm2_ = kriging_->variances(whole_cells_); }
 
-void UnseenPiece::find_variances() {
-    const Eigen::VectorXd variances = base_mm2_ - kriging_->lessened(whole_cells_);
-    for (Eigen::Index i = 0; i < variances.size(); ++i)
-        variance_[static_cast<size_t>(i)] = Decision::kVarianceShare * variances[i] + unseen_mm2(i);
+void UnseenPiece::find_variances(const CellSet& cells) {
+    std::vector<Eigen::Index> asked;
+    for (Eigen::Index i = 0; i < base_mm2_.size(); ++i)
+        if (cells[static_cast<size_t>(i)]) asked.push_back(i);
+    const Eigen::VectorXd lessened = kriging_->lessened(whole_cells_.part(asked));
+    for (size_t k = 0; k < asked.size(); ++k)
+        variance_[static_cast<size_t>(asked[k])] =
+            Decision::kVarianceShare *
+                (base_mm2_[asked[k]] - lessened[static_cast<Eigen::Index>(k)]) +
+            unseen_mm2(asked[k]);
 }
 
 void UnseenPiece::learn() {

@@ -28,10 +28,14 @@ class UnseenPiece {
     // One of the two follows. Some control points move nothing that is seen: true: place() tells
     // where tissue is, and variance_mm2() after find_variances() how well.
     bool solve_frame();
-    void find_variances();
+    // cells: those of whose vertices variance_mm2() is asked for.
+    void find_variances(const CellSet& cells);
+    // The cell of a vertex of this piece.
+    size_t cell_of(size_t vertex) const { return cells_.cell_of(vertex); }
     // All move something that is seen.
     void skip_frame();
-    // Learns from that frame. Nobody waits for it.
+    // Learns from that frame, where it has something to teach.
+    bool has_lesson() const { return lesson_ != Lesson::kNone; }
     void learn();
     // The piece is lost in a frame.
     void add_lost_frame() {
@@ -51,6 +55,7 @@ class UnseenPiece {
   private:
     // As a span, of which expressions make no copies.
     std::span<const uint32_t> cells_seen() const { return cells_.seen().cells; }
+    void find_shapes_seen();
     Eigen::Matrix3Xd displacements() const;
     Eigen::VectorXd weights() const;
     void weigh(const Eigen::VectorXd& weight);
@@ -84,6 +89,10 @@ class UnseenPiece {
     Eigen::VectorXd raise_;          // per cell: factor on its noise, for it stood out
     Eigen::VectorXd base_mm2_;  // per cell: variance of its displacement, before weights changed
     Eigen::MatrixXd shapes_seen_;
+    // Per cell: where it was last seen at rest, and a row of the shapes there. Most cells are seen
+    // at the same place in many frames.
+    Eigen::Matrix3Xd shaped_rest_;
+    Eigen::MatrixXd shapes_of_cells_;
     Eigen::MatrixXd shift_;     // of shapes: from where cells were weighed to where they are
     bool is_reusable_ = false;  // the next frame may go by these weights
     Eigen::MatrixX3d coefficients_;
