@@ -160,12 +160,12 @@ bool UnseenMotion::solve_pieces(const TemplateData& data, std::span<const defrec
 }
 
 void UnseenMotion::find_variances(const TemplateData& data) {
-    std::vector<CellSet> cells(pieces_.size());  // of which anything is read
+    cells_asked_.assign(pieces_.size(), {});
     for (size_t node = 0; node < moves_.size(); ++node)
         if (is_outside(node) || is_hidden(node))
-            cells[data.piece_of_node(node)] |= cells_moved_[node];
+            cells_asked_[data.piece_of_node(node)] |= cells_moved_[node];
     for (size_t piece = 0; piece < pieces_.size(); ++piece)
-        if (is_apart_[piece] != 0) pieces_[piece].find_variances(cells[piece]);
+        if (is_apart_[piece] != 0) pieces_[piece].find_variances(cells_asked_[piece]);
 }
 
 // Depth does not tell where along the surface a control point is.

@@ -76,6 +76,7 @@ class UnseenMotion {
     std::vector<uint8_t> moves_;       // per control point
     std::vector<CellSet> cells_moved_;  // per control point: those whose vertices it moves
     std::vector<HoleFill::Kind> kinds_;
+    std::vector<CellSet> cells_asked_;  // per piece: of whose vertices variances are read
     HoleFill detail_;  // by which lm moves control points round a hole otherwise than the modes do
 };
 

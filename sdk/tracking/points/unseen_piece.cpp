@@ -205,9 +205,11 @@ bool UnseenPiece::solve_as_before() {
 void UnseenPiece::find_base_variances() { base_mm2_ = kriging_->variances(whole_cells_); }
 
 void UnseenPiece::find_variances(const CellSet& cells) {
-    std::vector<Eigen::Index> asked;
+    std::array<Eigen::Index, decisions::UnseenCells::kMaxCells> room;
+    size_t count = 0;
     for (Eigen::Index i = 0; i < base_mm2_.size(); ++i)
-        if (cells[static_cast<size_t>(i)]) asked.push_back(i);
+        if (cells[static_cast<size_t>(i)]) room[count++] = i;
+    const auto asked = std::span(room).first(count);
     const Eigen::VectorXd lessened = kriging_->lessened(whole_cells_.part(asked));
     for (size_t k = 0; k < asked.size(); ++k)
         variance_[static_cast<size_t>(asked[k])] =
