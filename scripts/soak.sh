@@ -3,7 +3,7 @@
 # several threads, and judges whether memory, descriptors, threads or errors grow. Builds what it
 # needs. Exit status 1: something grows, or a call failed.
 #   scripts/soak.sh [OPTION...]           options of build/bin/defrec-soak: --minutes 30 --backend
-#                                         vulkan --speed 0 ...
+#                                         vulkan --speed 0 --scene slide --grow ...
 # Writes out/soak/samples.csv and out/soak/plot.svg. Where there is an NVIDIA GPU its memory is
 # sampled, too.
 set -euo pipefail

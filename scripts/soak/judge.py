@@ -37,7 +37,17 @@ QUANTITIES = {
     "p99_ms": ("p99 of the frame time", "ms", mean, None),
 }
 FROM_FRAMES = ("loop_error_mm", "p99_ms")
-TOTALS = ("frames", "lost", "trackers", "cuts", "losses", "gaps", "templates")
+TOTALS = (
+    "frames",
+    "lost",
+    "trackers",
+    "cuts",
+    "losses",
+    "gaps",
+    "templates",
+    "growths",
+    "lost_devices",
+)
 
 
 def blocks_of(times, values, statistic, blocks=BLOCKS):

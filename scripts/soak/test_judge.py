@@ -19,14 +19,14 @@ def samples(leak_mb_per_hour=0.0, descriptors=lambda second: 6, seed=1):
     """Samples of a run with noise whose values depend on those before, as a process's do."""
     noise = random.Random(seed)
     rows, drift = [
-        "second,frames,lost,trackers,cuts,losses,gaps,templates,p99_ms,loop_error_mm,resident_mb,heap_mb,descriptors,threads"
+        "second,frames,lost,trackers,cuts,losses,gaps,templates,growths,lost_devices,p99_ms,loop_error_mm,resident_mb,heap_mb,descriptors,threads"
     ], 0
     for second in range(1, SECONDS + 1):
         drift = 0.9 * drift + noise.gauss(0, 0.3)
         memory = 200 + drift + leak_mb_per_hour * second / 3600 + 40 * (1 - 0.9**second)
         loop = f"{0.006 + noise.gauss(0, 0.001):.4f}" if second % 3 == 0 else ""
         rows.append(
-            f"{second},30,1,20,0,0,0,0,{30 + noise.gauss(0, 5):.2f},{loop},{memory:.3f},"
+            f"{second},30,1,20,0,0,0,0,0,0,{30 + noise.gauss(0, 5):.2f},{loop},{memory:.3f},"
             f"{memory / 2:.3f},{descriptors(second)},8"
         )
     return "\n".join(rows) + "\n"
@@ -108,9 +108,10 @@ class Judge(unittest.TestCase):
 
     def test_without_errors_the_rest_is_judged(self):
         lines = [line.split(",") for line in samples().splitlines()]
+        error = lines[0].index("loop_error_mm")
         _, grows, text = self.judged(
             "\n".join(
-                ",".join([*line[:9], line[9] if i == 0 else "", *line[10:]])
+                ",".join([*line[:error], line[error] if i == 0 else "", *line[error + 1 :]])
                 for i, line in enumerate(lines)
             )
         )

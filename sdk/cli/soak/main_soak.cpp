@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
     CLI::App app("defrec-soak: plays video for long, with all that a day of use brings; CSV");
     app.name("defrec-soak");
     add_device_options(app, options.bench.backend, options.bench.device, options.bench.threads);
+    app.add_option("--scene", options.bench.scene, "That is rendered")->capture_default_str();
     app.add_option("--width", options.bench.width, "Of the rendered scene")
         ->check(CLI::Range(64, 8192))
         ->capture_default_str();
@@ -37,6 +38,11 @@ int main(int argc, char** argv) {
                    "Trackers made and destroyed beside that, without a frame")
         ->check(CLI::Range(0.0, 10000.0))
         ->capture_default_str();
+    app.add_flag("--grow", options.grows, "Let templates grow");
+    app.add_option("--losing-plugin", options.losing_plugin,
+                   "Manifest of a plugin that loses its device in the first run of a stage; one is "
+                   "lost each second")
+        ->check(CLI::ExistingFile);
     return carry_out(
         app,
         [&options] {

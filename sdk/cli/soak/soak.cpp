@@ -4,14 +4,17 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <functional>
 #include <iterator>
+#include <memory>
 #include <mutex>
 #include <random>
 #include <thread>
@@ -37,7 +40,8 @@ constexpr int kTrackersPerContext = 100;
 
 // What all threads count, of one interval or of the whole run.
 struct Counts {
-    std::uint64_t frames = 0, lost = 0, trackers = 0, cuts = 0, losses = 0, gaps = 0, templates = 0;
+    std::uint64_t frames = 0, lost = 0, trackers = 0, cuts = 0, losses = 0, gaps = 0, templates = 0,
+                  growths = 0, lost_devices = 0;
     std::vector<double> latency_ms;     // of the tracker that lives as long as the run
     std::vector<double> loop_error_mm;  // its own
 };
@@ -111,6 +115,7 @@ struct Origin {
     Tracker make_tracker(Run& run) const {
         auto desc = initialised<defrec_tracker_desc>();
         desc.device_id = device.id.c_str();
+        desc.grow = run.options().grows ? 1 : 0;
         defrec_tracker handle = nullptr;
         require(defrec_tracker_create(context.get(), rig.get(), &desc, &handle),
                 ExitCode::kInternal, "creating a tracker");
@@ -147,6 +152,7 @@ class Player {
         run_.count([&](Counts& counts) {
             ++counts.frames;
             counts.lost += result.state == DEFREC_LOST || result.state == DEFREC_INITIALISING;
+            counts.growths += (result.reasons & DEFREC_REASON_TEMPLATE_GREW) != 0 ? 1 : 0;
         });
         return result;
     }
@@ -282,6 +288,31 @@ void make_trackers(Run& run) {
     }
 }
 
+// Each second a device is lost, in a context of its own.
+void lose_devices(Run& run) {
+    auto params = initialised<defrec_ransac_params>();
+    params.landmarks = 10;
+    std::array<std::byte, 40> given{}, taken{};
+    const defrec_const_buffer in{given.data(), given.size()};
+    const defrec_buffer out{taken.data(), taken.size()};
+    Pace pace(kFrameSeconds);
+    while (!run.is_over()) {
+        pace.wait();
+        const Context context =
+            open_context({1, true, {run.options().losing_plugin}, nullptr, nullptr, true});
+        defrec_stage handle = nullptr;
+        require(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_RANSAC, &params, &handle),
+                ExitCode::kInternal, "creating a stage");
+        const std::unique_ptr<defrec_stage_, decltype(&defrec_stage_destroy)> stage(
+            handle, &defrec_stage_destroy);
+        require(defrec_stage_prepare(stage.get(), nullptr, 0), ExitCode::kInternal,
+                "preparing a stage");
+        if (defrec_stage_run(stage.get(), &in, 1, &out, 1) != DEFREC_ERROR_DEVICE_LOST)
+            throw CliError(ExitCode::kInternal, "the plugin did not lose its device");
+        run.count([](Counts& counts) { ++counts.lost_devices; });
+    }
+}
+
 std::size_t entries_of(const char* folder) {
     return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
 }
@@ -296,8 +327,9 @@ void print_line(double second, const Counts& counts) {
         return values.empty() ? std::string() : format_fixed(nearest_rank(values, share), 4);
     };
     std::string line = format_fixed(second, 3);
-    for (const std::uint64_t value : {counts.frames, counts.lost, counts.trackers, counts.cuts,
-                                      counts.losses, counts.gaps, counts.templates})
+    for (const std::uint64_t value :
+         {counts.frames, counts.lost, counts.trackers, counts.cuts, counts.losses, counts.gaps,
+          counts.templates, counts.growths, counts.lost_devices})
         line.append(",").append(std::to_string(value));
     line.append(",").append(number(counts.latency_ms, 0.99));
     line.append(",").append(number(counts.loop_error_mm, 0.5));
@@ -315,13 +347,15 @@ void soak(const SoakOptions& options) {
     Run run(options);
     const Origin origin(run);
     std::printf(
-        "second,frames,lost,trackers,cuts,losses,gaps,templates,p99_ms,loop_error_mm,"
+        "second,frames,lost,trackers,cuts,losses,gaps,templates,growths,lost_devices,p99_ms,"
+        "loop_error_mm,"
         "resident_mb,heap_mb,descriptors,threads\n");
     std::vector<std::thread> threads;
     threads.push_back(run.start([&] { play_on(run, origin); }));
     for (int i = 0; i < options.players; ++i)
         threads.push_back(
             run.start([&, i] { play_lives(run, origin, static_cast<std::uint64_t>(i) + 2); }));
+    if (!options.losing_plugin.empty()) threads.push_back(run.start([&] { lose_devices(run); }));
     if (options.trackers_per_s > 0) threads.push_back(run.start([&] { make_trackers(run); }));
 
     const Clock::time_point start = Clock::now();

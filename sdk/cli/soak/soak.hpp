@@ -10,12 +10,15 @@
 namespace defrec::cli {
 
 struct SoakOptions {
-    BenchOptions bench;  // size of the scene, device, threads
+    BenchOptions bench;  // scene, its size, device, threads
     double minutes = 10;
     double speed = 1;            // of the video, 1: 30 frames a second; 0: without a pause
     double interval_s = 1;       // between two lines
     int players = 1;             // that make a new tracker every few frames
     double trackers_per_s = 20;  // made and destroyed beside that, without a frame
+    bool grows = false;          // templates do
+    std::string losing_plugin;   // manifest of a plugin whose device is lost in a stage's first run;
+                                 // each second one is; empty: none is
 };
 
 // Prints a head and then a line of CSV for each interval. Throws CliError for the first call that
