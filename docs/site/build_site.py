@@ -113,6 +113,16 @@ def add_notebooks(samples, run, site):
             )
 
 
+def show_code_in_headings(site):
+    """Doxygen writes code in a heading as text, with its tags."""
+    for path in sorted(site.glob("*.html")):
+        page = path.read_text()
+        shown = re.sub(r"&lt;(/?)tt&gt;", r"<\1tt>", page)
+        shown = re.sub(r"(<title>.*?</title>)", lambda m: re.sub("</?tt>", "", m[1]), shown)
+        if shown != page:
+            path.write_text(shown)
+
+
 def main():
     doxygen, doxyfile = sys.argv[1:3]
     guides, site, notebooks = map(pathlib.Path, sys.argv[3:6])
@@ -120,6 +130,7 @@ def main():
     site.mkdir(parents=True)
     subprocess.run([doxygen, doxyfile], check=True)
     add_notebooks(guides.parent / "samples" / "notebook", notebooks, site)
+    show_code_in_headings(site)
     found = full_text.add(site, pathlib.Path(__file__).parent)
     found += [*faults(site, guides), *faults_of_samples(guides.parent)]
     sys.exit("\n".join(found) if found else 0)

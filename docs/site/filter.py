@@ -152,6 +152,7 @@ class Guide:
             return f"{heading[1]} {title} {{#{identity}}}"
         line = re.sub(r"!\[([^\]\[]+)\]\(([^)\s]+)\)", self.picture, line)
         line = re.sub(r"(?<!!)\[([^\]\[]+)\]\(([^)\s]+)\)", self.link, line)
+        line = re.sub(r"\*\*(`[^`]+`)\*\*", r"<b>\1</b>", line)  # else ** is shown
         line = re.sub(r"`((?:defrec|DEFREC)_[\w.]+)`", self.name, line)
         return re.sub(r"`([^`]+)`", inline_code, line)
 

@@ -6,7 +6,8 @@
 
   function snippet(text, patterns) {
     const first = patterns.map((pattern) => text.search(pattern)).find((at) => at >= 0) ?? 0;
-    const from = Math.max(0, first - kAround), part = text.slice(from, first + 2 * kAround);
+    const {from, to} = fullTextRank.wholeWords(text, first - kAround, first + 2 * kAround);
+    const part = text.slice(from, to);
     const result = document.createElement('p');
     let last = 0;
     const all = new RegExp(patterns.map(({source}) => source).join('|'), 'giu');
@@ -18,7 +19,7 @@
     }
     result.append(part.slice(last));
     result.prepend(from > 0 ? '… ' : '');
-    result.append(' …');
+    if (to < text.length) result.append(' …');
     return result;
   }
 
@@ -41,17 +42,34 @@
     return item;
   }
 
+  function nearWords(words) {
+    const near = fullTextRank.suggestion(fullText, words);
+    if (!near) return [];
+    const asked = document.createElement('p'), link = document.createElement('a');
+    link.href = `#${encodeURIComponent(near)}`;
+    link.textContent = near;
+    link.addEventListener('click', (event) => {
+      event.preventDefault();
+      query.value = near;
+      show();
+    });
+    asked.append('Did you mean ', link, '?');
+    return [asked];
+  }
+
   function show() {
     const words = query.value.trim(), patterns = fullTextRank.patternsOf(words);
     history.replaceState(null, '', words ? `#${encodeURIComponent(words)}` : '#');
     if (!patterns.length) return found.replaceChildren();
-    const pages = fullTextRank.rank(fullText, words);
+    const {pages, isWhole} = fullTextRank.find(fullText, words);
     const list = document.createElement('ol');
     list.append(...pages.slice(0, kMost).map((sections) => itemOf(sections, patterns)));
     const told = document.createElement('p');
-    told.textContent = pages.length ? `${pages.length} page${pages.length === 1 ? '' : 's'}` :
-                                      'Nothing has all these words.';
-    found.replaceChildren(told, list);
+    const number = `${pages.length} page${pages.length === 1 ? '' : 's'}`;
+    told.textContent = isWhole ? number :
+        pages.length           ? `No section has all these words; ${number} with most of them:` :
+                                 'No page has these words.';
+    found.replaceChildren(...nearWords(words), told, list);
   }
 
   query.addEventListener('input', show);

@@ -5,7 +5,8 @@ import {join} from 'node:path';
 
 const kSite = process.argv[2];
 const read = (name) => readFileSync(join(kSite, name), 'utf8');
-const [index, {rank}] = new Function(`${read('full_text_index.js')}${read('full_text_rank.js')}
+const [index, {find, suggestion, wholeWords}] =
+    new Function(`${read('full_text_index.js')}${read('full_text_rank.js')}
                   return [fullText, fullTextRank];`)();
 
 // Typed: the page, and where it matters the heading on it.
@@ -73,14 +74,29 @@ const kAnswers = {
   'segmentation mask': 'questions/Segmentation masks of instruments',
   'large expected error': 'questions/Why is the expected error large in the first frames?',
   'wrong truth': 'program_score/Whether it is the right truth',
+  'What to do when lost?': 'deployment_operating_room/When it is lost',
+  'alarm when lost': 'deployment_operating_room/The display',
+  'audible': 'deployment_operating_room/The display',
+  'beep': 'deployment_operating_room/The display',
+  'warning sound': 'deployment_operating_room/The display',
+  'big screen': 'deployment_operating_room/The display',
+  'projector': 'deployment_operating_room/The display',
+  'tumor depth': 'program_plan/Seeing it',
+  'how deep tumour': 'program_plan/Seeing it',
+  'how deep is the tumor?': 'program_plan/Seeing it',
+  'how accurate': 'benchmarks',
+  'remote': 'program_live_view/From another computer',
+  'calibrate with a wooden checkerboard': 'program_calibrating',
   'defrec_job_warp_points': 'group__tracking',
 };
 const kFirst = 2;
+// The first that is found, not the second.
+const kFirstAlone = new Set(['What to do when lost?']);
 
 const wrong = [];
 for (const [typed, answer] of Object.entries(kAnswers)) {
   const [page, heading] = [answer.split('/')[0], answer.split('/').slice(1).join('/')];
-  const found = rank(index, typed).slice(0, kFirst);
+  const found = find(index, typed).pages.slice(0, kFirstAlone.has(typed) ? 1 : kFirst);
   const isAnswered = found.some(
       ([[file, , , title]]) => file === `${page}.html` && (!heading || title === heading));
   if (!isAnswered)
@@ -89,9 +105,30 @@ for (const [typed, answer] of Object.entries(kAnswers)) {
 }
 assert.deepEqual(wrong, []);
 // A word that no page has finds nothing, and none no word.
-assert.deepEqual(rank(index, 'qwertzuiop'), []);
-assert.deepEqual(rank(index, '  '), []);
+assert.deepEqual(find(index, 'qwertzuiop').pages, []);
+assert.deepEqual(find(index, '  ').pages, []);
 // Words in quotation marks stand in a row.
-assert.ok(rank(index, '"expected error"').length > 0);
-assert.ok(rank(index, '"error expected"').length < rank(index, 'error expected').length);
+assert.ok(find(index, '"expected error"').pages.length > 0);
+assert.ok(
+    find(index, '"error expected"').pages.length < find(index, 'error expected').pages.length);
+// Sections with all words, else those with most, and none that lack more than half.
+assert.ok(find(index, 'expected error').isWhole);
+assert.ok(!find(index, 'expected error qwertzuiop').isWhole);
+assert.deepEqual(find(index, 'error qwertzuiop asdfghjkl').pages, []);
+// A near word for one that stands nowhere.
+assert.equal(suggestion(index, 'trakcing'), 'tracking');
+assert.equal(suggestion(index, 'calibraton depth'), 'calibration depth');
+assert.equal(suggestion(index, 'calibration depth'), '');
+assert.equal(suggestion(index, 'qwertzuiop'), '');
+// Excerpts are of whole words and of text as it is read.
+const kText = 'one two three four';
+const cut = (from, to) => {
+  const ends = wholeWords(kText, from, to);
+  return kText.slice(ends.from, ends.to);
+};
+assert.equal(cut(1, 11), 'two');
+assert.equal(cut(-5, 13), 'one two three');
+assert.equal(cut(4, 40), 'two three four');
+for (const [file, , title, heading, text] of index)
+  assert.ok(!/<\/?tt>/.test(title + heading + text) && !/\*\* ?ignore/.test(text), file);
 console.log(`${Object.keys(kAnswers).length} queries are answered`);
