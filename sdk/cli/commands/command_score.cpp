@@ -14,6 +14,7 @@
 #include "sdk/io/number_checks.hpp"
 #include "sdk/io/output_folder.hpp"
 #include "sdk/io/terminal.hpp"
+#include "sdk/io/text.hpp"
 #include "sdk/session/track_outputs.hpp"
 #include "sdk/session/written_files.hpp"
 
@@ -23,9 +24,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kFooter =
-    "A visible point counts as lost when it has no row, no position or status lost. Hidden "
-    "points are those that the\n"
-    "truth says cannot be seen.\n"
+    "A visible point counts as lost in a frame where it has no row, no position or status lost. "
+    "Points of the truth\n"
+    "without a row in any frame are not measured, but for --all-points. Hidden points are those "
+    "that the truth says\n"
+    "cannot be seen.\n"
     "Expected errors hold when at least 55 % of the points are within 1, 93 % within 2 and 98.5 % "
     "within 3 of them,\n"
     "for each status with 100 points or more. With more than 85 % within 1 they are too large, "
@@ -45,7 +48,9 @@ struct ScoreOptions {
     std::string folder, truth, truth_deep, report;
     ScoreLimits limits, deep_limits;
     FrameRange range;
-    bool json = false, quiet = false;
+    bool all_points = false, json = false, quiet = false;
+
+    Unfollowed unfollowed() const { return all_points ? Unfollowed::kLost : Unfollowed::kLeftOut; }
 };
 
 // Which truth is compared. A path that is empty: none.
@@ -82,12 +87,23 @@ Truth truth_of(const ScoreOptions& options) {
     return truth;
 }
 
-std::string table_of(const Scores& scores) {
-    std::string table;
-    if (scores.points) table += score_table(*scores.points);
-    if (scores.points && scores.targets) table += "\n";
-    if (scores.targets) table += target_table(*scores.targets);
-    return table;
+std::vector<std::string> notes_of(const Scores& scores) {
+    std::vector<std::string> notes;
+    if (scores.points) notes = scores.points->notes;
+    if (scores.targets)
+        notes.insert(notes.end(), scores.targets->notes.begin(), scores.targets->notes.end());
+    return notes;
+}
+
+std::string text_of(const Scores& scores) {
+    std::string text;
+    if (scores.points) text += score_verdict(*scores.points);
+    for (const std::string& note : notes_of(scores)) text += "Note: " + printable(note) + "\n";
+    if (!text.empty()) text += "\n";
+    if (scores.points) text += score_tables(*scores.points);
+    if (scores.points && scores.targets) text += "\n";
+    if (scores.targets) text += target_table(*scores.targets);
+    return text;
 }
 
 nlohmann::ordered_json json_of(const Scores& scores) {
@@ -97,13 +113,24 @@ nlohmann::ordered_json json_of(const Scores& scores) {
     return json;
 }
 
-void print_notices(const std::vector<std::string>& notes) {
-    for (const std::string& note : notes) print_notice(note);
+void refuse_recording(const fs::path& folder) {
+    const auto has = [&](const char* name) {
+        std::error_code error;
+        return fs::exists(folder / name, error);
+    };
+    if (has(kFramesFile) || has(kSummaryFile)) return;
+    if (has("left") || has("calibration.yaml")) {
+        throw CliError(ExitCode::kInput,
+                       folder.string() +
+                           ": this is a recording, and no result of defrec track; give the folder "
+                           "of its --out.");
+    }
 }
 
 int run_score(const ScoreOptions& options) {
     const Truth truth = truth_of(options);
     const fs::path folder(options.folder);
+    refuse_recording(folder);
     keep_apart({truth.surface, truth.deep, truth.reference, folder / kPointsFile,
                 folder / kTargetsFile, folder / kFramesFile, folder / kSummaryFile},
                {options.report});
@@ -116,19 +143,19 @@ int run_score(const ScoreOptions& options) {
     Scores scores;
     std::vector<std::string> messages;
     if (!truth.surface.empty()) {
-        scores.points = score_of(read_scored_rows(options.folder, truth.surface, options.range));
+        scores.points = score_of(
+            read_scored_rows(options.folder, truth.surface, options.range, options.unfollowed()));
         messages = exceeded(*scores.points, options.limits);
     }
     if (!truth.deep.empty()) {
-        scores.targets = target_score_of(
-            read_scored_targets(folder / kTargetsFile, truth.deep, truth.reference, options.range));
+        scores.targets =
+            target_score_of(read_scored_targets(folder / kTargetsFile, truth.deep, truth.reference,
+                                                options.range, options.unfollowed()));
         for (std::string& message : exceeded(*scores.targets, options.deep_limits))
             messages.push_back(std::move(message));
     }
-    if (!options.quiet) {
-        if (scores.points) print_notices(scores.points->notes);
-        if (scores.targets) print_notices(scores.targets->notes);
-    }
+    if (options.json && !options.quiet)
+        for (const std::string& note : notes_of(scores)) print_notice(note);
     if (!options.report.empty()) {
         write_atomically(options.report,
                          score_page(scores, options.folder,
@@ -140,7 +167,7 @@ int run_score(const ScoreOptions& options) {
         json["passed"] = message.empty();
         print(json_text(json, 2) + "\n");
     } else if (!options.quiet) {
-        print(table_of(scores));
+        print(text_of(scores));
     }
     if (message.empty()) return static_cast<int>(ExitCode::kOk);
     print_notice(message);
@@ -204,6 +231,8 @@ CLI::App* add_score_command(CLI::App& app, std::function<int()>& run) {
         ->add_option("--report", options->report,
                      "Write a page with plots: reliability, coverage, sparsification")
         ->type_name("F.html");
+    command->add_flag("--all-points", options->all_points,
+                      "Count points of the truth without a row in any frame as lost");
     command->add_flag("--json", options->json, "Print JSON instead of a table");
     command->add_flag("--quiet", options->quiet, "Print nothing but what exceeds a limit");
     command->footer(kFooter);

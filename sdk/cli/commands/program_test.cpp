@@ -319,6 +319,8 @@ TEST_CASE("points of frames that the run did not reach have a row each, lost, an
     CHECK(summary["notes"].dump().find("2 of 4 points to follow are of frames that the run did not "
                                        "reach") != std::string::npos);
     CHECK(run({"score", folder / "out", "--truth", input / "truth.csv"}) == 0);
+    // The recording itself.
+    CHECK(run({"score", input.path().string(), "--truth", input / "truth.csv"}) == 3);
 }
 
 TEST_CASE("the demo goes from nothing to a report") {

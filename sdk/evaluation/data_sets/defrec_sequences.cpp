@@ -236,12 +236,13 @@ class DefrecSequences : public DataSet {
             fs::exists(clip / kTargetsFile, error) && fs::exists(clip / kDeepTruthFile, error);
         if (has_targets) options.targets = (clip / kTargetsFile).string();
         track_clip(task, options);
-        const ScoredRows scored = read_scored_rows(task.out, clip / "truth.csv", {});
+        const ScoredRows scored =
+            read_scored_rows(task.out, clip / "truth.csv", {}, Unfollowed::kLost);
         for (const std::string& note : scored.notes) print_notice(note);  // into the clip's log
         ClipScore score{samples_of(scored, sample_columns()), 0, {}, {}, {}};
         if (fs::exists(task.out / kTargetsFile, error)) {
             add_targets(read_scored_targets(task.out / kTargetsFile, clip / kDeepTruthFile,
-                                            clip / "truth.csv", {})
+                                            clip / "truth.csv", {}, Unfollowed::kLost)
                             .rows,
                         score.samples);
         }

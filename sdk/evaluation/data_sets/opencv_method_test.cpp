@@ -62,7 +62,8 @@ TEST_CASE("most points of a beat are followed, and the others are lost without a
     const TestFolder& sequence = rendered_sequence<kFrames>();
     const TestFolder out;
     track_by_opencv(options_of(sequence), out.path());
-    const ScoredRows scored = read_scored_rows(out.path(), sequence / "truth.csv", {});
+    const ScoredRows scored =
+        read_scored_rows(out.path(), sequence / "truth.csv", {}, Unfollowed::kLost);
     CHECK(scored.has_pixels);
     std::vector<double> errors;
     for (const ScoredRow& row : scored.rows) {

@@ -113,6 +113,7 @@ Score score_of(const ScoredRows& scored) {
     }
     Score score;
     score.notes = scored.notes;
+    score.not_followed = scored.not_followed;
     score.samples = all.samples();
     score.all = all.finish("all", scored.has_pixels);
     score.frames_without_visible = score.all.frames - frames_with_visible.size();
@@ -126,6 +127,7 @@ Score score_of(const ScoredRows& scored) {
 
 nlohmann::ordered_json score_json(const Score& score) {
     Json json = group_json(score.all);
+    json["not_followed"] = score.not_followed;
     json["frames_without_visible"] = score.frames_without_visible;
     json["states"] = Json::object();
     for (const ScoreGroup& group : score.states) json["states"][group.name] = group_json(group);

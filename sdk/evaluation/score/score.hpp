@@ -22,7 +22,8 @@ struct TrackedErrors {
     std::size_t off = 0;  // by more than kOffMm
 };
 
-// One group of truth rows. A point counts as lost when it has no row, no position or status lost.
+// One group of truth rows. A point counts as lost in a frame where it has no row, no position or
+// status lost.
 struct ScoreGroup {
     std::string name;  // a state of frames.csv
     std::size_t frames = 0;
@@ -42,13 +43,15 @@ struct Score {
     std::vector<ScoreGroup> states;  // in order of first appearance; empty without frames.csv
     SamplesByStatus samples;         // of all states
     std::vector<std::string> notes;  // what speaks against the truth being of these points
+    std::size_t not_followed = 0;    // points of the truth
     std::size_t frames_without_visible = 0;  // the share lost does not count these
 };
 
 Score score_of(const ScoredRows& scored);
 
-// The score in a sentence, then in tables.
-std::string score_table(const Score& score);
+// The score in a sentence.
+std::string score_verdict(const Score& score);
+std::string score_tables(const Score& score);
 nlohmann::ordered_json score_json(const Score& score);
 
 // What exceeds the limits, one message each. Nothing visible to measure exceeds every limit.

@@ -151,7 +151,8 @@ std::string score_page(const Scores& scores, const std::string& folder, const st
                 sparsification_section(*scores.points);
     }
     if (scores.targets) page += target_sections(*scores.targets);
-    if (scores.points) page += table_section(score_table(*scores.points));
+    if (scores.points)
+        page += table_section(score_verdict(*scores.points) + "\n" + score_tables(*scores.points));
     if (scores.targets) page += table_section(target_table(*scores.targets));
     return page + "</main>\n</body>\n</html>\n";
 }

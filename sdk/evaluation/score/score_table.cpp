@@ -21,19 +21,6 @@ std::string lost_text(double share) {
     return format_fixed(100 * share, share > 0 && share < 1 ? 1 : 0) + " %";
 }
 
-// The score in one sentence.
-std::string verdict(const ScoreGroup& all) {
-    if (all.visible_points == 0) return "No point was visible, so there is nothing to compare.\n";
-    if (all.visible.count == 0) return "All visible points were lost.\n";
-    const std::string median =
-        within_text(all.visible.median) + " of the truth, 95 % " + within_text(all.visible.p95);
-    const std::string lost = lost_text(all.lost_share());
-    if (all.lost_visible == 0)
-        return "Half of the visible points were " + median + "; " + lost + " were lost.\n";
-    return "Of the visible points " + lost + " were lost; half of the others were " + median +
-           ".\n";
-}
-
 TableLine errors_line(const std::string& name, const ErrorSummary& summary) {
     TableLine line(name);
     line.count(summary.count);
@@ -108,8 +95,21 @@ std::string visibility_table(const Visibility& visibility) {
 
 }  // namespace
 
-std::string score_table(const Score& score) {
-    return verdict(score.all) + "\n" + errors_table(score) + "\n" + confidence_table(score) + "\n" +
+std::string score_verdict(const Score& score) {
+    const ScoreGroup& all = score.all;
+    if (all.visible_points == 0) return "No point was visible, so there is nothing to compare.\n";
+    if (all.visible.count == 0) return "All visible points were lost.\n";
+    const std::string median =
+        within_text(all.visible.median) + " of the truth, 95 % " + within_text(all.visible.p95);
+    const std::string lost = lost_text(all.lost_share());
+    if (all.lost_visible == 0)
+        return "Half of the visible points were " + median + "; " + lost + " were lost.\n";
+    return "Of the visible points " + lost + " were lost; half of the others were " + median +
+           ".\n";
+}
+
+std::string score_tables(const Score& score) {
+    return errors_table(score) + "\n" + confidence_table(score) + "\n" +
            visibility_table(score.all.visibility);
 }
 

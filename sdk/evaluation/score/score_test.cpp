@@ -29,8 +29,9 @@ const std::string kPoints =
     "2,66,0,,,,,,lost,\n2,66,1,,,,,,lost,\n2,66,2,,,,,,lost,\n";
 const std::string kFrames = "frame,state,reasons\n0,tracking,\n1,degraded,occluded\n2,lost,dark\n";
 
-Score score_of(const TestFolder& folder, const FrameRange& range = {}) {
-    return score_of(read_scored_rows(folder.path(), folder / "truth.csv", range));
+Score score_of(const TestFolder& folder, const FrameRange& range = {},
+               Unfollowed unfollowed = Unfollowed::kLeftOut) {
+    return score_of(read_scored_rows(folder.path(), folder / "truth.csv", range, unfollowed));
 }
 
 void write_all(const TestFolder& folder) {
@@ -94,6 +95,27 @@ TEST_CASE("visible, hidden and lost points are told apart, and missing rows are 
     CHECK(score_of(folder, first_only).all.visible_points == 2);
 }
 
+TEST_CASE("points of the truth that were not followed are counted, and lost only where asked") {
+    const TestFolder folder;
+    write_all(folder);
+    std::string more = kTruth;
+    for (const char* frame : {"0", "1", "2"})
+        for (const char* id : {"7", "8", "9"})
+            more.append(frame).append(",").append(id) += ",0,0,90,1\n";
+    folder.write("truth.csv", more);
+    const Score score = score_of(folder), whole = score_of(folder, {}, Unfollowed::kLost);
+    CHECK(score.not_followed == 3);
+    CHECK(score_json(score)["not_followed"] == 3);
+    CHECK(score.all.visible_points == 5);
+    CHECK(score.all.lost_visible == 2);  // id 1 has rows in other frames
+    CHECK(score.all.visibility.count == 9);
+    REQUIRE_FALSE(score.notes.empty());
+    CHECK(score.notes[0].find("points.csv lacks 3 of the 6 points") == 0);
+    CHECK(whole.not_followed == 3);
+    CHECK(whole.all.visible_points == 14);
+    CHECK(whole.all.lost_visible == 11);
+}
+
 TEST_CASE("limits are held, and nothing visible to measure exceeds them") {
     const TestFolder folder;
     write_all(folder);
@@ -108,22 +130,23 @@ TEST_CASE("limits are held, and nothing visible to measure exceeds them") {
     CHECK(empty.all.lost_share() == 1);
     CHECK(joined(exceeded(empty, {1000.0, {}, false})) != "");
     CHECK(score_json(empty)["visible"]["median_mm"].is_null());
-    CHECK(score_table(empty).find("100.00 %") != std::string::npos);
-    CHECK(score_table(empty).find("All visible points were lost.\n\n") == 0);
+    CHECK(score_tables(empty).find("100.00 %") != std::string::npos);
+    CHECK(score_verdict(empty) == "All visible points were lost.\n");
 }
 
 TEST_CASE("a sentence says the result before the tables") {
     const TestFolder folder;
     write_all(folder);
     Score score = score_of(folder);
-    CHECK(score_table(score).find("Of the visible points 40.0 % were lost; half of the others were "
-                                  "within 3.00 mm of the truth, 95 % within 4.80 mm.\n\n") == 0);
+    CHECK(score_verdict(score) ==
+          "Of the visible points 40.0 % were lost; half of the others were within 3.00 mm of the "
+          "truth, 95 % within 4.80 mm.\n");
     score.all.lost_visible = 0;
     score.all.visible.median = 0.0651;
     score.all.visible.p95 = 0.24;
-    CHECK(
-        score_table(score).find("Half of the visible points were within 0.07 mm of the truth, 95 % "
-                                "within 0.24 mm; 0 % were lost.\n\n") == 0);
+    CHECK(score_verdict(score) ==
+          "Half of the visible points were within 0.07 mm of the truth, 95 % within 0.24 mm; 0 % "
+          "were lost.\n");
 }
 
 TEST_CASE("expected errors are judged for each status, over visible and hidden points") {
@@ -152,8 +175,8 @@ TEST_CASE("expected errors are judged for each status, over visible and hidden p
     // 6, 4 by true error, over 11.
     CHECK(json["expected_errors"]["all"]["ause"] == doctest::Approx(2.0 / 11));
     CHECK(json["tracked"]["off_by_more_than_2_mm"] == 1);
-    CHECK(score_table(score).find("1 of 2 tracked points are off by more than 2 mm, the worst by "
-                                  "5.000 mm") != std::string::npos);
+    CHECK(score_tables(score).find("1 of 2 tracked points are off by more than 2 mm, the worst by "
+                                   "5.000 mm") != std::string::npos);
     CHECK(joined(exceeded(score, {{}, {}, true})).find("no status has 100 points") == 0);
 
     folder.write("points.csv", with(kPoints, "13,4,80,1,1,tracked,0.1", "13,4,80,1,1,tracked,"));
@@ -182,7 +205,7 @@ TEST_CASE("tracked points are those said to be visible, and pixels need the came
     CHECK(score.all.visibility.px->at[3] == doctest::Approx(1.0 / 6));
     CHECK(score.all.visibility.px->at[4] == doctest::Approx(2.0 / 5));
     CHECK(score_json(score)["states"]["tracking"]["visibility"]["jaccard_px"]["32"] == 1);
-    CHECK(score_table(score).find("occlusion accuracy 66.67 % of 9 points") != std::string::npos);
+    CHECK(score_tables(score).find("occlusion accuracy 66.67 % of 9 points") != std::string::npos);
 
     folder.write("points.csv", with(kPoints, "13,4,80", "13,4,-80"));
     CHECK(std::isinf(*read_scored_rows(folder.path(), folder / "truth.csv", {}).rows[1].error_px));

@@ -68,13 +68,13 @@ States read_states(const std::filesystem::path& path) {
 }  // namespace
 
 ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::filesystem::path& truth,
-                            const FrameRange& range) {
+                            const FrameRange& range, Unfollowed unfollowed) {
     const TrackedPositions tracked = read_tracked(folder / "points.csv");
     States states = read_states(folder / "frames.csv");
     const std::optional<Focal> focal = read_focal(folder / "summary.json");
     CsvReader csv(truth, {"frame", "id", "x", "y", "z", "visible"});
 
-    TruthCheck check(tracked, "point");
+    TruthCheck check(tracked, "point", unfollowed);
     ScoredRows scored;
     scored.states = std::move(states.order);
     scored.has_pixels = focal.has_value();
@@ -88,6 +88,7 @@ ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::file
         if (!is_scored) continue;
         ScoredRow row;
         row.frame = key.frame;
+        row.is_followed = check.is_followed(key.id);
         row.truly_visible = visible == 1;
         if (const auto state = states.of_frame.find(key.frame); state != states.of_frame.end()) {
             row.state = state->second;
@@ -99,6 +100,8 @@ ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::file
         scored.rows.push_back(std::move(row));
     }
     if (scored.rows.empty()) csv.fail("the truth holds no row of the frames asked for.");
+    if (unfollowed == Unfollowed::kLeftOut) leave_out_unfollowed(scored.rows);
+    scored.not_followed = check.not_followed();
     scored.notes = check.notes(truth.string(), "points.csv");
     return scored;
 }

@@ -1,6 +1,7 @@
 // Rows of the truth beside what was tracked for them.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -23,12 +24,13 @@ struct ScoredRows {
     std::vector<ScoredRow> rows;      // in the order of the truth; not empty
     std::vector<std::string> states;  // in order of first appearance; empty without frames.csv
     bool has_pixels = false;          // there is a camera
+    std::size_t not_followed = 0;     // points of the truth
     std::vector<std::string> notes;   // what speaks against the truth being of these points
 };
 
 // `folder` holds points.csv and, for the states, frames.csv; for the camera, summary.json. Truth:
 // frame,id,x,y,z,visible. Throws CliError(kInput).
 ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::filesystem::path& truth,
-                            const FrameRange& range);
+                            const FrameRange& range, Unfollowed unfollowed = Unfollowed::kLeftOut);
 
 }  // namespace defrec::cli

@@ -81,13 +81,14 @@ PointsById places_at(std::int64_t frame, const std::vector<TrueTarget>& truth) {
 }  // namespace
 
 ScoredTargets read_scored_targets(const fs::path& tracked, const fs::path& truth,
-                                  const fs::path& surface_truth, const FrameRange& range) {
+                                  const fs::path& surface_truth, const FrameRange& range,
+                                  Unfollowed unfollowed) {
     const TrackedPositions positions = read_tracked(tracked);
     const std::map<std::int64_t, Pose> motions = rigid_motions(surface_truth);
     const std::vector<TrueTarget> true_targets = read_truth(truth);
     const PointsById starts =
         motions.empty() ? PointsById() : places_at(motions.begin()->first, true_targets);
-    TruthCheck check(positions, "target");
+    TruthCheck check(positions, "target", unfollowed);
     ScoredTargets scored;
     for (const TrueTarget& target : true_targets) {
         const bool is_scored = is_within(range, target.key.frame);
@@ -95,6 +96,7 @@ ScoredTargets read_scored_targets(const fs::path& tracked, const fs::path& truth
         if (!is_scored) continue;
         ScoredTarget row;
         row.frame = target.key.frame;
+        row.is_followed = check.is_followed(target.key.id);
         row.depth = target.depth;
         if (const TrackedPosition* position = find(positions, target.key))
             row.compare(*position, target.xyz);
@@ -111,6 +113,8 @@ ScoredTargets read_scored_targets(const fs::path& tracked, const fs::path& truth
         throw CliError(ExitCode::kInput,
                        truth.string() + ": the truth holds no row of the frames asked for.");
     }
+    if (unfollowed == Unfollowed::kLeftOut) leave_out_unfollowed(scored.rows);
+    scored.not_followed = check.not_followed();
     scored.notes = check.notes(truth.string(), tracked.filename().string());
     return scored;
 }

@@ -1,6 +1,7 @@
 // Targets beneath the surface: rows of their truth beside what was tracked for them.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -24,6 +25,7 @@ inline constexpr char kDeepTruthFile[] = "truth_deep.csv";
 struct ScoredTargets {
     std::vector<ScoredTarget> rows;  // in the order of the truth; not empty
     std::vector<std::string> notes;  // what speaks against the truth being of these targets
+    std::size_t not_followed = 0;    // targets of the truth
 };
 
 // tracked: targets.csv of `defrec track`. truth:
@@ -32,6 +34,7 @@ struct ScoredTargets {
 ScoredTargets read_scored_targets(const std::filesystem::path& tracked,
                                   const std::filesystem::path& truth,
                                   const std::filesystem::path& surface_truth,
-                                  const FrameRange& range);
+                                  const FrameRange& range,
+                                  Unfollowed unfollowed = Unfollowed::kLeftOut);
 
 }  // namespace defrec::cli

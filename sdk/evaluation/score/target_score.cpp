@@ -116,6 +116,7 @@ TargetScore target_score_of(const ScoredTargets& targets) {
     for (const ScoredTarget& target : targets.rows) depths.insert(target.depth);
     TargetScore score;
     score.notes = targets.notes;
+    score.not_followed = targets.not_followed;
     if (depths.empty()) return score;
     const double width = range_width(depths);
     Group all;
@@ -142,6 +143,7 @@ nlohmann::ordered_json target_json(const TargetScore& score) {
     json["all"] = depth_json(score.all);
     json["depths"] = Json::array();
     for (const DepthScore& depth : score.depths) json["depths"].push_back(depth_json(depth));
+    json["not_followed"] = score.not_followed;
     json["notes"] = score.notes;
     return json;
 }

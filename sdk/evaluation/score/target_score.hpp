@@ -38,6 +38,7 @@ struct TargetScore {
     // Ascending: one for each depth of the truth, or ranges of equal width where there are more
     // than 12; a range does not hold its max_depth.
     std::vector<DepthScore> depths;
+    std::size_t not_followed = 0;    // targets of the truth
     std::vector<std::string> notes;  // what speaks against the truth being of these targets
 };
 

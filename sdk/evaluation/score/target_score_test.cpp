@@ -94,6 +94,16 @@ TEST_CASE("targets are scored by depth, beside a rigid fit of the visible surfac
     CHECK(target_score_of(rows_of(folder, false)).all.rigid.count == 0);
 }
 
+TEST_CASE("targets of the truth that were not followed are counted and not lost") {
+    const TestFolder folder;
+    write_all(folder);
+    folder.write("truth_deep.csv", kTruth + "0,9,5,1,1,85\n1,9,5,1,1,85\n");
+    const TargetScore before = target_score_of(rows_of(folder));
+    CHECK(before.not_followed == 1);
+    CHECK(target_json(before)["not_followed"] == 1);
+    CHECK(before.all.rows == 4);
+}
+
 TEST_CASE("the table and the JSON of targets say the same") {
     const TestFolder folder;
     write_all(folder);

@@ -1,6 +1,7 @@
 // Where points were tracked: rows of points.csv or targets.csv.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -8,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
 #include "sdk/input/frame_source.hpp"
 
@@ -43,9 +45,14 @@ TrackedPositions read_tracked(const std::filesystem::path& path);
 // Null for a point that is lost or has no row.
 const TrackedPosition* find(const TrackedPositions& positions, const FrameAndId& key);
 
+// What becomes of points of a truth whose id has no row at all: the run was not given them, or the
+// program that wrote the rows leaves lost points out. Where no id has a row, they are lost.
+enum class Unfollowed { kLeftOut, kLost };
+
 // A row of a truth beside what was tracked for it.
 struct ScoredPosition {
     std::int64_t frame = 0;
+    bool is_followed = false;        // its id has a row in some frame
     std::string status = "lost";     // as the tracked file has it; lost without a row or position
     std::optional<double> error_mm;  // distance from the truth; nothing for lost points
     std::optional<double> expected_mm;  // nothing where none was stated
@@ -53,6 +60,14 @@ struct ScoredPosition {
     // Fills all but the frame.
     void compare(const TrackedPosition& tracked, const Xyz& truth);
 };
+
+// Takes the rows out that are not followed, unless all are such.
+template <typename Row>
+void leave_out_unfollowed(std::vector<Row>& rows) {
+    const auto is_followed = [](const Row& row) { return row.is_followed; };
+    if (std::any_of(rows.begin(), rows.end(), is_followed))
+        std::erase_if(rows, [&](const Row& row) { return !is_followed(row); });
+}
 
 bool is_within(const FrameRange& range, std::int64_t frame);
 

@@ -21,8 +21,8 @@ std::size_t count_lacking(const std::set<std::int64_t>& wanted,
 
 }  // namespace
 
-TruthCheck::TruthCheck(const TrackedPositions& tracked, std::string noun)
-    : tracked_(tracked), noun_(std::move(noun)) {
+TruthCheck::TruthCheck(const TrackedPositions& tracked, std::string noun, Unfollowed unfollowed)
+    : tracked_(tracked), noun_(std::move(noun)), unfollowed_(unfollowed) {
     first_frame_ = std::numeric_limits<std::int64_t>::max();
     for (const auto& [key, position] : tracked_) {
         tracked_ids_.insert(key.id);
@@ -57,8 +57,8 @@ std::string TruthCheck::note_of_ids(const std::string& truth, const std::string&
     if (!missing_ids_.empty()) {
         return tracked + " lacks " + std::to_string(missing_ids_.size()) + " of the " +
                counted(true_ids_.size(), noun_) + " of " + truth + " (the first is id " +
-               std::to_string(*missing_ids_.begin()) +
-               "), which count as lost: is it the truth of other " + noun_ + "s?";
+               std::to_string(*missing_ids_.begin()) + "), which " +
+               (unfollowed_ == Unfollowed::kLost ? "count as lost." : "are not measured.");
     }
     const std::size_t lacking = count_lacking(tracked_ids_, true_ids_);
     if (lacking == 0) return {};

@@ -25,10 +25,14 @@ struct TruthLimits {
 class TruthCheck {
   public:
     // tracked has to outlive this; noun: "point" or "target".
-    TruthCheck(const TrackedPositions& tracked, std::string noun);
+    TruthCheck(const TrackedPositions& tracked, std::string noun, Unfollowed unfollowed);
 
     // A row of the truth. is_scored: its frame is among those that were asked for.
     void add(const FrameAndId& key, const Xyz& xyz, bool is_visible, bool is_scored);
+
+    bool is_followed(std::int64_t id) const { return tracked_ids_.contains(id); }
+    // Points of the scored rows that were not.
+    std::size_t not_followed() const { return missing_ids_.size(); }
 
     // A sentence for each thing that does not fit; truth and tracked: how the files are named.
     std::vector<std::string> notes(const std::string& truth, const std::string& tracked) const;
@@ -40,6 +44,7 @@ class TruthCheck {
 
     const TrackedPositions& tracked_;
     std::string noun_;
+    Unfollowed unfollowed_;
     std::set<std::int64_t> tracked_ids_, tracked_frames_;
     std::set<std::int64_t> true_frames_;
     // Those of scored rows, and those of them that were not tracked.

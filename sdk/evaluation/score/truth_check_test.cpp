@@ -30,8 +30,9 @@ struct Tracked {
     }
 };
 
-Notes notes_of(const Tracked& tracked, int ids, int frames, int first_id = 0) {
-    TruthCheck check(tracked.positions, "point");
+Notes notes_of(const Tracked& tracked, int ids, int frames, int first_id = 0,
+               Unfollowed unfollowed = Unfollowed::kLeftOut) {
+    TruthCheck check(tracked.positions, "point", unfollowed);
     for (int frame = 0; frame < frames; ++frame)
         for (int id = first_id; id < first_id + ids; ++id)
             check.add({frame, id}, {10.0 * id, 0, 80}, true, true);
@@ -47,8 +48,12 @@ TEST_CASE("a truth of other points is told by its ids") {
           Notes{"no id of truth.csv is in points.csv: is it the truth of other points?"});
     CHECK(
         notes_of(Tracked(8), 8, 2, 3) ==
+        Notes{"points.csv lacks 3 of the 8 points of truth.csv (the first is id 8), which are not "
+              "measured."});
+    CHECK(
+        notes_of(Tracked(8), 8, 2, 3, Unfollowed::kLost) ==
         Notes{"points.csv lacks 3 of the 8 points of truth.csv (the first is id 8), which count as "
-              "lost: is it the truth of other points?"});
+              "lost."});
     CHECK(notes_of(Tracked(8), 7, 2) ==
           Notes{"truth.csv lacks 1 of the 8 points of points.csv, which are not measured."});
 }
@@ -97,7 +102,9 @@ TEST_CASE("a tracker that is wrong is not taken for a wrong truth") {
 
 TEST_CASE("what the truth says is hidden is not compared, frames not asked for are") {
     const Tracked tracked(8, 30);
-    TruthCheck hidden(tracked.positions, "target"), first(tracked.positions, "target");
+    constexpr auto kLeftOut = Unfollowed::kLeftOut;
+    TruthCheck hidden(tracked.positions, "target", kLeftOut),
+        first(tracked.positions, "target", kLeftOut);
     for (int id = 0; id < 8; ++id) {
         hidden.add({0, id}, {10.0 * id, 0, 80}, false, true);
         hidden.add({1, id}, {10.0 * id, 0, 80}, false, true);
