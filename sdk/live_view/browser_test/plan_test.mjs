@@ -13,6 +13,7 @@ import {darken} from './darken.mjs';
 import {answersOf, Replay} from './replay.mjs';
 
 const kWidth = 320, kHeight = 240, kFrames = 12, kBlack = [6, 7, 8, 9, 10, 11];
+const kOneView = [4, 5];
 const kTargets = 16;
 const samples = fileURLToPath(new URL('../../../samples', import.meta.url));
 
@@ -61,6 +62,8 @@ async function look(page, state) {
            };
            return {
              banner: element('state-beneath').textContent,
+             say: element('state-say').textContent,
+             why: element('plan-why').textContent,
              weight: element('state-beneath').style.fontWeight,
              rows: rows.map((row) => [...row.children].map((cell) => cell.textContent)),
              part: count([236, 92, 246]),
@@ -103,10 +106,21 @@ async function lookAtPlan(page, replay) {
   if (followed.is3D) {
     assert.equal(followed.triangles, 80);
     assert.equal(followed.marks, kTargets);
-    assert.match(followed.legend, new RegExp(`^tumour, ${depth} mm deep`));
+    // What is drawn in 3D may be of an earlier frame: the depth stands in the list and the label.
+    assert.match(followed.legend, /^tumour/);
+    assert.doesNotMatch(followed.legend, /\d/);
   }
 
-  replay.state = 'lost';
+  assert.equal(followed.why, '');
+  [replay.state, replay.of] = ['degraded', 'one-view'];
+  const oneView = await look(page, 'degraded');
+  await picture(page, 'one_view');
+  assert.equal(oneView.banner, `Plan: 0 of 1 part, 0 of ${kTargets} targets placed`);
+  assert.match(oneView.say, /Plan not placed: only one view shows the tissue/);
+  assert.match(oneView.why, /^Not placed: only one view shows the tissue/);
+  for (const row of oneView.rows) assert.equal(row[1], 'not placed');
+
+  [replay.state, replay.of] = ['lost', null];
   const lost = await look(page, 'lost');
   await picture(page, 'lost');
   assert.equal(lost.banner, `Plan: 0 of 1 part, 0 of ${kTargets} targets placed`);
@@ -114,6 +128,8 @@ async function lookAtPlan(page, replay) {
   assert.deepEqual([lost.part, lost.targets], [0, 0], 'pixels of the plan');
   for (const [, lostStatus, lostError, lostDepth, place = '–'] of lost.rows)
     assert.deepEqual([lostStatus, lostError, lostDepth, place], ['lost', '–', '–', '–']);
+  assert.doesNotMatch(lost.say, /not placed/);
+  assert.equal(lost.why, '');
   if (lost.is3D) assert.ok(lost.isStale);
 
   replay.state = 'found';
@@ -149,13 +165,14 @@ async function watchPlan(browser, replay) {
 const browser = await launch();
 render(`${kWidth}x${kHeight}`, kFrames);
 makePlan();
+darken(join(scratch, 'sequence', 'right'), kOneView, kWidth, kHeight);
 for (const view of ['left', 'right'])
   darken(join(scratch, 'sequence', view), kBlack, kWidth, kHeight);
 const program = track(
     'left', 'right', 2, '--from-template', 'organ.template', '--plan', 'tumour.plan', '--out',
     'tracked');
 try {
-  const answers = await inTime(answersOf(program, ['found', 'lost']));
+  const answers = await inTime(answersOf(program, ['found', 'one-view', 'lost']));
   const replay = new Replay({...answers, tracking: answers.found});
   replay.state = 'found';
   await inTime(watchPlan(browser, replay));

@@ -11,7 +11,10 @@ const kReasons = {
   found: 'contradicted'
 };
 
-/** The program's answers in these states: {page, surface, tracking, lost}. */
+/**
+ * The program's answers in these states: {page, surface, tracking, lost}. State one-view: followed
+ * by one view alone.
+ */
 export async function answersOf(program, states = ['tracking', 'lost']) {
   const url = new URL(await addressOf(program));
   const headers = {'X-Token': url.searchParams.get('token')};
@@ -26,7 +29,11 @@ export async function answersOf(program, states = ['tracking', 'lost']) {
     const length = body.readUInt32LE(0);
     const header = JSON.parse(body.subarray(4, 4 + length));
     after = header.frame;
-    answers[header.moments.at(-1)[2]] = {header, sections: body.subarray(4 + length)};
+    const [, , state, reasons] = header.moments.at(-1);
+    answers[reasons.includes('one-view') ? 'one-view' : state] = {
+      header,
+      sections: body.subarray(4 + length)
+    };
     answers.surface ??= (await get('/surface')).body;
   }
   return answers;
@@ -37,6 +44,7 @@ export class Replay {
   constructor(answers) {
     this.answers = answers;
     this.state = 'tracking';
+    this.of = null;  // the answer that is given in followed states; null: of tracking
     this.isBehindProxy = false;
     this.frame = 1000;
     this.missed = [];   // states of frames before the next one
@@ -55,10 +63,10 @@ export class Replay {
 
   packet() {
     const isLost = this.state === 'lost' && this.answers.lost;
-    const {header, sections} = isLost ? this.answers.lost : this.answers.tracking;
+    const {header, sections} = isLost ? this.answers.lost : this.answers[this.of ?? 'tracking'];
     const moments = [...this.missed.splice(0), this.state].map((state) => {
       const [, ms, , reasons, ...rest] = header.moments.at(-1);
-      return [++this.frame, ms, state, kReasons[state] ?? reasons, ...rest];
+      return [++this.frame, ms, state, this.of ? reasons : kReasons[state] ?? reasons, ...rest];
     });
     let text =
         JSON.stringify({...header, frame: this.frame, moments, age_ms: 0, waited_ms: kAnswerMs});

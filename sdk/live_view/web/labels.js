@@ -4,14 +4,23 @@ import {number} from '../../report/web/data.js';
 const kHeight = 14, kBelow = 4;  // of a line; of it beneath the base line
 const kMostKept = 0.1;           // of the picture, in a box that no label hides
 const kMark = 6;                 // half of a mark's side, on which no other one's label lies
+const kMargin = 4;               // free round a place that is new, so that a label does not jump
+const kGaps = [3, 14, 30, 50, 76, 110];  // from mark to label
+const kLineFrom = 8;                     // a label that is farther off has a line to its mark
 
 /** Which labels come first where there is not room for all. */
 export const kRanks = {
-  part: 3,
-  named: 2,
+  named: 4,
+  namedTarget: 3,
+  part: 2,
   target: 1,
   point: 0
 };
+
+// On which side of its mark a label stands, in the order of preference: [across, down].
+const kCorners = [[1, -1], [1, 1], [-1, -1], [-1, 1]], kSides = [[0, -1], [0, 1], [1, 0], [-1, 0]];
+const kBesidePoint = [...kCorners, [1, 0], [-1, 0], [0, -1], [0, 1]];
+const kBesideBox = [...kSides, ...kCorners];
 
 /** The expected error, which could be taken for a size without the sign. */
 export const plusMinus = (error) => `\u00b1${number(error, 1)} mm`;
@@ -26,18 +35,11 @@ export class Labels {
   begin() {
     this.wanted = [];
     this.avoided = [];
-    this.kept = [];  // boxes
   }
 
   /** A mark at x, y that no label hides. */
   avoid(x, y) {
     this.avoided.push({x, y});
-  }
-
-  /** What lies in the box, unless that is a large share of the picture, is hidden by no label. */
-  avoidBox(box, {width, height}) {
-    const area = (box.right - box.left) * (box.bottom - box.top);
-    if (area < kMostKept * width * height) this.kept.push(box);
   }
 
   /** Beside a mark at x, y. The higher rank comes first. */
@@ -46,56 +48,121 @@ export class Labels {
   }
 
   /**
-   * unit: a pixel of the screen. A label that is drawn stays, and stays where it is, if
-   * it can.
+   * Beside what lies in the box, which no label hides unless it is a large share of the picture:
+   * then beside its upper end.
+   */
+  addBox(key, text, box, rank, {width, height}) {
+    const inside = {
+      left: Math.max(0, box.left),
+      right: Math.min(width, box.right),
+      top: Math.max(0, box.top),
+      bottom: Math.min(height, box.bottom)
+    };
+    const area = (inside.right - inside.left) * (inside.bottom - inside.top);
+    const x = (inside.left + inside.right) / 2;
+    if (!(area > 0)) return;
+    if (area < kMostKept * width * height)
+      this.wanted.push({key, text, x, y: inside.top, rank, box: inside});
+    else
+      this.add(key, text, x, inside.top, rank);
+  }
+
+  /**
+   * unit: a pixel of the screen. A label that is drawn stays, and stays on its side, if it can.
    */
   draw(context, unit) {
-    const before = this.places, taken = [];
+    const before = this.places, taken = [], drawn = [];
     this.places = new Map();
     context.font = `600 ${kHeight * unit}px system-ui, sans-serif`;
     context.lineJoin = 'round';
-    context.lineWidth = 3.5 * unit;
-    context.strokeStyle = '#0f172a';
-    context.fillStyle = '#ffffff';
     const rankOf = ({key, rank}) => 2 * rank + (before.has(key) ? 1 : 0);
     const {width, height} = context.canvas;
     const seen = this.wanted.filter(({x, y}) => x >= 0 && x <= width && y >= 0 && y <= height);
-    const marks = [
-      ...this.kept,
-      ...[...seen, ...this.avoided].map(({key, x, y}) => ({key, ...boxRound(x, y, kMark * unit)}))
-    ];
+    const marks =
+        [...seen, ...this.avoided].map((mark) => ({key: mark.key, ...markOf(mark, unit)}));
     for (const label of seen.sort((a, b) => rankOf(b) - rankOf(a))) {
-      const places = this.boxes(label, context, unit), last = before.get(label.key) ?? 0;
       const others = marks.filter(({key}) => key !== label.key);
-      const free = [last, 0, 1, 2, 3].filter(
-          (i) => isInside(places[i], context.canvas) && isFree(places[i], taken));
-      // The name of a part is worth more than marks of points.
-      const place = free.find((i) => isFree(places[i], others)) ??
-          (label.rank === kRanks.part ? free[0] : undefined);
-      if (place === undefined) continue;
-      taken.push(places[place]);
+      const place = this.choose(label, before.get(label.key), taken, others, context, unit);
+      if (!place) continue;
+      taken.push(place.box);
+      drawn.push({label, ...place});
       this.places.set(label.key, place);
-      const {left, bottom} = places[place];
-      context.strokeText(label.text, left, bottom - kBelow * unit);
-      context.fillText(label.text, left, bottom - kBelow * unit);
+    }
+    for (const {label, box} of drawn) drawLine(context, box, markOf(label, unit), unit);
+    context.lineWidth = 3.5 * unit;
+    context.strokeStyle = '#0f172a';
+    context.fillStyle = '#ffffff';
+    for (const {label, box} of drawn) {
+      context.strokeText(label.text, box.left, box.bottom - kBelow * unit);
+      context.fillText(label.text, box.left, box.bottom - kBelow * unit);
     }
   }
 
-  /** On the right above, below; on the left above, below. */
-  boxes({text, x, y}, context, unit) {
-    const length = context.measureText(text).width, gap = 9 * unit;
-    const height = (kHeight + kBelow) * unit, above = y - 4 * unit, below = above + gap + height;
-    const lefts = [x + gap, x - gap - length].map(
-        (left) => Math.max(Math.min(left, context.canvas.width - length - 2 * unit), 2 * unit));
-    return lefts.flatMap(
-        (left) => [above, below].map(
-            (bottom) => ({left, right: left + length + 8 * unit, top: bottom - height, bottom})));
+  /**
+   * A place {box, side, far} of the label, or undefined. last: where it was drawn before. others:
+   * marks that it does not hide.
+   */
+  choose(label, last, taken, others, context, unit) {
+    const own = markOf(label, unit), length = context.measureText(label.text).width + 4 * unit;
+    // Only what has a name of its own is worth a line.
+    const gaps = label.rank > kRanks.target ? kGaps : kGaps.slice(0, 1);
+    const ordered = (sides) => gaps.flatMap((gap, far) => sides.map((side) => {
+      return {side, far, box: boxBeside(own, side, gap * unit, length, context.canvas, unit)};
+    }));
+    const find = (places, marks, margin) => places.find(
+        ({box}) => box.top >= 0 && box.bottom <= context.canvas.height && isFree(box, [own], 0) &&
+            isFree(box, [...taken, ...marks], margin * unit));
+    const stays = last ? ordered([last.side]) : [];
+    const all = ordered(label.box ? kBesideBox : kBesidePoint);
+    return find(stays.slice(0, last?.far), others, kMargin) ??
+        find(stays.slice(last?.far, last?.far + 2), others, 0) ?? find(all, others, kMargin) ??
+        find(all, others, 0) ??
+        // A name is worth more than marks.
+        (gaps.length > 1 ? find(all, [], 0) : undefined);
   }
 }
 
-const boxRound = (x, y, half) =>
-    ({left: x - half, right: x + half, top: y - half, bottom: y + half});
-const isInside = (box, {height}) => box.top >= 0 && box.bottom <= height;
-const isFree = (box, taken) => taken.every(
-    (other) => box.right < other.left || other.right < box.left || box.bottom <= other.top ||
-        other.bottom <= box.top);
+/** What the label belongs to. */
+const markOf = ({x, y, box}, unit) => box ?? {
+  left: x - kMark * unit,
+  right: x + kMark * unit,
+  top: y - kMark * unit,
+  bottom: y + kMark * unit
+};
+
+/** Inside the picture's width. */
+function boxBeside(mark, [across, down], gap, length, {width}, unit) {
+  const height = (kHeight + kBelow) * unit;
+  const place = (way, from, to, size) => way === 0 ? (from + to - size) / 2 :
+      way > 0                                      ? to + gap :
+                                                     from - gap - size;
+  const left =
+      Math.max(Math.min(place(across, mark.left, mark.right, length), width - length), 2 * unit);
+  const top = place(down, mark.top, mark.bottom, height);
+  return {left, right: left + length, top, bottom: top + height};
+}
+
+const between = (value, from, to) => Math.max(from, Math.min(value, to));
+
+/** From a label to its mark, where that is not beside it. */
+function drawLine(context, box, mark, unit) {
+  const from = (low, high, least, most) => between((low + high) / 2, least, most);
+  const end = [
+    from(box.left, box.right, mark.left, mark.right),
+    from(box.top, box.bottom, mark.top, mark.bottom)
+  ];
+  const begin = [between(end[0], box.left, box.right), between(end[1], box.top, box.bottom)];
+  if (Math.hypot(end[0] - begin[0], end[1] - begin[1]) < kLineFrom * unit) return;
+  context.beginPath();
+  context.moveTo(...begin);
+  context.lineTo(...end);
+  for (const [colour, width] of [['#0f172a', 3.5], ['#ffffff', 1.5]]) {
+    context.strokeStyle = colour;
+    context.lineWidth = width * unit;
+    context.stroke();
+  }
+}
+
+const isFree = (box, taken, margin) => taken.every(
+    (other) => box.right + margin < other.left || other.right < box.left - margin ||
+        box.bottom + margin <= other.top || other.bottom <= box.top - margin);

@@ -7,11 +7,14 @@ import {isFollowed, stageInWords} from './words.js';
 export function showNow(header, moment, shownPerSecond) {
   byId('sequence').textContent = header.sequence;
   byId('lead').textContent = `${header.device}; defrec ${header.version}`;
-  // A surface that is not followed has neither residual nor a share that is seen.
-  const known = isFollowed(moment[2]);
+  // A surface that is not followed has neither residual nor a share that is seen; one of which
+  // nothing is seen has no residual.
+  const known = isFollowed(moment[2]), measured = known && moment[5] > 0;
   const entries = [
     ['Tissue seen', known ? percent(moment[5]) : '–'],
-    ['Residual', known && header.residual_mm !== null ? `${number(header.residual_mm)} mm` : '–'],
+    [
+      'Residual', measured && header.residual_mm !== null ? `${number(header.residual_mm)} mm` : '–'
+    ],
     ['Frame', String(header.frame)], ['Time', seconds(header.timestamp_ms)],
     ['Time for a frame', milliseconds(moment[4])],
     ['Pictures here', `${number(shownPerSecond, 0)} per s`]

@@ -1,9 +1,8 @@
 // A plan: the outlines of its parts and its targets on the left view, and in a list.
 import {partColour, statuses, unknownStatus} from '../../report/web/colours.js';
 import {byId, element, number, table} from '../../report/web/data.js';
-import {statusCell} from '../../report/web/summary.js';
 import {kRanks, plusMinus} from './labels.js';
-import {hasPlace, nameOf, readTargets, shareShown} from './targets.js';
+import {hasPlace, nameOf, placeCell, readTargets, setWhy, shareShown} from './targets.js';
 
 const kUnknownColour = '#9ca3af';
 const kFill = 0.2, kHalo = 0.3;       // shares of a part's colour
@@ -36,7 +35,7 @@ export function readPlan({plan}) {
 export const partsPlaced = ({parts}) => parts.filter(hasPlace).length;
 
 /** "9.6 mm deep"; what comes out of the surface has a negative depth. */
-export function depthInWords({depth}) {
+function depthInWords({depth}) {
   if (depth === null) return '';
   return depth < 0 ? `${number(-depth, 1)} mm above the surface` : `${number(depth, 1)} mm deep`;
 }
@@ -80,17 +79,15 @@ function drawPart(context, part, scale, unit, labels) {
   context.setLineDash([]);
   const places = outlines.flat().map(at);
   const side = (k, most) => places.reduce((a, place) => most(a, place[k]), places[0][k]);
-  labels.avoidBox(
-      {
+  const about = [plusMinus(error), depthInWords(part)].filter(Boolean).join(', ');
+  labels.addBox(
+      `part ${name}`, `${name} ${about}`, {
         left: side(0, Math.min),
         right: side(0, Math.max),
         top: side(1, Math.min),
         bottom: side(1, Math.max)
       },
-      context.canvas);
-  const [top] = outlines.flat().sort((a, b) => a[1] - b[1]);
-  const about = [plusMinus(error), depthInWords(part)].filter(Boolean).join(', ');
-  labels.add(`part ${name}`, `${name} ${about}`, ...at(top), kRanks.part);
+      kRanks.part, context.canvas);
 }
 
 /** Only what is known of the parts. */
@@ -100,30 +97,31 @@ export function drawPlan(context, plan, scale, unit, labels) {
 }
 
 /** A part without a place of its own may be known, and drawn, where its vertices are. */
-function partStatus(part) {
-  if (hasPlace(part) || !part.outlines.length) return statusCell(part.status);
+function partStatus(part, isOfFollowed) {
+  if (hasPlace(part) || !part.outlines.length) return placeCell(part.status, isOfFollowed);
   const {colour} = statuses[unknownStatus];
   return element(
       'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}),
       'partly known');
 }
 
-/** Hidden until there is a plan. */
-export function showPlanList(plan) {
+/** Hidden until there is a plan. why: not all have a place, in a followed frame; see setWhy. */
+export function showPlanList(plan, isOfFollowed, why) {
   if (!plan) return;
   for (const id of ['plan', 'plan-control', 'see-through-control']) byId(id).hidden = false;
   const rows = [
     ...plan.parts.map(
         (part) =>
-            [part.name, partStatus(part), part.outlines.length ? number(part.error) : '–',
-             number(part.depth, 1), '–']),
+            [part.name, partStatus(part, isOfFollowed),
+             part.outlines.length ? number(part.error) : '–', number(part.depth, 1), '–']),
     ...plan.targets.map(
         (target) =>
-            [nameOf(target), statusCell(target.status), number(target.error),
+            [nameOf(target), placeCell(target.status, isOfFollowed), number(target.error),
              number(target.centre ? target.depth : null, 1),
              target.centre ? target.centre.map((value) => number(value, 1)).join(', ') : '–'])
   ];
   byId('plan-count').textContent = shareShown(plan.targets, plan.targetCount);
+  setWhy('plan-why', why);
   byId('plan-list')
       .replaceChildren(
           rows.length ?

@@ -4,7 +4,7 @@ import {byId, element, seconds} from '../../report/web/data.js';
 import {stateColour} from '../../report/web/colours.js';
 import {reasonsInWords, remedyOf} from '../../report/web/reasons.js';
 import {Fuse} from './fuse.js';
-import {isFollowed, states} from './words.js';
+import {isFollowed, states, whyNotPlaced} from './words.js';
 
 const kStalledMs = 3000;  // without a frame
 const kStripMoments = 240;
@@ -37,6 +37,16 @@ function beneathInWords({targets, parts, planTargets}) {
   return words.join('; ');
 }
 
+/** " Plan not placed: ..." where nothing of the plan, or no target, has a place. */
+function unplacedInWords({targets, parts, planTargets}, reasons) {
+  const isMissing = (counts) => counts.some(({all}) => all) && counts.every(({placed}) => !placed);
+  const missing = [['Plan', [parts, planTargets]], ['Targets', [targets]]].filter(
+      ([, counts]) => isMissing(counts));
+  if (!missing.length) return '';
+  const names = missing.map(([name]) => name).join(' and ').replace(' T', ' t');
+  return ` ${names} not placed: ${whyNotPlaced(missing.flatMap(([, counts]) => counts), reasons)}.`;
+}
+
 /** A line of the banner, bold where not all are placed. */
 function setCount(id, text, counts) {
   setText(id, text);
@@ -61,6 +71,7 @@ export class State {
     this.shown = 'connecting';
     this.of = 'connecting';  // of the newest frame, or why there is none
     this.reasons = '';
+    this.beneath = null;  // what the banner counts of targets and plan
     this.moments = [];
     this.frameAt = null;  // when the newest frame came
     this.since = performance.now();
@@ -81,6 +92,7 @@ export class State {
     if (now) [, , this.of, this.reasons] = now;
     const {points, ...beneath} = followed;
     setCount('state-points', points.all ? `${ofAll(points, 'point')} followed` : '', [points]);
+    this.beneath = beneath;
     setCount('state-beneath', beneathInWords(beneath), Object.values(beneath));
     this.drawStrip();
     this.tell();
@@ -112,7 +124,10 @@ export class State {
     const {word, say} = states[name] ?? {word: name, say: ''};
     const reasons = name === this.of && name !== 'tracking' ? this.reasons : '';
     setText('state-word', word);
-    setText('state-say', say + because(name, reasons));
+    const unplaced = name === this.of && isFollowed(name) && this.beneath ?
+        unplacedInWords(this.beneath, this.reasons) :
+        '';
+    setText('state-say', say + because(name, reasons) + unplaced);
     document.title = `${word} – defrec`;
     if (name !== 'ended' && name !== 'refused')
       setText('state-since', `for ${duration(performance.now() - this.since)}`);

@@ -14,7 +14,6 @@ import {
 } from '../../report/web/stage.js';
 import {fetchSurface} from './connection.js';
 import {Pace} from './pace.js';
-import {depthInWords} from './plan.js';
 import {targetColour} from './targets.js';
 
 const kTopErrorMm = 2;
@@ -234,17 +233,15 @@ class LiveSurface extends Stage {
     this.pace.begin();
   }
 
+  /** No number of a part: what is drawn in 3D may be of a frame before that of the left view. */
   showScale(by, withTargets, parts) {
-    const about = parts.map(
-        (part) => [part.name, part.outlines.length || part.way ? depthInWords(part) : 'not known']);
-    const scale = JSON.stringify([by, withTargets, about]);
+    const scale = JSON.stringify([by, withTargets, parts.map(({name}) => name)]);
     if (this.scale === scale) return;
     this.scale = scale;
     const swatch = (colour) => element('span', {class: 'swatch', style: `background: ${colour}`});
-    const ofParts = parts.map(
-        ({colour}, i) => element(
-            'span', {}, ...(by === 'error' ? [] : [swatch(colour)]),
-            about[i].filter(Boolean).join(', ')));
+    const ofParts = by === 'error' ?
+        [] :
+        parts.map(({name, colour}) => element('span', {}, swatch(colour), name));
     const ofTargets = withTargets ?
         [element('span', {}, swatch(targetColour), 'targets: expected error, true size')] :
         [];

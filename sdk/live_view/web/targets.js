@@ -74,7 +74,7 @@ export function labelTargets(labels, targets, of, scale) {
     else
       labels.add(
           `${of} ${target.id}`, `${nameOf(target)} ${plusMinus(target.error)}`, x, y,
-          kRanks.target);
+          isNumber(target.id) ? kRanks.target : kRanks.namedTarget);
   }
 }
 
@@ -82,15 +82,26 @@ export function labelTargets(labels, targets, of, scale) {
 export const shareShown = (targets, count) =>
     targets.length < count ? `${targets.length} of ${count} targets are shown, evenly chosen.` : '';
 
-/** Hidden until there is a target. count: of all that are followed. */
-export function showTargetList(targets, count) {
+/** Tissue that is followed is not lost, but what lies beneath it may have no place. */
+export const placeCell = (status, isOfFollowed) => isOfFollowed && status === unknownStatus ?
+    statusCell(status, 'not placed') :
+    statusCell(status);
+
+/** why: not all of a list have a place; empty: nothing is said. */
+export function setWhy(id, why) {
+  byId(id).textContent = why ? `Not placed: ${why}.` : '';
+}
+
+/** Hidden until there is a target. count: of all that are followed. why: see showPlanList. */
+export function showTargetList(targets, count, isOfFollowed, why) {
   if (count)
     for (const id of ['targets', 'target-controls', 'see-through-control']) byId(id).hidden = false;
   const rows = targets.map(
       ({id, depth, status, centre, error}) =>
-          [id, number(depth), statusCell(status),
+          [id, number(depth), placeCell(status, isOfFollowed),
            centre ? centre.map((value) => number(value, 1)).join(', ') : '–', number(error)]);
   byId('targets-count').textContent = shareShown(targets, count);
+  setWhy('targets-why', why);
   byId('targets-list')
       .replaceChildren(
           rows.length ?

@@ -13,7 +13,7 @@ import {PointList, readPoints} from './points.js';
 import {Changes, duration, isOfNow, State} from './state.js';
 import {hasPlace, placedTargets, readTargets, showTargetList} from './targets.js';
 import {listenToFullScreen, Pause} from './tools.js';
-import {isFollowed} from './words.js';
+import {isFollowed, whyNotPlaced} from './words.js';
 
 const kLateMs = 1000;  // a surface that is so far behind the picture beside it is shown as old
 
@@ -149,15 +149,18 @@ export async function watch(surface, timeline) {
     for (const moment of moments) changes.add(moment);
     if (moments.length) newest = moments.at(-1)[0];
     const targets = readTargets(header), plan = readPlan(header);
-    state.take(moments, followed(header, chosen, plan), ageMs);
+    const counts = followed(header, chosen, plan);
+    state.take(moments, counts, ageMs);
     const now = header.moments.find(([index]) => index === header.frame) ?? header.moments.at(-1);
     if (now) showNow(header, now, rate());
     showStages(header.stages);
     list.show(chosen, picture.takesPoints);
     showRecording(header.recording);
     await checks.show(header);
-    showTargetList(targets, header.target_count);
-    showPlanList(plan);
+    const isOfFollowed = isFollowed(now?.[2]);
+    const why = (...of) => (isOfFollowed ? whyNotPlaced(of, now[3]) : '');
+    showTargetList(targets, header.target_count, isOfFollowed, why(counts.targets));
+    showPlanList(plan, isOfFollowed, why(counts.parts, counts.planTargets));
     if (!pause.isOn()) await draw(frame, points, targets, plan);
     timeline?.add(moments);
     document.documentElement.dataset.frame = header.frame;

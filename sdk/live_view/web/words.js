@@ -38,6 +38,19 @@ export const states = {
 export const isFollowed =
     (state) => ['tracking', 'degraded', 'relocalised', 'found'].includes(state);
 
+/**
+ * Why parts and targets have no place in a followed frame (docs/api/beneath.md, expected error);
+ * empty where all have one. counts: {placed, all}. reasons: the frame's.
+ */
+export function whyNotPlaced(counts, reasons) {
+  const sum = (key) => counts.reduce((total, count) => total + count[key], 0);
+  if (sum('placed') === sum('all')) return '';
+  const hasOneView = reasons.split(',').map((name) => name.trim()).includes('one-view');
+  return sum('placed') === 0 && hasOneView ?
+      'only one view shows the tissue, so its depth is too uncertain to place what lies beneath' :
+      'too little is known here of the tissue above, or the expected error would be too large';
+}
+
 const stages = {
   'upload': 'Copy in',
   'rectify': 'Straighten the pictures',

@@ -1,0 +1,120 @@
+// Where labels stand on the left view, without a browser: beside their marks, with a line where
+// they do not, on the same side from one picture to the next; names before numbers.
+// node labels_test.mjs FOLDER_OF_NODE_MODULES, that of the page.
+import assert from 'node:assert/strict';
+import {createRequire} from 'node:module';
+import {join} from 'node:path';
+import {fileURLToPath} from 'node:url';
+
+const esbuild = createRequire(join(process.argv[2], 'package.json'))('esbuild');
+const bundle = await esbuild.build({
+  entryPoints: [fileURLToPath(new URL('../web/labels.js', import.meta.url))],
+  bundle: true,
+  write: false,
+  format: 'esm'
+});
+const source = Buffer.from(bundle.outputFiles[0].contents).toString('base64');
+const {kRanks, Labels} = await import(`data:text/javascript;base64,${source}`);
+
+const kWidth = 640, kHeight = 360, kLetter = 8;
+
+/** What is drawn: texts {text, x, y} by their left end and base line, and lines of two ends. */
+class Context {
+  constructor() {
+    this.canvas = {width: kWidth, height: kHeight};
+    this.texts = new Map();
+    this.lines = [];
+  }
+  measureText(text) {
+    return {width: kLetter * text.length};
+  }
+  strokeText() {}
+  fillText(text, x, y) {
+    this.texts.set(text, {x, y, right: x + kLetter * text.length, top: y - 14});
+  }
+  beginPath() {}
+  stroke() {}
+  moveTo(x, y) {
+    this.lines.push([[x, y]]);
+  }
+  lineTo(x, y) {
+    this.lines.at(-1).push([x, y]);
+  }
+}
+
+function draw(labels, fill) {
+  const context = new Context();
+  labels.begin();
+  fill(labels, context.canvas);
+  labels.draw(context, 1);
+  return context;
+}
+
+const apart = (from, to, otherFrom, otherTo) => Math.max(0, otherFrom - to, from - otherTo);
+const distance = (text, {left, right, top, bottom}) =>
+    Math.hypot(apart(text.x, text.right, left, right), apart(text.top, text.y, top, bottom));
+const boxRound = (x, y, half) =>
+    ({left: x - half, right: x + half, top: y - half, bottom: y + half});
+const overlap = (a, b) => distance(a, {left: b.x, right: b.right, top: b.top, bottom: b.y}) === 0;
+
+// A part with points of all kinds about it.
+const tumour = boxRound(300, 200, 30);
+const crowd = (labels, canvas) => {
+  labels.addBox('tumour', 'tumour 0.6 mm, 5.6 mm deep', tumour, kRanks.part, canvas);
+  labels.add('centre', 'centre 0.6 mm', 300, 200, kRanks.namedTarget);
+  labels.add('landmark', 'landmark A 0.1 mm', 335, 165, kRanks.named);
+  for (let i = 0; i < 30; ++i)
+    labels.add(
+        `${i}`, `#${i}`, 300 + (30 + 2 * i) * Math.cos(i), 200 + (30 + 2 * i) * Math.sin(i),
+        kRanks.point);
+};
+const crowded = draw(new Labels(), crowd);
+const of = (name) => [...crowded.texts].find(([text]) => text.startsWith(name))?.[1];
+for (const [name, mark] of [
+         ['tumour', tumour], ['landmark', boxRound(335, 165, 6)],
+         ['centre', boxRound(300, 200, 6)]]) {
+  assert.ok(of(name), `${name} has a label`);
+  const way = distance(of(name), mark);
+  assert.ok(way < 115, `${name} is ${way} px from its mark`);
+  const hasLine = crowded.lines.some(
+      ([, [x, y]]) => x >= mark.left && x <= mark.right && y >= mark.top && y <= mark.bottom);
+  if (way > 14) assert.ok(hasLine, `${name}, ${way} px from its mark, has a line to it`);
+}
+const texts = [...crowded.texts.values()];
+for (const [i, text] of texts.entries())
+  assert.ok(!texts.slice(i + 1).some((other) => overlap(text, other)), 'labels overlap');
+
+// Where there is room, labels touch their marks and need no line.
+const alone = draw(new Labels(), (labels, canvas) => {
+  labels.addBox('tumour', 'tumour', tumour, kRanks.part, canvas);
+  labels.add('vessel', 'vessel', 500, 60, kRanks.named);
+  labels.add('edge', 'at the edge', kWidth - 10, 300, kRanks.named);
+});
+assert.equal(alone.texts.size, 3);
+assert.deepEqual(alone.lines, []);
+assert.ok(distance(alone.texts.get('tumour'), tumour) < 10);
+assert.ok(alone.texts.get('at the edge').right <= kWidth);
+
+// A name takes the place of a number that was drawn before.
+const numbers = new Labels();
+const number = (labels) => labels.add('1', '#1 and more', 100, 112, kRanks.point);
+draw(numbers, number);
+const both = draw(numbers, (labels) => {
+  number(labels);
+  labels.add('name', 'a name', 100, 100, kRanks.named);
+});
+const {x: nameX, y: nameY} = both.texts.get('a name');
+assert.ok(nameX > 100 && nameY < 100, 'the name stands where it does alone');
+
+// A mark that comes and goes beside it does not turn a label about for longer than it stands there.
+const labels = new Labels(), sides = new Set();
+for (let frame = 0; frame < 40; ++frame) {
+  const y = 200 + 5 * Math.sin(frame), x = 300 + 5 * Math.cos(1.7 * frame);
+  const {texts: shown} = draw(labels, (all, canvas) => {
+    all.addBox('tumour', 'tumour', boxRound(x, y, 30), kRanks.part, canvas);
+    all.add('point', '', 300, 140 + (frame % 2), kRanks.target);
+  });
+  sides.add(Math.sign(shown.get('tumour').y - y));
+}
+assert.equal(sides.size, 1, 'the label keeps its side');
+console.log('passed');
