@@ -7,6 +7,7 @@
 #include "include/defrec_c.h"
 #include "sdk/doctor/decisions.hpp"
 #include "sdk/doctor/detail.hpp"
+#include "sdk/doctor/one_view_twice.hpp"
 #include "sdk/input/compression/decisions.hpp"
 #include "sdk/input/view_image.hpp"
 #include "sdk/io/interrupt.hpp"
@@ -55,6 +56,15 @@ std::optional<int> finest_detail(const StereoFrame& frame) {
     return meter.finest_px();
 }
 
+std::string one_view_note(const StereoFrame& frame) {
+    if (difference_of_views({gray_of(frame.left), gray_of(frame.right)}) >=
+        decisions::DoctorViews::kSameView)
+        return {};
+    std::string note = std::string(kOneViewTwice) + " " + kOneViewRemedy;
+    note.front() = 'L';
+    return note;
+}
+
 std::string detail_note(int finest_px) {
     DetailText text = detail_text(finest_px);
     text.what.front() = 'T';
@@ -74,16 +84,21 @@ void SessionNotes::add_fields(FieldOrder fields) {
 std::string SessionNotes::add_frame(const StereoFrame& frame, const defrec_result& result) {
     reasons_ |= result.reasons;
     start_errors_.add(frame.index, result);
+    NoteSeverity severity = NoteSeverity::kWarning;
     std::string note = compression_.add(frame, result);
     // The first frames may be black.
     if (!finest_px_ && looked_at_ < decisions::CompressedVideo::kFrames && note.empty()) {
         ++looked_at_;
         finest_px_ = finest_detail(frame);
-        if (finest_px_.value_or(1) > 1) note = detail_note(*finest_px_);
+        if (finest_px_) {
+            note = one_view_note(frame);
+            if (!note.empty()) severity = NoteSeverity::kError;
+        }
+        if (note.empty() && finest_px_.value_or(1) > 1) note = detail_note(*finest_px_);
     }
     if (note.empty()) return note;
     said_.push_back(note);
-    add(note);
+    add(note, severity);
     return note;
 }
 
@@ -150,7 +165,9 @@ void SessionNotes::conclude(const PointFollower& points, bool has_template, bool
         add(std::to_string(count) + all +
             "are of frames that the run did not reach; they have one row each, and are lost.");
     if (!has_tracked)
-        add(has_template ? kNothingTracked : "No frame could give a template; nothing was tracked.",
+        add(has_template ? kNothingTracked
+                         : "No frame could give a template; nothing was tracked. defrec doctor, "
+                           "with the same images and calibration, looks for the cause.",
             NoteSeverity::kError);
     for (const auto& [reason, text, severity] : kReasonNotes)
         if ((reasons_ & reason) != 0) add(text, severity);

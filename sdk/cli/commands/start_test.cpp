@@ -195,6 +195,15 @@ TEST_CASE("row 152: a recording of black frames is not done") {
     CHECK(tracked.says("No frame could give a template"));
 }
 
+TEST_CASE("one view given as both is named as the cause") {
+    const TestFolder folder;
+    for (const char* view : {"left", "right"}) fs::copy(sequence() / "left", folder / view);
+    const Tracked tracked = track(folder.path().string(), {});
+    CHECK(tracked.code == 8);
+    CHECK(tracked.says("Left and right are the same images."));
+    CHECK(tracked.says("No frame could give a template; nothing was tracked. defrec doctor"));
+}
+
 TEST_CASE("row 161: a strongly compressed video is told, one that is not is not") {
     CHECK_FALSE(track(sequence().path().string(), {}).says("compressed"));
     const TestFolder folder;
