@@ -120,7 +120,7 @@ std::string_view trim(std::string_view text) {
 }
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
-    constexpr std::size_t kLongestCompared = 64;
+    constexpr std::size_t kLongestCompared = 64, kLeastBegun = 4;
     if (name.size() > kLongestCompared) return {};
     std::string best;
     std::size_t best_distance = std::max<std::size_t>(2, name.size() / 2) + 1;
@@ -131,6 +131,12 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
             best = candidate;
         }
     }
+    if (!best.empty() || name.size() < kLeastBegun) return best;
+    // A name that was cut short.
+    for (const std::string& candidate : candidates)
+        if (candidate.size() > name.size() && lower(candidate).starts_with(lower(name)) &&
+            (best.empty() || candidate.size() < best.size()))
+            best = candidate;
     return best;
 }
 

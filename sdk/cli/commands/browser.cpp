@@ -21,11 +21,12 @@ bool has_screen() {
 
 }  // namespace
 
-bool open_in_browser(const std::filesystem::path& page) {
-    if (!has_screen()) return false;
+Opened open_in_browser(const std::filesystem::path& page) {
+    if (!has_screen()) return Opened::kNoScreen;
     std::string quoted;
     for (const char c : page.string()) quoted += c == '\'' ? std::string("'\\''") : std::string{c};
-    return std::system(("page='" + quoted + "'; " + kOpener).c_str()) == 0;
+    return std::system(("page='" + quoted + "'; " + kOpener).c_str()) == 0 ? Opened::kYes
+                                                                           : Opened::kNoBrowser;
 }
 
 }  // namespace defrec::cli

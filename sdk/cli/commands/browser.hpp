@@ -5,7 +5,8 @@
 
 namespace defrec::cli {
 
-// False where there is no screen, no browser was found, or it ended at once with an error.
-bool open_in_browser(const std::filesystem::path& page);
+// No browser: none was found, or it ended at once with an error.
+enum class Opened { kYes, kNoScreen, kNoBrowser };
+Opened open_in_browser(const std::filesystem::path& page);
 
 }  // namespace defrec::cli

@@ -37,6 +37,19 @@ int carry_out_step(const std::vector<std::string>& arguments) {
     return run_program(static_cast<int>(argv.size()), argv.data());
 }
 
+std::string why_not_opened(Opened opened) {
+    switch (opened) {
+        case Opened::kYes:
+            return {};
+        case Opened::kNoScreen:
+            return "There is no screen here to open it on; any browser opens that file.\n";
+        case Opened::kNoBrowser:
+            return "No browser was found on this computer to open it in; any browser opens that "
+                   "file.\n";
+    }
+    return {};
+}
+
 int run_demo(const DemoOptions& options) {
     const auto start = std::chrono::steady_clock::now();
     const fs::path folder = options.folder, sequence = folder / "sequence",
@@ -53,9 +66,7 @@ int run_demo(const DemoOptions& options) {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const fs::path report = fs::absolute(result / "report.html");
     print("\nDone in " + format_fixed(seconds, 0) + " s. The report: " + report.string() + "\n");
-    if (options.is_opened && !open_in_browser(report))
-        print(
-            "No browser was found on this computer to open it in; any browser opens that file.\n");
+    if (options.is_opened) print(why_not_opened(open_in_browser(report)));
     return static_cast<int>(ExitCode::kOk);
 }
 

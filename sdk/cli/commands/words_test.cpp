@@ -86,6 +86,8 @@ TEST_CASE("a command or an option that does not exist is answered with the one t
           std::string::npos);
     CHECK(program.misspelled({"track", "--seeed=4"}).find("'--seeed'. Did you mean --seed?") !=
           std::string::npos);
+    CHECK(program.misspelled({"track", "--calib", "x"}).find("Did you mean --calibration?") !=
+          std::string::npos);
     const std::string far = program.misspelled({"qqqqqqqqqqqqqqqq"});
     CHECK(far.find("Did you mean") == std::string::npos);
     CHECK(far.find("defrec --help lists all") != std::string::npos);
