@@ -97,10 +97,10 @@ bool draw_target(cv::Mat& image, const PointEstimate& target, const Projector& p
     return true;
 }
 
-std::string millimetres(double mm) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.1f mm", mm);
-    return text.data();
+std::string label_text(const std::string& name, double expected_error_mm) {
+    std::array<char, 32> error{};
+    std::snprintf(error.data(), error.size(), " +/-%.1f mm", expected_error_mm);
+    return name + error.data();
 }
 
 }  // namespace defrec::cli

@@ -14,6 +14,8 @@ namespace defrec::cli {
 inline constexpr int kSubpixelBits = 4;
 /// Points or targets that have labels; those of more would hide the tissue.
 inline constexpr std::size_t kMostLabels = 40;
+/// Targets without names that have labels: numbers of more would bury the parts.
+inline constexpr std::size_t kMostNumbered = 6;
 
 /// Text, and what is drawn behind text and marks.
 extern const cv::Scalar kLight, kDark;
@@ -38,6 +40,7 @@ class Labels {
     void add(Rank rank, const std::string& text, float u, float v);
     /// Light, with a dark edge. highest: row of the image, which none crosses.
     void draw(cv::Mat& image, int highest);
+    std::size_t size() const { return labels_.size(); }
 
   private:
     struct Label {
@@ -51,7 +54,7 @@ class Labels {
 /// A cross with a ring as wide as the expected error, dashed where the target is not observed.
 /// False, and nothing, for what is lost or not in the image.
 bool draw_target(cv::Mat& image, const PointEstimate& target, const Projector& projector);
-/// "2.1 mm".
-std::string millimetres(double mm);
+/// "liver +/-2.1 mm"; the letters of the pictures have no sign for both.
+std::string label_text(const std::string& name, double expected_error_mm);
 
 }  // namespace defrec::cli

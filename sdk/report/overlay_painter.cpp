@@ -93,7 +93,7 @@ std::string points_text(const std::vector<PointEstimate>& points) {
 std::string label_of(const PointEstimate& point) {
     const std::string name =
         point.name.empty() ? format("#%lld", static_cast<long long>(point.id)) : point.name;
-    return name + " " + millimetres(double{expected_error(point)});
+    return label_text(name, double{expected_error(point)});
 }
 
 /// Which points have labels, the same ones in every frame: chosen ones with a name first, then as

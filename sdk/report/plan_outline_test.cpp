@@ -148,6 +148,27 @@ TEST_CASE("the picture: edge, halo and fill of a part, a cross for a target, not
     CHECK(cv::norm(image, empty, cv::NORM_INF) == 0);
 }
 
+TEST_CASE("many targets without names have no labels, those with names do") {
+    PlanEstimate plan = ball(0);
+    const auto labels_of = [&](int unnamed) {
+        plan.targets.clear();
+        for (int i = 0; i <= unnamed; ++i) {
+            PointEstimate target;
+            target.status = VertexStatus::extrapolated;
+            target.xyz = {static_cast<float>(2 * i), 0, static_cast<float>(kDepth)};
+            if (i == 0) target.name = "vessel";
+            plan.targets.push_back(target);
+        }
+        cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(60, 60, 60));
+        Labels labels;
+        draw_plan(image, plan, project, labels);
+        return labels.size();
+    };
+    CHECK(labels_of(6) == 1 + 1 + 6);  // of the part, of the vessel, and of the others
+    CHECK(labels_of(7) == 1 + 1);
+    CHECK(label_text("target 10", 0.6) == "target 10 +/-0.6 mm");
+}
+
 TEST_CASE("labels are left out where there is no room, and stand below a mark at the top") {
     cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(60, 60, 60));
     const cv::Mat empty = image.clone();

@@ -73,8 +73,8 @@ void label(Labels& labels, const PlanOutline& outline, const std::string& name) 
     for (const auto& contour : outline.contours)
         for (const OutlinePoint& point : contour)
             if (top == nullptr || point.v < top->v) top = &point;
-    labels.add(Labels::Rank::kPart, name + " " + millimetres(double{outline.expected_error_mm}),
-               top->u, top->v);
+    labels.add(Labels::Rank::kPart, label_text(name, double{outline.expected_error_mm}), top->u,
+               top->v);
 }
 
 }  // namespace
@@ -90,13 +90,19 @@ void draw_plan(cv::Mat& image, const PlanEstimate& plan, const Projector& projec
     for (const PlanOutline& outline : outlines) draw_edges(image, outline);
     for (const PlanOutline& outline : outlines)
         label(labels, outline, plan.model->parts[outline.part].name);
+    const auto unnamed = static_cast<std::size_t>(
+        std::count_if(plan.targets.begin(), plan.targets.end(),
+                      [](const PointEstimate& target) { return target.name.empty(); }));
     for (const PointEstimate& target : plan.targets) {
-        if (!draw_target(image, target, projector) || plan.targets.size() > kMostLabels) continue;
+        if (!draw_target(image, target, projector) || plan.targets.size() > kMostLabels ||
+            (target.name.empty() && unnamed > kMostNumbered))
+            continue;
         const TargetMark mark = target_mark(target, projector);
-        labels.add(Labels::Rank::kTarget,
-                   (target.name.empty() ? std::to_string(target.id) : target.name) + " " +
-                       millimetres(double{expected_error(target)}),
-                   mark.u, mark.v);
+        labels.add(
+            Labels::Rank::kTarget,
+            label_text(target.name.empty() ? "target " + std::to_string(target.id) : target.name,
+                       double{expected_error(target)}),
+            mark.u, mark.v);
     }
 }
 
