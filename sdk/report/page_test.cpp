@@ -29,8 +29,17 @@ TEST_CASE("the page shows itself without an error") {
         ReportMeta meta;
         meta.sequence = "<b>synthetic</b>";
         meta.overlay_file = "overlay.mp4";
+        meta.notes = {{ReportSeverity::remark, "a remark"}, {ReportSeverity::error, "an error"}};
         sequence.write_report(page, meta);
         const std::string dom = browse(page, folder);
+        // Losses, then notes by their weight.
+        const std::size_t lost = dom.find(" of 20 frames are lost: nothing is known"),
+                          error = dom.find("an error</li>"), remark = dom.find("a remark</li>");
+        CHECK(lost < error);
+        CHECK(error < remark);
+        CHECK(remark != std::string::npos);
+        CHECK(dom.find("<title>lost: frame ") != std::string::npos);
+        CHECK(dom.find("data-head=\"Median, mm\"") != std::string::npos);
         CHECK(dom.find("&lt;b&gt;synthetic&lt;/b&gt;</h1>") != std::string::npos);
         CHECK(dom.find("<section id=\"targets\" aria-labelledby=\"targets-title\">") !=
               std::string::npos);

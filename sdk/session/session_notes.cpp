@@ -141,11 +141,6 @@ void SessionNotes::add_given_up(std::int64_t template_frame, std::int64_t frame)
 
 void SessionNotes::conclude(const PointFollower& points, bool has_template, bool has_tracked) {
     add(compression_.conclude());
-    // For files alone: what is printed at the end has no expected errors.
-    if (const std::string note = start_errors_.note(); !note.empty()) {
-        said_.push_back(note);
-        add(note, NoteSeverity::kRemark);
-    }
     const bool is_half_lost =
         2 * points.rows().share(PointStatus::kLost) > 1 && points.rows().any_position();
     if (is_half_lost)
@@ -172,6 +167,11 @@ void SessionNotes::conclude(const PointFollower& points, bool has_template, bool
     for (const auto& [reason, text, severity] : kReasonNotes)
         if ((reasons_ & reason) != 0) add(text, severity);
     if (interrupt_requested()) add("Interrupted; the outputs hold the frames tracked until then.");
+    // For files alone: what is printed at the end has no expected errors.
+    if (const std::string note = start_errors_.note(); !note.empty()) {
+        said_.push_back(note);
+        add(note, NoteSeverity::kRemark);
+    }
 }
 
 }  // namespace defrec::cli

@@ -226,7 +226,10 @@ function pointRow(points, i, moment, selected, onSelect) {
     number(point.median_mm), number(point.median_mm === null ? null : point.largest_mm),
     ...point.frames.map((count) => percent(count / all))
   ];
-  const row = element('tr', {}, ...cells.map((cell) => element('td', {}, cell)));
+  // Where there is no room for columns, each cell shows its head.
+  const heads = [kHeads.points, ...kMoreHeads];
+  const row =
+      element('tr', {}, ...cells.map((cell, k) => element('td', {'data-head': heads[k]}, cell)));
   if (i === selected) row.setAttribute('aria-selected', 'true');
   return row;
 }

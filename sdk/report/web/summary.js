@@ -2,6 +2,7 @@
 import {stateColour, stateMeanings, statuses, unknownStatus} from './colours.js';
 import {byId, element, milliseconds, number, percent, seconds, table} from './data.js';
 import {reasonsInWords} from './reasons.js';
+import {svg} from './svg.js';
 
 export const stateChip = (state) =>
     element('span', {class: 'chip', style: `--chip: ${stateColour(state)}`}, state || 'no state');
@@ -54,17 +55,53 @@ function cards(summary) {
   return result;
 }
 
-function shareBar(summary) {
+/** Frames with this state. */
+const framesIn = (summary, state) => summary.states.find(({name}) => name === state)?.frames ?? 0;
+
+/** The states over time, from the first frame to the last; lost ones are seen however short. */
+function stateBar(summary, series) {
+  const states = series.lines.get('state') ?? [], least = states.length / 400;
+  const bar = svg('svg', {
+    class: 'state-bar',
+    viewBox: `0 0 ${states.length} 1`,
+    preserveAspectRatio: 'none',
+    role: 'img',
+    'aria-label': 'State over time'
+  });
+  const runs = [];
+  states.forEach((state, at) => {
+    if (at > 0 && states[at - 1] === state)
+      ++runs.at(-1).length;
+    else
+      runs.push({state, at, length: 1});
+  });
+  const nameOfState = (state) => summary.state_order[state] ?? 'other';
+  const isLost = ({state}) => nameOfState(state) === 'lost';
+  for (const run of [...runs.filter((each) => !isLost(each)), ...runs.filter(isLost)]) {
+    const {state, at} = run, name = nameOfState(state);
+    const length = isLost(run) ? Math.max(run.length, least) : run.length;
+    const frames = [series.frames[at], series.frames[at + run.length] ?? 'the end'];
+    bar.append(
+        svg('rect', {
+          x: Math.min(at, states.length - length),
+          y: 0,
+          width: length,
+          height: 1,
+          fill: stateColour(name)
+        },
+            svg('title', {}, `${name}: frame ${frames[0]} to ${frames[1]}`)));
+  }
+  return bar;
+}
+
+function stateLegend(summary) {
   const order = [...summary.states].sort(
       (a, b) => summary.state_order.indexOf(a.name) - summary.state_order.indexOf(b.name));
-  const bar = element('div', {class: 'share-bar', 'aria-hidden': 'true'});
   const legend = element('ul', {class: 'share-legend'});
-  for (const {name, frames} of order) {
-    bar.append(element('span', {style: `flex: ${frames}; background: ${stateColour(name)}`}));
+  for (const {name, frames} of order)
     legend.append(
         element('li', {}, stateChip(name), ` ${frames} (${percent(frames / summary.frames)})`));
-  }
-  return [bar, legend];
+  return legend;
 }
 
 function facts(meta, summary) {
@@ -90,18 +127,29 @@ const severityNames = {
   remark: 'Note',
 };
 
-export function showSummary({meta, summary}) {
+/** What was lost, then the notes, which come in their order. */
+function notesOf(meta, summary) {
+  const lost = framesIn(summary, 'lost');
+  if (!lost) return meta.notes;
+  const severity = 2 * lost > summary.frames ? 'error' : 'warning';
+  const text =
+      `${lost} of ${summary.frames} frames are lost: nothing is known of the tissue in them.`;
+  return [{severity, text}, ...meta.notes];
+}
+
+export function showSummary({meta, summary, series}) {
   byId('sequence').textContent = meta.sequence || 'Unnamed sequence';
   document.title = `${meta.sequence || 'Sequence'} – tracking report`;
   byId('lead').textContent =
       `How the tissue surface moved and deformed, recovered from stereo video${
           meta.backend ? ` on the ${meta.backend} backend` : ''}.`;
-  byId('notes').append(...meta.notes.map(
-      ({severity, text}) => element(
-          'li', {class: `note ${severity}`}, element('strong', {}, `${severityNames[severity]}: `),
-          text)));
+  byId('notes').append(...notesOf(meta, summary)
+                           .map(
+                               ({severity, text}) => element(
+                                   'li', {class: `note ${severity}`},
+                                   element('strong', {}, `${severityNames[severity]}: `), text)));
   byId('cards').append(...cards(summary));
-  if (summary.frames) byId('share').append(...shareBar(summary));
+  if (summary.frames) byId('share').append(stateBar(summary, series), stateLegend(summary));
   byId('facts').append(...facts(meta, summary));
   if (meta.overlay_file)
     byId('video-link')
