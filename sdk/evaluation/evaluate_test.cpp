@@ -98,7 +98,8 @@ TEST_CASE("a clip's metrics are the score of its points") {
     const TestFolder& out = evaluated();
     const fs::path clip = ClipStore(out.path()).folder({"defrec", "deep/three"});
     const ScoreGroup score =
-        score_of(read_scored_rows(clip, data_set() / "deep/three/truth.csv", {})).all;
+        score_of(read_scored_rows(clip, data_set() / "deep/three/truth.csv", {}, Unfollowed::kLost))
+            .all;
     CsvReader results(out.path() / "results.csv", {"clip", "status", "median_mm", "p95_mm",
                                                    "lost_share", "average_jaccard_px"});
     std::vector<std::string> clips;
@@ -120,8 +121,8 @@ TEST_CASE("targets are scored by depth, and are in no metric of points") {
     const TestFolder& out = evaluated();
     const fs::path clip = ClipStore(out.path()).folder({"defrec", "one"});
     const fs::path given = data_set().path() / "one";
-    const TargetScore score = target_score_of(
-        read_scored_targets(clip / "targets.csv", given / kDeepTruthFile, given / "truth.csv", {}));
+    const TargetScore score = target_score_of(read_scored_targets(
+        clip / "targets.csv", given / kDeepTruthFile, given / "truth.csv", {}, Unfollowed::kLost));
     REQUIRE(score.depths.size() == 10);
     CsvReader results(out.path() / "results_by_depth.csv",
                       {"clip", "depth", "points", "median_mm", "lost_share", "rigid_p95_mm"});
@@ -137,7 +138,8 @@ TEST_CASE("targets are scored by depth, and are in no metric of points") {
         CHECK(results.number(5) == expected.rigid.p95);
     }
     CHECK(depth == 10);
-    const ScoreGroup points = score_of(read_scored_rows(clip, given / "truth.csv", {})).all;
+    const ScoreGroup points =
+        score_of(read_scored_rows(clip, given / "truth.csv", {}, Unfollowed::kLost)).all;
     CsvReader all(out.path() / "results.csv", {"clip", "median_mm"});
     while (all.next())
         if (all.field(0) == "one") CHECK(all.number(1) == points.visible.median);

@@ -342,16 +342,16 @@ TEST_CASE("a page is opened where there is a screen and a browser") {
     const std::string path = std::getenv("PATH");
     ::setenv("PATH", (folder.path().string() + ":" + path).c_str(), 1);
     ::setenv("DISPLAY", ":99", 1);
-    CHECK(opens("echo \"$1\" >\"${0%/*}/opened\""));
+    CHECK(opens("echo \"$1\" >\"${0%/*}/opened\"") == Opened::kYes);
     CHECK(TestFolder::read(folder / "opened") == page.string() + "\n");
-    CHECK(opens("exec sleep 3"));
-    CHECK_FALSE(opens("exit 3"));
+    CHECK(opens("exec sleep 3") == Opened::kYes);
+    CHECK(opens("exit 3") == Opened::kNoBrowser);
     ::setenv("PATH", (folder / "empty").c_str(), 1);
-    CHECK_FALSE(open_in_browser(page));
+    CHECK(open_in_browser(page) == Opened::kNoBrowser);
     ::setenv("PATH", path.c_str(), 1);
     ::unsetenv("DISPLAY");
     ::unsetenv("WAYLAND_DISPLAY");
-    CHECK_FALSE(opens("exit 0"));
+    CHECK(opens("exit 0") == Opened::kNoScreen);
 }
 
 TEST_CASE(
