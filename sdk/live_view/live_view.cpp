@@ -48,6 +48,7 @@ constexpr std::size_t kMaxOutline = 160;  // points of an outline, evenly chosen
 struct Shown {
     FrameRecord record;
     std::vector<ViewPoint> points;
+    std::size_t dropped_clicks = 0;
     std::vector<TargetEstimate> targets;  // the record has none: the page draws them
     PlanEstimate plan;                    // likewise
     cv::Mat left;
@@ -238,6 +239,7 @@ struct LiveView::Impl {
                        {"width", shown.left.cols},
                        {"height", shown.left.rows},
                        {"surface", shown.surface},
+                       {"dropped_clicks", shown.dropped_clicks},
                        {"target_count", shown.targets.size()},
                        {"targets_placed", count_placed(shown.targets)},
                        {"residual_mm", number(shown.record.mean_residual_mm)},
@@ -475,7 +477,8 @@ void LiveView::set_template(const TemplateRecord& reference) {
     ++impl_->surface;
 }
 
-void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<ViewPoint> points) {
+void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<ViewPoint> points,
+                   std::size_t dropped_clicks) {
     bool is_awaited = false;
     std::shared_ptr<Shown> shown;
     {
@@ -494,6 +497,7 @@ void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<Vi
     shown->targets.swap(shown->record.targets);
     shown->plan = std::exchange(shown->record.plan, {});
     shown->points = std::move(points);
+    shown->dropped_clicks = dropped_clicks;
     left.copyTo(shown->left);
     {
         const std::lock_guard lock(impl_->mutex);

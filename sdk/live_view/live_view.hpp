@@ -4,6 +4,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -38,8 +39,9 @@ class LiveView {
 
     // One thread at a time, the tracking's, for all that follows.
     void set_template(const TemplateRecord& reference);
-    // left: CV_8UC1 or CV_8UC3.
-    void add(const cv::Mat& left, const FrameRecord& frame, std::vector<ViewPoint> points);
+    // left: CV_8UC1 or CV_8UC3. dropped_clicks: of the run so far, those without a surface.
+    void add(const cv::Mat& left, const FrameRecord& frame, std::vector<ViewPoint> points,
+             std::size_t dropped_clicks = 0);
     // The name of the file that is recorded, empty while none is.
     void set_recording(const std::string& name);
     // What the video and the calibration have wrong: JSON, as `defrec doctor --json` prints it. Any

@@ -148,21 +148,39 @@ void PointFollower::rename(std::int64_t id, const std::string& name) {
 std::int64_t PointFollower::follow(double u, double v, std::int64_t frame) {
     const std::int64_t id = free_id(points_);
     points_.push_back({id, u, v, frame});
+    points_.back().is_click = true;
     return id;
 }
 
+void PointFollower::drop_clicks(std::vector<std::size_t>& places, std::vector<double>& xyz,
+                                std::vector<std::uint8_t>& found) {
+    for (std::size_t i = places.size(); i-- > 0;) {
+        if (found[i] != DEFREC_FOUND_NONE || !points_[places[i]].is_click) continue;
+        // Whatever else has a place came before the clicks of this frame.
+        points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(places[i]));
+        for (std::size_t k = i + 1; k < places.size(); ++k) --places[k];
+        const auto at = static_cast<std::ptrdiff_t>(i);
+        places.erase(places.begin() + at);
+        found.erase(found.begin() + at);
+        xyz.erase(xyz.begin() + 3 * at, xyz.begin() + 3 * at + 3);
+        ++dropped_clicks_;
+    }
+}
+
 void PointFollower::lift_in(std::int64_t frame, defrec_job job) {
-    const std::vector<std::size_t> places = given_in(frame);
+    std::vector<std::size_t> places = given_in(frame);
     if (places.empty()) return;
+    std::vector<double> xyz(3 * places.size());
+    std::vector<std::uint8_t> found(places.size(), DEFREC_FOUND_NONE);
     if (job == nullptr) {
+        drop_clicks(places, xyz, found);
         of_lost_frames_ += places.size();
         return;
     }
     const std::vector<double> pixels = rectified_pixels(places);
-    std::vector<double> xyz(3 * places.size());
-    std::vector<std::uint8_t> found(places.size());
     require(defrec_job_lift_points(job, pixels.data(), places.size(), xyz.data(), found.data()),
             ExitCode::kInternal, "finding the surface under the points to follow");
+    drop_clicks(places, xyz, found);
     without_surface_ += count_none(found);
     if (!sure_from_ || frame >= *sure_from_) return keep_found(places, xyz, found);
     const std::size_t before = place_.size();

@@ -34,7 +34,7 @@ class PointFollower {
     // The template was given up: points that were found on it are lost from the next frame on.
     void forget_template();
     // Takes one more pixel, of the frame's image, with the next free id, which it returns. Before
-    // add_frame() of that frame.
+    // add_frame() of that frame, which drops it where there is no surface: it has no rows then.
     std::int64_t follow(double u, double v, std::int64_t frame);
     // A point of the user's, not of the grid, has no more rows, or gets a name; ids of no such
     // point are ignored.
@@ -49,6 +49,8 @@ class PointFollower {
     void finish();
     void commit() { file_.commit(); }
 
+    // Pixels of follow() that were dropped.
+    std::size_t dropped_clicks() const { return dropped_clicks_; }
     std::size_t count() const { return points_.size(); }
     // Counts of all rows written so far.
     const StatusCounts& rows() const { return rows_; }
@@ -67,6 +69,9 @@ class PointFollower {
     void keep_found(const std::vector<std::size_t>& places, const std::vector<double>& xyz,
                     const std::vector<std::uint8_t>& found);
     void make_room();
+    // Drops clicks without a surface, from what is given as well.
+    void drop_clicks(std::vector<std::size_t>& places, std::vector<double>& xyz,
+                     std::vector<std::uint8_t>& found);
     std::vector<double> judge_lifts(defrec_job job, const std::vector<double>& xyz,
                                     std::vector<std::uint8_t>& found);
     void add_error_of_lift(std::size_t i, PointRow& row) const;
@@ -91,7 +96,7 @@ class PointFollower {
     std::vector<double> lift_covariance_;  // of the points that were found; 0: of the template
     std::optional<std::int64_t> sure_from_;
     StatusCounts rows_;
-    std::size_t without_surface_ = 0, of_lost_frames_ = 0, never_reached_ = 0;
+    std::size_t without_surface_ = 0, of_lost_frames_ = 0, never_reached_ = 0, dropped_clicks_ = 0;
     bool has_forgotten_ = false;          // a template
     std::optional<std::int64_t> newest_;  // frame of the last rows
 };

@@ -16,6 +16,7 @@ struct FollowedPoint {
     std::string name{};                   // shown beside the point; or empty
     bool is_chosen = true;                // false: of the grid
     bool is_removed = false;              // no longer followed
+    bool is_click = false;                // dropped where no surface is found
 };
 
 // Columns id, u, v, and frame and name, which may be missing or empty. Throws CliError(kInput)

@@ -108,8 +108,8 @@ void SessionPictures::add(const cv::Mat& left, const FrameRecord& record) {
 }
 
 void SessionPictures::add_to_view(const cv::Mat& left, const FrameRecord& record,
-                                  std::vector<ViewPoint> points) {
-    if (view_) view_->add(left, record, std::move(points));
+                                  std::vector<ViewPoint> points, std::size_t dropped_clicks) {
+    if (view_) view_->add(left, record, std::move(points), dropped_clicks);
 }
 
 std::string SessionPictures::finish_overlay() {

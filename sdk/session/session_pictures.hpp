@@ -54,7 +54,9 @@ class SessionPictures {
     void set_template(const TemplateRecord& record, const cv::Mat& left);
     void change_template(const TemplateRecord& record);
     void add(const cv::Mat& left, const FrameRecord& record);
-    void add_to_view(const cv::Mat& left, const FrameRecord& record, std::vector<ViewPoint> points);
+    // See LiveView::add.
+    void add_to_view(const cv::Mat& left, const FrameRecord& record, std::vector<ViewPoint> points,
+                     std::size_t dropped_clicks);
     // See InputChecks.
     void add_to_checks(const StereoFrame& frame, const defrec_result& result,
                        const CompressionWatch& compression) {

@@ -487,7 +487,8 @@ class TrackSession {
         const auto drawing = TraceFile::Clock::now();
         const cv::Mat left = mat_of(frame.left);
         pictures_->add(left, record_);
-        if (pictures_->has_view()) pictures_->add_to_view(left, record_, view_points(points));
+        if (pictures_->has_view())
+            pictures_->add_to_view(left, record_, view_points(points), points_.dropped_clicks());
         trace_host("overlay and report", frame, drawing, TraceFile::Clock::now());
     }
 

@@ -148,6 +148,29 @@ async function lookAtFullScreen(page) {
   await page.waitForFunction(() => document.body.classList.contains('full'));
   await picture(page, 'full');
   assert.equal(await ink(), 'rgb(232, 237, 244)');
+  assert.equal(await page.$eval('#overlay', ({checked}) => checked), false);
+  for (const [width, height, share] of [[1280, 800, 0.65], [844, 390, 0.5], [2560, 1440, 0.65]]) {
+    await page.setViewport({width, height});
+    // The page may not have laid out itself yet.
+    await page.waitForFunction((least) => {
+      const {left, right, top, bottom} = document.getElementById('picture').getBoundingClientRect();
+      const {scrollWidth, scrollHeight} = document.documentElement;
+      const above = document.getElementById('strip').getBoundingClientRect().bottom;
+      return scrollWidth <= innerWidth && scrollHeight <= innerHeight && left >= 0 &&
+          right <= innerWidth && top >= above && bottom <= innerHeight &&
+          (right - left > least * innerWidth || bottom - top > least * innerHeight);
+    }, {timeout: 20000}, share);
+    // In one call: $eval finds rows in one and reads them in another, when they are replaced.
+    const [error, place] = await page.evaluate(() => {
+      const {children} = document.querySelector('#plan-list tbody tr');
+      return [children[2], children[4]].map((cell) => cell.checkVisibility());
+    });
+    assert.deepEqual([error, place], [true, false]);
+    await picture(page, `full_${width}x${height}`);
+  }
+  await page.click('#full-screen');
+  await page.waitForFunction(() => !document.body.classList.contains('full'));
+  assert.equal(await page.$eval('#overlay', ({checked}) => checked), true);
 }
 
 async function watchPlan(browser, replay) {

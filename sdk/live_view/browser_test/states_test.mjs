@@ -137,6 +137,8 @@ async function lookAtStates(page, other, replay, isPlain) {
     assert.deepEqual(back.canAsk, [true, true, true, true]);
     assert.equal(back.oldPicture, '');
   }
+  await page.click('#full-screen');
+  await page.waitForFunction(() => document.body.classList.contains('full'));
   const ended = await lookAt(replay, [page, other], 'ended');
   assert.match(ended.say, /Nothing is followed/);
   assert.match(ended.text, /Of the last picture, not of now/);

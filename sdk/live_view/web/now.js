@@ -44,13 +44,17 @@ export function showRecording(name) {
   byId('recording').textContent = name;
 }
 
-/** Asks the program, and shows its answer for a few seconds. */
-export async function request(path, value) {
-  const answer = await post(path, value);
-  byId('message').textContent = answer;
+/** For a few seconds. */
+export function tell(message) {
+  byId('message').textContent = message;
   setTimeout(() => {
-    if (byId('message').textContent === answer) byId('message').textContent = '';
+    if (byId('message').textContent === message) byId('message').textContent = '';
   }, 4000);
+}
+
+/** Asks the program, and shows its answer. */
+export async function request(path, value) {
+  tell(await post(path, value));
 }
 
 export function listenToRecord() {

@@ -2,7 +2,7 @@
 import {matchColour, observedStatus, statuses} from '../../report/web/colours.js';
 import {byId, element} from '../../report/web/data.js';
 import {kRanks, Labels, plusMinus} from './labels.js';
-import {request} from './now.js';
+import {request, tell} from './now.js';
 import {drawPlan} from './plan.js';
 import {labelOf} from './points.js';
 import {drawTargets, labelTargets} from './targets.js';
@@ -11,6 +11,9 @@ const kChosenRadius = 6, kGridRadius = 2;  // pixels of the screen
 // A mark's radius is at most this share of the distance between points that are spread evenly: many
 // of them do not hide the tissue.
 const kMarkShare = 0.15;
+
+const kMostWidth = 1000;  // of the picture, pixels of the screen, for marks of one size
+const kAnswerMs = 10000;  // within which a click is answered
 
 const recognised = {
   name: 'recognised',
@@ -47,8 +50,11 @@ export class Picture {
       const box = this.canvas.getBoundingClientRect();
       const u = ((event.clientX - box.left) / box.width) * this.size[0] - 0.5;
       const v = ((event.clientY - box.top) / box.height) * this.size[1] - 0.5;
+      this.clickedAt = performance.now();
       request('/points', {u, v});
     });
+    this.clickedAt = -Infinity;
+    this.dropped = null;
   }
 
   /** Whether a click follows a point: what is shown is where it was a moment ago. */
@@ -58,17 +64,28 @@ export class Picture {
     byId('click-hint').hidden = !points;
   }
 
+  /** count: clicks of all pages so far where there was no surface. */
+  takeDropped(count) {
+    if (this.dropped !== null && count > this.dropped &&
+        performance.now() - this.clickedAt < kAnswerMs)
+      tell('There is no surface there: no point was added.');
+    this.dropped = count;
+  }
+
   /** points, plan: see readPoints, readPlan. */
   show(bitmap, header, points, targets, plan) {
     if (this.canvas.width !== bitmap.width || this.canvas.height !== bitmap.height) {
       this.canvas.width = bitmap.width;
       this.canvas.height = bitmap.height;
+      this.canvas.parentElement.style.setProperty('--ratio', bitmap.width / bitmap.height);
     }
     this.size = [header.width, header.height];
     this.context.drawImage(bitmap, 0, 0);
     const scale = bitmap.width / header.width;
-    // Marks keep their size on the screen where the picture is shown smaller or larger.
-    this.unit = Math.min(3, Math.max(0.7, bitmap.width / (this.canvas.clientWidth || 1)));
+    // Marks keep their size on the screen where the picture is shown smaller; on a large screen,
+    // which is looked at from afar, they grow with it.
+    const width = Math.min(this.canvas.clientWidth || 1, kMostWidth);
+    this.unit = Math.min(3, bitmap.width / width);
     this.labels.begin();
     if (plan && byId('show-plan').checked) {
       drawPlan(this.context, plan, scale, this.unit, this.labels);

@@ -4,6 +4,7 @@ import {duration} from './state.js';
 
 export function listenToFullScreen() {
   const button = byId('full-screen');
+  let hadGrid = true;
   button.hidden = !document.fullscreenEnabled;
   button.addEventListener(
       'click',
@@ -13,6 +14,10 @@ export function listenToFullScreen() {
   document.addEventListener('fullscreenchange', () => {
     const isFull = Boolean(document.fullscreenElement);
     document.body.classList.toggle('full', isFull);
+    // Labels are read from afar there, and the grid is what hides them.
+    const grid = byId('overlay');
+    if (isFull) hadGrid = grid.checked;
+    grid.checked = !isFull && hadGrid;
     button.textContent = isFull ? 'Leave full screen' : 'Full screen';
   });
 }

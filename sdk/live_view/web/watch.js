@@ -123,7 +123,9 @@ export async function watch(surface, timeline) {
   async function draw({header, sections}, points, targets, plan) {
     const [left, overlay] = await Promise.all([sections.left, sections.overlay].map(
         (jpeg) => jpeg && createImageBitmap(new Blob([jpeg], {type: 'image/jpeg'}))));
-    picture.show(overlay ?? left, header, points, targets, plan);
+    const base =
+        byId('overlay').checked ? overlay ?? left : left;  // also where the box was changed
+    picture.show(base, header, points, targets, plan);
     const at = performance.now();
     notes.showPicture(at);
     if (sections.xyz.byteLength && surface?.isDue()) {
@@ -154,6 +156,7 @@ export async function watch(surface, timeline) {
     const now = header.moments.find(([index]) => index === header.frame) ?? header.moments.at(-1);
     if (now) showNow(header, now, rate());
     showStages(header.stages);
+    picture.takeDropped(header.dropped_clicks);
     list.show(chosen, picture.takesPoints);
     showRecording(header.recording);
     await checks.show(header);
