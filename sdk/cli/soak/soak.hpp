@@ -17,8 +17,9 @@ struct SoakOptions {
     int players = 1;             // that make a new tracker every few frames
     double trackers_per_s = 20;  // made and destroyed beside that, without a frame
     bool grows = false;          // templates do
-    std::string losing_plugin;   // manifest of a plugin whose device is lost in a stage's first run;
-                                 // each second one is; empty: none is
+    // Manifest of a plugin whose device is lost in a stage's first run; each second one is. Empty:
+    // none is.
+    std::string losing_plugin;
 };
 
 // Prints a head and then a line of CSV for each interval. Throws CliError for the first call that
