@@ -12,8 +12,9 @@ const kChosenRadius = 6, kGridRadius = 2;  // pixels of the screen
 // of them do not hide the tissue.
 const kMarkShare = 0.15;
 
-const kMostWidth = 1000;  // of the picture, pixels of the screen, for marks of one size
-const kAnswerMs = 10000;  // within which a click is answered
+const kMostWidth = 1000;   // of the picture, pixels of the screen, for marks of one size
+const kMostPixels = 1920;  // of a picture's width that is drawn finer than it came
+const kAnswerMs = 10000;   // within which a click is answered
 
 const recognised = {
   name: 'recognised',
@@ -72,20 +73,32 @@ export class Picture {
     this.dropped = count;
   }
 
+  /**
+   * Gives a small picture that is shown large more pixels, for labels that can be read; returns how
+   * many for each of its own, along a side. shown: pixels of the screen.
+   */
+  fit(bitmap, shown) {
+    const most = Math.floor(kMostPixels / bitmap.width);
+    const fine = Math.max(1, Math.min(Math.ceil(shown / bitmap.width), most));
+    const width = fine * bitmap.width, height = fine * bitmap.height;
+    if (this.canvas.width !== width || this.canvas.height !== height) {
+      this.canvas.width = width;
+      this.canvas.height = height;
+      this.canvas.parentElement.style.setProperty('--ratio', width / height);
+    }
+    return fine;
+  }
+
   /** points, plan: see readPoints, readPlan. */
   show(bitmap, header, points, targets, plan) {
-    if (this.canvas.width !== bitmap.width || this.canvas.height !== bitmap.height) {
-      this.canvas.width = bitmap.width;
-      this.canvas.height = bitmap.height;
-      this.canvas.parentElement.style.setProperty('--ratio', bitmap.width / bitmap.height);
-    }
+    const shown = this.canvas.clientWidth || 1;
+    const fine = this.fit(bitmap, shown * (window.devicePixelRatio || 1));
     this.size = [header.width, header.height];
-    this.context.drawImage(bitmap, 0, 0);
-    const scale = bitmap.width / header.width;
+    this.context.drawImage(bitmap, 0, 0, this.canvas.width, this.canvas.height);
+    const scale = this.canvas.width / header.width;
     // Marks keep their size on the screen where the picture is shown smaller; on a large screen,
     // which is looked at from afar, they grow with it.
-    const width = Math.min(this.canvas.clientWidth || 1, kMostWidth);
-    this.unit = Math.min(3, bitmap.width / width);
+    this.unit = fine * Math.min(3, bitmap.width / Math.min(shown, kMostWidth));
     this.labels.begin();
     if (plan && byId('show-plan').checked) {
       drawPlan(this.context, plan, scale, this.unit, this.labels);
