@@ -19,7 +19,8 @@ def samples(leak_mb_per_hour=0.0, descriptors=lambda second: 6, seed=1):
     """Samples of a run with noise whose values depend on those before, as a process's do."""
     noise = random.Random(seed)
     rows, drift = [
-        "second,frames,lost,trackers,cuts,losses,gaps,templates,growths,lost_devices,p99_ms,loop_error_mm,resident_mb,heap_mb,descriptors,threads"
+        "second,frames,lost,trackers,cuts,losses,gaps,templates,growths,lost_devices,p99_ms,"
+        "loop_error_mm,resident_mb,heap_mb,descriptors,threads"
     ], 0
     for second in range(1, SECONDS + 1):
         drift = 0.9 * drift + noise.gauss(0, 0.3)

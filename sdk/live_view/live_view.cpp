@@ -343,7 +343,7 @@ struct LiveView::Impl {
         painted_surface = wanted;
     }
 
-    // Those of the surface, and of the plan's model in 3D: [first, count] of each part's.
+    // The triangles of the surface, and of the plan's model in 3D: [first, count] of each part's.
     ViewAnswer triangles() {
         ViewPacket packet;
         Json header{{"plan_parts", Json::array()}};

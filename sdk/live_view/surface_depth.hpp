@@ -29,7 +29,7 @@ class SurfaceDepth {
     // mesh or, by less than their size squared over twice the depth, more.
     std::optional<Depth> of(const cv::Vec3f& place) const;
 
-    // Where the part comes nearest to the surface, of the vertices that are known.
+    // The known vertex of the part that comes nearest to the surface.
     std::optional<Depth> of(const PlanEstimate& plan, const PlanModel::Part& part) const;
 
   private:

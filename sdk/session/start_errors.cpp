@@ -2,7 +2,9 @@
 #include "sdk/session/start_errors.hpp"
 
 #include <algorithm>
+#include <utility>
 
+#include "sdk/base/util/median.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/session/decisions.hpp"
 
@@ -13,20 +15,17 @@ using Decisions = decisions::StartErrors;
 
 // 0 where nothing is observed.
 double median_of_observed(const defrec_result& result) {
-    std::vector<float> errors;
+    std::vector<double> errors;
     for (std::uint64_t i = 0; i < result.vertex_count; ++i)
         if (result.vertex_status[i] == DEFREC_POINT_OBSERVED)
-            errors.push_back(result.expected_error_mm[i]);
-    if (errors.empty()) return 0;
-    const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-    std::nth_element(errors.begin(), middle, errors.end());
-    return *middle;
+            errors.push_back(double{result.expected_error_mm[i]});
+    return median(std::move(errors));
 }
 
 }  // namespace
 
 void StartErrors::add(std::int64_t frame, const defrec_result& result) {
-    // Where the reasons say why errors are large, nothing has to be added.
+    // Nothing has to be added where the reasons say why errors are large.
     if (frames_.size() == Decisions::kFrames || result.state != DEFREC_TRACKING ||
         result.reasons != 0)
         return;

@@ -51,8 +51,7 @@ class FrameAttempt {
     std::span<const double> patch_px2() const { return patch_px2_; }
     // Best rigid motion of the samples.
     void fit_rigid_motion(const SurfaceModel& model);
-    // Where the results of a run's vertices were changed since: what fit_rigid_motion() needs of
-    // them.
+    // Takes what fit_rigid_motion() needs of a run's vertices whose results were changed since.
     void measure_again(const SurfaceModel& model, size_t run);
 
     FrameQuality quality;

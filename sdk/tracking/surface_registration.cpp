@@ -82,7 +82,7 @@ void SurfaceRegistration::process(Frame& frame) {
     judge_template(frame);
 }
 
-// What the frame before shows of its tissue decides in few frames how this one is registered.
+// The frame before decides in few frames, by what its tissue did, how this one is registered.
 void SurfaceRegistration::begin_beside_ended(Frame& frame) {
     TrackerJob& job = frame.job;
     const bool changes_template = job.template_to_set != nullptr || to_adopt_ != nullptr;

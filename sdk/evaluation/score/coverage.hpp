@@ -34,8 +34,8 @@ struct Coverage {
 };
 Coverage coverage_of(const std::vector<ErrorSample>& samples);
 
-// What an expected error means: with less within 1, 2 and 3 it is too small, with more within 1 too
-// large. A status with fewer points is not judged.
+// An expected error is too small with less within 1, 2 and 3 of it, and too large with more within
+// 1. A status with fewer points is not judged.
 struct CoverageBands {
     static constexpr double kMinWithin[3] = {0.55, 0.93, 0.985};
     static constexpr double kMaxWithinOne = 0.85;

@@ -45,8 +45,8 @@ TrackedPositions read_tracked(const std::filesystem::path& path);
 // Null for a point that is lost or has no row.
 const TrackedPosition* find(const TrackedPositions& positions, const FrameAndId& key);
 
-// What becomes of points of a truth whose id has no row at all: the run was not given them, or the
-// program that wrote the rows leaves lost points out. Where no id has a row, they are lost.
+// Points of a truth whose id has no row at all are left out or lost: the run was not given them, or
+// the program that wrote the rows leaves lost points out. If no id has a row, they are lost.
 enum class Unfollowed { kLeftOut, kLost };
 
 // A row of a truth beside what was tracked for it.

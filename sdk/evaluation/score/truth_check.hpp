@@ -47,7 +47,7 @@ class TruthCheck {
     Unfollowed unfollowed_;
     std::set<std::int64_t> tracked_ids_, tracked_frames_;
     std::set<std::int64_t> true_frames_;
-    // Those of scored rows, and those of them that were not tracked.
+    // Ids and frames of scored rows, and which of them were not tracked.
     std::set<std::int64_t> true_ids_, missing_ids_, scored_frames_, missing_frames_;
     std::int64_t first_frame_ = 0;  // with a position
     std::size_t compared_ = 0;      // visible in that frame, with position and expected error

@@ -84,7 +84,7 @@ const texts = [...crowded.texts.values()];
 for (const [i, text] of texts.entries())
   assert.ok(!texts.slice(i + 1).some((other) => overlap(text, other)), 'labels overlap');
 
-// Where there is room, labels touch their marks and need no line.
+// Labels that have room touch their marks and need no line.
 const alone = draw(new Labels(), (labels, canvas) => {
   labels.addBox('tumour', 'tumour', tumour, kRanks.part, canvas);
   labels.add('vessel', 'vessel', 500, 60, kRanks.named);

@@ -64,7 +64,7 @@ export function drawTargets(context, targets, scale, unit) {
   stroke(crosses, targetColour, 1.5);
 }
 
-/** Those with a name, and the others where they are few. of: what has them. */
+/** Labels targets with a name, and the others where they are few. of: what has them. */
 export function labelTargets(labels, targets, of, scale) {
   const isFew = targets.length <= kMostNumbers;
   for (const target of targets.filter(isSeen)) {

@@ -226,7 +226,7 @@ function pointRow(points, i, moment, selected, onSelect) {
     number(point.median_mm), number(point.median_mm === null ? null : point.largest_mm),
     ...point.frames.map((count) => percent(count / all))
   ];
-  // Where there is no room for columns, each cell shows its head.
+  // Each cell shows its head where there is no room for columns.
   const heads = [kHeads.points, ...kMoreHeads];
   const row =
       element('tr', {}, ...cells.map((cell, k) => element('td', {'data-head': heads[k]}, cell)));

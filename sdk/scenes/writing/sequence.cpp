@@ -244,7 +244,7 @@ bool is_frame_name(const std::string& name) {
     throw RenderUsageError(file.string() + " " + why + "; choose another folder with --out");
 }
 
-/// What a folder holds that is no rendered sequence is somebody's own: it is neither overwritten
+/// Files of a folder that is no rendered sequence are somebody's own: they are neither overwritten
 /// nor mixed with this one's images. A killed run has left the truth half written.
 void keep_files_of_others(const RenderOptions& options) {
     const fs::path out(options.out_dir);
