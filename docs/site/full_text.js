@@ -1,75 +1,70 @@
 // The page of the search in all text. fullText: see full_text_rank.js.
 (() => {
-  const kMost = 40, kAround = 90;  // pages; characters before the word
+  const kMost = 40, kLength = 270;  // pages; characters of an excerpt
   const query = document.getElementById('full-text-query');
   const found = document.getElementById('full-text-found');
 
-  function snippet(text, patterns) {
-    const first = patterns.map((pattern) => text.search(pattern)).find((at) => at >= 0) ?? 0;
-    const {from, to} = fullTextRank.wholeWords(text, first - kAround, first + 2 * kAround);
-    const part = text.slice(from, to);
-    const result = document.createElement('p');
-    let last = 0;
-    const all = new RegExp(patterns.map(({source}) => source).join('|'), 'giu');
-    for (const match of part.matchAll(all)) {
-      const mark = document.createElement('mark');
-      mark.textContent = match[0];
-      result.append(part.slice(last, match.index), mark);
-      last = match.index + match[0].length;
+  function element(tag, className, ...content) {
+    const result = document.createElement(tag);
+    if (className) result.className = className;
+    result.append(...content);
+    return result;
+  }
+
+  function excerpt(text, parts) {
+    const marks = fullTextRank.marks(text, parts);
+    const {from, to} = fullTextRank.excerpt(text, marks, kLength);
+    const result = element('p', '', from > 0 ? '… ' : '');
+    let last = from;
+    for (const mark of marks) {
+      if (mark.from < last || mark.to > to) continue;
+      result.append(
+          text.slice(last, mark.from), element('mark', '', text.slice(mark.from, mark.to)));
+      last = mark.to;
     }
-    result.append(part.slice(last));
-    result.prepend(from > 0 ? '… ' : '');
-    if (to < text.length) result.append(' …');
+    result.append(text.slice(last, to), to < text.length ? ' …' : '');
     return result;
   }
 
   function linkTo([file, anchor, title, heading]) {
-    const link = document.createElement('a');
+    const link = element('a', '', heading && heading !== title ? `${title}: ${heading}` : title);
     link.href = anchor ? `${file}#${anchor}` : file;
-    link.textContent = heading && heading !== title ? `${title}: ${heading}` : title;
     return link;
   }
 
-  function itemOf([best, ...others], patterns) {
-    const item = document.createElement('li');
-    item.append(linkTo(best), snippet(best[4], patterns));
+  function itemOf([best, ...others], parts) {
+    const item = element('li', '', linkTo(best), excerpt(best[4], parts));
     if (!others.length) return item;
-    const more = document.createElement('p');
-    more.className = 'more';
-    more.append('also: ');
+    const more = element('p', 'more', 'also: ');
     others.forEach((section, i) => more.append(i ? '; ' : '', linkTo(section)));
     item.append(more);
     return item;
   }
 
-  function nearWords(words) {
-    const near = fullTextRank.suggestion(fullText, words);
-    if (!near) return [];
-    const asked = document.createElement('p'), link = document.createElement('a');
-    link.href = `#${encodeURIComponent(near)}`;
-    link.textContent = near;
-    link.addEventListener('click', (event) => {
-      event.preventDefault();
-      query.value = near;
-      show();
-    });
-    asked.append('Did you mean ', link, '?');
-    return [asked];
+  const quoted = (parts) => parts.map(({typed}) => typed.replace(/^"?|"?$/g, '"')).join(', ');
+
+  /** What was found, in words, and what was taken for words that stand nowhere. */
+  function told({pages, whole, parts}) {
+    const number = (count) => `${count} page${count === 1 ? '' : 's'}`;
+    const lines = parts.filter(({near}) => near)
+                      .map(({typed, near}) => `"${typed}" stands nowhere: looked for "${near}".`);
+    const unknown = parts.filter(({hits}) => !hits.size);
+    if (unknown.length) lines.push(`No page has ${quoted(unknown)}.`);
+    if (whole)
+      lines.push(`${number(whole)}${parts.length > 1 ? ' with all words' : ''}.`);
+    else if (pages.length && unknown.length < parts.length && parts.length > 1)
+      lines.push('No section has all words; these have most.');
+    return element('p', 'told', lines.join(' '));
   }
 
   function show() {
-    const words = query.value.trim(), patterns = fullTextRank.patternsOf(words);
+    const words = query.value.trim();
     history.replaceState(null, '', words ? `#${encodeURIComponent(words)}` : '#');
-    if (!patterns.length) return found.replaceChildren();
-    const {pages, isWhole} = fullTextRank.find(fullText, words);
-    const list = document.createElement('ol');
-    list.append(...pages.slice(0, kMost).map((sections) => itemOf(sections, patterns)));
-    const told = document.createElement('p');
-    const number = `${pages.length} page${pages.length === 1 ? '' : 's'}`;
-    told.textContent = isWhole ? number :
-        pages.length           ? `No section has all these words; ${number} with most of them:` :
-                                 'No page has these words.';
-    found.replaceChildren(...nearWords(words), told, list);
+    const result = fullTextRank.find(fullText, words);
+    if (!result.parts.length) return found.replaceChildren();
+    const list = element('ol');
+    list.append(...result.pages.slice(0, kMost).map((page) => itemOf(page, result.parts)));
+    found.replaceChildren(told(result), list);
   }
 
   query.addEventListener('input', show);

@@ -13,7 +13,7 @@ import tomllib
 PAGE = "full_text.html"
 INDEX = "full_text_index.js"
 
-RANK = "full_text_rank.js"
+SCRIPTS = ("full_text_words.js", "full_text_rank.js", "full_text.js")
 FIELD = (
     '<form id="site-search" action="full_text.html" role="search"><input type="search" name="q" '
     'aria-label="Search" placeholder="Search"/></form>'
@@ -100,15 +100,15 @@ def add(site, folder):
     }
     index = entries(site, keywords)
     (site / INDEX).write_text("const fullText = " + json.dumps(index, ensure_ascii=False) + ";\n")
-    for name in (RANK, "full_text.js"):
+    for name in SCRIPTS:
         (site / name).write_text((folder / name).read_text())
     page = (site / "pages.html").read_text()
     body = (
         '<div class="contents"><p><input id="full-text-query" type="search" autofocus '
-        'aria-label="Words to search for" placeholder="Words, or &quot;words in a row&quot;"/></p>'
+        'aria-label="Words to search for" '
+        'placeholder="A question, words, or &quot;words in a row&quot;"/></p>'
         '<div id="full-text-found"></div></div><!-- contents -->'
-        f'<script src="{INDEX}"></script><script src="{RANK}"></script>'
-        '<script src="full_text.js"></script>'
+        + "".join(f'<script src="{name}"></script>' for name in (INDEX, *SCRIPTS))
     )
     page, count = re.subn(
         r'<div class="contents">.*</div><!-- contents -->', lambda _: body, page, flags=re.DOTALL

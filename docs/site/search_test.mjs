@@ -1,16 +1,18 @@
-// Words that people type find, first or second, the page that answers. node search_test.mjs SITE
+// Words and questions that people type find early the section that answers. node search_test.mjs
+// SITE
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {join} from 'node:path';
 
 const kSite = process.argv[2];
 const read = (name) => readFileSync(join(kSite, name), 'utf8');
-const [index, {find, suggestion, wholeWords}] =
-    new Function(`${read('full_text_index.js')}${read('full_text_rank.js')}
-                  return [fullText, fullTextRank];`)();
+const kScripts = ['full_text_index.js', 'full_text_words.js', 'full_text_rank.js'];
+const [index, {stem}, {find, marks, excerpt, wholeWords}] =
+    new Function(`${kScripts.map(read).join('')}
+                  return [fullText, fullTextWords, fullTextRank];`)();
 
-// Typed: the page, and where it matters the heading on it.
-const kAnswers = {
+// Typed: the page, and where it matters the heading on it, '' for its beginning. First or second.
+const kWords = {
   'registration': 'program_register',
   'Slicer': 'program_live_link/View in 3D Slicer',
   '3D Slicer': 'program_live_link/View in 3D Slicer',
@@ -89,20 +91,165 @@ const kAnswers = {
   'calibrate with a wooden checkerboard': 'program_calibrating',
   'defrec_job_warp_points': 'group__tracking',
 };
-const kFirst = 2;
-// The first that is found, not the second.
-const kFirstAlone = new Set(['What to do when lost?']);
+const kLost = 'deployment_operating_room/When it is lost';
+const kDisplay = 'deployment_operating_room/The display';
+const kHidden = 'questions/Smoke, blood, instruments in front';
+const kHelp = 'questions/Where do I ask for help, or report a fault?';
+const kCite = 'questions/How do I cite it?';
+const kScopes = 'questions/Which endoscopes and robots: da Vinci, Storz, Olympus?';
+// The same of questions and of what is mistyped, where several may answer. Among the first three.
+const kQuestions = {
+  // In the operating room.
+  'what should I do when tracking is lost': kLost,
+  'wipe the lens': kLost,
+  'the lens is dirty': [kLost, 'program_doctor/What it finds'],
+  'screen turned red': kDisplay,
+  'what does the amber colour mean': kDisplay,
+  'no picture on the monitor': kDisplay,
+  'run without internet':
+      ['questions/Does it send data anywhere?', 'deployment_operating_room/Network'],
+  'air-gapped': ['questions/Does it send data anywhere?', 'deployment_operating_room/Network'],
+  'tumour depth below surface':
+      ['program_plan/Seeing it', 'program_live_view/A plan', 'api_beneath'],
+  'does the tumour overlay still fit': 'questions/Does the overlay still fit the tissue?',
+  'can I trust the overlay':
+      ['questions/Does the overlay still fit the tissue?', 'api_beneath/When not to trust it'],
+  'set up before surgery': 'deployment_operating_room/Before the first patient',
+  'how often do I have to recalibrate': 'program_calibrating/When to calibrate again',
+  'is my calibration good enough': 'program_calibrating/Whether it is good',
+  'left and right swapped': 'program_doctor/What it finds',
+  'record the operation': 'program_record',
+  'disk too slow for recording': 'program_record/When the disk is too slow',
+  'frames are dropped': 'program_cameras/Frames are dropped, not queued',
+  'camera unplugged': 'program_cameras/A camera that stops',
+  'interlaced video': 'program_track/Interlaced video',
+  'watch on a tablet in another room': 'program_live_view/For a display in another room',
+  'password for the live view':
+      ['program_live_view/Security', 'program_live_view/For a display in another room'],
+  'encrypt patient data':
+      ['questions/Does it send data anywhere?', 'deployment_operating_room/Network'],
+  'what to keep after the operation': 'deployment_operating_room/Afterwards',
+  'who to ask for help': kHelp,
+  'report a bug': kHelp,
+  'support contact': [kHelp, 'safety_soup/Versions and support'],
+  'zoom of the microscope was changed': 'program_microscopes',
+  'bleeding in front of the camera': kHidden,
+  'instrument covers the tissue': [kHidden, 'tracker_method/Tissue that is not seen'],
+  'full screen on a second monitor': kDisplay,
+  'name a point': [kDisplay, 'program_live_view/'],
+  // Research.
+  'how to cite': kCite,
+  'citation bibtex': kCite,
+  'which paper is this based on': kCite,
+  'which datasets were used for evaluation SCARED':
+      ['program_evaluate/scared', 'program_evaluate/'],
+  'evaluate on my own data set': ['program_evaluate/', 'program_evaluate/defrec'],
+  'STIR challenge': ['program_evaluate/stir', 'program_evaluate/stir-2026'],
+  'compare with another tracker': 'program_evaluate/Baselines',
+  'what does degraded mean': [
+    'tracker_states/State and reasons', 'tracker_states/The same in other words',
+    'api_errors/States'
+  ],
+  'how is the expected error computed':
+      ['tracker_states/Expected error', 'api_errors/Expected error'],
+  'are results reproducible': 'numerics/Repeatability',
+  'same result on CPU and GPU': 'benchmarks/The same on all backends',
+  'how does the deformation model work': 'tracker_method',
+  'tissue is cut': 'tracker_method/Cuts',
+  'organs that slide against each other': 'tracker_method/Sides that slide',
+  'render a synthetic sequence with ground truth': 'program_reference_sequences',
+  'median error in mm': 'benchmarks/Accuracy',
+  'camera trajectory TUM': 'program_track/The other files',
+  'ORB features': 'stages_orb',
+  'Levenberg-Marquardt': 'stages_lm',
+  'use my own stereo network for disparity': 'api_disparity',
+  'meaning of the columns in points.csv': 'program_track/What it writes',
+  'jupyter notebook': 'languages_python',
+  'extend the template while the camera moves': 'tracker_method/Growth',
+  'camera pose from a robot': [kScopes, 'program_handeye'],
+  'align CT with the endoscope': ['program_register', 'questions/DICOM, CT and MRI'],
+  // Development.
+  'is the tracker thread safe': 'api_threading',
+  'how do I follow a point from C++': [
+    'api_embedding/A frame', 'api_embedding/The template',
+    'questions/C++, Rust, Java, Go and other languages'
+  ],
+  'find_package cmake': 'deployment_packages/A folder of its own',
+  'pkg-config': ['deployment_packages/A folder of its own', 'index/A first program'],
+  'licences of dependencies GPL': [
+    'deployment_packages/What it consists of: the component list',
+    'questions/May I use it in a product, and what does it cost?'
+  ],
+  'SBOM': 'deployment_packages/What it consists of: the component list',
+  'ABI compatibility between versions': 'api_abi',
+  'on which thread are callbacks called': 'api_threading/Callbacks',
+  'who frees the result': 'api_embedding/The objects',
+  'write my own backend': 'backends_plugins/Writing a plugin',
+  'why was my plugin refused':
+      ['api_errors/Plugins that were refused', 'backends_plugins/What is checked, in this order'],
+  'images already in GPU memory': 'api_device_memory',
+  'zero copy': 'api_device_memory',
+  'two trackers at once': 'api_embedding/Several trackers',
+  'numpy images': 'languages_python/Images',
+  'GPU is lost while running': 'api_embedding/When the device is lost',
+  'log messages': 'api_errors/The log',
+  'compensate display latency': 'api_display',
+  'fork': 'api_threading/Fork',
+  'what if a frame takes too long': [
+    'api_threading/Deadlines', 'tracker_method/A frame\'s deadline',
+    'deployment_performance/A deadline'
+  ],
+  'cross compile for aarch64': 'deployment_arm64/Building on another machine',
+  'build with Visual Studio': 'deployment_windows/Other compilers',
+  'reproducible build':
+      ['deployment_packages/The same bytes', 'deployment_provenance/Build it again'],
+  'verify the signature of a package': 'deployment_packages/Is it what was released?',
+  'known bugs': 'safety_soup/Known anomalies',
+  'what can go wrong, failure modes': ['safety_soup/What can fail, and how', 'safety_faults'],
+  'traceability of requirements': 'safety_traceability',
+  'convert LPS to RAS': 'api_coordinates/LPS, RAS and other conventions',
+  'pixel formats': 'api_embedding/A frame',
+  'hardware requirements': ['deployment_performance', 'safety_soup/What it needs'],
+  'garbage collection in C#': 'languages_csharp/A loop that does not allocate',
+  'defrec_template_save': 'group__template',
+  'does it run on AMD cards':
+      ['backends_vulkan', 'questions/Which graphics card, and which version of CUDA?'],
+  // Mistyped, and while typing.
+  'calibraton': 'program_calibrating',
+  'laparascope': kScopes,
+  'registation of CT': ['program_register', 'questions/DICOM, CT and MRI'],
+  'acuracy': 'benchmarks',
+  'latancy': 'deployment_performance',
+  'windws': 'deployment_windows',
+  'tumuor': 'program_plan',
+  'disparty map': 'questions/Depth map and point cloud',
+  'thred safety': 'api_threading',
+  'tracking lsot': kLost,
+  'calib': 'program_calibrating',
+  'hand-ey': 'program_handeye',
+  'dock': 'questions/Is there a Docker image?',
+};
+// The first that is found.
+const kFirstAlone = new Set([
+  'What to do when lost?', 'what should I do when tracking is lost', 'how to cite',
+  'who to ask for help', 'is the tracker thread safe', 'what does degraded mean'
+]);
 
 const wrong = [];
-for (const [typed, answer] of Object.entries(kAnswers)) {
-  const [page, heading] = [answer.split('/')[0], answer.split('/').slice(1).join('/')];
-  const found = find(index, typed).pages.slice(0, kFirstAlone.has(typed) ? 1 : kFirst);
-  const isAnswered = found.some(
-      ([[file, , , title]]) => file === `${page}.html` && (!heading || title === heading));
-  if (!isAnswered)
-    wrong.push(`${typed}: ${answer} expected, found ${
+function check(typed, answers, first) {
+  const found = find(index, typed).pages.slice(0, kFirstAlone.has(typed) ? 1 : first);
+  const isAnswer = (answer) => {
+    const [, page, heading] = /^([^/]*)(?:[/](.*))?$/.exec(answer);
+    return found.some(
+        ([[file, , , title]]) =>
+            file === `${page}.html` && (heading === undefined || title === heading));
+  };
+  if (!answers.some(isAnswer))
+    wrong.push(`${typed}: ${answers.join(' or ')} expected, found ${
         found.map(([[file, , , title]]) => `${file}/${title}`).join(', ') || 'nothing'}`);
 }
+for (const [typed, answer] of Object.entries(kWords)) check(typed, [answer], 2);
+for (const [typed, answers] of Object.entries(kQuestions)) check(typed, [answers].flat(), 3);
 assert.deepEqual(wrong, []);
 // A word that no page has finds nothing, and none no word.
 assert.deepEqual(find(index, 'qwertzuiop').pages, []);
@@ -111,15 +258,29 @@ assert.deepEqual(find(index, '  ').pages, []);
 assert.ok(find(index, '"expected error"').pages.length > 0);
 assert.ok(
     find(index, '"error expected"').pages.length < find(index, 'error expected').pages.length);
-// Sections with all words, else those with most, and none that lack more than half.
-assert.ok(find(index, 'expected error').isWhole);
-assert.ok(!find(index, 'expected error qwertzuiop').isWhole);
-assert.deepEqual(find(index, 'error qwertzuiop asdfghjkl').pages, []);
-// A near word for one that stands nowhere.
-assert.equal(suggestion(index, 'trakcing'), 'tracking');
-assert.equal(suggestion(index, 'calibraton depth'), 'calibration depth');
-assert.equal(suggestion(index, 'calibration depth'), '');
-assert.equal(suggestion(index, 'qwertzuiop'), '');
+// Sections with all words are counted; those with some are found as well, by the rarer ones first.
+assert.ok(find(index, 'expected error').whole > 0);
+const some = find(index, 'expected error qwertzuiop');
+assert.equal(some.whole, 0);
+assert.ok(some.pages.length > 0);
+assert.deepEqual(
+    some.parts.map(({typed, hits}) => [typed, hits.size > 0]),
+    [['expected', true], ['error', true], ['qwertzuiop', false]]);
+// A near word is taken for one that stands nowhere.
+const taken = (query) => find(index, query).parts.map(({typed, near}) => near ?? typed);
+assert.deepEqual(taken('trakcing'), ['tracking']);
+assert.deepEqual(taken('calibraton depth'), ['calibration', 'depth']);
+assert.deepEqual(taken('qwertzuiop'), ['qwertzuiop']);
+// Forms of a word and spellings are the same, other words are not.
+const kForms = [
+  ['calibrate', 'calibrating', 'calibration', 'calibrations'], ['tumour', 'tumors', 'lesion'],
+  ['visualise', 'visualization'], ['licence', 'licenses'], ['drop', 'dropped', 'drops'],
+  ['latency', 'latencies'], ['lens', 'lenses'], ['laparoscope', 'endoscopes'], ['operating'],
+  ['state'], ['stereo'], ['status']
+];
+const stems = kForms.map((forms) => new Set(forms.map(stem)));
+stems.forEach((forms, i) => assert.equal(forms.size, 1, kForms[i]));
+assert.equal(new Set(stems.flatMap((forms) => [...forms])).size, kForms.length);
 // Excerpts are of whole words and of text as it is read.
 const kText = 'one two three four';
 const cut = (from, to) => {
@@ -129,6 +290,13 @@ const cut = (from, to) => {
 assert.equal(cut(1, 11), 'two');
 assert.equal(cut(-5, 13), 'one two three');
 assert.equal(cut(4, 40), 'two three four');
+// The part with most of what was looked for, and where it stands there.
+const kLong = `error ${'and '.repeat(200)}expected error ${'or '.repeat(200)}`;
+const {parts} = find(index, 'expected errors');
+const found = marks(kLong, parts), part = excerpt(kLong, found, 100);
+assert.deepEqual(found.map(({from, to}) => kLong.slice(from, to)), ['error', 'expected', 'error']);
+assert.ok(part.from < found[1].from && part.to > found[2].to && part.from > found[0].to);
 for (const [file, , title, heading, text] of index)
   assert.ok(!/<\/?tt>/.test(title + heading + text) && !/\*\* ?ignore/.test(text), file);
-console.log(`${Object.keys(kAnswers).length} queries are answered`);
+const count = Object.keys({...kWords, ...kQuestions}).length;
+console.log(`${count} queries are answered`);
