@@ -11,9 +11,15 @@
     return result;
   }
 
-  function excerpt(text, parts) {
-    const marks = fullTextRank.marks(text, parts);
-    const {from, to} = fullTextRank.excerpt(text, marks, kLength);
+  const nameOf = ([, , title, heading]) =>
+      heading && heading !== title ? `${title}: ${heading}` : title;
+
+  function excerpt(section, parts) {
+    const text = section[4], marks = fullTextRank.marks(text, parts);
+    // The link has these already.
+    const named = new Set(fullTextRank.marks(nameOf(section), parts).map(({part}) => part));
+    const wanted = marks.filter(({part}) => !named.has(part));
+    const {from, to} = fullTextRank.excerpt(text, wanted, kLength);
     const result = element('p', '', from > 0 ? '… ' : '');
     let last = from;
     for (const mark of marks) {
@@ -26,14 +32,14 @@
     return result;
   }
 
-  function linkTo([file, anchor, title, heading]) {
-    const link = element('a', '', heading && heading !== title ? `${title}: ${heading}` : title);
+  function linkTo(section) {
+    const [file, anchor] = section, link = element('a', '', nameOf(section));
     link.href = anchor ? `${file}#${anchor}` : file;
     return link;
   }
 
   function itemOf([best, ...others], parts) {
-    const item = element('li', '', linkTo(best), excerpt(best[4], parts));
+    const item = element('li', '', linkTo(best), excerpt(best, parts));
     if (!others.length) return item;
     const more = element('p', 'more', 'also: ');
     others.forEach((section, i) => more.append(i ? '; ' : '', linkTo(section)));
@@ -50,8 +56,10 @@
                       .map(({typed, near}) => `"${typed}" stands nowhere: looked for "${near}".`);
     const unknown = parts.filter(({hits}) => !hits.size);
     if (unknown.length) lines.push(`No page has ${quoted(unknown)}.`);
-    if (whole)
+    if (whole === pages.length && whole)
       lines.push(`${number(whole)}${parts.length > 1 ? ' with all words' : ''}.`);
+    else if (whole)
+      lines.push(`${number(pages.length)}, ${whole} of them with all words.`);
     else if (pages.length && unknown.length < parts.length && parts.length > 1)
       lines.push('No section has all words; these have most.');
     return element('p', 'told', lines.join(' '));

@@ -86,8 +86,8 @@ def entries(site, keywords):
 
 
 def add_field(site):
-    """The field on every page, in place of Doxygen's."""
-    for path in sorted(site.glob("*.html")):
+    """The field on every page but that of the search, in place of Doxygen's."""
+    for path in sorted(set(site.glob("*.html")) - {site / PAGE}):
         page = path.read_text()
         path.write_text(page.replace('<div id="projectbrief">', f'{FIELD}<div id="projectbrief">'))
 

@@ -18,12 +18,13 @@ const fullTextRank = (() => {
   const kLookedAt = 100;  // sections in which words are looked for beside each other
   // Pages that few people want first: what was tried, tables of numbers, sources, tests.
   const kPages = [
-    [/^experiments_|_numbers(_\w+)?\.html$|_8h_source\.html$/, 0.3],
+    [/^(dir|experiments)_|_numbers(_\w+)?\.html$|_8h_source\.html$/, 0.3],
     [/^safety_(faults|traceability|fuzzing)\.html$|^(globals|pages|modules)/, 0.5],
     [/^(group__|struct|union)|^api_samples\.html$|^(stages|tracker|backends)_|_8h\.html$/, 0.75],
     [/^(benchmarks|architecture|release|stages|numerics)\.html$/, 0.85]
   ];
-  const kShown = 0.4;  // of the best one's points, for pages that lack words
+  // Pages that lack words are shown where there are fewer, or with so much of the best's points.
+  const kFew = 8, kShown = 0.4;
 
   const weightOf = (file) => kPages.find(([pattern]) => pattern.test(file))?.[1] ?? 1;
   const isTelling = (word) => !kStopWords.has(word);
@@ -222,7 +223,7 @@ const fullTextRank = (() => {
     }
     const hasWhole = (page) => page.some(({isWhole}) => isWhole);
     const shown = [...pages.values()].filter(
-        (page) => page[0].points > kShown * found[0].points || hasWhole(page));
+        (page, i) => i < kFew || page[0].points > kShown * found[0].points || hasWhole(page));
     return {
       parts,
       whole: shown.filter(hasWhole).length,

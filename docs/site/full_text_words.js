@@ -17,12 +17,13 @@ const fullTextWords = (() => {
   const kPhrases = [
     [/\bair[- ]gapped\b|\b(?:without|no) (?:an? |the )?(?:internet|network)\b/g, 'offline'],
     [/\boperating (room|theatre|system)/g, 'operating$1'], [/\bdata sets?\b/g, 'dataset'],
-    [/\bgraphics cards?\b/g, 'gpu'], [/\btime stamp/g, 'timestamp'], [/\bhandeye\b/g, 'hand eye'],
-    [/\brealtime\b/g, 'real time'], [/\bthreadsafe/g, 'thread safe']
+    [/\bgraphics cards?\b/g, 'gpu'], [/\btime stamp/g, 'timestamp'], [/\bnon-/g, 'non'],
+    [/\bh\.26/g, 'h26'], [/\bhandeye\b/g, 'hand eye'], [/\brealtime\b/g, 'real time'],
+    [/\bthreadsafe/g, 'thread safe']
   ];
-  // After the other steps.
+  // Singular, or without an ending.
   const kSameStems = new Map(Object.entries({
-    les: 'tumor',
+    lesion: 'tumor',
     laparoscop: 'endoscop',
     laparoscopic: 'endoscop',
     endoscopic: 'endoscop',
@@ -30,7 +31,8 @@ const fullTextWords = (() => {
     below: 'beneath',
     underneath: 'beneath',
     deep: 'depth',
-    los: 'lost',
+    lose: 'lost',
+    losing: 'lost',
     register: 'registr',
     accurac: 'accur',
     safet: 'saf',
@@ -47,17 +49,18 @@ const fullTextWords = (() => {
         .replace(/(?<=cent|met|theat)re(?=s?$)/, 'er')
         .replace(/^grey/, 'gray')
         .replace(/^licenc/, 'licens')
-        .replace(/^artefact/, 'artifact');
+        .replace(/^artefact/, 'artifact')
+        .replace(/flexion/, 'flection');
   }
 
   /** The form of a word that stands for all of its forms. */
   function stem(word) {
     word = spelled(word);
     if (!/^\p{L}{4,}$/u.test(word)) return word;
-    const singular = word.replace(/ies$/, 'y').replace(/(?<![isu])s$/, '');
+    const singular = word.replace(/ies$/, 'y').replace(/(?<![is]|...u)s$/, '');
     const short = singular.replace(/(?<=...)(?:ation|ating|ated|ate|ion|ing|ed|ly|e|y)$/, '')
                       .replace(/([^aeiou])\1$/, '$1');
-    return kSameStems.get(short) ?? short;
+    return kSameStems.get(singular) ?? kSameStems.get(short) ?? short;
   }
 
   const kWord = /[\p{L}\p{N}_]+(?:\+\+|#)?/gu;

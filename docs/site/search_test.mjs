@@ -214,6 +214,12 @@ const kQuestions = {
   'defrec_template_save': 'group__template',
   'does it run on AMD cards':
       ['backends_vulkan', 'questions/Which graphics card, and which version of CUDA?'],
+  'list available devices': 'index/A first program',
+  'what is a control point': 'tracker_method/The template',
+  'malicious plugin': 'safety_security',
+  'is there a graphical user interface': 'program_live_view',
+  'nonrigid registration': 'program_register',
+  'h264 quality': 'program_record/H.264, lossy',
   // Mistyped, and while typing.
   'calibraton': 'program_calibrating',
   'laparascope': kScopes,
@@ -275,10 +281,10 @@ assert.deepEqual(taken('qwertzuiop'), ['qwertzuiop']);
 const kForms = [
   ['calibrate', 'calibrating', 'calibration', 'calibrations'], ['tumour', 'tumors', 'lesion'],
   ['visualise', 'visualization'], ['licence', 'licenses'], ['drop', 'dropped', 'drops'],
-  ['latency', 'latencies'], ['lens', 'lenses'], ['laparoscope', 'endoscopes'], ['operating'],
-  ['state'], ['stereo'], ['status']
+  ['latency', 'latencies'], ['lens', 'lenses'], ['laparoscope', 'endoscopes'], ['less'], ['loss'],
+  ['losing', 'lost'], ['GPU', 'GPUs'], ['state'], ['stereo'], ['status']
 ];
-const stems = kForms.map((forms) => new Set(forms.map(stem)));
+const stems = kForms.map((forms) => new Set(forms.map((form) => stem(form.toLowerCase()))));
 stems.forEach((forms, i) => assert.equal(forms.size, 1, kForms[i]));
 assert.equal(new Set(stems.flatMap((forms) => [...forms])).size, kForms.length);
 // Excerpts are of whole words and of text as it is read.
@@ -296,6 +302,7 @@ const {parts} = find(index, 'expected errors');
 const found = marks(kLong, parts), part = excerpt(kLong, found, 100);
 assert.deepEqual(found.map(({from, to}) => kLong.slice(from, to)), ['error', 'expected', 'error']);
 assert.ok(part.from < found[1].from && part.to > found[2].to && part.from > found[0].to);
+assert.deepEqual(excerpt(kLong, [], 12), {from: 0, to: 9});
 for (const [file, , title, heading, text] of index)
   assert.ok(!/<\/?tt>/.test(title + heading + text) && !/\*\* ?ignore/.test(text), file);
 const count = Object.keys({...kWords, ...kQuestions}).length;
