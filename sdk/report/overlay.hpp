@@ -37,7 +37,8 @@ class OverlayPainter {
     /// Draws on `image` (CV_8UC3, BGR). Geometry whose size differs from the template's is not
     /// drawn.
     void draw(cv::Mat& image, const FrameRecord& frame);
-    /// Likewise without the text above and below, for a page that has it beside the picture.
+    /// Likewise without the text above and below and the frame round a lost one, for a page that
+    /// has them beside the picture.
     void draw_without_text(cv::Mat& image, const FrameRecord& frame);
 
   private:

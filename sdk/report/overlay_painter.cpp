@@ -301,7 +301,6 @@ void OverlayPainter::Impl::draw_marks(cv::Mat& image, const FrameRecord& frame) 
 
 void OverlayPainter::draw_without_text(cv::Mat& image, const FrameRecord& frame) {
     impl_->draw_marks(image, frame);
-    frame_lost(image, frame);
 }
 
 void OverlayPainter::draw(cv::Mat& image, const FrameRecord& frame) {

@@ -227,11 +227,13 @@ TEST_CASE("a page that has state and legend beside the picture gets it without t
     const SyntheticSequence sequence(960, 540, 40);
     OverlayPainter painter(sequence.projector());
     defrec::cli::FrameRecord frame;
-    frame.state = "tracking";
     const cv::Mat bare(540, 960, CV_8UC3, cv::Scalar::all(90));
     cv::Mat image = bare.clone();
-    painter.draw_without_text(image, frame);
-    CHECK(count_near(image, cv::Scalar::all(90), 0) == image.size().area());
+    for (const char* state : {"tracking", "lost"}) {
+        frame.state = state;
+        painter.draw_without_text(image, frame);
+        CHECK(count_near(image, cv::Scalar::all(90), 0) == image.size().area());
+    }
     painter.draw(image, frame);
     CHECK(count_near(image, cv::Scalar::all(90), 0) < image.size().area());
 }

@@ -12,7 +12,7 @@ import {darken} from './darken.mjs';
 import {answersOf, Replay} from './replay.mjs';
 
 const kWidth = 320, kHeight = 240, kFrames = 12, kBlack = [6, 7, 8, 9];
-const kRed = 'rgb(200, 30, 30)';
+const kRed = 'rgb(200, 30, 30)', kAmber = 'rgb(180, 83, 9)', kGreen = 'rgb(22, 101, 52)';
 
 /**
  * The page, looked at while it shows the state. In one call: on a busy machine frames come late,
@@ -27,6 +27,8 @@ const look = async (page, state) =>
         word: element('state-word').textContent,
         say: element('state-say').textContent.replaceAll('\u00a0', ' '),
         colour: getComputedStyle(element('state')).backgroundColor,
+        frame: getComputedStyle(document.querySelector('.picture-frame')).backgroundColor,
+        tag: element('picture-state').checkVisibility() ? element('picture-state').textContent : '',
         isLargest: [...document.querySelectorAll('body *')].every(
             (node) => size(node) <= size(element('state-word'))),
         sideways: document.documentElement.scrollWidth - document.documentElement.clientWidth,
@@ -62,14 +64,31 @@ const kWords = {
   ended: 'Ended',
 };
 
-async function lookAt(replay, pages, state) {
+/** isHeld: the picture is paused, and not of the state, which goes on. */
+async function lookAt(replay, pages, state, isHeld = false) {
   replay.state = state;
   const [found] = await Promise.all(pages.map((page) => look(page, state)));
   assert.equal(found.word, kWords[state]);
   assert.ok(found.isLargest, `${state}: nothing on the page is larger than the state`);
   assert.equal(found.sideways, 0, state);
+  assert.equal(isHeld ? found.tag : found.frame, isHeld ? '' : found.colour, state);
   await picture(pages[0], state);
   return found;
+}
+
+/** A picture that no other one follows is drawn as fine as it is shown in a window of any size. */
+async function lookAtResized(page, width) {
+  const {height} = page.viewport();
+  for (const each of [width, page.viewport().width]) {
+    await page.setViewport({width: each, height});
+    await page.waitForFunction((size, picture) => {
+      const canvas = document.getElementById('picture');
+      if (innerWidth !== size || canvas.width < canvas.clientWidth) return false;
+      // A canvas that got another size is transparent where nothing was drawn since.
+      const {data} = canvas.getContext('2d').getImageData(canvas.width - 9, 9, 1, 1);
+      return data[3] === 255 && canvas.width - canvas.clientWidth < picture;
+    }, {timeout: 60000}, each, kWidth);
+  }
 }
 
 async function lookAtStates(page, other, replay, isPlain) {
@@ -117,7 +136,8 @@ async function lookAtStates(page, other, replay, isPlain) {
   // The state goes on while the picture is paused.
   const pausedLost = await lookAt(replay, [page], 'lost');
   assert.ok(pausedLost.isPictureGray, 'what is lost now is not shown as followed');
-  await lookAt(replay, [page], 'tracking');
+  await lookAt(replay, [page], 'tracking', true);
+  await lookAtResized(page, 700);
   await page.click('#pause');
   const stalled = await lookAt(replay, [page], 'stalled');
   assert.ok(stalled.isPictureGray, 'the picture that is no longer of now is gray');
@@ -139,10 +159,18 @@ async function lookAtStates(page, other, replay, isPlain) {
   }
   await page.click('#full-screen');
   await page.waitForFunction(() => document.body.classList.contains('full'));
+  // As plain at the picture as above it.
+  for (const [state, colour] of [['tracking', kGreen], ['degraded', kAmber], ['lost', kRed]]) {
+    const full = await lookAt(replay, [page], state);
+    assert.deepEqual([full.frame, full.tag], [colour, kWords[state]]);
+  }
+  replay.state = 'tracking';
+  await look(page, 'tracking');
   const ended = await lookAt(replay, [page, other], 'ended');
   assert.match(ended.say, /Nothing is followed/);
   assert.match(ended.text, /Of the last picture, not of now/);
   assert.deepEqual(ended.canAsk, [false, false, false, false]);
+  await lookAtResized(page, 1200);
   replay.state = 'disconnected';  // the program has gone, and the page goes on saying "Ended"
   await new Promise((resolve) => {
     setTimeout(resolve, 1500);

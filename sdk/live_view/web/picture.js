@@ -46,6 +46,10 @@ export class Picture {
     this.size = [1, 1];
     this.take(false);
     this.labels = new Labels();
+    this.last = null;  // what show() was given
+    new ResizeObserver(() => this.draw()).observe(this.canvas);
+    for (const box of ['overlay', 'show-points', 'show-targets', 'show-plan'])
+      byId(box).addEventListener('change', () => this.draw());
     this.canvas.addEventListener('click', (event) => {
       if (!this.takesPoints) return;
       const box = this.canvas.getBoundingClientRect();
@@ -89,8 +93,21 @@ export class Picture {
     return fine;
   }
 
-  /** points, plan: see readPoints, readPlan. */
-  show(bitmap, header, points, targets, plan) {
+  /**
+   * bitmaps: {left, overlay}, which are closed with the next ones; overlay: with the grid, where
+   * that was asked for. points, plan: see readPoints, readPlan.
+   */
+  show(bitmaps, header, points, targets, plan) {
+    for (const old of Object.values(this.last?.bitmaps ?? {})) old?.close();
+    this.last = {bitmaps, header, points, targets, plan};
+    this.draw();
+  }
+
+  /** The last picture, as large as it is shown now. */
+  draw() {
+    if (!this.last) return;
+    const {bitmaps: {left, overlay}, header, points, targets, plan} = this.last;
+    const bitmap = byId('overlay').checked ? overlay ?? left : left;
     const shown = this.canvas.clientWidth || 1;
     const fine = this.fit(bitmap, shown * (window.devicePixelRatio || 1));
     this.size = [header.width, header.height];

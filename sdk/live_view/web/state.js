@@ -75,7 +75,7 @@ export class State {
     this.moments = [];
     this.frameAt = null;  // when the newest frame came
     this.since = performance.now();
-    this.fuse = new Fuse(byId('fuse'), kStalledMs);
+    this.fuse = new Fuse(['fuse', 'picture-fuse'].map(byId), kStalledMs);
     this.timer = setInterval(() => this.tell(), 200);
     addEventListener('resize', () => this.drawStrip());
   }
@@ -115,7 +115,6 @@ export class State {
       this.shown = name;
       if (!isOfNow(name)) this.fuse.out();
       this.since = name === 'stalled' ? this.frameAt : performance.now();
-      byId('state').dataset.state = name;
       document.documentElement.dataset.state = name;
       document.body.classList.toggle('not-current', !isOfNow(name));
       for (const id of ['state-points', 'state-beneath']) byId(id).hidden = !isOfNow(name);
@@ -123,7 +122,7 @@ export class State {
     }
     const {word, say} = states[name] ?? {word: name, say: ''};
     const reasons = name === this.of && name !== 'tracking' ? this.reasons : '';
-    setText('state-word', word);
+    for (const id of ['state-word', 'picture-state']) setText(id, word);
     const unplaced = name === this.of && isFollowed(name) && this.beneath ?
         unplacedInWords(this.beneath, this.reasons) :
         '';

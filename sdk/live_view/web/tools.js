@@ -18,6 +18,7 @@ export function listenToFullScreen() {
     const grid = byId('overlay');
     if (isFull) hadGrid = grid.checked;
     grid.checked = !isFull && hadGrid;
+    grid.dispatchEvent(new Event('change'));
     button.textContent = isFull ? 'Leave full screen' : 'Full screen';
   });
 }

@@ -5,6 +5,7 @@ import {ready} from '../../report/web/health.js';
 import {Alarm} from './alarm.js';
 import {Checks} from './checks.js';
 import {watchFrames} from './connection.js';
+import {tellMoreOfLists} from './more.js';
 import {listenToRecord, showNow, showRecording, showStages} from './now.js';
 import {painted} from './pace.js';
 import {Picture} from './picture.js';
@@ -51,7 +52,9 @@ class AgeNotes {
 
   tell() {
     const isOfFollowed = isFollowed(this.state) || !this.isPaused;
-    byId('left').querySelector('.picture-frame').classList.toggle('stale', !isOfFollowed);
+    const frame = byId('left').querySelector('.picture-frame');
+    frame.classList.toggle('stale', !isOfFollowed);
+    frame.classList.toggle('held', this.isPaused && isOfFollowed);
     const isOld = this.pictureAt !== null && !isOfNow(this.state) && !this.isPaused;
     byId('old-picture').hidden = !isOld;
     if (isOld)
@@ -101,6 +104,7 @@ export async function watch(surface, timeline) {
   let newest = -1;   // moment
   listenToRecord();
   listenToFullScreen();
+  tellMoreOfLists();
   enable(false);
 
   // A click is on the tissue of now.
@@ -123,9 +127,7 @@ export async function watch(surface, timeline) {
   async function draw({header, sections}, points, targets, plan) {
     const [left, overlay] = await Promise.all([sections.left, sections.overlay].map(
         (jpeg) => jpeg && createImageBitmap(new Blob([jpeg], {type: 'image/jpeg'}))));
-    const base =
-        byId('overlay').checked ? overlay ?? left : left;  // also where the box was changed
-    picture.show(base, header, points, targets, plan);
+    picture.show({left, overlay}, header, points, targets, plan);
     const at = performance.now();
     notes.showPicture(at);
     if (sections.xyz.byteLength && surface?.isDue()) {
@@ -139,8 +141,6 @@ export async function watch(surface, timeline) {
       notes.see(at);
       document.documentElement.dataset.surfaceFrame = header.frame;
     }
-    left.close();
-    overlay?.close();
   }
 
   async function show(frame, ageMs) {
