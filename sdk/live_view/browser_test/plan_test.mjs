@@ -15,6 +15,7 @@ import {answersOf, Replay} from './replay.mjs';
 const kWidth = 320, kHeight = 240, kFrames = 12, kBlack = [6, 7, 8, 9, 10, 11];
 const kOneView = [4, 5];
 const kTargets = 16;
+const kLeastContrast = 60;  // gray levels; 255 from black to white
 const samples = fileURLToPath(new URL('../../../samples', import.meta.url));
 
 function run(...options) {
@@ -48,6 +49,7 @@ async function look(page, state) {
   return (await page.waitForFunction((wanted, before) => {
            const root = document.documentElement, element = (id) => document.getElementById(id);
            const rows = [...document.querySelectorAll('#plan-list tbody tr')];
+           const more = document.querySelector('#plan .more');
            if (root.dataset.state !== wanted || !(Number(root.dataset.frame) > before))
              return false;
            const is3D = root.dataset.plain === undefined && root.dataset.surface !== 'off';
@@ -72,6 +74,8 @@ async function look(page, state) {
              triangles: Number(element('view').dataset.plan ?? 0),
              marks: Number(element('view').dataset.targets ?? 0),
              legend: element('legend').textContent,
+             swatches: document.querySelectorAll('#plan-list .swatch:not(.hollow)').length,
+             more: more.checkVisibility() ? more.textContent : '',
              isStale: document.querySelector('.stage').classList.contains('stale')
            };
          }, {polling: 100}, state, Number(frame))).jsonValue();
@@ -90,14 +94,16 @@ async function lookAtPlan(page, replay) {
   assert.equal(followed.weight, '400');
   const [part, ...targets] = followed.rows;
   const [name, status, error, depth] = part;
-  assert.deepEqual([name, status], ['tumour', 'extrapolated']);
-  assert.ok(Number(error) > 0 && Number(error) < 3, error);
+  // Beneath the surface that is the rule, and has no colour beside the part's own.
+  assert.deepEqual([name, status], ['tumour', 'computed']);
+  assert.equal(followed.swatches, 1);
+  assert.ok(parseFloat(error) > 0 && parseFloat(error) < 3, error);
   assert.deepEqual(
       targets.map(([target]) => target), Array.from({length: kTargets}, (_, i) => `target ${i}`));
-  const depths = targets.map((row) => Number(row[3]));
+  const depths = targets.map((row) => parseFloat(row[3]));
   assert.ok(depths.every((mm) => mm > 1 && mm < 40), `depths: ${depths}`);
   // Target 8 lies 1.5 mm from the middle of the ball, whose radius is 4 mm.
-  const deeper = depths[8] - Number(depth);
+  const deeper = depths[8] - parseFloat(depth);
   assert.ok(deeper > 2.3 && deeper < 4.1, `${depths[8]} and ${depth} mm deep`);
   assert.ok(followed.part > 30, `pixels of the part: ${followed.part}`);
   assert.ok(
@@ -119,6 +125,12 @@ async function lookAtPlan(page, replay) {
   assert.match(oneView.say, /Plan not placed: only one view shows the tissue/);
   assert.match(oneView.why, /^Not placed: only one view shows the tissue/);
   for (const row of oneView.rows) assert.equal(row[1], 'not placed');
+  assert.equal(oneView.swatches, kTargets + 1, 'a warning each, and no colour of the part');
+  await page.waitForFunction(
+      () => document.documentElement.dataset.surface === 'off' ||
+          document.documentElement.dataset.plain !== undefined ||
+          (document.getElementById('legend').textContent === 'tumour: not placed' &&
+           document.querySelector('#legend .swatch.hollow')));
 
   [replay.state, replay.of] = ['lost', null];
   const lost = await look(page, 'lost');
@@ -141,7 +153,67 @@ async function lookAtPlan(page, replay) {
   });
 }
 
-async function lookAtFullScreen(page) {
+/** A list says how many rows are beneath its edge; a click goes there. */
+async function lookAtMore(page) {
+  const {width, height} = page.viewport();
+  const more = () => page.$eval('#plan .more', (note) => !note.hidden && note.textContent);
+  assert.equal(await more(), false, 'all rows have room');
+  await page.setViewport({width, height: 500});
+  await page.waitForFunction(
+      () => /more rows$/.test(document.querySelector('#plan .more:not([hidden])')?.textContent));
+  const rows = parseInt((await more()).slice(2), 10);
+  assert.ok(rows > 3 && rows < kTargets, `${rows} more rows`);
+  await page.$eval('#plan .more', (note) => note.click());
+  await page.waitForFunction(() => document.querySelector('#plan .more').hidden);
+  await page.setViewport({width, height});
+}
+
+/**
+ * How much the surface differs from what is behind it, in the middle of the 3D view: gray levels
+ * of 255 on the screen.
+ */
+async function contrastOf3D(page, eye) {
+  const stage = await page.$('.stage');
+  const data = await stage.screenshot({encoding: 'base64'});
+  return eye.evaluate(async (png) => {
+    const bitmap =
+        await createImageBitmap(await (await fetch(`data:image/png;base64,${png}`)).blob());
+    const {width, height} = bitmap;
+    const context = new OffscreenCanvas(width, height).getContext('2d');
+    context.drawImage(bitmap, 0, 0);
+    const gray = (x, y) => {
+      const [red, green, blue] = context.getImageData(Math.round(x * width), y, 1, 1).data;
+      return (red + green + blue) / 3;
+    };
+    let sum = 0, count = 0;
+    for (let y = Math.round(0.4 * height); y < 0.6 * height; ++y)
+      for (let x = 0.4; x < 0.6; x += 0.02, ++count) sum += Math.abs(gray(x, y) - gray(0.02, y));
+    return sum / count;
+  }, data);
+}
+
+/** Also where it is dark, and gray because it is not of now. */
+async function lookAtStale(page, replay, eye) {
+  const isPlain = await page.evaluate(() => document.documentElement.dataset.plain !== undefined);
+  if (isPlain) return;
+  await page.setViewport({width: 800, height: 600});
+  // Anew, where a machine that is busy drew it too slowly.
+  await page.evaluate(() => {
+    delete document.documentElement.dataset.surfaceFrame;
+    document.getElementById('surface-on').click();
+  });
+  await page.waitForFunction(() => document.documentElement.dataset.surfaceFrame);
+  replay.state = 'lost';
+  await look(page, 'lost');
+  await page.bringToFront();
+  const contrast = await contrastOf3D(page, eye);
+  if (await page.evaluate(() => document.documentElement.dataset.surface !== 'off'))
+    assert.ok(contrast > kLeastContrast, `the surface differs by ${contrast} gray levels`);
+  replay.state = 'found';
+  await look(page, 'found');
+}
+
+async function lookAtFullScreen(page, replay, eye) {
   const ink = () => page.$eval('#points', (points) => getComputedStyle(points).color);
   assert.equal(await ink(), 'rgb(23, 32, 44)');
   await page.click('#full-screen');
@@ -149,6 +221,7 @@ async function lookAtFullScreen(page) {
   await picture(page, 'full');
   assert.equal(await ink(), 'rgb(232, 237, 244)');
   assert.equal(await page.$eval('#overlay', ({checked}) => checked), false);
+  await lookAtStale(page, replay, eye);
   for (const [width, height, share] of [[1280, 800, 0.65], [844, 390, 0.5], [2560, 1440, 0.65]]) {
     await page.setViewport({width, height});
     // The page may not have laid out itself yet.
@@ -175,13 +248,14 @@ async function lookAtFullScreen(page) {
 
 async function watchPlan(browser, replay) {
   const errors = [];
-  const page = await openPage(browser, errors);
+  const eye = await openPage(browser, errors), page = await openPage(browser, errors);
   await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'light'}]);
   await page.setViewport({width: 1280, height: 900});
   await page.goto(replay.url);
   await page.bringToFront();
   await lookAtPlan(page, replay);
-  await lookAtFullScreen(page);
+  await lookAtMore(page);
+  await lookAtFullScreen(page, replay, eye);
   assert.deepEqual(errors, []);
 }
 

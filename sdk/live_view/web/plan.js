@@ -1,8 +1,17 @@
 // A plan: the outlines of its parts and its targets on the left view, and in a list.
-import {partColour, statuses, unknownStatus} from '../../report/web/colours.js';
+import {partColour} from '../../report/web/colours.js';
 import {byId, element, number, table} from '../../report/web/data.js';
 import {kRanks, plusMinus} from './labels.js';
-import {hasPlace, nameOf, placeCell, readTargets, setWhy, shareShown} from './targets.js';
+import {
+  hasPlace,
+  lengthCell,
+  nameOf,
+  placeCell,
+  readTargets,
+  setWhy,
+  shareShown,
+  warningCell
+} from './targets.js';
 
 const kUnknownColour = '#9ca3af';
 const kFill = 0.2, kHalo = 0.3;       // shares of a part's colour
@@ -97,13 +106,16 @@ export function drawPlan(context, plan, scale, unit, labels) {
 }
 
 /** A part without a place of its own may be known, and drawn, where its vertices are. */
-function partStatus(part, isOfFollowed) {
-  if (hasPlace(part) || !part.outlines.length) return placeCell(part.status, isOfFollowed);
-  const {colour} = statuses[unknownStatus];
-  return element(
-      'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}),
-      'partly known');
-}
+export const isPartlyKnown = (part) => !hasPlace(part) && part.outlines.length > 0;
+
+const partStatus = (part, isOfFollowed) =>
+    isPartlyKnown(part) ? warningCell('partly known') : placeCell(part.status, isOfFollowed);
+
+/** In the part's colour where it is drawn in that, and only its edge where it is not drawn. */
+export const partSwatch = (part) => element('span', {
+  class: hasPlace(part) || isPartlyKnown(part) ? 'swatch' : 'swatch hollow',
+  style: `--swatch: ${part.colour}`
+});
 
 /** Hidden until there is a plan. why: not all have a place, in a followed frame; see setWhy. */
 export function showPlanList(plan, isOfFollowed, why) {
@@ -112,12 +124,13 @@ export function showPlanList(plan, isOfFollowed, why) {
   const rows = [
     ...plan.parts.map(
         (part) =>
-            [part.name, partStatus(part, isOfFollowed),
-             part.outlines.length ? number(part.error) : '–', number(part.depth, 1), '–']),
+            [element('span', {}, partSwatch(part), part.name), partStatus(part, isOfFollowed),
+             part.outlines.length ? lengthCell(part.error, 2) : '–', lengthCell(part.depth, 1),
+             '–']),
     ...plan.targets.map(
         (target) =>
-            [nameOf(target), placeCell(target.status, isOfFollowed), number(target.error),
-             number(target.centre ? target.depth : null, 1),
+            [nameOf(target), placeCell(target.status, isOfFollowed), lengthCell(target.error, 2),
+             lengthCell(target.centre ? target.depth : null, 1),
              target.centre ? target.centre.map((value) => number(value, 1)).join(', ') : '–'])
   ];
   byId('plan-count').textContent = shareShown(plan.targets, plan.targetCount);
@@ -126,7 +139,6 @@ export function showPlanList(plan, isOfFollowed, why) {
       .replaceChildren(
           rows.length ?
               table(
-                  ['Part or target', 'Status', 'Expected error, mm', 'Depth, mm', 'x, y, z in mm'],
-                  rows) :
+                  ['Part or target', 'Status', 'Expected error', 'Depth', 'x, y, z in mm'], rows) :
               element('p', {class: 'hint'}, 'None in this frame.'));
 }

@@ -14,7 +14,8 @@ import {
 } from '../../report/web/stage.js';
 import {fetchSurface} from './connection.js';
 import {Pace} from './pace.js';
-import {targetColour} from './targets.js';
+import {isPartlyKnown, partSwatch} from './plan.js';
+import {hasPlace, targetColour} from './targets.js';
 
 const kTopErrorMm = 2;
 const kWayColour = '#ffd400';  // of the shortest way from a part to the surface
@@ -235,13 +236,17 @@ class LiveSurface extends Stage {
 
   /** No number of a part: what is drawn in 3D may be of a frame before that of the left view. */
   showScale(by, withTargets, parts) {
-    const scale = JSON.stringify([by, withTargets, parts.map(({name}) => name)]);
+    const textOf = (part) => part.name +
+        (hasPlace(part)          ? '' :
+             isPartlyKnown(part) ? ': partly known' :
+                                   ': not placed');
+    const scale = JSON.stringify([by, withTargets, parts.map(textOf)]);
     if (this.scale === scale) return;
     this.scale = scale;
     const swatch = (colour) => element('span', {class: 'swatch', style: `background: ${colour}`});
     const ofParts = by === 'error' ?
         [] :
-        parts.map(({name, colour}) => element('span', {}, swatch(colour), name));
+        parts.map((part) => element('span', {}, partSwatch(part), textOf(part)));
     const ofTargets = withTargets ?
         [element('span', {}, swatch(targetColour), 'targets: expected error, true size')] :
         [];

@@ -1,7 +1,7 @@
 // Targets beneath the surface: on the left view, and in a list.
-import {observedStatus, unknownStatus} from '../../report/web/colours.js';
+import {extrapolatedStatus, observedStatus, unknownStatus} from '../../report/web/colours.js';
 import {byId, element, number, table} from '../../report/web/data.js';
-import {statusCell} from '../../report/web/summary.js';
+import {beneathStatusCell, statusCell} from '../../report/web/summary.js';
 import {kRanks, plusMinus} from './labels.js';
 
 export const targetColour = '#c6ff1a';
@@ -82,10 +82,17 @@ export function labelTargets(labels, targets, of, scale) {
 export const shareShown = (targets, count) =>
     targets.length < count ? `${targets.length} of ${count} targets are shown, evenly chosen.` : '';
 
+/** Worse than what is usual beneath the surface, in a frame that is followed. */
+export const warningCell = (word) => statusCell(extrapolatedStatus, word);
+
 /** Tissue that is followed is not lost, but what lies beneath it may have no place. */
 export const placeCell = (status, isOfFollowed) => isOfFollowed && status === unknownStatus ?
-    statusCell(status, 'not placed') :
-    statusCell(status);
+    warningCell('not placed') :
+    beneathStatusCell(status, statusCell);
+
+/** "0.60 mm" */
+export const lengthCell = (value, digits) =>
+    (Number.isFinite(value) ? `${number(value, digits)} mm` : '–');
 
 /** why: not all of a list have a place; empty: nothing is said. */
 export function setWhy(id, why) {
@@ -98,14 +105,14 @@ export function showTargetList(targets, count, isOfFollowed, why) {
     for (const id of ['targets', 'target-controls', 'see-through-control']) byId(id).hidden = false;
   const rows = targets.map(
       ({id, depth, status, centre, error}) =>
-          [id, number(depth), placeCell(status, isOfFollowed),
-           centre ? centre.map((value) => number(value, 1)).join(', ') : '–', number(error)]);
+          [id, lengthCell(depth, 2), placeCell(status, isOfFollowed),
+           centre ? centre.map((value) => number(value, 1)).join(', ') : '–',
+           lengthCell(error, 2)]);
   byId('targets-count').textContent = shareShown(targets, count);
   setWhy('targets-why', why);
   byId('targets-list')
       .replaceChildren(
           rows.length ?
-              table(
-                  ['Target', 'Depth, mm', 'Status', 'x, y, z in mm', 'Expected error, mm'], rows) :
+              table(['Target', 'Depth', 'Status', 'x, y, z in mm', 'Expected error'], rows) :
               element('p', {class: 'hint'}, 'None in this frame.'));
 }

@@ -46,10 +46,20 @@ export const statuses = [
 const kPartColours = ['#ec5cf6', '#5ae6a0', '#5ab4fa', '#fb8040', '#ff78b4', '#f0dc50'];
 export const partColour = (part) => kPartColours[part % kPartColours.length];
 
+/**
+ * What lies beneath the surface is not seen: its place is computed, which is the rule there, so
+ * that neither word nor colour are those of a warning. In the files it is extrapolated.
+ */
+export const computed = {
+  name: 'computed',
+  colour: '#dbe4f0',
+};
+
 /** Features of the template that were recognised. */
 export const matchColour = '#5aa0ff';
 
 export const observedStatus = 0;
+export const extrapolatedStatus = 1;
 export const unknownStatus = 2;
 
 // Dark blue to yellow, readable without red-green vision (a coarse table of the viridis map's

@@ -1,8 +1,8 @@
 // The points that the user chose, or a plan's parts and targets: a list of them, their ways over
 // the template's image, and of one the expected error and the displacement over time.
-import {statuses, unknownStatus} from './colours.js';
+import {computed, extrapolatedStatus, statuses, unknownStatus} from './colours.js';
 import {byId, element, number, percent} from './data.js';
-import {pointStatusCell} from './summary.js';
+import {beneathStatusCell, pointStatusCell} from './summary.js';
 import {svg, tickLabel, ticks} from './svg.js';
 
 const kWidth = 460, kHeight = 170, kMargin = {
@@ -19,6 +19,8 @@ const nameOf = ({id, name}) => name || `${id}`;
 /** "Point", or of a plan "Part" or "Target". The ids of parts are negative (points_of_plan). */
 const kindOf = (section, {id}) => section === 'points' ? 'Point' : id < 0 ? 'Part' : 'Target';
 const statusAt = (moment, i) => moment.status[i] ?? unknownStatus;
+const colourOf = (section, status) =>
+    section === 'plan' && status === extrapolatedStatus ? computed.colour : statuses[status].colour;
 const isKnown = (moment, i) => statusAt(moment, i) !== unknownStatus;
 
 function errorAt(points, moment, i) {
@@ -51,6 +53,7 @@ function runs(points, i) {
 class Map2d {
   constructor(data, section, onSelect) {
     const {surface, image: [width, height]} = data, points = data[section];
+    this.section = section;
     this.points = points;
     this.unit = Math.max(width, 64) / 460;
     this.drawing = svg('svg', {
@@ -69,7 +72,7 @@ class Map2d {
           svg('g', {class: 'way'}, svg('title', {}, `${kindOf(section, point)} ${nameOf(point)}`));
       for (const {status, pixels} of runs(points, i)) {
         const line = pixels.map((pixel) => pixel.join(',')).join(' ');
-        for (const [colour, thick] of [['#0f172a', 3], [statuses[status].colour, 1.4]])
+        for (const [colour, thick] of [['#0f172a', 3], [colourOf(section, status), 1.4]])
           way.append(svg('polyline', {
             points: line,
             fill: 'none',
@@ -90,7 +93,7 @@ class Map2d {
     this.points.listed.forEach((_, i) => {
       const pixel = pixelAt(this.points, moment, i);
       if (!pixel) return;
-      const [cx, cy] = pixel, fill = statuses[statusAt(moment, i)].colour;
+      const [cx, cy] = pixel, fill = colourOf(this.section, statusAt(moment, i));
       shown.push(svg(
           'circle',
           {cx, cy, r: 2.6 * this.unit, fill, stroke: '#0f172a', 'stroke-width': 0.8 * this.unit}));
@@ -202,32 +205,39 @@ const kHints = {
       'red bands: lost.',
   plan:
       'The middles of the parts that have a name, and the targets by name or number; errors are ' +
-      'those of registration and tracking together. What lies beneath the surface is never ' +
-      'tracked, but extrapolated; red bands: lost. A part that is known in part has no middle; ' +
-      'pictures show what is known of it.'
+      'those of registration and tracking together. All of it lies beneath the surface, where no ' +
+      'camera sees it: its place is computed from the motion of the surface, within the expected ' +
+      'error. Red bands: lost. A part that is known in part has no middle; pictures show what is ' +
+      'known of it.'
 };
 const kHeads = {
   points: 'Point',
   plan: 'Part or target'
 };
+const kErrorHeads = ['Status', 'Expected error, mm', 'Median, mm', 'Largest, mm'];
 // A soft hyphen, for narrow columns.
-const kMoreHeads = [
-  'Status', 'Expected error, mm', 'Median, mm', 'Largest, mm', 'Tracked', 'Extra\u00adpolated',
-  'Lost'
-];
+const kShareHeads = {
+  points: ['Tracked', 'Extra\u00adpolated', 'Lost'],
+  plan: ['Placed', 'Lost']
+};
+/** frames: with each status. */
+const sharesOf = (section, [tracked, extrapolated, lost]) =>
+    section === 'plan' ? [tracked + extrapolated, lost] : [tracked, extrapolated, lost];
+const headsOf = (section) => [kHeads[section], ...kErrorHeads, ...kShareHeads[section]];
 
-function pointRow(points, i, moment, selected, onSelect) {
+function pointRow(points, section, i, moment, selected, onSelect) {
   const point = points.listed[i];
   const all = point.frames.reduce((sum, count) => sum + count, 0) || 1;
   const button = element('button', {type: 'button', class: 'link'}, nameOf(point));
   button.addEventListener('click', () => onSelect(i));
+  const statusCellOf = section === 'plan' ? beneathStatusCell : pointStatusCell;
   const cells = [
-    button, pointStatusCell(statusAt(moment, i)), number(errorAt(points, moment, i)),
+    button, statusCellOf(statusAt(moment, i)), number(errorAt(points, moment, i)),
     number(point.median_mm), number(point.median_mm === null ? null : point.largest_mm),
-    ...point.frames.map((count) => percent(count / all))
+    ...sharesOf(section, point.frames).map((count) => percent(count / all))
   ];
   // Each cell shows its head where there is no room for columns.
-  const heads = [kHeads.points, ...kMoreHeads];
+  const heads = headsOf(section);
   const row =
       element('tr', {}, ...cells.map((cell, k) => element('td', {'data-head': heads[k]}, cell)));
   if (i === selected) row.setAttribute('aria-selected', 'true');
@@ -261,12 +271,12 @@ export function showPoints(data, section) {
         `Picture, status and expected error are of frame ${moment.frame}, the other columns of ` +
         'all frames.';
     map.show(moment, selected);
-    const rows = points.listed.map((_, i) => pointRow(points, i, moment, selected, (chosen) => {
-                                     selected = chosen;
-                                     draw();
-                                   }));
-    const heads =
-        [kHeads[section], ...kMoreHeads].map((text) => element('th', {scope: 'col'}, text));
+    const rows =
+        points.listed.map((_, i) => pointRow(points, section, i, moment, selected, (chosen) => {
+                            selected = chosen;
+                            draw();
+                          }));
+    const heads = headsOf(section).map((text) => element('th', {scope: 'col'}, text));
     byId(`${section}-list`)
         .replaceChildren(element(
             'table', {class: 'followed'}, element('thead', {}, element('tr', {}, ...heads)),

@@ -1,5 +1,12 @@
 // The head of the page, the list of state changes, how to read it, and the licences.
-import {stateColour, stateMeanings, statuses, unknownStatus} from './colours.js';
+import {
+  computed,
+  extrapolatedStatus,
+  stateColour,
+  stateMeanings,
+  statuses,
+  unknownStatus
+} from './colours.js';
 import {byId, element, milliseconds, number, percent, seconds, table} from './data.js';
 import {reasonsInWords} from './reasons.js';
 import {svg} from './svg.js';
@@ -17,6 +24,10 @@ export function statusCell(
 
 /** Likewise in the words of the files. */
 export const pointStatusCell = (status) => statusCell(status, statuses[status].pointName);
+
+/** Likewise of what lies beneath the surface. cell: of a status that is not the rule there. */
+export const beneathStatusCell = (status, cell = pointStatusCell) =>
+    status === extrapolatedStatus ? element('span', {}, computed.name) : cell(status);
 
 function card(name, value, unit, note) {
   const shown = element('dd', {}, value);
@@ -197,8 +208,10 @@ export function showReading() {
           'chosen.');
   add('Target',
       'A place beneath the surface that was given in the template\'s frame. A ring in ' +
-          'the overlay is as wide as its expected error, dashed where it is ' +
-          'extrapolated.');
+          'the overlay is as wide as its expected error, dashed where its place is computed.');
+  add('Computed',
+      'Beneath the surface, where no camera sees it: the place is computed from the motion of ' +
+          'the surface, within the expected error. In the files: extrapolated.');
   add('Deformation', 'Displacement from the template with the rigid motion taken out.');
   add('Overlay',
       'Grid: the surface\'s lines in the colours above. Blue: recognised details of the ' +

@@ -1,7 +1,7 @@
 // Targets beneath the surface: expected error over their depth, and a list of them in a frame.
 import {unknownStatus} from './colours.js';
 import {byId, element, isPlaced, number, table} from './data.js';
-import {pointStatusCell} from './summary.js';
+import {beneathStatusCell} from './summary.js';
 import {svg, tickLabel, ticks} from './svg.js';
 
 const kPlotWidth = 460, kPlotHeight = 300, kLeft = 48, kRight = 14, kTop = 10, kBottom = 42;
@@ -90,7 +90,7 @@ function list(labels, targets) {
     const target = targets[i] && isPlaced(targets[i]) ? targets[i] : null;
     return [
       `${id}`, depth === null ? '–' : `${+ depth.toFixed(2)}`,
-      pointStatusCell(target?.status ?? unknownStatus), number(target?.error),
+      beneathStatusCell(target?.status ?? unknownStatus), number(target?.error),
       target ? Array.from(target.centre, (v) => number(v, 1)).join(', ') : '–'
     ];
   }));
