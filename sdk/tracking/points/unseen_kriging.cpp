@@ -4,9 +4,12 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
+#include <limits>
 
 namespace defrec {
 namespace {
+
+using Indices = Eigen::Array<Eigen::Index, Eigen::Dynamic, 1>;
 
 constexpr Eigen::Index kLeaf = 16;  // rows of a triangle that is not parted further
 
@@ -27,11 +30,36 @@ void invert_lower(Eigen::Ref<Eigen::MatrixXd> triangle) {
         -triangle.bottomRightCorner(rows - half, rows - half) * right;
 }
 
-// The factor's upper triangle is 0.
+// The factor's upper triangle is 0. NaN where there is no factor.
 Eigen::MatrixXd inverse_of_factor(const Eigen::MatrixXd& symmetric) {
-    Eigen::MatrixXd factor = symmetric.llt().matrixL();
-    invert_lower(factor);
+    const Eigen::LLT<Eigen::MatrixXd> parts(symmetric);
+    Eigen::MatrixXd factor = parts.matrixL();
+    if (parts.info() == Eigen::Success)
+        invert_lower(factor);
+    else
+        factor.setConstant(std::numeric_limits<double>::quiet_NaN());
     return factor;
+}
+
+// A quasi-definite matrix as unit lower triangle, diagonal, triangle transposed. Such a matrix
+// needs no pivoting (Vanderbei, Symmetric quasidefinite matrices, 1995).
+struct TriangleAndPivots {
+    Eigen::MatrixXd triangle;
+    Eigen::VectorXd pivots;
+};
+TriangleAndPivots factor_quasi_definite(const Eigen::MatrixXd& symmetric) {
+    const Eigen::Index rows = symmetric.rows();
+    TriangleAndPivots found{Eigen::MatrixXd::Identity(rows, rows), Eigen::VectorXd(rows)};
+    for (Eigen::Index j = 0; j < rows; ++j) {
+        const Eigen::Index below = rows - j;
+        Eigen::VectorXd column = symmetric.col(j).tail(below);
+        column.noalias() -=
+            found.triangle.block(j, 0, below, j) *
+            found.pivots.head(j).cwiseProduct(found.triangle.row(j).head(j).transpose());
+        found.pivots[j] = column[0];
+        found.triangle.col(j).tail(below - 1) = column.tail(below - 1) / column[0];
+    }
+    return found;
 }
 
 Eigen::MatrixXd product_with_itself(const Eigen::MatrixXd& factor) {
@@ -108,8 +136,11 @@ UnseenKriging::Found UnseenKriging::solve(const Eigen::Matrix3Xd& displacements)
     }
     const Eigen::VectorXd reduced = reducer_ * sums;
     Eigen::VectorXd found = reducer_.transpose() * reduced;
-    if (change_)
-        found -= change_->product * (change_->inverse * (change_->product.transpose() * sums));
+    if (change_) {
+        const Eigen::VectorXd parts =
+            (change_->root.transpose() * sums).cwiseQuotient(change_->pivots);
+        found -= change_->root * parts;
+    }
     return {found.head(3 * modes).reshaped(modes, 3), found.tail<6>()};
 }
 
@@ -126,21 +157,27 @@ Eigen::MatrixXd UnseenKriging::reduce(const DisplacementModel& of, size_t axis) 
 }
 
 void UnseenKriging::find_doubts() {
+    doubts_.setZero(3, 3 * of_.places());
+    Indices known(of_.places());
+    Eigen::Index count = 0;
+    for (Eigen::Index i = 0; i < of_.places(); ++i)
+        if (weight_[i] > 0) known[count++] = i;
+    const DisplacementModel of = of_.part({known.data(), static_cast<size_t>(count)});
     std::array<Eigen::MatrixXd, 3> reduced;
-    for (size_t axis = 0; axis < 3; ++axis) reduced[axis] = reduce(of_, axis);
-    doubts_.resize(3, 3 * of_.places());
-    for (Eigen::Index i = 0; i < of_.places(); ++i) {
+    for (size_t axis = 0; axis < 3; ++axis) reduced[axis] = reduce(of, axis);
+    for (Eigen::Index i = 0; i < of.places(); ++i) {
         Eigen::Matrix3d foretold;
         for (size_t a = 0; a < 3; ++a)
             for (size_t b = 0; b < 3; ++b)
                 foretold(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) =
                     reduced[a].col(i).dot(reduced[b].col(i));
-        doubts_.middleCols<3>(3 * i) = doubt(weight_[i], foretold);
+        const Eigen::Index place = known[i];
+        doubts_.middleCols<3>(3 * place) = doubt(weight_[place], foretold);
     }
 }
 
-Eigen::VectorXd UnseenKriging::surprises(const Eigen::Matrix3Xd& displacements) const {
-    const Found found = solve(displacements);
+Eigen::VectorXd UnseenKriging::surprises(const Eigen::Matrix3Xd& displacements,
+                                         const Found& found) const {
     Eigen::Matrix3Xd left = displacements - (of_.shapes * found.coefficients).transpose();
     for (Eigen::Index axis = 0; axis < 3; ++axis)
         left.row(axis) -= (of_.slope[static_cast<size_t>(axis)] * found.motion).transpose();
@@ -160,10 +197,9 @@ Eigen::VectorXd UnseenKriging::variances(const DisplacementModel& of) const {
 Eigen::VectorXd UnseenKriging::lessened(const DisplacementModel& of) const {
     Eigen::VectorXd sums = Eigen::VectorXd::Zero(of.places());
     if (!change_) return sums;
-    for (size_t axis = 0; axis < 3; ++axis) {
-        const Eigen::MatrixXd part = of.times(axis, change_->product);
-        sums += (part * change_->inverse).cwiseProduct(part).rowwise().sum();
-    }
+    const Eigen::VectorXd share = change_->pivots.cwiseInverse();
+    for (size_t axis = 0; axis < 3; ++axis)
+        sums += of.times(axis, change_->root).cwiseAbs2() * share;
     return sums;
 }
 
@@ -176,22 +212,30 @@ void UnseenKriging::change(std::span<const Eigen::Index> places, const Eigen::Ve
     const DisplacementModel of = of_.part(places);
     const Eigen::VectorXd now = weight(places), step = now - weight_(places);
     weight_(places) = now;
-    Change change;
-    change.product.resize(covariance_.rows(), 3 * count);
+    Eigen::MatrixXd product(covariance_.rows(), 3 * count);
     for (Eigen::Index axis = 0; axis < 3; ++axis)
-        change.product.middleCols(axis * count, count) =
+        product.middleCols(axis * count, count) =
             of.times(static_cast<size_t>(axis), covariance_).transpose();
-    Eigen::MatrixXd foretold(3 * count, 3 * count);  // covariance of what is found there
+    // Covariance of what is found there, and what a step is worth. Less weight makes it negative
+    // definite there, for what is found is known better than what was observed.
+    Eigen::MatrixXd sum(3 * count, 3 * count);
     for (Eigen::Index axis = 0; axis < 3; ++axis)
-        foretold.middleRows(axis * count, count) =
-            of.times(static_cast<size_t>(axis), change.product);
-    change.inverse = foretold;
-    change.inverse.diagonal() += step.cwiseInverse().replicate<3, 1>();
-    change.inverse = change.inverse.inverse().eval();
-    foretold -= foretold * change.inverse * foretold.transpose();
-    for (Eigen::Index k = 0; k < count; ++k)
-        doubts_.middleCols<3>(3 * places[static_cast<size_t>(k)]) =
-            doubt(now[k], foretold(Eigen::seqN(k, 3, count), Eigen::seqN(k, 3, count)));
+        sum.middleRows(axis * count, count) = of.times(static_cast<size_t>(axis), product);
+    sum.diagonal() += step.cwiseInverse().replicate<3, 1>();
+    TriangleAndPivots parts = factor_quasi_definite(sum);
+    invert_lower(parts.triangle);
+    const Eigen::MatrixXd& inverse = parts.triangle;
+    Change change;
+    change.root.noalias() = product * inverse.transpose().triangularView<Eigen::UnitUpper>();
+    change.pivots = parts.pivots;
+    const Eigen::VectorXd share = parts.pivots.cwiseInverse();
+    for (Eigen::Index k = 0; k < count; ++k) {
+        const Eigen::MatrixX3d columns = inverse(Eigen::all, Eigen::seqN(k, 3, count));
+        const Eigen::Matrix3d foretold =
+            Eigen::Matrix3d::Identity() / step[k] -
+            columns.transpose() * share.asDiagonal() * columns / (step[k] * step[k]);
+        doubts_.middleCols<3>(3 * places[static_cast<size_t>(k)]) = doubt(now[k], foretold);
+    }
     change_ = std::move(change);
 }
 

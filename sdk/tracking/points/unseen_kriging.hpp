@@ -33,7 +33,7 @@ struct DisplacementModel {
 
 // Adds a matrix for each axis to coefficients' products.
 void add_on_axes(const Eigen::MatrixXd& values, Eigen::MatrixXd& sum);
-// Inverse of a symmetric matrix that is positive definite.
+// Inverse of a symmetric matrix that is positive definite; NaN where it is not.
 Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& symmetric);
 
 class UnseenKriging {
@@ -58,9 +58,9 @@ class UnseenKriging {
     Found solve(const Eigen::Matrix3Xd& displacements) const;
     // Before surprises(), where weights have not been changed.
     void find_doubts();
-    // Squared distance of a place's displacement from the one that is found, in its variances of an
-    // axis: 1 where chance alone makes it, 0 where the displacement is not known.
-    Eigen::VectorXd surprises(const Eigen::Matrix3Xd& displacements) const;
+    // Squared distance of a place's displacement from the one that was found of these, in its
+    // variances of an axis: 1 where chance alone makes it, 0 where the displacement is not known.
+    Eigen::VectorXd surprises(const Eigen::Matrix3Xd& displacements, const Found& found) const;
     // Variances of the displacements that are found with the weights of weigh(), three axes
     // together, mm^2; and by how much they are less with those of change().
     Eigen::VectorXd variances(const DisplacementModel& of) const;
@@ -86,9 +86,11 @@ class UnseenKriging {
     // Three columns for each place: inverse of the covariance of what its displacement has besides
     // what is found.
     Eigen::Matrix3Xd doubts_;
-    // The covariance is less by product, inverse, product transposed, since weights were changed.
+    // Since weights were changed, the covariance is less by root, divided by the pivots, root
+    // transposed.
     struct Change {
-        Eigen::MatrixXd product, inverse;
+        Eigen::MatrixXd root;
+        Eigen::VectorXd pivots;
     };
     std::optional<Change> change_;
 };

@@ -78,11 +78,20 @@ TEST_CASE("changed weights: variances are those of weights found anew") {
 
 TEST_CASE("changed weights: a changed place stands out as it does with weights found anew") {
     const Changed changed;
-    const Eigen::VectorXd a = changed.as_changed.surprises(kDisplacements),
-                          b = changed.anew.surprises(kDisplacements);
+    const auto surprises = [](const UnseenKriging& of) {
+        return of.surprises(kDisplacements, of.solve(kDisplacements));
+    };
+    const Eigen::VectorXd a = surprises(changed.as_changed), b = surprises(changed.anew);
     CHECK(a[0] == 0);
     for (Eigen::Index place = 1; place < 4; ++place)
         CHECK(a[place] == doctest::Approx(b[place]).epsilon(1e-6));
+}
+
+TEST_CASE("without information the numbers that are found are no numbers") {
+    UnseenKriging none({random_matrix(kPlaces, kModes, 2), 20 * random_matrix(3, kPlaces, 3)},
+                       -Eigen::MatrixXd::Identity(3 * kModes, 3 * kModes));
+    none.weigh(Eigen::VectorXd::Zero(kPlaces));
+    CHECK_FALSE(none.solve(kDisplacements).coefficients.allFinite());
 }
 
 TEST_CASE("no weight is changed, after some were") {

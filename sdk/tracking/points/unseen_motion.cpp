@@ -47,6 +47,7 @@ defrec_motion as_motion_record(const Eigen::Matrix3d& turn, const Eigen::Vector3
 UnseenMotion::UnseenMotion(const Template& surface) {
     const TemplateData& data = surface.data();
     for (size_t piece = 0; piece < data.pieces(); ++piece) pieces_.emplace_back(surface, piece);
+    solved_.assign(pieces_.size(), Solved::kNotTried);
     vertex_of_.assign(data.nodes.size() / 3, 0);
     std::vector<float> most(vertex_of_.size(), 0);
     for (size_t i = 0; i < data.vertices.size(); ++i)
@@ -102,16 +103,21 @@ bool UnseenMotion::add_frame(const Template& surface, SurfaceSamples samples,
     const TemplateData& data = surface.data();
     const size_t parts = vertex_parts(helpers, samples.size());
     moves_.assign(results.motions.size(), 0);
+    std::atomic<size_t> parts_left = parts;
+    // What a piece's frame is read and solved for is known once all is read, but nearly always what
+    // it was in the frame before.
     helped_loop(helpers, parts + 1, [&](size_t part) {
-        if (part == 0)
-            read_pieces(samples, pieces, results.confidence);
-        else
-            find_moves(data, samples, results.confidence, {part - 1, parts});
+        if (part == 0) return read_pieces(samples, pieces, results.confidence);
+        find_moves(data, samples, results.confidence, {part - 1, parts});
+        if (--parts_left != 0) return;
+        choose_pieces(data, pieces);
+        find_holes(data, results.confidence);
     });
-    if (!solve_pieces(data, pieces)) return false;
+    if (!solve_pieces(data, results.confidence)) return false;
+    if (helpers != nullptr) helpers->rouse(parts - 1);
     helped_loop(helpers, 2, [&](size_t part) {
         if (part == 0)
-            find_detail(data, results.motions, results.confidence);
+            find_detail(data, results.motions);
         else
             find_variances(data);
     });
@@ -130,15 +136,19 @@ bool UnseenMotion::add_frame(const Template& surface, SurfaceSamples samples,
 void UnseenMotion::read_pieces(SurfaceSamples samples, std::span<const defrec_piece> pieces,
                                const VertexConfidence& confidence) {
     for (size_t piece = 0; piece < pieces_.size(); ++piece) {
-        if (pieces[piece].state == DEFREC_LOST)
+        Solved& solved = solved_[piece];
+        const bool was_apart = std::exchange(solved, Solved::kNotTried) == Solved::kYes;
+        if (pieces[piece].state == DEFREC_LOST) {
             pieces_[piece].add_lost_frame();
-        else
-            pieces_[piece].read(samples, confidence);
+            continue;
+        }
+        pieces_[piece].read(samples, confidence);
+        if (was_apart) solved = pieces_[piece].solve_frame() ? Solved::kYes : Solved::kNo;
     }
 }
 
-// Leaves in is_apart_ the pieces that tell where what is not seen is; false: none does.
-bool UnseenMotion::solve_pieces(const TemplateData& data, std::span<const defrec_piece> pieces) {
+// Leaves in is_apart_ the pieces of which enough is not seen.
+void UnseenMotion::choose_pieces(const TemplateData& data, std::span<const defrec_piece> pieces) {
     hidden_.assign(pieces_.size(), 0);
     is_apart_.assign(pieces_.size(), 0);
     for (size_t node = 0; node < moves_.size(); ++node) {
@@ -146,16 +156,27 @@ bool UnseenMotion::solve_pieces(const TemplateData& data, std::span<const defrec
         if (is_hidden(node)) ++hidden_[piece];
         if (is_outside(node) || hidden_[piece] >= Decision::kMinHidden) is_apart_[piece] = 1;
     }
-    bool any = false;
+    for (size_t piece = 0; piece < pieces_.size(); ++piece)
+        if (pieces[piece].state == DEFREC_LOST) is_apart_[piece] = 0;
+}
+
+// Leaves in is_apart_ those that tell where what is not seen is; false: none does.
+bool UnseenMotion::solve_pieces(const TemplateData& data, const VertexConfidence& confidence) {
+    bool any = false, all = true;
     for (size_t piece = 0; piece < pieces_.size(); ++piece) {
-        if (pieces[piece].state == DEFREC_LOST)
-            is_apart_[piece] = 0;
-        else if (is_apart_[piece] == 0)
+        Solved& solved = solved_[piece];
+        if (is_apart_[piece] == 0) {
             pieces_[piece].skip_frame();
-        else
-            is_apart_[piece] = pieces_[piece].solve_frame() ? 1 : 0;
-        any |= is_apart_[piece] != 0;
+            solved = Solved::kNotTried;
+            continue;
+        }
+        if (solved == Solved::kNotTried)
+            solved = pieces_[piece].solve_frame() ? Solved::kYes : Solved::kNo;
+        is_apart_[piece] = solved == Solved::kYes ? 1 : 0;
+        any |= solved == Solved::kYes;
+        all &= solved == Solved::kYes;
     }
+    if (any && !all) find_holes(data, confidence);
     return any;
 }
 
@@ -169,10 +190,8 @@ void UnseenMotion::find_variances(const TemplateData& data) {
 }
 
 // Depth does not tell where along the surface a control point is.
-void UnseenMotion::find_detail(const TemplateData& data, std::span<const defrec_motion> motions,
-                               const VertexConfidence& confidence) {
-    if (std::all_of(hidden_.begin(), hidden_.end(), [](uint32_t count) { return count == 0; }))
-        return;
+void UnseenMotion::find_holes(const TemplateData& data, const VertexConfidence& confidence) {
+    if (!any_hidden()) return;
     kinds_.assign(moves_.size(), HoleFill::kNeither);
     for (size_t node = 0; node < moves_.size(); ++node)
         if (is_apart_[data.piece_of_node(node)] != 0 && !is_outside(node))
@@ -181,11 +200,19 @@ void UnseenMotion::find_detail(const TemplateData& data, std::span<const defrec_
                     ? HoleFill::kKnown
                     : HoleFill::kHole;
     detail_.find(data.edges, kinds_);
+}
+
+void UnseenMotion::find_detail(const TemplateData& data, std::span<const defrec_motion> motions) {
+    if (!any_hidden()) return;
     for (const uint32_t node : detail_.border()) {
         const Eigen::Vector3d rest = as_vector(&data.nodes[size_t{3} * node]);
         detail_.values().col(node) = moved(motions[node], rest) - place(data, node);
     }
     detail_.fill();
+}
+
+bool UnseenMotion::any_hidden() const {
+    return std::any_of(hidden_.begin(), hidden_.end(), [](uint32_t count) { return count > 0; });
 }
 
 bool UnseenMotion::has_lesson() const {

@@ -49,16 +49,18 @@ class UnseenMotion {
                     const VertexConfidence& confidence, ArrayPart part);
     // Nothing that it moves is in the image.
     bool is_outside(size_t node) const { return moves_[node] == kOutside; }
+    bool any_hidden() const;
     // Something that it moves is in the image, and nothing of it is seen.
     bool is_hidden(size_t node) const {
         return (moves_[node] & kHidden) != 0 && (moves_[node] & kSeen) == 0;
     }
     void read_pieces(SurfaceSamples samples, std::span<const defrec_piece> pieces,
                      const VertexConfidence& confidence);
-    bool solve_pieces(const TemplateData& data, std::span<const defrec_piece> pieces);
+    void choose_pieces(const TemplateData& data, std::span<const defrec_piece> pieces);
+    bool solve_pieces(const TemplateData& data, const VertexConfidence& confidence);
     void find_variances(const TemplateData& data);
-    void find_detail(const TemplateData& data, std::span<const defrec_motion> motions,
-                     const VertexConfidence& confidence);
+    void find_holes(const TemplateData& data, const VertexConfidence& confidence);
+    void find_detail(const TemplateData& data, std::span<const defrec_motion> motions);
     Eigen::Vector3d place(const TemplateData& data, size_t node) const;
     void move_nodes(const TemplateData& data, const Results& results, ArrayPart part) const;
     defrec_motion move_hidden(const TemplateData& data, size_t node, const Results& results) const;
@@ -73,7 +75,10 @@ class UnseenMotion {
     Eigen::MatrixXd shapes_;           // a column for each control point, of its piece's modes
     std::vector<uint32_t> hidden_;     // per piece: how many control points are
     std::vector<uint8_t> is_apart_;    // per piece: enough control points move nothing that is seen
-    std::vector<uint8_t> moves_;       // per control point
+    // Per piece: solve_frame() was called, for the frame before had it apart, and what it returned.
+    enum class Solved : uint8_t { kNotTried, kNo, kYes };
+    std::vector<Solved> solved_;
+    std::vector<uint8_t> moves_;        // per control point
     std::vector<CellSet> cells_moved_;  // per control point: those whose vertices it moves
     std::vector<HoleFill::Kind> kinds_;
     std::vector<CellSet> cells_asked_;  // per piece: of whose vertices variances are read

@@ -15,6 +15,19 @@ namespace {
 
 using Decision = decisions::UnseenMotion;
 
+class CellIndices {
+  public:
+    explicit CellIndices(const CellSet& cells) {
+        for (size_t cell = 0; cell < cells.size(); ++cell)
+            if (cells[cell]) indices_[count_++] = static_cast<Eigen::Index>(cell);
+    }
+    std::span<const Eigen::Index> all() const { return std::span(indices_).first(count_); }
+
+  private:
+    std::array<Eigen::Index, decisions::UnseenCells::kMaxCells> indices_;
+    size_t count_ = 0;
+};
+
 // Errors of neighbouring vertices are alike: a mean of many is no better than each.
 double noise_mm2(double error_mm2) {
     return Decision::kNoise * Decision::kNoise + Decision::kErrorShare * error_mm2;
@@ -55,6 +68,7 @@ bool UnseenPiece::solve_frame() {
 }
 
 void UnseenPiece::skip_frame() {
+    lesson_ = Lesson::kNone;
     if (!is_telling_) return;
     if (cells_.seen().rest.cols() == cells_.rest().cols())
         lesson_ = Lesson::kDirect;
@@ -120,13 +134,19 @@ void UnseenPiece::weigh(const Eigen::VectorXd& weight) {
                      learnt_->information());
     kriging_->weigh(weight);
     whole_cells_ = {modes_.at_cells(), cells_.rest().colwise() - centre_};
+    base_mm2_.setConstant(weight.size(), std::numeric_limits<double>::quiet_NaN());
 }
 
-// Cells that the others foretell otherwise are taken for as noisy as they seem. Returns the largest
-// factor by which their noise grew.
+void UnseenPiece::find() {
+    displaced_ = displacements();
+    found_ = kriging_->solve(displaced_);
+}
+
+// Cells that the others foretell otherwise, by what was found, are taken for as noisy as they seem.
+// Returns the largest factor by which their noise grew.
 double UnseenPiece::raise_noise() {
     kriging_->find_doubts();
-    const Eigen::VectorXd surprises = kriging_->surprises(displacements());
+    const Eigen::VectorXd surprises = kriging_->surprises(displaced_, found_);
     raise_ = raise_.cwiseProduct(surprises).cwiseMax(1.0);
     return surprises.maxCoeff();
 }
@@ -144,19 +164,18 @@ bool UnseenPiece::solve() {
     fit_pose();
     // A cell that stands out hides another one from the first round.
     for (int round = 0; round < Decision::kRaises; ++round) {
+        find();
         const double largest = raise_noise();
         kriging_->weigh(weight.cwiseQuotient(raise_));
         if (largest < Decision::kStandsOut) break;
     }
     kriging_->find_doubts();
-    find_base_variances();
     return estimate();
 }
 
 // How noisy the cells seem now is for the next frame. Returns raise_noise(), if the numbers do.
 std::optional<double> UnseenPiece::solve_with_noise_before() {
     weigh(weights().cwiseQuotient(raise_));
-    find_base_variances();
     if (!estimate()) return std::nullopt;
     return raise_noise();
 }
@@ -169,13 +188,14 @@ void UnseenPiece::fit_pose() {
 bool UnseenPiece::estimate() {
     fit_pose();
     for (int round = 0; round < 2; ++round) {
-        const UnseenKriging::Found found = kriging_->solve(displacements());
-        pose_ = pose_ * Eigen::Translation3d(centre_) * as_motion(found.motion) *
+        find();
+        pose_ = pose_ * Eigen::Translation3d(centre_) * as_motion(found_.motion) *
                 Eigen::Translation3d(-centre_);
-        coefficients_ = found.coefficients;
+        coefficients_ = found_.coefficients;
     }
-    coefficients_ = kriging_->solve(displacements()).coefficients;
-    return coefficients_.allFinite() && pose_.matrix().allFinite() && base_mm2_.allFinite();
+    find();
+    coefficients_ = found_.coefficients;
+    return coefficients_.allFinite() && pose_.matrix().allFinite();
 }
 
 // Gives cells that are observed otherwise other weights; false: they are too many.
@@ -199,17 +219,22 @@ bool UnseenPiece::change_weights() {
 
 bool UnseenPiece::solve_as_before() {
     if (!std::exchange(is_reusable_, false) || !change_weights() || !estimate()) return false;
-    return kriging_->surprises(displacements()).maxCoeff() < Decision::kSurprise;
+    return kriging_->surprises(displaced_, found_).maxCoeff() < Decision::kSurprise;
 }
 
-void UnseenPiece::find_base_variances() { base_mm2_ = kriging_->variances(whole_cells_); }
+void UnseenPiece::find_base_variances(const CellSet& cells) {
+    CellSet missing;
+    for (size_t cell = 0; cell < cells_.size(); ++cell)
+        missing[cell] = cells[cell] && std::isnan(base_mm2_[static_cast<Eigen::Index>(cell)]);
+    const CellIndices indices(missing);
+    base_mm2_(indices.all()) = kriging_->variances(whole_cells_.part(indices.all()));
+}
 
 void UnseenPiece::find_variances(const CellSet& cells) {
-    std::array<Eigen::Index, decisions::UnseenCells::kMaxCells> room;
-    size_t count = 0;
-    for (Eigen::Index i = 0; i < base_mm2_.size(); ++i)
-        if (cells[static_cast<size_t>(i)]) room[count++] = i;
-    const auto asked = std::span(room).first(count);
+    asked_ = cells;
+    find_base_variances(cells);
+    const CellIndices indices(cells);
+    const std::span<const Eigen::Index> asked = indices.all();
     const Eigen::VectorXd lessened = kriging_->lessened(whole_cells_.part(asked));
     for (size_t k = 0; k < asked.size(); ++k)
         variance_[static_cast<size_t>(asked[k])] =
@@ -231,6 +256,7 @@ void UnseenPiece::learn() {
     if (lesson == Lesson::kSolve) return;
     is_reusable_ = true;
     learnt_->information();  // for the next lesson
+    find_base_variances(asked_);
 }
 
 // Variance of motion that a cell has for itself: since it was seen, and far from what is seen.

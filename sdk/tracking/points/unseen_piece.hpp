@@ -32,7 +32,7 @@ class UnseenPiece {
     void find_variances(const CellSet& cells);
     // The cell of a vertex of this piece.
     size_t cell_of(size_t vertex) const { return cells_.cell_of(vertex); }
-    // All move something that is seen.
+    // All move something that is seen; may follow solve_frame(), which then teaches nothing.
     void skip_frame();
     // Learns from that frame, where it has something to teach.
     bool has_lesson() const { return lesson_ != Lesson::kNone; }
@@ -69,7 +69,8 @@ class UnseenPiece {
     // The same with those of the frame before; false: they do not fit this one.
     bool solve_as_before();
     bool change_weights();
-    void find_base_variances();
+    void find();
+    void find_base_variances(const CellSet& cells);
     double unseen_mm2(Eigen::Index cell) const;
     void learn_directly();
 
@@ -87,14 +88,18 @@ class UnseenPiece {
     Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
     DisplacementModel whole_cells_;  // about that centre, whatever is seen of them
     Eigen::VectorXd raise_;          // per cell: factor on its noise, for it stood out
-    Eigen::VectorXd base_mm2_;  // per cell: variance of its displacement, before weights changed
+    // Per cell: variance of its displacement, before weights changed; NaN: not asked for yet.
+    Eigen::VectorXd base_mm2_;
+    CellSet asked_;
     Eigen::MatrixXd shapes_seen_;
     // Per cell: where it was last seen at rest, and a row of the shapes there. Most cells are seen
     // at the same place in many frames.
     Eigen::Matrix3Xd shaped_rest_;
     Eigen::MatrixXd shapes_of_cells_;
-    Eigen::MatrixXd shift_;     // of shapes: from where cells were weighed to where they are
-    bool is_reusable_ = false;  // the next frame may go by these weights
+    Eigen::MatrixXd shift_;       // of shapes: from where cells were weighed to where they are
+    bool is_reusable_ = false;    // the next frame may go by these weights
+    Eigen::Matrix3Xd displaced_;  // a column for each cell
+    UnseenKriging::Found found_;  // of these
     Eigen::MatrixX3d coefficients_;
     Eigen::Isometry3d pose_ = Eigen::Isometry3d::Identity();
     std::vector<double> variance_;  // per cell
