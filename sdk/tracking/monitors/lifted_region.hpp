@@ -12,6 +12,7 @@
 namespace defrec {
 
 // Where a vertex's tissue is, if the image confirms the vertex: on its ray, at the live depth.
+Vec3<double> live_place(const float position[3], float residual);
 Vec3<double> live_place(const defrec_surface_sample& sample);
 bool has_live_place(const defrec_surface_sample& sample);
 

@@ -43,26 +43,6 @@ Tear tear_of(const TemplateData& data, LiftedRegion region) {
     return tear;
 }
 
-// From where vertices were seen in the frame before to where they are seen; of those that the
-// marked control points move most.
-std::vector<PointPair> steps_of(const TemplateData& data, const FrameOutput& output,
-                                std::span<const uint8_t> is_confirmed,
-                                std::span<const uint8_t> moves,
-                                std::span<const Vec3<double>> seen_before) {
-    std::vector<PointPair> steps;
-    for (size_t i = 0; i < std::min(data.vertices.size(), seen_before.size()); ++i) {
-        const defrec_surface_point& vertex = data.vertices[i];
-        if (seen_before[i].z == 0 || is_confirmed[i] == 0 || !has_live_place(output.samples[i]))
-            continue;
-        float weight = 0;
-        for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
-            if (moves[static_cast<size_t>(vertex.node[k])] != 0) weight += vertex.weight[k];
-        if (weight > 0.5f) steps.push_back({seen_before[i], live_place(output.samples[i])});
-    }
-    if (steps.size() < Lifted::kMinSteps) return {};
-    return agreeing_pairs(steps, fit_pairs(steps));
-}
-
 // Where a control point is in the next frame, if it moves on as it did.
 defrec_motion moved_on(const TemplateData& data, std::span<const PointPair> steps, size_t node,
                        const defrec_motion& now) {
@@ -112,17 +92,41 @@ void LiftedTissue::look(const TemplateData& data, const FrameOutput& output,
     if (tear.motions.empty()) return;
     std::vector<uint8_t> moves(output.motions.size(), 0);
     for (const auto& [node, motion] : tear.motions) moves[node] = 1;
-    const std::vector<PointPair> steps = steps_of(data, output, is_confirmed, moves, seen_);
+    const std::vector<PointPair> steps = steps_of(data, output, is_confirmed, moves);
     for (auto& [node, motion] : tear.motions) motion = moved_on(data, steps, node, motion);
     found_ = std::move(tear);
 }
 
+// From where vertices were seen in the frame before to where they are seen; of those that the
+// marked control points move most.
+std::vector<PointPair> LiftedTissue::steps_of(const TemplateData& data, const FrameOutput& output,
+                                              std::span<const uint8_t> is_confirmed,
+                                              std::span<const uint8_t> moves) const {
+    std::vector<PointPair> steps;
+    for (size_t i = 0; i < std::min(data.vertices.size(), seen_.size()); ++i) {
+        const defrec_surface_point& vertex = data.vertices[i];
+        if (seen_[i].position[2] == 0 || is_confirmed[i] == 0 || !has_live_place(output.samples[i]))
+            continue;
+        float weight = 0;
+        for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
+            if (moves[static_cast<size_t>(vertex.node[k])] != 0) weight += vertex.weight[k];
+        if (weight > 0.5f)
+            steps.push_back(
+                {live_place(seen_[i].position, seen_[i].residual), live_place(output.samples[i])});
+    }
+    if (steps.size() < Lifted::kMinSteps) return {};
+    return agreeing_pairs(steps, fit_pairs(steps));
+}
+
 void LiftedTissue::remember(const TemplateData& data, const FrameOutput& output,
                             std::span<const uint8_t> is_confirmed) {
-    seen_.assign(data.vertices.size(), {0, 0, 0});
-    for (size_t i = 0; i < seen_.size(); ++i)
-        if (is_confirmed[i] != 0 && has_live_place(output.samples[i]))
-            seen_[i] = live_place(output.samples[i]);
+    seen_.resize(data.vertices.size());
+    for (size_t i = 0; i < seen_.size(); ++i) {
+        const defrec_surface_sample& sample = output.samples[i];
+        const float* at = sample.position;
+        seen_[i] = {{at[0], at[1], at[2]}, sample.residual};
+        if (is_confirmed[i] == 0 || !has_live_place(sample)) seen_[i].position[2] = 0;
+    }
 }
 
 Tear LiftedTissue::take() {
@@ -140,7 +144,7 @@ void LiftedTissue::follow(const TemplateData& data, const FrameOutput& output,
     is_lifted_.resize(output.motions.size(), 0);
     was_seen_ = is_seen(data, output.samples, is_confirmed);
     if (!was_seen_) return hold(data, output);
-    const std::vector<PointPair> steps = steps_of(data, output, is_confirmed, is_lifted_, seen_);
+    const std::vector<PointPair> steps = steps_of(data, output, is_confirmed, is_lifted_);
     last_.assign(output.motions.begin(), output.motions.end());
     next_ = last_;
     for (size_t i = 0; i < is_lifted_.size(); ++i)

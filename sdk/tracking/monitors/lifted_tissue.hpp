@@ -56,6 +56,9 @@ class LiftedTissue {
 
     void remember(const TemplateData& data, const FrameOutput& output,
                   std::span<const uint8_t> is_confirmed);
+    std::vector<PointPair> steps_of(const TemplateData& data, const FrameOutput& output,
+                                    std::span<const uint8_t> is_confirmed,
+                                    std::span<const uint8_t> moves) const;
 
     std::optional<Tear> found_;
     std::vector<uint8_t> is_lifted_;
@@ -63,8 +66,11 @@ class LiftedTissue {
     // seen.
     std::vector<defrec_motion> last_;
     std::vector<defrec_motion> next_;  // where the next frame starts; of those that are lifted
-    // Where each vertex was seen in the frame before; z is 0 where it was not.
-    std::vector<Vec3<double>> seen_;
+    // What each vertex was seen by in the frame before; its z is 0 where it was not.
+    struct Seen {
+        float position[3], residual;
+    };
+    std::vector<Seen> seen_;
     std::vector<Vec3<double>> positions_;  // working memory, of control points
     uint32_t frames_ = 0;                  // since the first was parted
     bool was_seen_ = false;

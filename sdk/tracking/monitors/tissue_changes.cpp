@@ -1,7 +1,10 @@
 // See tissue_changes.hpp.
 #include "sdk/tracking/monitors/tissue_changes.hpp"
 
+#include <atomic>
 #include <exception>
+
+#include "sdk/base/os/helped_loop.hpp"
 
 namespace defrec {
 
@@ -15,16 +18,28 @@ void TissueChanges::reset() {
 void TissueChanges::add_frame(const TemplateData& data, const FrameOutput& output,
                               std::span<const uint8_t> is_confirmed,
                               const Services* helpers) noexcept {
-    try {
-        cuts_.add_frame(data, output.samples, is_confirmed);
-        lifted_.add_frame(data, output, is_confirmed);
-        departed_.add_frame(data, output, is_confirmed, {lifted_.nodes(), lifted_.was_seen()});
-        slips_.add_frame(data, output, is_confirmed,
-                         slips_.wants_image() ? image_ : std::span<const uint8_t>(), helpers);
-    } catch (const std::exception&) {
-        cuts_.reset();  // gaps and slips still show in later frames; that tissue left does not
-        slips_.reset();
-    }
+    std::atomic<bool> has_failed = false;
+    // The slips share their own work where they look at the image.
+    helped_loop(slips_.wants_image() ? nullptr : helpers, 3, [&](size_t part) {
+        try {
+            if (part == 0) {
+                lifted_.add_frame(data, output, is_confirmed);
+                departed_.add_frame(data, output, is_confirmed,
+                                    {lifted_.nodes(), lifted_.was_seen()});
+            } else if (part == 1) {
+                slips_.add_frame(data, output, is_confirmed,
+                                 slips_.wants_image() ? image_ : std::span<const uint8_t>(),
+                                 helpers);
+            } else {
+                cuts_.add_frame(data, output.samples, is_confirmed);
+            }
+        } catch (const std::exception&) {
+            has_failed = true;
+        }
+    });
+    if (!has_failed) return;
+    cuts_.reset();  // gaps and slips still show in later frames; that tissue left does not
+    slips_.reset();
 }
 
 Tear TissueChanges::take_lines() {
