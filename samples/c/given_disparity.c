@@ -49,10 +49,11 @@ static void read_pfm(const char* path, float* values, uint32_t width, uint32_t h
 }
 
 static image_folder open_maps(const char* path, size_t frames) {
-    const image_folder maps = open_folder(path, ".pfm");
-    if (maps.count != frames)
-        fail("%s has %zu PFM files, but there are %zu frames", path, maps.count, frames);
-    return maps;
+    image_folder maps = open_folder(path, ".pfm");
+    const size_t count = maps.count;
+    if (count == frames) return maps;
+    close_folder(&maps);
+    fail("%s has %zu PFM files, but there are %zu frames", path, count, frames);
 }
 
 static float* allocate_map(const disparity_source* source) {
