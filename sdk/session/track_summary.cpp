@@ -188,10 +188,18 @@ double mean_of(const std::vector<FrameRow>& rows, double FrameRow::*member) {
 
 std::string percent(const Json& share) { return format_fixed(100 * share.get<double>(), 1) + " %"; }
 
-std::string shares_text(const Json& json, const char* one, const char* several = "") {
-    return counted(json["count"].get<std::size_t>(), one, several) + ": " +
-           percent(json["tracked_share"]) + " tracked, " + percent(json["extrapolated_share"]) +
-           " extrapolated, " + percent(json["lost_share"]) + " lost\n";
+std::string shares_text(const Json& json, const char* one) {
+    return counted(json["count"].get<std::size_t>(), one) + ": " + percent(json["tracked_share"]) +
+           " tracked, " + percent(json["extrapolated_share"]) + " extrapolated, " +
+           percent(json["lost_share"]) + " lost\n";
+}
+
+// Beneath the surface to be extrapolated is the rule.
+std::string placed_text(const Json& json, const char* one, const char* several) {
+    const double placed =
+        json["tracked_share"].get<double>() + json["extrapolated_share"].get<double>();
+    return counted(json["count"].get<std::size_t>(), one, several) + ": " + percent(placed) +
+           " placed, " + percent(json["lost_share"]) + " lost\n";
 }
 
 }  // namespace
@@ -268,8 +276,8 @@ std::string summary_text(const Json& summary, const std::filesystem::path& folde
     text += shares_text(summary["points"], "point");
     if (!summary["targets"].is_null()) text += shares_text(summary["targets"], "target");
     if (const Json& plan = summary["plan"]; !plan.is_null())
-        text += shares_text(plan["targets"], "target of the plan", "targets of the plan") +
-                shares_text(plan["parts"], "part of the plan", "parts of the plan");
+        text += placed_text(plan["targets"], "target of the plan", "targets of the plan") +
+                placed_text(plan["parts"], "part of the plan", "parts of the plan");
     const Json& frame = summary["stages"]["frame"];
     text += "a frame takes " + format_fixed(frame["median_ms"].get<double>(), 1) +
             " ms (median), " + format_fixed(frame["p99_ms"].get<double>(), 1) +

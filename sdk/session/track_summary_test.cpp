@@ -33,12 +33,13 @@ std::string text_of(std::size_t count) {
 
 TEST_CASE("the end text counts one in the singular, more in the plural") {
     const std::string shared = ": 100.0 % tracked, 0.0 % extrapolated, 0.0 % lost\n";
+    const std::string placed = ": 100.0 % placed, 0.0 % lost\n";
     const std::string end =
         "a frame takes 8.0 ms (median), 9.0 ms (99th percentile)\nreport: out/report.html\n";
     CHECK(text_of(1) == "1 frame on cpu: 1 tracking\ntemplate of frame 0\n1 point" + shared +
-                            "1 target" + shared + "1 target of the plan" + shared +
-                            "1 part of the plan" + shared + end);
+                            "1 target" + shared + "1 target of the plan" + placed +
+                            "1 part of the plan" + placed + end);
     CHECK(text_of(3) == "3 frames on cpu: 3 tracking\ntemplate of frame 0\n3 points" + shared +
-                            "3 targets" + shared + "3 targets of the plan" + shared +
-                            "3 parts of the plan" + shared + end);
+                            "3 targets" + shared + "3 targets of the plan" + placed +
+                            "3 parts of the plan" + placed + end);
 }

@@ -160,9 +160,9 @@ async function lookAtMore(page) {
   assert.equal(await more(), false, 'all rows have room');
   await page.setViewport({width, height: 500});
   await page.waitForFunction(
-      () => /more rows$/.test(document.querySelector('#plan .more:not([hidden])')?.textContent));
+      () => /more below$/.test(document.querySelector('#plan .more:not([hidden])')?.textContent));
   const rows = parseInt((await more()).slice(2), 10);
-  assert.ok(rows > 3 && rows < kTargets, `${rows} more rows`);
+  assert.ok(rows > 3 && rows < kTargets, `${rows} more`);
   await page.$eval('#plan .more', (note) => note.click());
   await page.waitForFunction(() => document.querySelector('#plan .more').hidden);
   await page.setViewport({width, height});

@@ -5,7 +5,7 @@ import {ready} from '../../report/web/health.js';
 import {Alarm} from './alarm.js';
 import {Checks} from './checks.js';
 import {watchFrames} from './connection.js';
-import {tellMoreOfLists} from './more.js';
+import {tellMoreOfLists} from '../../report/web/more.js';
 import {listenToRecord, showNow, showRecording, showStages} from './now.js';
 import {painted} from './pace.js';
 import {Picture} from './picture.js';
@@ -104,7 +104,7 @@ export async function watch(surface, timeline) {
   let newest = -1;   // moment
   listenToRecord();
   listenToFullScreen();
-  tellMoreOfLists();
+  tellMoreOfLists('.scroll, #lists');
   enable(false);
 
   // A click is on the tissue of now.

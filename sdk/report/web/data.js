@@ -108,7 +108,10 @@ export function paletteColour(name) {
 }
 
 export function table(head, rows) {
-  const body = rows.map((row) => element('tr', {}, ...row.map((cell) => element('td', {}, cell))));
+  // Each cell knows its head, for where there is no room for columns.
+  const body = rows.map(
+      (row) =>
+          element('tr', {}, ...row.map((cell, k) => element('td', {'data-head': head[k]}, cell))));
   const heads = head.map((text) => element('th', {scope: 'col'}, text));
   return element(
       'table', {}, element('thead', {}, element('tr', {}, ...heads)),

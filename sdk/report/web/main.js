@@ -3,6 +3,7 @@ import 'uplot/dist/uPlot.min.css';
 import './report.css';
 import {readData} from './data.js';
 import {ready, watchErrors} from './health.js';
+import {tellMoreOfLists} from './more.js';
 import {showPictures} from './pictures.js';
 import {showPoints} from './points.js';
 import {showPlots} from './plots.js';
@@ -22,6 +23,7 @@ const plots = showPlots(data, (frame) => surface?.select(frame));
 const targets = showTargets(data);
 const points = showPoints(data, 'points');
 const plan = showPoints(data, 'plan');
+tellMoreOfLists('.scroll');
 showSurface(data, (frame) => {
   plots.mark(frame);
   targets.select(frame);

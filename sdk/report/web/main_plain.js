@@ -2,6 +2,7 @@
 // plots it says why they are missing.
 import {byId, element, readData} from './data.js';
 import {ready, watchErrors} from './health.js';
+import {tellMoreOfLists} from './more.js';
 import {showPictures} from './pictures.js';
 import {showPoints} from './points.js';
 import {showChanges, showReading, showSummary} from './summary.js';
@@ -22,6 +23,7 @@ showPictures(data.key_frames);
 showTargets(data);
 showPoints(data, 'points');
 showPoints(data, 'plan');
+tellMoreOfLists('.scroll');
 leaveOut(byId('surface'));
 leaveOut(byId('plots').closest('section'));
 byId('licences').closest('details').remove();

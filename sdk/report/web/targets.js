@@ -85,15 +85,18 @@ function list(labels, targets) {
                     .sort(
                         (a, b) => (labels[a].depth ?? Infinity) - (labels[b].depth ?? Infinity) ||
                             labels[a].id - labels[b].id);
-  return table(['Id', 'Depth, mm', 'Status', 'Expected, mm', 'x, y, z, mm'], order.map((i) => {
-    const {id, depth} = labels[i];
-    const target = targets[i] && isPlaced(targets[i]) ? targets[i] : null;
-    return [
-      `${id}`, depth === null ? '–' : `${+ depth.toFixed(2)}`,
-      beneathStatusCell(target?.status ?? unknownStatus), number(target?.error),
-      target ? Array.from(target.centre, (v) => number(v, 1)).join(', ') : '–'
-    ];
-  }));
+  const made =
+      table(['Id', 'Depth, mm', 'Status', 'Expected, mm', 'x, y, z, mm'], order.map((i) => {
+        const {id, depth} = labels[i];
+        const target = targets[i] && isPlaced(targets[i]) ? targets[i] : null;
+        return [
+          `${id}`, depth === null ? '–' : `${+ depth.toFixed(2)}`,
+          beneathStatusCell(target?.status ?? unknownStatus), number(target?.error),
+          target ? Array.from(target.centre, (v) => number(v, 1)).join(', ') : '–'
+        ];
+      }));
+  made.className = 'followed places';
+  return made;
 }
 
 /** Hidden where there is no target. select: shows the moment nearest to a frame in the list. */

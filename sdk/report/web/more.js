@@ -1,6 +1,6 @@
 // How many rows follow beneath the lower edge of what scrolls: many browsers draw a scroll bar only
 // while it moves.
-import {element} from '../../report/web/data.js';
+import {element} from './data.js';
 
 /** box: what scrolls, with one element of the page in it for each list. */
 function tellMore(box) {
@@ -12,7 +12,7 @@ function tellMore(box) {
     const rows = isAll || getComputedStyle(box).overflowY === 'visible' ?
         0 :
         [...box.querySelectorAll('tbody tr')].filter(isBelow).length;
-    const text = `\u25be ${rows} more row${rows === 1 ? '' : 's'}`;
+    const text = `\u25be ${rows} more below`;
     if (rows && note.textContent !== text) note.textContent = text;
     note.hidden = rows === 0;
   };
@@ -24,6 +24,7 @@ function tellMore(box) {
   box.append(note);
 }
 
-export function tellMoreOfLists() {
-  for (const box of document.querySelectorAll('.scroll, #lists')) tellMore(box);
+/** boxes: a selector of what scrolls. */
+export function tellMoreOfLists(boxes) {
+  for (const box of document.querySelectorAll(boxes)) tellMore(box);
 }
