@@ -9,6 +9,7 @@
 #include "sdk/evaluation/score/score.hpp"
 #include "sdk/evaluation/score/score_report.hpp"
 #include "sdk/evaluation/score/target_score.hpp"
+#include "sdk/evaluation/score/truth_origin.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/json_text.hpp"
 #include "sdk/io/number_checks.hpp"
@@ -95,10 +96,37 @@ std::vector<std::string> notes_of(const Scores& scores) {
     return notes;
 }
 
-std::string text_of(const Scores& scores) {
+// Numbers that mean nothing are not given where that is certain, or where summary.json says so too.
+void refuse_other_truth(const TruthDoubt& doubt, const ScoreOptions& options, const fs::path& truth,
+                        bool are_points) {
+    if (doubt.note.empty()) return;
+    if (doubt.is_certain) {
+        if (options.all_points) return;
+        throw CliError(ExitCode::kInput,
+                       doubt.note + " With --all-points what has no row counts as lost.");
+    }
+    const auto [why, remedy] = contradiction_of(options.folder, truth, are_points);
+    if (!why.empty()) throw CliError(ExitCode::kInput, why + ": " + doubt.note + " " + remedy);
+}
+
+std::string doubts_of(const Scores& scores) {
     std::string text;
+    const auto add = [&](const TruthDoubt& doubt) {
+        if (!doubt.note.empty())
+            text += "WARNING. " + std::string(kDoubt) + " " + printable(doubt.note) + "\n";
+    };
+    if (scores.points) add(scores.points->doubt);
+    if (scores.targets) add(scores.targets->doubt);
+    return text;
+}
+
+std::string text_of(const Scores& scores) {
+    std::string text = doubts_of(scores);
+    if (!text.empty()) text += "\n";
     if (scores.points) text += score_verdict(*scores.points);
-    for (const std::string& note : notes_of(scores)) text += "Note: " + printable(note) + "\n";
+    for (const std::string& note : notes_of(scores))
+        if (text.find(printable(note)) == std::string::npos)
+            text += "Note: " + printable(note) + "\n";
     if (!text.empty()) text += "\n";
     if (scores.points) text += score_tables(*scores.points);
     if (scores.points && scores.targets) text += "\n";
@@ -145,17 +173,23 @@ int run_score(const ScoreOptions& options) {
     if (!truth.surface.empty()) {
         scores.points = score_of(
             read_scored_rows(options.folder, truth.surface, options.range, options.unfollowed()));
+        refuse_other_truth(scores.points->doubt, options, truth.surface, true);
         messages = exceeded(*scores.points, options.limits);
     }
     if (!truth.deep.empty()) {
         scores.targets =
             target_score_of(read_scored_targets(folder / kTargetsFile, truth.deep, truth.reference,
                                                 options.range, options.unfollowed()));
+        refuse_other_truth(scores.targets->doubt, options, truth.deep, false);
         for (std::string& message : exceeded(*scores.targets, options.deep_limits))
             messages.push_back(std::move(message));
     }
     if (options.json && !options.quiet)
         for (const std::string& note : notes_of(scores)) print_notice(note);
+    // Also where the numbers go into a file.
+    if (!options.json && !options.quiet)
+        if (const std::string doubts = doubts_of(scores); !doubts.empty())
+            print_notice(doubts.substr(0, doubts.size() - 1));
     if (!options.report.empty()) {
         write_atomically(options.report,
                          score_page(scores, options.folder,

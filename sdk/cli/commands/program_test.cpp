@@ -275,6 +275,35 @@ TEST_CASE(
                "0.000001", "--json"}) == 6);
 }
 
+TEST_CASE("a truth of something else is refused where files say so, and doubted by its places") {
+    const TestFolder folder;
+    REQUIRE(run(track_arguments(folder / "out", {"--frames", "0:2", "--no-overlay"})) == 0);
+    std::string moved = "frame,id,x,y,z,visible\n", others = moved;
+    for (int id = 0; id < 9; ++id) {
+        moved += "0," + std::to_string(id) + ",90,90,90,1\n";
+        others += "0," + std::to_string(id + 5000) + ",0,0,80,1\n";
+    }
+    const std::string alone = folder.write("moved.csv", moved);
+    const int text = ::open((folder / "text").c_str(), O_CREAT | O_WRONLY, 0600);
+    int status = 0;
+    const pid_t child = start_program(
+        {"score", folder / "out", "--truth", alone, "--report", folder / "score.html"}, text);
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    ::close(text);
+    CHECK(status == 0);
+    CHECK(TestFolder::read(folder / "text")
+              .find("WARNING. These numbers probably mean nothing: in frame 0, ") == 0);
+    CHECK(TestFolder::read(folder / "score.html").find("<p class=\"doubt\">") != std::string::npos);
+
+    fs::create_directories(folder.path() / "other/left");
+    const std::string beside = folder.write("other/truth.csv", moved);
+    CHECK(run({"score", folder / "out", "--truth", beside}) == 3);
+
+    const std::string unknown = folder.write("others.csv", others);
+    CHECK(run({"score", folder / "out", "--truth", unknown}) == 3);
+    CHECK(run({"score", folder / "out", "--truth", unknown, "--all-points"}) == 0);
+}
+
 TEST_CASE("a run is repeated by its summary, to the same bytes, but for what is given beside it") {
     const TestFolder folder;
     REQUIRE(run(track_arguments(folder / "a", {"--seed", "5", "--frames", "1:4", "--no-overlay",

@@ -54,6 +54,11 @@ svg .grid { stroke: var(--line); stroke-width: 1; }
 .ideal path { stroke-width: 1; stroke-dasharray: 4 4; }
 .band { color: var(--muted); opacity: 0.35; }
 .band path { stroke-width: 8; }
+.verdict { margin: 4px 0 12px; font-size: 19px; font-weight: 600; }
+.notes { margin: 0 0 12px; padding: 0; list-style: none; }
+.notes li { margin: 0 0 8px; overflow-wrap: anywhere; }
+.doubt { padding: 12px 14px; border-radius: 8px; background: #b91c1c; color: #fff; }
+.sentence { display: inline-block; max-width: calc(100vw - 80px); white-space: pre-wrap; }
 .key { margin: 0; padding: 0; list-style: none; }
 .key li { display: inline-block; margin-right: 16px; }
 .key li::before { content: "\25CF\2002"; }

@@ -113,6 +113,7 @@ Score score_of(const ScoredRows& scored) {
     }
     Score score;
     score.notes = scored.notes;
+    score.doubt = scored.doubt;
     score.not_followed = scored.not_followed;
     score.samples = all.samples();
     score.all = all.finish("all", scored.has_pixels);
@@ -132,6 +133,7 @@ nlohmann::ordered_json score_json(const Score& score) {
     json["states"] = Json::object();
     for (const ScoreGroup& group : score.states) json["states"][group.name] = group_json(group);
     json["notes"] = score.notes;
+    json["is_truth_in_doubt"] = !score.doubt.note.empty();
     return json;
 }
 

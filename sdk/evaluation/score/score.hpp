@@ -43,7 +43,8 @@ struct Score {
     std::vector<ScoreGroup> states;  // in order of first appearance; empty without frames.csv
     SamplesByStatus samples;         // of all states
     std::vector<std::string> notes;  // what speaks against the truth being of these points
-    std::size_t not_followed = 0;    // points of the truth
+    TruthDoubt doubt = {};
+    std::size_t not_followed = 0;            // points of the truth
     std::size_t frames_without_visible = 0;  // the share lost does not count these
 };
 

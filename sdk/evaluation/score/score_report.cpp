@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "sdk/base/util/markup.hpp"
 #include "sdk/evaluation/score/plot.hpp"
@@ -125,17 +126,33 @@ std::string sparsification_section(const Score& score) {
         plot_svg(plot));
 }
 
+// Sentences among the lines of a table break where the table would scroll.
 std::string table_section(const std::string& table) {
-    return "<section class=\"wide\"><pre>" + escaped(table) + "</pre></section>\n";
+    std::istringstream lines(table);
+    std::string text, line;
+    while (std::getline(lines, line)) {
+        const bool is_sentence = !line.empty() && line.find("  ") == std::string::npos;
+        text += is_sentence ? "<span class=\"sentence\">" + escaped(line) + "</span>\n"
+                            : escaped(line) + "\n";
+    }
+    return "<section class=\"wide\"><pre>" + text + "</pre></section>\n";
 }
 
+std::string doubt_of(const TruthDoubt& doubt) {
+    return doubt.note.empty() ? std::string()
+                              : "<p class=\"doubt\"><strong>" + std::string(kDoubt) + "</strong> " +
+                                    escaped(doubt.note) + "</p>\n";
+}
+
+// But for those that are doubts.
 std::string notes_of(const Scores& scores) {
     std::string list;
-    const auto add = [&](const std::vector<std::string>& notes) {
-        for (const std::string& note : notes) list += "<li>" + escaped(note) + "</li>";
+    const auto add = [&](const auto& score) {
+        for (const std::string& note : score.notes)
+            if (note != score.doubt.note) list += "<li>" + escaped(note) + "</li>";
     };
-    if (scores.points) add(scores.points->notes);
-    if (scores.targets) add(scores.targets->notes);
+    if (scores.points) add(*scores.points);
+    if (scores.targets) add(*scores.targets);
     return list.empty() ? list : "<ul class=\"notes\">" + list + "</ul>\n";
 }
 
@@ -144,15 +161,19 @@ std::string notes_of(const Scores& scores) {
 std::string score_page(const Scores& scores, const std::string& folder, const std::string& truth) {
     std::string page = page_head("defrec: score") + "<header><h1>" + escaped(folder) +
                        "</h1><p class=\"from\">scored against " + escaped(truth) + "</p>";
+    if (scores.points) page += doubt_of(scores.points->doubt);
+    if (scores.targets) page += doubt_of(scores.targets->doubt);
+    if (scores.points)
+        page += "<p class=\"verdict\">" + escaped(score_verdict(*scores.points)) + "</p>\n";
+    page += notes_of(scores);
     if (scores.points) page += key_of(*scores.points);
-    page += notes_of(scores) + "</header>\n<main>\n";
+    page += "</header>\n<main>\n";
     if (scores.points) {
         page += reliability_section(*scores.points) + coverage_section(*scores.points) +
                 sparsification_section(*scores.points);
     }
     if (scores.targets) page += target_sections(*scores.targets);
-    if (scores.points)
-        page += table_section(score_verdict(*scores.points) + "\n" + score_tables(*scores.points));
+    if (scores.points) page += table_section(score_tables(*scores.points));
     if (scores.targets) page += table_section(target_table(*scores.targets));
     return page + "</main>\n</body>\n</html>\n";
 }

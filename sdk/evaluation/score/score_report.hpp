@@ -10,6 +10,9 @@
 
 namespace defrec::cli {
 
+// What stands before a note that puts all numbers in doubt.
+inline constexpr char kDoubt[] = "These numbers probably mean nothing:";
+
 // What was scored of a folder.
 struct Scores {
     std::optional<Score> points;

@@ -43,8 +43,22 @@ TEST_CASE("the page has three plots and needs nothing else") {
     CHECK(count_of(page, "<svg") == count_of(page, "</svg>"));
     CHECK(page.find("<h1>a&lt;b</h1>") != std::string::npos);
     CHECK(page.find("c&amp;d") != std::string::npos);
+    CHECK(count_of(page, "of the truth, 95 %") == 1);
+    CHECK(page.find("of the truth, 95 %") < page.find("<svg"));
     for (const char* absent : {"nan", "inf", "http:", "https:", "src=", "<script"})
         CHECK_MESSAGE(count_of(page, absent) == 0, absent);
+}
+
+TEST_CASE("a truth in doubt is said before the verdict, and once") {
+    ScoredRows rows;
+    rows.rows.assign(3, row_of("tracked", 9, 0.1));
+    rows.notes = {"frames are missing.", "it is of something else."};
+    rows.doubt.note = rows.notes[1];
+    const std::string page = score_page({score_of(rows), {}}, "a", "b");
+    const std::string doubt = std::string(kDoubt) + "</strong> " + rows.doubt.note;
+    CHECK(count_of(page, rows.doubt.note) == 1);
+    CHECK(page.find(doubt) < page.find("of the truth, 95 %"));
+    CHECK(count_of(page, "<li>frames are missing.</li>") == 1);
 }
 
 TEST_CASE(

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
-#include "sdk/evaluation/score/truth_check.hpp"
 #include "sdk/io/csv.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/text.hpp"
@@ -103,6 +102,7 @@ ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::file
     if (unfollowed == Unfollowed::kLeftOut) leave_out_unfollowed(scored.rows);
     scored.not_followed = check.not_followed();
     scored.notes = check.notes(truth.string(), "points.csv");
+    scored.doubt = check.doubt(truth.string(), "points.csv");
     return scored;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sdk/evaluation/score/tracked_positions.hpp"
+#include "sdk/evaluation/score/truth_check.hpp"
 #include "sdk/input/frame_source.hpp"
 
 namespace defrec::cli {
@@ -26,6 +27,7 @@ struct ScoredRows {
     bool has_pixels = false;          // there is a camera
     std::size_t not_followed = 0;     // points of the truth
     std::vector<std::string> notes;   // what speaks against the truth being of these points
+    TruthDoubt doubt = {};
 };
 
 // `folder` holds points.csv and, for the states, frames.csv; for the camera, summary.json. Truth:

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "sdk/evaluation/score/rigid_fit.hpp"
-#include "sdk/evaluation/score/truth_check.hpp"
 #include "sdk/io/csv.hpp"
 #include "sdk/io/exit_code.hpp"
 
@@ -116,6 +115,7 @@ ScoredTargets read_scored_targets(const fs::path& tracked, const fs::path& truth
     if (unfollowed == Unfollowed::kLeftOut) leave_out_unfollowed(scored.rows);
     scored.not_followed = check.not_followed();
     scored.notes = check.notes(truth.string(), tracked.filename().string());
+    scored.doubt = check.doubt(truth.string(), tracked.filename().string());
     return scored;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sdk/evaluation/score/tracked_positions.hpp"
+#include "sdk/evaluation/score/truth_check.hpp"
 #include "sdk/input/frame_source.hpp"
 
 namespace defrec::cli {
@@ -25,7 +26,8 @@ inline constexpr char kDeepTruthFile[] = "truth_deep.csv";
 struct ScoredTargets {
     std::vector<ScoredTarget> rows;  // in the order of the truth; not empty
     std::vector<std::string> notes;  // what speaks against the truth being of these targets
-    std::size_t not_followed = 0;    // targets of the truth
+    TruthDoubt doubt = {};
+    std::size_t not_followed = 0;  // targets of the truth
 };
 
 // tracked: targets.csv of `defrec track`. truth:

@@ -116,6 +116,7 @@ TargetScore target_score_of(const ScoredTargets& targets) {
     for (const ScoredTarget& target : targets.rows) depths.insert(target.depth);
     TargetScore score;
     score.notes = targets.notes;
+    score.doubt = targets.doubt;
     score.not_followed = targets.not_followed;
     if (depths.empty()) return score;
     const double width = range_width(depths);
@@ -145,6 +146,7 @@ nlohmann::ordered_json target_json(const TargetScore& score) {
     for (const DepthScore& depth : score.depths) json["depths"].push_back(depth_json(depth));
     json["not_followed"] = score.not_followed;
     json["notes"] = score.notes;
+    json["is_truth_in_doubt"] = !score.doubt.note.empty();
     return json;
 }
 

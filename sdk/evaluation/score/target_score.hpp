@@ -40,6 +40,7 @@ struct TargetScore {
     std::vector<DepthScore> depths;
     std::size_t not_followed = 0;    // targets of the truth
     std::vector<std::string> notes;  // what speaks against the truth being of these targets
+    TruthDoubt doubt = {};
 };
 
 TargetScore target_score_of(const ScoredTargets& targets);

@@ -98,6 +98,14 @@ std::string TruthCheck::note_of_places(const std::string& truth) const {
            "s, or in another unit? If not, the calibration may be of other cameras.";
 }
 
+TruthDoubt TruthCheck::doubt(const std::string& truth, const std::string& tracked) const {
+    if (tracked_ids_.empty()) return {};
+    if (missing_ids_.size() == true_ids_.size()) return {note_of_ids(truth, tracked), true};
+    if (missing_frames_.size() == scored_frames_.size())
+        return {note_of_frames(truth, tracked), true};
+    return {note_of_places(truth), false};
+}
+
 std::vector<std::string> TruthCheck::notes(const std::string& truth,
                                            const std::string& tracked) const {
     std::vector<std::string> notes;

@@ -22,6 +22,12 @@ struct TruthLimits {
     static constexpr std::size_t kMinFar = 3;  // or all, where there are fewer
 };
 
+// That of the notes by which the truth is of something else, so that no number means anything.
+struct TruthDoubt {
+    std::string note;         // empty: there is none
+    bool is_certain = false;  // something was tracked, and nothing of the truth is in it
+};
+
 class TruthCheck {
   public:
     // tracked has to outlive this; noun: "point" or "target".
@@ -36,6 +42,7 @@ class TruthCheck {
 
     // A sentence for each thing that does not fit; truth and tracked: how the files are named.
     std::vector<std::string> notes(const std::string& truth, const std::string& tracked) const;
+    TruthDoubt doubt(const std::string& truth, const std::string& tracked) const;
 
   private:
     std::string note_of_ids(const std::string& truth, const std::string& tracked) const;

@@ -81,6 +81,24 @@ TEST_CASE("a truth of another sequence is told by the first frame with positions
     CHECK(notes_of(tracked, 8, 2).front().find("in frame 1, ") == 0);
 }
 
+TEST_CASE("a truth that cannot be of what was tracked is told from one that may be") {
+    const auto doubt_of = [](const Tracked& tracked, int first_id, int first_frame) {
+        TruthCheck check(tracked.positions, "point", Unfollowed::kLeftOut);
+        for (int id = first_id; id < first_id + 8; ++id)
+            check.add({first_frame, id}, {10.0 * id, 0, 80}, true, true);
+        return check.doubt("truth.csv", "points.csv");
+    };
+    CHECK(doubt_of(Tracked(8), 0, 0).note.empty());
+    CHECK(doubt_of(Tracked(8), 4, 0).note.empty());
+    CHECK(doubt_of(Tracked(8), 8, 0).is_certain);
+    CHECK(doubt_of(Tracked(8), 0, 2).note == "no frame of truth.csv is in points.csv.");
+    CHECK(doubt_of(Tracked(8), 0, 2).is_certain);
+    const TruthDoubt far = doubt_of(Tracked(8, 3), 0, 0);
+    CHECK(far.note.find("in frame 0, ") == 0);
+    CHECK_FALSE(far.is_certain);
+    CHECK(doubt_of(Tracked(0), 0, 0).note.empty());  // nothing was tracked
+}
+
 TEST_CASE("a tracker that is wrong is not taken for a wrong truth") {
     Tracked drifts(8);
     for (int id = 0; id < 8; ++id) drifts.place(1, id, 30);
@@ -121,7 +139,9 @@ TEST_CASE("notes on the truth are in the JSON and on the page of a score") {
     folder.write("points.csv", "frame,id,x,y,z,status,expected_error_mm\n0,1,0,0,80,tracked,0.1\n");
     Scores scores;
     scores.points = score_of(read_scored_rows(folder.path(), folder / "truth.csv", {}));
+    CHECK(scores.points->doubt.is_certain);
     CHECK(score_json(*scores.points)["notes"].size() == 1);
+    CHECK(score_json(*scores.points)["is_truth_in_doubt"] == true);
     CHECK(score_page(scores, "tracked", "truth.csv").find("is it the truth of other points?") !=
           std::string::npos);
 }

@@ -1,0 +1,60 @@
+// Which recording and which points a result is of, against where a truth stands.
+#include "sdk/evaluation/score/truth_origin.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "sdk/io/exit_code.hpp"
+#include "sdk/io/text.hpp"
+
+namespace defrec::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr std::size_t kLargestFile = 100'000'000;
+
+// The path that exists, without links; empty where it does not.
+fs::path found(const fs::path& path) {
+    std::error_code error;
+    const fs::path canonical = fs::canonical(path, error);
+    return error ? fs::path() : canonical;
+}
+
+// The left views that were tracked.
+fs::path tracked_left(const Json& summary) {
+    const Json::json_pointer folder("/folder"), left("/input/left");
+    if (!summary.contains(left) || !summary[left].is_string()) return {};
+    const fs::path path = summary[left].get<std::string>();
+    if (path.is_absolute()) return found(path);
+    if (!summary.contains(folder) || !summary[folder].is_string()) return {};
+    return found(fs::path(summary[folder].get<std::string>()) / path);
+}
+
+}  // namespace
+
+Contradiction contradiction_of(const fs::path& folder, const fs::path& truth, bool are_given) {
+    const fs::path path = folder / "summary.json";
+    if (found(path).empty()) return {};
+    const Json summary =
+        Json::parse(read_text_file(path, kLargestFile, ExitCode::kInput), nullptr, false);
+    if (!summary.is_object()) return {};
+    const fs::path own = found(truth.parent_path().empty() ? "." : truth.parent_path());
+    const fs::path beside = found(own / "left"), left = tracked_left(summary);
+    if (!own.empty() && !beside.empty() && !left.empty() && left.parent_path() != own) {
+        return {folder.string() + " was tracked in " + left.string() + ", and " + truth.string() +
+                    " is beside another recording",
+                "Where it is the right truth after all, put it into a folder without a recording."};
+    }
+    const Json::json_pointer points("/input/points");
+    if (are_given && summary.contains(points) && summary[points].is_null()) {
+        return {folder.string() +
+                    " was tracked without --points, so its points are a grid of its "
+                    "own, and not those of " +
+                    truth.string(),
+                "Track with --points and the points of the truth."};
+    }
+    return {};
+}
+
+}  // namespace defrec::cli
