@@ -20,11 +20,11 @@ uint64_t process_id() noexcept;
 
 // Starts a thread of the library: it receives none of the application's signals (but real-time
 // ones, SIGPWR and SIGXCPU, by which runtimes stop threads), cannot be cancelled, and computes in
-// the default floating point mode, whatever the mode of the starting thread. Throws
-// Error(DEFREC_ERROR_OUT_OF_MEMORY).
+// the default floating point mode, whatever the mode of the starting thread, whose priority it
+// takes over. Throws Error(DEFREC_ERROR_OUT_OF_MEMORY).
 std::thread start_thread(std::function<void()> body);
 
-// This thread gets less of a core that others want.
+// This thread gets less of a core that others want, whatever priority it took over.
 void lower_priority() noexcept;
 
 // For a scope: default rounding, no flushing of denormals; the thread's own mode is back

@@ -93,9 +93,11 @@ std::thread start_thread(std::function<void()> body) {
 }
 
 void lower_priority() noexcept {
-    // Linux has a priority for each thread, 0 being the one that calls.
+    const sched_param normal{};
+    (void)pthread_setschedparam(pthread_self(), SCHED_OTHER, &normal);
+    // Linux has a nice value for each thread, 0 being the one that calls.
     constexpr int kNice = 10;
-    (void)setpriority(PRIO_PROCESS, 0, kNice);
+    (void)setpriority(PRIO_PROCESS, 0, std::max(kNice, getpriority(PRIO_PROCESS, 0)));
 }
 
 DefaultFloatingPoint::DefaultFloatingPoint() noexcept {

@@ -115,11 +115,15 @@ struct FloatingPoint {
 // There is no fork.
 uint64_t process_id() noexcept { return GetCurrentProcessId(); }
 
-// There are no signals that a thread could receive.
+// There are no signals that a thread could receive. A priority is not taken over by itself, as it
+// is on Linux.
 std::thread start_thread(std::function<void()> body) {
     keep_loaded();
+    const int priority = GetThreadPriority(GetCurrentThread());
     try {
-        return std::thread([run = std::move(body)] {
+        return std::thread([run = std::move(body), priority] {
+            if (priority != THREAD_PRIORITY_ERROR_RETURN)
+                (void)SetThreadPriority(GetCurrentThread(), priority);
             FloatingPoint::set_default();
             run();
         });

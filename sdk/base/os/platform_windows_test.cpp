@@ -129,3 +129,16 @@ TEST_CASE("a thread has the default floating point mode, and the caller's own co
     CHECK((after & 0x8040) == 0x8040);
     CHECK((in_thread & 0x8040) == 0);
 }
+
+TEST_CASE("the library's threads take over the priority of the thread that starts them") {
+    REQUIRE(SetThreadPriority(GetCurrentThread(), THREAD_PRIORITY_HIGHEST) != 0);
+    int taken_over = 0, lowered = 0;
+    platform::start_thread([&] {
+        taken_over = GetThreadPriority(GetCurrentThread());
+        platform::lower_priority();
+        lowered = GetThreadPriority(GetCurrentThread());
+    }).join();
+    SetThreadPriority(GetCurrentThread(), THREAD_PRIORITY_NORMAL);
+    CHECK(taken_over == THREAD_PRIORITY_HIGHEST);
+    CHECK(lowered == THREAD_PRIORITY_BELOW_NORMAL);
+}
