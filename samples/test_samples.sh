@@ -50,9 +50,18 @@ for kind in black soft; do
         "$work/$kind/points.csv" cpu
     grep -q "^$frames,.*,lost,\$" "$work/$kind/points.csv"
     if grep '^[1-9].*[0-9]$' "$work/$kind/points.csv"; then exit 1; fi
+    sample plan_beneath "$work/$kind/left" "$work/$kind/right" "$camera" "$here/plan.csv" \
+        "$work/$kind/plan" cpu >/dev/null 2>"$work/$kind/said"
 done
 if grep -q '^0,.*[0-9]$' "$work/black/points.csv"; then exit 1; fi
 grep -q '^0,.*[0-9]$' "$work/soft/points.csv"
+
+# Targets of a template that is given up are lost, which is said once, and the program goes on.
+[ "$(wc -l <"$work/soft/said")" = 1 ]
+grep -qE '^frame [1-9][0-9]*: the template was given up' "$work/soft/said"
+grep -q '^0,.*[0-9]$' "$work/soft/plan/targets.csv"
+grep -q "^$frames,.*,lost,\$" "$work/soft/plan/targets.csv"
+if [ -s "$work/black/said" ]; then exit 1; fi
 
 sample display_points "$left" "$right" "$camera" "$sequence/points.csv" 66 "$work/shown.csv" cpu
 python3 "$here/compare_points.py" "$tracked/display.csv" "$work/shown.csv"

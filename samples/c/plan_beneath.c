@@ -207,6 +207,7 @@ int main(int argc, char** argv) {
     defrec_targets prepared = NULL;
     char path[4096];
     FILE* out;
+    int is_void = 0; /* the template of the targets was given up */
     size_t i;
     if (argc < 6 || argc > 7) {
         fprintf(stderr,
@@ -233,8 +234,9 @@ int main(int argc, char** argv) {
             prepared = prepare(&targets, job);
             check(defrec_job_result(job, &result), "reading the result");
         }
+        if (prepared != NULL && !is_void) is_void = is_given_up(&result, i);
         memset(targets.status, DEFREC_POINT_UNKNOWN, targets.count);
-        if (prepared != NULL)
+        if (prepared != NULL && !is_void)
             check(defrec_job_move_targets(job, prepared, targets.count, targets.now, NULL,
                                           targets.status, targets.expected_error_mm),
                   "moving the targets");

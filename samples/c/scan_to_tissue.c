@@ -192,7 +192,7 @@ int main(int argc, char** argv) {
     tracking running;
     mesh scan;
     followed targets;
-    int has_plan = 0;
+    int has_plan = 0, is_void = 0; /* is_void: the template of the plan was given up */
     FILE* out;
     size_t i;
     if (argc < 8 || argc > 9) {
@@ -217,12 +217,14 @@ int main(int argc, char** argv) {
             targets = follow(argv[6], &running, &scan, argv[5], job);
             has_plan = 1;
         }
-        if (has_plan) {
+        if (has_plan && !is_void) is_void = is_given_up(&result, i);
+        if (is_void)
+            memset(targets.status, DEFREC_POINT_UNKNOWN, targets.scan.count);
+        else if (has_plan)
             check(defrec_job_move_plan(job, targets.plan, targets.scan.count, targets.now, NULL,
                                        targets.status, targets.expected_error_mm),
                   "moving the plan");
-            write_frame(out, i, &targets);
-        }
+        if (has_plan) write_frame(out, i, &targets);
         defrec_job_release(job);
     }
     if (fclose(out) != 0) fail("%s: could not be written to its end", argv[7]);

@@ -1,5 +1,7 @@
 #include "tracking.h"
 
+#include <stdio.h>
+
 tracking open_tracking(const char* camera_text, const image* view, const char* device_id,
                        uint32_t frames_in_flight) {
     const defrec_rig_desc rig_desc = parse_camera(camera_text, view->width, view->height);
@@ -45,6 +47,15 @@ defrec_job track(const tracking* running, const stereo_sequence* sequence, int64
     DEFREC_INIT(result);
     check(defrec_job_result(job, result), "reading the result");
     return job;
+}
+
+int is_given_up(const defrec_result* result, size_t frame) {
+    if (result->vertex_count > 0) return 0;
+    fprintf(stderr,
+            "frame %zu: the template was given up; the targets are lost until they are registered "
+            "to another\n",
+            frame);
+    return 1;
 }
 
 void close_tracking(tracking* running) {

@@ -21,5 +21,9 @@ defrec_status submit(const tracking* running, const image* left, const image* ri
 /* Tracks the pair that was read last, and waits for the result. The job must be released. */
 defrec_job track(const tracking* running, const stereo_sequence* sequence, int64_t timestamp_ns,
                  defrec_result* result);
+/* Whether a tracker that had a template has none in this frame: it was given up, which is said on
+ * standard error. All in its frame of reference is void then, and the next template needs a
+ * registration of its own. */
+int is_given_up(const defrec_result* result, size_t frame);
 void close_tracking(tracking* running);
 #endif

@@ -18,6 +18,20 @@ internal sealed class UsageException : Exception
 
 internal static class Sample
 {
+    /// <summary>
+    /// Whether a tracker that had a template has none in this frame: it was given up, which is said
+    /// on standard error. All in its frame of reference is void then, and the next template needs a
+    /// registration of its own.
+    /// </summary>
+    internal static bool IsGivenUp(Job job, int frame)
+    {
+        if (job.GetSummary().VertexCount > 0) return false;
+        Console.Error.WriteLine(
+            "frame " + frame + ": the template was given up; the targets are lost until they are " +
+            "registered to another");
+        return true;
+    }
+
     /// <summary>Runs a sample; prints its exceptions as one line on stderr.</summary>
     internal static int Run(Action sample)
     {

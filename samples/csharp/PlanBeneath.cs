@@ -21,6 +21,7 @@ internal sealed class Plan : IDisposable
     private readonly double[] atRest, now, expectedErrorMm;
     private readonly PointStatus[] status;
     private Targets targets; // null before there is a template
+    private bool isVoid; // that template was given up
 
     internal Plan(string path)
     {
@@ -68,9 +69,10 @@ internal sealed class Plan : IDisposable
     }
 
     /// <summary>Moves the targets to the frame of this job.</summary>
-    internal void Move(Job job)
+    internal void Move(Job job, int frame)
     {
-        if (targets != null)
+        isVoid = isVoid || (targets != null && Sample.IsGivenUp(job, frame));
+        if (targets != null && !isVoid)
             job.MoveTargets(targets, now, status, expectedErrorMm);
         else
             for (int i = 0; i < status.Length; ++i) status[i] = PointStatus.Unknown;
@@ -191,7 +193,7 @@ internal static class PlanBeneath
                 {
                     job.Wait();
                     if (job.GetSummary().VertexCount > 0) plan.Prepare(job); // there is a template
-                    plan.Move(job);
+                    plan.Move(job, i);
                     plan.Write(file, i);
                     plan.Draw(sequence.Left, camera); // the tracker has its own copy
                     Write(Path.Combine(folder, i.ToString("D6") + ".ppm"), sequence.Left);

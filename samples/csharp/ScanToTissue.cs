@@ -53,6 +53,7 @@ internal sealed class FollowedScan : IDisposable
     private readonly double[] now, expectedErrorMm;
     private readonly PointStatus[] status;
     private Plan plan; // null before there is a template
+    private bool isVoid; // that template was given up
 
     internal FollowedScan(string scanFile, string landmarksFile, string targetsFile)
     {
@@ -130,11 +131,12 @@ internal sealed class FollowedScan : IDisposable
     internal void Write(TextWriter file, int frame, Job job)
     {
         if (plan == null) return;
-        job.MovePlan(plan, now, status, expectedErrorMm);
+        isVoid = isVoid || Sample.IsGivenUp(job, frame);
+        if (!isVoid) job.MovePlan(plan, now, status, expectedErrorMm);
         for (int i = 0; i < status.Length; ++i)
         {
             file.Write(frame + "," + (long)targets.Rows[i][0] + ",");
-            if (status[i] == PointStatus.Unknown)
+            if (isVoid || status[i] == PointStatus.Unknown)
                 file.Write(",,,lost,\n");
             else
                 file.Write(

@@ -23,6 +23,20 @@ def run(main: Callable[..., None], usage: str, min_count: int, max_count: int) -
         sys.exit(str(error))
 
 
+def is_given_up(result: defrec.Result) -> bool:
+    """Whether a tracker that had a template has none in this frame: it was given up, which is said
+    on standard error. All in its frame of reference is void then, and the next template needs a
+    registration of its own."""
+    if len(result.vertices) > 0:
+        return False
+    print(
+        f"frame {result.frame}: the template was given up; the targets are lost until they are "
+        "registered to another",
+        file=sys.stderr,
+    )
+    return True
+
+
 def parse_camera(text: str) -> defrec.Camera:
     """ "FX,FY,CX,CY,BASELINE_MM" of a rectified pair of images."""
     try:

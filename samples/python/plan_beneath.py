@@ -19,7 +19,7 @@ import numpy
 from numpy.typing import NDArray
 
 import defrec
-from input import Image8, Sequence, parse_camera, run
+from input import Image8, Sequence, is_given_up, parse_camera, run
 
 OBSERVED, CARRIED = (64, 220, 96), (255, 176, 32)
 
@@ -126,10 +126,12 @@ def main(
         print("frame,id,x,y,z,status,expected_error_mm", file=out)
 
         targets = None
+        is_void = False  # the template of the targets was given up
         for frame, job in enumerate(tracker.process(sequence)):
             if targets is None and len(job.result().vertices) > 0:  # there is a template
                 targets = prepare(job, plan)
-            moved = None if targets is None else job.move_targets(targets)
+            is_void = is_void or (targets is not None and is_given_up(job.result()))
+            moved = None if targets is None or is_void else job.move_targets(targets)
             write_rows(out, frame, names, moved)
             picture = sequence[frame][0].copy()
             if moved is not None:

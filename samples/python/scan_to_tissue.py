@@ -19,7 +19,7 @@ import numpy
 from numpy.typing import NDArray
 
 import defrec
-from input import Sequence, parse_camera, run
+from input import Sequence, is_given_up, parse_camera, run
 from mesh import read_obj
 
 LANDMARK_ERROR_MM = 1.0  # they are clicked, so they are not exact
@@ -94,7 +94,14 @@ def make_plan(
         return plan
 
 
-def write_rows(file: TextIO, frame: int, ids: List[int], moved: defrec.MovedTargets) -> None:
+def write_rows(
+    file: TextIO, frame: int, ids: List[int], moved: Optional[defrec.MovedTargets]
+) -> None:
+    """moved: None where nothing is known."""
+    if moved is None:
+        for name in ids:
+            print(f"{frame},{name},,,,lost,", file=file)
+        return
     for name, (x, y, z), status, error in zip(
         ids, moved.xyz, moved.status, moved.expected_error_mm
     ):
@@ -124,11 +131,13 @@ def main(
         tracker = defrec.Tracker(context, rig, device_id, format=defrec.Format.RGB8)
         print("frame,id,x,y,z,status,expected_error_mm", file=out)
         plan = None
+        is_void = False  # the template of the plan was given up
         for frame, job in enumerate(tracker.process(sequence)):
             if plan is None and len(job.result().vertices) > 0:  # there is a template
                 plan = make_plan(context, job, (scan_file, landmarks_file), targets[:, 1:])
+            is_void = is_void or (plan is not None and is_given_up(job.result()))
             if plan is not None:
-                write_rows(out, frame, ids, job.move_plan(plan))
+                write_rows(out, frame, ids, None if is_void else job.move_plan(plan))
 
 
 if __name__ == "__main__":
