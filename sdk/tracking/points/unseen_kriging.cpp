@@ -112,6 +112,7 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& symmetric) {
 void UnseenKriging::weigh(const Eigen::VectorXd& weight) {
     weight_ = weight;
     change_.reset();
+    doubts_.resize(3, 0);
     const Eigen::Index modes = of_.modes(), all = 3 * modes + 6;
     const Eigen::MatrixXd weighed = weight_.asDiagonal() * of_.shapes;
     Eigen::MatrixXd information = Eigen::MatrixXd::Zero(all, all);
@@ -157,6 +158,7 @@ Eigen::MatrixXd UnseenKriging::reduce(const DisplacementModel& of, size_t axis) 
 }
 
 void UnseenKriging::find_doubts() {
+    if (doubts_.cols() > 0) return;
     doubts_.setZero(3, 3 * of_.places());
     Indices known(of_.places());
     Eigen::Index count = 0;

@@ -56,7 +56,7 @@ class UnseenKriging {
     };
     // displacements: of the places, mm; finite where they are not known.
     Found solve(const Eigen::Matrix3Xd& displacements) const;
-    // Before surprises(), where weights have not been changed.
+    // Before surprises(), where weights have not been changed; the second call does nothing.
     void find_doubts();
     // Squared distance of a place's displacement from the one that was found of these, in its
     // variances of an axis: 1 where chance alone makes it, 0 where the displacement is not known.

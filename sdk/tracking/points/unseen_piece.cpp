@@ -169,7 +169,6 @@ bool UnseenPiece::solve() {
         kriging_->weigh(weight.cwiseQuotient(raise_));
         if (largest < Decision::kStandsOut) break;
     }
-    kriging_->find_doubts();
     return estimate();
 }
 
@@ -254,8 +253,10 @@ void UnseenPiece::learn() {
     kriging_->find_covariance();
     learnt_->learn(coefficients_, kriging_->covariance());
     if (lesson == Lesson::kSolve) return;
+    // For the next frame and the next lesson.
     is_reusable_ = true;
-    learnt_->information();  // for the next lesson
+    kriging_->find_doubts();
+    learnt_->information();
     find_base_variances(asked_);
 }
 
