@@ -2,7 +2,8 @@
 a server, and a field on every page that leads there.
 
 Doxygen's own search knows names of pages and of the API, not the text. search_words.toml has the
-words that people type for what pages call otherwise.
+words that people type for what pages call otherwise. What the rows of a guide's tables begin with,
+as the name of a reason or of an option, is found as headings are.
 """
 import html
 import html.parser
@@ -20,16 +21,28 @@ FIELD = (
 )
 
 
+# What a program prints of it: few-matches of DEFREC_REASON_FEW_MATCHES.
+SPOKEN = re.compile(r"DEFREC_(?:REASON_)?(?=[A-Z])")
+
+
+def spoken(name):
+    """A name in code, and its words where they are others."""
+    words = re.sub(r"[-_]+", " ", SPOKEN.sub("", name)).strip().lower()
+    return [name] if words == name or not words else [name, words]
+
+
 class Sections(html.parser.HTMLParser):
-    """[anchor, heading, text] of a page, a section for each heading with an anchor."""
+    """[anchor, heading, text, names] of a page, a section for each heading with an anchor. names:
+    those in code with which the rows of its tables begin."""
 
     SKIPPED = ("script", "style", "head", "nav")
 
     def __init__(self, text):
         super().__init__()
-        self.title, self.sections = "", [["", "", ""]]
+        self.title, self.sections = "", [["", "", "", []]]
         self.skipped, self.heading, self.anchor = [], None, ""
         self.in_contents, self.in_title = False, False
+        self.cell, self.name = None, None  # the cell of its row, counted from 0; text in code
         self.feed(text)
 
     def handle_starttag(self, tag, attributes):
@@ -43,6 +56,12 @@ class Sections(html.parser.HTMLParser):
             self.anchor = attributes["id"]
         if tag in ("h1", "h2", "h3") and self.in_contents:
             self.heading = ""
+        if tag == "tr":
+            self.cell = -1
+        elif tag == "td" and "markdownTableBody" in (attributes.get("class") or ""):
+            self.cell += 1
+        elif tag == "code" and self.cell == 0:
+            self.name = ""
 
     def handle_endtag(self, tag):
         if self.skipped and self.skipped[-1] == tag:
@@ -50,8 +69,13 @@ class Sections(html.parser.HTMLParser):
         if tag == "title":
             self.in_title = False
         if tag in ("h1", "h2", "h3") and self.heading is not None:
-            self.sections.append([self.anchor, " ".join(self.heading.split()), ""])
+            self.sections.append([self.anchor, " ".join(self.heading.split()), "", []])
             self.heading = None
+        if tag == "tr":
+            self.cell = None
+        elif tag == "code" and self.name is not None:
+            self.sections[-1][3] += spoken(self.name)
+            self.name = None
 
     def handle_data(self, data):
         if self.in_title:
@@ -62,17 +86,19 @@ class Sections(html.parser.HTMLParser):
             self.heading += data.replace("\u25c6", "")
         else:
             self.sections[-1][2] += data + " "
+            if self.name is not None:
+                self.name += data
 
 
 def entries(site, keywords):
-    """[file, anchor, title, heading, text, keywords] of all sections that hold text. Takes what it
-    uses out of keywords."""
+    """[file, anchor, title, heading, text, keywords, names] of all sections that hold text. Takes
+    what it uses out of keywords."""
     found = []
     for path in sorted(site.glob("*.html")):
         page = Sections(path.read_text())
         title = page.title.split(": ", 1)[-1]
         is_first = True
-        for anchor, heading, text in page.sections:
+        for anchor, heading, text, names in page.sections:
             text = " ".join(text.split())
             if not text:
                 continue
@@ -81,7 +107,7 @@ def entries(site, keywords):
             if is_first and anchor:  # a page that begins with a heading
                 words = ", ".join(filter(None, (words, keywords.pop(path.name, ""))))
             is_first = False
-            found.append([path.name, anchor, title, heading, text, words])
+            found.append([path.name, anchor, title, heading, text, words, ", ".join(names)])
     return found
 
 

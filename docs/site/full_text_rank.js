@@ -1,6 +1,7 @@
 // Ranks the sections of the site for a query, by BM25F with more for words that make up a heading
 // or stand together. Without the page, so that tests run it as it is.
-// Sections: [file, anchor, title, heading, text, keywords].
+// Sections: [file, anchor, title, heading, text, keywords, names]. Several keywords or names have
+// commas between them.
 const fullTextRank = (() => {
   const {kStopWords, kFaintWords, kWord, wordsOf, formsOf, spelled, stem, distance} = fullTextWords;
   const kPerPage = 3;     // sections of a page that are listed
@@ -10,10 +11,11 @@ const fullTextRank = (() => {
     title: {weight: 1, byLength: 0.3},
     heading: {weight: 3, byLength: 0.3},
     text: {weight: 1, byLength: 0.7},
-    keywords: {weight: 4, byLength: 0}
+    keywords: {weight: 4, byLength: 0},
+    names: {weight: 2, byLength: 0}
   };
   const kFaint = 0.2, kPrefix = 0.4, kNear = 0.8;
-  const kKeywordFit = 2, kHeadingFit = 1.5, kTogether = 0.4;
+  const kKeywordFit = 2, kNameFit = 1.5, kHeadingFit = 1.5, kTogether = 0.4;
   const kWhole = 1.2;     // for all words
   const kLookedAt = 100;  // sections in which words are looked for beside each other
   // Pages that few people want first: what was tried, tables of numbers, sources, tests.
@@ -39,8 +41,9 @@ const fullTextRank = (() => {
       words.set(word, (words.get(word) ?? 0) + 1);
       return formsOf(word);
     });
+    const listed = (text) => text.split(',').map(tellingTerms).filter(({length}) => length);
     const sections = index.map((section) => {
-      const [file, anchor, title, heading, text, keywords] = section;
+      const [file, anchor, title, heading, text, keywords, names] = section;
       return {
         section,
         weight: weightOf(file),
@@ -48,10 +51,12 @@ const fullTextRank = (() => {
           title: termsOf(title),
           heading: termsOf(heading),
           text: termsOf(text),
-          keywords: termsOf(keywords)
+          keywords: termsOf(keywords),
+          names: [...new Set(termsOf(names))]
         },
         heading: tellingTerms(heading || (anchor ? '' : title)),
-        keywords: keywords.split(',').map(tellingTerms).filter(({length}) => length)
+        keywords: listed(keywords),
+        names: listed(names)
       };
     });
     // What a page is about is not said again in its headings.
@@ -83,12 +88,14 @@ const fullTextRank = (() => {
     return preparedOf.get(index);
   }
 
+  // The first letter is seldom mistyped: dropped is not meant by preop.
   function nearest(words, word) {
     const limit = word.length < 4 ? 0 : word.length < 8 ? 1 : 2;
     const typed = spelled(word);
-    let best = {edits: limit + 1, times: 0};
+    let best = {edits: limit + 1, times: Infinity};
     for (const [other, times] of words) {
       if (Math.abs(other.length - word.length) > limit + 1 || !/^\p{L}{3,}$/u.test(other)) continue;
+      if (other[0] !== word[0]) continue;
       const edits = distance(typed, spelled(other));
       if (edits < best.edits || (edits === best.edits && times > best.times))
         best = {edits, times, other};
@@ -184,6 +191,7 @@ const fullTextRank = (() => {
     const meanings = new Set(parts.flatMap(({terms}) => [...terms.keys()]));
     const asked = {parts, meanings, all: sum(parts.map(({weight}) => weight))};
     const found = [];
+    const fitOf = (several) => Math.max(0, ...several.map((one) => fit(one, [], asked, rarities)));
     sections.forEach((each, at) => {
       const had = parts.filter(({hits}) => hits.has(at));
       if (!had.length || parts.some(({isRequired, hits}) => isRequired && !hits.has(at))) return;
@@ -195,7 +203,7 @@ const fullTextRank = (() => {
                    })) /
           asked.all;
       const fits = kHeadingFit * fit(each.heading, each.about, asked, rarities) +
-          kKeywordFit * Math.max(0, ...each.keywords.map((one) => fit(one, [], asked, rarities)));
+          kKeywordFit * fitOf(each.keywords) + kNameFit * fitOf(each.names);
       const factor = each.weight * share * (isWhole ? kWhole : 1);
       const together = factor * bm25 * kTogether * share;
       found.push({...each, had, isWhole, points: factor * (bm25 + fits), together});

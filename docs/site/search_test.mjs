@@ -96,6 +96,7 @@ const kDisplay = 'deployment_operating_room/The display';
 const kHidden = 'questions/Smoke, blood, instruments in front';
 const kHelp = 'questions/Where do I ask for help, or report a fault?';
 const kCite = 'questions/How do I cite it?';
+const kReasons = 'api_errors/Reasons';
 const kScopes = 'questions/Which endoscopes and robots: da Vinci, Storz, Olympus?';
 // The same of questions and of what is mistyped, where several may answer. Among the first three.
 const kQuestions = {
@@ -220,6 +221,30 @@ const kQuestions = {
   'is there a graphical user interface': 'program_live_view',
   'nonrigid registration': 'program_register',
   'h264 quality': 'program_record/H.264, lossy',
+  // What the program prints.
+  'dark': kReasons,
+  'no-texture': kReasons,
+  'frozen': kReasons,
+  'few matches': kReasons,
+  'few-matches': kReasons,
+  'contradicted': kReasons,
+  'gap': kReasons,
+  'what does contradicted mean': kReasons,
+  'frames.csv reasons': kReasons,
+  'what do the reasons in frames.csv mean': kReasons,
+  'DEFREC_REASON_DARK': kReasons,
+  'black frame': kReasons,
+  'what happens when an image pair is missing': kReasons,
+  'what is the difference between extrapolated and tracked':
+      ['api_errors/Status of a point', 'tracker_states/The same in other words'],
+  'tracking lost what now': kLost,
+  'registration ambiguous': 'program_register/What it writes',
+  'report explained': 'program_track/The other files',
+  'units of points.csv': 'program_track/What it writes',
+  'python example follow points': 'languages_python/From images to tracked points',
+  'tutorial': 'api_samples',
+  'preop model not moving':
+      ['program_register', 'api_coordinates/Registering a preoperative model'],
   // Mistyped, and while typing.
   'calibraton': 'program_calibrating',
   'laparascope': kScopes,
@@ -277,6 +302,8 @@ const taken = (query) => find(index, query).parts.map(({typed, near}) => near ??
 assert.deepEqual(taken('trakcing'), ['tracking']);
 assert.deepEqual(taken('calibraton depth'), ['calibration', 'depth']);
 assert.deepEqual(taken('qwertzuiop'), ['qwertzuiop']);
+// Too far from another word, or from one that begins otherwise.
+for (const word of ['trackinxyz', 'xost']) assert.deepEqual(taken(word), [word]);
 // Forms of a word and spellings are the same, other words are not.
 const kForms = [
   ['calibrate', 'calibrating', 'calibration', 'calibrations'], ['tumour', 'tumors', 'lesion'],
