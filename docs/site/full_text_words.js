@@ -10,8 +10,8 @@ const fullTextWords = (() => {
           .split(' '));
   // These say a little, and stand in questions as well as in texts.
   const kFaintWords = new Set(
-      ('allow between calculated computed difference done enough give happens help keep made make ' +
-       'mean meaning means not now possible use used using user without work works')
+      ('allow between calculated computed difference done enough give happens help keep made ' +
+       'make mean meaning means not now possible use used using user without work works')
           .split(' '));
   // What stands for several words, in lower case.
   const kPhrases = [
