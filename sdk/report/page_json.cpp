@@ -142,7 +142,8 @@ json to_json(const PointHistory& history) {
                            {"status", base64(moment.status)},
                            {"points", to_json(moment.points)},
                            {"uv", base64(moment.uv)},
-                           {"error", base64(moment.error)}});
+                           {"error", base64(moment.error)},
+                           {"largest", base64(moment.largest)}});
     return {{"count", history.count()},
             {"listed", listed},
             {"pixel_step", kPixelStep},

@@ -22,6 +22,22 @@ std::uint16_t quantise_error(float mm) {
         std::lround(std::clamp(double{mm} / kPointErrorStepMm, 0.0, 65535.0)));
 }
 
+std::vector<std::uint16_t> largest_of(const std::vector<const PointEstimate*>& points) {
+    std::vector<std::uint16_t> largest;
+    for (const PointEstimate* point : points)
+        largest.push_back(point->status == VertexStatus::unknown
+                              ? std::uint16_t{0}
+                              : std::max(std::uint16_t{1}, quantise_error(expected_error(*point))));
+    return largest;
+}
+
+// What is known of a moment that is left out, in the one before it.
+void merge_largest(PointMoment& kept, const PointMoment& left_out) {
+    kept.largest.resize(std::max(kept.largest.size(), left_out.largest.size()));
+    for (std::size_t i = 0; i < left_out.largest.size(); ++i)
+        kept.largest[i] = std::max(kept.largest[i], left_out.largest[i]);
+}
+
 }  // namespace
 
 PointHistory::PointHistory(Projector projector) : projector_(std::move(projector)) {}
@@ -62,7 +78,13 @@ void PointHistory::add(std::int64_t frame, double timestamp_ms,
         facts.error_mm.add(error);
         facts.largest_mm = std::max(facts.largest_mm, error);
     }
-    if (moments_.offer()) moments_.keep(moment(frame, timestamp_ms, points));
+    if (moments_.offer()) {
+        moments_.keep(moment(frame, timestamp_ms, points), merge_largest);
+    } else {
+        PointMoment left_out;
+        left_out.largest = largest_of(points);
+        moments_.add_to_last(left_out, merge_largest);
+    }
 }
 
 PointMoment PointHistory::moment(std::int64_t frame, double timestamp_ms,
@@ -78,6 +100,7 @@ PointMoment PointHistory::moment(std::int64_t frame, double timestamp_ms,
         moment.status.push_back(static_cast<std::uint8_t>(point->status));
         moment.error.push_back(is_known ? quantise_error(expected_error(*point)) : 65535);
     }
+    moment.largest = largest_of(points);
     std::vector<float> uv(2 * points.size());
     projector_(xyz.data(), points.size(), uv.data());
     for (const float pixel : uv) moment.uv.push_back(quantise_pixel(pixel));

@@ -27,6 +27,8 @@ struct PointMoment {
     QuantisedPoints points;            ///< mm
     std::vector<std::int16_t> uv;      ///< steps of kPixelStep, left image as given
     std::vector<std::uint16_t> error;  ///< steps of kPointErrorStepMm
+    /// The largest of this frame and of those before the next moment; 0: unknown in all of them.
+    std::vector<std::uint16_t> largest;
 };
 
 /// One point over all its frames.

@@ -5,12 +5,17 @@
 #include <doctest/doctest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "sdk/report/synthetic_sequence.hpp"
 #include "sdk/report/test_page.hpp"
@@ -37,6 +42,21 @@ json data_of(const std::string& page) {
     const std::string open = "<script type=\"application/json\" id=\"data\">";
     const std::size_t start = page.find(open) + open.size();
     return json::parse(page.substr(start, page.find("</script>", start) - start));
+}
+
+// The numbers in base64 without line breaks.
+template <class Value>
+std::vector<Value> values_of(const std::string& text) {
+    const std::string letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string bytes;
+    std::uint32_t bits = 0;
+    for (std::size_t i = 0; i < text.size() && text[i] != '='; ++i) {
+        bits = bits << 6 | static_cast<std::uint32_t>(letters.find(text[i]));
+        if (i % 4 != 0) bytes += static_cast<char>(bits >> (6 - 2 * (i % 4)) & 0xff);
+    }
+    std::vector<Value> values(bytes.size() / sizeof(Value));
+    std::memcpy(values.data(), bytes.data(), values.size() * sizeof(Value));
+    return values;
 }
 
 }  // namespace
@@ -116,6 +136,38 @@ TEST_CASE("a plan's parts and targets are listed with their errors, beside the p
     CHECK(data["plan"]["listed"][1]["median_mm"].get<double>() ==
           doctest::Approx(std::sqrt(0.1)).epsilon(0.01));
     CHECK(data["points"]["listed"].size() == record.points.size());
+}
+
+TEST_CASE("the plots show each largest error, and no residual where nothing was measured") {
+    const Folder folder;
+    const SyntheticSequence sequence(160, 120, 2);
+    ReportWriter report(folder.path / "report.html", {}, sequence.projector());
+    FrameRecord record = sequence.record(1);
+    const float variance = record.points.at(0).covariance[0];
+    for (int i = 0; i < 500; ++i) {
+        record.index = i;
+        record.timestamp_ms = i * 40.0;
+        record.points[0].covariance[0] = i == 301 ? 64.0f : variance;
+        record.observed_share = i == 100 ? 0 : 0.8;
+        record.mean_residual_mm = i == 100 ? 0 : 0.2;
+        report.add({}, record);
+    }
+    report.finish();
+    const json data = data_of(read_page(folder.path / "report.html"));
+    const json& points = data["points"];
+    double shown = 0;
+    for (const json& moment : points["moments"])
+        shown = std::max(shown, values_of<std::uint16_t>(moment["largest"])[0] *
+                                    points["error_step_mm"].get<double>());
+    CHECK(points["moments"].size() <= 240);
+    CHECK(shown == doctest::Approx(points["listed"][0]["largest_mm"].get<double>()).epsilon(0.01));
+    CHECK(shown > 8);
+    for (const json& line : data["series"]["lines"]) {
+        if (line["name"] != "residual_mm") continue;
+        const std::vector<float> residuals = values_of<float>(line["values"]);
+        CHECK(std::isnan(residuals.at(100)));
+        CHECK(residuals.at(101) == doctest::Approx(0.2));
+    }
 }
 
 TEST_CASE("points of a grid are not listed, and of many chosen ones some are, evenly") {

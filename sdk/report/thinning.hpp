@@ -24,13 +24,27 @@ class EvenlyThinned {
     bool offer() { return offered_++ % stride_ == 0; }
 
     void keep(Item item) {
+        keep(std::move(item), [](Item&, const Item&) {});
+    }
+
+    /// merge(kept, left_out): of an item that is left out and the one before it.
+    template <typename Merge>
+    void keep(Item item, Merge merge) {
         items_.push_back(std::move(item));
         if (items_.size() <= capacity_) return;
         std::size_t kept = 0;
-        for (std::size_t i = 0; i < items_.size(); i += 2, ++kept)
+        for (std::size_t i = 0; i < items_.size(); i += 2, ++kept) {
+            if (i + 1 < items_.size()) merge(items_[i], items_[i + 1]);
             if (kept != i) items_[kept] = std::move(items_[i]);
+        }
         items_.erase(items_.begin() + static_cast<std::ptrdiff_t>(kept), items_.end());
         stride_ *= 2;
+    }
+
+    /// Adds to the newest item what is known of one that was offered and not wanted.
+    template <typename Merge>
+    void add_to_last(const Item& left_out, Merge merge) {
+        merge(items_.back(), left_out);
     }
 
     const std::vector<Item>& items() const { return items_; }

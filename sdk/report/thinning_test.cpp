@@ -25,6 +25,24 @@ TEST_CASE("evenly thinned items are equidistant, begin with the first, and stay 
     }
 }
 
+TEST_CASE("an item that is kept knows of those that are left out after it") {
+    const auto larger = [](int& kept, int left_out) { kept = std::max(kept, left_out); };
+    for (const int largest : {0, 1, 6, 7, 8, 500, 1000}) {
+        EvenlyThinned<int> thinned(8);
+        for (int i = 0; i <= 1000; ++i) {
+            const int value = i == largest ? 9 : 1;
+            if (thinned.offer())
+                thinned.keep(value, larger);
+            else
+                thinned.add_to_last(value, larger);
+        }
+        const auto& items = thinned.items();
+        CHECK(std::count(items.begin(), items.end(), 9) == 1);
+        const auto at = static_cast<std::size_t>(largest) / thinned.stride();
+        CHECK(items[at] == 9);
+    }
+}
+
 TEST_CASE("quantiles are within half a per cent of the sorted sample's") {
     std::mt19937 random(3);
     std::lognormal_distribution<double> draw(1.5, 1.0);

@@ -56,6 +56,7 @@ export function readData() {
     moment.xyz = positions(moment.points);
     moment.uv = new Int16Array(bytes(moment.uv).buffer);
     moment.error = new Uint16Array(bytes(moment.error).buffer);
+    moment.largest = new Uint16Array(bytes(moment.largest).buffer);
   }
   if (data.surface) {
     const surface = data.surface;

@@ -27,6 +27,11 @@ function errorAt(points, moment, i) {
   return isKnown(moment, i) ? moment.error[i] * points.error_step_mm : null;
 }
 
+/** The largest from this frame up to the next moment, mm; null where none is known. */
+function largestErrorAt(points, moment, i) {
+  return moment.largest[i] ? moment.largest[i] * points.error_step_mm : null;
+}
+
 /** Pixel of the left image, or null. */
 function pixelAt(points, moment, i) {
   if (!isKnown(moment, i) || moment.uv[2 * i] === -32768) return null;
@@ -184,13 +189,15 @@ function displacements(points, i) {
 }
 
 function detail(points, i, marked, kind) {
-  const error = points.moments.map((moment) => errorAt(points, moment, i));
+  const error = points.moments.map((moment) => largestErrorAt(points, moment, i));
   const names = ['x', 'y', 'z'];
   return [
     element('h3', {}, `${kind} ${nameOf(points.listed[i])}`),
     timePlot(
-        points, 'Expected error, mm', [{name: 'error', colour: axisColours[0], values: error}], i,
-        marked),
+        points,
+        points.stride > 1 ? `Expected error, mm: the largest of each ${points.stride} frames` :
+                            'Expected error, mm',
+        [{name: 'error', colour: axisColours[0], values: error}], i, marked),
     timePlot(
         points, 'Displacement in the camera, mm',
         displacements(points, i).map(
