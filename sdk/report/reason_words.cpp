@@ -5,35 +5,48 @@
 
 namespace defrec::cli {
 
-const std::vector<std::pair<std::string_view, std::string_view>>& reason_words() {
-    static const std::vector<std::pair<std::string_view, std::string_view>> words = {
-        {"dark", "a picture is black"},
-        {"saturated", "a picture is white"},
-        {"no-texture", "the pictures show hardly any contrast"},
-        {"few-matches", "little of the tissue is recognised"},
-        {"occluded", "something lies in front of the tissue"},
-        {"large-residual", "the tissue changed its shape beyond what is modelled"},
-        {"fast-motion", "fast motion"},
-        {"out-of-view", "much of the tissue is out of the picture"},
-        {"no-depth", "too little depth is measured"},
-        {"one-view", "one of the two pictures is missing"},
-        {"frozen", "the picture stands still"},
-        {"gap", "frames are missing"},
-        {"views-swapped", "left and right look exchanged"},
-        {"low-contrast", "smoke, blur or a wet lens"},
-        {"view-late", "left and right picture are not of the same time"},
-        {"calibration", "the calibration does not fit the camera any more"},
-        {"template-grew", "tissue came into view and joined"},
-        {"template-full", "no further tissue can join"},
-        {"coarse", "not enough time to refine"},
-        {"unchecked", "not enough time to check"},
-        {"overdue", "too slow for its deadline"},
-        {"cut", "the tissue came apart"},
-        {"piece-lost", "a part of the tissue is not found"},
-        {"interlaced", "the video is interlaced"},
-        {"contradicted", "some of the tissue does not look as expected"},
+const std::vector<ReasonWords>& reason_words() {
+    static const std::vector<ReasonWords> words = {
+        {"dark", "a picture is black", "check light, lens and cable"},
+        {"saturated", "a picture is white", "check light and distance"},
+        {"no-texture", "the pictures show hardly any contrast", "look whether the lens is covered"},
+        {"few-matches", "little of the tissue is recognised",
+         "move the camera back to where the tissue was last followed"},
+        {"occluded", "something lies in front of the tissue", "move the instrument aside"},
+        {"large-residual", "the tissue changed its shape beyond what is modelled",
+         "where it lasts, take a new template"},
+        {"fast-motion", "fast motion", "move more slowly"},
+        {"out-of-view", "much of the tissue is out of the picture", "move the camera back"},
+        {"no-depth", "too little depth is measured", "check focus and distance"},
+        {"one-view", "one of the two pictures is missing",
+         "check lens, cable and input of that view"},
+        {"frozen", "the picture stands still", "check the video source"},
+        {"gap", "frames are missing", "check the video source"},
+        {"views-swapped", "left and right look exchanged", "exchange left and right"},
+        {"low-contrast", "smoke, blur or a wet lens", "clean the lens, let the smoke clear"},
+        {"view-late", "left and right picture are not of the same time", "synchronise both views"},
+        {"calibration", "the calibration does not fit the camera any more",
+         "calibrate the cameras again"},
+        {"template-grew", "tissue came into view and joined", ""},
+        {"template-full", "no further tissue can join", ""},
+        {"coarse", "not enough time to refine", "use a faster computer or smaller pictures"},
+        {"unchecked", "not enough time to check", "use a faster computer or smaller pictures"},
+        {"overdue", "too slow for its deadline", "use a faster computer or smaller pictures"},
+        {"cut", "the tissue came apart", ""},
+        {"piece-lost", "a part of the tissue is not found", ""},
+        {"interlaced", "the video is interlaced", "run again with --interlaced"},
+        {"contradicted", "some of the tissue does not look as expected", ""},
+        {"disparity", "the disparity that was given is not that of the pictures",
+         "check the files of --disparity"},
     };
     return words;
+}
+
+const ReasonWords* words_of(std::string_view name) {
+    const auto& words = reason_words();
+    const auto found = std::find_if(words.begin(), words.end(),
+                                    [&](const ReasonWords& item) { return item.name == name; });
+    return found == words.end() ? nullptr : &*found;
 }
 
 std::vector<std::string> reasons_in_words(std::string_view names) {
@@ -43,10 +56,8 @@ std::vector<std::string> reasons_in_words(std::string_view names) {
         const std::string_view name = names.substr(0, end);
         names.remove_prefix(std::min(end + 1, names.size()));
         names.remove_prefix(std::min(names.find_first_not_of(' '), names.size()));
-        const auto& words = reason_words();
-        const auto found = std::find_if(words.begin(), words.end(),
-                                        [&](const auto& item) { return item.first == name; });
-        result.emplace_back(found == words.end() ? name : found->second);
+        const ReasonWords* known = words_of(name);
+        result.emplace_back(known == nullptr ? name : known->words);
     }
     return result;
 }

@@ -3,13 +3,17 @@
 
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace defrec::cli {
 
-/// Names of DEFREC_REASON_* with their words.
-const std::vector<std::pair<std::string_view, std::string_view>>& reason_words();
+/// A name of DEFREC_REASON_*, what it says, and what to do at the table; empty: nothing.
+struct ReasonWords {
+    std::string_view name, words, remedy;
+};
+const std::vector<ReasonWords>& reason_words();
+/// null for a name that has none.
+const ReasonWords* words_of(std::string_view name);
 /// names: with ", " between them.
 std::vector<std::string> reasons_in_words(std::string_view names);
 

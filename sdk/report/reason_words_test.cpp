@@ -3,26 +3,40 @@
 #include <doctest/doctest.h>
 
 #include <fstream>
+#include <map>
 #include <regex>
 #include <sstream>
 
 using namespace defrec::cli;
 
-TEST_CASE("the overlay says reasons in the same words as the pages") {
+namespace {
+
+// The entries of a table of the pages.
+std::map<std::string, std::string> table_of(const std::string& script, const std::string& name) {
+    const std::size_t begin = script.find("const " + name + " = {");
+    REQUIRE(begin != std::string::npos);
+    const std::string text = script.substr(begin, script.find("};", begin) - begin);
+    const std::regex entry("'([a-z-]+)':\\s+'([^']+)'");
+    std::map<std::string, std::string> table;
+    for (std::sregex_iterator i(text.begin(), text.end(), entry), end; i != end; ++i)
+        table[(*i)[1]] = (*i)[2];
+    return table;
+}
+
+}  // namespace
+
+TEST_CASE("reasons have the same words and remedies here and in the pages") {
     std::ifstream file(DEFREC_SOURCE_DIR "/sdk/report/web/reasons.js");
     std::stringstream text;
     text << file.rdbuf();
-    std::string script = text.str();
-    const std::size_t begin = script.find("const reasons = {");
-    REQUIRE(begin != std::string::npos);
-    script = script.substr(begin, script.find("};", begin) - begin);
-    const std::regex entry("'([a-z-]+)':\\s+'([^']+)'");
-    std::vector<std::pair<std::string, std::string>> pages;
-    for (std::sregex_iterator i(script.begin(), script.end(), entry), end; i != end; ++i)
-        pages.emplace_back((*i)[1], (*i)[2]);
-    CHECK(pages.size() > 20);
-    const auto& here = reason_words();
-    CHECK(pages == std::vector<std::pair<std::string, std::string>>(here.begin(), here.end()));
+    std::map<std::string, std::string> words, remedies;
+    for (const ReasonWords& reason : reason_words()) {
+        words[std::string(reason.name)] = reason.words;
+        if (!reason.remedy.empty()) remedies[std::string(reason.name)] = reason.remedy;
+    }
+    CHECK(words.size() > 20);
+    CHECK(table_of(text.str(), "reasons") == words);
+    CHECK(table_of(text.str(), "remedies") == remedies);
 }
 
 TEST_CASE("names become words, one after the other; what has none stays") {

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "sdk/base/os/atomic_file.hpp"
+#include "sdk/report/doubtful_frames.hpp"
 #include "sdk/report/key_frames.hpp"
 #include "sdk/report/page.hpp"
 #include "sdk/report/page_json.hpp"
@@ -101,6 +102,7 @@ struct ReportWriter::Impl {
     std::int64_t frames = 0;
     double first_ms = 0, last_ms = 0;
     std::map<std::string, std::int64_t> frames_by_state;
+    DoubtfulFramesList doubtful;
     Distribution frame_ms, residual_mm, observed_share;
     std::vector<std::pair<std::string, Distribution>> stages;
     json changes = json::array();
@@ -127,6 +129,7 @@ void ReportWriter::Impl::count(const FrameRecord& frame) {
     last_ms = frame.timestamp_ms;
     ++frames;
     ++frames_by_state[frame.state];
+    doubtful.add(frame.index, frame.state, frame.reasons);
     if (frame.frame_ms > 0) frame_ms.add(frame.frame_ms);
     if (!frame.vertices.empty()) {
         if (has_residual(frame)) residual_mm.add(frame.mean_residual_mm);
@@ -148,8 +151,7 @@ void ReportWriter::Impl::plot(const FrameRecord& frame) {
         series.set(series.line(name, worst), value);
     };
     set("state", Worst::largest, severity(frame.state));
-    set("residual_mm", Worst::largest,
-        has_residual(frame) ? frame.mean_residual_mm : std::nan(""));
+    set("residual_mm", Worst::largest, has_residual(frame) ? frame.mean_residual_mm : std::nan(""));
     set("features", Worst::smallest, frame.features);
     set("matches", Worst::smallest, frame.matches);
     set("inliers", Worst::smallest, frame.inliers);
@@ -194,12 +196,17 @@ json ReportWriter::Impl::summary() const {
     json states = json::array();
     for (const auto& [name, number] : frames_by_state)
         states.push_back({{"name", name}, {"frames", number}});
+    json losses = json::array();
+    for (const DoubtfulFrames& each : doubtful.sorted())
+        if (each.state == "lost" && losses.size() < kDoubtfulFramesSaid)
+            losses.push_back({{"where", each.where()}, {"why", each.why()}});
     json stage_list = json::array();
     for (const auto& [name, distribution] : stages)
         stage_list.push_back({{"name", name}, {"ms", quantiles(distribution)}});
     return {{"frames", frames},
             {"duration_ms", last_ms - first_ms},
             {"states", states},
+            {"losses", losses},
             {"frame_ms", quantiles(frame_ms)},
             {"residual_mm", quantiles(residual_mm)},
             {"observed_share", quantiles(observed_share)},

@@ -143,9 +143,7 @@ FrameRecord SyntheticSequence::facts(int frame) const {
                    : t >= 0.2 && t < 0.45 ? "degraded"
                                           : "tracking";
     const bool is_lost = result.state == "lost";
-    result.reasons = is_lost                      ? "no-image"
-                     : result.state == "degraded" ? "instrument-occlusion"
-                                                  : "";
+    result.reasons = is_lost ? "dark" : result.state == "degraded" ? "instrument-occlusion" : "";
     result.mean_residual_mm =
         is_lost ? std::numeric_limits<double>::quiet_NaN() : 0.2 + 0.1 * std::sin(9 * t);
     return result;

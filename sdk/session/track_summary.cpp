@@ -11,6 +11,7 @@
 #include "sdk/io/process_memory.hpp"
 #include "sdk/io/statistics.hpp"
 #include "sdk/io/text.hpp"
+#include "sdk/report/doubtful_frames.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -98,6 +99,20 @@ Json reasons_json(const std::vector<FrameRow>& rows) {
             frames = frames.is_null() ? 1 : frames.get<int>() + 1;
         }
     }
+    return json;
+}
+
+Json doubtful_json(const std::vector<FrameRow>& rows) {
+    DoubtfulFramesList list;
+    for (const FrameRow& row : rows) list.add(row.frame, row.state, row.reasons);
+    Json json = Json::array();
+    for (const DoubtfulFrames& each : list.sorted())
+        json.push_back({{"state", each.state},
+                        {"reason", each.reason.empty() ? Json(nullptr) : Json(each.reason)},
+                        {"first", each.first},
+                        {"last", each.last},
+                        {"frames", each.count},
+                        {"text", each.where() + " " + each.state + ": " + each.why()}});
     return json;
 }
 
@@ -202,6 +217,20 @@ std::string placed_text(const Json& json, const char* one, const char* several) 
            " placed, " + percent(json["lost_share"]) + " lost\n";
 }
 
+std::string doubtful_text(const Json& doubtful) {
+    std::string text;
+    std::size_t frames = 0;
+    for (std::size_t i = 0; i < doubtful.size(); ++i)
+        if (i < kDoubtfulFramesSaid)
+            text += "  " + doubtful[i]["text"].get<std::string>() + "\n";
+        else
+            frames += doubtful[i]["frames"].get<std::size_t>();
+    if (frames > 0)
+        text += "  " + counted(frames, "further frame") + (frames == 1 ? " is" : " are") +
+                " in doubt: see reasons in frames.csv\n";
+    return text;
+}
+
 }  // namespace
 
 const char* layout_name(Layout layout) {
@@ -239,6 +268,7 @@ Json summarise_track(const TrackFacts& facts) {
     json["template_frame"] = facts.template_frame ? Json(*facts.template_frame) : Json(nullptr);
     json["states"] = states_json(facts.rows);
     json["reasons"] = reasons_json(facts.rows);
+    json["doubtful"] = doubtful_json(facts.rows);
     json["rig_estimate"] = rig_estimate_json(facts.rows);
     json["points"] = points_json(facts.points);
     json["targets"] = targets_json(facts.targets);
@@ -271,6 +301,7 @@ std::string summary_text(const Json& summary, const std::filesystem::path& folde
             .append(",");
     }
     text.back() = '\n';
+    text += doubtful_text(summary["doubtful"]);
     if (const Json& frame = summary["template_frame"]; !frame.is_null())
         text += "template of frame " + std::to_string(frame.get<std::int64_t>()) + "\n";
     text += shares_text(summary["points"], "point");

@@ -17,17 +17,20 @@ Json shares(std::size_t count) {
 }
 
 // A run in which there is so much of everything.
-std::string text_of(std::size_t count) {
+Json summary_of(std::size_t count) {
     Json summary;
     summary["frames"] = count;
     summary["device"] = {{"id", "cpu"}};
     summary["states"] = {{"tracking", count}, {"lost", 0}};
+    summary["doubtful"] = Json::array();
     summary["template_frame"] = 0;
     summary["points"] = summary["targets"] = shares(count);
     summary["plan"] = {{"targets", shares(count)}, {"parts", shares(count)}};
     summary["stages"] = {{"frame", {{"median_ms", 8.0}, {"p99_ms", 9.0}}}};
-    return summary_text(summary, "out");
+    return summary;
 }
+
+std::string text_of(std::size_t count) { return summary_text(summary_of(count), "out"); }
 
 }  // namespace
 
@@ -42,4 +45,13 @@ TEST_CASE("the end text counts one in the singular, more in the plural") {
     CHECK(text_of(3) == "3 frames on cpu: 3 tracking\ntemplate of frame 0\n3 points" + shared +
                             "3 targets" + shared + "3 targets of the plan" + placed +
                             "3 parts of the plan" + placed + end);
+}
+
+TEST_CASE("the end text says which frames are lost or degraded, and why, in a few lines") {
+    Json summary = summary_of(90);
+    for (std::size_t i = 1; i < 6; ++i)
+        summary["doubtful"].push_back({{"frames", i}, {"text", "text " + std::to_string(i)}});
+    const std::string text = summary_text(summary, "out");
+    CHECK(text.find("90 tracking\n  text 1\n  text 2\n  text 3\n  9 further frames are in doubt: "
+                    "see reasons in frames.csv\ntemplate") != std::string::npos);
 }

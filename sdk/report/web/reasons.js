@@ -27,6 +27,7 @@ const reasons = {
   'piece-lost': 'a part of the tissue is not found',
   'interlaced': 'the video is interlaced',
   'contradicted': 'some of the tissue does not look as expected',
+  'disparity': 'the disparity that was given is not that of the pictures',
 };
 
 const namesOf = (list) => list.split(',').map((name) => name.trim()).filter(Boolean);
@@ -57,6 +58,7 @@ const remedies = {
   'unchecked': 'use a faster computer or smaller pictures',
   'overdue': 'use a faster computer or smaller pictures',
   'interlaced': 'run again with --interlaced',
+  'disparity': 'check the files of --disparity',
 };
 
 /** The remedy of the first of the reasons that has one; empty where none has. */

@@ -143,8 +143,9 @@ function notesOf(meta, summary) {
   const lost = framesIn(summary, 'lost');
   if (!lost) return meta.notes;
   const severity = 2 * lost > summary.frames ? 'error' : 'warning';
-  const text =
-      `${lost} of ${summary.frames} frames are lost: nothing is known of the tissue in them.`;
+  const sentence = ({where, why}) => ` ${where[0].toUpperCase()}${where.slice(1)}: ${why}.`;
+  const text = `${lost} of ${summary.frames} frames are lost: nothing is known of the tissue in ` +
+      `them.${summary.losses.map(sentence).join('')}`;
   return [{severity, text}, ...meta.notes];
 }
 
@@ -191,6 +192,10 @@ export function showReading() {
         `${meaning}.` + (pointName === name ? '' : ` Of a point or target: ${pointName}.`));
   for (const [state, meaning] of Object.entries(stateMeanings))
     add(stateChip(state), `${meaning}.`);
+  add('When frames are lost',
+      'Do what the note at the top says; all reasons are under Changes of state. The tissue is ' +
+          'found again once it is seen as it was in the template. Where that lasts, run defrec ' +
+          'doctor on those frames, or take another template.');
   add('Units',
       'Lengths are millimetres in the left rectified camera (x right, y down, z ' +
           'away from it); times are milliseconds.');

@@ -1,0 +1,61 @@
+// Lost and degraded frames in words.
+#include "sdk/report/doubtful_frames.hpp"
+
+#include <doctest/doctest.h>
+
+using namespace defrec::cli;
+
+namespace {
+
+std::vector<std::string> words_of_list(const DoubtfulFramesList& list) {
+    std::vector<std::string> lines;
+    for (const DoubtfulFrames& each : list.sorted())
+        lines.push_back(each.where() + " " + each.state + ": " + each.why());
+    return lines;
+}
+
+}  // namespace
+
+TEST_CASE("frames of a state are named with their main reason and its remedy") {
+    DoubtfulFramesList list;
+    list.add(10, "tracking", "few-matches");
+    list.add(11, "degraded", "few-matches|occluded");
+    for (int frame = 12; frame < 15; ++frame) list.add(frame, "lost", "dark, few-matches");
+    list.add(15, "relocalised", "");
+    list.add(16, "lost", "few-matches");
+    list.add(17, "degraded", "occluded");
+    list.add(18, "tracking", "");
+    CHECK(words_of_list(list) ==
+          std::vector<std::string>{
+              "frames 12 to 14 lost: a picture is black; check light, lens and cable",
+              "frame 16 lost: little of the tissue is recognised; move the camera back to where "
+              "the tissue was last followed",
+              "2 of the frames 11 to 17 degraded: something lies in front of the tissue; move the "
+              "instrument aside"});
+}
+
+TEST_CASE("frames without a reason that explains their state are named as well") {
+    DoubtfulFramesList list;
+    // Their numbers need not follow each other.
+    list.add(0, "lost", "");
+    list.add(2, "lost", "template-full");
+    list.add(4, "degraded", "");
+    list.add(6, "degraded", "piece-lost");
+    CHECK(words_of_list(list) ==
+          std::vector<std::string>{
+              "frames 0 to 2 lost: little of the tissue is recognised; move the camera back to "
+              "where the tissue was last followed",
+              "frame 4 degraded: less is observed than usual",
+              "frame 6 degraded: a part of the tissue is not found"});
+}
+
+TEST_CASE("nothing is in doubt where all is followed") {
+    DoubtfulFramesList list;
+    list.add(0, "tracking", "occluded");
+    list.add(1, "initialising", "few-matches");
+    CHECK(list.sorted().empty());
+    list.add(2, "initialising", "no-depth");
+    CHECK(words_of_list(list) ==
+          std::vector<std::string>{
+              "frame 2 initialising: too little depth is measured; check focus and distance"});
+}
