@@ -93,7 +93,7 @@ ALLOWED = {
     ("registration/program/register_json.cpp", "kMostShown = 10"): "what is printed",
     ("registration/program/register_picture.cpp", "0.92 * kPanel"): "a margin of a picture",
     ("registration/program/register_picture.cpp", "kBar = 300"): "a size in a picture",
-    ("registration/program/run_register.cpp", "kDegree = "): "a unit",
+    ("registration/program/register_calls.cpp", "kDegree = "): "a unit",
     ("registration/triangle_tree.cpp", "kLeafTriangles = 4"): "leaves of an index",
     ("registration/uncertainty.cpp", "kDegree = "): "a unit",
     ("session/camera_trajectory.cpp", "kMillisecondsInSecond = 1000"): "a unit",

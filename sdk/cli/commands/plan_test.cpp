@@ -225,7 +225,7 @@ TEST_CASE("what makes no plan is refused: exit codes 2 and 3, and no file change
                "--plan", plan}) == 2);                        // no template
     CHECK(refused({"--pairs", pairs, "--plan", plan}) == 2);  // nothing in it
     CHECK(refused({"--pairs", pairs, "--looked-at"}) == 2);   // at no plan
-    CHECK(refused({"--pairs", pairs, "--model", scan, "--pairs-only"}) == 2);
+    CHECK(refused({"--start", pairs, "--model", scan, "--pairs-only"}) == 2);
     CHECK(refused({"--pairs", pairs, "--targets", targets, "--surface", scan, "--model", scan}) ==
           2);  // two surfaces
     const std::string before = TestFolder::read(pairs);

@@ -34,7 +34,7 @@ PlacedModel placed_model(const RegisterFindings& findings, const MeshFile& model
     PlacedModel placed;
     placed.xyz.assign(model.vertices.begin(), model.vertices.end());
     placed.expected_error_mm.resize(placed.xyz.size() / 3);
-    require(defrec_registration_move_points(findings.registration.get(), placed.xyz.data(),
+    require(defrec_registration_move_points(findings.found.handle.get(), placed.xyz.data(),
                                             placed.expected_error_mm.size(), placed.xyz.data(),
                                             nullptr, placed.expected_error_mm.data()),
             ExitCode::kInternal, "moving the model");

@@ -34,7 +34,7 @@ Json transform(const double* values) {
 
 Json free_motion(const RegisterFindings& findings, std::size_t index) {
     auto motion = initialised<defrec_free_motion>();
-    require(defrec_registration_get_free_motion(findings.registration.get(), index, &motion),
+    require(defrec_registration_get_free_motion(findings.found.handle.get(), index, &motion),
             ExitCode::kInternal, "reading the result");
     const bool is_turn = motion.kind == DEFREC_FREE_TURN;
     Json made;
@@ -51,7 +51,7 @@ Json free_motion(const RegisterFindings& findings, std::size_t index) {
 
 Json alternative(const RegisterFindings& findings, std::size_t index) {
     auto other = initialised<defrec_registration_alternative>();
-    require(defrec_registration_get_alternative(findings.registration.get(), index, &other),
+    require(defrec_registration_get_alternative(findings.found.handle.get(), index, &other),
             ExitCode::kInternal, "reading the result");
     return {{"transform", transform(other.transform)},
             {"distance_mm", other.distance_mm},
@@ -94,7 +94,7 @@ Json residuals_json(const defrec_registration_info& info) {
 
 MovedTarget moved(const RegisterFindings& findings, const ModelTarget& target) {
     MovedTarget made;
-    require(defrec_registration_move_points(findings.registration.get(), target.place.data(), 1,
+    require(defrec_registration_move_points(findings.found.handle.get(), target.place.data(), 1,
                                             made.place.data(), made.covariance.data(),
                                             &made.expected_error_mm),
             ExitCode::kInternal, "moving a target");
@@ -115,10 +115,10 @@ const char* verdict_of(const defrec_registration_info& info) {
 }
 
 Json register_json(const RegisterFindings& findings) {
-    const defrec_registration_info& info = findings.info;
+    const defrec_registration_info& info = findings.info();
     Json made;
     made["verdict"] = verdict_of(info);
-    made["reason"] = info.reason;
+    made["reason"] = findings.reason;
     made["method"] = findings.method;
     made["transform"] = transform(info.transform);
     made["covariance"] = rows(info.covariance, 6, 6);
@@ -149,11 +149,11 @@ Json register_json(const RegisterFindings& findings) {
 }
 
 std::string register_text(const RegisterFindings& findings) {
-    std::string text = std::string(verdict_of(findings.info)) + ": " + findings.info.reason + "\n";
-    if (findings.info.deformation == DEFREC_DEFORMATION_APPLIED)
-        text += std::string("deformed: ") + findings.info.deformation_text + "\n";
-    if (findings.info.deformation == DEFREC_DEFORMATION_REFUSED)
-        text += std::string("not deformed: ") + findings.info.deformation_text + "\n";
+    std::string text = std::string(verdict_of(findings.info())) + ": " + findings.reason + "\n";
+    if (findings.info().deformation == DEFREC_DEFORMATION_APPLIED)
+        text += std::string("deformed: ") + findings.info().deformation_text + "\n";
+    if (findings.info().deformation == DEFREC_DEFORMATION_REFUSED)
+        text += std::string("not deformed: ") + findings.info().deformation_text + "\n";
     for (const std::string& note : findings.notes) text += "note: " + note + "\n";
     constexpr std::size_t kMostShown = 10;
     for (std::size_t i = 0; i < findings.targets.size() && i < kMostShown; ++i) {

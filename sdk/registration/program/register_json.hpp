@@ -4,17 +4,19 @@
 #include <array>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sdk/client/library.hpp"
 #include "sdk/registration/program/inputs.hpp"
+#include "sdk/registration/program/register_calls.hpp"
 
 namespace defrec::cli {
 
-// All that a run of `defrec register` found; the pointers of info live as long as the handle.
+// All that a run of `defrec register` found.
 struct RegisterFindings {
-    Registration registration;
-    defrec_registration_info info{};
+    Registered found;
+    std::string reason;  // of the verdict
     std::string method;  // "pairs" or "surface"
     std::vector<std::string> notes;
     std::vector<ModelTarget> targets;
@@ -23,7 +25,12 @@ struct RegisterFindings {
     std::string plan;
     std::vector<std::string> plan_targets;
 
-    bool is_registered() const { return info.verdict == DEFREC_VERDICT_ACCEPTED; }
+    void take(Registered registered) {
+        found = std::move(registered);
+        reason = found.info.reason;
+    }
+    const defrec_registration_info& info() const { return found.info; }
+    bool is_registered() const { return found.is_accepted(); }
 };
 
 // "registered", "ambiguous", "undetermined" or "failed".

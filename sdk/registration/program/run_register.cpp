@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <nlohmann/json.hpp>
-#include <numbers>
-#include <string_view>
+#include <utility>
 
 #include "sdk/base/os/atomic_file.hpp"
 #include "sdk/io/exit_code.hpp"
@@ -15,6 +13,7 @@
 #include "sdk/io/terminal.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/registration/program/inputs.hpp"
+#include "sdk/registration/program/pairs_and_surface.hpp"
 #include "sdk/registration/program/placed_model.hpp"
 #include "sdk/registration/program/plan_output.hpp"
 #include "sdk/registration/program/register_json.hpp"
@@ -29,9 +28,6 @@ constexpr const char* kJson = "registration.json";
 constexpr const char* kPicture = "registration.png";
 constexpr const char* kModel = "model.ply";
 constexpr const char* kTargets = "targets.csv";
-constexpr double kDegree = std::numbers::pi / 180;
-
-using Transform = std::array<double, 12>;  // 3x4 row-major
 
 void check_options(const RegisterOptions& options) {
     const auto refuse = [](const std::string& message) {
@@ -56,8 +52,8 @@ void check_options(const RegisterOptions& options) {
         refuse(
             "--deform draws a model to a surface: give --model F and what was seen as --surface F "
             "or --template F.");
-    if (options.is_by_pairs_alone && (options.pairs.empty() || options.plan.empty()))
-        refuse("--pairs-only leaves the model to the plan: give --pairs F and --plan F.");
+    if (options.is_by_pairs_alone && options.pairs.empty())
+        refuse("--pairs-only registers by pairs: give --pairs F.");
     if (options.plan.empty()) {
         if (options.is_looked_at) refuse("--looked-at is said of a plan: give --plan F.");
         return;
@@ -88,20 +84,6 @@ std::vector<fs::path> inputs_of(const RegisterOptions& options) {
                                     options.pairs, options.targets, options.start})
         if (!name.empty()) inputs.emplace_back(name);
     return inputs;
-}
-
-// What the library says of an input, as the program's own error.
-void expect_accepted(defrec_status status, const std::string& path) {
-    if (status == DEFREC_ERROR_ARGUMENT)
-        throw CliError(ExitCode::kInput, path + ": " + defrec_last_error() + ".");
-    require(status, ExitCode::kInput, path);
-}
-
-void take(RegisterFindings& findings, defrec_registration registration) {
-    findings.registration.reset(registration);
-    findings.info = initialised<defrec_registration_info>();
-    require(defrec_registration_get(registration, &findings.info), ExitCode::kInternal,
-            "reading the result");
 }
 
 MeshFile read_model(const RegisterOptions& options) {
@@ -160,56 +142,6 @@ void note_findings(const defrec_registration_info& info, std::vector<std::string
             "The model does not say where its outside is: its back may be taken for its front.");
 }
 
-// 0, which is the library's default where nothing is given, as a number next to it.
-double given_or_default(const std::optional<double>& value) {
-    if (!value) return 0;
-    return *value == 0 ? std::numeric_limits<double>::min() : *value;
-}
-
-defrec_registration_desc desc_of(const RegisterOptions& given, const Transform& start,
-                                 const MeshFile& model, const SurfaceFile& surface) {
-    auto desc = initialised<defrec_registration_desc>();
-    if (!given.is_tracked_camera) desc.flags |= DEFREC_REGISTRATION_NO_CAMERA;
-    if (given.is_deformed) desc.flags |= DEFREC_REGISTRATION_ELASTIC;
-    desc.deformation_mm = given_or_default(given.deformation_mm);
-    desc.model_vertices = model.vertices.data();
-    desc.model_vertex_count = model.vertices.size() / 3;
-    desc.model_triangles = model.triangles.data();
-    desc.model_triangle_count = model.triangles.size() / 3;
-    if (given.seen_template.empty()) {
-        desc.seen_vertices = surface.places.data();
-        desc.seen_count = surface.places.size() / 3;
-    }
-    if (!surface.normals.empty()) desc.seen_normals = surface.normals.data();
-    if (!surface.covariances.empty()) desc.seen_covariances = surface.covariances.data();
-    std::copy(start.begin(), start.end(), desc.start);
-    desc.max_turn_rad = given_or_default(given.start_turn_degrees) * kDegree;
-    desc.max_shift_mm = given_or_default(given.start_shift_mm);
-    desc.starts = given.starts.value_or(0);
-    desc.point_error_mm = given_or_default(given.point_error_mm);
-    desc.model_error_mm = given_or_default(given.model_error_mm);
-    desc.max_residual_mm = given_or_default(given.max_residual_mm);
-    desc.max_error_mm = given_or_default(given.max_error_mm);
-    return desc;
-}
-
-void register_by_pairs(const RegisterOptions& options, RegisterFindings& findings) {
-    const PairsFile file = read_pairs_file(options.pairs);
-    auto desc = initialised<defrec_registration_pairs>();
-    desc.model_xyz = file.model_xyz.data();
-    desc.seen_xyz = file.seen_xyz.data();
-    desc.model_covariance = file.model_covariance.data();
-    desc.seen_covariance = file.seen_covariance.data();
-    desc.count = file.ids.size();
-    desc.max_residual_mm = given_or_default(options.max_residual_mm);
-    desc.max_error_mm = given_or_default(options.max_error_mm);
-    defrec_registration registration = nullptr;
-    expect_accepted(defrec_registration_from_pairs(&desc, &registration), options.pairs);
-    take(findings, registration);
-    findings.method = "pairs";
-    findings.pair_ids = file.ids;
-}
-
 void note_surface(const SurfaceFile& surface, std::vector<std::string>& notes) {
     if (surface.left_out > 0)
         notes.push_back(std::to_string(surface.left_out) +
@@ -228,24 +160,14 @@ SurfaceFile surface_of(const Template& seen) {
 }
 
 // seen: null where a file has the surface.
-Compared register_by_surface(const RegisterOptions& options, const Transform& start,
-                             const Context& context, const Template& seen,
-                             RegisterFindings& findings) {
+Compared compare(const RegisterOptions& options, const Transform& start, const Context& context,
+                 const Template& seen, RegisterFindings& findings) {
     Compared compared;
     compared.model = read_model(options);
     const MeshFile part = seen_part(*compared.model, options, findings);
     compared.surface = seen ? surface_of(seen) : read_surface_file(options.surface);
-    const defrec_registration_desc desc = desc_of(options, start, part, compared.surface);
-    defrec_registration registration = nullptr;
-    const defrec_status status =
-        seen ? defrec_registration_from_template(context.get(), seen.get(), &desc, &registration)
-             : defrec_registration_from_surface(context.get(), &desc, &registration);
-    const bool is_model_at_fault =
-        status < 0 && std::string_view(defrec_last_error()).starts_with("the model");
-    const std::string& surface_file = seen ? options.seen_template : options.surface;
-    expect_accepted(status, is_model_at_fault ? options.model : surface_file);
-    take(findings, registration);
-    note_findings(findings.info, findings.notes);
+    findings.take(register_by_surface(context, {part, compared.surface, seen}, start, options));
+    note_findings(findings.info(), findings.notes);
     if (!seen) note_surface(compared.surface, findings.notes);
     findings.method = "surface";
     findings.pair_ids.clear();
@@ -268,7 +190,7 @@ void write_outputs(const RegisterFindings& findings, const Compared& compared, b
     if (!compared.surface.places.empty()) {
         const PlacedModel placed = placed_model(findings, *compared.model);
         write_register_picture(out / kPicture,
-                               {placed.xyz, compared.surface.places, &findings.info});
+                               {placed.xyz, compared.surface.places, &findings.info()});
         if (is_deformed) {
             write_model(out / kModel, placed, *compared.model);
             write_targets(out / kTargets, findings);
@@ -290,15 +212,25 @@ int run_register(const RegisterOptions& options) {
     if (!options.seen_template.empty()) seen = load_template(context, options.seen_template);
     Transform start{};
     if (!options.start.empty()) start = read_pose_file(options.start);
+    PairsFile pairs;
     if (!options.pairs.empty()) {
-        register_by_pairs(options, findings);
-        std::copy_n(findings.info.transform, start.size(), start.begin());
+        pairs = read_pairs_file(options.pairs);
+        findings.take(register_by_pairs(pairs, options));
+        findings.method = "pairs";
+        findings.pair_ids = pairs.ids;
+        std::copy_n(findings.info().transform, start.size(), start.begin());
     }
     // Pairs that contradict each other, or leave a motion open, give no start.
     const bool has_start = options.pairs.empty() || findings.is_registered();
     Compared compared;
-    if (compares_surfaces(options) && has_start)
-        compared = register_by_surface(options, start, context, seen, findings);
+    if (compares_surfaces(options) && has_start) {
+        const Registered by_pairs = std::move(findings.found);
+        compared = compare(options, start, context, seen, findings);
+        if (by_pairs.handle && findings.info().verdict == DEFREC_VERDICT_UNDETERMINED)
+            findings.reason += ". The pairs alone hold this to " +
+                               held_by_pairs(findings.found, pairs, by_pairs) +
+                               ": give --pairs-only to register by them";
+    }
     if (options.is_by_pairs_alone && !options.model.empty()) {
         compared.model = read_model(options);
         findings.notes = compared.model->notes;
@@ -309,7 +241,7 @@ int run_register(const RegisterOptions& options) {
     if (!options.targets.empty()) targets = read_model_targets(options.targets);
     findings.targets.insert(findings.targets.end(), targets.begin(), targets.end());
     const OutputFolder out(options.out);
-    for (const char* name : {kJson, kModel, kTargets}) out.forget(name);
+    for (const char* name : {kJson, kPicture, kModel, kTargets}) out.forget(name);
     if (!options.plan.empty()) make_plan(options, seen, compared, targets, findings);
     const std::string json = json_text(register_json(findings), 2) + "\n";
     write_outputs(findings, compared, options.is_deformed, out, json);

@@ -4,9 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -17,45 +15,13 @@
 #include "sdk/io/test_refusal.hpp"
 #include "sdk/registration/elastic/test_deformations.hpp"
 #include "sdk/registration/program/inputs.hpp"
+#include "sdk/registration/program/test_inputs.hpp"
 #include "sdk/registration/test_organ.hpp"
 
 using namespace defrec;
 using namespace defrec::cli;
 
 namespace {
-
-std::string number(double value) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%.6f", value);
-    return text;
-}
-
-std::string row(std::initializer_list<double> values) {
-    std::string text;
-    for (const double value : values) {
-        if (!text.empty()) text += ',';
-        text += number(value);
-    }
-    text += '\n';
-    return text;
-}
-
-std::string obj_of(const TestMesh& mesh) {
-    std::string text = "g liver\n";
-    for (std::size_t i = 0; i < mesh.vertices.size() / 3; ++i) {
-        const Eigen::Vector3d place = mesh.vertex(i);
-        std::string line = row({place.x(), place.y(), place.z()});
-        std::replace(line.begin(), line.end(), ',', ' ');
-        text.append("v ").append(line);
-    }
-    for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
-        text += "f";
-        for (std::size_t k = 0; k < 3; ++k)
-            text.append(" ").append(std::to_string(mesh.triangles[i + k] + 1));
-        text += "\n";
-    }
-    return text;
-}
 
 std::string csv_of(const Pose& pose) {
     std::string text = "x,y,z,t\n";
@@ -313,6 +279,12 @@ TEST_CASE("exit code 2: options that do not fit together") {
     options.is_deformed = false;
     options.deformation_mm = 5;
     CHECK_SAYS(usage_of(options), "give --deform as well");
+    options = RegisterOptions();
+    options.model = scene().model;
+    options.surface = scene().surface;
+    options.start = scene().start;
+    options.is_by_pairs_alone = true;
+    CHECK_SAYS(usage_of(options), "--pairs-only registers by pairs: give --pairs F");
 }
 
 TEST_CASE("row 170: inputs that are refused, each with file and line") {
