@@ -31,10 +31,19 @@ class DeviceWatch {
         if (std::this_thread::get_id() == thread_) entered_ns_ = 0;
     }
 
-    // The call that has been under way for longer than the limit; nullptr: none.
+    // The call that has been under way for longer than the limit, of it the last eighth since
+    // somebody first looked; nullptr: none. Where the whole process was stopped for as long, the
+    // call has that eighth to end in.
     const char* stuck_in() const noexcept {
         const int64_t entered = entered_ns_;
-        return entered != 0 && Clock::now() - time_of(entered) > limit_ ? name_.load() : nullptr;
+        const Clock::time_point now = Clock::now();
+        if (entered == 0 || now < late_from(entered)) return nullptr;
+        const std::lock_guard lock(mutex_);
+        if (late_call_ns_ != entered) {
+            late_call_ns_ = entered;
+            seen_late_ = now;
+        }
+        return now > stuck_from(entered) ? name_.load() : nullptr;
     }
 
     enum class Outcome { kDone, kTimeout, kStuck };
@@ -47,7 +56,7 @@ class DeviceWatch {
             if (stuck_in() != nullptr) return Outcome::kStuck;
             const Clock::time_point now = Clock::now();
             if (now >= end) return Outcome::kTimeout;
-            changed.wait_until(lock, std::min(end, next_look(now)));
+            changed.wait_until(lock, std::min(end, next_look(now) + std::chrono::milliseconds(1)));
         }
     }
 
@@ -55,16 +64,28 @@ class DeviceWatch {
     static Clock::time_point time_of(int64_t ns) noexcept {
         return Clock::time_point(Clock::duration(ns));
     }
-    // No sooner than anything can be stuck.
+    Clock::time_point late_from(int64_t entered) const noexcept {
+        return time_of(entered) + limit_ - limit_ / 8;
+    }
+    // Of a call that was seen late; under the mutex.
+    Clock::time_point stuck_from(int64_t entered) const noexcept {
+        return std::max(time_of(entered) + limit_, seen_late_ + limit_ / 8);
+    }
+    // No sooner than anything can be late, or stuck.
     Clock::time_point next_look(Clock::time_point now) const noexcept {
         const int64_t entered = entered_ns_;
-        return (entered != 0 ? time_of(entered) : now) + limit_ + std::chrono::milliseconds(1);
+        if (entered == 0) return now + limit_ - limit_ / 8;
+        const std::lock_guard lock(mutex_);
+        return late_call_ns_ == entered ? stuck_from(entered) : late_from(entered);
     }
 
-    const std::chrono::milliseconds limit_;
+    const std::chrono::microseconds limit_;
     std::thread::id thread_;
     std::atomic<const char*> name_{""};
     std::atomic<int64_t> entered_ns_{0};  // 0: in none
+    mutable std::mutex mutex_;
+    mutable int64_t late_call_ns_ = 0;  // when the call began that was last seen late
+    mutable Clock::time_point seen_late_;
 };
 
 }  // namespace defrec
