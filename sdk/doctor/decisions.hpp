@@ -113,6 +113,10 @@ struct DoctorImages {
     static constexpr double kDark = 40;
     // share of the view | less of it lit is a finding | a round aperture in 16:9 has 0.44
     static constexpr double kMinLit = 0.2;
+    // gray levels | a view with a lower mean is black | as Images
+    static constexpr double kBlack = 6;
+    // ranges | of black frames that are named | a line has room for them
+    static constexpr std::size_t kNamedRanges = 4;
     // gray levels | between neighbours; a larger step counts as one of these: an edge | set by hand
     static constexpr int kMaxStep = 20;
     // times the median over the phases of 8 px | the gradient at the borders of blocks, from which

@@ -186,6 +186,36 @@ TEST_CASE("exposure") {
           }) == "exposure");
 }
 
+TEST_CASE("black frames are named, and how to leave them out") {
+    const auto blacken = [](std::size_t first, std::size_t last) {
+        return [=](Recording& r) {
+            for (std::size_t i = first; i <= last; ++i)
+                r.left[i] = r.right[i] = cv::Mat::zeros(r.left[i].size(), r.left[i].type());
+        };
+    };
+    const auto finding = [](const Diagnosis& diagnosis, const char* id) {
+        return *std::find_if(diagnosis.findings.begin(), diagnosis.findings.end(),
+                             [&](const Finding& each) { return each.id == id; });
+    };
+    const Diagnosis few = diagnose_spoiled("heartbeat", blacken(4, 5));
+    CHECK(found_in(few) == "black_frames");
+    const Finding black = finding(few, "black_frames");
+    CHECK(black.what.find("in 2 of 12 frames a view is black") == 0);
+    CHECK(black.what.find(": frames 4 to 5.") != std::string::npos);
+    CHECK(black.remedy.find(": track what is before them by --frames :4, what comes after by "
+                            "--frames 6:") != std::string::npos);
+    const Diagnosis begun = diagnose_spoiled("heartbeat", blacken(0, 0));
+    CHECK(finding(begun, "black_frames").what.find(": frame 0.") != std::string::npos);
+    CHECK(finding(begun, "black_frames").remedy.find("--frames :") == std::string::npos);
+
+    const Diagnosis all = diagnose_spoiled("heartbeat", blacken(0, 11));
+    CHECK(found_in(all) == "exposure");
+    CHECK(finding(all, "exposure").what ==
+          "the left view is black: 100 % of it is no brighter than gray level 6 of 255.");
+    for (const char* id : {"black_frames", "interlacing"})
+        CHECK(finding(all, id).verdict == Verdict::kUnknown);
+}
+
 TEST_CASE("strong compression") {
     CHECK(found("heartbeat", [](Recording& r) {
               for_each_image(r, [](cv::Mat& image) { compress(image, 15); });

@@ -91,8 +91,11 @@ Evidence begin_evidence(const StereoFrame& first) {
     evidence.width = first.left.width;
     evidence.height = first.left.height;
     evidence.fields = fields_of(first);
+    evidence.first_frame = first.index;
     return evidence;
 }
+
+bool is_black(const cv::Mat& gray) { return cv::mean(gray)[0] < decisions::DoctorImages::kBlack; }
 
 GrayPair gray_views(const StereoFrame& frame) {
     const auto gray = [](const ImageView& view) {
@@ -128,6 +131,10 @@ Evidence collect_evidence(const std::vector<StereoFrame>& frames, StereoCalibrat
                           std::string refusal) {
     Evidence evidence = begin_evidence(frames.front());
     evidence.copied = share_copied(frames);
+    evidence.frame_count = frames.size();
+    for (const StereoFrame& frame : frames)
+        if (is_black(gray_of(frame.left)) || is_black(gray_of(frame.right)))
+            evidence.black_frames.push_back(frame.index);
     for (const std::size_t i : frames_to_match(frames.size()))
         add_views(gray_views(frames[i]), evidence);
     add_calibration(std::move(calibration), std::move(refusal), evidence);

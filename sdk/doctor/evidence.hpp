@@ -46,7 +46,10 @@ struct TrackProbe {
 struct Evidence {
     int width = 0, height = 0;
     FieldOrder fields = FieldOrder::kProgressive;  // of the images; otherwise frames are fields
-    std::vector<GrayPair> pairs;                   // some of the frames
+    std::int64_t first_frame = 0;                  // its number
+    std::size_t frame_count = 0;                   // that are looked at
+    std::vector<std::int64_t> black_frames;  // where a view is black: their numbers, ascending
+    std::vector<GrayPair> pairs;             // some of the frames
     std::optional<double> copied;    // share of the blocks, from the frame before; empty: unknown
     StereoCalibration calibration;   // as the files have it, T in mm
     std::string refusal;             // why it is not taken; empty: it is
@@ -68,9 +71,11 @@ std::size_t frames_to_look_at(int width, int height);
 // Whose views are matched, of so many frames that are looked at: ascending.
 std::vector<std::size_t> frames_to_match(std::size_t count);
 
-// Evidence is gathered in this order: the first frame, views, the calibration. `copied` and `probe`
-// are the caller's.
+// Evidence is gathered in this order: the first frame, views, the calibration. `copied`, `probe`,
+// `frame_count` and `black_frames` are the caller's.
 Evidence begin_evidence(const StereoFrame& first);
+// As DEFREC_REASON_DARK.
+bool is_black(const cv::Mat& gray);
 // Memory of their own.
 GrayPair gray_views(const StereoFrame& frame);
 void add_views(GrayPair views, Evidence& evidence);

@@ -27,7 +27,8 @@ Light light_of(const cv::Mat& gray) {
         if (level > Decision::kBorder) lit += counts[level];
         if (level >= Decision::kSaturated) saturated += counts[level];
     }
-    Light light{lit / static_cast<double>(gray.total()), lit > 0 ? saturated / lit : 0, 0};
+    if (lit == 0) return {};
+    Light light{lit / static_cast<double>(gray.total()), saturated / lit, 0};
     double above = 0;
     for (int level = kLevels - 1; level > Decision::kBorder; --level) {
         above += counts[level];
@@ -64,7 +65,13 @@ Finding look_at_exposure(const Evidence& evidence) {
     for (const auto& [name, light] : views) {
         const std::string view = std::string("the ") + name + " view";
         worst = std::max(worst, light.saturated);
-        if (light.lit < Decision::kMinLit || light.bright < Decision::kDark)
+        if (light.lit < Decision::kMinLit)
+            return look.measured(100 * (1 - light.lit), "%")
+                .found(view + " is black: " + percent(1 - light.lit) +
+                           " of it is no brighter than gray level " +
+                           format_fixed(Decision::kBorder, 0) + " of 255.",
+                       "Check light, shutter, cable and video input of this view.");
+        if (light.bright < Decision::kDark)
             return look.measured(light.bright, "gray levels")
                 .found(view + " is dark: " + percent(Decision::kBrightShare) +
                            " of it are brighter than gray level " + format_fixed(light.bright, 0) +

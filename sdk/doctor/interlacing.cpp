@@ -25,6 +25,10 @@ Finding look_at_interlacing(const Evidence& evidence) {
     const std::size_t all = evidence.probe.frames.size();
     const std::size_t count = evidence.probe.frames_with(DEFREC_REASON_INTERLACED);
     const double share = static_cast<double>(count) / static_cast<double>(all);
+    const bool is_seen = evidence.probe.frames_with(DEFREC_REASON_DARK | DEFREC_REASON_SATURATED |
+                                                    DEFREC_REASON_NO_TEXTURE) < all;
+    if (!is_seen && evidence.fields == FieldOrder::kProgressive)
+        return look.unknown("the images show nothing by which rows could be compared");
     look.measured(100 * share, "%");
     if (share <= decisions::DoctorImages::kReasonShare)
         return look.fine(fields_of(evidence.fields));

@@ -23,12 +23,15 @@ void InputChecks::add(const StereoFrame& frame, const defrec_result& result,
     }
     if (next_ == count_) return;
     record_.add(result, frame.left.width, frame.left.height);
+    if ((result.reasons & DEFREC_REASON_DARK) != 0) black_frames_.push_back(frame.index);
     if (std::binary_search(to_match_.begin(), to_match_.end(), next_))
         thread_.add(
             [this, views = gray_views(frame)] { attempt([&] { add_views(views, evidence_); }); });
     if (++next_ < count_) return;
     thread_.add([this, probe = record_.probe(true, camera_), copied = compression.copied()] {
         attempt([&] {
+            evidence_.frame_count = count_;
+            evidence_.black_frames = black_frames_;
             evidence_.probe = probe;
             evidence_.copied = copied;
             add_calibration(calibration_, {}, evidence_);

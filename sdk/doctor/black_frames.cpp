@@ -1,0 +1,48 @@
+// Which frames show nothing.
+#include "sdk/doctor/decisions.hpp"
+#include "sdk/doctor/findings.hpp"
+#include "sdk/doctor/sentence.hpp"
+
+namespace defrec::cli {
+namespace {
+
+// "frames 20 to 22, 30"; of many ranges the first ones.
+std::string ranges_of(const std::vector<std::int64_t>& frames) {
+    std::string text = frames.size() == 1 ? "frame " : "frames ";
+    std::size_t ranges = 0;
+    for (std::size_t i = 0; i < frames.size();) {
+        std::size_t end = i + 1;
+        while (end < frames.size() && frames[end] == frames[end - 1] + 1) ++end;
+        if (ranges == decisions::DoctorImages::kNamedRanges) return text + " ...";
+        if (ranges++ > 0) text += ", ";
+        text += std::to_string(frames[i]);
+        if (end > i + 1) text += " to " + std::to_string(frames[end - 1]);
+        i = end;
+    }
+    return text;
+}
+
+// What is before them, and what comes after.
+std::string remedy_for(const std::vector<std::int64_t>& black, std::int64_t first_frame) {
+    std::string text = "Check light, shutter and cable. Of a recording, leave them out: track ";
+    if (black.front() > first_frame)
+        text += "what is before them by --frames :" + std::to_string(black.front()) + ", ";
+    return text + "what comes after by --frames " + std::to_string(black.back() + 1) + ":";
+}
+
+}  // namespace
+
+Finding look_at_black_frames(const Evidence& evidence) {
+    Look look("black_frames", "black frames", Severity::kWarning);
+    const std::vector<std::int64_t>& black = evidence.black_frames;
+    look.measured(static_cast<double>(black.size()), "frames");
+    if (black.empty()) return look.fine("in no frame is a view black");
+    if (black.size() == evidence.frame_count)
+        return look.unknown("in all frames looked at a view is black");
+    return look.found("in " + of_frames(black.size(), evidence.frame_count) +
+                          " a view is black, and nothing or less is tracked: " + ranges_of(black) +
+                          ".",
+                      remedy_for(black, evidence.first_frame));
+}
+
+}  // namespace defrec::cli
