@@ -155,7 +155,8 @@ void SessionNotes::conclude(const PointFollower& points, bool has_template, bool
     if (const std::size_t count = points.points_of_lost_frames(); count > 0)
         add(std::to_string(count) + all +
             "were given in a frame in which the surface was not followed, or not closely; they "
-            "are lost in every frame.");
+            "are lost in every frame. Give pixels of a frame N that shows the tissue: with "
+            "--frames N:, or with N in a column frame of the points file.");
     if (const std::size_t count = points.points_never_reached(); count > 0)
         add(std::to_string(count) + all +
             "are of frames that the run did not reach; they have one row each, and are lost.");

@@ -146,6 +146,7 @@ TEST_CASE("rows 129 and 151: points of a black frame are lost with a reason, not
     CHECK(tracked.code == 8);
     CHECK(tracked.lost == tracked.rows);
     CHECK(tracked.summary["points"]["of_lost_frames"] == tracked.summary["points"]["count"]);
+    CHECK(tracked.says("with --frames N:, or with N in a column frame of the points file"));
     CHECK(tracked.says("in a frame in which the surface was not followed"));
     CHECK(tracked.says("nothing was tracked"));
 }
