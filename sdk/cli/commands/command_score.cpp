@@ -77,7 +77,14 @@ Truth truth_of(const ScoreOptions& options) {
     }
     Truth truth{options.truth, options.truth_deep, options.truth};
     std::error_code error;
-    if (truth.deep.empty() && fs::exists(fs::path(options.folder) / kTargetsFile, error))
+    const fs::path targets = fs::path(options.folder) / kTargetsFile;
+    if (!truth.deep.empty() && !fs::exists(targets, error) &&
+        fs::exists(fs::path(options.folder) / kPlanFile, error))
+        throw CliError(ExitCode::kInput,
+                       targets.string() +
+                           ": there is no such file. The run followed a plan, and plans are not "
+                           "scored; give their places as --targets of `defrec track` as well.");
+    if (truth.deep.empty() && fs::exists(targets, error))
         truth.deep = sibling_of(options.truth, kDeepTruthFile);
     if (truth.reference.empty()) truth.reference = sibling_of(options.truth_deep, "truth.csv");
     if (truth.deep.empty() && options.deep_limits.any()) {

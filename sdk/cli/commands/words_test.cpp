@@ -128,6 +128,23 @@ TEST_CASE("what a command line lacks is said whole: the commands, or options and
     CHECK(missing({"devices"}) == "nothing");
 }
 
+TEST_CASE("score says of a plan's run that plans are not scored") {
+    const TestFolder folder;
+    folder.write("plan.csv", "");
+    const std::string truth = folder.write("truth_deep.csv", "frame,id,depth,x,y,z\n");
+    const auto refusal = [&] {
+        Program program;
+        const std::string out = folder.path().string();
+        const std::vector<const char*> words{"defrec", "score", out.c_str(), "--truth-deep",
+                                             truth.c_str()};
+        program.app.parse(static_cast<int>(words.size()), words.data());
+        return refusal_of([&] { program.run(); });
+    };
+    CHECK_SAYS(refusal(), "plans are not scored");
+    folder.write("targets.csv", "frame,id,depth,x,y,z,status,expected_error_mm\n");
+    CHECK(refusal().find("plans are not scored") == std::string::npos);
+}
+
 TEST_CASE("options of a summary stand before those that are given, which count") {
     const TestFolder folder;
     const std::string summary = folder.write("summary.json", R"({

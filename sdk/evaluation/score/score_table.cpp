@@ -70,7 +70,8 @@ std::string confidence_table(const Score& score) {
     const TrackedErrors& tracked = score.all.tracked;
     if (tracked.count > 0) {
         table += std::to_string(tracked.off) + " of " + std::to_string(tracked.count) + " " +
-                 name_of(PointStatus::kTracked) + " points are off by more than " +
+                 name_of(PointStatus::kTracked) + (tracked.count == 1 ? " point" : " points") +
+                 (tracked.off == 1 ? " is" : " are") + " off by more than " +
                  format_fixed(TrackedErrors::kOffMm, 0) + " mm, the worst by " +
                  format_fixed(tracked.max, 3) + " mm\n";
     }

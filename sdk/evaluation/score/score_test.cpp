@@ -175,7 +175,7 @@ TEST_CASE("expected errors are judged for each status, over visible and hidden p
     // 6, 4 by true error, over 11.
     CHECK(json["expected_errors"]["all"]["ause"] == doctest::Approx(2.0 / 11));
     CHECK(json["tracked"]["off_by_more_than_2_mm"] == 1);
-    CHECK(score_tables(score).find("1 of 2 tracked points are off by more than 2 mm, the worst by "
+    CHECK(score_tables(score).find("1 of 2 tracked points is off by more than 2 mm, the worst by "
                                    "5.000 mm") != std::string::npos);
     CHECK(joined(exceeded(score, {{}, {}, true})).find("no status has 100 points") == 0);
 

@@ -90,9 +90,9 @@ std::string TruthCheck::note_of_places(const std::string& truth) const {
     std::vector<double> ascending = far_mm_;
     std::sort(ascending.begin(), ascending.end());
     return "in frame " + std::to_string(first_frame_) + ", the first with positions, " +
-           std::to_string(far) + " of " + counted(compared_, noun_) + " are more than " +
-           format_fixed(TruthLimits::kFarExpected, 0) +
-           " expected errors away from the truth, half of these by " +
+           std::to_string(far) + " of " + counted(compared_, noun_) + (far == 1 ? " is" : " are") +
+           " more than " + format_fixed(TruthLimits::kFarExpected, 0) +
+           " expected errors away from the truth, " + (far == 1 ? "by " : "half of these by ") +
            format_fixed(percentile(ascending, 0.5), 1) + " mm or more: is " + truth +
            " the truth of another sequence, of other " + noun_ +
            "s, or in another unit? If not, the calibration may be of other cameras.";

@@ -79,6 +79,10 @@ TEST_CASE("a truth of another sequence is told by the first frame with positions
                 "calibration may be of other cameras."});
     for (int id = 0; id < 8; ++id) tracked.positions[{0, id}].reset();
     CHECK(notes_of(tracked, 8, 2).front().find("in frame 1, ") == 0);
+    CHECK(notes_of(Tracked(1, 3), 1, 2)
+              .front()
+              .find("1 of 1 point is more than 5 expected errors away from the truth, by 3.0 mm or "
+                    "more: is") != std::string::npos);
 }
 
 TEST_CASE("a truth that cannot be of what was tracked is told from one that may be") {
