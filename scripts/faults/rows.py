@@ -533,7 +533,10 @@ SECTIONS = (
             (
                 173,
                 "a pair that contradicts the others, or two that are exchanged",
-                "failed, with the pair; exit code 9",
+                (
+                    "failed, with the pair; exit code 9. Beside a surface one of five or more is"
+                    " left out, with a note"
+                ),
             ),
             (
                 174,
@@ -734,6 +737,16 @@ SECTIONS = (
                     " than it has bytes for"
                 ),
                 "exit code 3 with SQLite's reason; of damage, after the frames until there",
+            ),
+        ),
+    ),
+    (
+        "Pairs beside a surface",
+        (
+            (
+                211,
+                "pairs that contradict the surface",
+                "failed, with how far they put the model apart, and the worst pair",
             ),
         ),
     ),

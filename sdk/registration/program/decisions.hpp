@@ -19,4 +19,23 @@ struct RegisterInputs {
     static constexpr std::size_t kMaxPoseBytes = 100000000;
 };
 
+// Pairs as evidence beside a surface.
+struct PairsWithSurface {
+    // pairs | of fewer none is left out | the other four still show whether they agree
+    static constexpr std::size_t kMinPairs = 5;
+    // pairs | of more none is left out | each is left out once, in the square of their number
+    static constexpr std::size_t kMaxPairs = 200;
+    // 1 | probability by chance of what is taken for a contradiction, at most | that of
+    //   RegistrationPairs
+    static constexpr double kChance = 1.0 / 1500;
+    // mm^2 | variance of pairs that agree exactly | rounding
+    static constexpr double kMinVariance = 1e-4;
+    // expected errors | a pair that is farther off does not fit | as RegistrationPairs
+    static constexpr double kMaxRatio = 4;
+    // times | the surface is compared where both put the model | set by hand: the pairs alone may
+    // be
+    //   off by what the surface holds better
+    static constexpr int kRounds = 2;
+};
+
 }  // namespace defrec::decisions

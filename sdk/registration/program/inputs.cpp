@@ -174,6 +174,24 @@ SurfaceFile read_surface_file(const std::filesystem::path& path) {
     return surface_of_ply(read_ply(bytes, path.string()), path.string());
 }
 
+PairsFile PairsFile::those(const std::vector<std::uint8_t>& is_one) const {
+    PairsFile made;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        if (is_one[i] == 0) continue;
+        made.ids.push_back(ids[i]);
+        const auto add = [i](const std::vector<double>& from, std::size_t width,
+                             std::vector<double>& to) {
+            const auto begin = from.begin() + static_cast<std::ptrdiff_t>(width * i);
+            to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(width));
+        };
+        add(model_xyz, 3, made.model_xyz);
+        add(seen_xyz, 3, made.seen_xyz);
+        add(model_covariance, 6, made.model_covariance);
+        add(seen_covariance, 6, made.seen_covariance);
+    }
+    return made;
+}
+
 PairsFile read_pairs_file(const std::filesystem::path& path) {
     CsvReader csv(path, {"id", "model_x", "model_y", "model_z", "x", "y", "z"},
                   {"error_mm", "model_error_mm"});

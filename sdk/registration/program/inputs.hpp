@@ -27,6 +27,9 @@ struct PairsFile {
     std::vector<std::int64_t> ids;
     // As of defrec_registration_pairs.
     std::vector<double> model_xyz, seen_xyz, model_covariance, seen_covariance;
+
+    // is_one: of each, 1 or 0.
+    PairsFile those(const std::vector<std::uint8_t>& is_one) const;
 };
 PairsFile read_pairs_file(const std::filesystem::path& path);
 

@@ -1,7 +1,11 @@
 // `defrec register` with a surface that leaves a turn open, and pairs.
+#include "sdk/registration/program/pairs_and_surface.hpp"
+
 #include <doctest/doctest.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <string>
@@ -77,6 +81,10 @@ struct Scene {
     }
 };
 
+Eigen::Vector3d vector_of(const nlohmann::json& json) {
+    return {json[0].get<double>(), json[1].get<double>(), json[2].get<double>()};
+}
+
 const Scene& scene() {
     static const Scene made;
     return made;
@@ -99,4 +107,95 @@ TEST_CASE("--deform: an open turn names --pairs-only, and how exactly pairs hold
     options.is_by_pairs_alone = true;
     CHECK(run_register(options) == 0);
     CHECK(scene().result()["targets"][0]["expected_error_mm"].get<double>() < 1);
+}
+
+TEST_CASE("pairs hold the turn that a surface leaves open, with errors that hold over trials") {
+    std::mt19937 random(2);
+    for (const bool is_stated : {true, false}) {
+        CAPTURE(is_stated);
+        int within_two = 0, within_three = 0, count = 0;
+        double squared = 0, expected = 0, along_surface = 0;
+        for (int trial = 0; trial < 15; ++trial) {
+            RegisterOptions options = scene().options(scene().pairs(random, is_stated));
+            const int code = run_register(options);
+            const auto result = scene().result();
+            INFO(result["reason"].get<std::string>());
+            REQUIRE(code == 0);
+            CHECK(result["method"] == "surface and pairs");
+            for (const auto& target : result["targets"]) {
+                const double off =
+                    (vector_of(target["position"]) - scene().truth * vector_of(target["model"]))
+                        .norm();
+                const double error = target["expected_error_mm"].get<double>();
+                squared += off * off;
+                expected += error * error;
+                within_two += off <= 2 * error;
+                within_three += off <= 3 * error;
+                ++count;
+            }
+            along_surface += result["targets"][2]["expected_error_mm"].get<double>() / 15;
+        }
+        MESSAGE("off ", std::sqrt(squared / count), ", expected ", std::sqrt(expected / count),
+                ", centre ", along_surface, " mm; within 2: ", within_two, ", 3: ", within_three,
+                " of ", count);
+        CHECK(within_two >= 0.93 * count);
+        CHECK(within_three >= 0.98 * count);
+        CHECK(std::sqrt(expected / count) < 0.6);
+    }
+}
+
+TEST_CASE("both together are more exact than pairs alone") {
+    std::mt19937 random(5);
+    RegisterOptions options = scene().options(scene().pairs(random, true));
+    REQUIRE(run_register(options) == 0);
+    const auto both = scene().result();
+    CHECK(both["residuals"]["used"].get<int>() > 500);
+    CHECK(std::filesystem::exists(scene().folder / "out/registration.png"));
+    options.is_by_pairs_alone = true;
+    REQUIRE(run_register(options) == 0);
+    const auto alone = scene().result();
+    CHECK_FALSE(std::filesystem::exists(scene().folder / "out/registration.png"));
+    for (std::size_t i = 0; i < 3; ++i)
+        CHECK(both["targets"][i]["expected_error_mm"].get<double>() <
+              alone["targets"][i]["expected_error_mm"].get<double>());
+}
+
+TEST_CASE("row 173: one wrong pair pulls nothing and is named") {
+    for (const bool is_stated : {true, false}) {
+        CAPTURE(is_stated);
+        std::mt19937 random(6);
+        const RegisterOptions options = scene().options(scene().pairs(random, is_stated, 0, 15));
+        const int code = run_register(options);
+        const auto result = scene().result();
+        INFO(result.dump());
+        REQUIRE(code == 0);
+        CHECK(result["notes"].dump().find("Pair 6 contradicts the others and was left out") !=
+              std::string::npos);
+        REQUIRE(result["pairs"].size() == 6);
+        for (const auto& pair : result["pairs"]) CHECK(pair["fits"] == (pair["id"] != 6));
+        CHECK(result["pairs"][5]["residual_mm"].get<double>() > 12);
+        CHECK((vector_of(result["targets"][0]["position"]) -
+               scene().truth * Eigen::Vector3d(25, 0, 10))
+                  .norm() < 1.5);
+    }
+}
+
+TEST_CASE("row 211: a surface and pairs that contradict each other fail, with the worst pair") {
+    std::mt19937 random(7);
+    const RegisterOptions options = scene().options(scene().pairs(random, true, 4));
+    CHECK(run_register(options) == 9);
+    const auto result = scene().result();
+    INFO(result.dump());
+    CHECK(result["verdict"] == "failed");
+    CHECK_SAYS(result["reason"].get<std::string>(),
+               "the surface and the pairs contradict each other: they put the model ");
+    CHECK_SAYS(result["reason"].get<std::string>(), "; pair ");
+}
+
+TEST_CASE("how probable sums of squares are") {
+    // Tables of chi squared, 6 and 4 degrees of freedom, and of F(6, 12) and F(4, 9).
+    CHECK(chance_of(12.592, 3, {}) == doctest::Approx(0.05).epsilon(0.001));
+    CHECK(chance_of(13.277, 2, {}) == doctest::Approx(0.01).epsilon(0.001));
+    CHECK(chance_of(6 * 2.996, 3, 12) == doctest::Approx(0.05).epsilon(0.001));
+    CHECK(chance_of(4 * 6.422, 2, 9) == doctest::Approx(0.01).epsilon(0.001));
 }

@@ -40,14 +40,14 @@ PlanArrays arrays_of(const PlanInput& input, bool is_turned) {
 
 bool write_plan(const std::filesystem::path& path, const PlanInput& input,
                 RegisterFindings& findings) {
-    const bool is_failed = findings.info().verdict == DEFREC_VERDICT_FAILED;
+    const bool is_failed = findings.verdict == DEFREC_VERDICT_FAILED;
     if (is_failed || (!findings.is_registered() && !input.is_looked_at)) {
         findings.notes.push_back(
             "No plan was written: the model is not registered." +
             std::string(is_failed ? "" : " Once a person has looked, --looked-at writes it."));
         return false;
     }
-    const PlanArrays arrays = arrays_of(input, findings.info().model_turned != 0);
+    const PlanArrays arrays = arrays_of(input, findings.fit().model_turned != 0);
     auto desc = initialised<defrec_plan_desc>();
     if (input.is_looked_at) desc.flags = DEFREC_PLAN_LOOKED_AT;
     if (input.model != nullptr) {

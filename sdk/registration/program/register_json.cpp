@@ -101,8 +101,8 @@ MovedTarget moved(const RegisterFindings& findings, const ModelTarget& target) {
     return made;
 }
 
-const char* verdict_of(const defrec_registration_info& info) {
-    switch (info.verdict) {
+const char* name_of_verdict(std::uint32_t verdict) {
+    switch (verdict) {
         case DEFREC_VERDICT_ACCEPTED:
             return "registered";
         case DEFREC_VERDICT_AMBIGUOUS:
@@ -117,7 +117,7 @@ const char* verdict_of(const defrec_registration_info& info) {
 Json register_json(const RegisterFindings& findings) {
     const defrec_registration_info& info = findings.info();
     Json made;
-    made["verdict"] = verdict_of(info);
+    made["verdict"] = name_of_verdict(findings.verdict);
     made["reason"] = findings.reason;
     made["method"] = findings.method;
     made["transform"] = transform(info.transform);
@@ -128,13 +128,12 @@ Json register_json(const RegisterFindings& findings) {
     made["undetermined"] = Json::array();
     for (std::size_t i = 0; i < info.free_motion_count; ++i)
         made["undetermined"].push_back(free_motion(findings, i));
-    made["residuals"] = residuals_json(info);
-    made["deformation"] = deformation_json(info);
+    made["residuals"] = residuals_json(findings.fit());
+    made["deformation"] = deformation_json(findings.fit());
     made["pairs"] = Json::array();
-    for (std::size_t i = 0; i < findings.pair_ids.size(); ++i)
-        made["pairs"].push_back({{"id", findings.pair_ids[i]},
-                                 {"residual_mm", info.residuals[i]},
-                                 {"fits", info.inliers[i] != 0}});
+    for (const PairFinding& pair : findings.pairs)
+        made["pairs"].push_back(
+            {{"id", pair.id}, {"residual_mm", pair.residual_mm}, {"fits", pair.fits}});
     made["alternatives"] = Json::array();
     for (std::size_t i = 0; i < info.alternative_count; ++i)
         made["alternatives"].push_back(alternative(findings, i));
@@ -149,7 +148,8 @@ Json register_json(const RegisterFindings& findings) {
 }
 
 std::string register_text(const RegisterFindings& findings) {
-    std::string text = std::string(verdict_of(findings.info())) + ": " + findings.reason + "\n";
+    std::string text =
+        std::string(name_of_verdict(findings.verdict)) + ": " + findings.reason + "\n";
     if (findings.info().deformation == DEFREC_DEFORMATION_APPLIED)
         text += std::string("deformed: ") + findings.info().deformation_text + "\n";
     if (findings.info().deformation == DEFREC_DEFORMATION_REFUSED)

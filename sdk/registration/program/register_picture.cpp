@@ -142,7 +142,7 @@ class Painter {
               {76 + kBar, kTop + 12});
         const defrec_registration_info& registration = *input_.registration;
         write(image_,
-              std::string(verdict_of(registration)) +
+              std::string(input_.verdict) +
                   (registration.deformation == DEFREC_DEFORMATION_APPLIED ? ", deformed" : "") +
                   ", rms " + format_fixed(registration.rms_mm, 2) + " mm, " +
                   format_fixed(100 * registration.inlier_share, 0) + " % inliers",

@@ -12,6 +12,7 @@ struct PictureInput {
     std::span<const double> model_xyz;             // of its vertices, mm, where they are seen
     std::span<const float> places;                 // xyz each, mm: what was seen
     const defrec_registration_info* registration;  // of these places, with the model's triangles
+    const char* verdict;                           // of the whole
 };
 
 // Three orthogonal projections of the surface's frame: as the camera sees it, from its right, and

@@ -159,19 +159,63 @@ SurfaceFile surface_of(const Template& seen) {
     return surface;
 }
 
-// seen: null where a file has the surface.
+// What pairs say of a surface that was compared.
+void add_pairs(const RegisterOptions& options, const SurfaceEvidence& surface,
+               const PairsEvidence& pairs, RegisterFindings& findings) {
+    for (std::size_t i = 0; i < pairs.counts.size(); ++i)
+        if (pairs.counts[i] == 0)
+            findings.notes.push_back("Pair " + std::to_string(pairs.all.ids[i]) +
+                                     " contradicts the others and was left out.");
+    if (findings.verdict == DEFREC_VERDICT_FAILED) return;
+    Together both;
+    // A body that has changed its shape has no pose that pairs could share.
+    if (!options.is_deformed) both = together(findings.found, surface, pairs, options);
+    if (both.is_contradiction) {
+        findings.verdict = DEFREC_VERDICT_FAILED;
+        findings.reason = both.reason;
+    } else if (both.by_both.handle) {
+        findings.take(std::move(both.by_both));
+        findings.compared = std::move(both.by_surface);
+        findings.reason = both.reason;
+        findings.method = "surface and pairs";
+    } else if (findings.verdict == DEFREC_VERDICT_UNDETERMINED) {
+        findings.reason += ". The pairs alone hold this to " +
+                           held(findings.found, pairs.all, pairs.alone) +
+                           ": give --pairs-only to register by them";
+    }
+}
+
+// seen: null where a file has the surface; pairs: null where there are none.
 Compared compare(const RegisterOptions& options, const Transform& start, const Context& context,
-                 const Template& seen, RegisterFindings& findings) {
+                 const Template& seen, const PairsEvidence* pairs, RegisterFindings& findings) {
     Compared compared;
     compared.model = read_model(options);
     const MeshFile part = seen_part(*compared.model, options, findings);
     compared.surface = seen ? surface_of(seen) : read_surface_file(options.surface);
-    findings.take(register_by_surface(context, {part, compared.surface, seen}, start, options));
+    const SurfaceInput input{part, compared.surface, seen};
+    findings.take(register_by_surface(context, input, start, options));
     note_findings(findings.info(), findings.notes);
     if (!seen) note_surface(compared.surface, findings.notes);
     findings.method = "surface";
-    findings.pair_ids.clear();
+    if (pairs == nullptr) return compared;
+    const SurfaceEvidence surface{compared.surface.places, [&](const Transform& at) {
+                                      RegisterOptions near = options;
+                                      near.starts = 1;
+                                      near.start_turn_degrees = near.start_shift_mm = 0;
+                                      return register_by_surface(context, input, at, near);
+                                  }};
+    add_pairs(options, surface, *pairs, findings);
+    findings.pairs = pair_findings(findings.found, *pairs);
     return compared;
+}
+
+// By the pairs alone, each with its residual.
+void take_pairs(const PairsFile& file, Registered by_pairs, RegisterFindings& findings) {
+    findings.take(std::move(by_pairs));
+    findings.method = "pairs";
+    for (std::size_t i = 0; i < file.ids.size(); ++i)
+        findings.pairs.push_back(
+            {file.ids[i], double{findings.info().residuals[i]}, findings.info().inliers[i] != 0});
 }
 
 // Beside the registration, whose file names it.
@@ -190,7 +234,8 @@ void write_outputs(const RegisterFindings& findings, const Compared& compared, b
     if (!compared.surface.places.empty()) {
         const PlacedModel placed = placed_model(findings, *compared.model);
         write_register_picture(out / kPicture,
-                               {placed.xyz, compared.surface.places, &findings.info()});
+                               {placed.xyz, compared.surface.places, &findings.fit(),
+                                name_of_verdict(findings.verdict)});
         if (is_deformed) {
             write_model(out / kModel, placed, *compared.model);
             write_targets(out / kTargets, findings);
@@ -212,25 +257,20 @@ int run_register(const RegisterOptions& options) {
     if (!options.seen_template.empty()) seen = load_template(context, options.seen_template);
     Transform start{};
     if (!options.start.empty()) start = read_pose_file(options.start);
-    PairsFile pairs;
+    std::optional<PairsEvidence> pairs;
     if (!options.pairs.empty()) {
-        pairs = read_pairs_file(options.pairs);
-        findings.take(register_by_pairs(pairs, options));
-        findings.method = "pairs";
-        findings.pair_ids = pairs.ids;
-        std::copy_n(findings.info().transform, start.size(), start.begin());
+        const PairsFile file = read_pairs_file(options.pairs);
+        take_pairs(file, register_by_pairs(file, options), findings);
+        if (compares_surfaces(options)) {
+            pairs = evidence_of(file, options);
+            std::copy_n(pairs->alone.info.transform, start.size(), start.begin());
+        }
     }
     // Pairs that contradict each other, or leave a motion open, give no start.
-    const bool has_start = options.pairs.empty() || findings.is_registered();
+    const bool has_start = !pairs || pairs->alone.is_accepted();
     Compared compared;
-    if (compares_surfaces(options) && has_start) {
-        const Registered by_pairs = std::move(findings.found);
-        compared = compare(options, start, context, seen, findings);
-        if (by_pairs.handle && findings.info().verdict == DEFREC_VERDICT_UNDETERMINED)
-            findings.reason += ". The pairs alone hold this to " +
-                               held_by_pairs(findings.found, pairs, by_pairs) +
-                               ": give --pairs-only to register by them";
-    }
+    if (compares_surfaces(options) && has_start)
+        compared = compare(options, start, context, seen, pairs ? &*pairs : nullptr, findings);
     if (options.is_by_pairs_alone && !options.model.empty()) {
         compared.model = read_model(options);
         findings.notes = compared.model->notes;

@@ -236,6 +236,18 @@ TEST_CASE("pairs alone, and as the start of a surface") {
     result = scene().result("both");
     CHECK(result["method"] == "surface");
     CHECK(off(result, scene().truth, {0, 0, 0}) < 1);
+    REQUIRE(result["pairs"].size() == 5);
+    for (const auto& pair : result["pairs"]) CHECK(pair["fits"] == true);
+
+    // The surface holds every motion, and still the pairs have a say.
+    both.pairs = scene().folder.write(
+        "shifted.csv",
+        pairs_csv({scene().truth.rotation, scene().truth.translation + Eigen::Vector3d(6, 0, 0)},
+                  0));
+    CHECK(run_register(both) == 9);
+    result = scene().result("both");
+    CHECK(result["verdict"] == "failed");
+    CHECK_SAYS(result["reason"].get<std::string>(), "contradict each other");
 }
 
 TEST_CASE("row 173: exit code 9 where there is no registration, with the reason") {
