@@ -43,6 +43,8 @@ constexpr int kMaxWidth = 960;            // of the pictures sent
 constexpr int kJpegQuality = 80;
 constexpr std::size_t kMaxName = 80;      // bytes of a point's name
 constexpr std::size_t kMaxTargets = 500;  // shown, evenly chosen of more
+// Mean gray levels of a picture that is black or white, where just one of the two is.
+constexpr double kBlack = 8, kWhite = 160;
 constexpr std::size_t kMaxOutline = 160;  // points of an outline, evenly chosen of more
 
 struct Shown {
@@ -72,7 +74,19 @@ Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nul
 
 Json moment_json(const ViewMoment& moment) {
     return {moment.index,   moment.timestamp_ms,     moment.state,
-            moment.reasons, number(moment.frame_ms), number(moment.observed_share)};
+            moment.reasons, number(moment.frame_ms), number(moment.observed_share),
+            moment.bad_view};
+}
+
+// Reasons do not say which view is black or white where the other one shows the tissue; the left
+// picture does.
+std::string bad_view(const cv::Mat& left, const std::string& reasons) {
+    const auto is_named = [&](const char* name) { return reasons.find(name) != std::string::npos; };
+    const bool is_dark = is_named("dark");
+    if (!is_named("one-view") || !(is_dark || is_named("saturated"))) return {};
+    const cv::Scalar mean = cv::mean(left);
+    const double level = left.channels() == 1 ? mean[0] : (mean[0] + mean[1] + mean[2]) / 3;
+    return (is_dark ? level < kBlack : level > kWhite) ? "left" : "right";
 }
 
 Json point_json(const ViewPoint& point) {
@@ -408,7 +422,7 @@ struct LiveView::Impl {
     ViewAnswer take(const ViewCommand& command) {
         if (commands.size() == kMaxCommands) return plain(503, "too many requests wait");
         commands.push_back(command);
-        return plain(202, "it takes effect with the next frame");
+        return plain(202, "taken");
     }
 
     const ViewFacts facts;
@@ -481,11 +495,12 @@ void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<Vi
                    std::size_t dropped_clicks) {
     bool is_awaited = false;
     std::shared_ptr<Shown> shown;
+    std::string view = bad_view(left, frame.reasons);
     {
         const std::lock_guard lock(impl_->mutex);
         impl_->remember({frame.index, frame.timestamp_ms,
                          impl_->shown_state.take(frame.state, frame.timestamp_ms), frame.reasons,
-                         frame.frame_ms, frame.observed_share});
+                         frame.frame_ms, frame.observed_share, std::move(view)});
         is_awaited = impl_->waiting > 0;
         if (is_awaited && impl_->spare.use_count() == 1) shown = std::move(impl_->spare);
     }

@@ -115,6 +115,31 @@ Packet watched(LiveView& view, Browser& browser, const std::string& path, std::i
 
 }  // namespace
 
+TEST_CASE("a frame of one view says which of the two is black or white") {
+    LiveView view = made();
+    Browser browser(view);
+    const cv::Mat tissue(kHeight, kWidth, CV_8UC3, cv::Scalar(40, 60, 160)),
+        black = cv::Mat::zeros(kHeight, kWidth, CV_8UC3),
+        white(kHeight, kWidth, CV_8UC1, cv::Scalar(255));
+    int index = 0;
+    const auto view_of = [&](const cv::Mat& left, const char* reasons) {
+        const std::string path = "/frame?after=" + std::to_string(index - 1);
+        auto answer = std::async(std::launch::async, [&] { return browser.get(path); });
+        while (answer.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready) {
+            FrameRecord record = frame(index++);
+            record.reasons = reasons;
+            view.add(left, record, {});
+        }
+        return Packet(answer.get()->body).header["moments"].back()[6];
+    };
+    CHECK(view_of(tissue, "dark, one-view") == "right");
+    CHECK(view_of(black, "dark, one-view") == "left");
+    CHECK(view_of(white, "saturated, one-view") == "left");
+    CHECK(view_of(tissue, "saturated, one-view") == "right");
+    CHECK(view_of(black, "dark") == "");
+    CHECK(view_of(tissue, "one-view") == "");
+}
+
 TEST_CASE("a browser gets the page, and frames with pictures, surface and points") {
     LiveView view = made();
     Browser browser(view);
@@ -136,7 +161,7 @@ TEST_CASE("a browser gets the page, and frames with pictures, surface and points
     CHECK(packet.header["points"] ==
           nlohmann::json({{4, 0, true, "vessel", 10, 20, 1, 2, 80, 0.125}, {5, 2, false, ""}}));
     CHECK(packet.header["stages"].dump() == R"([["align",1.5],["lm",2.0],["align",0.25]])");
-    CHECK(packet.header["moments"][0] == nlohmann::json({3, 0, "tracking", "", 20, 0.5}));
+    CHECK(packet.header["moments"][0] == nlohmann::json({3, 0, "tracking", "", 20, 0.5, ""}));
     for (const char* name : {"left", "overlay"}) {
         const std::string& bytes = packet.sections.at(name);
         const cv::Mat image = cv::imdecode(std::vector<char>(bytes.begin(), bytes.end()), 1);

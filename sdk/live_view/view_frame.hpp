@@ -27,6 +27,7 @@ struct ViewMoment {
     double timestamp_ms = 0;
     std::string state, reasons;
     double frame_ms = 0, observed_share = 0;
+    std::string bad_view{};  // "left" or "right", which is black or white; empty: neither or both
 };
 
 // What a browser asks of the tracking.
