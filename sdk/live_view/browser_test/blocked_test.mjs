@@ -34,14 +34,26 @@ async function watchScreen(page) {
   };
 }
 
-/** [red, green, blue] in the banner's corner, by another page. */
-const colourOf = (page, png) => page.evaluate(async (data) => {
+/** [red, green, blue] at places of the page, by another one; else in the banner's corner. */
+const coloursOf = (page, png, places = [[4, 4]]) => page.evaluate(async (data, all) => {
   const response = await fetch(`data:image/png;base64,${data}`);
   const bitmap = await createImageBitmap(await response.blob());
   const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
   context.drawImage(bitmap, 0, 0);
-  return [...context.getImageData(4, 4, 1, 1).data].slice(0, 3);
-}, png);
+  return all.map(([x, y]) => [...context.getImageData(x, y, 1, 1).data].slice(0, 3));
+}, png, places);
+const colourOf = async (page, png) => (await coloursOf(page, png))[0];
+
+/** Whether any of the colours is not gray. */
+const hasColour = (colours) => colours.some((each) => Math.max(...each) - Math.min(...each) > 25);
+
+/** Places all over an element that is in sight. */
+const placesOn = (page, selector) => page.$eval(selector, (node) => {
+  const {left, top, width, height} = node.getBoundingClientRect();
+  const shares = [0.15, 0.3, 0.45, 0.6, 0.75];
+  return shares.flatMap(
+      (x) => shares.map((y) => [Math.round(left + x * width), Math.round(top + y * height)]));
+});
 
 const isRed = ([red, green, blue]) => red > 150 && green < 80 && blue < 80;
 
@@ -71,15 +83,23 @@ const block = (page) => page.evaluate(() => {
 });
 
 /**
- * The banner turns red by itself. Afterwards the page does not take an old answer for a new one,
- * and says what happened meanwhile.
+ * The banner turns red and the page gray by itself, with its age. Afterwards the page does not take
+ * an old answer for a new one, and says what happened meanwhile.
  */
 async function lookAtBlocked(browser, replay) {
   const errors = [], eye = await browser.newPage();
   const page = await openAt(browser, replay, errors);
+  const places = await placesOn(page, '#picture');
   const screen = await watchScreen(page);
-  while (isRed(await colourOf(eye, await screen.next())))
-    ;
+  let before = '';
+  do before = await screen.next();
+  while (isRed(await colourOf(eye, before)));
+  assert.ok(hasColour(await coloursOf(eye, before, places)));
+  // The colours of the page beneath the banner.
+  await page.evaluate(() => {
+    document.getElementById('tools').style.background = '#fc0';
+  });
+  const tools = await placesOn(page, '#tools');
   const blocked = block(page);
   while (!replay.waiting.length)
     await new Promise((resolve) => {
@@ -88,6 +108,8 @@ async function lookAtBlocked(browser, replay) {
   let picture = '';
   do picture = await screen.next();
   while (!isRed(await colourOf(eye, picture)));
+  assert.ok(!hasColour(await coloursOf(eye, picture, places)), 'a picture that is old is gray');
+  assert.ok(!hasColour(await coloursOf(eye, picture, tools)), 'the page is gray');
   if (screenshot) writeFileSync(join(screenshot, 'blocked.png'), Buffer.from(picture, 'base64'));
   await screen.stop();
   // An answer that waits for the page is older than that by now, and there is no other.

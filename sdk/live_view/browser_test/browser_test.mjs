@@ -50,12 +50,16 @@ async function look() {
   await page.waitForFunction(() => document.documentElement.dataset.clicked === '1');
   await page.waitForFunction(
       () => document.querySelector('#points table')?.textContent.includes('mm'));
+  await page.waitForFunction(
+      () => /^Point #\d+ is followed/.test(document.querySelector('#message').textContent));
   // The template does not reach the corners of the picture, which are round on the page.
   await page.mouse.click(box.x + 5, box.y + 5);
   await page.waitForFunction(
       () => document.querySelector('#message').textContent.includes('no surface there'));
   assert.equal(await shown('clicked'), '1');
-  assert.match(await page.$eval('#state-points', (line) => line.textContent), /^1 of 1 point /);
+  assert.match(
+      await page.$eval('#state-points', (line) => line.textContent),
+      /^Points: 1 (seen|extrapolated)$/);
   await page.type('#points input', 'vessel');
   await page.keyboard.press('Tab');
   await page.waitForFunction(
@@ -98,6 +102,8 @@ async function look() {
   await page.waitForFunction(() => document.querySelector('#recording').textContent === '');
   assert.equal(await page.$eval('#points input', (input) => input.value), 'vessel');
   await page.click('#points button');
+  await page.waitForFunction(
+      () => document.querySelector('#message').textContent === 'Point vessel removed.');
   await page.waitForFunction(() => document.documentElement.dataset.clicked === '0');
   assert.equal(await page.$('#points input'), null);
 

@@ -24,16 +24,20 @@ class Context {
     this.canvas = {width: kWidth, height: kHeight};
     this.texts = new Map();
     this.lines = [];
+    this.colours = [];  // of strokes
   }
   measureText(text) {
     return {width: kLetter * text.length};
   }
   strokeText() {}
   fillText(text, x, y) {
-    this.texts.set(text, {x, y, right: x + kLetter * text.length, top: y - 14});
+    this.texts.set(
+        text, {x, y, right: x + kLetter * text.length, top: y - 14, colour: this.fillStyle});
   }
   beginPath() {}
-  stroke() {}
+  stroke() {
+    this.colours.push(this.strokeStyle);
+  }
   moveTo(x, y) {
     this.lines.push([[x, y]]);
   }
@@ -57,10 +61,28 @@ const boxRound = (x, y, half) =>
     ({left: x - half, right: x + half, top: y - half, bottom: y + half});
 const overlap = (a, b) => distance(a, {left: b.x, right: b.right, top: b.top, bottom: b.y}) === 0;
 
+/** Whether a line, but for its ends, runs through a text. */
+const runsThrough = ([[x, y], [u, v]], text) => Array.from({length: 99}, (_, i) => (i + 1) / 100)
+                                                    .some(
+                                                        (t) => overlap(
+                                                            {
+                                                              x: x + t * (u - x),
+                                                              right: x + t * (u - x),
+                                                              top: y + t * (v - y),
+                                                              y: y + t * (v - y)
+                                                            },
+                                                            text));
+
 // A part with points of all kinds about it.
-const tumour = boxRound(300, 200, 30);
+const tumour = boxRound(300, 200, 30), kViolet = '#ec5cf6';
+const partOf = (box) => ({
+  box,
+  outline:
+      [[box.left, box.top], [box.right, box.top], [box.right, box.bottom], [box.left, box.bottom]],
+  colour: kViolet
+});
 const crowd = (labels, canvas) => {
-  labels.addBox('tumour', 'tumour 0.6 mm, 5.6 mm deep', tumour, kRanks.part, canvas);
+  labels.addBox('tumour', 'tumour 0.6 mm, 5.6 mm deep', partOf(tumour), kRanks.part, canvas);
   labels.add('centre', 'centre 0.6 mm', 300, 200, kRanks.namedTarget);
   labels.add('landmark', 'landmark A 0.1 mm', 335, 165, kRanks.named);
   for (let i = 0; i < 30; ++i)
@@ -84,15 +106,40 @@ const texts = [...crowded.texts.values()];
 for (const [i, text] of texts.entries())
   assert.ok(!texts.slice(i + 1).some((other) => overlap(text, other)), 'labels overlap');
 
-// Labels that have room touch their marks and need no line.
+for (const line of crowded.lines)
+  assert.ok(
+      texts.filter((text) => runsThrough(line, text)).length < 1, 'a line runs through a label');
+
+// A followed point keeps its label where the part's would have room in its place alone.
+const beside = draw(new Labels(), (labels, canvas) => {
+  labels.addBox('tumour', 'tumour 0.6 mm, 5.6 mm deep', partOf(tumour), kRanks.part, canvas);
+  for (const [x, y] of [[300, 232], [300, 160], [262, 200], [338, 200]])
+    labels.add(`${x} ${y}`, `#${x}${y}`, x, y, kRanks.point);
+});
+assert.equal(beside.texts.size, 5);
+
+// It keeps it also in the middle of a part, among targets.
+const among = draw(new Labels(), (labels, canvas) => {
+  labels.addBox('tumour', 'tumour', partOf(tumour), kRanks.part, canvas);
+  labels.add('5', '#5', 300, 200, kRanks.point);
+  for (let i = 0; i < 24; ++i) labels.avoid(300 + 14 * Math.cos(i), 200 + 14 * Math.sin(i));
+});
+assert.ok(among.texts.has('#5'));
+
+// Labels that have room touch their marks and need no line, but for those of parts.
 const alone = draw(new Labels(), (labels, canvas) => {
-  labels.addBox('tumour', 'tumour', tumour, kRanks.part, canvas);
+  labels.addBox('tumour', 'tumour', partOf(tumour), kRanks.part, canvas);
   labels.add('vessel', 'vessel', 500, 60, kRanks.named);
   labels.add('edge', 'at the edge', kWidth - 10, 300, kRanks.named);
 });
 assert.equal(alone.texts.size, 3);
-assert.deepEqual(alone.lines, []);
-assert.ok(distance(alone.texts.get('tumour'), tumour) < 10);
+assert.equal(alone.lines.length, 1, 'a part always has a line, to its outline');
+const [[, partEnd]] = alone.lines;
+assert.ok(partOf(tumour).outline.some(([x, y]) => x === partEnd[0] && y === partEnd[1]));
+assert.ok(alone.colours.includes(kViolet));
+assert.equal(alone.texts.get('tumour').colour, kViolet);
+assert.equal(alone.texts.get('vessel').colour, '#ffffff');
+assert.ok(distance(alone.texts.get('tumour'), tumour) < 20);
 assert.ok(alone.texts.get('at the edge').right <= kWidth);
 
 // A name takes the place of a number that was drawn before.
@@ -111,7 +158,7 @@ const labels = new Labels(), sides = new Set();
 for (let frame = 0; frame < 40; ++frame) {
   const y = 200 + 5 * Math.sin(frame), x = 300 + 5 * Math.cos(1.7 * frame);
   const {texts: shown} = draw(labels, (all, canvas) => {
-    all.addBox('tumour', 'tumour', boxRound(x, y, 30), kRanks.part, canvas);
+    all.addBox('tumour', 'tumour', partOf(boxRound(x, y, 30)), kRanks.part, canvas);
     all.add('point', '', 300, 140 + (frame % 2), kRanks.target);
   });
   sides.add(Math.sign(shown.get('tumour').y - y));

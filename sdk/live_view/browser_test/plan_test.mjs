@@ -48,8 +48,8 @@ async function look(page, state) {
                 }, {polling: 50}, state)).jsonValue();
   return (await page.waitForFunction((wanted, before) => {
            const root = document.documentElement, element = (id) => document.getElementById(id);
-           const rows = [...document.querySelectorAll('#plan-list tbody tr')];
-           const more = document.querySelector('#plan .more');
+           const rows = [...document.querySelectorAll('#plan tbody tr, #plan-targets tbody tr')];
+           const more = document.querySelector('#plan-targets .more');
            if (root.dataset.state !== wanted || !(Number(root.dataset.frame) > before))
              return false;
            const is3D = root.dataset.plain === undefined && root.dataset.surface !== 'off';
@@ -66,6 +66,7 @@ async function look(page, state) {
              banner: element('state-beneath').textContent,
              say: element('state-say').textContent,
              why: element('plan-why').textContent,
+             badge: element('unplaced').checkVisibility() ? element('unplaced').textContent : '',
              weight: element('state-beneath').style.fontWeight,
              rows: rows.map((row) => [...row.children].map((cell) => cell.textContent)),
              part: count([236, 92, 246]),
@@ -74,7 +75,10 @@ async function look(page, state) {
              triangles: Number(element('view').dataset.plan ?? 0),
              marks: Number(element('view').dataset.targets ?? 0),
              legend: element('legend').textContent,
-             swatches: document.querySelectorAll('#plan-list .swatch:not(.hollow)').length,
+             swatches:
+                 document
+                     .querySelectorAll(':is(#plan-list, #plan-targets-list) .swatch:not(.hollow)')
+                     .length,
              more: more.checkVisibility() ? more.textContent : '',
              isStale: document.querySelector('.stage').classList.contains('stale')
            };
@@ -117,12 +121,14 @@ async function lookAtPlan(page, replay) {
     assert.doesNotMatch(followed.legend, /\d/);
   }
 
-  assert.equal(followed.why, '');
+  assert.deepEqual([followed.why, followed.badge], ['', '']);
   [replay.state, replay.of] = ['degraded', 'one-view'];
   const oneView = await look(page, 'degraded');
   await picture(page, 'one_view');
   assert.equal(oneView.banner, `Plan: 0 of 1 part, 0 of ${kTargets} targets placed`);
-  assert.match(oneView.say, /Plan not placed: only one view shows the tissue/);
+  assert.match(oneView.say, /^Plan not placed: only one view shows the tissue/);
+  assert.match(oneView.say, /Why: the right picture is black/);
+  assert.equal(oneView.badge, 'Plan not placed');
   assert.match(oneView.why, /^Not placed: only one view shows the tissue/);
   for (const row of oneView.rows) assert.equal(row[1], 'not placed');
   assert.equal(oneView.swatches, kTargets + 1, 'a warning each, and no colour of the part');
@@ -156,15 +162,16 @@ async function lookAtPlan(page, replay) {
 /** A list says how many rows are beneath its edge; a click goes there. */
 async function lookAtMore(page) {
   const {width, height} = page.viewport();
-  const more = () => page.$eval('#plan .more', (note) => !note.hidden && note.textContent);
+  const more = () => page.$eval('#plan-targets .more', (note) => !note.hidden && note.textContent);
   assert.equal(await more(), false, 'all rows have room');
   await page.setViewport({width, height: 500});
   await page.waitForFunction(
-      () => /more below$/.test(document.querySelector('#plan .more:not([hidden])')?.textContent));
+      () => /more below$/.test(
+          document.querySelector('#plan-targets .more:not([hidden])')?.textContent));
   const rows = parseInt((await more()).slice(2), 10);
   assert.ok(rows > 3 && rows < kTargets, `${rows} more`);
-  await page.$eval('#plan .more', (note) => note.click());
-  await page.waitForFunction(() => document.querySelector('#plan .more').hidden);
+  await page.$eval('#plan-targets .more', (note) => note.click());
+  await page.waitForFunction(() => document.querySelector('#plan-targets .more').hidden);
   await page.setViewport({width, height});
 }
 
@@ -222,7 +229,7 @@ async function lookAtFullScreen(page, replay, eye) {
   assert.equal(await ink(), 'rgb(232, 237, 244)');
   assert.equal(await page.$eval('#overlay', ({checked}) => checked), false);
   await lookAtStale(page, replay, eye);
-  for (const [width, height, share] of [[1280, 800, 0.65], [844, 390, 0.5], [2560, 1440, 0.65]]) {
+  for (const [width, height, share] of [[1280, 800, 0.62], [844, 390, 0.45], [2560, 1440, 0.62]]) {
     await page.setViewport({width, height});
     // The page may not have laid out itself yet.
     await page.waitForFunction((least) => {
@@ -235,10 +242,19 @@ async function lookAtFullScreen(page, replay, eye) {
     }, {timeout: 20000}, share);
     // In one call: $eval finds rows in one and reads them in another, when they are replaced.
     const [error, place] = await page.evaluate(() => {
-      const {children} = document.querySelector('#plan-list tbody tr');
+      const {children} = document.querySelector('#plan-targets tbody tr');
       return [children[2], children[4]].map((cell) => cell.checkVisibility());
     });
     assert.deepEqual([error, place], [true, false]);
+    const lists = await page.evaluate(() => {
+      const box = document.getElementById('lists'), edge = box.getBoundingClientRect();
+      const part = document.querySelector('#plan tbody tr').getBoundingClientRect();
+      return {
+        sideways: box.scrollWidth - box.clientWidth,
+        hasPart: part.top >= edge.top && part.bottom <= edge.bottom
+      };
+    });
+    assert.deepEqual(lists, {sideways: 0, hasPart: true}, `${width}x${height}`);
     await picture(page, `full_${width}x${height}`);
   }
   await page.click('#full-screen');

@@ -44,7 +44,8 @@ export class Replay {
   constructor(answers) {
     this.answers = answers;
     this.state = 'tracking';
-    this.of = null;  // the answer that is given in followed states; null: of tracking
+    this.of = null;            // the answer that is given in followed states; null: of tracking
+    this.extrapolated = null;  // expected error of one more point, mm
     this.isBehindProxy = false;
     this.frame = 1000;
     this.missed = [];   // states of frames before the next one
@@ -61,19 +62,27 @@ export class Replay {
     for (const response of this.waiting.splice(0)) response.end();
   }
 
-  packet() {
+  /** hasOverlay: else the picture with the grid has no name. */
+  packet(hasOverlay) {
     const isLost = this.state === 'lost' && this.answers.lost;
-    const {header, sections} = isLost ? this.answers.lost : this.answers[this.of ?? 'tracking'];
+    const {header, sections: bodies} =
+        isLost ? this.answers.lost : this.answers[this.of ?? 'tracking'];
     const moments = [...this.missed.splice(0), this.state].map((state) => {
       const [, ms, , reasons, ...rest] = header.moments.at(-1);
       return [++this.frame, ms, state, this.of ? reasons : kReasons[state] ?? reasons, ...rest];
     });
-    let text =
-        JSON.stringify({...header, frame: this.frame, moments, age_ms: 0, waited_ms: kAnswerMs});
+    const points = this.extrapolated === null ?
+        header.points :
+        [...header.points, [901, 1, true, '', 80, 60, 0, 0, 80, this.extrapolated]];
+    const sections = header.sections.map(
+        ([name, bytes]) => [name === 'overlay' && !hasOverlay ? '' : name, bytes]);
+    const frame = this.frame;
+    let text = JSON.stringify(
+        {...header, sections, points, frame, moments, age_ms: 0, waited_ms: kAnswerMs});
     while (Buffer.byteLength(text) % 4) text += ' ';
     const length = Buffer.alloc(4);
     length.writeUInt32LE(Buffer.byteLength(text));
-    return Buffer.concat([length, Buffer.from(text), sections]);
+    return Buffer.concat([length, Buffer.from(text), bodies]);
   }
 
   answer(request, response) {
@@ -91,7 +100,8 @@ export class Replay {
     if (request.url.startsWith('/frame') && this.state === 'ended') response.statusCode = 410;
     const isSilent = this.state === 'stalled' || !request.url.startsWith('/frame');
     if (isSilent) response.statusCode = 204;
-    const body = response.statusCode === 200 ? this.packet() : undefined;
+    const body =
+        response.statusCode === 200 ? this.packet(request.url.includes('overlay=1')) : undefined;
     return setTimeout(() => response.end(body), kAnswerMs);
   }
 }

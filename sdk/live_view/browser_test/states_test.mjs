@@ -36,7 +36,12 @@ const look = async (page, state) =>
         isStale: document.querySelector('.stage').classList.contains('stale'),
         isPictureGray: getComputedStyle(element('picture')).filter.includes('grayscale'),
         points: element('state-points').hidden ? '' : element('state-points').textContent,
+        error: element('state-error').hidden ? '' : element('state-error').textContent,
         lastSeen: element('last-seen').hidden ? '' : element('last-seen').textContent,
+        sidewaysLists: [...document.querySelectorAll('.scroll')]
+                           .filter((box) => box.scrollWidth > box.clientWidth)
+                           .map((box) => box.parentElement.id),
+        pointsWeight: element('state-points').style.fontWeight,
         isFlashing: document.body.classList.contains('flashing'),
         takesPoints: element('click-hint').checkVisibility(),
         oldPicture: element('old-picture').hidden ? '' : element('old-picture').textContent,
@@ -91,10 +96,17 @@ async function lookAtResized(page, width) {
   }
 }
 
+/** A click that does nothing says why. */
+async function clickPicture(page, message) {
+  await page.$eval('#picture', (canvas) => canvas.click());
+  assert.match(await page.$eval('#message', ({textContent}) => textContent), message);
+}
+
 async function lookAtStates(page, other, replay, isPlain) {
   const tracking = await lookAt(replay, [page, other], 'tracking');
   assert.equal(tracking.isPictureGray, false);
-  assert.match(tracking.points, /^$|followed$/);
+  assert.match(tracking.points, /^Points: 1 seen$/);
+  assert.equal(tracking.error, 'Largest expected error 0.2 mm');
   await page.waitForFunction(() => Number(document.documentElement.dataset.frame) > 1001);
   // A machine that is busy may draw 3D too slowly.
   const isDrawn = !isPlain && await (await page.waitForFunction(() => {
@@ -107,8 +119,9 @@ async function lookAtStates(page, other, replay, isPlain) {
   await page.click('#alarm-flash');
 
   const lost = await lookAt(replay, [page, other], 'lost');
-  assert.match(lost.say, /not followed.*a picture is black.*What to do: check light/);
+  assert.match(lost.say, /not followed.*Why: both pictures are black\. What to do: check light/);
   assert.equal((await look(other, 'lost')).colour, kRed);
+  await clickPicture(page, /^No point was added: the tissue is not followed/);
   assert.ok(lost.isFlashing);
   assert.doesNotMatch(lost.text, /No surface yet/);
   assert.doesNotMatch(lost.text, /0\.00 mm/);
@@ -127,12 +140,21 @@ async function lookAtStates(page, other, replay, isPlain) {
   for (const {say} of [again, found]) assert.doesNotMatch(say, /Why/);
   assert.ok(found.takesPoints);
   assert.ok(!unfound.takesPoints && !lost.takesPoints);
-  assert.match((await lookAt(replay, [page], 'degraded')).say, /Why: something lies in front/);
+  replay.extrapolated = 3.14;
+  const degraded = await lookAt(replay, [page], 'degraded');
+  assert.match(degraded.say, /Why: something lies in front/);
+  assert.deepEqual(
+      [degraded.points, degraded.error],
+      ['Points: 1 seen, 1 extrapolated', 'Largest expected error 3.1 mm']);
+  assert.equal(degraded.pointsWeight, '800', 'what is not seen counts');
+  replay.extrapolated = null;
+  assert.deepEqual(degraded.sidewaysLists, [], 'lists fit a narrow page');
   await page.click('#pause');
   await page.waitForFunction(() => !document.getElementById('paused').hidden);
   assert.ok(
       !(await look(page, 'degraded')).takesPoints,
       'a click on a picture that is paused would follow tissue that is elsewhere now');
+  await clickPicture(page, /^No point was added: the picture is paused/);
   // The state goes on while the picture is paused.
   const pausedLost = await lookAt(replay, [page], 'lost');
   assert.ok(pausedLost.isPictureGray, 'what is lost now is not shown as followed');
@@ -167,7 +189,7 @@ async function lookAtStates(page, other, replay, isPlain) {
   replay.state = 'tracking';
   await look(page, 'tracking');
   const ended = await lookAt(replay, [page, other], 'ended');
-  assert.match(ended.say, /Nothing is followed/);
+  assert.match(ended.say, /Nothing is followed.*outputs are being written/);
   assert.match(ended.text, /Of the last picture, not of now/);
   assert.deepEqual(ended.canAsk, [false, false, false, false]);
   await lookAtResized(page, 1200);
@@ -175,7 +197,16 @@ async function lookAtStates(page, other, replay, isPlain) {
   await new Promise((resolve) => {
     setTimeout(resolve, 1500);
   });
-  await look(page, 'ended');
+  assert.match((await look(page, 'ended')).say, /The program has finished; report\.html/);
+  // The last picture came to a page in full screen, without the grid.
+  await page.click('#full-screen');
+  await page.waitForFunction(() => !document.body.classList.contains('full'));
+  assert.deepEqual(
+      await page.$eval('#overlay', ({checked, disabled}) => [checked, disabled]), [false, true]);
+  const changes =
+      await page.$$eval('#changes .chip', (chips) => chips.map(({textContent}) => textContent));
+  assert.ok(changes.length > 5);
+  assert.ok(changes.every((word, i) => word !== changes[i + 1]), `${changes}`);
 }
 
 /** On a small screen the word stays in sight, and little else does. */

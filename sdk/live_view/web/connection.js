@@ -61,6 +61,20 @@ export async function watchFrames({options, show, connected, disconnected}) {
   }
 }
 
+/** Once the program has closed its server, which it does when all outputs are written. */
+export async function waitForOutputs() {
+  for (;;) {
+    try {
+      // A proxy answers in place of a program that has ended.
+      if ((await ask(`/frame?after=-1&overlay=0&page=${page}`)).status !== 410) return;
+    } catch (error) {
+      if (!(error instanceof TypeError)) throw error;
+      return;
+    }
+    await pause(kRetryMs);
+  }
+}
+
 export const fetchSurface = async () => packet(await ask('/surface'));
 
 /** The diagnosis, as `defrec doctor --json` prints it; null while there is none. */
@@ -69,12 +83,12 @@ export async function fetchChecks() {
   return response.status === 200 ? response.json() : null;
 }
 
-/** The answer's text, or why there is none. */
+/** {isTaken, text}: the answer's, or why there is none. */
 export async function post(path, value) {
   try {
     const response = await ask(path, {method: 'POST', body: JSON.stringify(value)});
-    return (await response.text()).trim();
+    return {isTaken: response.ok, text: (await response.text()).trim()};
   } catch {
-    return 'The program does not answer.';
+    return {isTaken: false, text: 'The program does not answer.'};
   }
 }

@@ -7,20 +7,25 @@ const kMark = 6;                 // half of a mark's side, on which no other one
 const kMargin = 4;               // free round a place that is new, so that a label does not jump
 const kGaps = [3, 14, 30, 50, 76, 110];  // from mark to label
 const kLineFrom = 8;                     // a label that is farther off has a line to its mark
+const kFirstOfPart = 1;                  // of the gaps, so that the line to a part can be seen
 
 /** Which labels come first where there is not room for all. */
 export const kRanks = {
   named: 4,
-  namedTarget: 3,
-  part: 2,
-  target: 1,
-  point: 0
+  point: 3,
+  namedTarget: 2,
+  part: 1,
+  target: 0
 };
 
 // On which side of its mark a label stands, in the order of preference: [across, down].
 const kCorners = [[1, -1], [1, 1], [-1, -1], [-1, 1]], kSides = [[0, -1], [0, 1], [1, 0], [-1, 0]];
 const kBesidePoint = [...kCorners, [1, 0], [-1, 0], [0, -1], [0, 1]];
 const kBesideBox = [...kSides, ...kCorners];
+
+const isOfPoint = (rank) => rank === kRanks.named || rank === kRanks.point;
+
+const kInk = '#ffffff';
 
 /** The expected error, which could be taken for a size without the sign. */
 export const plusMinus = (error) => `\u00b1${number(error, 1)} mm`;
@@ -48,10 +53,11 @@ export class Labels {
   }
 
   /**
-   * Beside what lies in the box, which no label hides unless it is a large share of the picture:
-   * then beside its upper end.
+   * A label in the colour, with a line to the outline, places [x, y], of what lies in the box. No
+   * label hides that unless it is a large share of the picture: then it stands beside its upper
+   * end.
    */
-  addBox(key, text, box, rank, {width, height}) {
+  addBox(key, text, {box, outline, colour}, rank, {width, height}) {
     const inside = {
       left: Math.max(0, box.left),
       right: Math.min(width, box.right),
@@ -61,64 +67,73 @@ export class Labels {
     const area = (inside.right - inside.left) * (inside.bottom - inside.top);
     const x = (inside.left + inside.right) / 2;
     if (!(area > 0)) return;
-    if (area < kMostKept * width * height)
-      this.wanted.push({key, text, x, y: inside.top, rank, box: inside});
-    else
-      this.add(key, text, x, inside.top, rank);
+    const label = {key, text, x, y: inside.top, rank, outline, colour};
+    this.wanted.push(area < kMostKept * width * height ? {...label, box: inside} : label);
   }
 
   /**
    * unit: a pixel of the screen. A label that is drawn stays, and stays on its side, if it can.
    */
   draw(context, unit) {
-    const before = this.places, taken = [], drawn = [];
+    const before = this.places, taken = [], drawn = [], lines = [];
     this.places = new Map();
     context.font = `600 ${kHeight * unit}px system-ui, sans-serif`;
     context.lineJoin = 'round';
     const rankOf = ({key, rank}) => 2 * rank + (before.has(key) ? 1 : 0);
     const {width, height} = context.canvas;
     const seen = this.wanted.filter(({x, y}) => x >= 0 && x <= width && y >= 0 && y <= height);
-    const marks =
-        [...seen, ...this.avoided].map((mark) => ({key: mark.key, ...markOf(mark, unit)}));
+    const marks = [...seen, ...this.avoided].map(
+        (mark) => ({key: mark.key, rank: mark.rank, ...markOf(mark, unit)}));
     for (const label of seen.sort((a, b) => rankOf(b) - rankOf(a))) {
       const others = marks.filter(({key}) => key !== label.key);
-      const place = this.choose(label, before.get(label.key), taken, others, context, unit);
+      const place = this.choose(label, before.get(label.key), taken, lines, others, context, unit);
       if (!place) continue;
       taken.push(place.box);
+      if (place.line) lines.push(place.line);
       drawn.push({label, ...place});
       this.places.set(label.key, place);
     }
-    for (const {label, box} of drawn) drawLine(context, box, markOf(label, unit), unit);
+    for (const {label, line} of drawn)
+      if (line) drawLine(context, line, label.colour ?? kInk, unit);
     context.lineWidth = 3.5 * unit;
     context.strokeStyle = '#0f172a';
-    context.fillStyle = '#ffffff';
     for (const {label, box} of drawn) {
+      context.fillStyle = label.colour ?? kInk;
       context.strokeText(label.text, box.left, box.bottom - kBelow * unit);
       context.fillText(label.text, box.left, box.bottom - kBelow * unit);
     }
   }
 
   /**
-   * A place {box, side, far} of the label, or undefined. last: where it was drawn before. others:
-   * marks that it does not hide.
+   * A place {box, line, side, far} of the label, or undefined. last: where it was drawn before.
+   * others: marks that it does not hide. Lines and labels keep off each other.
    */
-  choose(label, last, taken, others, context, unit) {
+  choose(label, last, taken, lines, others, context, unit) {
     const own = markOf(label, unit), length = context.measureText(label.text).width + 4 * unit;
     // Only what has a name of its own is worth a line.
-    const gaps = label.rank > kRanks.target ? kGaps : kGaps.slice(0, 1);
+    const gaps = label.rank === kRanks.target || label.rank === kRanks.point ? kGaps.slice(0, 1) :
+        label.outline ? kGaps.slice(kFirstOfPart) :
+                        kGaps;
     const ordered = (sides) => gaps.flatMap((gap, far) => sides.map((side) => {
-      return {side, far, box: boxBeside(own, side, gap * unit, length, context.canvas, unit)};
+      const box = boxBeside(own, side, gap * unit, length, context.canvas, unit);
+      return {side, far, box, line: lineOf(box, own, label.outline, unit)};
     }));
     const find = (places, marks, margin) => places.find(
-        ({box}) => box.top >= 0 && box.bottom <= context.canvas.height && isFree(box, [own], 0) &&
-            isFree(box, [...taken, ...marks], margin * unit));
+        ({box, line}) => box.top >= 0 && box.bottom <= context.canvas.height &&
+            isFree(box, [own], 0) && isFree(box, [...taken, ...marks], margin * unit) &&
+            !lines.some((other) => crosses(other, box)) &&
+            !(line && taken.some((other) => crosses(line, other))));
     const stays = last ? ordered([last.side]) : [];
     const all = ordered(label.box ? kBesideBox : kBesidePoint);
     return find(stays.slice(0, last?.far), others, kMargin) ??
         find(stays.slice(last?.far, last?.far + 2), others, 0) ?? find(all, others, kMargin) ??
         find(all, others, 0) ??
-        // A name is worth more than marks.
-        (gaps.length > 1 ? find(all, [], 0) : undefined);
+        // A name is worth more than marks, and what is said of a followed point more than those
+        // that are not.
+        (label.rank === kRanks.target ? undefined :
+             label.rank === kRanks.point ?
+                                        find(all, others.filter(({rank}) => isOfPoint(rank)), 0) :
+                                        find(all, [], 0));
   }
 }
 
@@ -144,19 +159,44 @@ function boxBeside(mark, [across, down], gap, length, {width}, unit) {
 
 const between = (value, from, to) => Math.max(from, Math.min(value, to));
 
-/** From a label to its mark, where that is not beside it. */
-function drawLine(context, box, mark, unit) {
-  const from = (low, high, least, most) => between((low + high) / 2, least, most);
-  const end = [
-    from(box.left, box.right, mark.left, mark.right),
-    from(box.top, box.bottom, mark.top, mark.bottom)
-  ];
-  const begin = [between(end[0], box.left, box.right), between(end[1], box.top, box.bottom)];
-  if (Math.hypot(end[0] - begin[0], end[1] - begin[1]) < kLineFrom * unit) return;
+/** The place of the box that is nearest to another one. */
+const nearestIn =
+    (box, [x, y]) => [between(x, box.left, box.right), between(y, box.top, box.bottom)];
+const distance = ([x, y], [u, v]) => Math.hypot(x - u, y - v);
+
+/**
+ * [begin, end] from a label to its mark, or null where that is beside it; to an outline always, to
+ * where it is nearest.
+ */
+function lineOf(box, mark, outline, unit) {
+  const middle = [(box.left + box.right) / 2, (box.top + box.bottom) / 2];
+  const gap = (place) => distance(place, nearestIn(box, place));
+  const end =
+      outline ? outline.reduce((a, b) => (gap(b) < gap(a) ? b : a)) : nearestIn(mark, middle);
+  const begin = nearestIn(box, end);
+  return outline || distance(begin, end) >= kLineFrom * unit ? [begin, end] : null;
+}
+
+/** Whether a line runs through a box. */
+function crosses([[x, y], [u, v]], box) {
+  let from = 0, to = 1;
+  for (const [at, way, low, high] of [
+           [x, u - x, box.left, box.right], [y, v - y, box.top, box.bottom]]) {
+    if (way === 0 && (at < low || at > high)) return false;
+    if (way === 0) continue;
+    const ends = [(low - at) / way, (high - at) / way];
+    from = Math.max(from, Math.min(...ends));
+    to = Math.min(to, Math.max(...ends));
+  }
+  return from <= to;
+}
+
+/** From a label to its mark. */
+function drawLine(context, [begin, end], ink, unit) {
   context.beginPath();
   context.moveTo(...begin);
   context.lineTo(...end);
-  for (const [colour, width] of [['#0f172a', 3.5], ['#ffffff', 1.5]]) {
+  for (const [colour, width] of [['#0f172a', 4], [ink, 2]]) {
     context.strokeStyle = colour;
     context.lineWidth = width * unit;
     context.stroke();

@@ -52,14 +52,18 @@ export function tell(message) {
   }, 4000);
 }
 
-/** Asks the program, and shows its answer. */
-export async function request(path, value) {
-  tell(await post(path, value));
+/** Asks the program, and says done where it does what it is asked for, else why not. */
+export async function request(path, value, done) {
+  const {isTaken, text} = await post(path, value);
+  tell(isTaken ? done : text);
 }
 
 export function listenToRecord() {
   byId('record').addEventListener('click', () => {
     const isOn = byId('record').getAttribute('aria-pressed') === 'true';
-    request('/recording', {on: !isOn});
+    request(
+        '/recording', {on: !isOn},
+        isOn ? 'The recording ends with this picture.' :
+               'The recording begins with the next picture.');
   });
 }

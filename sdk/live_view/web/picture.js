@@ -44,37 +44,59 @@ export class Picture {
     this.canvas = byId('picture');
     this.context = this.canvas.getContext('2d');
     this.size = [1, 1];
-    this.take(false);
+    this.take(false, '');
     this.labels = new Labels();
     this.last = null;  // what show() was given
     new ResizeObserver(() => this.draw()).observe(this.canvas);
     for (const box of ['overlay', 'show-points', 'show-targets', 'show-plan'])
       byId(box).addEventListener('change', () => this.draw());
     this.canvas.addEventListener('click', (event) => {
-      if (!this.takesPoints) return;
+      if (!this.takesPoints) return tell(this.why);
       const box = this.canvas.getBoundingClientRect();
       const u = ((event.clientX - box.left) / box.width) * this.size[0] - 0.5;
       const v = ((event.clientY - box.top) / box.height) * this.size[1] - 0.5;
       this.clickedAt = performance.now();
-      request('/points', {u, v});
+      request('/points', {u, v}, 'It is looked up in the next picture.');
     });
     this.clickedAt = -Infinity;
     this.dropped = null;
+    this.known = null;  // ids of points of users
   }
 
-  /** Whether a click follows a point: what is shown is where it was a moment ago. */
-  take(points) {
+  /**
+   * Whether a click follows a point: what is shown is where it was a moment ago. why: a click does
+   * nothing otherwise.
+   */
+  take(points, why) {
     this.takesPoints = points;
+    this.why = why;
     this.canvas.classList.toggle('takes-points', points);
     byId('click-hint').hidden = !points;
   }
 
-  /** count: clicks of all pages so far where there was no surface. */
-  takeDropped(count) {
-    if (this.dropped !== null && count > this.dropped &&
-        performance.now() - this.clickedAt < kAnswerMs)
+  /**
+   * Says what became of a click. dropped: clicks of all pages so far where there was no surface;
+   * chosen: points of users.
+   */
+  answer(dropped, chosen) {
+    const isAwaited = performance.now() - this.clickedAt < kAnswerMs;
+    const added = chosen.find(({id}) => this.known && !this.known.has(id));
+    if (isAwaited && added)
+      tell(`Point ${labelOf(added)} is followed from this picture on.`);
+    else if (isAwaited && this.dropped !== null && dropped > this.dropped)
       tell('There is no surface there: no point was added.');
-    this.dropped = count;
+    this.known = new Set(chosen.map(({id}) => id));
+    this.dropped = dropped;
+  }
+
+  /** No more pictures come: without one that has the grid, its box says so. */
+  end() {
+    const overlay = byId('overlay');
+    if (this.last?.bitmaps.overlay) return;
+    overlay.checked = false;
+    overlay.disabled = true;
+    overlay.title = 'The last picture came without the grid.';
+    overlay.dispatchEvent(new Event('change'));
   }
 
   /**

@@ -15,6 +15,7 @@ import {
 
 const kUnknownColour = '#9ca3af';
 const kFill = 0.2, kHalo = 0.3;       // shares of a part's colour
+const kLighter = 0.35;                // of the way to white
 const kSilhouette = 0, kUnknown = 1;  // and 2: where the image ends
 
 /**
@@ -48,6 +49,15 @@ function depthInWords({depth}) {
   if (depth === null) return '';
   return depth < 0 ? `${number(-depth, 1)} mm above the surface` : `${number(depth, 1)} mm deep`;
 }
+
+/** "#rrggbb", for text that can be read on tissue, and where the picture turns gray. */
+const lighter = (colour) => `#${
+        [1, 3, 5]
+            .map((at) => parseInt(colour.slice(at, at + 2), 16))
+            .map(
+                (level) =>
+                    Math.round(level + kLighter * (255 - level)).toString(16).padStart(2, '0'))
+            .join('')}`;
 
 /** scale: of the picture. unit: a pixel of the screen. */
 function drawPart(context, part, scale, unit, labels) {
@@ -88,14 +98,15 @@ function drawPart(context, part, scale, unit, labels) {
   context.setLineDash([]);
   const places = outlines.flat().map(at);
   const side = (k, most) => places.reduce((a, place) => most(a, place[k]), places[0][k]);
+  const box = {
+    left: side(0, Math.min),
+    right: side(0, Math.max),
+    top: side(1, Math.min),
+    bottom: side(1, Math.max)
+  };
   const about = [plusMinus(error), depthInWords(part)].filter(Boolean).join(', ');
   labels.addBox(
-      `part ${name}`, `${name} ${about}`, {
-        left: side(0, Math.min),
-        right: side(0, Math.max),
-        top: side(1, Math.min),
-        bottom: side(1, Math.max)
-      },
+      `part ${name}`, `${name} ${about}`, {box, outline: places, colour: lighter(colour)},
       kRanks.part, context.canvas);
 }
 
@@ -121,24 +132,26 @@ export const partSwatch = (part) => element('span', {
 export function showPlanList(plan, isOfFollowed, why) {
   if (!plan) return;
   for (const id of ['plan', 'plan-control', 'see-through-control']) byId(id).hidden = false;
-  const rows = [
-    ...plan.parts.map(
-        (part) =>
-            [element('span', {}, partSwatch(part), part.name), partStatus(part, isOfFollowed),
-             part.outlines.length ? lengthCell(part.error, 2) : '–', lengthCell(part.depth, 1),
-             '–']),
-    ...plan.targets.map(
-        (target) =>
-            [nameOf(target), placeCell(target.status, isOfFollowed), lengthCell(target.error, 2),
-             lengthCell(target.centre ? target.depth : null, 1),
-             target.centre ? target.centre.map((value) => number(value, 1)).join(', ') : '–'])
-  ];
+  byId('plan-targets').hidden = plan.targetCount === 0;
+  byId('plan-list').hidden = plan.parts.length === 0;
   byId('plan-count').textContent = shareShown(plan.targets, plan.targetCount);
   setWhy('plan-why', why);
+  const heads = ['Status', 'Expected error', 'Depth'];
   byId('plan-list')
-      .replaceChildren(
-          rows.length ?
-              table(
-                  ['Part or target', 'Status', 'Expected error', 'Depth', 'x, y, z in mm'], rows) :
-              element('p', {class: 'hint'}, 'None in this frame.'));
+      .replaceChildren(table(
+          ['Part', ...heads],
+          plan.parts.map(
+              (part) =>
+                  [element('span', {}, partSwatch(part), part.name), partStatus(part, isOfFollowed),
+                   part.outlines.length ? lengthCell(part.error, 2) : '–',
+                   lengthCell(part.depth, 1)])));
+  byId('plan-targets-list')
+      .replaceChildren(table(
+          ['Target', ...heads, 'x, y, z in mm'],
+          plan.targets.map(
+              (target) =>
+                  [nameOf(target), placeCell(target.status, isOfFollowed),
+                   lengthCell(target.error, 2), lengthCell(target.centre ? target.depth : null, 1),
+                   target.centre ? target.centre.map((value) => number(value, 1)).join(', ') :
+                                   '–'])));
 }

@@ -30,10 +30,17 @@ export class PointList {
     const name = element(
         'input',
         {type: 'text', maxlength: '24', placeholder: `#${id}`, 'aria-label': `Name of ${id}`});
-    name.addEventListener('change', () => request('/points', {id, name: name.value}));
+    name.addEventListener(
+        'change',
+        () => request(
+            '/points', {id, name: name.value},
+            name.value ? `Point #${id} is called ${name.value}.` :
+                         `Point #${id} has no name any more.`));
     const remove =
-        element('button', {type: 'button', 'aria-label': `Remove point ${id}`}, 'Remove');
-    remove.addEventListener('click', () => request('/points', {id, removed: true}));
+        element('button', {type: 'button', 'aria-label': `Remove point ${id}`, class: 'remove'});
+    remove.addEventListener(
+        'click',
+        () => request('/points', {id, removed: true}, `Point ${name.value || `#${id}`} removed.`));
     const cells = Array.from({length: 5}, () => element('td'));
     cells[0].append(name);
     cells[4].append(remove);

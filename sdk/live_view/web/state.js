@@ -1,13 +1,13 @@
 // The state: the largest thing on the page. It never says more than is known now: without new
 // frames or a connection it says that.
-import {byId, element, seconds} from '../../report/web/data.js';
+import {byId, element, number, seconds} from '../../report/web/data.js';
 import {stateColour} from '../../report/web/colours.js';
-import {reasonsInWords, remedyOf} from '../../report/web/reasons.js';
 import {Fuse} from './fuse.js';
-import {isFollowed, states, whyNotPlaced} from './words.js';
+import {isFollowed, states, whatToDo, whyInWords, whyNotPlaced} from './words.js';
 
 const kStalledMs = 3000;  // without a frame
 const kStripMoments = 240;
+const kCounts = ['state-points', 'state-error', 'state-beneath'];  // lines of the banner
 const kMaxReasons = 2;  // in the banner; the list of changes has all
 
 /** "4.2 s", "2 min 5 s". */
@@ -37,14 +37,28 @@ function beneathInWords({targets, parts, planTargets}) {
   return words.join('; ');
 }
 
-/** " Plan not placed: ..." where nothing of the plan, or no target, has a place. */
-function unplacedInWords({targets, parts, planTargets}, reasons) {
+/**
+ * What of the plan or the targets has no place at all: {what: "Plan not placed", why}; both empty
+ * where something has.
+ */
+function unplaced({targets, parts, planTargets}, reasons) {
   const isMissing = (counts) => counts.some(({all}) => all) && counts.every(({placed}) => !placed);
   const missing = [['Plan', [parts, planTargets]], ['Targets', [targets]]].filter(
       ([, counts]) => isMissing(counts));
-  if (!missing.length) return '';
+  if (!missing.length) return {what: '', why: ''};
   const names = missing.map(([name]) => name).join(' and ').replace(' T', ' t');
-  return ` ${names} not placed: ${whyNotPlaced(missing.flatMap(([, counts]) => counts), reasons)}.`;
+  return {
+    what: `${names} not placed`,
+    why: whyNotPlaced(missing.flatMap(([, counts]) => counts), reasons)
+  };
+}
+
+/** "Points: 5 seen, 3 extrapolated"; empty without points. */
+function pointsInWords({all, seen, extrapolated}) {
+  const counts =
+      [[seen, 'seen'], [extrapolated, 'extrapolated'], [all - seen - extrapolated, 'lost']];
+  const words = counts.filter(([count]) => count).map(([count, word]) => `${count} ${word}`);
+  return words.length ? `Points: ${words.join(', ')}` : '';
 }
 
 /** A line of the banner, bold where not all are placed. */
@@ -57,8 +71,8 @@ function setCount(id, text, counts) {
  * " Why: ... What to do: ..." What is noticed of tissue that was found is not why it was. Spaces in
  * "What to do" do not end a line.
  */
-function because(state, reasons) {
-  const why = reasonsInWords(reasons).slice(0, kMaxReasons), remedy = remedyOf(reasons);
+function because(state, reasons, view) {
+  const why = whyInWords(reasons, view).slice(0, kMaxReasons), remedy = whatToDo(reasons, view);
   const head = state === 'relocalised' || state === 'found' ? 'Noticed now' : 'Why';
   return (why.length ? ` ${head}: ${why.join('; ')}.` : '') +
       (remedy ? ` What\u00a0to\u00a0do: ${remedy}.` : '');
@@ -70,28 +84,40 @@ export class State {
     this.changed = changed;
     this.shown = 'connecting';
     this.of = 'connecting';  // of the newest frame, or why there is none
-    this.reasons = '';
-    this.beneath = null;  // what the banner counts of targets and plan
+    this.reasons = this.view = '';
+    this.isWritten = false;  // the outputs
+    this.beneath = null;     // what the banner counts of targets and plan
     this.moments = [];
     this.frameAt = null;  // when the newest frame came
     this.since = performance.now();
-    this.fuse = new Fuse(['fuse', 'picture-fuse'].map(byId), kStalledMs);
+    this.fuse = new Fuse(kStalledMs);
     this.timer = setInterval(() => this.tell(), 200);
     addEventListener('resize', () => this.drawStrip());
+    // What the page scrolls to does not come to lie beneath what stays in sight.
+    const sizes = new ResizeObserver(() => {
+      const stays = ['state', 'state-word'].map(byId).find(
+          (each) => getComputedStyle(each).position === 'sticky' && each.offsetHeight);
+      document.documentElement.style.setProperty('--banner', `${stays?.offsetHeight ?? 0}px`);
+    });
+    for (const id of ['state', 'state-word']) sizes.observe(byId(id));
   }
 
   /**
-   * moments: of the frames since the last call. followed: points, targets, parts and planTargets,
-   * {all, placed} each. ageMs: of the newest frame; old where the page was kept from taking it.
+   * moments: of the frames since the last call. followed: points, {all, seen, extrapolated,
+   * largest} with the largest expected error; targets, parts and planTargets, {all, placed} each.
+   * ageMs: of the newest frame; old where the page was kept from taking it.
    */
   take(moments, followed, ageMs) {
     this.frameAt = performance.now() - ageMs;
     for (const [, , state] of moments) this.moments.push(state);
     this.moments.splice(0, Math.max(0, this.moments.length - kStripMoments));
     const now = moments.at(-1);
-    if (now) [, , this.of, this.reasons] = now;
+    if (now) [, , this.of, this.reasons, , , this.view] = now;
     const {points, ...beneath} = followed;
-    setCount('state-points', points.all ? `${ofAll(points, 'point')} followed` : '', [points]);
+    setCount('state-points', pointsInWords(points), [{placed: points.seen, all: points.all}]);
+    setText(
+        'state-error',
+        points.largest < 0 ? '' : `Largest expected error ${number(points.largest, 1)} mm`);
     this.beneath = beneath;
     setCount('state-beneath', beneathInWords(beneath), Object.values(beneath));
     this.drawStrip();
@@ -102,9 +128,15 @@ export class State {
   /** Why there are no frames: disconnected, refused, ended. */
   stop(why) {
     this.of = why;
-    this.reasons = '';
-    for (const id of ['state-points', 'state-beneath']) setText(id, '');
+    this.reasons = this.view = '';
+    for (const id of kCounts) setText(id, '');
     if (why !== 'disconnected') clearInterval(this.timer);
+    this.tell();
+  }
+
+  /** After the end, once the outputs are there. */
+  finish() {
+    this.isWritten = true;
     this.tell();
   }
 
@@ -117,16 +149,18 @@ export class State {
       this.since = name === 'stalled' ? this.frameAt : performance.now();
       document.documentElement.dataset.state = name;
       document.body.classList.toggle('not-current', !isOfNow(name));
-      for (const id of ['state-points', 'state-beneath']) byId(id).hidden = !isOfNow(name);
+      for (const id of kCounts) byId(id).hidden = !isOfNow(name);
       this.changed(name);
     }
-    const {word, say} = states[name] ?? {word: name, say: ''};
+    const {word, say} =
+        states[name === 'ended' && this.isWritten ? 'written' : name] ?? {word: name, say: ''};
     const reasons = name === this.of && name !== 'tracking' ? this.reasons : '';
     for (const id of ['state-word', 'picture-state']) setText(id, word);
-    const unplaced = name === this.of && isFollowed(name) && this.beneath ?
-        unplacedInWords(this.beneath, this.reasons) :
-        '';
-    setText('state-say', say + because(name, reasons) + unplaced);
+    const {what, why} = name === this.of && isFollowed(name) && this.beneath ?
+        unplaced(this.beneath, this.reasons) :
+        {what: '', why: ''};
+    setText('unplaced', what);
+    setText('state-say', (what && `${what}: ${why}. `) + say + because(name, reasons, this.view));
     document.title = `${word} – defrec`;
     if (name !== 'ended' && name !== 'refused')
       setText('state-since', `for ${duration(performance.now() - this.since)}`);
@@ -151,21 +185,29 @@ export class State {
 
 const kMaxChanges = 600;
 
-/** The list of changes. */
+/** The list of changes; a state that lasts has one row, with all reasons that were given in it. */
 export class Changes {
   constructor() {
     this.rows = [];
-    this.last = '';
+    this.last = null;  // {state, seen, words, why}
   }
 
-  add([frame, ms, state, reasons]) {
-    const now = `${state}: ${reasons}`;
-    if (now === this.last) return;
-    this.last = now;
+  add([frame, ms, state, reasons, , , view]) {
+    const seen = `${reasons} ${view}`;
+    if (this.last?.state === state) {
+      const {words, why, seen: before} = this.last;
+      if (seen === before) return;
+      this.last.seen = seen;
+      for (const word of whyInWords(reasons, view)) words.add(word);
+      why.textContent = [...words].join('; ');
+      return;
+    }
     const chip = element(
         'span', {class: 'chip', style: `--chip: ${stateColour(state)}`},
         states[state]?.word ?? state);
-    const why = element('span', {title: reasons}, reasonsInWords(reasons).join('; '));
+    const words = new Set(whyInWords(reasons, view));
+    const why = element('span', {}, [...words].join('; '));
+    this.last = {state, seen, words, why};
     this.rows.unshift(element(
         'tr', {},
         ...[String(frame), seconds(ms), chip, why].map((cell) => element('td', {}, cell))));

@@ -78,7 +78,7 @@ class LiveSurface extends Stage {
     if (on) this.pace.begin();
     byId('show-surface').checked = on;
     byId('surface-off').hidden = on;
-    byId('surface-why').textContent = why;
+    byId('surface-why').textContent = byId('surface-why').title = why;
     byId('surface').classList.toggle('off', !on);
     document.documentElement.dataset.surface = on ? 'on' : 'off';
     this.render();

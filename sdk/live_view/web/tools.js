@@ -17,7 +17,7 @@ export function listenToFullScreen() {
     // Labels are read from afar there, and the grid is what hides them.
     const grid = byId('overlay');
     if (isFull) hadGrid = grid.checked;
-    grid.checked = !isFull && hadGrid;
+    grid.checked = !isFull && hadGrid && !grid.disabled;
     grid.dispatchEvent(new Event('change'));
     button.textContent = isFull ? 'Leave full screen' : 'Full screen';
   });

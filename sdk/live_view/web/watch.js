@@ -1,10 +1,11 @@
 // Puts together what a page shows of each frame; surface and timeline are null where the packages
 // that draw them are not inside.
+import {extrapolatedStatus, observedStatus} from '../../report/web/colours.js';
 import {byId} from '../../report/web/data.js';
 import {ready} from '../../report/web/health.js';
 import {Alarm} from './alarm.js';
 import {Checks} from './checks.js';
-import {watchFrames} from './connection.js';
+import {waitForOutputs, watchFrames} from './connection.js';
 import {tellMoreOfLists} from '../../report/web/more.js';
 import {listenToRecord, showNow, showRecording, showStages} from './now.js';
 import {painted} from './pace.js';
@@ -79,7 +80,12 @@ class AgeNotes {
 /** What the banner counts: see State.take. */
 function followed({target_count: targets, targets_placed: targetsPlaced}, chosen, plan) {
   return {
-    points: {all: chosen.length, placed: chosen.filter(hasPlace).length},
+    points: {
+      all: chosen.length,
+      seen: chosen.filter(({status}) => status === observedStatus).length,
+      extrapolated: chosen.filter(({status}) => status === extrapolatedStatus).length,
+      largest: chosen.filter(hasPlace).reduce((most, {error}) => Math.max(most, error), -1)
+    },
     targets: {all: targets, placed: targetsPlaced},
     parts: {all: plan?.parts.length ?? 0, placed: plan ? partsPlaced(plan) : 0},
     planTargets: {all: plan?.targetCount ?? 0, placed: plan?.targetsPlaced ?? 0}
@@ -109,7 +115,12 @@ export async function watch(surface, timeline) {
 
   // A click is on the tissue of now.
   function takePoints() {
-    picture.take(isFollowed(state.shown) && !pause.isOn());
+    const isPaused = pause.isOn(), {shown: name} = state;
+    const why = isPaused                                   ? 'the picture is paused.' :
+        ['lost', 'unfound', 'initialising'].includes(name) ? 'the tissue is not followed.' :
+        name === 'ended'                                   ? 'the run has ended.' :
+                                                             'the picture is not of now.';
+    picture.take(isFollowed(name) && !isPaused, `No point was added: ${why}`);
   }
 
   // While there is a program to ask.
@@ -156,7 +167,7 @@ export async function watch(surface, timeline) {
     const now = header.moments.find(([index]) => index === header.frame) ?? header.moments.at(-1);
     if (now) showNow(header, now, rate());
     showStages(header.stages);
-    picture.takeDropped(header.dropped_clicks);
+    picture.answer(header.dropped_clicks, chosen);
     list.show(chosen, picture.takesPoints);
     showRecording(header.recording);
     await checks.show(header);
@@ -178,7 +189,11 @@ export async function watch(surface, timeline) {
   });
   state.stop(why);
   if (pause.isOn()) pause.set(false);
+  picture.end();
   showRecording('');
   checks.end();
   document.documentElement.dataset.ended = 'true';
+  if (why !== 'ended') return;
+  await waitForOutputs();
+  state.finish();
 }

@@ -1,5 +1,7 @@
 // Plain words for states and stages.
 
+import {reasonsInWords, remedyOf} from '../../report/web/reasons.js';
+
 /** word: the largest on the page. */
 export const states = {
   connecting: {word: 'Connecting', say: 'Waiting for the first frame.'},
@@ -31,7 +33,15 @@ export const states = {
         'current.'
   },
   refused: {word: 'No access', say: 'This address belongs to another run. Open the new one.'},
-  ended: {word: 'Ended', say: 'The run has ended. Nothing is followed any more.'},
+  ended: {
+    word: 'Ended',
+    say: 'Nothing is followed any more. The outputs are being written: do not switch off yet.'
+  },
+  written: {
+    word: 'Ended',
+    say: 'Nothing is followed any more. The program has finished; report.html in its output ' +
+        'folder sums up the run.'
+  },
 };
 
 /** Whether positions of the frame are those of the tissue now. */
@@ -45,11 +55,31 @@ export const isFollowed =
 export function whyNotPlaced(counts, reasons) {
   const sum = (key) => counts.reduce((total, count) => total + count[key], 0);
   if (sum('placed') === sum('all')) return '';
-  const hasOneView = reasons.split(',').map((name) => name.trim()).includes('one-view');
-  return sum('placed') === 0 && hasOneView ?
-      'only one view shows the tissue, so its depth is too uncertain to place what lies beneath' :
+  return sum('placed') === 0 && namesOf(reasons).includes('one-view') ?
+      'only one view shows the tissue, which does not measure depth' :
       'too little is known here of the tissue above, or the expected error would be too large';
 }
+
+const namesOf = (reasons) => reasons.split(',').map((name) => name.trim());
+
+/**
+ * A frame's reasons in words, each thing once: that a picture is black or white says why it has no
+ * contrast, stands still or is missing. view: which of the two it is; empty: neither or both.
+ */
+export function whyInWords(reasons, view) {
+  const names = namesOf(reasons);
+  const bad = names.includes('dark') ? 'black' : names.includes('saturated') ? 'white' : '';
+  if (!bad) return reasonsInWords(reasons);
+  const isBoth = !names.includes('one-view') && !names.includes('saturated');
+  const which = view ? `the ${view} picture is ${bad}` :
+      isBoth ? 'both pictures are black' :
+               `a picture is ${bad}`;
+  const said = ['no-texture', 'one-view', 'frozen', bad === 'black' ? 'dark' : 'saturated'];
+  return [which, ...reasonsInWords(names.filter((name) => !said.includes(name)).join(','))];
+}
+
+/** What to do; empty where nothing is known. See whyInWords. */
+export const whatToDo = (reasons, view) => remedyOf(view ? 'one-view' : reasons);
 
 const stages = {
   'upload': 'Copy in',
