@@ -82,6 +82,14 @@ std::vector<Eigen::Vector3d> places_around(const Registered& found,
     return places;
 }
 
+// Root mean square over these places, mm.
+double expected_error(const Registered& found, const SurfaceEvidence& surface) {
+    double squared = 0;
+    const std::vector<Eigen::Vector3d> places = places_around(found, surface.places);
+    for (const Eigen::Vector3d& model : places) squared += placed(found, model).covariance.trace();
+    return std::sqrt(squared / static_cast<double>(places.size()));
+}
+
 // The pairs, and what a registration by the surface says as such.
 PairsFile with_surface(const Registered& by_surface, const SurfaceEvidence& surface,
                        PairsFile pairs) {
@@ -145,12 +153,13 @@ std::string reason_of_both(const Registered& by_surface, const PairsEvidence& pa
         squared += found[i].residual_mm * found[i].residual_mm;
         ++count;
     }
-    const bool is_open = by_surface.info.verdict == DEFREC_VERDICT_UNDETERMINED;
-    return by_surface.info.reason +
-           (is_open ? "; with the pairs it is held to " + held(by_surface, pairs.all, by_both)
-                    : std::string("; the pairs tell which is right")) +
-           ": " + format_fixed(count, 0) + " pairs agree with the surface to " +
-           format_fixed(std::sqrt(squared / count), 2) + " mm";
+    std::string adds = "; the pairs tell which is right";
+    if (by_surface.is_accepted()) adds = "; the pairs make it more exact";
+    if (by_surface.info.verdict == DEFREC_VERDICT_UNDETERMINED)
+        adds = "; with the pairs it is held to " + held(by_surface, pairs.all, by_both);
+    return by_surface.info.reason + adds + ": " + format_fixed(count, 0) +
+           " pairs agree with the surface to " + format_fixed(std::sqrt(squared / count), 2) +
+           " mm";
 }
 
 }  // namespace
@@ -191,11 +200,8 @@ Together together(const Registered& by_surface, const SurfaceEvidence& surface,
         made.is_contradiction = !made.reason.empty();
         return made.is_contradiction;
     };
-    if (by_surface.is_accepted()) {
-        contradicts(by_surface);
-        return made;
-    }
-    const Registered* start = &pairs.alone;
+    if (by_surface.is_accepted() && contradicts(by_surface)) return made;
+    const Registered* start = by_surface.is_accepted() ? &by_surface : &pairs.alone;
     Registered both;
     for (int round = 0; round < PairsWithSurface::kRounds; ++round) {
         made.by_surface = surface.near(transform_of(*start));
@@ -204,6 +210,9 @@ Together together(const Registered& by_surface, const SurfaceEvidence& surface,
         if (!both.is_accepted()) return made;
         start = &both;
     }
+    if (by_surface.is_accepted() &&
+        expected_error(both, surface) >= expected_error(by_surface, surface))
+        return made;
     made.by_both = std::move(both);
     made.by_surface = surface.near(transform_of(made.by_both));
     made.reason = reason_of_both(by_surface, pairs, made.by_both);

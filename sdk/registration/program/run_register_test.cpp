@@ -234,7 +234,7 @@ TEST_CASE("pairs alone, and as the start of a surface") {
     both.pairs = options.pairs;
     CHECK(run_register(both) == 0);
     result = scene().result("both");
-    CHECK(result["method"] == "surface");
+    CHECK(result["method"] == "surface and pairs");
     CHECK(off(result, scene().truth, {0, 0, 0}) < 1);
     REQUIRE(result["pairs"].size() == 5);
     for (const auto& pair : result["pairs"]) CHECK(pair["fits"] == true);
