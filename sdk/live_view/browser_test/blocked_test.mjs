@@ -151,7 +151,7 @@ async function lookAtSlow(browser, replay) {
   if (await page.evaluate(() => document.documentElement.dataset.plain !== undefined)) return;
   const why = () => page.$eval('#surface-off', (note) => note.checkVisibility() && note.innerText);
   await page.waitForFunction(() => document.documentElement.dataset.surface === 'off');
-  assert.match(await why(), /3D is off: this computer draws it too slowly\.\s+Switch 3D on/);
+  assert.match(await why(), /3D is off: too slow on this computer\.\s+Switch 3D on/);
   assert.equal(await page.$eval('#show-surface', ({checked}) => checked), false);
   if (screenshot) await page.screenshot({path: join(screenshot, 'slow.png')});
   replay.state = 'lost';

@@ -38,6 +38,7 @@ const look = async (page, state) =>
         points: element('state-points').hidden ? '' : element('state-points').textContent,
         error: element('state-error').hidden ? '' : element('state-error').textContent,
         lastSeen: element('last-seen').hidden ? '' : element('last-seen').textContent,
+        pictureOpacity: getComputedStyle(element('picture')).opacity,
         sidewaysLists: [...document.querySelectorAll('.scroll')]
                            .filter((box) => box.scrollWidth > box.clientWidth)
                            .map((box) => box.parentElement.id),
@@ -158,6 +159,8 @@ async function lookAtStates(page, other, replay, isPlain) {
   // The state goes on while the picture is paused.
   const pausedLost = await lookAt(replay, [page], 'lost');
   assert.ok(pausedLost.isPictureGray, 'what is lost now is not shown as followed');
+  assert.ok(pausedLost.isFlashing);
+  assert.equal(pausedLost.pictureOpacity, '1', 'a frame that flashes leaves the picture alone');
   await lookAt(replay, [page], 'tracking', true);
   await lookAtResized(page, 700);
   await page.click('#pause');

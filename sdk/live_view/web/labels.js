@@ -8,6 +8,7 @@ const kMargin = 4;               // free round a place that is new, so that a la
 const kGaps = [3, 14, 30, 50, 76, 110];  // from mark to label
 const kLineFrom = 8;                     // a label that is farther off has a line to its mark
 const kFirstOfPart = 1;                  // of the gaps, so that the line to a part can be seen
+const kMostOfPoint = 3;                  // gaps for a point without a name
 
 /** Which labels come first where there is not room for all. */
 export const kRanks = {
@@ -22,8 +23,6 @@ export const kRanks = {
 const kCorners = [[1, -1], [1, 1], [-1, -1], [-1, 1]], kSides = [[0, -1], [0, 1], [1, 0], [-1, 0]];
 const kBesidePoint = [...kCorners, [1, 0], [-1, 0], [0, -1], [0, 1]];
 const kBesideBox = [...kSides, ...kCorners];
-
-const isOfPoint = (rank) => rank === kRanks.named || rank === kRanks.point;
 
 const kInk = '#ffffff';
 
@@ -84,15 +83,20 @@ export class Labels {
     const seen = this.wanted.filter(({x, y}) => x >= 0 && x <= width && y >= 0 && y <= height);
     const marks = [...seen, ...this.avoided].map(
         (mark) => ({key: mark.key, rank: mark.rank, ...markOf(mark, unit)}));
-    for (const label of seen.sort((a, b) => rankOf(b) - rankOf(a))) {
-      const others = marks.filter(({key}) => key !== label.key);
-      const place = this.choose(label, before.get(label.key), taken, lines, others, context, unit);
-      if (!place) continue;
-      taken.push(place.box);
-      if (place.line) lines.push(place.line);
-      drawn.push({label, ...place});
-      this.places.set(label.key, place);
-    }
+    const inOrder = seen.sort((a, b) => rankOf(b) - rankOf(a));
+    // Whoever has no room gets what is left.
+    for (const isLast of [false, true])
+      for (const label of inOrder) {
+        if (this.places.has(label.key)) continue;
+        const others = marks.filter(({key}) => key !== label.key);
+        const place =
+            choose(label, before.get(label.key), {taken, lines, others, isLast}, context, unit);
+        if (!place) continue;
+        taken.push(place.box);
+        if (place.line) lines.push(place.line);
+        drawn.push({label, ...place});
+        this.places.set(label.key, place);
+      }
     for (const {label, line} of drawn)
       if (line) drawLine(context, line, label.colour ?? kInk, unit);
     context.lineWidth = 3.5 * unit;
@@ -103,38 +107,50 @@ export class Labels {
       context.fillText(label.text, box.left, box.bottom - kBelow * unit);
     }
   }
+}
 
-  /**
-   * A place {box, line, side, far} of the label, or undefined. last: where it was drawn before.
-   * others: marks that it does not hide. Lines and labels keep off each other.
-   */
-  choose(label, last, taken, lines, others, context, unit) {
-    const own = markOf(label, unit), length = context.measureText(label.text).width + 4 * unit;
-    // Only what has a name of its own is worth a line.
-    const gaps = label.rank === kRanks.target || label.rank === kRanks.point ? kGaps.slice(0, 1) :
-        label.outline ? kGaps.slice(kFirstOfPart) :
-                        kGaps;
-    const ordered = (sides) => gaps.flatMap((gap, far) => sides.map((side) => {
-      const box = boxBeside(own, side, gap * unit, length, context.canvas, unit);
-      return {side, far, box, line: lineOf(box, own, label.outline, unit)};
-    }));
-    const find = (places, marks, margin) => places.find(
-        ({box, line}) => box.top >= 0 && box.bottom <= context.canvas.height &&
-            isFree(box, [own], 0) && isFree(box, [...taken, ...marks], margin * unit) &&
-            !lines.some((other) => crosses(other, box)) &&
-            !(line && taken.some((other) => crosses(line, other))));
-    const stays = last ? ordered([last.side]) : [];
-    const all = ordered(label.box ? kBesideBox : kBesidePoint);
-    return find(stays.slice(0, last?.far), others, kMargin) ??
-        find(stays.slice(last?.far, last?.far + 2), others, 0) ?? find(all, others, kMargin) ??
-        find(all, others, 0) ??
-        // A name is worth more than marks, and what is said of a followed point more than those
-        // that are not.
-        (label.rank === kRanks.target ? undefined :
-             label.rank === kRanks.point ?
-                                        find(all, others.filter(({rank}) => isOfPoint(rank)), 0) :
-                                        find(all, [], 0));
+/**
+ * A place {box, line, side, far} of the label, or undefined. last: where it was drawn before.
+ * taken, lines: labels that were drawn, which it keeps off; others: marks that it does not hide.
+ * isLast: where there is no room, it may.
+ */
+function choose(label, last, {taken, lines, others, isLast}, context, unit) {
+  const own = markOf(label, unit), length = context.measureText(label.text).width + 4 * unit;
+  const placesAt = (sides, gaps) => gaps.flatMap((gap, far) => sides.map((side) => {
+    const box = boxBeside(own, side, gap * unit, length, context.canvas, unit);
+    return {side, far, box, line: lineOf(box, own, label.outline, unit)};
+  }));
+  const find = (places, marks, margin) => places.find(
+      ({box, line}) => box.top >= 0 && box.bottom <= context.canvas.height &&
+          isFree(box, [own], 0) && isFree(box, [...taken, ...marks], margin * unit) &&
+          !lines.some((other) => crosses(other, box)) &&
+          !(line && taken.some((other) => crosses(line, other))));
+  // Only what has a name of its own is worth a line, unless there is no room.
+  const gaps = label.rank === kRanks.target || label.rank === kRanks.point ? kGaps.slice(0, 1) :
+      label.outline ? kGaps.slice(kFirstOfPart) :
+                      kGaps;
+  const all = placesAt(label.box ? kBesideBox : kBesidePoint, gaps);
+  if (isLast) {
+    const farther =
+        placesAt([...(last ? [last.side] : []), ...kBesidePoint], kGaps.slice(0, kMostOfPoint));
+    return squeeze(label.rank, find, all, farther, others);
   }
+  const stays = last ? placesAt([last.side], gaps) : [];
+  return find(stays.slice(0, last?.far), others, kMargin) ??
+      find(stays.slice(last?.far, last?.far + 2), others, 0) ?? find(all, others, kMargin) ??
+      find(all, others, 0);
+}
+
+/** A place where there is no room without a line, or without hiding marks; or undefined. */
+function squeeze(rank, find, all, farther, others) {
+  if (rank === kRanks.target) return undefined;
+  // A name is worth more than marks, and what is said of a followed point more than those of other
+  // things.
+  if (rank !== kRanks.point) return find(all, [], 0);
+  const marksOf = (...ranks) => others.filter((mark) => ranks.includes(mark.rank));
+  return find(farther, others, 0) ??
+      find(all, marksOf(kRanks.named, kRanks.point, kRanks.part), 0) ??
+      find(all, marksOf(kRanks.named, kRanks.point), 0);
 }
 
 /** What the label belongs to. */

@@ -115,8 +115,7 @@ class LiveSurface extends Stage {
 
   measure(ms) {
     document.documentElement.dataset.surfaceMs = Math.round(ms);
-    if (this.pace.add(ms) && this.isOn)
-      this.turn(false, '3D is off: this computer draws it too slowly.');
+    if (this.pace.add(ms) && this.isOn) this.turn(false, '3D is off: too slow on this computer.');
   }
 
   async take(number) {
