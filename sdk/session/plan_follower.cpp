@@ -85,6 +85,26 @@ PlanFollower::PlanFollower(const std::filesystem::path& folder, PlanOptions opti
     if (options_.mesh_every > 0) empty_mesh_folder(mesh_folder_);
 }
 
+void PartlyKnown::add(const MovedPoints* moved, const std::vector<std::uint32_t>& vertices) {
+    ++all_;
+    if (moved == nullptr) return;
+    PositionRow row;
+    const auto known = static_cast<std::size_t>(
+        std::count_if(vertices.begin(), vertices.end(),
+                      [&](std::uint32_t vertex) { return moved->fill(vertex, row); }));
+    if (known == 0 || known == vertices.size()) return;
+    ++rows_;
+    sum_ += static_cast<double>(known) / static_cast<double>(vertices.size());
+}
+
+double PartlyKnown::share() const {
+    return all_ > 0 ? static_cast<double>(rows_) / static_cast<double>(all_) : 0;
+}
+
+double PartlyKnown::known_share() const {
+    return rows_ > 0 ? sum_ / static_cast<double>(rows_) : 0;
+}
+
 void PlanFollower::prepare(const Template& surface) {
     if (plan_) return;
     defrec_plan handle = nullptr;
@@ -149,6 +169,8 @@ std::vector<PlanRow> PlanFollower::rows_of(std::int64_t frame, double timestamp_
         if (!is_target) row.part = model_->parts[i - target_count_].name;
         if (is_placed && is_target) moved_.fill(vertex_count_ + i, row);
         if (is_placed && !is_target) fill_part(i - target_count_, row);
+        if (!is_target)
+            partly_known_.add(is_placed ? &moved_ : nullptr, part_vertices_[i - target_count_]);
         (is_target ? target_rows_ : part_rows_).add(row.status);
         file_.add(row);
     }

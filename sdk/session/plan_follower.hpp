@@ -28,6 +28,21 @@ struct PlanFrame {
     const MovedPoints* points = nullptr;  // the model's vertices, then the targets
 };
 
+// Rows of parts without a middle, some of whose vertices are known.
+class PartlyKnown {
+  public:
+    // A row; moved: null where no vertex is known. The row has a middle where all are.
+    void add(const MovedPoints* moved, const std::vector<std::uint32_t>& vertices);
+    // Such rows among all, 0..1.
+    double share() const;
+    // Known vertices among all in these rows, in the mean, 0..1; 0 without such rows.
+    double known_share() const;
+
+  private:
+    std::size_t all_ = 0, rows_ = 0;
+    double sum_ = 0;
+};
+
 // One thread at a time.
 class PlanFollower {
   public:
@@ -54,6 +69,7 @@ class PlanFollower {
     // Rows of the targets, and of the parts.
     const StatusCounts& target_rows() const { return target_rows_; }
     const StatusCounts& part_rows() const { return part_rows_; }
+    const PartlyKnown& partly_known() const { return partly_known_; }
 
   private:
     void move(defrec_job job);
@@ -74,6 +90,7 @@ class PlanFollower {
     std::vector<std::string> target_names_;  // of each, or empty
     std::size_t vertex_count_ = 0, target_count_ = 0, mesh_count_ = 0;
     StatusCounts target_rows_, part_rows_;
+    PartlyKnown partly_known_;
     bool is_forgotten_ = false;
 };
 

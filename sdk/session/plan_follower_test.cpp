@@ -70,6 +70,21 @@ TEST_CASE("pictures get every vertex with its status, and parts and targets by t
     CHECK(plan.parts.size() == 2);
 }
 
+TEST_CASE("a part with some known vertices is partly known, with their share") {
+    Example example;
+    example.points.uv.resize(2 * example.points.status.size());
+    PartlyKnown known;
+    CHECK(known.share() == 0);
+    known.add(nullptr, {0, 3});
+    known.add(&example.points, {1, 2, 4});  // all are known
+    known.add(&example.points, {3});        // none is
+    CHECK(known.share() == 0);
+    CHECK(known.known_share() == 0);
+    known.add(&example.points, {0, 1, 2, 3});
+    CHECK(known.share() == 0.25);
+    CHECK(known.known_share() == 0.75);
+}
+
 TEST_CASE("receivers get the triangles without an unknown corner, and targets that are not lost") {
     const Example example;
     const LinkPlan plan = link_plan(*example.model, example.frame);

@@ -159,6 +159,8 @@ Json plan_json(const PlanFollower* plan) {
     parts["count"] = names.size();
     parts["names"] = std::move(names);
     add_shares(plan->part_rows(), parts);
+    parts["partly_known_share"] = plan->partly_known().share();
+    parts["known_share"] = plan->partly_known().known_share();
     return {{"targets", targets}, {"parts", parts}, {"meshes", plan->mesh_count()}};
 }
 
@@ -209,12 +211,18 @@ std::string shares_text(const Json& json, const char* one) {
            percent(json["lost_share"]) + " lost\n";
 }
 
-// Beneath the surface to be extrapolated is the rule.
+// Beneath the surface to be extrapolated is the rule. A part that is partly known has no middle,
+// and its rows are lost; pictures and meshes show what is known.
 std::string placed_text(const Json& json, const char* one, const char* several) {
     const double placed =
         json["tracked_share"].get<double>() + json["extrapolated_share"].get<double>();
-    return counted(json["count"].get<std::size_t>(), one, several) + ": " + percent(placed) +
-           " placed, " + percent(json["lost_share"]) + " lost\n";
+    const double partly = json.value("partly_known_share", 0.0);
+    std::string text = counted(json["count"].get<std::size_t>(), one, several) + ": " +
+                       percent(placed) + " placed, ";
+    if (partly > 0)
+        text += percent(partly) + " partly known (" + percent(json["known_share"]) +
+                " of the vertices), ";
+    return text + percent(json["lost_share"].get<double>() - partly) + " lost\n";
 }
 
 std::string doubtful_text(const Json& doubtful) {

@@ -55,3 +55,13 @@ TEST_CASE("the end text says which frames are lost or degraded, and why, in a fe
     CHECK(text.find("90 tracking\n  text 1\n  text 2\n  text 3\n  9 further frames are in doubt: "
                     "see reasons in frames.csv\ntemplate") != std::string::npos);
 }
+
+TEST_CASE("the end text says of a plan's part without a middle how much of it is known") {
+    Json summary = summary_of(1);
+    summary["plan"]["parts"] = {
+        {"count", 1},         {"tracked_share", 0.0},      {"extrapolated_share", 0.25},
+        {"lost_share", 0.75}, {"partly_known_share", 0.5}, {"known_share", 0.98}};
+    CHECK(summary_text(summary, "out")
+              .find("1 part of the plan: 25.0 % placed, 50.0 % partly known (98.0 % of the "
+                    "vertices), 25.0 % lost\n") != std::string::npos);
+}
