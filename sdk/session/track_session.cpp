@@ -31,6 +31,7 @@
 #include "sdk/session/point_follower.hpp"
 #include "sdk/session/real_time.hpp"
 #include "sdk/session/result_record.hpp"
+#include "sdk/session/run_name.hpp"
 #include "sdk/session/session_notes.hpp"
 #include "sdk/session/session_pictures.hpp"
 #include "sdk/session/target_follower.hpp"
@@ -366,7 +367,7 @@ class TrackSession {
 
     std::unique_ptr<SessionPictures> open_pictures() {
         ReportMeta meta;
-        meta.sequence = options_.source.name();
+        meta.sequence = run_name(options_.source, source_.is_live(), folder_.path());
         meta.backend = setup_.device.id;
         meta.device = setup_.device.name;
         meta.version = defrec_version_string();
@@ -388,7 +389,8 @@ class TrackSession {
     void open_view(std::uint16_t port) {
         auto projection = std::make_shared<RawProjection>(setup_.rig);
         pictures_->open_view(port,
-                             {options_.source.name(), setup_.device.name, defrec_version_string()},
+                             {run_name(options_.source, source_.is_live(), folder_.path()),
+                              setup_.device.name, defrec_version_string()},
                              [projection](const float* xyz, std::size_t count, float* uv) {
                                  projection->project(xyz, count, uv);
                              });
