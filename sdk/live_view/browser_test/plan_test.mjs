@@ -229,7 +229,7 @@ async function lookAtFullScreen(page, replay, eye) {
   assert.equal(await ink(), 'rgb(232, 237, 244)');
   assert.equal(await page.$eval('#overlay', ({checked}) => checked), false);
   await lookAtStale(page, replay, eye);
-  for (const [width, height, share] of [[1280, 800, 0.62], [844, 390, 0.45], [2560, 1440, 0.62]]) {
+  for (const [width, height, share] of [[1280, 800, 0.62], [844, 390, 0.5], [2560, 1440, 0.62]]) {
     await page.setViewport({width, height});
     // The page may not have laid out itself yet.
     await page.waitForFunction((least) => {
@@ -256,6 +256,13 @@ async function lookAtFullScreen(page, replay, eye) {
     });
     assert.deepEqual(lists, {sideways: 0, hasPart: true}, `${width}x${height}`);
     await picture(page, `full_${width}x${height}`);
+    // Also where the banner says most.
+    [replay.state, replay.of] = ['degraded', 'one-view'];
+    await look(page, 'degraded');
+    const banner = await page.$eval('#state', ({offsetHeight}) => offsetHeight / innerHeight);
+    assert.ok(banner < 0.3, `${width}x${height}: the banner takes ${banner} of the screen`);
+    [replay.state, replay.of] = ['found', null];
+    await look(page, 'found');
   }
   await page.click('#full-screen');
   await page.waitForFunction(() => !document.body.classList.contains('full'));
