@@ -74,8 +74,8 @@ void add_inputs(CLI::App& command, RegisterOptions& options) {
         ->type_name("F");
     command.add_flag(
         "--pairs-only", options.is_by_pairs_alone,
-        "Register by the pairs alone, where the surface has too little shape; the model "
-        "goes into the plan");
+        "Register by the pairs alone: the surface is not looked at, and the model goes into the "
+        "plan; for models that are not what is seen");
     command.add_flag(
         "--looked-at", options.is_looked_at,
         "Write the plan of a registration that is ambiguous or undetermined as well: a "
