@@ -67,7 +67,7 @@ class DeviceWatch {
     Clock::time_point late_from(int64_t entered) const noexcept {
         return time_of(entered) + limit_ - limit_ / 8;
     }
-    // Of a call that was seen late; under the mutex.
+    // For a call that was seen late; under the mutex.
     Clock::time_point stuck_from(int64_t entered) const noexcept {
         return std::max(time_of(entered) + limit_, seen_late_ + limit_ / 8);
     }
