@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
@@ -86,6 +87,28 @@ TEST_CASE("the page shows itself without an error") {
             CHECK(dom.find("background: #ec5cf6\"></span>tumour</span>") != std::string::npos);
             CHECK(dom.find("id=\"plan-control\"><") != std::string::npos);
         }
+    }
+    SUBCASE("an enlarged key frame lies in its window, be that narrow or low") {
+        SyntheticSequence(320, 240, 4).write_report(page, {});
+        std::string text = read_page(page);
+        text.insert(text.rfind("</body>"), R"(<script>addEventListener('load', () => {
+            document.querySelector('.picture').click();
+            const image = document.querySelector('#large img');
+            image.decode().then(() => setTimeout(() => {
+                const box = document.querySelector('#large').getBoundingClientRect();
+                const {left, right} = image.getBoundingClientRect();
+                const isInside = box.top >= 0 && box.bottom <= innerHeight &&
+                    left > box.left + 10 && right < box.right - 10;
+                parent.postMessage(isInside ? 'inside' : 'outside', '*');
+            }, 100));
+        });</script>)");
+        std::ofstream(folder / "enlarged.html") << text;
+        std::ofstream(folder / "windows.html") << R"(<html data-ready="true"><body><script>
+                onmessage = ({data}) => document.body.append(`${data};`);</script>
+                <iframe src="enlarged.html" width="390" height="640"></iframe>
+                <iframe src="enlarged.html" width="1280" height="600"></iframe></body></html>)";
+        const std::string dom = browse(folder / "windows.html", folder);
+        CHECK_MESSAGE(dom.find("inside;inside;") != std::string::npos, dom);
     }
     SUBCASE("no frame at all") {
         ReportWriter report(page, {}, SyntheticSequence(64, 48, 2).projector());
