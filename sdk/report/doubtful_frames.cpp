@@ -24,18 +24,8 @@ bool has_remedy(std::string_view reason) {
     return words != nullptr && !words->remedy.empty();
 }
 
-std::vector<std::string_view> names_of(std::string_view reasons) {
-    std::vector<std::string_view> names;
-    while (!reasons.empty()) {
-        const std::size_t end = std::min(reasons.find_first_of(",| "), reasons.size());
-        if (end > 0) names.push_back(reasons.substr(0, end));
-        reasons.remove_prefix(std::min(end + 1, reasons.size()));
-    }
-    return names;
-}
-
 std::string_view main_reason(std::string_view state, std::string_view reasons) {
-    const std::vector<std::string_view> names = names_of(reasons);
+    const std::vector<std::string_view> names = reason_names(reasons);
     const auto strong = std::find_if(names.begin(), names.end(), [](std::string_view name) {
         return has_remedy(name) && !is_mild(name);
     });

@@ -49,13 +49,19 @@ const ReasonWords* words_of(std::string_view name) {
     return found == words.end() ? nullptr : &*found;
 }
 
-std::vector<std::string> reasons_in_words(std::string_view names) {
+std::vector<std::string_view> reason_names(std::string_view reasons) {
+    std::vector<std::string_view> names;
+    while (!reasons.empty()) {
+        const std::size_t end = std::min(reasons.find_first_of(",| "), reasons.size());
+        if (end > 0) names.push_back(reasons.substr(0, end));
+        reasons.remove_prefix(std::min(end + 1, reasons.size()));
+    }
+    return names;
+}
+
+std::vector<std::string> reasons_in_words(std::string_view reasons) {
     std::vector<std::string> result;
-    while (!names.empty()) {
-        const std::size_t end = std::min(names.find(','), names.size());
-        const std::string_view name = names.substr(0, end);
-        names.remove_prefix(std::min(end + 1, names.size()));
-        names.remove_prefix(std::min(names.find_first_not_of(' '), names.size()));
+    for (const std::string_view name : reason_names(reasons)) {
         const ReasonWords* known = words_of(name);
         result.emplace_back(known == nullptr ? name : known->words);
     }

@@ -14,7 +14,9 @@ struct ReasonWords {
 const std::vector<ReasonWords>& reason_words();
 /// null for a name that has none.
 const ReasonWords* words_of(std::string_view name);
-/// names: with ", " between them.
-std::vector<std::string> reasons_in_words(std::string_view names);
+/// A frame's names, which have ", " or '|' between them.
+std::vector<std::string_view> reason_names(std::string_view reasons);
+/// The same in words; names that have none stay.
+std::vector<std::string> reasons_in_words(std::string_view reasons);
 
 }  // namespace defrec::cli

@@ -131,9 +131,8 @@ std::string text_of(const Scores& scores) {
     std::string text = doubts_of(scores);
     if (!text.empty()) text += "\n";
     if (scores.points) text += score_verdict(*scores.points);
-    for (const std::string& note : notes_of(scores))
-        if (text.find(printable(note)) == std::string::npos)
-            text += "Note: " + printable(note) + "\n";
+    for (const std::string& note : notes_beside_doubts(scores))
+        text += "Note: " + printable(note) + "\n";
     if (!text.empty()) text += "\n";
     if (scores.points) text += score_tables(*scores.points);
     if (scores.points && scores.targets) text += "\n";

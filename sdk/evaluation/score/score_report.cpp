@@ -144,19 +144,24 @@ std::string doubt_of(const TruthDoubt& doubt) {
                                     escaped(doubt.note) + "</p>\n";
 }
 
-// But for those that are doubts.
-std::string notes_of(const Scores& scores) {
+std::string list_of(const std::vector<std::string>& notes) {
     std::string list;
-    const auto add = [&](const auto& score) {
-        for (const std::string& note : score.notes)
-            if (note != score.doubt.note) list += "<li>" + escaped(note) + "</li>";
-    };
-    if (scores.points) add(*scores.points);
-    if (scores.targets) add(*scores.targets);
+    for (const std::string& note : notes) list += "<li>" + escaped(note) + "</li>";
     return list.empty() ? list : "<ul class=\"notes\">" + list + "</ul>\n";
 }
 
 }  // namespace
+
+std::vector<std::string> notes_beside_doubts(const Scores& scores) {
+    std::vector<std::string> notes;
+    const auto add = [&](const auto& score) {
+        for (const std::string& note : score.notes)
+            if (note != score.doubt.note) notes.push_back(note);
+    };
+    if (scores.points) add(*scores.points);
+    if (scores.targets) add(*scores.targets);
+    return notes;
+}
 
 std::string score_page(const Scores& scores, const std::string& folder, const std::string& truth) {
     std::string page = page_head("defrec: score") + "<header><h1>" + escaped(folder) +
@@ -165,7 +170,7 @@ std::string score_page(const Scores& scores, const std::string& folder, const st
     if (scores.targets) page += doubt_of(scores.targets->doubt);
     if (scores.points)
         page += "<p class=\"verdict\">" + escaped(score_verdict(*scores.points)) + "</p>\n";
-    page += notes_of(scores);
+    page += list_of(notes_beside_doubts(scores));
     if (scores.points) page += key_of(*scores.points);
     page += "</header>\n<main>\n";
     if (scores.points) {

@@ -5,6 +5,7 @@
 
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/text.hpp"
+#include "sdk/session/track_outputs.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -34,7 +35,7 @@ fs::path tracked_left(const Json& summary) {
 }  // namespace
 
 Contradiction contradiction_of(const fs::path& folder, const fs::path& truth, bool are_given) {
-    const fs::path path = folder / "summary.json";
+    const fs::path path = folder / kSummaryFile;
     if (found(path).empty()) return {};
     const Json summary =
         Json::parse(read_text_file(path, kLargestFile, ExitCode::kInput), nullptr, false);

@@ -10,7 +10,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -23,12 +22,6 @@ namespace {
 
 using decisions::PairsWithSurface;
 using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
-
-Transform transform_of(const Registered& found) {
-    Transform made{};
-    std::copy_n(found.info.transform, made.size(), made.begin());
-    return made;
-}
 
 Eigen::Isometry3d pose_of(const Registered& found) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -64,7 +57,7 @@ Placed placed(const Registered& found, const Eigen::Vector3d& model) {
     return made;
 }
 
-// Where the surface is seen: as far from its middle as its points are, root mean square, to all
+// Places of the seen surface: as far from its middle as its points are, root mean square, to all
 // sides. Model frame.
 std::vector<Eigen::Vector3d> places_around(const Registered& found,
                                            std::span<const float> surface) {
@@ -204,7 +197,7 @@ Together together(const Registered& by_surface, const SurfaceEvidence& surface,
     const Registered* start = by_surface.is_accepted() ? &by_surface : &pairs.alone;
     Registered both;
     for (int round = 0; round < PairsWithSurface::kRounds; ++round) {
-        made.by_surface = surface.near(transform_of(*start));
+        made.by_surface = surface.near(start->transform());
         if (contradicts(made.by_surface)) return made;
         both = register_by_pairs(with_surface(made.by_surface, surface, pairs.counted()), options);
         if (!both.is_accepted()) return made;
@@ -214,7 +207,7 @@ Together together(const Registered& by_surface, const SurfaceEvidence& surface,
         expected_error(both, surface) >= expected_error(by_surface, surface))
         return made;
     made.by_both = std::move(both);
-    made.by_surface = surface.near(transform_of(made.by_both));
+    made.by_surface = surface.near(made.by_both.transform());
     made.reason = reason_of_both(by_surface, pairs, made.by_both);
     return made;
 }

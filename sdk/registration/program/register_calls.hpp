@@ -18,12 +18,13 @@ struct Registered {
     defrec_registration_info info{};
 
     bool is_accepted() const { return info.verdict == DEFREC_VERDICT_ACCEPTED; }
+    Transform transform() const { return std::to_array(info.transform); }
 };
 
 // Inputs that the library refuses are a CliError(kInput) with their file.
 Registered register_by_pairs(const PairsFile& pairs, const RegisterOptions& options);
 
-// What is compared. seen: null where a file has the surface.
+// Surfaces that are compared. seen: null where a file has the surface.
 struct SurfaceInput {
     const MeshFile& model;
     const SurfaceFile& surface;

@@ -159,7 +159,7 @@ SurfaceFile surface_of(const Template& seen) {
     return surface;
 }
 
-// What pairs say of a surface that was compared.
+// Adds what pairs say of a surface that was compared.
 void add_pairs(const RegisterOptions& options, const SurfaceEvidence& surface,
                const PairsEvidence& pairs, RegisterFindings& findings) {
     for (std::size_t i = 0; i < pairs.counts.size(); ++i)
@@ -263,7 +263,7 @@ int run_register(const RegisterOptions& options) {
         take_pairs(file, register_by_pairs(file, options), findings);
         if (compares_surfaces(options)) {
             pairs = evidence_of(file, options);
-            std::copy_n(pairs->alone.info.transform, start.size(), start.begin());
+            start = pairs->alone.transform();
         }
     }
     // Pairs that contradict each other, or leave a motion open, give no start.
