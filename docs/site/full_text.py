@@ -21,7 +21,7 @@ FIELD = (
 )
 
 
-# What a program prints of it: few-matches of DEFREC_REASON_FEW_MATCHES.
+# A program prints a part of it: few-matches of DEFREC_REASON_FEW_MATCHES.
 SPOKEN = re.compile(r"DEFREC_(?:REASON_)?(?=[A-Z])")
 
 

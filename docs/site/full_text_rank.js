@@ -6,7 +6,7 @@ const fullTextRank = (() => {
   const {kStopWords, kFaintWords, kWord, wordsOf, formsOf, spelled, stem, distance} = fullTextWords;
   const kPerPage = 3;     // sections of a page that are listed
   const kSaturation = 1;  // k1 of BM25
-  // What a word counts in each field, and how much the field's length takes from that (b).
+  // A word's weight in each field, and how much the field's length takes from that (b).
   const kFields = {
     title: {weight: 1, byLength: 0.3},
     heading: {weight: 3, byLength: 0.3},
@@ -59,7 +59,7 @@ const fullTextRank = (() => {
         names: listed(names)
       };
     });
-    // What a page is about is not said again in its headings.
+    // Headings do not say again what their page is about.
     const about = new Map();
     for (const {section: [file], fields: {title, keywords}} of sections)
       if (!about.has(file)) about.set(file, [...title, ...keywords]);

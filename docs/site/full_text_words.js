@@ -13,7 +13,7 @@ const fullTextWords = (() => {
       ('allow between calculated computed difference done enough give happens help keep made ' +
        'make mean meaning means not now possible use used using user without work works')
           .split(' '));
-  // What stands for several words, in lower case.
+  // Phrases for which other words stand, in lower case.
   const kPhrases = [
     [/\bair[- ]gapped\b|\b(?:without|no) (?:an? |the )?(?:internet|network)\b/g, 'offline'],
     [/\boperating (room|theatre|system)/g, 'operating$1'], [/\bdata sets?\b/g, 'dataset'],

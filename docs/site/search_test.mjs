@@ -221,7 +221,7 @@ const kQuestions = {
   'is there a graphical user interface': 'program_live_view',
   'nonrigid registration': 'program_register',
   'h264 quality': 'program_record/H.264, lossy',
-  // What the program prints.
+  // Names as the program prints them.
   'dark': kReasons,
   'no-texture': kReasons,
   'frozen': kReasons,

@@ -22,7 +22,7 @@ std::string ranges_of(const std::vector<std::int64_t>& frames) {
     return text;
 }
 
-// What is before them, and what comes after.
+// Leaves them out: the frames before them, and those that come after.
 std::string remedy_for(const std::vector<std::int64_t>& black, std::int64_t first_frame) {
     std::string text = "Check light, shutter and cable. Of a recording, leave them out: track ";
     if (black.front() > first_frame)

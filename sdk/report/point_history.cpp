@@ -31,7 +31,7 @@ std::vector<std::uint16_t> largest_of(const std::vector<const PointEstimate*>& p
     return largest;
 }
 
-// What is known of a moment that is left out, in the one before it.
+// Keeps what is known of a moment that is left out in the one before it.
 void merge_largest(PointMoment& kept, const PointMoment& left_out) {
     kept.largest.resize(std::max(kept.largest.size(), left_out.largest.size()));
     for (std::size_t i = 0; i < left_out.largest.size(); ++i)

@@ -14,7 +14,7 @@ fs::path whole(const fs::path& path) {
     return result.has_filename() ? result : result.parent_path();
 }
 
-// What both paths begin with.
+// The folders that both paths begin with.
 fs::path common_folder(const fs::path& a, const fs::path& b) {
     const auto ends = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
     fs::path folder;

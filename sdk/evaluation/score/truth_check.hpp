@@ -22,7 +22,7 @@ struct TruthLimits {
     static constexpr std::size_t kMinFar = 3;  // or all, where there are fewer
 };
 
-// That of the notes by which the truth is of something else, so that no number means anything.
+// The note by which the truth is of something else, so that no number means anything.
 struct TruthDoubt {
     std::string note;         // empty: there is none
     bool is_certain = false;  // something was tracked, and nothing of the truth is in it

@@ -13,8 +13,8 @@ struct Contradiction {
     std::string remedy;  // a sentence
 };
 
-// What was tracked into `folder` against a truth, which is of the recording in its own folder.
-// are_given: it is of points that were given, too.
+// Compares what was tracked into `folder` with a truth, which is of the recording in its own
+// folder. are_given: it is of points that were given, too.
 Contradiction contradiction_of(const std::filesystem::path& folder,
                                const std::filesystem::path& truth, bool are_given);
 

@@ -12,7 +12,7 @@ export class Fuse {
     const offset = ms / kLongMs, forever = {duration: kLongMs, fill: 'both'};
     const show = (id, [off, on]) =>
         byId(id).animate([off, {...off, offset}, {...on, offset}, on], forever);
-    // What is gray beneath is out of the picture until then, and costs nothing.
+    // The veil that grays the page is out of the picture until then, and costs nothing.
     const veil = [{transform: 'translateX(-300%)'}, {transform: 'none'}];
     const ages = Array.from({length: kAges}, (_, s) => `Picture of ${s} s ago`);
     byId('fuse-ages')

@@ -38,8 +38,8 @@ function beneathInWords({targets, parts, planTargets}) {
 }
 
 /**
- * What of the plan or the targets has no place at all: {what: "Plan not placed", why}; both empty
- * where something has.
+ * Says what of the plan or the targets has no place at all: {what: "Plan not placed", why}; both
+ * empty where something has.
  */
 function unplaced({targets, parts, planTargets}, reasons) {
   const isMissing = (counts) => counts.some(({all}) => all) && counts.every(({placed}) => !placed);
@@ -93,7 +93,7 @@ export class State {
     this.fuse = new Fuse(kStalledMs);
     this.timer = setInterval(() => this.tell(), 200);
     addEventListener('resize', () => this.drawStrip());
-    // What the page scrolls to does not come to lie beneath what stays in sight.
+    // A heading that is scrolled to does not lie beneath what stays in sight.
     const sizes = new ResizeObserver(() => {
       const stays = ['state', 'state-word'].map(byId).find(
           (each) => getComputedStyle(each).position === 'sticky' && each.offsetHeight);

@@ -35,7 +35,7 @@ struct RegisterFindings {
         reason = found.info.reason;
     }
     const defrec_registration_info& info() const { return found.info; }
-    // What says how points and model fit.
+    // The one that says how points and model fit.
     const defrec_registration_info& fit() const {
         return (compared.handle ? compared : found).info;
     }

@@ -47,7 +47,7 @@ const kPartColours = ['#ec5cf6', '#5ae6a0', '#5ab4fa', '#fb8040', '#ff78b4', '#f
 export const partColour = (part) => kPartColours[part % kPartColours.length];
 
 /**
- * What lies beneath the surface is not seen: its place is computed, which is the rule there, so
+ * Tissue beneath the surface is not seen: its place is computed, which is the rule there, so
  * that neither word nor colour are those of a warning. In the files it is extrapolated.
  */
 export const computed = {

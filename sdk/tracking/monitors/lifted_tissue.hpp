@@ -66,7 +66,7 @@ class LiftedTissue {
     // seen.
     std::vector<defrec_motion> last_;
     std::vector<defrec_motion> next_;  // where the next frame starts; of those that are lifted
-    // What each vertex was seen by in the frame before; its z is 0 where it was not.
+    // A vertex as it was seen in the frame before; its z is 0 where it was not.
     struct Seen {
         float position[3], residual;
     };

@@ -104,8 +104,8 @@ bool UnseenMotion::add_frame(const Template& surface, SurfaceSamples samples,
     const size_t parts = vertex_parts(helpers, samples.size());
     moves_.assign(results.motions.size(), 0);
     std::atomic<size_t> parts_left = parts;
-    // What a piece's frame is read and solved for is known once all is read, but nearly always what
-    // it was in the frame before.
+    // Whether a piece is to be solved for is known once all is read, but is nearly always as in the
+    // frame before.
     helped_loop(helpers, parts + 1, [&](size_t part) {
         if (part == 0) return read_pieces(samples, pieces, results.confidence);
         find_moves(data, samples, results.confidence, {part - 1, parts});
