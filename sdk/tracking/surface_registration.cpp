@@ -119,7 +119,7 @@ void SurfaceRegistration::begin(Frame& frame) {
 // place. But a frame that is captured, if it can be, is a template of its own.
 void SurfaceRegistration::adopt_set_template(const TrackerJob& job) {
     try {
-        adopt(to_adopt_, false);
+        adopt(to_adopt_, TrackedSurface::Source::kGiven);
     } catch (const std::exception&) {
         if (!asks_for_template(job)) throw;
         return;
@@ -206,15 +206,16 @@ bool SurfaceRegistration::look_at_images(Frame& frame) {
 // wants correction, it is captured again. One that its own frame does not show is none.
 void SurfaceRegistration::capture_and_register(Frame& frame) {
     const uint32_t reasons = frame.reasons;
+    auto source = TrackedSurface::Source::kCaptured;
     for (int corrections = 0;; ++corrections) {
-        const bool is_captured = capture(frame);
+        const bool is_captured = capture(frame, source);
         if (!surface_.has_template()) return conclude_without_template(frame);
         FrameAttempt& attempt = register_surface(frame);
         const bool is_wrong = is_captured && (frame.reasons & DEFREC_REASON_DISPARITY) != 0;
         if (is_wrong || (frame.is_first && !attempt.quality.found)) {
             if (!is_wrong) frame.reasons |= DEFREC_REASON_LOW_CONTRAST;
-            surface_.recapture();
-            give_up_template(frame);
+            surface_.withdraw();
+            forget_template(frame);
             return refuse_hiding_mask(frame);
         }
         if (!correct_rig() || corrections == decisions::RigRows::kMostCorrections)
@@ -222,11 +223,11 @@ void SurfaceRegistration::capture_and_register(Frame& frame) {
         frame.images.reset();
         frame.images.emplace(pipeline_.observe(task_of(frame.job)));
         frame.reasons = reasons;
-        if (is_captured) surface_.recapture();
+        if (is_captured) source = TrackedSurface::Source::kCapturedAgain;
     }
 }
 
-bool SurfaceRegistration::capture(Frame& frame) {
+bool SurfaceRegistration::capture(Frame& frame, TrackedSurface::Source source) {
     std::optional<TemplateData> data = pipeline_.capture(*frame.images);
     if (!data) {
         refuse_hiding_mask(frame);
@@ -236,18 +237,18 @@ bool SurfaceRegistration::capture(Frame& frame) {
             frame.reasons |= DEFREC_REASON_VIEWS_SWAPPED;
         return false;
     }
-    adopt(std::make_shared<const Template>(std::move(*data), frame.job.services()), true);
+    adopt(std::make_shared<const Template>(std::move(*data), frame.job.services()), source);
     if (!asks_for_template(frame.job)) trial_.begin(frame.job.memory.output.summary->features);
     if (to_adopt_ != nullptr) frames_.end_template(*std::exchange(to_adopt_, nullptr));
     return true;
 }
 
-// is_observed: it was captured from this very frame.
-void SurfaceRegistration::adopt(std::shared_ptr<const Template> surface, bool is_observed) {
+void SurfaceRegistration::adopt(std::shared_ptr<const Template> surface,
+                                TrackedSurface::Source source) {
     TrackedSurface::Next next(std::move(surface));
     second_memory_.make_room(next.data());
     pipeline_.set_template(next.data());
-    surface_.adopt(std::move(next), is_observed);
+    surface_.adopt(std::move(next), source);
     rig_monitor_.forget_template();
     forget_course();
 }
@@ -299,9 +300,14 @@ void SurfaceRegistration::judge_template(Frame& frame) {
 
 // The application hears of it by a frame without a template; the next one gives another.
 void SurfaceRegistration::give_up_template(Frame& frame) {
+    surface_.give_up();
+    forget_template(frame);
+}
+
+// What was made for it.
+void SurfaceRegistration::forget_template(Frame& frame) {
     frame.shows_cuts = frame.may_grow = false;
     prefetched_.reset();  // it was observed in the template's range of depths
-    surface_.give_up();
     pipeline_.forget_template();
     forget_course();
     conclude_without_template(frame);

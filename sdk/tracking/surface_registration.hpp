@@ -89,13 +89,14 @@ class SurfaceRegistration {
     static void conclude_without_template(Frame& frame);
 
     void capture_and_register(Frame& frame);
-    bool capture(Frame& frame);
+    bool capture(Frame& frame, TrackedSurface::Source source);
     void refuse_hiding_mask(Frame& frame);
     bool shows_template(const Frame& frame, const FrameAttempt& attempt) const;
     void judge_template(Frame& frame);
     void give_up_template(Frame& frame);
+    void forget_template(Frame& frame);
     void forget_course();
-    void adopt(std::shared_ptr<const Template> surface, bool is_observed);
+    void adopt(std::shared_ptr<const Template> surface, TrackedSurface::Source source);
     void change_template(TemplateData data, std::vector<defrec_motion> motions);
     bool release_cut();
     bool grow();

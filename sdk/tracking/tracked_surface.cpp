@@ -59,26 +59,31 @@ void TrackedSurface::take(Next next) {
     motions_ = std::move(next.motions_);
     samples_ = std::move(next.samples_);
     unseen_ = std::move(next.unseen_);
-    ++template_epoch_;
     if (has_body_) next.surface_->start_body();
     const std::lock_guard lock(mutex_);
     template_ = std::move(next.surface_);
 }
 
-void TrackedSurface::adopt(Next next, bool is_observed) {
-    is_tracking_ = is_observed;
-    pieces_.reset(next.data().pieces(), is_observed);
+void TrackedSurface::adopt(Next next, Source source) {
+    is_tracking_ = source != Source::kGiven;
+    pieces_.reset(next.data().pieces(), is_tracking_);
     camera.reset();
     age_ = 0;
-    ++epoch_;
     take(std::move(next));
+    if (source == Source::kCapturedAgain) return;
+    ++epoch_;
+    ++template_epoch_;
 }
 
-void TrackedSurface::change(Next next) { take(std::move(next)); }
+void TrackedSurface::change(Next next) {
+    take(std::move(next));
+    ++template_epoch_;
+}
 
-void TrackedSurface::recapture() {
+void TrackedSurface::withdraw() {
     --epoch_;
     --template_epoch_;
+    give_up();
 }
 
 void TrackedSurface::give_up() {

@@ -43,13 +43,15 @@ class TrackedSurface {
         std::vector<defrec_surface_sample> samples_;
         UnseenMotion unseen_;
     };
-    // Another template. is_observed: it was captured from this very frame.
-    void adopt(Next next, bool is_observed);
+    // kCapturedAgain: once more from the frame that the last one was captured from, which it
+    // improves: its number stays.
+    enum class Source { kGiven, kCaptured, kCapturedAgain };
+    // Another template.
+    void adopt(Next next, Source source);
     // The same one, changed.
     void change(Next next);
-    // The last template that was adopted is about to be captured again from the same frame: it is
-    // the same template, made better.
-    void recapture();
+    // The template that was adopted last has not come to be known: the next one takes its number.
+    void withdraw();
 
     // There is none any more.
     void give_up();
