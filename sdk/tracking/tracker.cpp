@@ -102,9 +102,10 @@ class Tracker::Worker {
                                       [&] { return state_->impl != nullptr || state_->has_ended; });
         impl_ = state_->impl;
         if (impl_ != nullptr) return;
+        state_->is_left_behind = outcome == DeviceWatch::Outcome::kStuck;
         lock.unlock();
         if (outcome == DeviceWatch::Outcome::kStuck) {
-            leave_behind();
+            thread_.detach();
             throw state_->monitor->device.give_up(name_of_call());
         }
         thread_.join();
@@ -123,7 +124,7 @@ class Tracker::Worker {
         if (outcome == DeviceWatch::Outcome::kDone) {
             thread_.join();
         } else {
-            leave_behind();
+            thread_.detach();
             state_->monitor->give_up(name_of_call());
         }
     }
@@ -168,15 +169,11 @@ class Tracker::Worker {
         std::condition_variable changed;
         // Under the mutex.
         std::shared_ptr<Impl> impl;  // from its start until the owner lets it go
-        std::exception_ptr failure;  // why it could not start
-        bool has_ended = false, is_left_behind = false;
+        bool has_ended = false;
+        bool is_left_behind = false;  // before its start
+        // Why it could not start; to be read after the end of the thread.
+        std::exception_ptr failure;
     };
-
-    void leave_behind() {
-        thread_.detach();
-        const std::lock_guard lock(state_->mutex);
-        state_->is_left_behind = true;
-    }
 
     const char* name_of_call() const {
         const char* call = state_->watch->stuck_in();
