@@ -2,6 +2,7 @@
 #include "sdk/body/body_slot.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <functional>
@@ -17,6 +18,21 @@
 #include "sdk/body/decisions.hpp"
 
 namespace defrec {
+namespace {
+
+// One more in the count while it lives.
+class Counted {
+  public:
+    explicit Counted(std::atomic<int>& count) : count_(count) { ++count_; }
+    ~Counted() { --count_; }
+    Counted(const Counted&) = delete;
+    Counted& operator=(const Counted&) = delete;
+
+  private:
+    std::atomic<int>& count_;
+};
+
+}  // namespace
 
 // Outlives the slot while it runs.
 struct BodySlot::Task {
@@ -85,8 +101,9 @@ struct BodySlot::Task {
         return !is_wanted || (is_done && body() == nullptr && !has_failed());
     }
 
-    std::atomic<bool> is_wanted{true}, has_begun{false}, is_awaited{false};
-    std::mutex mutex;  // to wait
+    std::atomic<bool> is_wanted{true}, has_begun{false};
+    std::atomic<int> waiting{0};  // threads
+    std::mutex mutex;             // to wait
     std::condition_variable changed;
     // From then on the outcome stays, so that it is read without the mutex.
     std::atomic<bool> is_done{false};
@@ -102,7 +119,7 @@ struct BodySlot::Task {
         const Clock::time_point now = Clock::now(),
                                 end = now + std::chrono::duration_cast<Clock::duration>(
                                                 decisions::BodyWork::kRest * (now - last));
-        while (!is_awaited && goes_on() && Clock::now() < end)
+        while (waiting == 0 && goes_on() && Clock::now() < end)
             std::this_thread::sleep_for(std::min<Clock::duration>(kSlice, end - Clock::now()));
         last = Clock::now();
     }
@@ -212,7 +229,7 @@ defrec_status BodySlot::wait(const BodySurface& surface, uint64_t timeout_ns) {
             const std::lock_guard lock(mutex_);
             task = begin(surface);
         }
-        if (timeout_ns > 0) task->is_awaited = true;
+        const Counted waiting(task->waiting);
         if (!task->is_done && Clock::now() < end &&
             (services_.expired() || Clock::now() - start > kPatience))
             task->compute(surface, [&] { return !task->is_done && Clock::now() < end; });
