@@ -64,6 +64,12 @@ class Run {
 
     bool is_over() const { return is_over_ || interrupt_requested(); }
     void end() { is_over_ = true; }
+    // A signal wakes nobody.
+    void rest_until(Clock::time_point due) const {
+        constexpr std::chrono::milliseconds kLook{100};
+        while (!is_over() && Clock::now() < due)
+            std::this_thread::sleep_until(std::min(due, Clock::now() + kLook));
+    }
 
     template <class Change>
     void count(Change&& change) {
@@ -360,11 +366,12 @@ void soak(const SoakOptions& options) {
 
     const Clock::time_point start = Clock::now();
     for (int line = 1; !run.is_over(); ++line) {
-        const double second = line * options.interval_s;
-        std::this_thread::sleep_until(start + std::chrono::duration_cast<Clock::duration>(
-                                                  std::chrono::duration<double>(second)));
-        print_line(second, run.take_counts());
-        if (second >= 60 * options.minutes) run.end();
+        using Seconds = std::chrono::duration<double>;
+        const Seconds due(line * options.interval_s);
+        run.rest_until(start + std::chrono::duration_cast<Clock::duration>(due));
+        const Seconds second = std::min<Seconds>(due, Clock::now() - start);
+        print_line(second.count(), run.take_counts());
+        if (second.count() >= 60 * options.minutes) run.end();
     }
     for (std::thread& thread : threads) thread.join();
     run.throw_failure();
