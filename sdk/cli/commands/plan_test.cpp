@@ -2,8 +2,6 @@
 // files, and that targets are where they are in truth.
 #include <doctest/doctest.h>
 #include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <array>
 #include <cmath>
@@ -13,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "sdk/cli/commands/test_program.hpp"
 #include "sdk/cli/commands/test_run.hpp"
 #include "sdk/io/csv.hpp"
 #include "sdk/io/mesh_file.hpp"
@@ -392,32 +391,14 @@ TEST_CASE("a run that is killed while it follows a plan never looks finished") {
     const std::string out = folder / "out";
     REQUIRE(run(operation().track(out, {"--plan", operation().plan()})) == 0);
     REQUIRE(fs::exists(out + "/summary.json"));
-    const std::string program = DEFREC_BUILD_DIR "/bin/defrec";
-    const std::vector<std::string> given{program,         "track",
-                                         "--quiet",       "--no-overlay",
-                                         "--left",        folder / "left",
-                                         "--right",       folder / "right",
-                                         "--calibration", operation().folder / "calibration.yaml",
-                                         "--plan",        operation().plan(),
-                                         "--out",         out};
-    const pid_t child = ::fork();
-    if (child == 0) {
-        std::vector<char*> argv;
-        for (const std::string& argument : given)
-            argv.push_back(const_cast<char*>(argument.data()));
-        argv.push_back(nullptr);
-        ::execv(program.c_str(), argv.data());
-        ::_exit(127);
-    }
+    ChildProgram killed({"track", "--quiet", "--no-overlay", "--left", folder / "left", "--right",
+                         folder / "right", "--calibration", operation().folder / "calibration.yaml",
+                         "--plan", operation().plan(), "--out", out});
     // Longer than the first run was.
     const std::string late = out + "/plan/000020.ply";
-    int status = 0;
-    for (int waited = 0; waited < 6000 && !fs::exists(late); ++waited) {
-        REQUIRE(::waitpid(child, &status, WNOHANG) == 0);
-        ::usleep(10000);
-    }
-    REQUIRE(::kill(child, SIGKILL) == 0);
-    REQUIRE(::waitpid(child, &status, 0) == child);
+    killed.wait_until([&] { return fs::exists(late); });
+    killed.send(SIGKILL);
+    CHECK(killed.exit_code() == -SIGKILL);
     CHECK_FALSE(fs::exists(out + "/summary.json"));
     REQUIRE(run(operation().track(out, {"--plan", operation().plan()})) == 0);
     CHECK_FALSE(fs::exists(late));

@@ -285,12 +285,10 @@ TEST_CASE("a truth of something else is refused where files say so, and doubted 
     }
     const std::string alone = folder.write("moved.csv", moved);
     const int text = ::open((folder / "text").c_str(), O_CREAT | O_WRONLY, 0600);
-    int status = 0;
-    const pid_t child = start_program(
+    ChildProgram score(
         {"score", folder / "out", "--truth", alone, "--report", folder / "score.html"}, text);
-    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK(score.exit_code() == 0);
     ::close(text);
-    CHECK(status == 0);
     CHECK(TestFolder::read(folder / "text")
               .find("WARNING. These numbers probably mean nothing: in frame 0, ") == 0);
     CHECK(TestFolder::read(folder / "score.html").find("<p class=\"doubt\">") != std::string::npos);
@@ -562,19 +560,13 @@ TEST_CASE("row 73: Ctrl-C finishes the outputs and the exit code is 130") {
     const TestFolder folder;
     repeat_sequence(sequence(), folder);
     const std::string out = folder / "out";
-    const pid_t child = start_program(
-        {"track", "--quiet", "--left", folder / "left", "--right", folder / "right",
-         "--calibration", sequence() / "calibration.yaml", "--out", out, "--no-overlay"});
+    ChildProgram program({"track", "--quiet", "--left", folder / "left", "--right",
+                          folder / "right", "--calibration", sequence() / "calibration.yaml",
+                          "--out", out, "--no-overlay"});
     // The template is written with the first tracked frame.
-    int status = 0;
-    for (int waited = 0; waited < 6000 && !fs::exists(out + "/template.ply"); ++waited) {
-        REQUIRE(::waitpid(child, &status, WNOHANG) == 0);
-        ::usleep(10000);
-    }
-    REQUIRE(::kill(child, SIGINT) == 0);
-    REQUIRE(::waitpid(child, &status, 0) == child);
-    CHECK(WIFEXITED(status));
-    CHECK(WEXITSTATUS(status) == 130);
+    program.wait_until([&] { return fs::exists(out + "/template.ply"); });
+    program.send(SIGINT);
+    CHECK(program.exit_code() == 130);
     const std::size_t frames = lines_of(out + "/frames.csv") - 1;
     CHECK(frames >= 1);
     CHECK(frames < 2000);
@@ -588,34 +580,29 @@ TEST_CASE("row 116: a terminal that is closed finishes the outputs as Ctrl-C doe
     repeat_sequence(sequence(), folder);
     const std::string out = folder / "out";
     int terminal = -1;
-    const pid_t child = ::forkpty(&terminal, nullptr, nullptr, nullptr);
-    if (child == 0) {
+    const pid_t forked = ::forkpty(&terminal, nullptr, nullptr, nullptr);
+    if (forked == 0) {
         // The terminal's own signal, and the one that a shell sends on.
-        const pid_t program = start_program(
-            {"track", "--left", folder / "left", "--right", folder / "right", "--calibration",
-             sequence() / "calibration.yaml", "--out", out, "--no-overlay"});
+        ChildProgram program({"track", "--left", folder / "left", "--right", folder / "right",
+                              "--calibration", sequence() / "calibration.yaml", "--out", out,
+                              "--no-overlay"});
         ::signal(SIGHUP, SIG_IGN);
-        folder.write("program", std::to_string(program));
-        int status = 0;
-        ::waitpid(program, &status, 0);
-        folder.write("ended", std::to_string(WIFEXITED(status) ? WEXITSTATUS(status) : -1));
-        ::_exit(0);
+        folder.write("program", std::to_string(program.id()));
+        ::_exit(program.exit_code());
     }
-    REQUIRE(child > 0);
+    ChildProcess shell(forked);
     const int flags = ::fcntl(terminal, F_GETFL);
     REQUIRE(::fcntl(terminal, F_SETFL, flags | O_NONBLOCK) == 0);
     std::array<char, 4096> drawn{};
-    for (int waited = 0; waited < 6000 && !fs::exists(out + "/template.ply"); ++waited) {
+    shell.wait_until([&] {
         while (::read(terminal, drawn.data(), drawn.size()) > 0) {
         }
-        ::usleep(10000);
-    }
+        return fs::exists(out + "/template.ply");
+    });
     const auto program = static_cast<pid_t>(std::stol(TestFolder::read(folder / "program")));
     ::close(terminal);
     ::kill(program, SIGHUP);
-    int status = 0;
-    REQUIRE(::waitpid(child, &status, 0) == child);
-    CHECK(TestFolder::read(folder / "ended") == "130");
+    CHECK(shell.exit_code() == 130);
     const std::size_t frames = lines_of(out + "/frames.csv") - 1;
     CHECK(frames >= 1);
     CHECK(frames < 2000);
@@ -632,19 +619,13 @@ TEST_CASE(
     REQUIRE(run(track_arguments(out, {"--no-overlay"})) == 0);
     REQUIRE(fs::exists(out + "/summary.json"));
     const auto before = fs::last_write_time(out + "/template.ply");
-    const pid_t child =
-        start_program({"track", "--quiet", "--left", folder / "left", "--right", folder / "right",
-                       "--calibration", sequence() / "calibration.yaml", "--out", out});
-    int status = 0;
-    for (int waited = 0; waited < 6000 && fs::last_write_time(out + "/template.ply") == before;
-         ++waited) {
-        REQUIRE(::waitpid(child, &status, WNOHANG) == 0);
-        ::usleep(10000);
-    }
+    ChildProgram killed({"track", "--quiet", "--left", folder / "left", "--right", folder / "right",
+                         "--calibration", sequence() / "calibration.yaml", "--out", out});
+    killed.wait_until([&] { return fs::last_write_time(out + "/template.ply") != before; });
     // points.csv is still the first run's, and nothing says that it belongs to anything.
     CHECK_FALSE(fs::exists(out + "/summary.json"));
-    REQUIRE(::kill(child, SIGKILL) == 0);
-    REQUIRE(::waitpid(child, &status, 0) == child);
+    killed.send(SIGKILL);
+    CHECK(killed.exit_code() == -SIGKILL);
     CHECK_FALSE(fs::exists(out + "/summary.json"));
     CHECK(has_partial_files(out));
     REQUIRE(run(track_arguments(out, {"--no-overlay"})) == 0);
@@ -712,12 +693,9 @@ TEST_CASE("row 73: with a closed pipe as output the files are finished and the e
     int pipe_ends[2];
     REQUIRE(::pipe2(pipe_ends, O_CLOEXEC) == 0);
     ::close(pipe_ends[0]);
-    const pid_t child = start_program(arguments, pipe_ends[1]);
+    ChildProgram program(arguments, pipe_ends[1]);
     ::close(pipe_ends[1]);
-    int status = 0;
-    REQUIRE(::waitpid(child, &status, 0) == child);
-    CHECK(WIFEXITED(status));
-    CHECK(WEXITSTATUS(status) == 130);
+    CHECK(program.exit_code() == 130);
     CHECK(lines_of(out + "/frames.csv") == 1 + kFrames);
     const auto summary = nlohmann::json::parse(TestFolder::read(out + "/summary.json"));
     CHECK(summary["frames"] == kFrames);
@@ -728,10 +706,7 @@ TEST_CASE("row 73: with a closed pipe as output the files are finished and the e
 TEST_CASE("row 72: at the limit on file sizes the exit code is 7, and no half file is left") {
     const TestFolder folder;
     const auto exit_code = [](const std::vector<std::string>& arguments, rlim_t file_size) {
-        int status = 0;
-        const pid_t child = start_program(arguments, -1, file_size);
-        REQUIRE(::waitpid(child, &status, 0) == child);
-        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+        return ChildProgram(arguments, -1, file_size).exit_code();
     };
     // It is not always the same file that does not fit first.
     for (const rlim_t file_size : {1000, 30'000, 150'000, 400'000}) {
