@@ -128,7 +128,8 @@ void draw_head(cv::Mat& image, const FrameRecord& frame, OverlayDetail detail) {
     int baseline = cvRound(0.75 * row_height);
 
     TextRow first(image, left, baseline, scale);
-    first.add(frame.state.empty() ? "no state" : frame.state, kLight, &state);
+    first.add(frame.state.empty() ? "no state" : std::string(word_of_state(frame.state)), kLight,
+              &state);
     first.add(format("frame %lld", static_cast<long long>(frame.index)), kLight);
     first.add(format("%.3f s", frame.timestamp_ms / 1000), kMuted);
     first.add(points_text(frame.points), kLight);

@@ -42,7 +42,7 @@ TEST_CASE("the page shows itself without an error") {
         CHECK(lost < error);
         CHECK(error < remark);
         CHECK(remark != std::string::npos);
-        CHECK(dom.find("<title>lost: frame ") != std::string::npos);
+        CHECK(dom.find("<title>Lost: frame ") != std::string::npos);
         CHECK(dom.find("data-head=\"Median, mm\"") != std::string::npos);
         CHECK(dom.find("&lt;b&gt;synthetic&lt;/b&gt;</h1>") != std::string::npos);
         CHECK(dom.find("<section id=\"targets\" aria-labelledby=\"targets-title\">") !=

@@ -5,6 +5,22 @@
 
 namespace defrec::cli {
 
+const std::vector<StateWord>& state_words() {
+    static const std::vector<StateWord> words = {
+        {"initialising", "Starting"},   {"tracking", "Tracking"},
+        {"degraded", "Less sure"},      {"lost", "Lost"},
+        {"relocalised", "Found again"},
+    };
+    return words;
+}
+
+std::string_view word_of_state(std::string_view name) {
+    const auto& words = state_words();
+    const auto found = std::find_if(words.begin(), words.end(),
+                                    [&](const StateWord& item) { return item.name == name; });
+    return found == words.end() ? name : found->word;
+}
+
 const std::vector<ReasonWords>& reason_words() {
     static const std::vector<ReasonWords> words = {
         {"dark", "a picture is black", "check light, lens and cable"},

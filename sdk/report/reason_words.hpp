@@ -1,4 +1,5 @@
-// A frame's reasons in plain words, as the pages say them (web/reasons.js).
+// A frame's state and reasons in plain words, as the pages say them (web/colours.js and
+// web/reasons.js).
 #pragma once
 
 #include <string>
@@ -6,6 +7,14 @@
 #include <vector>
 
 namespace defrec::cli {
+
+/// A state's name and what it is called where people read it.
+struct StateWord {
+    std::string_view name, word;
+};
+const std::vector<StateWord>& state_words();
+/// The name of a state that has none.
+std::string_view word_of_state(std::string_view name);
 
 /// A name of DEFREC_REASON_*, what it says, and what to do at the table; empty: nothing.
 struct ReasonWords {

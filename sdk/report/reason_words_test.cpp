@@ -11,6 +11,13 @@ using namespace defrec::cli;
 
 namespace {
 
+std::string page_script(const std::string& name) {
+    std::ifstream file(DEFREC_SOURCE_DIR "/sdk/report/web/" + name);
+    std::stringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
 // The entries of a table of the pages.
 std::map<std::string, std::string> table_of(const std::string& script, const std::string& name) {
     const std::size_t begin = script.find("const " + name + " = {");
@@ -26,17 +33,24 @@ std::map<std::string, std::string> table_of(const std::string& script, const std
 }  // namespace
 
 TEST_CASE("reasons have the same words and remedies here and in the pages") {
-    std::ifstream file(DEFREC_SOURCE_DIR "/sdk/report/web/reasons.js");
-    std::stringstream text;
-    text << file.rdbuf();
+    const std::string text = page_script("reasons.js");
     std::map<std::string, std::string> words, remedies;
     for (const ReasonWords& reason : reason_words()) {
         words[std::string(reason.name)] = reason.words;
         if (!reason.remedy.empty()) remedies[std::string(reason.name)] = reason.remedy;
     }
     CHECK(words.size() > 20);
-    CHECK(table_of(text.str(), "reasons") == words);
-    CHECK(table_of(text.str(), "remedies") == remedies);
+    CHECK(table_of(text, "reasons") == words);
+    CHECK(table_of(text, "remedies") == remedies);
+}
+
+TEST_CASE("states have the same words here and in the pages") {
+    std::map<std::string, std::string> words;
+    for (const StateWord& state : state_words()) words[std::string(state.name)] = state.word;
+    CHECK(words.size() == 5);
+    CHECK(table_of(page_script("colours.js"), "stateWords") == words);
+    CHECK(word_of_state("degraded") == "Less sure");
+    CHECK(word_of_state("other") == "other");
 }
 
 TEST_CASE("names become words, one after the other; what has none stays") {

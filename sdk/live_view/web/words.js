@@ -1,19 +1,22 @@
 // Plain words for states and stages.
 
+import {stateWords} from '../../report/web/colours.js';
 import {reasonsInWords, remedyOf} from '../../report/web/reasons.js';
 
 /** word: the largest on the page. */
 export const states = {
   connecting: {word: 'Connecting', say: 'Waiting for the first frame.'},
   initialising: {
-    word: 'Starting',
+    word: stateWords.initialising,
     say: 'Nothing is followed yet: waiting for a frame that shows the tissue well.'
   },
-  tracking: {word: 'Tracking', say: 'The tissue is followed.'},
-  degraded:
-      {word: 'Less sure', say: 'The tissue is followed, but errors may be larger than usual.'},
+  tracking: {word: stateWords.tracking, say: 'The tissue is followed.'},
+  degraded: {
+    word: stateWords.degraded,
+    say: 'The tissue is followed, but errors may be larger than usual.'
+  },
   relocalised: {
-    word: 'Found again',
+    word: stateWords.relocalised,
     say: 'The tissue was lost, and is followed again. Compare one landmark by eye.'
   },
   found:
@@ -22,7 +25,7 @@ export const states = {
     word: 'Not found yet',
     say: 'The tissue of the template is looked for. Do not rely on any position.'
   },
-  lost: {word: 'Lost', say: 'The tissue is not followed. Do not rely on any position.'},
+  lost: {word: stateWords.lost, say: 'The tissue is not followed. Do not rely on any position.'},
   stalled: {
     word: 'No new picture',
     say: 'Nothing here is current: the video stands still, or this computer is too slow.'

@@ -11,6 +11,16 @@ export const stateColours = {
 };
 export const stateColour = (state) => stateColours[state] ?? '#94a3b8';
 
+// As every page and overlay says them; files have the names.
+export const stateWords = {
+  'initialising': 'Starting',
+  'tracking': 'Tracking',
+  'degraded': 'Less sure',
+  'lost': 'Lost',
+  'relocalised': 'Found again',
+};
+export const wordOfState = (state) => stateWords[state] ?? (state || 'no state');
+
 export const stateMeanings = {
   initialising: 'no template yet: nothing is followed',
   tracking: 'the surface is followed',

@@ -1,6 +1,6 @@
 // The plots over time, with one cursor.
 import uPlot from 'uplot';
-import {lineColours, stateColour} from './colours.js';
+import {lineColours, stateColour, wordOfState} from './colours.js';
 import {byId, element, number, paletteColour} from './data.js';
 
 const shown = (digits, unit) => (_, value) =>
@@ -120,7 +120,8 @@ export function showPlots({series, summary}, onSelect) {
     for (const each of plots) each.destroy();
     plots = [];
     container.replaceChildren();
-    const stateName = (_, value) => (value === null ? '–' : summary.state_order[value] ?? 'other');
+    const stateName = (_, value) =>
+        (value === null ? '–' : wordOfState(summary.state_order[value] ?? 'other'));
     plot(
         'State', '', [{name: 'state', values: states, format: stateName}],
         {height: 66, strip: true});

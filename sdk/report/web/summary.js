@@ -5,14 +5,15 @@ import {
   stateColour,
   stateMeanings,
   statuses,
-  unknownStatus
+  unknownStatus,
+  wordOfState
 } from './colours.js';
 import {byId, element, milliseconds, number, percent, seconds, table} from './data.js';
 import {reasonsInWords} from './reasons.js';
 import {svg} from './svg.js';
 
 export const stateChip = (state) =>
-    element('span', {class: 'chip', style: `--chip: ${stateColour(state)}`}, state || 'no state');
+    element('span', {class: 'chip', style: `--chip: ${stateColour(state)}`}, wordOfState(state));
 
 /** Cell with a status, in the live view's words. */
 export function statusCell(
@@ -100,7 +101,7 @@ function stateBar(summary, series) {
           height: 1,
           fill: stateColour(name)
         },
-            svg('title', {}, `${name}: frame ${frames[0]} to ${frames[1]}`)));
+            svg('title', {}, `${wordOfState(name)}: frame ${frames[0]} to ${frames[1]}`)));
   }
   return bar;
 }
@@ -191,7 +192,7 @@ export function showReading() {
             'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}), name),
         `${meaning}.` + (pointName === name ? '' : ` Of a point or target: ${pointName}.`));
   for (const [state, meaning] of Object.entries(stateMeanings))
-    add(stateChip(state), `${meaning}.`);
+    add(stateChip(state), `${meaning}. In the files: ${state}.`);
   add('When frames are lost',
       'Do what the note at the top says; all reasons are under Changes of state. The tissue is ' +
           'found again once it is seen as it was in the template. Where that lasts, run defrec ' +
