@@ -59,7 +59,7 @@ int run_demo(const DemoOptions& options) {
         {"track", "--left", (sequence / "left").string(), "--right", (sequence / "right").string(),
          "--calibration", (sequence / "calibration.yaml").string(), "--points",
          (sequence / "points.csv").string(), "--out", result.string()},
-        {"score", result.string(), "--truth", (sequence / "truth.csv").string()}};
+        {"score", result.string(), "--truth", (sequence / "truth.csv").string(), "--brief"}};
     for (const auto& step : steps)
         if (const int code = carry_out_step(step); code != 0) return code;
     const double seconds =

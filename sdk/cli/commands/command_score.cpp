@@ -49,7 +49,7 @@ struct ScoreOptions {
     std::string folder, truth, truth_deep, report;
     ScoreLimits limits, deep_limits;
     FrameRange range;
-    bool all_points = false, json = false, quiet = false;
+    bool all_points = false, json = false, brief = false, quiet = false;
 
     Unfollowed unfollowed() const { return all_points ? Unfollowed::kLost : Unfollowed::kLeftOut; }
 };
@@ -127,16 +127,19 @@ std::string doubts_of(const Scores& scores) {
     return text;
 }
 
-std::string text_of(const Scores& scores) {
-    std::string text = doubts_of(scores);
-    if (!text.empty()) text += "\n";
-    if (scores.points) text += score_verdict(*scores.points);
+std::string text_of(const Scores& scores, bool is_brief) {
+    std::string verdict;
+    if (scores.points) verdict = score_verdict(*scores.points);
     for (const std::string& note : notes_beside_doubts(scores))
-        text += "Note: " + printable(note) + "\n";
-    if (!text.empty()) text += "\n";
-    if (scores.points) text += score_tables(*scores.points);
-    if (scores.points && scores.targets) text += "\n";
-    if (scores.targets) text += target_table(*scores.targets);
+        verdict += "Note: " + printable(note) + "\n";
+    std::string text;
+    const auto add = [&text](const std::string& part) {
+        text += text.empty() || part.empty() ? part : "\n" + part;
+    };
+    add(doubts_of(scores));
+    add(verdict);
+    if (scores.points && !is_brief) add(score_tables(*scores.points));
+    if (scores.targets) add(target_table(*scores.targets));
     return text;
 }
 
@@ -207,7 +210,7 @@ int run_score(const ScoreOptions& options) {
         json["passed"] = message.empty();
         print(json_text(json, 2) + "\n");
     } else if (!options.quiet) {
-        print(text_of(scores));
+        print(text_of(scores, options.brief));
     }
     if (message.empty()) return static_cast<int>(ExitCode::kOk);
     print_notice(message);
@@ -274,6 +277,8 @@ CLI::App* add_score_command(CLI::App& app, std::function<int()>& run) {
     command->add_flag("--all-points", options->all_points,
                       "Count points of the truth without a row in any frame as lost");
     command->add_flag("--json", options->json, "Print JSON instead of a table");
+    command->add_flag("--brief", options->brief,
+                      "Print of points a sentence and notes, without tables");
     command->add_flag("--quiet", options->quiet, "Print nothing but what exceeds a limit");
     command->footer(kFooter);
     command->callback([options, &run] { run = [options] { return run_score(*options); }; });

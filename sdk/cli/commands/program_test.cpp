@@ -293,6 +293,13 @@ TEST_CASE("a truth of something else is refused where files say so, and doubted 
               .find("WARNING. These numbers probably mean nothing: in frame 0, ") == 0);
     CHECK(TestFolder::read(folder / "score.html").find("<p class=\"doubt\">") != std::string::npos);
 
+    const int brief = ::open((folder / "brief").c_str(), O_CREAT | O_WRONLY, 0600);
+    ChildProgram again({"score", folder / "out", "--truth", alone, "--brief"}, brief);
+    CHECK(again.exit_code() == 0);
+    ::close(brief);
+    const std::string all = TestFolder::read(folder / "text");
+    CHECK(TestFolder::read(folder / "brief") == all.substr(0, all.find("\nerrors in mm")));
+
     fs::create_directories(folder.path() / "other/left");
     const std::string beside = folder.write("other/truth.csv", moved);
     CHECK(run({"score", folder / "out", "--truth", beside}) == 3);
