@@ -12,8 +12,8 @@ import {defrec, inTime, launch, openPage, render, scratch, screenshot, track} fr
 import {darken} from './darken.mjs';
 import {answersOf, Replay} from './replay.mjs';
 
-const kWidth = 320, kHeight = 240, kFrames = 12, kBlack = [6, 7, 8, 9, 10, 11];
-const kOneView = [4, 5];
+// Two frames at least are of state found and have the error of a view that is not late.
+const kWidth = 320, kHeight = 240, kFrames = 14, kOneView = [6, 7, 8, 9], kBlack = [10, 11, 12, 13];
 const kTargets = 16;
 const kLeastContrast = 60;  // gray levels; 255 from black to white
 const samples = fileURLToPath(new URL('../../../samples', import.meta.url));
@@ -155,7 +155,8 @@ async function lookAtPlan(page, replay) {
   await page.click('#show-plan');
   await page.waitForFunction(() => {
     const {dataset} = document.getElementById('view');
-    return dataset.plan === undefined || (dataset.plan === '0' && dataset.targets === '0');
+    return document.documentElement.dataset.surface === 'off' || dataset.plan === undefined ||
+        (dataset.plan === '0' && dataset.targets === '0');
   });
 }
 
@@ -209,7 +210,10 @@ async function lookAtStale(page, replay, eye) {
     delete document.documentElement.dataset.surfaceFrame;
     document.getElementById('surface-on').click();
   });
-  await page.waitForFunction(() => document.documentElement.dataset.surfaceFrame);
+  await page.waitForFunction(() => {
+    const {surfaceFrame, surface} = document.documentElement.dataset;
+    return surfaceFrame || surface === 'off';
+  });
   replay.state = 'lost';
   await look(page, 'lost');
   await page.bringToFront();
@@ -239,7 +243,7 @@ async function lookAtFullScreen(page, replay, eye) {
       return scrollWidth <= innerWidth && scrollHeight <= innerHeight && left >= 0 &&
           right <= innerWidth && top >= above && bottom <= innerHeight &&
           (right - left > least * innerWidth || bottom - top > least * innerHeight);
-    }, {timeout: 20000}, share);
+    }, {}, share);
     // In one call: $eval finds rows in one and reads them in another, when they are replaced.
     const [error, place] = await page.evaluate(() => {
       const {children} = document.querySelector('#plan-targets tbody tr');
@@ -289,7 +293,7 @@ darken(join(scratch, 'sequence', 'right'), kOneView, kWidth, kHeight);
 for (const view of ['left', 'right'])
   darken(join(scratch, 'sequence', view), kBlack, kWidth, kHeight);
 const program = track(
-    'left', 'right', 2, '--from-template', 'organ.template', '--plan', 'tumour.plan', '--out',
+    'left', 'right', 1, '--from-template', 'organ.template', '--plan', 'tumour.plan', '--out',
     'tracked');
 try {
   const answers = await inTime(answersOf(program, ['found', 'one-view', 'lost']));

@@ -1,5 +1,6 @@
 // The program's answers, kept and given to pages again, so that each state lasts as long as it is
 // looked at.
+import assert from 'node:assert/strict';
 import {createServer} from 'node:http';
 
 import {addressOf} from './common.mjs';
@@ -10,10 +11,14 @@ const kReasons = {
   relocalised: 'contradicted',
   found: 'contradicted'
 };
+const kChecks = {
+  frames: 12,
+  findings: []
+};
 
 /**
  * The program's answers in these states: {page, surface, tracking, lost}. State one-view: followed
- * by one view alone.
+ * by one view alone. A reader that is slow misses frames, so each state is to last some seconds.
  */
 export async function answersOf(program, states = ['tracking', 'lost']) {
   const url = new URL(await addressOf(program));
@@ -23,9 +28,12 @@ export async function answersOf(program, states = ['tracking', 'lost']) {
     return {status: response.status, body: Buffer.from(await response.arrayBuffer())};
   };
   const answers = {page: (await get(`/${url.search}`)).body};
-  for (let after = -1; !states.every((state) => answers[state]);) {
-    const {status, body} = await get(`/frame?after=${after}&overlay=1`);
-    if (status !== 200) continue;
+  const missing = () => states.filter((state) => !answers[state]);
+  for (let after = -1; missing().length;) {
+    const path = `/frame?after=${after}&overlay=1`;
+    const {status, body} = await get(path).catch(() => ({status: 'no answer'}));
+    if (status === 204) continue;
+    assert.equal(status, 200, `the run has no frame any more, and had none of ${missing()}`);
     const length = body.readUInt32LE(0);
     const header = JSON.parse(body.subarray(4, 4 + length));
     after = header.frame;
@@ -47,6 +55,7 @@ export class Replay {
     this.of = null;            // the answer that is given in followed states; null: of tracking
     this.extrapolated = null;  // expected error of one more point, mm
     this.isBehindProxy = false;
+    this.isCut = false;  // all but page and frames
     this.frame = 1000;
     this.missed = [];   // states of frames before the next one
     this.waiting = [];  // answers that come with release()
@@ -77,8 +86,16 @@ export class Replay {
     const sections = header.sections.map(
         ([name, bytes]) => [name === 'overlay' && !hasOverlay ? '' : name, bytes]);
     const frame = this.frame;
-    let text = JSON.stringify(
-        {...header, sections, points, frame, moments, age_ms: 0, waited_ms: kAnswerMs});
+    let text = JSON.stringify({
+      ...header,
+      sections,
+      points,
+      frame,
+      moments,
+      age_ms: 0,
+      waited_ms: kAnswerMs,
+      has_checks: true
+    });
     while (Buffer.byteLength(text) % 4) text += ' ';
     const length = Buffer.alloc(4);
     length.writeUInt32LE(Buffer.byteLength(text));
@@ -86,19 +103,21 @@ export class Replay {
   }
 
   answer(request, response) {
-    if (this.state === 'disconnected') {
+    const isFrame = request.url.startsWith('/frame'), isPage = request.url.startsWith('/?');
+    if (this.state === 'disconnected' || (this.isCut && !isFrame && !isPage)) {
       if (!this.isBehindProxy) return request.socket.destroy();
       response.statusCode = 502;
       return response.end('<html>Bad Gateway</html>');
     }
-    if (request.url.startsWith('/?')) {
+    if (isPage) {
       response.setHeader('Content-Type', 'text/html');
       return response.end(this.answers.page);
     }
     if (request.url === '/wait') return this.waiting.push(response);
     if (request.url === '/surface') return response.end(this.answers.surface);
-    if (request.url.startsWith('/frame') && this.state === 'ended') response.statusCode = 410;
-    const isSilent = this.state === 'stalled' || !request.url.startsWith('/frame');
+    if (request.url === '/checks') return response.end(JSON.stringify(kChecks));
+    if (isFrame && this.state === 'ended') response.statusCode = 410;
+    const isSilent = this.state === 'stalled' || !isFrame;
     if (isSilent) response.statusCode = 204;
     const body =
         response.statusCode === 200 ? this.packet(request.url.includes('overlay=1')) : undefined;

@@ -3,8 +3,20 @@
 const page = Math.random().toString(36).slice(2);
 const token = new URLSearchParams(location.search).get('token') ?? '';
 
-const ask = (path, options = {}) =>
-    fetch(path, {...options, cache: 'no-store', headers: {'X-Token': token}});
+/** Returns what read, async, makes of the answer; null where none comes, or not all of it. */
+async function ask(path, read, options = {}) {
+  try {
+    return await read(
+        await fetch(path, {...options, cache: 'no-store', headers: {'X-Token': token}}));
+  } catch (error) {
+    if (!(error instanceof TypeError)) throw error;  // fetch and what reads a body fail with this
+    return null;
+  }
+}
+
+/** As ask(), and null where the status is not 200. */
+const fetchFrom = (path, read) =>
+    ask(path, async (response) => (response.status === 200 ? read(response) : null));
 
 /** The header and the sections, as view_packet.hpp lays them out. */
 async function packet(response) {
@@ -29,32 +41,31 @@ const kRetryMs = 500;
 /**
  * Asks for one frame after the other, and goes on asking while the program does not answer. Returns
  * why it stopped: ended, refused. options(): { overlay }; show: async, of a packet and how old
- * its newest frame is at most, ms; disconnected: called whenever there was no answer.
+ * its newest frame is at most, ms; connected: called with each answer, also one without a frame;
+ * disconnected: called whenever there was none.
  */
 export async function watchFrames({options, show, connected, disconnected}) {
   let after = -1;
   for (;;) {
-    let frame = null, isAnswered = true;
     const askedAt = performance.now();
-    try {
-      const response =
-          await ask(`/frame?after=${after}&overlay=${options().overlay ? 1 : 0}&page=${page}`);
-      if (response.status === 410) return 'ended';
-      if (response.status === 403) return 'refused';
-      if (response.status === 200) frame = await packet(response);
-      // A proxy answers in place of a program that has ended.
-      isAnswered = frame || response.status === 204;
-    } catch (error) {
-      if (!(error instanceof TypeError)) throw error;  // fetch fails with this one
-      isAnswered = false;
-    }
-    if (!isAnswered) {
+    const answer = await ask(
+        `/frame?after=${after}&overlay=${options().overlay ? 1 : 0}&page=${page}`,
+        async (response) => ({
+          status: response.status,
+          frame: response.status === 200 ? await packet(response) : null
+        }));
+    if (answer?.status === 410) return 'ended';
+    if (answer?.status === 403) return 'refused';
+    // A proxy answers in place of a program that has ended.
+    if (answer?.status !== 200 && answer?.status !== 204) {
       disconnected();
       await pause(kRetryMs);
+      continue;
     }
+    connected();
+    const {frame} = answer;
     if (!frame) continue;
     after = frame.header.frame;
-    connected();
     // The answer may have waited here for longer than in the program, where the page is busy.
     const {waited_ms: waitedMs, age_ms: ageMs} = frame.header;
     await show(frame, ageMs + Math.max(0, performance.now() - askedAt - waitedMs));
@@ -63,32 +74,21 @@ export async function watchFrames({options, show, connected, disconnected}) {
 
 /** Once the program has closed its server, which it does when all outputs are written. */
 export async function waitForOutputs() {
-  for (;;) {
-    try {
-      // A proxy answers in place of a program that has ended.
-      if ((await ask(`/frame?after=-1&overlay=0&page=${page}`)).status !== 410) return;
-    } catch (error) {
-      if (!(error instanceof TypeError)) throw error;
-      return;
-    }
+  // A proxy answers in place of a program that has ended.
+  while (await ask(`/frame?after=-1&overlay=0&page=${page}`, async ({status}) => status) === 410)
     await pause(kRetryMs);
-  }
 }
 
-export const fetchSurface = async () => packet(await ask('/surface'));
+/** The packet of triangles; null where it did not come. */
+export const fetchSurface = () => fetchFrom('/surface', packet);
 
 /** The diagnosis, as `defrec doctor --json` prints it; null while there is none. */
-export async function fetchChecks() {
-  const response = await ask('/checks');
-  return response.status === 200 ? response.json() : null;
-}
+export const fetchChecks = () => fetchFrom('/checks', (response) => response.json());
 
 /** {isTaken, text}: the answer's, or why there is none. */
 export async function post(path, value) {
-  try {
-    const response = await ask(path, {method: 'POST', body: JSON.stringify(value)});
-    return {isTaken: response.ok, text: (await response.text()).trim()};
-  } catch {
-    return {isTaken: false, text: 'The program does not answer.'};
-  }
+  const answer = await ask(
+      path, async (response) => ({isTaken: response.ok, text: (await response.text()).trim()}),
+      {method: 'POST', body: JSON.stringify(value)});
+  return answer ?? {isTaken: false, text: 'The program does not answer.'};
 }

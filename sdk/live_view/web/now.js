@@ -44,12 +44,16 @@ export function showRecording(name) {
   byId('recording').textContent = name;
 }
 
+const kMessageMs = 4000;
+let messageTimer = null;
+
 /** For a few seconds. */
 export function tell(message) {
   byId('message').textContent = message;
-  setTimeout(() => {
-    if (byId('message').textContent === message) byId('message').textContent = '';
-  }, 4000);
+  clearTimeout(messageTimer);
+  messageTimer = setTimeout(() => {
+    byId('message').textContent = '';
+  }, kMessageMs);
 }
 
 /** Asks the program, and says done where it does what it is asked for, else why not. */

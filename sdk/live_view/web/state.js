@@ -134,6 +134,13 @@ export class State {
     this.tell();
   }
 
+  /**
+   * The program answers; what it says of a frame is taken at once, and else told a moment later.
+   */
+  resume() {
+    if (this.of === 'disconnected') this.of = this.frameAt === null ? 'connecting' : 'stalled';
+  }
+
   /** After the end, once the outputs are there. */
   finish() {
     this.isWritten = true;

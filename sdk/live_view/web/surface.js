@@ -118,8 +118,11 @@ class LiveSurface extends Stage {
     if (this.pace.add(ms) && this.isOn) this.turn(false, '3D is off: too slow on this computer.');
   }
 
+  /** Whether the triangles are that surface's now. */
   async take(number) {
-    const {header, sections} = await fetchSurface();
+    const surface = await fetchSurface();
+    if (!surface) return false;
+    const {header, sections} = surface;
     this.number = header.surface;
     this.triangles = new Uint32Array(sections.triangles);
     const triangles = new Uint32Array(sections.plan_triangles);
@@ -173,17 +176,21 @@ class LiveSurface extends Stage {
         isShown ? {plan} : null, {key: byId('colour-by').value, top: kTopErrorMm}, false);
   }
 
-  /** targets: those with a place. parts: of a plan. */
+  /**
+   * targets: those with a place. parts: of a plan. Returns whether the frame is drawn: without the
+   * triangles of its surface the one before stays.
+   */
   async show(header, sections, bitmap, targets, parts) {
     const xyz = new Float32Array(sections.xyz);
     const isKnown = header.surface === this.number && (this.plan || !sections.plan_xyz?.byteLength);
-    if (xyz.length && (isKnown || await this.take(header.surface)))
-      this.draw(xyz, header, sections, bitmap, targets, parts);
+    if (!isKnown && !(await this.take(header.surface))) return false;
+    this.draw(xyz, header, sections, bitmap, targets, parts);
     this.showTargets(targets);
     this.canvas.dataset.plan = this.showPlan(parts, sections);
     seeThrough(
         this.material, (targets.length > 0 || parts.length > 0) && byId('see-through').checked);
     this.render();
+    return true;
   }
 
   draw(xyz, header, sections, bitmap, targets, parts) {

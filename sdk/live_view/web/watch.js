@@ -144,11 +144,12 @@ export async function watch(surface, timeline) {
     if (sections.xyz.byteLength && surface?.isDue()) {
       await painted();  // what the page says of the frame does not wait for 3D
       const withPlan = plan && byId('show-plan').checked;
-      await surface.show(
+      const isShown = await surface.show(
           header, sections, left, placedTargets([
             ...(byId('show-targets').checked ? targets : []), ...(withPlan ? plan.targets : [])
           ]),
           withPlan ? plan.parts : []);
+      if (!isShown) return;
       notes.see(at);
       document.documentElement.dataset.surfaceFrame = header.frame;
     }
@@ -184,7 +185,10 @@ export async function watch(surface, timeline) {
   const why = await watchFrames({
     options: () => ({overlay: byId('overlay').checked}),
     show,
-    connected: ready,
+    connected: () => {
+      ready();
+      state.resume();
+    },
     disconnected: () => state.stop('disconnected')
   });
   state.stop(why);
