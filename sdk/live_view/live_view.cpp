@@ -385,8 +385,8 @@ struct LiveView::Impl {
         const ViewCommand command{ViewCommand::Kind::kFollowPoint, json["u"].get<double>(),
                                   json["v"].get<double>()};
         const std::lock_guard lock(mutex);
-        if (!newest || !(command.u >= -0.5 && command.u <= newest->left.cols - 0.5 &&
-                         command.v >= -0.5 && command.v <= newest->left.rows - 0.5))
+        if (!(command.u >= -0.5 && command.u <= left_size.width - 0.5 && command.v >= -0.5 &&
+              command.v <= left_size.height - 0.5))
             return plain(400, "the pixel lies outside the left image");
         return take(command);
     }
@@ -436,9 +436,11 @@ struct LiveView::Impl {
 
     mutable std::mutex mutex;  // of what follows
     std::condition_variable changed, told;
-    std::shared_ptr<Shown> newest, spare;     // spare: to be filled again once nobody reads it
+    std::shared_ptr<Shown> newest;            // null where nobody waited for the last frame
+    std::shared_ptr<Shown> spare;             // to be filled again once nobody reads it
     std::deque<ViewMoment> changes, history;  // changes: before the history
     Clock::time_point newest_at;              // of the history
+    cv::Size left_size;                       // of the last frame
     ShownState shown_state;
     std::map<std::string, Page> pages;  // by their own ids
     TemplateRecord reference;
@@ -493,7 +495,6 @@ void LiveView::set_template(const TemplateRecord& reference) {
 
 void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<ViewPoint> points,
                    std::size_t dropped_clicks) {
-    bool is_awaited = false;
     std::shared_ptr<Shown> shown;
     std::string view = bad_view(left, frame.reasons);
     {
@@ -501,10 +502,14 @@ void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<Vi
         impl_->remember({frame.index, frame.timestamp_ms,
                          impl_->shown_state.take(frame.state, frame.timestamp_ms), frame.reasons,
                          frame.frame_ms, frame.observed_share, std::move(view)});
-        is_awaited = impl_->waiting > 0;
-        if (is_awaited && impl_->spare.use_count() == 1) shown = std::move(impl_->spare);
+        impl_->left_size = left.size();
+        if (impl_->waiting == 0) {
+            // A page that comes now would take the frame before for that of now.
+            if (impl_->newest) impl_->spare = std::move(impl_->newest);
+            return;
+        }
+        if (impl_->spare.use_count() == 1) shown = std::move(impl_->spare);
     }
-    if (!is_awaited) return;
     if (!shown) shown = std::make_shared<Shown>();
     shown->record = frame;
     shown->record.points.clear();  // the page draws them
@@ -530,6 +535,11 @@ void LiveView::set_recording(const std::string& name) {
 void LiveView::set_checks(std::string checks) {
     const std::lock_guard lock(impl_->mutex);
     impl_->checks = std::move(checks);
+}
+
+int LiveView::waiting() const {
+    const std::lock_guard lock(impl_->mutex);
+    return impl_->waiting;
 }
 
 std::vector<ViewCommand> LiveView::take_commands() {

@@ -27,7 +27,7 @@ struct ViewFacts {
 class LiveView {
   public:
     // Listens at 127.0.0.1; port 0: any that is free. projector is called on the view's threads,
-    // one call at a time. Throws CliError(kUsage) where nothing can listen.
+    // one call at a time. Throws CliError(kOutput) where nothing can listen.
     LiveView(std::uint16_t port, ViewFacts facts, Projector projector);
     // As end(); where pages watch, up to 2 s later, so that each hears of the end.
     ~LiveView();
@@ -53,6 +53,8 @@ class LiveView {
     void wait_for_pages(std::chrono::milliseconds most);
     // What browsers asked for since the last call.
     std::vector<ViewCommand> take_commands();
+    // Browsers that wait for a frame now. Any thread.
+    int waiting() const;
 
   private:
     struct Impl;

@@ -150,7 +150,7 @@ TEST_CASE("row 112: the server ends while clients without the token send on, slo
         while (!has_ended)
             for (const Client& client : clients) client.send("a: b\r\n");
     });
-    // This would not return.
+    // None of their requests ever ends.
     server.reset();
     has_ended = true;
     dripping.join();
