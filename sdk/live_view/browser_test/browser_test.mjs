@@ -9,8 +9,10 @@ import {join} from 'node:path';
 import {
   addressOf,
   inTime,
+  kPatienceMs,
   launch,
   openPage,
+  prolong,
   render,
   scratch,
   screenshot,
@@ -19,11 +21,13 @@ import {
 
 const browser = await launch();
 const out = join(scratch, 'tracked');
-render(screenshot ? '960x540' : '480x270', 80);
+// The run lasts longer than the patience with it.
+render(screenshot ? '960x540' : '480x270', 40);
+prolong(kPatienceMs / 1000);
 // The last one lies beside all that is seen.
 writeFileSync(
     join(scratch, 'targets.csv'), 'id,x,y,z,depth\n7,0,0,85,\n-3,6,-5,95,20\n8,900,900,80,\n');
-const program = track('left', 'right', 0.5, '--targets', 'targets.csv', '--out', 'tracked');
+const program = track('left', 'right', 1, '--targets', 'targets.csv', '--out', 'tracked');
 const ended = once(program, 'exit');
 
 /** Whether targets are drawn on the left view, by their colour. */
@@ -36,8 +40,28 @@ function isDrawn(wanted) {
   return wanted ? count > 10 : count === 0;
 }
 
-async function look() {
-  const url = await addressOf(program);
+/**
+ * A click at that place of the window, on what lies on top there, once the picture takes clicks:
+ * not while a frame is late.
+ */
+const clickAt = (page, x, y) => page.waitForFunction((left, top) => {
+  if (!document.querySelector('#picture').classList.contains('takes-points')) return false;
+  const click = new MouseEvent('click', {clientX: left, clientY: top, bubbles: true});
+  return document.elementFromPoint(left, top).dispatchEvent(click);
+}, {}, x, y);
+
+/** Once the page has said that, even if only for a moment, since listen(). */
+const heard = (page, pattern) => page.waitForFunction(
+    (source) => messages.some((text) => new RegExp(source).test(text)), {}, pattern.source);
+
+const listen = (page) => page.evaluate(() => {
+  globalThis.messages = [];
+  new MutationObserver((records) => {
+    for (const {addedNodes} of records) messages.push(...[...addedNodes].map((n) => n.textContent));
+  }).observe(document.querySelector('#message'), {childList: true});
+});
+
+async function look(url) {
   const errors = [];
   const page = await openPage(browser, errors);
   const shown = (name) => page.evaluate((key) => document.documentElement.dataset[key], name);
@@ -46,16 +70,15 @@ async function look() {
   await page.waitForFunction(() => Number(document.documentElement.dataset.frame) >= 2);
   assert.equal(await shown('clicked'), '0');
   const box = await (await page.$('#picture')).boundingBox();
-  await page.mouse.click(box.x + 0.45 * box.width, box.y + 0.55 * box.height);
+  await listen(page);
+  await clickAt(page, box.x + 0.45 * box.width, box.y + 0.55 * box.height);
+  await heard(page, /^Point #\d+ is followed/);
   await page.waitForFunction(() => document.documentElement.dataset.clicked === '1');
   await page.waitForFunction(
       () => document.querySelector('#points table')?.textContent.includes('mm'));
-  await page.waitForFunction(
-      () => /^Point #\d+ is followed/.test(document.querySelector('#message').textContent));
   // The template does not reach the corners of the picture, which are round on the page.
-  await page.mouse.click(box.x + 5, box.y + 5);
-  await page.waitForFunction(
-      () => document.querySelector('#message').textContent.includes('no surface there'));
+  await clickAt(page, box.x + 5, box.y + 5);
+  await heard(page, /no surface there/);
   assert.equal(await shown('clicked'), '1');
   assert.match(
       await page.$eval('#state-points', (line) => line.textContent),
@@ -102,8 +125,7 @@ async function look() {
   await page.waitForFunction(() => document.querySelector('#recording').textContent === '');
   assert.equal(await page.$eval('#points input', (input) => input.value), 'vessel');
   await page.click('#points button');
-  await page.waitForFunction(
-      () => document.querySelector('#message').textContent === 'Point vessel removed.');
+  await heard(page, /^Point vessel removed\.$/);
   await page.waitForFunction(() => document.documentElement.dataset.clicked === '0');
   assert.equal(await page.$('#points input'), null);
 
@@ -115,12 +137,20 @@ async function look() {
   return Number(await shown('frame'));
 }
 
+/** Once a frame later than that is tracked. */
+async function nextFrame(url, frame) {
+  const {origin, searchParams} = new URL(url);
+  const headers = {'X-Token': searchParams.get('token')};
+  let status = 204;
+  while (status === 204) ({status} = await fetch(`${origin}/frame?after=${frame}`, {headers}));
+  assert.equal(status, 200);
+}
+
 try {
-  const seen = await inTime(look());
+  const url = await addressOf(program);
+  const seen = await inTime(look(url));
   browser.process().kill('SIGKILL');
-  await new Promise((done) => {
-    setTimeout(done, 5000);
-  });
+  await inTime(nextFrame(url, seen));
   program.kill('SIGINT');
   const [code] = await ended;
   assert.equal(code, 130);

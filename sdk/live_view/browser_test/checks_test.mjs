@@ -2,14 +2,16 @@
 // nothing of a good recording. node checks_test.mjs, with the arguments of common.mjs; the
 // screenshots are PNGs in a folder.
 import assert from 'node:assert/strict';
-import {linkSync, mkdirSync, readdirSync} from 'node:fs';
+import {mkdirSync} from 'node:fs';
 import {join} from 'node:path';
 
 import {
   addressOf,
   inTime,
+  kWaitMs,
   launch,
   openPage,
+  prolong,
   render,
   scratch,
   screenshot,
@@ -17,29 +19,20 @@ import {
 } from './common.mjs';
 
 const kRendered = 13;  // as many are looked at in this size
-// So many that the run does not end before the browser has seen it, and few enough for the search
-// of a template, which goes through all of them where the views are exchanged.
-const kFrames = 60;
+const kFramesPerSecond = screenshot ? 0.2 : 0.5;
+// A run lasts longer than a wait of the second page. No longer than that: where the views are
+// exchanged the search of a template goes through all of it.
+const kFrames = kRendered + 1.2 * kWaitMs / 1000 * kFramesPerSecond;
 
 const browser = await launch();
 render('1280x720', kRendered);
-for (const view of ['left', 'right']) prolong(join(scratch, 'sequence', view));
+prolong(kFrames);
 const programs = [];
 
 /** Begins a run, and returns the address of its view. */
 function begin(left, right, out) {
-  programs.push(track(left, right, screenshot ? 0.2 : 0.5, '--out', out));
+  programs.push(track(left, right, kFramesPerSecond, '--out', out));
   return addressOf(programs.at(-1));
-}
-
-/** The images there and back again. */
-function prolong(folder) {
-  const images = readdirSync(folder).sort();
-  assert.equal(images.length, kRendered);
-  const cycle = [...images, ...images.slice(1, -1).reverse()];
-  for (let i = kRendered; i < kFrames; ++i)
-    linkSync(
-        join(folder, cycle[i % cycle.length]), join(folder, `${String(i).padStart(6, '0')}.png`));
 }
 
 /** What was found, by the ids, once the page shows it. */

@@ -1,11 +1,10 @@
 // What the tests of the live view in Chromium share.
 import assert from 'node:assert/strict';
 import {spawn, spawnSync} from 'node:child_process';
-import {existsSync, mkdirSync, rmSync} from 'node:fs';
+import {existsSync, linkSync, mkdirSync, readdirSync, rmSync} from 'node:fs';
 import {createRequire} from 'node:module';
 import {join, resolve} from 'node:path';
 import {createInterface} from 'node:readline';
-
 
 // Paths: DEFREC FOLDER_OF_NODE_MODULES SCRATCH [SCREENSHOT].
 const [program, packages, scratchFolder, screenshotPath] =
@@ -13,8 +12,9 @@ const [program, packages, scratchFolder, screenshotPath] =
 export const defrec = program;
 export const scratch = scratchFolder, screenshot = screenshotPath;
 
-// On a busy machine; pictures of a page take longer than looking at it.
-export const kPatienceMs = screenshot ? 900000 : 600000;
+// On a busy machine; pictures of a page take longer than looking at it. A single wait ends before
+// the whole, so that its failure says which it was.
+export const kPatienceMs = screenshot ? 900000 : 600000, kWaitMs = kPatienceMs / 2;
 
 // Exit code 77: skipped.
 function skip(reason) {
@@ -35,6 +35,7 @@ export async function launch() {
   return createRequire(join(packages, 'package.json'))('puppeteer-core').launch({
     executablePath: chromium,
     env: environment,
+    protocolTimeout: kPatienceMs,  // a wait is one call of the protocol
     args: [
       '--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
       '--disable-background-networking'
@@ -52,6 +53,17 @@ export function render(size, frames) {
       ],
       {encoding: 'utf8'});
   assert.equal(rendered.status, 0, rendered.stderr);
+}
+
+/** So many frames in that sequence: its images there and back again. */
+export function prolong(frames) {
+  for (const view of ['left', 'right']) {
+    const folder = join(scratch, 'sequence', view), images = readdirSync(folder).sort();
+    const cycle = [...images, ...images.slice(1, -1).reverse()];
+    for (let i = images.length; i < frames; ++i)
+      linkSync(
+          join(folder, cycle[i % cycle.length]), join(folder, `${String(i).padStart(6, '0')}.png`));
+  }
 }
 
 /** The program, which shows views of that sequence as a recording of so many frames per second. */
@@ -76,7 +88,7 @@ export async function addressOf(program) {
 /** A page of the browser; what goes wrong in it is added to errors. */
 export async function openPage(browser, errors) {
   const page = await browser.newPage();
-  page.setDefaultTimeout(kPatienceMs);
+  page.setDefaultTimeout(kWaitMs);
   page.on('pageerror', (error) => errors.push(error.message));
   return page;
 }
