@@ -38,7 +38,7 @@ bool have_chromium() { return std::system("command -v chromium >/dev/null 2>&1")
 
 std::string browse(const std::filesystem::path& page, const std::filesystem::path& folder) {
     const std::string command =
-        "env -u LD_PRELOAD timeout 100 chromium --headless --no-sandbox --disable-gpu "
+        "env -u LD_PRELOAD chromium --headless --no-sandbox --disable-gpu "
         "--use-angle=swiftshader "
         "--enable-unsafe-swiftshader --disable-background-networking --disable-component-update "
         "--disable-sync "
