@@ -29,11 +29,6 @@ std::string partner_of(std::string_view name, std::string_view from, std::string
     return begin == 0 ? std::string() : partner.append(name.substr(begin));
 }
 
-std::string in_quotes(std::string_view name) {
-    std::string text("'");
-    return text.append(printable(name)).append("'");
-}
-
 class Choice {
   public:
     Choice(const std::string& bag, const std::vector<BagTopic>& topics)

@@ -17,32 +17,13 @@ namespace {
 
 using decisions::MeshFiles;
 
-MeshFile from_ply(std::string_view bytes, const std::string& name) {
-    PlyFile ply = read_ply(bytes, name);
-    MeshFile mesh;
-    std::array<const std::vector<double>*, 3> column{ply.find("x"), ply.find("y"), ply.find("z")};
-    if (std::find(column.begin(), column.end(), nullptr) != column.end())
-        fail_mesh(name, "the vertices have no x, y and z.");
-    mesh.vertices.reserve(3 * ply.vertex_count);
-    for (std::size_t i = 0; i < ply.vertex_count; ++i)
-        for (const std::vector<double>* values : column) {
-            const auto value = static_cast<float>((*values)[i]);
-            if (!std::isfinite(value))
-                fail_mesh(name,
-                          "vertex " + std::to_string(i) + " has a coordinate that is not finite.");
-            mesh.vertices.push_back(value);
-        }
-    mesh.triangles = std::move(ply.triangles);
-    return mesh;
-}
-
 MeshFile from_bytes(std::string_view bytes, const std::filesystem::path& path) {
     const std::string name = path.string();
     std::string extension = path.extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     if (bytes.empty()) fail_mesh(name, "the file is empty; an STL, OBJ or PLY file was expected.");
-    if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return from_ply(bytes, name);
+    if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return read_ply_mesh(bytes, name);
     if (extension == ".obj" || extension == ".ply") {
         if (extension == ".ply")
             fail_mesh(name, 1, "a PLY file was expected, which begins with ply.");
@@ -74,14 +55,6 @@ void fail_mesh(const std::string& name, int line, const std::string& message) {
     fail_mesh(name + ":" + std::to_string(line), message);
 }
 
-std::string in_quotes(std::string_view word) {
-    constexpr std::size_t kShown = 40;
-    std::string text = "'";
-    text += printable(word.substr(0, kShown));
-    text += "'";
-    return text;
-}
-
 bool WordReader::next_line(std::string_view& line, char comment) {
     if (bytes_.empty()) return false;
     const std::size_t end = std::min(bytes_.find('\n'), bytes_.size());
@@ -107,6 +80,25 @@ float WordReader::take_number(std::string_view& line, const char* what) const {
     if (!value || !std::isfinite(static_cast<float>(*value)))
         fail(std::string(what) + ": " + in_quotes(word) + " is not a finite number.");
     return static_cast<float>(*value);
+}
+
+MeshFile read_ply_mesh(std::string_view bytes, const std::string& name) {
+    PlyFile ply = read_ply(bytes, name);
+    MeshFile mesh;
+    std::array<const std::vector<double>*, 3> column{ply.find("x"), ply.find("y"), ply.find("z")};
+    if (std::find(column.begin(), column.end(), nullptr) != column.end())
+        fail_mesh(name, "the vertices have no x, y and z.");
+    mesh.vertices.reserve(3 * ply.vertex_count);
+    for (std::size_t i = 0; i < ply.vertex_count; ++i)
+        for (const std::vector<double>* values : column) {
+            const auto value = static_cast<float>((*values)[i]);
+            if (!std::isfinite(value))
+                fail_mesh(name,
+                          "vertex " + std::to_string(i) + " has a coordinate that is not finite.");
+            mesh.vertices.push_back(value);
+        }
+    mesh.triangles = std::move(ply.triangles);
+    return mesh;
 }
 
 void check_triangle_count(const std::string& name, std::size_t count) {

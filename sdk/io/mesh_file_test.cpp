@@ -117,6 +117,14 @@ TEST_CASE("PLY: text, binary of both byte orders, further elements, polygons") {
     const MeshFile text = read("model.ply", kPly);
     CHECK(text.vertices.size() == 12);
     CHECK(text.triangles == std::vector<std::uint32_t>{0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3});
+    // Lists of the vertices, which may be empty, are left out.
+    const MeshFile lists = read("model.ply",
+                                "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty "
+                                "list uchar double a\nproperty char x\nproperty char y\nproperty "
+                                "char z\nelement face 1\nproperty list uchar char "
+                                "vertex_indices\nend_header\n" +
+                                    std::string("\0\1\2\3\0\4\5\6\0\7\10\11\3\0\1\2", 16));
+    CHECK(lists.vertices == std::vector<float>{1, 2, 3, 4, 5, 6, 7, 8, 9});
     for (const bool is_big : {false, true}) {
         CAPTURE(is_big);
         const MeshFile binary = read("model.ply", binary_ply(is_big));
@@ -183,6 +191,24 @@ TEST_CASE("row 171: mesh files that are refused, each with the place and what wa
                "at most 6000000");
     CHECK_SAYS(refusal("model.ply", with(kPly, "property float x", "property float a")),
                "no x, y and z");
+    CHECK_SAYS(refusal("model.ply", with(kPly, "element face 4",
+                                         "element vertex 9\nproperty float x\nelement face 4")),
+               "model.ply:9: element vertex stands here again; one was expected");
+    // A list is no coordinate, whatever its name.
+    CHECK_SAYS(refusal("model.ply",
+                       "ply\nformat ascii 1.0\nelement vertex 1\nproperty list uchar float "
+                       "x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar "
+                       "int vertex_indices\nend_header\n1 0 0 0\n3 0 0 0\n"),
+               "no x, y and z");
+    CHECK_SAYS(refusal("model.stl", with(kStl, "endfacet\nfacet normal 0 -1", "facet normal 0 -1")),
+               "model.stl:8: a facet begins before endfacet");
+    CHECK_SAYS(refusal("model.stl", with(kStl, "endfacet\nendsolid", "endsolid")),
+               "model.stl:15: the solid ends before endfacet");
+    CHECK_SAYS(
+        refusal("model.stl", with(kStl, "endfacet\nendsolid", "endfacet\nendfacet\nendsolid")),
+        "model.stl:16: 'endfacet' stands outside of a facet");
+    CHECK_SAYS(refusal("model.stl", with(kStl, "facet normal 0 0 -1\n", "")),
+               "model.stl:3: 'vertex' stands outside of a facet");
     CHECK_SAYS(refusal("model.stl", with(kStl, "vertex 0 0 1e2", "vertex 0 0 inf")),
                "model.stl:13: vertex: 'inf'");
     CHECK_SAYS(refusal("model.stl", "hello"), "it is no STL file");

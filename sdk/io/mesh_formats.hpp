@@ -15,9 +15,6 @@ namespace defrec::cli {
 // Likewise, "NAME:LINE: message".
 [[noreturn]] void fail_mesh(const std::string& name, int line, const std::string& message);
 
-// The word in quotes as a terminal may show it, its first characters.
-std::string in_quotes(std::string_view word);
-
 // Takes words apart, without copies.
 class WordReader {
   public:
@@ -47,5 +44,6 @@ bool is_binary_stl(std::string_view bytes);
 MeshFile read_binary_stl(std::string_view bytes, const std::string& name);
 MeshFile read_text_stl(std::string_view bytes, const std::string& name);
 MeshFile read_obj(std::string_view bytes, const std::string& name);
+MeshFile read_ply_mesh(std::string_view bytes, const std::string& name);
 
 }  // namespace defrec::cli

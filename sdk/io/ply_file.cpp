@@ -165,6 +165,9 @@ class Reader {
                           " was expected.");
         element.count = static_cast<std::size_t>(*count);
         if (element.name == "face") check_triangle_count(name_, element.count);
+        const auto is_vertex = [](const Element& each) { return each.name == "vertex"; };
+        if (is_vertex(element) && std::any_of(elements_.begin(), elements_.end(), is_vertex))
+            fail_mesh(name_, line_, "element vertex stands here again; one was expected.");
         elements_.push_back(std::move(element));
     }
 
@@ -229,23 +232,25 @@ class Reader {
     void read_vertices(const Element& element, PlyFile& file) {
         file.vertex_count = element.count;
         std::size_t size = 0;
-        for (const Property& property : element.properties) size += property.type->size;
+        for (const Property& property : element.properties)
+            size += (property.count_type == nullptr ? property.type : property.count_type)->size;
         // Nothing is allocated that the file cannot hold: a number takes two characters or more.
-        const std::size_t least =
-            format_ == Format::kText ? 2 * element.properties.size() - 1 : size;
+        const std::size_t least = format_ == Format::kText ? 2 * element.properties.size() : size;
         if (element.count > 0 && (bytes_.size() - at_) / element.count < least / 2) fail_short();
         for (const Property& property : element.properties) {
+            if (property.count_type != nullptr) continue;
             file.names.push_back(property.name);
-            file.values.emplace_back(property.count_type == nullptr ? element.count : 0);
+            file.values.emplace_back(element.count);
         }
-        for (std::size_t i = 0; i < element.count; ++i)
-            for (std::size_t k = 0; k < element.properties.size(); ++k) {
-                const Property& property = element.properties[k];
+        for (std::size_t i = 0; i < element.count; ++i) {
+            std::size_t column = 0;
+            for (const Property& property : element.properties) {
                 if (property.count_type == nullptr)
-                    file.values[k][i] = take(*property.type);
+                    file.values[column++][i] = take(*property.type);
                 else
                     skip_list(property);
             }
+        }
     }
 
     void read_faces(const Element& element, PlyFile& file) {

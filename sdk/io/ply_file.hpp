@@ -10,7 +10,8 @@
 namespace defrec::cli {
 
 struct PlyFile {
-    std::vector<std::string> names;           // of the vertices' numbers, such as x, nx, xx
+    // The vertices' numbers, such as x, nx, xx; their lists are left out.
+    std::vector<std::string> names;
     std::vector<std::vector<double>> values;  // of each name, one for each vertex
     std::vector<std::uint32_t> triangles;     // three vertices each; polygons are divided
     std::size_t vertex_count = 0;
@@ -20,7 +21,8 @@ struct PlyFile {
 };
 
 // name: the file's, for messages. Throws CliError(kInput) for what is no PLY, is cut short, goes on
-// after its end, has a vertex that there is not, or is too large. Numbers need not be finite.
+// after its end, has a vertex that there is not, names its vertices twice, or is too large. Numbers
+// need not be finite.
 PlyFile read_ply(std::string_view bytes, const std::string& name);
 
 }  // namespace defrec::cli

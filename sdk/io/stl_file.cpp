@@ -93,7 +93,7 @@ MeshFile read_text_stl(std::string_view bytes, const std::string& name) {
     VertexIndex index(mesh);
     WordReader words(bytes, name);
     std::string_view line;
-    bool is_open = false;
+    bool is_open = false, is_in_facet = false;
     std::size_t corners = 0;
     while (words.next_line(line, 0)) {
         const std::string_view key = WordReader::take_word(line);
@@ -105,7 +105,14 @@ MeshFile read_text_stl(std::string_view bytes, const std::string& name) {
         } else if (!is_open) {
             words.fail(in_quotes(key) + " stands outside of a solid.");
         } else if (key == "facet") {
+            if (is_in_facet) words.fail("a facet begins before endfacet.");
+            is_in_facet = true;
             corners = 0;
+        } else if (key == "endsolid") {
+            if (is_in_facet) words.fail("the solid ends before endfacet.");
+            is_open = false;
+        } else if (!is_in_facet && (key == "vertex" || key == "endfacet")) {
+            words.fail(in_quotes(key) + " stands outside of a facet.");
         } else if (key == "vertex") {
             std::array<float, 3> place;
             for (float& value : place) value = words.take_number(line, "vertex");
@@ -115,16 +122,14 @@ MeshFile read_text_stl(std::string_view bytes, const std::string& name) {
             if (corners != 3)
                 words.fail("a facet has " + std::to_string(corners) +
                            " vertices; 3 were expected.");
+            is_in_facet = false;
             ++mesh.parts.back().triangle_count;
             check_triangle_count(name, mesh.triangles.size() / 3);
-        } else if (key == "endsolid") {
-            is_open = false;
         } else {
             words.fail(in_quotes(key) + " is not known in STL.");
         }
     }
     if (is_open) words.fail("the file is cut short: endsolid was expected.");
-    if (mesh.triangles.size() % 3 != 0) words.fail("the file ends within a facet.");
     if (mesh.parts.size() == 1) mesh.parts.clear();
     return mesh;
 }

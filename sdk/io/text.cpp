@@ -240,4 +240,10 @@ std::string printable(std::string_view text) {
     return shown;
 }
 
+std::string in_quotes(std::string_view word) {
+    constexpr std::size_t kShown = 255;
+    std::string text("'");
+    return text.append(printable(word.substr(0, kShown))).append("'");
+}
+
 }  // namespace defrec::cli

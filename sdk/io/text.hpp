@@ -31,6 +31,8 @@ std::string_view trim(std::string_view text);
 
 // With what a terminal would take for a command, or for the end of a line, written as \xNN.
 std::string printable(std::string_view text);
+// A word in quotes, printable, as far as the longest name of a topic goes.
+std::string in_quotes(std::string_view word);
 
 // The candidate that a mistyped `name` most likely meant; empty when none is near.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
