@@ -10,6 +10,7 @@
 #include "sdk/bag/bag.hpp"
 #include "sdk/bag/ros_messages.hpp"
 #include "sdk/bag/stereo_topics.hpp"
+#include "sdk/io/decisions.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/ros_calibration.hpp"
 #include "sdk/io/text.hpp"
@@ -36,16 +37,14 @@ void require_whole_image(const RosCameraInfo& info, const std::string& origin) {
 }
 
 void require_distortion(const RosCameraInfo& info, const std::string& origin) {
-    constexpr std::array<std::size_t, 6> kLengths = {0, 4, 5, 8, 12, 14};
     check_distortion_model(std::string(info.distortion_model), origin + ".distortion_model");
-    if (std::find(kLengths.begin(), kLengths.end(), info.d.size()) == kLengths.end())
-        fail(origin + ".D", "the distortion has " + std::to_string(info.d.size()) +
-                                " coefficients; OpenCV's models have 0, 4, 5, 8, 12 or 14.");
+    const std::string fault = fault_of_distortion(info.d.size());
+    if (!fault.empty()) fail(origin + ".D", fault);
 }
 
 // is_rectified: the images are, so that P alone describes their camera.
 RosCamera camera_of(const RosCameraInfo& info, bool is_rectified, const std::string& origin) {
-    constexpr std::uint32_t kLargestSide = 32766;
+    constexpr std::uint32_t kLargestSide = decisions::CalibrationFile::kMaxImageSide;
     if (info.k[0] == 0 || info.p[0] == 0)
         fail(origin, "it is of a camera that was not calibrated: " +
                          std::string(info.k[0] == 0 ? "K" : "P") + " is 0.");

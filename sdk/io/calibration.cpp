@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "sdk/io/decisions.hpp"
 #include "sdk/io/ros_calibration.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/io/yaml_document.hpp"
@@ -13,7 +14,7 @@
 namespace defrec::cli {
 namespace {
 
-constexpr int kLargestSide = 32766;
+using Limits = decisions::CalibrationFile;
 
 struct Matrix {
     int rows = 0, cols = 0;
@@ -60,8 +61,8 @@ Shape declared_shape(const YamlDocument& document, const YamlEntry& entry) {
                           "d, f or i was expected, not '" + type.substr(0, 20) + "'.");
         }
     }
-    return {document.integer(rows->value, entry.key + ".rows", 0, kLargestSide),
-            document.integer(cols->value, entry.key + ".cols", 0, kLargestSide)};
+    return {document.integer(rows->value, entry.key + ".rows", 0, Limits::kMaxImageSide),
+            document.integer(cols->value, entry.key + ".cols", 0, Limits::kMaxImageSide)};
 }
 
 // The matrix under `entry`, as OpenCV's `{rows, cols, dt, data}` or as a plain list; one of
@@ -112,9 +113,9 @@ Matrix read_matrix(const YamlDocument& document, const YamlEntry& entry,
 // Row 9's lengths, lying or standing. A wrong length is reported as such and not as a wrong shape.
 Matrix read_distortion(const YamlDocument& document, const YamlEntry& entry) {
     std::vector<Shape> allowed;
-    for (const int length : {0, 4, 5, 8, 12, 14}) {
-        allowed.push_back({1, length});
-        allowed.push_back({length, 1});
+    for (const std::size_t length : kDistortionLengths) {
+        allowed.push_back({1, static_cast<int>(length)});
+        allowed.push_back({static_cast<int>(length), 1});
     }
     allowed.push_back({0, 0});
     if (entry.value.kind == YamlNode::Kind::kMap) {
@@ -126,18 +127,12 @@ Matrix read_distortion(const YamlDocument& document, const YamlEntry& entry) {
         if (!is_vector || !is_known) {
             document.fail(entry.line, entry.key,
                           "the distortion is " + shape_text(shape.rows, shape.cols) +
-                              "; OpenCV's models have 0, 4, 5, 8, 12 or 14 coefficients in one row "
-                              "or column.");
+                              "; OpenCV's models have " + kDistortionLengthsText +
+                              " coefficients in one row or column.");
         }
     } else if (entry.value.kind == YamlNode::Kind::kSequence) {
-        const std::size_t length = entry.value.items.size();
-        if (std::none_of(allowed.begin(), allowed.end(), [&](const Shape& s) {
-                return static_cast<std::size_t>(s.rows * s.cols) == length;
-            })) {
-            document.fail(entry.line, entry.key,
-                          "the distortion has " + std::to_string(length) +
-                              " coefficients; OpenCV's models have 0, 4, 5, 8, 12 or 14.");
-        }
+        const std::string fault = fault_of_distortion(entry.value.items.size());
+        if (!fault.empty()) document.fail(entry.line, entry.key, fault);
     }
     return read_matrix(document, entry, allowed);
 }
@@ -166,8 +161,8 @@ void set_size(const YamlDocument& document, Calibration& calibration) {
         document.fail(given->line, given->key,
                       "image_width and image_height belong together; one is missing.");
     }
-    calibration.width = document.integer(width->value, "image_width", 1, kLargestSide);
-    calibration.height = document.integer(height->value, "image_height", 1, kLargestSide);
+    calibration.width = document.integer(width->value, "image_width", 1, Limits::kMaxImageSide);
+    calibration.height = document.integer(height->value, "image_height", 1, Limits::kMaxImageSide);
     calibration.size_origin = document.path() + ":" + std::to_string(width->line) + ": image_width";
 }
 

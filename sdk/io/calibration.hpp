@@ -3,14 +3,21 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <string>
 #include <vector>
 
 namespace defrec::cli {
 
+// The numbers of coefficients that OpenCV's models of distortion have.
+inline constexpr std::array<std::size_t, 6> kDistortionLengths = {0, 4, 5, 8, 12, 14};
+inline constexpr char kDistortionLengthsText[] = "0, 4, 5, 8, 12 or 14";
+// Why a distortion of so many coefficients is refused; "" where it is not.
+std::string fault_of_distortion(std::size_t length);
+
 struct CameraCalibration {
     double fx = 0, fy = 0, cx = 0, cy = 0;  // pixels; (0,0) is the centre of the top-left pixel
-    std::vector<double> distortion;         // 0, 4, 5, 8, 12 or 14 coefficients in OpenCV's order
+    std::vector<double> distortion;         // coefficients in OpenCV's order, kDistortionLengths
     std::string matrix_origin;              // "file:line: key" of what is above, for messages
     std::string distortion_origin;
 };

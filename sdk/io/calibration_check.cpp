@@ -123,6 +123,14 @@ void check_centre(const CameraCalibration& camera, int width, int height) {
 
 }  // namespace
 
+std::string fault_of_distortion(std::size_t length) {
+    if (std::find(kDistortionLengths.begin(), kDistortionLengths.end(), length) !=
+        kDistortionLengths.end())
+        return {};
+    return "the distortion has " + std::to_string(length) + " coefficients; OpenCV's models have " +
+           kDistortionLengthsText + ".";
+}
+
 void detail::turn_into_millimetres(StereoCalibration& calibration, LengthUnit unit,
                                    LengthUnit files_unit) {
     if ((unit == LengthUnit::kGuarded ? files_unit : unit) != LengthUnit::kMetre) return;

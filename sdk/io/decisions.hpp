@@ -19,6 +19,8 @@ struct CalibrationFile {
     static constexpr double kRotationTolerance = 1e-3;
     // 1 | an element of P and R, by which views count as rectified, at most | rounding
     static constexpr double kRectifiedTolerance = 1e-9;
+    // px | a larger image is refused | the largest that cv::remap takes
+    static constexpr int kMaxImageSide = 32766;
     // sides of the image | a principal point farther outside is refused | set by hand
     static constexpr double kMaxOutside = 0.5;
 };

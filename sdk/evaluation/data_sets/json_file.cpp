@@ -53,8 +53,9 @@ CameraCalibration camera_of(const fs::path& path, const Json& json, const std::s
     camera.cx = m[2];
     camera.fy = m[4];
     camera.cy = m[5];
-    camera.distortion = matrix_of(path, json, distortion, {0, 4, 5, 8, 12, 14},
-                                  "0, 4, 5, 8, 12 or 14 coefficients of OpenCV");
+    camera.distortion =
+        matrix_of(path, json, distortion, {kDistortionLengths.begin(), kDistortionLengths.end()},
+                  std::string(kDistortionLengthsText) + " coefficients of OpenCV");
     camera.matrix_origin = path.string() + ": " + matrix;
     camera.distortion_origin = path.string() + ": " + distortion;
     return camera;
