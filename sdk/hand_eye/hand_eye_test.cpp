@@ -9,13 +9,11 @@
 
 #include "sdk/base/util/error.hpp"
 #include "sdk/hand_eye/test_motion.hpp"
+#include "sdk/testing/check_says.hpp"
 
 using namespace defrec;
 
 namespace {
-
-#define CHECK_SAYS(message, part) \
-    CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 HandEyeOptions paired() {
     HandEyeOptions options;

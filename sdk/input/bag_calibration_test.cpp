@@ -4,15 +4,12 @@
 #include <doctest/doctest.h>
 
 #include "sdk/bag/test_bag.hpp"
-#include "sdk/io/exit_code.hpp"
 #include "sdk/io/test_folder.hpp"
+#include "sdk/io/test_refusal.hpp"
 
 using namespace defrec::cli;
 
 namespace {
-
-#define CHECK_SAYS(message, part) \
-    CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 // 700 px, 320x240 px, 4.6 mm; rectified images have 680 px.
 RosCameraInfo camera(double p3) {
@@ -55,13 +52,8 @@ SourceOptions source_of(const std::string& path) {
 }
 
 std::string refusal(const SourceOptions& source, LengthUnit unit = LengthUnit::kGuarded) {
-    try {
-        load_calibration(written_calibration(source, ""), unit);
-    } catch (const CliError& error) {
-        CHECK(error.code() == ExitCode::kCalibration);
-        return error.what();
-    }
-    return "accepted";
+    return refusal_of([&] { load_calibration(written_calibration(source, ""), unit); },
+                      ExitCode::kCalibration);
 }
 
 std::string refusal(const Bag& bag, LengthUnit unit = LengthUnit::kGuarded) {

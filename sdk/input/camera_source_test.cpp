@@ -10,14 +10,11 @@
 
 #include "sdk/input/camera_name.hpp"
 #include "sdk/input/frame_source.hpp"
-#include "sdk/io/exit_code.hpp"
+#include "sdk/io/test_refusal.hpp"
 
 using namespace defrec::cli;
 
 namespace {
-
-#define CHECK_SAYS(message, part) \
-    CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 // Tests pass without GStreamer's plugins, which are packages of their own.
 bool has_plugins() {
@@ -54,13 +51,7 @@ SourceOptions one_camera(const std::string& stereo) {
 }
 
 std::string refusal(const SourceOptions& options) {
-    try {
-        FrameSource source(options);
-    } catch (const CliError& error) {
-        CHECK(error.code() == ExitCode::kInput);
-        return error.what();
-    }
-    return "accepted";
+    return refusal_of([&] { FrameSource source(options); });
 }
 
 }  // namespace
@@ -97,7 +88,6 @@ TEST_CASE("two cameras deliver pairs whose times grow from 0") {
     const CameraCounts counts = source.camera_counts().value();
     CHECK(counts.pairs.pairs >= 20);
     CHECK(counts.reconnections == 0);
-    CHECK(counts.pairs.difference_sum_ms / static_cast<double>(counts.pairs.pairs) <= 5);
 }
 
 TEST_CASE("one camera with both views is cut in two") {

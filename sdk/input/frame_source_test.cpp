@@ -15,13 +15,11 @@
 #include "sdk/input/image_stream.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/test_folder.hpp"
+#include "sdk/io/test_refusal.hpp"
 
 using namespace defrec::cli;
 
 namespace {
-
-#define CHECK_SAYS(message, part) \
-    CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 cv::Mat image_of(int value, cv::Size size = {96, 64}) {
     return cv::Mat(size, CV_8UC3, cv::Scalar::all(value));
@@ -76,13 +74,7 @@ Outcome read_all(const SourceOptions& options) {
 }
 
 std::string refusal(const SourceOptions& options) {
-    try {
-        FrameSource source(options);
-    } catch (const CliError& error) {
-        CHECK(error.code() == ExitCode::kInput);
-        return error.what();
-    }
-    return "accepted";
+    return refusal_of([&] { FrameSource source(options); });
 }
 
 }  // namespace

@@ -13,8 +13,8 @@
 #include <random>
 #include <string>
 
-#include "sdk/io/exit_code.hpp"
 #include "sdk/io/test_folder.hpp"
+#include "sdk/io/test_refusal.hpp"
 
 using namespace defrec::cli;
 
@@ -61,13 +61,7 @@ const std::string kR = "1., 0., 0., 0., 1., 0., 0., 0., 1. ]\nT";
 const std::string kT = "-4.6, 0.01, -0.02";
 
 std::string refusal(const std::string& source, LengthUnit unit = LengthUnit::kGuarded) {
-    try {
-        load_calibration(source, unit);
-    } catch (const CliError& error) {
-        CHECK(error.code() == ExitCode::kCalibration);
-        return error.what();
-    }
-    return "accepted";
+    return refusal_of([&] { load_calibration(source, unit); }, ExitCode::kCalibration);
 }
 
 std::string refusal_of_text(const std::string& text, LengthUnit unit = LengthUnit::kGuarded) {
@@ -82,9 +76,6 @@ StereoCalibration load_text(const std::string& text, LengthUnit unit = LengthUni
     const TestFolder folder;
     return load_calibration(folder.write("calibration.yaml", text), unit);
 }
-
-#define CHECK_SAYS(message, part) \
-    CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 void check_good(const StereoCalibration& calibration) {
     CHECK(calibration.width == 640);
@@ -230,25 +221,18 @@ TEST_CASE("row 9: distortion of a wrong length is refused") {
 TEST_CASE("row 10: a size that differs from the frames' is an error and nothing is scaled") {
     StereoCalibration calibration = load_text(kGood);
     CHECK_NOTHROW(fit_to_frames(calibration, 640, 480));
-    try {
-        fit_to_frames(calibration, 1280, 960);
-        FAIL("accepted");
-    } catch (const CliError& error) {
-        CHECK_SAYS(std::string(error.what()), ":3: image_width");
-        CHECK_SAYS(std::string(error.what()), "1280x960");
-    }
+    const std::string message =
+        refusal_of([&] { fit_to_frames(calibration, 1280, 960); }, ExitCode::kCalibration);
+    CHECK_SAYS(message, ":3: image_width");
+    CHECK_SAYS(message, "1280x960");
     CHECK(calibration.width == 640);
 }
 
 TEST_CASE("frames of twice the calibration's size are answered with the option of both views") {
     const auto refusal_of_size = [](int width, int height) -> std::string {
         StereoCalibration calibration = load_text(kGood);
-        try {
-            fit_to_frames(calibration, width, height);
-        } catch (const CliError& error) {
-            return error.what();
-        }
-        return {};
+        return refusal_of([&] { fit_to_frames(calibration, width, height); },
+                          ExitCode::kCalibration);
     };
     CHECK_SAYS(refusal_of_size(1280, 480), "--layout side-by-side");
     CHECK_SAYS(refusal_of_size(640, 960), "--layout top-bottom");

@@ -6,22 +6,20 @@
 #include <string>
 
 #include "sdk/io/exit_code.hpp"
+#include "sdk/testing/check_says.hpp"
 
 namespace defrec::cli {
 
-// What `read` says where it throws, which must be of the input; "accepted" where it does not.
+// What `read` says where it throws, with that code; "accepted" where it does not.
 template <typename Function>
-std::string refusal_of(const Function& read) {
+std::string refusal_of(const Function& read, ExitCode code = ExitCode::kInput) {
     try {
         read();
     } catch (const CliError& error) {
-        CHECK(error.code() == ExitCode::kInput);
+        CHECK(error.code() == code);
         return error.what();
     }
     return "accepted";
 }
-
-#define CHECK_SAYS(message, part) \
-    CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 }  // namespace defrec::cli

@@ -9,6 +9,7 @@
 
 #include "sdk/base/util/error.hpp"
 #include "sdk/registration/test_organ.hpp"
+#include "sdk/testing/check_says.hpp"
 
 using namespace defrec;
 
@@ -28,9 +29,6 @@ std::string refusal_of(const TestMesh& mesh) {
     }
     return "accepted";
 }
-
-#define CHECK_SAYS(message, part) \
-    CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 }  // namespace
 

@@ -10,13 +10,11 @@
 
 #include "sdk/base/util/error.hpp"
 #include "sdk/registration/test_organ.hpp"
+#include "sdk/testing/check_says.hpp"
 
 using namespace defrec;
 
 namespace {
-
-#define CHECK_SAYS(message, part) \
-    CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 const Pose kTruth{rotation_of({0.3, -0.8, 1.9}), {20, -35, 110}};
 

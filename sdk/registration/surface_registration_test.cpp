@@ -12,13 +12,11 @@
 #include "sdk/base/util/error.hpp"
 #include "sdk/registration/starts.hpp"
 #include "sdk/registration/test_organ.hpp"
+#include "sdk/testing/check_says.hpp"
 
 using namespace defrec;
 
 namespace {
-
-#define CHECK_SAYS(message, part) \
-    CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 constexpr double kDegree = std::numbers::pi / 180;
 
