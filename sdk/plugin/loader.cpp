@@ -221,10 +221,27 @@ void LoadedPlugin::read_stage(const std::string& path, uint32_t stage) {
     stages_[stage] = table;
 }
 
+namespace {
+
+PluginPlaces places_of(const Services& services, const defrec_context_desc& desc) {
+    PluginPlaces places;
+    places.given.assign(desc.plugin_paths, desc.plugin_paths + desc.plugin_path_count);
+    if (desc.flags & DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS) return places;
+    places.use_environment = (desc.flags & DEFREC_CONTEXT_USE_ENVIRONMENT) != 0;
+    places.library_folder = platform::own_folder();
+    if (places.library_folder.empty())
+        services.log(DEFREC_LOG_WARNING, "sdk",
+                     "the library's own folder cannot be found; plugins are not looked for there");
+    return places;
+}
+
+}  // namespace
+
 std::vector<PluginCandidate> load_plugins(const std::shared_ptr<const Services>& services,
                                           const defrec_context_desc& desc) {
     std::vector<PluginCandidate> candidates;
-    for (FoundManifest& found : find_manifests(*services, desc)) {
+    for (const FoundManifest& found :
+         find_manifests(places_of(*services, desc), platform::who_may_change)) {
         PluginCandidate candidate;
         candidate.path = found.path;
         candidate.name = found.path.substr(platform::name_start(found.path));
@@ -243,9 +260,10 @@ std::vector<PluginCandidate> load_plugins(const std::shared_ptr<const Services>&
                 candidate.plugin = nullptr;
                 candidate.verdict = error.status();
                 candidate.reason = error.what();
-                services->log(DEFREC_LOG_WARNING, "sdk", candidate.reason.c_str());
             }
         }
+        if (candidate.verdict != DEFREC_OK)
+            services->log(DEFREC_LOG_WARNING, "sdk", candidate.reason.c_str());
         candidates.push_back(std::move(candidate));
     }
     return candidates;

@@ -17,7 +17,7 @@ bool is_manifest_name(std::string_view name) {
 
 class PluginSearch {
   public:
-    explicit PluginSearch(const Services& services) : services_(services) {}
+    explicit PluginSearch(const FolderRefusal& refusal_of) : refusal_of_(refusal_of) {}
 
     // Reports why nothing is found there; a missing path only if asked.
     void look_in(const std::string& path, bool report_missing) {
@@ -41,8 +41,8 @@ class PluginSearch {
 
   private:
     void look_in_folder(const std::string& folder) {
-        const std::string who = platform::who_may_change(folder);
-        if (!who.empty()) return refuse_with(DEFREC_ERROR_PLUGIN, folder, who);
+        const std::string reason = refusal_of_(folder);
+        if (!reason.empty()) return refuse_with(DEFREC_ERROR_PLUGIN, folder, reason);
         std::vector<std::string> names;
         try {
             names = platform::list_folder(folder);
@@ -64,36 +64,29 @@ class PluginSearch {
         refuse_with(verdict, path, concat(path, ": ", reason));
     }
     void refuse_with(defrec_status verdict, const std::string& path, const std::string& text) {
-        services_.log(DEFREC_LOG_WARNING, "sdk", text.c_str());
         found_.push_back({path, text, verdict});
     }
 
-    const Services& services_;
+    const FolderRefusal& refusal_of_;
     std::set<std::string> seen_;
     std::vector<FoundManifest> found_;
 };
 
 }  // namespace
 
-std::vector<FoundManifest> find_manifests(const Services& services,
-                                          const defrec_context_desc& desc) {
-    PluginSearch search(services);
-    for (size_t i = 0; i < desc.plugin_path_count; ++i) search.look_in(desc.plugin_paths[i], true);
-    if (desc.flags & DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS) return search.take();
-    if (desc.flags & DEFREC_CONTEXT_USE_ENVIRONMENT) {
-        std::string paths = platform::trusted_environment("DEFREC_PLUGIN_PATH").value_or("");
+std::vector<FoundManifest> find_manifests(const PluginPlaces& places,
+                                          const FolderRefusal& refusal_of) {
+    PluginSearch search(refusal_of);
+    for (const std::string& place : places.given) search.look_in(place, true);
+    if (places.use_environment) {
+        const std::string paths = platform::trusted_environment("DEFREC_PLUGIN_PATH").value_or("");
         for (size_t at = 0; at < paths.size();) {
             const size_t end = std::min(paths.find(platform::list_separator(), at), paths.size());
             if (end > at) search.look_in(paths.substr(at, end - at), true);
             at = end + 1;
         }
     }
-    const std::string own = platform::own_folder();
-    if (own.empty())
-        services.log(DEFREC_LOG_WARNING, "sdk",
-                     "the library's own folder cannot be found; plugins are not looked for there");
-    else
-        search.look_in(own, false);
+    if (!places.library_folder.empty()) search.look_in(places.library_folder, false);
     return search.take();
 }
 

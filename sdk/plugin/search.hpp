@@ -1,14 +1,21 @@
-// Where manifests are looked for: the application's absolute paths; the folders of
+// Where manifests are looked for: the application's absolute paths; the folders and manifests of
 // DEFREC_PLUGIN_PATH, if the application allows it and the process has no privileges of its own;
 // the folder of this library. Never the working folder.
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "include/defrec_c.h"
-#include "sdk/base/os/services.hpp"
 
 namespace defrec {
+
+// In the order of the search.
+struct PluginPlaces {
+    std::vector<std::string> given;  // folders or manifests
+    bool use_environment = false;
+    std::string library_folder;  // "": is not searched
+};
 
 struct FoundManifest {
     std::string path;
@@ -16,9 +23,11 @@ struct FoundManifest {
     defrec_status verdict = DEFREC_OK;
 };
 
-// In the order of the search, names of one folder sorted, each file once. Folders that anybody may
-// write to are logged and reported as refused.
-std::vector<FoundManifest> find_manifests(const Services& services,
-                                          const defrec_context_desc& desc);
+// Why nothing in a folder is looked at; "" where it is.
+using FolderRefusal = std::function<std::string(const std::string&)>;
+
+// Names of one folder sorted, each file once.
+std::vector<FoundManifest> find_manifests(const PluginPlaces& places,
+                                          const FolderRefusal& refusal_of);
 
 }  // namespace defrec

@@ -6,6 +6,7 @@
 #include "sdk/cli/commands/commands.hpp"
 #include "sdk/cli/devices/probe.hpp"
 #include "sdk/client/library.hpp"
+#include "sdk/io/json_text.hpp"
 #include "sdk/io/number_checks.hpp"
 #include "sdk/io/terminal.hpp"
 
@@ -64,7 +65,7 @@ int list_all(const DevicesOptions& options) {
     }
     if (json["plugins"].empty())
         text += "no plugin was found, beside the library or in DEFREC_PLUGIN_PATH\n";
-    print(options.json ? json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : text);
+    print(options.json ? json_text(json, 2) + "\n" : text);
     return static_cast<int>(devices.empty() ? ExitCode::kDevice : ExitCode::kOk);
 }
 
@@ -74,8 +75,7 @@ int verify_all(const DevicesOptions& options) {
     Json json{{"plugins", Json::array()}};
     std::string text;
     bool all_good = true, any_device = false;
-    for (const std::string& manifest : find_manifests()) {
-        const ProbeResult result = probe_in_child("/proc/self/exe", manifest, limit);
+    for (const ProbeResult& result : probe_all("/proc/self/exe", limit)) {
         all_good = all_good && result.is_good;
         any_device = any_device || !result.devices.empty();
         json["plugins"].push_back({{"path", result.manifest},
@@ -86,7 +86,7 @@ int verify_all(const DevicesOptions& options) {
                 result.message + "\n";
     }
     if (json["plugins"].empty()) text += "no plugin was found\n";
-    print(options.json ? json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : text);
+    print(options.json ? json_text(json, 2) + "\n" : text);
     return static_cast<int>(all_good && any_device ? ExitCode::kOk : ExitCode::kDevice);
 }
 
@@ -107,9 +107,9 @@ CLI::App* add_devices_command(CLI::App& app, std::function<int()>& run) {
     command->add_flag("--json", options->json, "Print JSON");
     command->add_option("--probe", options->probe)->group("");
     command->footer(
-        "Plugins lie beside the library; folders in DEFREC_PLUGIN_PATH are searched before. Ids "
-        "are what --device takes, the\n"
-        "part before the colon is what --backend takes.\n"
+        "Plugins lie beside the library; folders and manifests in DEFREC_PLUGIN_PATH are looked at "
+        "before. Ids are what\n"
+        "--device takes, the part before the colon is what --backend takes.\n"
         "\n"
         "Exit code 5 when there is no device, or with --verify when a plugin is refused, crashes "
         "or hangs.");

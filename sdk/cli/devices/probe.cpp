@@ -1,37 +1,21 @@
 // `defrec devices --verify`.
 #include "sdk/cli/devices/probe.hpp"
 
-#include <algorithm>
-#include <filesystem>
 #include <optional>
 #include <utility>
 
 #include "sdk/cli/devices/child_program.hpp"
-#include "sdk/cli/devices/plugin_folders.hpp"
+#include "sdk/cli/devices/library_folder.hpp"
 #include "sdk/cli/devices/probe_reply.hpp"
 #include "sdk/client/library.hpp"
 #include "sdk/io/terminal.hpp"
+#include "sdk/plugin/search.hpp"
 
 namespace defrec::cli {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr int kProbeWidth = 192, kProbeHeight = 128;
 constexpr std::uint64_t kProbeLimitNs = 10'000'000'000;
-
-std::vector<std::string> manifests_in(const fs::path& folder) {
-    std::vector<std::string> manifests;
-    std::error_code error;
-    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
-         entry.increment(error)) {
-        const std::string name = entry->path().filename().string();
-        if (name.starts_with("defrec_plugin_") && name.ends_with(".json"))
-            manifests.push_back(entry->path().string());
-    }
-    std::sort(manifests.begin(), manifests.end());
-    return manifests;
-}
 
 // One frame of noise, shifted by a few pixels between the views: enough to run every stage that a
 // frame begins with.
@@ -75,18 +59,6 @@ void track_noise(const Context& context, const Device& device) {
 
 }  // namespace
 
-std::vector<std::string> find_manifests() {
-    std::vector<std::string> manifests;
-    for (const fs::path& folder : plugin_folders()) {
-        for (const std::string& manifest : manifests_in(folder)) {
-            if (std::find(manifests.begin(), manifests.end(), manifest) == manifests.end()) {
-                manifests.push_back(manifest);
-            }
-        }
-    }
-    return manifests;
-}
-
 ProbeResult probe_in_child(const std::string& program, const std::string& manifest,
                            std::chrono::milliseconds limit) {
     ProbeResult result;
@@ -109,6 +81,16 @@ ProbeResult probe_in_child(const std::string& program, const std::string& manife
         result.devices = std::move(reply->devices);
     }
     return result;
+}
+
+std::vector<ProbeResult> probe_all(const std::string& program, std::chrono::milliseconds limit) {
+    // Who may write to a folder is looked at where a plugin in it is opened.
+    const auto refuses_none = [](const std::string&) { return std::string(); };
+    std::vector<ProbeResult> results;
+    for (const FoundManifest& found : find_manifests({{}, true, library_folder()}, refuses_none))
+        results.push_back(found.reason.empty() ? probe_in_child(program, found.path, limit)
+                                               : ProbeResult{found.path, false, found.reason, {}});
+    return results;
 }
 
 int run_probe(const std::string& manifest) {

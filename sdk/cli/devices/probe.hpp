@@ -15,12 +15,13 @@ struct ProbeResult {
     std::vector<std::string> devices;  // ids
 };
 
-// The manifests that the library looks at by itself: beside libdefrec, and in DEFREC_PLUGIN_PATH.
-std::vector<std::string> find_manifests();
-
 // Runs `program devices --probe manifest` and waits for at most `limit`.
 ProbeResult probe_in_child(const std::string& program, const std::string& manifest,
                            std::chrono::milliseconds limit);
+
+// Likewise for all that the library looks at by itself: in DEFREC_PLUGIN_PATH, and beside
+// libdefrec. What it refuses without opening it is among them.
+std::vector<ProbeResult> probe_all(const std::string& program, std::chrono::milliseconds limit);
 
 // The child's part: opens only this plugin, tracks one small frame on each of its devices and
 // prints the outcome as one line of JSON. Returns the exit code.

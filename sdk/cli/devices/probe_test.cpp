@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "sdk/client/library.hpp"
 #include "sdk/io/test_folder.hpp"
 
 using namespace defrec::cli;
@@ -58,15 +59,30 @@ TEST_CASE("row 97: a reply that is none is reported, whatever is in it") {
     }
 }
 
-TEST_CASE("row 97: only a plugin's manifest is one") {
+TEST_CASE("row 97: what is tried are the manifests that the library looks at") {
     const TestFolder folder;
     folder.write("defrec_plugin_x.json", "{}");
     folder.write("stray.json", "{}");
-    ::setenv("DEFREC_PLUGIN_PATH", (folder / "").c_str(), 1);
-    const std::vector<std::string> manifests = find_manifests();
+    const TestFolder other;
+    const std::string named = other.write("any_name.json", "{}"), gone = folder / "gone";
+    const std::string places = (folder / "") + ":relative::" + named + ":" + gone;
+    ::setenv("DEFREC_PLUGIN_PATH", places.c_str(), 1);
+    const std::string program = other.write(
+        "program", "#!/bin/sh\necho '{\"good\": true, \"message\": \"\", \"devices\": []}'\n");
+    std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+    const std::vector<ProbeResult> results = probe_all(program, std::chrono::seconds(20));
+    const std::vector<Plugin> plugins = list_plugins(open_context({1, true, {}}));
     ::unsetenv("DEFREC_PLUGIN_PATH");
-    REQUIRE(!manifests.empty());
-    CHECK(manifests[0].ends_with("defrec_plugin_x.json"));
-    for (const std::string& manifest : manifests)
-        CHECK(manifest.find("stray") == std::string::npos);
+    REQUIRE(results.size() == plugins.size());
+    REQUIRE(results.size() > 4);
+    for (std::size_t i = 0; i < results.size(); ++i) CHECK(results[i].manifest == plugins[i].path);
+    CHECK(results[0].manifest.ends_with("defrec_plugin_x.json"));
+    CHECK(results[0].is_good);
+    CHECK_FALSE(results[1].is_good);
+    CHECK(results[1].message == plugins[1].reason);
+    CHECK(results[1].message.find("not an absolute path") != std::string::npos);
+    CHECK(results[2].manifest == named);
+    CHECK(results[2].is_good);
+    CHECK_FALSE(results[3].is_good);
+    CHECK(results[3].message.find("no such file or folder") != std::string::npos);
 }
