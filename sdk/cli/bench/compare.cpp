@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/io/json_text.hpp"
 #include "sdk/io/text.hpp"
 
 namespace defrec::cli {
@@ -70,8 +71,8 @@ void check_comparable(const Json& recorded, const Json& present) {
         if (recorded.value(name, Json()) != present.value(name, Json()))
             throw CliError(ExitCode::kUsage, "--compare: the recorded run has " +
                                                  std::string(name) + " " +
-                                                 recorded.value(name, Json()).dump() +
-                                                 ", this one " + present[name].dump() + ".");
+                                                 json_text(recorded.value(name, Json())) +
+                                                 ", this one " + json_text(present[name]) + ".");
 }
 
 std::vector<ComparedTime> compare_runs(const Json& recorded, const Json& present, double limit) {

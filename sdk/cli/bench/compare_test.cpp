@@ -70,6 +70,8 @@ TEST_CASE("runs of another size or sequence are not compared") {
         Json other = run_of(10, 2, 0);
         other[name] = "another";
         CHECK_THROWS_AS(check_comparable(other, run_of(10, 2, 0)), CliError);
+        other[name] = "\xff";  // a file's name may be no UTF-8
+        CHECK_THROWS_AS(check_comparable(run_of(10, 2, 0), other), CliError);
         other.erase(name);
         CHECK_THROWS_AS(check_comparable(other, run_of(10, 2, 0)), CliError);
     }

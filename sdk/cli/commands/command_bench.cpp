@@ -7,6 +7,7 @@
 #include "sdk/cli/commands/command_options.hpp"
 #include "sdk/cli/commands/commands.hpp"
 #include "sdk/io/interrupt.hpp"
+#include "sdk/io/json_text.hpp"
 #include "sdk/io/terminal.hpp"
 #include "sdk/io/text.hpp"
 
@@ -65,7 +66,7 @@ int run_bench(const Given& given, const BenchLoader& load) {
         text += '\n' + comparison_text(compared, limit);
         json["compared"] = comparison_json(compared);
     }
-    print(given.bench.json ? json.dump(2) + "\n" : text);
+    print(given.bench.json ? json_text(json, 2) + "\n" : text);
     if (interrupt_requested()) return static_cast<int>(ExitCode::kInterrupted);
     return static_cast<int>(is_slower ? ExitCode::kBelowThreshold : ExitCode::kOk);
 }

@@ -55,6 +55,7 @@ BenchSequence load_frames(const std::string& left, const std::string& right,
     fit_to_frames(sequence.calibration, source.width(), source.height());
     StereoFrame frame;
     while (source.next(frame)) sequence.frames.push_back(frame);
+    if (!source.fault().empty()) throw CliError(ExitCode::kInput, source.fault());
     return sequence;
 }
 
