@@ -23,7 +23,6 @@ import header
 
 # (file below sdk, a part of the statement as it stands there, in one line): the reason.
 ALLOWED = {
-    ("api/api.cpp", "max() / 64"): "range of a parameter of the C API",
     ("api/fixed_frame.cpp", "kTolerance = 1e-6"): "range of a parameter of the C API",
     ("api/handles.cpp", "kSerialMask = "): "bits of a handle",
     ("api/read.hpp", "max() / 64"): "range of a parameter of the C API",

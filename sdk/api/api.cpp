@@ -1,7 +1,5 @@
 // The exported functions for contexts, rigs and stages: check, catch, forward. tracking.cpp has
 // the rest.
-#include <limits>
-
 #include "sdk/api/destroy.hpp"
 #include "sdk/api/read.hpp"
 #include "sdk/base/util/check_ranges.hpp"
@@ -31,8 +29,7 @@ void check_pixels(const char* name, const double* in, size_t count, const double
     if (count == 0) return;
     if (in == nullptr || out == nullptr)
         fail(DEFREC_ERROR_ARGUMENT, name, " or the output is NULL with a count of ", count);
-    if (count > std::numeric_limits<size_t>::max() / 64)
-        fail(DEFREC_ERROR_ARGUMENT, "count is ", count);
+    check_count(count);
 }
 
 }  // namespace
