@@ -19,8 +19,8 @@ class SharedLoop {
     // Calls body(0 .. count-1), each once, here and on the threads that help meanwhile; returns
     // when all have returned. bring() is called when others can help: it may fetch some. One loop
     // at a time; body and bring must not throw.
-    template <class Body, class Upload>
-    void run(uint32_t count, Body&& body, Upload&& upload) {
+    template <class Body, class Bring>
+    void run(uint32_t count, Body&& body, Bring&& bring) {
         const uint64_t number = (ticket_ >> 32) + 1;
         ticket_ =
             number << 32 | kNone;  // from here on nobody that saw the loop before takes anything
@@ -31,7 +31,7 @@ class SharedLoop {
         count_ = count;
         left_ = count;
         ticket_ = number << 32;
-        upload();
+        bring();
         help();
         const auto ended = [this] { return left_ == 0; };
         constexpr std::chrono::microseconds kSpin{100};
