@@ -3,10 +3,8 @@ received each of them, in its place."""
 import ctypes
 import dataclasses
 import gc
-import os
 import pathlib
 import signal
-import threading
 import unittest
 from unittest import mock
 
@@ -384,13 +382,19 @@ class Calls(stub.StubTest):
         image = bytes(96 * 80 * 3)
         job = tracker.submit(image, image, 0)
         stub.answer("defrec_job_wait", Status.TIMEOUT)
-        ctrl_c = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
-        ctrl_c.start()
-        with self.assertRaises(KeyboardInterrupt):
-            job.wait()
-        ctrl_c.join()
-        waits = {call.arguments["timeout_ns"] for call in self.log() if "wait" in call.function}
-        self.assertEqual(waits, {"100000000"})
+        waits = []
+        wait_natively = _library.native.defrec_job_wait
+
+        def wait(handle, timeout_ns):
+            waits.append(timeout_ns)
+            if len(waits) == 3:
+                signal.raise_signal(signal.SIGINT)
+            return wait_natively(handle, timeout_ns)
+
+        with mock.patch.object(_library.native, "defrec_job_wait", wait):
+            with self.assertRaises(KeyboardInterrupt):
+                job.wait()
+        self.assertEqual(waits, [100000000] * 3)
         self.assertFalse(job.wait(0.01))
         stub.answer("defrec_job_wait", Status.OK)
         job.close()
