@@ -11,7 +11,8 @@ provenance.py check STATEMENT [--build BUILD] [--folder FOLDER] [--commit COMMIT
     [--signers FILE] [--revoked FILE]
     Refused are library and plugins of BUILD, or artefacts in FOLDER, that are not the statement's,
     one that the statement does not have, another commit, and an envelope whose signature does not
-    hold. STATEMENT: as it was written, or in the envelope that sign.py puts it into.
+    hold. STATEMENT: as it was written, with one of the first three options at least, or in the
+    envelope that sign.py puts it into.
 """
 import argparse
 import collections
@@ -226,7 +227,8 @@ def read(path):
 
 def digests_of(statement):
     """{subject: SHA-256}"""
-    if statement.get("_type") != STATEMENT_TYPE or statement.get("predicateType") != PREDICATE_TYPE:
+    types = isinstance(statement, dict) and (statement.get("_type"), statement.get("predicateType"))
+    if types != (STATEMENT_TYPE, PREDICATE_TYPE):
         raise sums.Refused(f"no statement with a predicate {PREDICATE_TYPE}")
     if statement["predicate"]["buildDefinition"]["buildType"] != BUILD_TYPE:
         raise sums.Refused(f"not of a build {BUILD_TYPE}")
@@ -288,11 +290,14 @@ def check(given):
     if envelope.is_envelope(statement):
         payload, said = envelope.check(path.name, statement, given.signers, given.revoked)
         statement = json.loads(payload)
-    if given.build:
+    elif (given.build, given.folder, given.commit) == (None, None, None):
+        raise sums.Refused("not signed; --build, --folder or --commit says what to compare it with")
+    digests_of(statement)
+    if given.build is not None:
         check_build(statement, given.build)
-    if given.folder:
+    if given.folder is not None:
         check_folder(statement, given.folder)
-    if given.commit:
+    if given.commit is not None:
         check_commit(statement, given.commit)
     print(f"{given.statement} holds. {said}")
 

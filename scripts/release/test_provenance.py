@@ -164,8 +164,26 @@ class Provenance(unittest.TestCase):
         check = ("check", statement, "--build", self.build, "--folder", self.work, "--commit")
         self.assertEqual(self.run_program(*check, "0" * 40), 0)
         self.assertRegex(self.run_program(*check, "1" * 40), "^REFUSED: built from 0")
+        self.assertRegex(self.run_program(*check, ""), "^REFUSED: built from 0")
+        self.assertRegex(self.run_program("check", statement), "^REFUSED: not signed; --build")
         wheel.write_bytes(b"another")
         self.assertRegex(self.run_program(*check, "0" * 40), "^REFUSED: other bytes")
+
+    def test_program_reads_the_statement_whatever_it_compares(self):
+        statement, commit = self.work / "statement", "0" * 40
+        check = ("check", statement, "--commit", commit)
+        statement.write_text(provenance.text_of(self.statement))
+        self.assertEqual(self.run_program(*check), 0)
+        for change, why in (
+            ({"_type": "another"}, "no statement"),
+            ({"predicateType": "another"}, "no statement"),
+            ({"subject": []}, "no subject"),
+        ):
+            statement.write_text(provenance.text_of({**self.statement, **change}))
+            self.assertRegex(self.run_program(*check), f"^REFUSED: {why}")
+        for empty in ("{}", "[]"):
+            statement.write_text(empty)
+            self.assertRegex(self.run_program(*check), "^REFUSED: no statement")
 
     def test_artefact_without_provenance(self):
         wheel, package = (
