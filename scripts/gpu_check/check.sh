@@ -172,13 +172,19 @@ trap 'kill $(jobs -p) 2>/dev/null; wait; exit 1' INT TERM
 # ---- the parts -----------------------------------------------------------------------------------
 
 tests() {
-    local backend program source
+    local backend program source sources
     for backend in "${backends[@]}"; do
-        for program in "$here/tests/defrec_${backend}"{,_memory,_fault}_tests; do
-            [ -e "$program" ] || continue
+        for program in "$here/tests/defrec_${backend}"{,_memory,_trackers,_fault}_tests; do
+            # Every backend has the first; it fails below where it is not there.
+            [[ -e $program || $program == */"defrec_${backend}_tests" ]] || continue
+            sources="$("$program" --list-test-cases --reporters=xml |
+                sed -n 's/.*filename="[^"]*\/\([a-z_]*\)_test\.cpp".*/\1/p' | sort -u)" &&
+                [ -n "$sources" ] || {
+                tell FAILED 0 "tests/$backend: ${program##*/} does not list its tests"
+                continue
+            }
             [[ $program != *fault* ]] || wait # they take all of the GPU's memory, and make it fail
-            for source in $("$program" --list-test-cases --reporters=xml |
-                sed -n 's/.*filename="[^"]*\/\([a-z_]*\)_test\.cpp".*/\1/p' | sort -u); do
+            for source in $sources; do
                 [ ${#stages[@]} -eq 0 ] || [[ " ${stages[*]} " == *" ${source%%_*} "* ]] || continue
                 start "tests/$backend/$source" \
                     "$program" --no-version "--source-file=*/${source}_test.cpp"
