@@ -19,7 +19,7 @@ import subprocess
 PLAYED = 45  # frames from one jump to the next
 SECOND = 30  # frames
 LENGTHS = (21, 2, 55, 8, 34, 1, 89, 13, 5, 3)  # frames
-ALARMS = ("calibration", "view-late")
+ALARMS = {"calibration", "view-late"}
 
 
 def film(frames, jumps):
@@ -73,6 +73,17 @@ def track(sequence, folder, backend):
         return list(csv.DictReader(file))
 
 
+def alarms(rows, after):
+    """(frames within the second after a jump, how many of them have an alarm), and the same of the
+    frames beyond; rows: of frames.csv."""
+    counts = {True: [0, 0], False: [0, 0]}
+    for frame, row in enumerate(rows):
+        near = any(0 <= frame - jump < SECOND for jump in after)
+        counts[near][0] += 1
+        counts[near][1] += not ALARMS.isdisjoint(row["reasons"].split("|"))
+    return counts[True], counts[False]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--backend", default="auto")
@@ -91,15 +102,10 @@ def main():
             parser.error(f"{sequence} has {frames} frames; {PLAYED} at least are needed")
         order, after = film(frames, arguments.jumps)
         write_film(sequence, order, folder)
-        counts = {False: [0, 0], True: [0, 0]}
-        for frame, row in enumerate(track(sequence, folder, arguments.backend)):
-            near = any(0 <= frame - jump < SECOND for jump in after)
-            counts[near][0] += 1
-            reasons = row["reasons"].split(" ")
-            counts[near][1] += any(alarm in reasons for alarm in ALARMS)
+        near, beyond = alarms(track(sequence, folder, arguments.backend), after)
         print(
-            f"| {sequence.name} | {len(after)} | {counts[True][0]} | {counts[True][1]} "
-            f"| {counts[False][0]} | {counts[False][1]} |",
+            f"| {sequence.name} | {len(after)} | {near[0]} | {near[1]} "
+            f"| {beyond[0]} | {beyond[1]} |",
             flush=True,
         )
 
