@@ -240,6 +240,22 @@ class Logic(unittest.TestCase):
         self.assertEqual(self.logic.update(4.3), "Less sure, frame 10")
         self.assertEqual(self.display(module.SURFACE)["SetOpacity"], (1.0,))
 
+    def test_what_lies_in_the_scene_before_it_connects_is_not_current(self):
+        self.receive()
+        self.logic.connect("", 18944)
+        self.assertEqual(self.logic.update(1.0), "waiting for defrec track")
+        self.assertEqual(self.display(module.SURFACE)["SetScalarVisibility"], (False,))
+        self.receive(8)
+        self.assertEqual(self.logic.update(1.2), "Tracking, frame 8")
+        self.assertEqual(self.display(module.SURFACE)["SetScalarVisibility"], (True,))
+        self.logic.disconnect()
+        self.logic.connect("", 18944)
+        self.assertEqual(self.logic.update(1.4), "waiting for defrec track")
+        self.assertEqual(self.display(module.SURFACE)["SetScalarVisibility"], (False,))
+        self.receive(9)
+        self.assertEqual(self.logic.update(1.6), "Tracking, frame 9")
+        self.assertEqual(self.display(module.SURFACE)["SetScalarVisibility"], (True,))
+
     def test_parts_of_a_plan_are_shown_likewise(self):
         self.assertIn('"Plan" + std::to_string(part.place) + "-"', MESSAGES)
         slicer.mrmlScene.AddNewNodeByClass("vtkMRMLModelNode", "Plan1-tumour")

@@ -3,6 +3,7 @@ its expected error or status, and the state in words. Nothing is built: add this
 Application Settings, Modules, Additional module paths, and start Slicer again. It takes the
 extension SlicerOpenIGTLink.
 """
+import math
 import re
 import time
 
@@ -21,6 +22,7 @@ PART = re.compile(r"Plan\d+-")  # and the name that the plan gives it
 ERROR, STATUS = "expected_error_mm", "status"
 STATUS_OK = 1
 
+WAITING = "waiting for defrec track"
 PORT = 18944
 UPDATE_MS = 200
 SILENT_S = 3.0  # without a frame
@@ -127,7 +129,7 @@ class DefrecLiveLogic(ScriptedLoadableModuleLogic):
         self.attribute = ERROR
         self.largest_mm = 5.0
         self.tables = {}
-        self.frame, self.seen_at = None, 0.0
+        self.frame, self.seen_at = None, -math.inf
 
     def connect(self, host, port):
         """host: where defrec listens; empty: Slicer listens."""
@@ -140,8 +142,10 @@ class DefrecLiveLogic(ScriptedLoadableModuleLogic):
             self.connector.SetTypeClient(host, port)
         else:
             self.connector.SetTypeServer(port)
+        # A state that lies in the scene already is no news.
+        node = slicer.mrmlScene.GetFirstNodeByName(STATE)
+        self.frame, self.seen_at = None if node is None else node.GetSubCode(), -math.inf
         self.connector.Start()
-        self.frame, self.seen_at = None, 0.0
 
     def disconnect(self):
         if self.connector is None:
@@ -162,17 +166,20 @@ class DefrecLiveLogic(ScriptedLoadableModuleLogic):
         """Shows what has arrived, and returns the state in words. now: s, of any steady clock."""
         node = slicer.mrmlScene.GetFirstNodeByName(STATE)
         if node is None:
-            return "waiting for defrec track"
+            return WAITING
         if node.GetSubCode() != self.frame:
             self.frame, self.seen_at = node.GetSubCode(), now
-        is_current = node.GetCode() == STATUS_OK and now - self.seen_at < SILENT_S
+        silent_s = now - self.seen_at
+        is_current = node.GetCode() == STATUS_OK and silent_s < SILENT_S
         facts = dict(pair.split("=", 1) for pair in node.GetStatusString().split() if "=" in pair)
         self.show(SURFACE, is_current and facts.get("vertices") != "0")
         self.show(TARGETS, is_current and facts.get("targets") != "0")
         for name in parts_of_plan():
             self.show(name, is_current)
-        if now - self.seen_at >= SILENT_S:
-            return f"No new frame for {now - self.seen_at:.0f} s"
+        if silent_s == math.inf:
+            return WAITING
+        if silent_s >= SILENT_S:
+            return f"No new frame for {silent_s:.0f} s"
         word = WORDS.get(node.GetErrorName(), node.GetErrorName())
         reasons = facts.get("reasons", "").replace("|", ", ")
         return f"{word}, frame {self.frame}" + (f": {reasons}" if reasons else "")
