@@ -9,6 +9,7 @@ sequence has targets beneath the surface, they are a tumour there.
 import csv
 import math
 import pathlib
+import shutil
 import subprocess
 import sys
 
@@ -125,6 +126,17 @@ def main():
         middles = [middle_error(frame, rows(work / "out.csv"), truth) for frame in frames]
         print(f"the tumour's middle is off by at most {max(middles):.3f} mm")
         assert max(middles) < MOST_ERROR_MM
+
+    # Landmarks are pixels of the first image, and are not looked for in a later one.
+    other_scene = pathlib.Path(__file__).with_name("other_scene.py")
+    shutil.rmtree(work / "black", ignore_errors=True)
+    subprocess.run(
+        [sys.executable, "-B", other_scene, "black", sequence, work / "black"], check=True
+    )
+    images = [str(work / "black" / view) for view in ("left", "right")]
+    black = [*program, *images, camera, *given[:-1], str(work / "black.csv"), "cpu"]
+    refused = subprocess.run(black, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    assert refused.returncode == 1 and "which shows no surface" in refused.stderr, refused
 
     # Landmarks that contradict each other end the program, with the reason.
     lines = (work / "landmarks.csv").read_text().splitlines()

@@ -105,12 +105,8 @@ static void free_plan(plan* read) {
 static defrec_targets prepare(const plan* targets, defrec_job job) {
     defrec_template surface;
     defrec_targets prepared;
-    defrec_status status;
     check(defrec_job_get_template(job, &surface), "reading the template");
-    /* Results of a recording must not depend on when the body is ready. A live loop goes on
-     * meanwhile: defrec_result.body says whether it is. Without one, targets move rigidly. */
-    status = defrec_template_wait_body(surface, UINT64_MAX);
-    if (status != DEFREC_ERROR_UNSUPPORTED) check(status, "computing the body beneath the surface");
+    wait_for_body(surface);
     check(defrec_targets_create(surface, targets->at_rest, targets->count, &prepared),
           "preparing the targets");
     defrec_template_release(surface); /* the targets keep what they need */

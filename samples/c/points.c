@@ -52,13 +52,12 @@ void free_points(followed_points* points) {
 }
 
 /* Lifts the pixels to the surface of the first frame. */
-static void lift(followed_points* points, defrec_rig rig, defrec_tracker tracker) {
+static void lift(followed_points* points, defrec_rig rig, defrec_job job) {
     defrec_template surface;
     check(defrec_rig_rectify_pixels(rig, points->uv, points->count, points->uv),
           "rectifying the points");
-    check(defrec_tracker_get_template(tracker, &surface), "reading the template");
-    /* Results of a recording must not depend on when the body beneath it is ready. */
-    check(defrec_template_wait_body(surface, UINT64_MAX), "computing the body beneath the surface");
+    check(defrec_job_get_template(job, &surface), "reading the template");
+    wait_for_body(surface);
     check(defrec_template_lift(surface, points->uv, points->count, points->at_rest, points->found),
           "finding the surface under the points");
     defrec_template_release(surface);
@@ -71,7 +70,7 @@ void follow(followed_points* points, const tracking* running, defrec_job job,
      * template that is given up says nothing of the next one. */
     if (!has_surface) points->is_known = 0;
     if (has_surface && !points->is_looked_up) {
-        lift(points, running->rig, running->tracker);
+        lift(points, running->rig, job);
         points->is_known = 1;
     }
     points->is_looked_up = 1;

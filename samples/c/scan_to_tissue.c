@@ -4,10 +4,10 @@
  *       [DEVICE_ID]
  * SCAN.obj is the organ's surface as the scan has it (CT, say), mm. LANDMARKS.csv has the columns
  * x,y,z,u,v: three or more places of the scan, and the pixels of the first left image where
- * somebody saw them. TARGETS.csv has the columns id,x,y,z, in the scan's frame. OUT.csv has their
- * positions in each frame, rectified left camera, with the error to be expected: that of the
- * registration and that of tracking together. A registration that cannot be trusted ends the
- * program, with the reason; a person has to look. */
+ * somebody saw them, which therefore has to show the surface. TARGETS.csv has the columns id,x,y,z,
+ * in the scan's frame. OUT.csv has their positions in each frame, rectified left camera, with the
+ * error to be expected: that of the registration and that of tracking together. A registration that
+ * cannot be trusted ends the program, with the reason; a person has to look. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -54,7 +54,8 @@ static defrec_registration_info info_of(defrec_registration registration) {
 }
 
 /* About where the scan lies, by its landmarks: they are clicked, so they are not exact. */
-static void start_by_landmarks(defrec_template surface, const char* path, double transform[12]) {
+static void start_by_landmarks(const tracking* running, defrec_template surface, const char* path,
+                               double transform[12]) {
     const double error_mm = 1;
     const table landmarks = read_table(path, "x,y,z,u,v", LANDMARK_COLUMNS);
     double* scan = allocate(landmarks.count + 1, 3 * sizeof *scan);
@@ -66,10 +67,10 @@ static void start_by_landmarks(defrec_template surface, const char* path, double
     defrec_registration_info info;
     for (i = 0; i < landmarks.count; ++i) {
         const double* row = landmarks.values + LANDMARK_COLUMNS * i;
-        double* errors = covariance + 6 * used;
+        double *errors = covariance + 6 * used, uv[2];
         uint8_t found;
-        check(defrec_template_lift(surface, row + 3, 1, seen + 3 * used, &found),
-              "finding a landmark");
+        check(defrec_rig_rectify_pixels(running->rig, row + 3, 1, uv), "rectifying a landmark");
+        check(defrec_template_lift(surface, uv, 1, seen + 3 * used, &found), "finding a landmark");
         if (!found) continue; /* the template has no surface there */
         memcpy(scan + 3 * used, row, 3 * sizeof *row);
         errors[0] = errors[3] = errors[5] = error_mm * error_mm;
@@ -148,7 +149,7 @@ static followed follow(const char* path, const tracking* running, const mesh* sc
     made.expected_error_mm = allocate(made.scan.count + 1, sizeof(double));
     made.status = allocate(made.scan.count + 1, 1);
     check(defrec_job_get_template(job, &surface), "reading the template");
-    start_by_landmarks(surface, landmarks, start);
+    start_by_landmarks(running, surface, landmarks, start);
     registration = register_scan(running, surface, scan, start);
     xyz = allocate(made.scan.count + 1, 3 * sizeof *xyz);
     for (i = 0; i < made.scan.count; ++i)
@@ -157,8 +158,7 @@ static followed follow(const char* path, const tracking* running, const mesh* sc
     desc.targets = xyz;
     desc.target_count = made.scan.count;
     check(defrec_plan_create(surface, registration, &desc, &made.plan), "making the plan");
-    /* Results of a recording must not depend on when the body beneath the surface is ready. */
-    check(defrec_template_wait_body(surface, UINT64_MAX), "computing the body");
+    wait_for_body(surface);
     free(xyz);
     defrec_registration_destroy(registration);
     defrec_template_release(surface);
@@ -192,7 +192,7 @@ int main(int argc, char** argv) {
     tracking running;
     mesh scan;
     followed targets;
-    int has_plan = 0, is_void = 0; /* is_void: the template of the plan was given up */
+    int is_void = 0; /* the template of the plan was given up */
     FILE* out;
     size_t i;
     if (argc < 8 || argc > 9) {
@@ -213,23 +213,27 @@ int main(int argc, char** argv) {
         defrec_job job;
         read_frame(&sequence, i);
         job = track(&running, &sequence, timestamp_of(i), &result);
-        if (!has_plan && result.vertex_count > 0) { /* there is a template */
+        if (i == 0) {
+            /* The landmarks are its pixels: tissue is elsewhere in a later image. */
+            if (result.vertex_count == 0)
+                fail(
+                    "the landmarks are pixels of the first image, which shows no surface; begin "
+                    "where one is seen");
             targets = follow(argv[6], &running, &scan, argv[5], job);
-            has_plan = 1;
         }
-        if (has_plan && !is_void) is_void = is_given_up(&result, i);
+        if (!is_void) is_void = is_given_up(&result, i);
         if (is_void)
             memset(targets.status, DEFREC_POINT_UNKNOWN, targets.scan.count);
-        else if (has_plan)
+        else
             check(defrec_job_move_plan(job, targets.plan, targets.scan.count, targets.now, NULL,
                                        targets.status, targets.expected_error_mm),
                   "moving the plan");
-        if (has_plan) write_frame(out, i, &targets);
+        write_frame(out, i, &targets);
         defrec_job_release(job);
     }
     if (fclose(out) != 0) fail("%s: could not be written to its end", argv[7]);
 
-    if (has_plan) free_followed(&targets);
+    free_followed(&targets);
     close_tracking(&running);
     free(scan.vertices);
     free(scan.triangles);

@@ -49,6 +49,11 @@ defrec_job track(const tracking* running, const stereo_sequence* sequence, int64
     return job;
 }
 
+void wait_for_body(defrec_template surface) {
+    const defrec_status status = defrec_template_wait_body(surface, UINT64_MAX);
+    if (status != DEFREC_ERROR_UNSUPPORTED) check(status, "computing the body beneath the surface");
+}
+
 int is_given_up(const defrec_result* result, size_t frame) {
     if (result->vertex_count > 0) return 0;
     fprintf(stderr,

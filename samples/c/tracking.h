@@ -21,6 +21,10 @@ defrec_status submit(const tracking* running, const image* left, const image* ri
 /* Tracks the pair that was read last, and waits for the result. The job must be released. */
 defrec_job track(const tracking* running, const stereo_sequence* sequence, int64_t timestamp_ns,
                  defrec_result* result);
+/* Waits for the body beneath the surface, as results of a recording must not depend on when it is
+ * ready. A live loop goes on meanwhile: defrec_result.body says whether it is. A template of which
+ * no body can be made moves points rigidly beneath its surface. */
+void wait_for_body(defrec_template surface);
 /* Whether a tracker that had a template has none in this frame: it was given up, which is said on
  * standard error. All in its frame of reference is void then, and the next template needs a
  * registration of its own. */

@@ -44,14 +44,6 @@ static void write_ply(const char* folder, size_t frame, const mesh* model, const
     if (fclose(file) != 0) fail("%s: could not be written to its end", path);
 }
 
-/* Results of a recording must not depend on when the body beneath it is ready. */
-static void wait_for_body(defrec_job job) {
-    defrec_template surface;
-    check(defrec_job_get_template(job, &surface), "reading the template");
-    check(defrec_template_wait_body(surface, UINT64_MAX), "computing the body beneath the surface");
-    defrec_template_release(surface);
-}
-
 int main(int argc, char** argv) {
     stereo_sequence sequence;
     mesh model;
@@ -80,7 +72,10 @@ int main(int argc, char** argv) {
         read_frame(&sequence, i);
         job = track(&running, &sequence, timestamp_of(i), &result);
         if (result.vertex_count > 0) { /* there is a template */
-            wait_for_body(job);        /* at once, but the first time */
+            defrec_template surface;
+            check(defrec_job_get_template(job, &surface), "reading the template");
+            wait_for_body(surface); /* at once, but the first time */
+            defrec_template_release(surface);
             check(defrec_job_warp_points(job, model.vertices, model.vertex_count, xyz, status,
                                          expected_error_mm),
                   "warping the mesh");

@@ -48,7 +48,7 @@ internal static class DisplayPoints
                 {
                     job.Wait();
                     FrameSummary frame = job.GetSummary();
-                    followed.Follow(rig, tracker, job);
+                    followed.Follow(rig, job);
                     // A live program asks when it draws, with the time at which it is shown.
                     followed.Predict(
                         predictor, frame, frame.TimestampNs + (long)Math.Round(1e6 * delayMs));

@@ -140,7 +140,7 @@ internal static class GivenDisparity
                         // Another unit, another frame or another rectification: do not go on
                         // unnoticed.
                         if ((found.Reasons & Reasons.Disparity) != 0) ++contradicted;
-                        followed.Follow(rig, tracker, job);
+                        followed.Follow(rig, job);
                         followed.Write(file, i);
                     }
                 }

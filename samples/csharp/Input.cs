@@ -32,6 +32,22 @@ internal static class Sample
         return true;
     }
 
+    /// <summary>
+    /// Waits for the body beneath the surface, as results of a recording must not depend on when it
+    /// is ready. A live loop goes on meanwhile: FrameSummary.Body says whether it is. A template of
+    /// which no body can be made moves points rigidly beneath its surface.
+    /// </summary>
+    internal static void WaitForBody(Template template)
+    {
+        try
+        {
+            template.WaitForBody();
+        }
+        catch (DefrecException e) when (e.Status == Status.ErrorUnsupported)
+        {
+        }
+    }
+
     /// <summary>Runs a sample; prints its exceptions as one line on stderr.</summary>
     internal static int Run(Action sample)
     {

@@ -54,16 +54,7 @@ internal sealed class Plan : IDisposable
         if (targets != null) return;
         using (Template template = job.GetTemplate())
         {
-            try
-            {
-                // Results of a recording must not depend on when the body is ready. A live loop
-                // goes on meanwhile: FrameSummary.Body says whether it is.
-                template.WaitForBody();
-            }
-            // targets move rigidly
-            catch (DefrecException e) when (e.Status == Status.ErrorUnsupported)
-            {
-            }
+            Sample.WaitForBody(template);
             targets = new Targets(template, atRest);
         }
     }

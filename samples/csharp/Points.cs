@@ -38,24 +38,23 @@ internal sealed class FollowedPoints
     /// <summary>
     /// Moves the points to the frame of this job. To be called of every frame, from the first on.
     /// </summary>
-    internal void Follow(Rig rig, Tracker tracker, Job job)
+    internal void Follow(Rig rig, Job job)
     {
         bool hasSurface = job.GetSummary().VertexCount > 0;
         // The pixels are of the first image: tissue is elsewhere in a later one. What was found on
         // a template that is given up says nothing of the next one.
         if (!hasSurface) isKnown = false;
-        if (hasSurface && !isLookedUp) Lift(rig, tracker);
+        if (hasSurface && !isLookedUp) Lift(rig, job);
         isLookedUp = true;
         if (isKnown) Warp(job);
     }
 
-    private void Lift(Rig rig, Tracker tracker)
+    private void Lift(Rig rig, Job job)
     {
         rig.RectifyPixels(uv, uv);
-        using (Template template = tracker.GetTemplate())
+        using (Template template = job.GetTemplate())
         {
-            // Results of a recording must not depend on when the body is ready.
-            template.WaitForBody();
+            Sample.WaitForBody(template);
             template.Lift(uv, atRest, found);
         }
         isKnown = true;

@@ -4,10 +4,10 @@
 //       [DEVICE_ID]
 // SCAN.obj is the organ's surface as the scan has it (CT, say), mm. LANDMARKS.csv has the columns
 // x,y,z,u,v: three or more places of the scan, and the pixels of the first left image where
-// somebody saw them. TARGETS.csv has the columns id,x,y,z, in the scan's frame. OUT.csv has their
-// positions in each frame, rectified left camera, with the error to be expected: that of the
-// registration and that of tracking together. A registration that cannot be trusted ends the
-// program, with the reason; a person has to look.
+// somebody saw them, which therefore has to show the surface. TARGETS.csv has the columns id,x,y,z,
+// in the scan's frame. OUT.csv has their positions in each frame, rectified left camera, with the
+// error to be expected: that of the registration and that of tracking together. A registration that
+// cannot be trusted ends the program, with the reason; a person has to look.
 using System;
 using System.Collections.Generic;
 using System.IO;
@@ -52,8 +52,8 @@ internal sealed class FollowedScan : IDisposable
     private readonly Table landmarks, targets;
     private readonly double[] now, expectedErrorMm;
     private readonly PointStatus[] status;
-    private Plan plan; // null before there is a template
-    private bool isVoid; // that template was given up
+    private Plan plan; // null before the first frame
+    private bool isVoid; // its template was given up
 
     internal FollowedScan(string scanFile, string landmarksFile, string targetsFile)
     {
@@ -65,26 +65,31 @@ internal sealed class FollowedScan : IDisposable
         status = new PointStatus[targets.Rows.Count];
     }
 
-    /// <summary>Registers the scan to the job's template, once.</summary>
-    internal void Register(Context context, Job job)
+    /// <summary>Registers the scan to the template of the first frame's job.</summary>
+    internal void Register(Context context, Rig rig, Job job)
     {
-        if (plan != null) return;
+        // The landmarks are its pixels: tissue is elsewhere in a later image.
+        if (job.GetSummary().VertexCount == 0)
+            throw new SampleException(
+                "the landmarks are pixels of the first image, which shows no surface; begin " +
+                "where one is seen");
         using (Template template = job.GetTemplate())
         {
             using (Registration registration =
-                       RegisterSurface(context, template, StartByLandmarks(template)))
+                       RegisterSurface(context, template, StartByLandmarks(rig, template)))
                 plan = Plan.Create(template, registration, targets: targets.Columns(1, 3));
-            // Results of a recording must not depend on when the body is ready.
-            template.WaitForBody();
+            Sample.WaitForBody(template);
         }
     }
 
     // About where the scan lies.
-    private RigidTransform StartByLandmarks(Template template)
+    private RigidTransform StartByLandmarks(Rig rig, Template template)
     {
-        double[] places = landmarks.Columns(0, 3), lifted = new double[places.Length];
+        double[] places = landmarks.Columns(0, 3), lifted = new double[places.Length],
+                 uv = landmarks.Columns(3, 2);
         var found = new bool[landmarks.Rows.Count];
-        template.Lift(landmarks.Columns(3, 2), lifted, found);
+        rig.RectifyPixels(uv, uv);
+        template.Lift(uv, lifted, found);
         List<double> model = new List<double>(), seen = new List<double>(),
                      errors = new List<double>();
         const double variance = LandmarkErrorMm * LandmarkErrorMm;
@@ -130,7 +135,6 @@ internal sealed class FollowedScan : IDisposable
     /// <summary>Writes where the targets are in the frame of this job.</summary>
     internal void Write(TextWriter file, int frame, Job job)
     {
-        if (plan == null) return;
         isVoid = isVoid || Sample.IsGivenUp(job, frame);
         if (!isVoid) job.MovePlan(plan, now, status, expectedErrorMm);
         for (int i = 0; i < status.Length; ++i)
@@ -187,8 +191,7 @@ internal static class ScanToTissue
                         sequence.Left.View(), sequence.Right.View(), StereoSequence.TimestampOf(i)))
                 {
                     job.Wait();
-                    // there is a template
-                    if (job.GetSummary().VertexCount > 0) scan.Register(context, job);
+                    if (i == 0) scan.Register(context, rig, job);
                     scan.Write(file, i, job);
                 }
             }

@@ -45,7 +45,7 @@ internal static class TrackFolder
                         sequence.Left.View(), sequence.Right.View(), StereoSequence.TimestampOf(i)))
                 {
                     job.Wait();
-                    followed.Follow(rig, tracker, job);
+                    followed.Follow(rig, job);
                     followed.Write(file, i);
                 }
             }

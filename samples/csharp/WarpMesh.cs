@@ -50,8 +50,7 @@ internal static class WarpMesh
                     {
                         job.Wait();
                         if (job.GetSummary().VertexCount == 0) continue; // no template yet
-                        // Results of a recording must not depend on when the body is ready.
-                        using (Template template = job.GetTemplate()) template.WaitForBody();
+                        using (Template template = job.GetTemplate()) Sample.WaitForBody(template);
                         job.WarpPoints(mesh.Vertices, xyz, status, expectedErrorMm);
                         Write(
                             Path.Combine(folder, i.ToString("D6") + ".ply"), mesh, xyz, status,

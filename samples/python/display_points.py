@@ -42,7 +42,7 @@ def main(
         followed = FollowedPoints(rig, [(u, v) for _, u, v in points])
         for job in tracker.process(sequence):
             result = job.result()
-            moved = followed.warp(tracker, job, result)
+            moved = followed.warp(job, result)
             # Every frame is told, also one that is lost: what came before it is no motion then.
             if moved is None:
                 predictor.add_frame(result.timestamp_ns, state=defrec.State.INITIALISING)

@@ -108,7 +108,7 @@ def main(
                 result = job.result()
                 # Another unit, another frame or another rectification: do not go on unnoticed.
                 contradicted += bool(result.reasons & defrec.Reason.DISPARITY)
-                moved = followed.warp(tracker, job, result)
+                moved = followed.warp(job, result)
             for i, (name, _, _) in enumerate(points):
                 status = None if moved is None else STATUS.get(moved.status[i])
                 if moved is None or status is None:

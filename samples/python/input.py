@@ -23,6 +23,17 @@ def run(main: Callable[..., None], usage: str, min_count: int, max_count: int) -
         sys.exit(str(error))
 
 
+def wait_for_body(template: defrec.Template) -> None:
+    """Waits for the body beneath the surface, as results of a recording must not depend on when it
+    is ready. A live loop goes on meanwhile: Result.body says whether it is. A template of which no
+    body can be made moves points rigidly beneath its surface."""
+    try:
+        template.wait_body()
+    except defrec.Error as error:
+        if error.status != defrec.Status.ERROR_UNSUPPORTED:
+            raise
+
+
 def is_given_up(result: defrec.Result) -> bool:
     """Whether a tracker that had a template has none in this frame: it was given up, which is said
     on standard error. All in its frame of reference is void then, and the next template needs a

@@ -19,7 +19,7 @@ import numpy
 from numpy.typing import NDArray
 
 import defrec
-from input import Image8, Sequence, is_given_up, parse_camera, run
+from input import Image8, Sequence, is_given_up, parse_camera, run, wait_for_body
 
 OBSERVED, CARRIED = (64, 220, 96), (255, 176, 32)
 
@@ -41,13 +41,7 @@ def read_plan(path: str) -> Tuple[List[str], NDArray[numpy.float64]]:
 def prepare(job: defrec.Job, xyz: NDArray[numpy.float64]) -> defrec.Targets:
     """The targets, prepared for the job's template."""
     with job.template() as template:
-        try:
-            # Results of a recording must not depend on when the body is ready. A live loop
-            # goes on meanwhile: Result.body says whether it is.
-            template.wait_body()
-        except defrec.Error as error:
-            if error.status != defrec.Status.ERROR_UNSUPPORTED:  # else targets move rigidly
-                raise
+        wait_for_body(template)
         return defrec.Targets(template, xyz)
 
 

@@ -7,10 +7,10 @@ scan_to_tissue.py LEFT RIGHT FX,FY,CX,CY,BASELINE_MM SCAN.obj LANDMARKS.csv TARG
 
 SCAN.obj is the organ's surface as the scan has it (CT, say), mm. LANDMARKS.csv has the columns
 x,y,z,u,v: three or more places of the scan, and the pixels of the first left image where somebody
-saw them. TARGETS.csv has the columns id,x,y,z, in the scan's frame. OUT.csv has their positions in
-each frame, rectified left camera, with the error to be expected: that of the registration and that
-of tracking together. A registration that cannot be trusted ends the program, with the reason; a
-person has to look.
+saw them, which therefore has to show the surface. TARGETS.csv has the columns id,x,y,z, in the
+scan's frame. OUT.csv has their positions in each frame, rectified left camera, with the error to be
+expected: that of the registration and that of tracking together. A registration that cannot be
+trusted ends the program, with the reason; a person has to look.
 """
 import csv
 from typing import List, Optional, TextIO, Tuple
@@ -19,7 +19,7 @@ import numpy
 from numpy.typing import NDArray
 
 import defrec
-from input import Sequence, is_given_up, parse_camera, run
+from input import Sequence, is_given_up, parse_camera, run, wait_for_body
 from mesh import read_obj
 
 LANDMARK_ERROR_MM = 1.0  # they are clicked, so they are not exact
@@ -42,10 +42,10 @@ def read_table(path: str, header: str) -> Table:
     return numpy.array(rows, numpy.float64).reshape(-1, len(names))
 
 
-def start_by_landmarks(template: defrec.Template, path: str) -> Table:
+def start_by_landmarks(rig: defrec.Rig, template: defrec.Template, path: str) -> Table:
     """About where the scan lies, (3, 4)."""
     landmarks = read_table(path, "x,y,z,u,v")
-    lifted = template.lift(landmarks[:, 3:])
+    lifted = template.lift(rig.rectify_pixels(landmarks[:, 3:]))
     used = lifted.found  # the template has no surface under the others
     if used.sum() < 3:
         raise ValueError(f"{used.sum()} landmarks lie on the template, three or more expected")
@@ -81,16 +81,26 @@ def register_scan(
 
 
 def make_plan(
-    context: defrec.Context, job: defrec.Job, files: Tuple[str, str], targets: Table
+    context: defrec.Context,
+    rig: defrec.Rig,
+    job: defrec.Job,
+    files: Tuple[str, str],
+    targets: Table,
 ) -> defrec.Plan:
-    """files: of the scan and of the landmarks. targets: (n, 3), scan frame."""
+    """job: of the first frame. files: of the scan and of the landmarks. targets: (n, 3), scan
+    frame."""
+    # The landmarks are its pixels: tissue is elsewhere in a later image.
+    if len(job.result().vertices) == 0:
+        raise ValueError(
+            "the landmarks are pixels of the first image, which shows no surface; begin where one "
+            "is seen"
+        )
     scan_file, landmarks_file = files
     with job.template() as template:
-        start = start_by_landmarks(template, landmarks_file)
+        start = start_by_landmarks(rig, template, landmarks_file)
         with register_scan(context, template, scan_file, start) as registration:
             plan = defrec.Plan(template, registration, targets=targets)
-        # Results of a recording must not depend on when the body beneath the surface is ready.
-        template.wait_body()
+        wait_for_body(template)
         return plan
 
 
@@ -133,11 +143,10 @@ def main(
         plan = None
         is_void = False  # the template of the plan was given up
         for frame, job in enumerate(tracker.process(sequence)):
-            if plan is None and len(job.result().vertices) > 0:  # there is a template
-                plan = make_plan(context, job, (scan_file, landmarks_file), targets[:, 1:])
-            is_void = is_void or (plan is not None and is_given_up(job.result()))
-            if plan is not None:
-                write_rows(out, frame, ids, None if is_void else job.move_plan(plan))
+            if plan is None:
+                plan = make_plan(context, rig, job, (scan_file, landmarks_file), targets[:, 1:])
+            is_void = is_void or is_given_up(job.result())
+            write_rows(out, frame, ids, None if is_void else job.move_plan(plan))
 
 
 if __name__ == "__main__":

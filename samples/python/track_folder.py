@@ -10,7 +10,7 @@ import csv
 from typing import List, Optional, Tuple
 
 import defrec
-from input import Sequence, parse_camera, run
+from input import Sequence, parse_camera, run, wait_for_body
 
 
 def read_points(path: str) -> List[Tuple[str, float, float]]:
@@ -33,9 +33,7 @@ class FollowedPoints:
         self._lifted: Optional[defrec.Lifted] = None
         self._is_looked_up = False
 
-    def warp(
-        self, tracker: defrec.Tracker, job: defrec.Job, result: defrec.Result
-    ) -> Optional[defrec.WarpedPoints]:
+    def warp(self, job: defrec.Job, result: defrec.Result) -> Optional[defrec.WarpedPoints]:
         """Where they are in the job's frame, unknown where the template has no surface; None
         without a template. To be called of every frame, from the first on."""
         has_surface = len(result.vertices) > 0
@@ -44,9 +42,9 @@ class FollowedPoints:
         if not has_surface:
             self._lifted = None
         elif not self._is_looked_up:
-            surface = tracker.template()
-            surface.wait_body()  # so that results of a recording do not depend on time
-            self._lifted = surface.lift(self._pixels)
+            with job.template() as surface:  # the tracker's may be that of a later frame
+                wait_for_body(surface)
+                self._lifted = surface.lift(self._pixels)
         self._is_looked_up = True
         if self._lifted is None:
             return None
@@ -75,7 +73,7 @@ def main(
         followed = FollowedPoints(rig, [(u, v) for _, u, v in points])
         for job in tracker.process(sequence):  # later frames are computed meanwhile
             result = job.result()
-            moved = followed.warp(tracker, job, result)
+            moved = followed.warp(job, result)
             for i, (name, _, _) in enumerate(points):
                 if moved is None or moved.status[i] == defrec.PointStatus.UNKNOWN:
                     print(f"{result.frame},{name},,,,lost,", file=out)

@@ -16,7 +16,7 @@ import numpy
 from numpy.typing import NDArray
 
 import defrec
-from input import Sequence, parse_camera, run
+from input import Sequence, parse_camera, run, wait_for_body
 from mesh import read_obj
 
 
@@ -58,7 +58,7 @@ def main(
         for frame, job in enumerate(tracker.process(sequence)):
             if len(job.result().vertices) > 0:  # there is a template
                 with job.template() as template:
-                    template.wait_body()  # so that the results of a recording do not depend on time
+                    wait_for_body(template)
                 write_ply(folder / f"{frame:06}.ply", job.warp_points(vertices), triangles)
 
 
