@@ -71,6 +71,14 @@ _NAMES = {
 
 BYTES_PER_PIXEL = {Format.GRAY8: 1, Format.BGR8: 3, Format.RGB8: 3, Format.BGRA8: 4}
 
+
+def bytes_per_pixel(format: Any) -> int:
+    """Of an image of that format. Raises ValueError for what is none."""
+    if format not in BYTES_PER_PIXEL:
+        raise ValueError(f"format is {format!r}, a Format expected")
+    return BYTES_PER_PIXEL[format]
+
+
 Element = Union[str, Type[Struct]]
 
 

@@ -5,7 +5,7 @@ import ctypes
 from contextlib import ExitStack, closing
 
 from . import structs
-from ._arrays import BYTES_PER_PIXEL, BufferLike, image
+from ._arrays import BufferLike, bytes_per_pixel, image
 from ._library import native
 from .enums import Format, Scan
 
@@ -23,14 +23,15 @@ def detect_scan(
     earlier, later: uint8 images, (height, width, channels), gray (height, width), or bytes without
         gaps.
 
-    threads: any. Raises TypeError and ValueError for images of another type or shape.
+    threads: any. Raises TypeError and ValueError for images of another type or shape, and for
+    an unknown format.
     """
-    scan = ctypes.c_uint32()
+    scan, channels = ctypes.c_uint32(), bytes_per_pixel(format)
     with ExitStack() as views:
         images = []
         for name, value in (("earlier", earlier), ("later", later)):
             made = structs.Image(format=format, width=width, height=height)
-            view, made.stride = image(name, value, width, height, BYTES_PER_PIXEL[format])
+            view, made.stride = image(name, value, width, height, channels)
             views.enter_context(closing(view))
             made.pixels = view.address
             images.append(made)

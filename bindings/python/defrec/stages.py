@@ -11,11 +11,11 @@ import ctypes
 from typing import Any, NamedTuple, Optional, Tuple, Type
 
 from ._arrays import (
-    BYTES_PER_PIXEL,
     BufferLike,
     ByteArray,
     DisparityArray,
     RecordArray,
+    bytes_per_pixel,
     check_image,
     check_numbers,
     check_records,
@@ -129,9 +129,7 @@ class RectifyStage(_ArrayStage):
     def _set_defaults(self) -> None:
         p = self.params
         p.width, p.height = p.width or p.source_width, p.height or p.source_height
-        if p.format not in BYTES_PER_PIXEL:
-            raise ValueError(f"format is {p.format}, a Format expected")
-        if p.source_stride not in (0, p.source_width * BYTES_PER_PIXEL[p.format]):
+        if p.source_stride not in (0, p.source_width * bytes_per_pixel(p.format)):
             raise ValueError(
                 f"source_stride is {p.source_stride}; images have no gaps between rows here, use"
                 " Stage"
@@ -147,7 +145,7 @@ class RectifyStage(_ArrayStage):
         where in the source each pixel comes from (x, y), 1/128 px; None: from the same place.
         ignore: (source_height, source_width) uint8 or bool, nonzero: not tissue."""
         p = self.params
-        check_image("source", source, p.source_width, p.source_height, BYTES_PER_PIXEL[p.format])
+        check_image("source", source, p.source_width, p.source_height, bytes_per_pixel(p.format))
         if map is not None:
             check_numbers("map", map, "i", (*self._shape, 2))
         if ignore is not None:

@@ -3,11 +3,21 @@ from __future__ import annotations
 
 import collections
 import ctypes
+import numbers
 from contextlib import ExitStack, closing
 from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, Optional, Tuple, Union
 
 from . import structs
-from ._arrays import BYTES_PER_PIXEL, ArrayLike, BufferLike, Points, address_of, empty, image
+from ._arrays import (
+    ArrayLike,
+    BufferLike,
+    Points,
+    address_of,
+    bytes_per_pixel,
+    empty,
+    flat,
+    image,
+)
 from ._handle import Handle
 from ._library import c_text, native, wait_in_slices
 from ._tracker_options import OPTIONS, TrackerOptions
@@ -218,8 +228,7 @@ class Tracker(TrackerOptions):
             raise TypeError(f"context is a Context, {context!r} given")
         if not isinstance(rig, Rig):
             raise TypeError(f"rig is a Rig, {rig!r} given")
-        if options["format"] not in BYTES_PER_PIXEL:
-            raise ValueError(f"format is {options['format']!r}, a Format expected")
+        bytes_per_pixel(options["format"])  # refuses what is none
         desc = structs.TrackerDesc(**options)
         if device_id is not None:
             desc.device_id = c_text("device_id", device_id)
@@ -331,7 +340,7 @@ class Tracker(TrackerOptions):
             made.memory = _kept(value, keep)
         else:
             codes = "B?" if name == "ignore" else "B"
-            view, made.stride = image(name, value, width, height, BYTES_PER_PIXEL[format], codes)
+            view, made.stride = image(name, value, width, height, bytes_per_pixel(format), codes)
             views.enter_context(closing(view))
             made.pixels = view.address
         return made
@@ -354,8 +363,8 @@ class Tracker(TrackerOptions):
             raise ValueError(
                 "disparity is given without disparity_sigma, the error to expect of it"
             )
-        if isinstance(sigma, (int, float)):
-            made.sigma_px = sigma
+        if isinstance(sigma, numbers.Real):
+            (made.sigma_px,) = flat("disparity_sigma", sigma, [1])
         else:
             made.sigma = rows("disparity_sigma", sigma)
         return made

@@ -38,6 +38,7 @@ from defrec import (
     Tracker,
     WarpParams,
     WarpStage,
+    detect_scan,
     status_name,
 )
 from defrec._arrays import Points, numpy
@@ -378,6 +379,7 @@ class Arguments(stub.StubTest):
         self.refuses(TypeError, "device_id", lambda: Tracker(self.context, self.rig, 5))
         self.refuses(ValueError, "NUL", lambda: Tracker(self.context, self.rig, "cpu\0"))
         self.refuses(ValueError, "format", lambda: Tracker(self.context, self.rig, format=9))
+        self.refuses(ValueError, "format is 9", detect_scan, GRAY, GRAY, W, H, 9)
         self.refuses(TypeError, "seed", lambda: Tracker(self.context, self.rig, seed=1.5))
         self.refuses(ValueError, "seed", lambda: Tracker(self.context, self.rig, seed=1 << 64))
         self.refuses(

@@ -48,6 +48,7 @@ from defrec import (
     WarpParams,
     WarpStage,
 )
+from defrec._arrays import numpy
 
 FRAMES = [plane.pair(shift) for shift in range(4)]
 SIZE = dict(width=plane.WIDTH, height=plane.HEIGHT)
@@ -259,6 +260,16 @@ class Tracking(LibraryTest):
         tracker.track(left, right, 1, ignore=half)
         xs = [vertex[0] for vertex in tracker.track(left, right, 2).vertices.tolist()]
         self.assertLess(max(xs), plane.DEPTH_MM * 0.2)
+
+    @unittest.skipIf(numpy is None, "needs NumPy")
+    def test_numbers_of_numpy_as_the_error_of_a_disparity(self):
+        def error(sigma):
+            given = numpy.full((plane.HEIGHT, plane.WIDTH), plane.DISPARITY, numpy.float32)
+            result = self.tracker().track(*FRAMES[0], 1, disparity=given, disparity_sigma=sigma)
+            return result.expected_error_mm[0]
+
+        self.assertEqual(error(numpy.float32(0.5)), error(0.5))
+        self.assertEqual(error(numpy.int64(1)), error(1))
 
     def test_disparity_of_the_application(self):
         left, right = FRAMES[0]
