@@ -66,8 +66,11 @@ class SurfaceBuilder {
                 file_.normals.push_back(static_cast<float>(number(name)));
         return {};
     }
-    void leave_out() { ++file_.left_out; }
-    SurfaceFile take() { return std::move(file_); }
+    // left_out: vertices that were not added.
+    SurfaceFile take(std::size_t left_out) {
+        file_.left_out = left_out;
+        return std::move(file_);
+    }
 
   private:
     // Its root mean square, mostly along the line of sight.
@@ -96,16 +99,17 @@ SurfaceFile surface_of_ply(const PlyFile& ply, const std::string& name) {
     if (!has_all(kPlace, has)) fail_mesh(name, "the vertices have no x, y and z.");
     SurfaceBuilder builder(has_all(kNormal, has), has_all(kCovariance, has), has(kError));
     const std::vector<double>* status = ply.find("status");
+    std::size_t left_out = 0;
     for (std::size_t i = 0; i < ply.vertex_count; ++i) {
         if (status != nullptr && (*status)[i] != 0) {
-            builder.leave_out();
+            ++left_out;
             continue;
         }
         const std::string fault =
             builder.add([&](const char* column) { return (*ply.find(column))[i]; });
         if (!fault.empty()) fail_mesh(name, "vertex " + std::to_string(i) + " " + fault + ".");
     }
-    return builder.take();
+    return builder.take(left_out);
 }
 
 SurfaceFile surface_of_csv(const std::filesystem::path& path) {
@@ -123,21 +127,24 @@ SurfaceFile surface_of_csv(const std::filesystem::path& path) {
     };
     const auto has = [&](const char* name) { return !csv.is_empty(column(name)); };
     std::optional<SurfaceBuilder> builder;
+    std::size_t left_out = 0;
     while (csv.next()) {
-        // The first row says which columns are filled.
-        if (!builder)
-            builder.emplace(has_all(kNormal, has), has_all(kCovariance, has), has(kError));
         const std::string_view status = csv.field(column("status"));
         if (!status.empty() && status != "0" && status != "tracked") {
-            builder->leave_out();
+            ++left_out;
             continue;
         }
+        // The first row that is kept says which columns are filled: those of a lost point are
+        // empty.
+        if (!builder)
+            builder.emplace(has_all(kNormal, has), has_all(kCovariance, has), has(kError));
         const std::string fault =
             builder->add([&](const char* name) { return csv.number(column(name)); });
         if (!fault.empty()) csv.fail("the point " + fault + ".");
     }
-    if (!builder) csv.fail("the file has no points.");
-    return builder->take();
+    if (!builder)
+        csv.fail(left_out == 0 ? "the file has no points." : "no point of the file was observed.");
+    return builder->take(left_out);
 }
 
 // The nearest rigid motion, 3x4 row-major.

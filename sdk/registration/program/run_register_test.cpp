@@ -312,6 +312,10 @@ TEST_CASE("row 170: inputs that are refused, each with file and line") {
     CHECK_SAYS(refused(options), "bad.csv:3: z: 'nan'");
     options.surface = folder.write("few.csv", "x,y,z\n1,2,3\n");
     CHECK_SAYS(refused(options), "few.csv: 1 points of the surface were given, expected 50");
+    options.surface = folder.write("lost.csv", "x,y,z,status\n1,2,3,lost\n,,,lost\n");
+    CHECK_SAYS(refused(options), "lost.csv:3: no point of the file was observed");
+    options.surface = folder.write("empty.csv", "x,y,z\n");
+    CHECK_SAYS(refused(options), "empty.csv:1: the file has no points");
     options.surface = folder.write("bad.ply",
                                    "ply\nformat ascii 1.0\nelement vertex 1\nproperty "
                                    "float x\nend_header\n1\n");
@@ -359,4 +363,25 @@ TEST_CASE("a surface of `defrec track --meshes`: observed vertices, with errors 
     CHECK(c[5] > 10 * c[0]);
     CHECK(c[6] + c[9] + c[11] == doctest::Approx(0.25));
     CHECK(c[6 + 2] == doctest::Approx(0.25 * 0.94 * 0.6 * 0.8));
+}
+
+TEST_CASE("a frame of points.csv whose first point is lost keeps the errors of the others") {
+    const TestFolder& folder = scene().folder;
+    SurfaceFile surface =
+        read_surface_file(folder.write("points.csv",
+                                       "frame,id,x,y,z,status,expected_error_mm,xx,xy,xz,yy,yz,zz\n"
+                                       "3,1,,,,lost,,,,,,,\n"
+                                       "3,2,1,2,60,tracked,0.5,0.01,0,0,0.02,0,0.2\n"
+                                       "3,3,9,2,60,extrapolated,2,0.1,0,0,0.2,0,2\n"
+                                       "3,4,5,2,60,tracked,0.5,0.01,0,0,0.02,0,0.3\n"));
+    CHECK(surface.places == std::vector<float>{1, 2, 60, 5, 2, 60});
+    CHECK(surface.left_out == 2);
+    CHECK(surface.error_column == "xx..zz");
+    CHECK(surface.covariances ==
+          std::vector<float>{0.01F, 0, 0, 0.02F, 0, 0.2F, 0.01F, 0, 0, 0.02F, 0, 0.3F});
+    surface = read_surface_file(folder.write("errors.csv",
+                                             "x,y,z,status,expected_error_mm\n,,,lost,\n"
+                                             "0,0,60,tracked,0.5\n"));
+    CHECK(surface.error_column == "expected_error_mm");
+    CHECK(surface.covariances.size() == 6);
 }
