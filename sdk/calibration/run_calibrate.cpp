@@ -54,6 +54,10 @@ std::string refusal_of(const CalibrateFindings& findings) {
     return "";
 }
 
+double residual_px(const StereoSolution& solution) {
+    return std::max(solution.left.residual_px, solution.right.residual_px);
+}
+
 // The recording if the right view were mirrored: a chessboard is then one again, whose columns are
 // counted from the other side.
 BoardRecording with_mirrored_right(BoardRecording recording, int columns) {
@@ -70,20 +74,22 @@ BoardRecording with_mirrored_right(BoardRecording recording, int columns) {
 
 bool is_mirrored(const CalibrateCommand& command, const BoardFinder& finder,
                  const CalibrateFindings& findings) {
-    const StereoSolution& solution = findings.solution;
     if (command.board.kind != BoardKind::kChessboard) return false;
-    const StereoSolution other =
-        solve_stereo(finder, with_mirrored_right(findings.recording, command.board.across - 1),
-                     solution.used, command.coefficients, command.distance_mm);
-    const double here = std::max(solution.left.residual_px, solution.right.residual_px),
-                 there = std::max(other.left.residual_px, other.right.residual_px);
-    return there < here / 2;
+    try {
+        const StereoSolution other =
+            solve_stereo(finder, with_mirrored_right(findings.recording, command.board.across - 1),
+                         findings.solution.used, command.coefficients, command.distance_mm);
+        return residual_px(other) < residual_px(findings.solution) / 2;
+    } catch (const CliError&) {  // too few frames fit a mirrored view
+    } catch (const cv::Exception&) {
+    }
+    return false;
 }
 
 void judge_fit(const CalibrateCommand& command, const BoardFinder& finder,
                CalibrateFindings& findings) {
     const StereoSolution& solution = findings.solution;
-    const double residual = std::max(solution.left.residual_px, solution.right.residual_px);
+    const double residual = residual_px(solution);
     std::vector<std::string>& faults = findings.faults;
     if (residual > BoardVerdict::kMaxResidual)
         faults.push_back(
@@ -158,8 +164,9 @@ CalibrateFindings calibrate(const CalibrateCommand& command) {
 }
 
 int run_calibrate(const CalibrateCommand& command) {
+    const SourceOptions& source = command.source;
     keep_apart(
-        {command.source.left, command.source.right, command.source.stereo, command.source.bag.path},
+        {source.left, source.right, source.stereo, source.bag.path, source.times, source.recording},
         {command.out, command.report});
     const CalibrateFindings findings = calibrate(command);
     const std::string json = json_text(calibrate_json(findings), 2) + "\n";

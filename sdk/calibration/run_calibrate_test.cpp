@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "sdk/calibration/test_board.hpp"
 #include "sdk/io/calibration.hpp"
@@ -249,9 +250,34 @@ TEST_CASE("interlaced video is told") {
     CHECK_SAYS(findings.warnings.front(), "the video is interlaced");
 }
 
+TEST_CASE("views of other times: the residual is said where too few frames fit a mirrored view") {
+    const TestFolder folder;
+    TestFilm film = chessboard(8);
+    double shift = 8;
+    for (cv::Mat& image : film.right) {
+        const cv::Matx23d shifted(1, 0, 0, 0, 1, shift);
+        cv::warpAffine(image.clone(), image, shifted, image.size());
+        shift = -shift;
+    }
+    CalibrateCommand command = command_in(folder, film);
+    command.report = folder / "report.json";
+    CHECK(run_calibrate(command) == 9);
+    const auto report = nlohmann::json::parse(TestFolder::read(command.report));
+    REQUIRE(report["faults"].size() >= 1);
+    CHECK_SAYS(report["faults"][0].get<std::string>(), "the views were not taken at the same time");
+}
+
 TEST_CASE("exit code 2: boards that there cannot be, an output that is an input") {
     const TestFolder folder;
     CalibrateCommand command = command_in(folder, chessboard(1));
+    const std::string out = std::exchange(command.out, folder.write("times.csv", "time_ms\n0\n"));
+    command.source.times = command.out;
+    CHECK_SAYS(refused(command, ExitCode::kUsage), "times.csv");
+    command.source.times.clear();
+    command.source.recording = command.out;
+    CHECK_SAYS(refused(command, ExitCode::kUsage), "times.csv");
+    command.source.recording.clear();
+    command.out = out;
     command.board.across = 3;
     CHECK_SAYS(refused(command, ExitCode::kUsage), "has too few inner corners");
     command.board.across = 30;
