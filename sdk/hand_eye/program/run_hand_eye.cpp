@@ -34,6 +34,10 @@ void check_options(const HandEyeCommand& command) {
         throw CliError(ExitCode::kUsage,
                        "poses in pairs have no offset in time; give either --pairs, or --offset or "
                        "--max-offset.");
+    if (command.offset_s && command.max_offset_s)
+        throw CliError(ExitCode::kUsage,
+                       "an offset that is known is not searched; give either --offset or "
+                       "--max-offset.");
 }
 
 // 0: the library's default.

@@ -164,6 +164,9 @@ TEST_CASE("exit code 2: options that do not fit together, an output that is an i
     command.is_paired = true;
     command.offset_s = 0;
     CHECK_SAYS(usage(command), "poses in pairs have no offset");
+    command.is_paired = false;
+    command.max_offset_s = 1;
+    CHECK_SAYS(usage(command), "give either --offset or --max-offset");
     command = files().command(files().still);
     command.out = command.tracker_poses;
     CHECK(usage(command) != "accepted");
