@@ -98,6 +98,8 @@ TEST_CASE("rows 16 to 24: bad frames are refused with the reason, and the queue 
                          [](auto&, auto& i) { i.width = i.height = 1; });
     tracker.check_submit(DEFREC_ERROR_ARGUMENT, "frame.field is 3",
                          [](auto& f, auto&) { f.field = 3; });
+    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "frame.reserved is 1, 0 expected",
+                         [](auto& f, auto&) { f.reserved = 1; });
     tracker.check_submit(DEFREC_ERROR_VERSION, "struct_size",
                          [](auto& f, auto&) { f.struct_size = 0; });
     tracker.check_submit(DEFREC_ERROR_VERSION, "struct_size",

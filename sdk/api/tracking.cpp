@@ -131,6 +131,8 @@ FrameInput read_frame(const defrec_frame* given, const Tracker& tracker) {
         DEFREC_FRAME_CAPTURE_TEMPLATE | DEFREC_FRAME_HELD_MOTION | DEFREC_FRAME_CAMERA_POSE;
     if ((frame.flags & ~kKnown) != 0)
         fail(DEFREC_ERROR_ARGUMENT, "frame.flags has unknown bits: ", frame.flags);
+    if (frame.reserved != 0)
+        fail(DEFREC_ERROR_ARGUMENT, "frame.reserved is ", frame.reserved, ", 0 expected");
     FrameInput input;
     input.timestamp_ns = frame.timestamp_ns;
     input.flags = frame.flags;
