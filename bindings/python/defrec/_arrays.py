@@ -73,7 +73,7 @@ BYTES_PER_PIXEL = {Format.GRAY8: 1, Format.BGR8: 3, Format.RGB8: 3, Format.BGRA8
 
 
 def bytes_per_pixel(format: Any) -> int:
-    """Of an image of that format. Raises ValueError for what is none."""
+    """As BYTES_PER_PIXEL has them. Raises ValueError for what is no Format."""
     if format not in BYTES_PER_PIXEL:
         raise ValueError(f"format is {format!r}, a Format expected")
     return BYTES_PER_PIXEL[format]
