@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sdk/base/util/median.hpp"
 #include "sdk/registration/decisions.hpp"
@@ -12,8 +11,6 @@ namespace defrec {
 namespace {
 
 using decisions::SurfaceKernel;
-
-constexpr uint32_t kNoTriangle = std::numeric_limits<uint32_t>::max();
 
 // 0 at the centre, 1 for outliers.
 double tukey_cost(double ratio) {

@@ -3,6 +3,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -15,10 +16,12 @@ namespace defrec {
 
 // The nearest point of the model to a seen point.
 struct SurfaceMatch {
-    Eigen::Vector3d place, normal;  // where it is seen; outside normal, unit length
-    double residual = 0;            // mm, of the seen point along the normal
-    double expected = 1;            // mm, standard deviation that its errors explain
-    bool is_valid = false;          // the normals agree
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();   // where it is seen
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // outside, unit length
+    double residual = 0;                               // mm, of the seen point along the normal
+    double expected = 1;                               // mm, standard deviation that its errors
+                                                       // explain
+    bool is_valid = false;                             // the normals agree
 };
 
 // How the points of one pose fit.
@@ -32,6 +35,8 @@ struct SurfaceFitQuality {
 
 // Every step-th point of a problem and its nearest place.
 struct SurfaceMatches {
+    static constexpr uint32_t kNoTriangle = std::numeric_limits<uint32_t>::max();
+
     SurfaceMatches(const SurfaceProblem& its_problem, size_t its_step);
 
     // Finds the nearest places. tree: of the model's triangles, in the shape that they have.
@@ -52,7 +57,7 @@ struct SurfaceMatches {
     const SurfaceProblem* problem;
     size_t step;
     std::vector<SurfaceMatch> all;
-    std::vector<uint32_t> triangle;  // the nearest, of each
+    std::vector<uint32_t> triangle;  // the nearest, of each; kNoTriangle: none was found yet
 };
 
 // Tukey's biweight (Beaton and Tukey, Technometrics 16, 1974) for a residual in standard

@@ -66,6 +66,8 @@ ShapeEquations ElasticFit::equations(double scale, double variance_scale) const 
     const auto count = static_cast<Eigen::Index>(
         std::count_if(weights.begin(), weights.end(), [](double weight) { return weight > 0; }));
     const Eigen::Index modes = modes_->count();
+    ShapeEquations made(modes);
+    if (count == 0) return made;  // rankUpdate() divides by the number of rows
     // In units of the errors.
     Eigen::MatrixXd rows(count, 6 + modes);
     Eigen::VectorXd values(count);
@@ -81,7 +83,6 @@ ShapeEquations ElasticFit::equations(double scale, double variance_scale) const 
         values[row] = root * (match.residual + by_shape.dot(posterior_.shape));
         ++row;
     }
-    ShapeEquations made(modes);
     const auto by_motion = rows.leftCols<6>();
     const auto by_shape = rows.rightCols(modes);
     made.motion = by_motion.transpose() * by_motion;

@@ -45,7 +45,8 @@ std::vector<ElasticFit> fits_of(const SurfaceProblem& problem, const ForceModes&
     return fits;
 }
 
-// Root mean square by which places of the model that are matched lie elsewhere by another fit.
+// Root mean square by which places of the model that are matched lie elsewhere by another fit; 0:
+// none is matched.
 double distance(const ElasticFit& one, const ElasticFit& other) {
     double squared = 0, count = 0;
     const auto vertex = [](const ElasticFit& fit, size_t i) {
@@ -54,11 +55,12 @@ double distance(const ElasticFit& one, const ElasticFit& other) {
     };
     const SurfaceProblem& problem = *one.matches().problem;
     for (const uint32_t triangle : one.matches().triangle) {
+        if (triangle == SurfaceMatches::kNoTriangle) continue;
         const size_t corner = problem.model.triangles()[3 * size_t{triangle}];
         squared += (vertex(one, corner) - vertex(other, corner)).squaredNorm();
         ++count;
     }
-    return std::sqrt(squared / count);
+    return count > 0 ? std::sqrt(squared / count) : 0;
 }
 
 void add_alternatives(const std::vector<ElasticFit>& fits, Registration& result) {
@@ -153,6 +155,14 @@ void add_doubt(const ElasticFit& fit, const std::shared_ptr<const ForceModes>& m
                             fit.seen_at_rest(), modes->rms_strain(fit.node_shifts())});
 }
 
+Registration refused(Registration rigid, const std::string& reason) {
+    rigid.deformation.verdict = DeformationVerdict::kRefused;
+    rigid.deformation.reason = reason;
+    rigid.deformation.rigid_rms_mm = rigid.residuals.rms_mm;
+    rigid.deformation.rigid_robust_mm = rigid.residuals.robust_mm;
+    return rigid;
+}
+
 // Why a deformation is not taken; empty: it is.
 std::string objection(const Registration& elastic, const Registration& rigid, double evidence,
                       double deformation_mm) {
@@ -179,6 +189,12 @@ std::string objection(const Registration& elastic, const Registration& rigid, do
 Registration deformed(Registration rigid, const std::shared_ptr<const ForceModes>& modes,
                       const SurfaceProblem& problem, const SurfaceOptions& options,
                       double deformation_mm, const Services* helpers) {
+    // A camera inside the model sees no front of a triangle. Where points were matched a failure of
+    // the rigid motion is no objection: large deformations make it fail.
+    if (std::all_of(rigid.residual_mm.begin(), rigid.residual_mm.end(),
+                    [](float residual) { return std::isnan(residual); }))
+        return refused(std::move(rigid),
+                       "no point was matched to the model, so nothing says how it is deformed");
     const std::vector<ElasticFit> fits = fits_of(problem, *modes, deformation_mm, rigid, helpers);
     Registration elastic = conclude(fits, modes, options, rigid);
     const std::string against =
@@ -193,11 +209,7 @@ Registration deformed(Registration rigid, const std::shared_ptr<const ForceModes
     }
     // Motions that are open are in doubt by more.
     if (rigid.free.empty()) add_doubt(fits.front(), modes, rigid);
-    rigid.deformation.verdict = DeformationVerdict::kRefused;
-    rigid.deformation.reason = against;
-    rigid.deformation.rigid_rms_mm = rigid.residuals.rms_mm;
-    rigid.deformation.rigid_robust_mm = rigid.residuals.robust_mm;
-    return rigid;
+    return refused(std::move(rigid), against);
 }
 
 Registration register_elastic(const ModelSurface& model, const SeenSurface& seen,

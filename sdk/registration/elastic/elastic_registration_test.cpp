@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "sdk/registration/elastic/elastic_fit.hpp"
 #include "sdk/registration/elastic/test_deformations.hpp"
 
 using namespace defrec;
@@ -100,6 +101,36 @@ TEST_CASE("row 194: an organ that has not changed its shape is registered as a r
     // A deformation may hide where nothing was seen.
     CHECK(expected(found, far) > expected(rigid, far));
     CHECK(found.deformation.max_mm == 0);
+}
+
+TEST_CASE("row 194: seen from inside the model there is nothing to deform it to") {
+    const TestMesh cube = sphere_mesh(3, [](const Eigen::Vector3d& d) {
+        return Eigen::Vector3d(100 * d / d.cwiseAbs().maxCoeff());
+    });
+    const ModelSurface model(cube.vertices, cube.triangles, "the model");
+    std::vector<float> places;
+    for (int y = -20; y <= 20; y += 4)
+        for (int x = -20; x <= 20; x += 4)
+            for (const int axis : {x, y, 80}) places.push_back(static_cast<float>(axis));
+    SurfaceOptions options;
+    options.viewer = Eigen::Vector3d::Zero();
+    const Registration found =
+        register_elastic(model, {places, {}, {}}, options, kDeformationMm, nullptr);
+    CHECK(found.verdict == RegistrationVerdict::kFailed);
+    CHECK(found.deformation.verdict == DeformationVerdict::kRefused);
+    CHECK_MESSAGE(found.deformation.reason.starts_with("no point was matched to the model"),
+                  found.deformation.reason);
+    CHECK(found.deformation.shape == nullptr);
+    CHECK(found.placed({1, 2, 3}).place.allFinite());
+
+    // As an alternative of another pose may lie.
+    const SurfaceProblem problem(model, {places, {}, {}}, options);
+    const ForceModes modes(model, nullptr);
+    ElasticFit fit(problem, modes, kDeformationMm, options.start);
+    fit.run();
+    CHECK(fit.pose().translation == options.start.translation);
+    CHECK(fit.matches().quality().cost == 1);
+    CHECK(fit.seen_at_rest().empty());
 }
 
 TEST_CASE("row 194: a surface of something else, or a ball, gives no deformation") {
