@@ -209,15 +209,16 @@ bool patch_in_range(const TemplateData& data, const defrec_patch& patch) {
 }
 
 bool above_zero(double value) { return value > 0 && std::isfinite(value); }
-// px. Stage stereo measures none above the width beside the camera's offset, an application may
-// give up to 2000 px; the surface goes on beyond them.
+// px, with the camera's offset, so that depth is behind the camera from 0 on down; the surface goes
+// on beyond what was measured, also to less than the offset. Stage stereo measures none above the
+// width beside the offset, an application may give up to 2000 px.
 bool disparity_ok(const TemplateData& data, float value) {
     const auto offset = static_cast<float>(data.camera.disparity_offset_px);
     constexpr auto kMostGiven =
         static_cast<float>(2000 * decisions::TemplateSurface::kMaxDisparity);
     const auto width = static_cast<float>(data.width);
     const float most = data.disparity_sigma_px > 0 ? std::max(width, kMostGiven) : width;
-    return value > std::max(0.f, offset) && value <= most + offset;
+    return value > 0 && value <= most + offset;
 }
 
 const char* fault_of_images(const TemplateData& data) {
@@ -255,7 +256,7 @@ const char* fault_of_grids(const TemplateData& data) {
     const size_t node_cells = cell_count(data.node_grid.columns, data.node_grid.rows);
     if (node_cells == 0 || data.node_grid.node.empty() ||
         data.node_grid.node.size() % node_cells != 0 ||
-        data.node_grid.node.size() / node_cells > data.pieces() ||
+        data.node_grid.node.size() / node_cells != data.pieces() ||
         !above_zero(data.node_grid.spacing_u) || !above_zero(data.node_grid.spacing_v))
         return "its grid of control points is inconsistent";
     return nullptr;

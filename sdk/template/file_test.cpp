@@ -171,8 +171,19 @@ TEST_CASE("a template that has grown, has pieces or was cut is read as it was wr
         data.node_grid.cuts = {{0, {{5, 6}, {7, 8.5f}}}, {0, {{-3, 6}, {7, 8}, {9, 9}}}};
         return data;
     };
-    const TemplateData templates[] = {square(),      grown_square(),      two_pieces(),
-                                      cut(square()), cut(grown_square()), cut(two_pieces())};
+    // Tissue that recedes behind what views that converge see at a raw disparity of 0.
+    const auto converging = [](TemplateData data) {
+        data.camera.disparity_offset_px = 12.5;
+        return data;
+    };
+    const TemplateData templates[] = {square(),
+                                      grown_square(),
+                                      two_pieces(),
+                                      cut(square()),
+                                      cut(grown_square()),
+                                      cut(two_pieces()),
+                                      converging(square()),
+                                      converging(grown_square())};
     for (const TemplateData& data : templates) {
         CAPTURE(&data - templates);
         const defrec::test::TemporaryFolder folder;
@@ -211,6 +222,8 @@ TEST_CASE("pieces that do not fit their template are refused") {
         [](TemplateData& d) { d.node_piece[1] = defrec::decisions::TemplatePieces::kMaxPieces; },
         [](TemplateData& d) { d.node_piece[1] = 0; },
         [](TemplateData& d) { d.node_grid.node.push_back(0); },
+        [](TemplateData& d) { d.node_grid.node.resize(d.node_grid.cells()); },
+        [](TemplateData& d) { d.node_grid.node.resize(3 * d.node_grid.cells(), -1); },
         [](TemplateData& d) { std::swap(d.node_grid.node[0], d.node_grid.node[6]); },
     };
     for (const auto& spoil : faults) {
@@ -218,6 +231,17 @@ TEST_CASE("pieces that do not fit their template are refused") {
         spoil(data);
         CAPTURE(&spoil - faults);
         CHECK(reload(data) == nullptr);
+    }
+}
+
+TEST_CASE("a piece without a grid of control points has no slope, and moves nothing") {
+    const TemplateData data = two_pieces();
+    defrec::BlendWeights weights;
+    for (const double v : {3.0, 45.0}) {
+        CHECK_FALSE(defrec::grid_blend_weights(data.node_grid, 2, 20, v, weights));
+        const defrec_patch_slope slope = defrec::grid_slope(data.node_grid, 2, 20, v);
+        for (int k = 0; k < DEFREC_BLEND_NODES; ++k)
+            CHECK((slope.weight_u[k] == 0 && slope.weight_v[k] == 0));
     }
 }
 

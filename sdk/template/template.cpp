@@ -370,7 +370,7 @@ int32_t nearest_joined(const NodeGrid& grid, size_t piece, double u, double v) {
 
 bool grid_blend_weights(const NodeGrid& grid, size_t piece, double u, double v,
                         BlendWeights& blend_weights) {
-    if ((piece + 1) * grid.cells() > grid.node.size()) return false;  // it joined later
+    if (!grid.has_piece(piece)) return false;
     const GridCell cell(grid, u, v);
     double sum = 0;
     int used = 0, parted = 0;
@@ -411,6 +411,7 @@ bool grid_blend_weights(const NodeGrid& grid, size_t piece, double u, double v,
 }
 
 defrec_patch_slope grid_slope(const NodeGrid& grid, size_t piece, double u, double v) {
+    if (!grid.has_piece(piece)) return {};
     const GridCell cell(grid, u, v);
     defrec_patch_slope slope{};
     for (int k = 0; k < 4; ++k) {  // in the order of grid_blend_weights

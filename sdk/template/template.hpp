@@ -54,6 +54,7 @@ struct NodeGrid {
     std::vector<int32_t> node;            // index of the control point, -1: none; piece by piece
     std::vector<CutLine> cuts;
     size_t cells() const { return static_cast<size_t>(columns) * static_cast<size_t>(rows); }
+    bool has_piece(size_t piece) const { return (piece + 1) * cells() <= node.size(); }
 };
 
 // How many of each a template has.
