@@ -61,11 +61,15 @@ SearchRange narrowed_search_range(const TemplateData& data, const SearchRange& w
     const double reach = offset > 0 ? Decision::kReach * data.width : 0;
     const double nearest = std::max(Decision::kAbove * maximum, maximum + reach),
                  farthest = std::clamp(minimum - reach, 0.0, Decision::kBelow * minimum);
-    const uint32_t from = std::min(
-        static_cast<uint32_t>(farthest) / Decision::kStep * Decision::kStep, Decision::kMaxBegin);
-    const uint32_t limit =
-        std::max(widest.min_disparity + widest.disparities, round_up(maximum + Decision::kMargin));
+    const uint32_t own = round_up(maximum + Decision::kMargin);
+    const uint32_t limit = std::max(widest.min_disparity + widest.disparities, own);
     const uint32_t to = std::min(round_up(nearest + Decision::kMargin), limit);
+    // Where not all fits, room for tissue to go farther is given up for the nearest that was seen.
+    constexpr uint32_t kMost = Decision::kMostDisparities;
+    const uint32_t from =
+        std::min(std::max(static_cast<uint32_t>(farthest) / Decision::kStep * Decision::kStep,
+                          std::max(std::min(to, own), kMost) - kMost),
+                 Decision::kMaxBegin);
     return {from, std::clamp(to - from, Decision::kMinDisparities, Decision::kMostDisparities)};
 }
 

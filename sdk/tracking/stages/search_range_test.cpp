@@ -59,6 +59,13 @@ TEST_CASE(
           64);  // nearer than was asked for, but observed there
 }
 
+TEST_CASE("where not all is searched that a surface spans, its nearest tissue is") {
+    check(narrowed_search_range(grid_of({545, 857}), {512, 384}), 368, 496);
+    check(narrowed_search_range(grid_of({545, 770}), {512, 384}), 288, 496);
+    check(narrowed_search_range(grid_of({20, 480}), {0, 496}), 0, 496);
+    check(narrowed_search_range(grid_of({20, 700}), {0, 496}), 208, 496);
+}
+
 TEST_CASE(
     "a surface of larger disparities than any stage searches leaves a range that is searched") {
     for (const float disparity : {1500.0f, 1999.0f, 2000.0f}) {
