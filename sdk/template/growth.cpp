@@ -9,6 +9,7 @@
 
 #include "backends/shared/motion.hpp"
 #include "sdk/base/util/median.hpp"
+#include "sdk/contract/stage_params.hpp"
 #include "sdk/template/atlas.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/decisions.hpp"
@@ -236,8 +237,10 @@ void Grower::crop_part(TemplateData& data) {
                 part_.vertex[static_cast<size_t>(y) * tissue_.columns() + static_cast<size_t>(x)]);
 }
 
+// As many as stage match takes; what joins beyond them is followed by its patches and depth.
 void Grower::append_landmarks(TemplateData& data) {
     for (const defrec_feature& feature : now_.images.features) {
+        if (data.landmarks.size() >= size_t{kMatchMaxLandmarks}) return;
         const double u = feature.x / 16.0, v = feature.y / 16.0;
         double disparity = 0, support = 0;
         defrec_surface_point point{};

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "backends/shared/motion.hpp"
+#include "sdk/contract/stage_params.hpp"
 #include "sdk/template/surface_index.hpp"
 #include "sdk/template/test_capture.hpp"
 #include "sdk/tracking/evidence/map_distance.hpp"
@@ -240,6 +241,18 @@ TEST_CASE("a template that would be larger than its limit does not grow") {
     const size_t grown = scene.grow_by(12).data.vertices.size();
     CHECK(scene.grow(earlier, 11.5, now, 12, grown).outcome == Growth::Outcome::kGrown);
     CHECK(scene.grow(earlier, 11.5, now, 12, grown - 1).outcome == Growth::Outcome::kFull);
+}
+
+TEST_CASE("a template has no more landmarks than stage match takes, and grows without them") {
+    Scene scene;
+    REQUIRE(scene.grow_by(12).data.landmarks.size() > scene.data.landmarks.size() + 2);
+    scene.data.landmarks.resize(kMatchMaxLandmarks - 2, scene.data.landmarks.front());
+    scene.data.landmark_points.resize(kMatchMaxLandmarks - 2, scene.data.landmark_points.front());
+    const Growth growth = scene.grow_by(12);
+    REQUIRE(growth.outcome == Growth::Outcome::kGrown);
+    CHECK(growth.data.landmarks.size() == kMatchMaxLandmarks);
+    CHECK(growth.data.landmark_points.size() == kMatchMaxLandmarks);
+    CHECK(growth.data.vertices.size() > scene.data.vertices.size());
 }
 
 TEST_CASE("new control points move with those beside them") {
