@@ -34,9 +34,10 @@ double weight_within(const Eigen::VectorXd& values, const Eigen::VectorXd& weigh
     return sums[0] + sums[1] + (sums[2] + sums[3]);
 }
 
-// The value that half of the weight does not exceed.
+// The value that half of the weight does not exceed; 0 for none.
 double weighted_median(const Eigen::VectorXd& values, const Eigen::VectorXd& weight) {
     // By bisection, which sorts nothing.
+    if (values.size() == 0) return 0;
     constexpr int kHalvings = 14;
     double low = 0, high = values.maxCoeff();
     const double half = weight.sum() / 2;

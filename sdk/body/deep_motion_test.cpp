@@ -181,6 +181,12 @@ TEST_CASE("the size of residuals is that of half of the weight") {
     CHECK(std::abs(median_size(values, weight) - 40) < 1e-3);
 }
 
+TEST_CASE("of no points the median is 0, and the motion is none") {
+    CHECK(median_size(VectorXd(), VectorXd()) == 0);
+    const Matrix3Xd points(3, 0);
+    CHECK(fit_rigid_robust(points, points, VectorXd(), 0.15).isApprox(Isometry3d::Identity()));
+}
+
 TEST_CASE("points in a row turn with it, and not about it") {
     for (const double across : {0.0, 0.05, 0.3}) {
         CAPTURE(across);

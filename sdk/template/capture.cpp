@@ -7,6 +7,7 @@
 #include "sdk/base/util/median.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/decisions.hpp"
+#include "sdk/template/grid_lookup.hpp"
 #include "sdk/template/node_edges.hpp"
 #include "sdk/template/patch_places.hpp"
 #include "sdk/template/surface.hpp"
@@ -15,17 +16,34 @@
 namespace defrec {
 namespace {
 
+// Takes the pieces' new numbers; -1: the piece is none.
+void renumber_pieces(SurfaceGrid& grid, const std::vector<int>& numbers, size_t pieces) {
+    for (size_t i = 0; i < grid.vertex.size(); ++i) {
+        if (grid.vertex[i] < 0) continue;
+        const int number = numbers[piece_at(grid, i)];
+        if (number < 0)
+            grid.vertex[i] = -1;
+        else if (!grid.piece.empty())
+            grid.piece[i] = static_cast<uint8_t>(number);
+    }
+    if (pieces < 2) grid.piece.clear();
+}
+
 // Control points on a grid that spans the image, for each piece of the surface; one exists where
-// the piece is within half a spacing.
+// the piece is within half a spacing. A piece that lies between them has none and is left out:
+// nothing would move it.
 void place_nodes(TemplateData& data, size_t pieces, double spacing_px) {
     NodeGrid& grid = data.node_grid;
     grid.columns = std::max(2, static_cast<int>(std::lround((data.width - 1) / spacing_px)) + 1);
     grid.rows = std::max(2, static_cast<int>(std::lround((data.height - 1) / spacing_px)) + 1);
     grid.spacing_u = (data.width - 1.0) / (grid.columns - 1);
     grid.spacing_v = (data.height - 1.0) / (grid.rows - 1);
-    grid.node.assign(grid.cells() * pieces, -1);
-    size_t cell = 0;
-    for (size_t piece = 0; piece < pieces; ++piece)
+    std::vector<int> numbers(pieces, -1);
+    size_t kept = 0;
+    for (size_t piece = 0; piece < pieces; ++piece) {
+        const size_t first = data.nodes.size();
+        grid.node.resize(grid.cells() * (kept + 1), -1);
+        size_t cell = grid.cells() * kept;
         for (int y = 0; y < grid.rows; ++y)
             for (int x = 0; x < grid.columns; ++x, ++cell) {
                 const double u = x * grid.spacing_u, v = y * grid.spacing_v;
@@ -35,8 +53,13 @@ void place_nodes(TemplateData& data, size_t pieces, double spacing_px) {
                 grid.node[cell] = static_cast<int32_t>(data.nodes.size() / 3);
                 for (const double value : back_project(data.camera, u, v, disparity))
                     data.nodes.push_back(static_cast<float>(value));
-                if (pieces > 1) data.node_piece.push_back(static_cast<uint8_t>(piece));
+                data.node_piece.push_back(static_cast<uint8_t>(kept));
             }
+        if (data.nodes.size() > first) numbers[piece] = static_cast<int>(kept++);
+    }
+    grid.node.resize(grid.cells() * kept);
+    if (kept < 2) data.node_piece.clear();
+    renumber_pieces(data.grid, numbers, kept);
 }
 
 void measure_node_spacing(TemplateData& data) {

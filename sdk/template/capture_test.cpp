@@ -8,9 +8,12 @@
 #include <functional>
 #include <random>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "backends/shared/motion.hpp"
+#include "sdk/testing/test_context.hpp"
+#include "sdk/testing/test_files.hpp"
 
 namespace {
 
@@ -238,6 +241,47 @@ TEST_CASE("tissue behind a step or in front of it is a piece of its own, joined 
         for (size_t k = 1; k < 3; ++k)
             CHECK(data->piece_of(data->vertices[data->triangles[i + k]]) ==
                   data->piece_of(data->vertices[data->triangles[i]]));
+}
+
+TEST_CASE("a piece between the control points of a coarse grid is left out, the others are kept") {
+    const auto between = [](double x, double y) {
+        return x > 130 && x < 195 && y > 15 && y < 85 ? 0.8 : 1;
+    };
+    const auto at_corner = [](double x, double y) { return x > 280 && y > 150 ? 0.6 : 1; };
+    size_t pieces = 0;
+    std::function<double(double, double)> disparity;
+    SUBCASE("one piece is left") {
+        pieces = 1;
+        disparity = [&](double x, double y) { return between(x, y) * smooth_disparity(x, y); };
+    }
+    SUBCASE("another piece is left, which came after it") {
+        pieces = 2;
+        disparity = [&](double x, double y) {
+            return between(x, y) * at_corner(x, y) * smooth_disparity(x, y);
+        };
+    }
+    Scene scene(disparity);
+    REQUIRE(defrec::capture_template(scene.prepared())->pieces() == pieces + 1);
+    scene.input.node_spacing_px = 100;
+    const auto data = defrec::capture_template(scene.input);
+    REQUIRE(data.has_value());
+    CHECK(data->pieces() == pieces);
+    CHECK(data->node_grid.node.size() == pieces * data->node_grid.cells());
+    CHECK(data->node_piece.size() == (pieces > 1 ? data->nodes.size() / 3 : 0));
+    CHECK(defrec::grid_piece(*data, 160, 50) == -1);
+    CHECK(defrec::grid_piece(*data, 60, 120) == 0);
+    if (pieces == 2) CHECK(defrec::grid_piece(*data, 300, 180) == 1);
+    std::array<size_t, 2> vertices{};
+    for (const defrec_surface_point& vertex : data->vertices) ++vertices[data->piece_of(vertex)];
+    CHECK(vertices[pieces - 1] > 20);
+
+    const defrec::test::TemporaryFolder folder;
+    const std::string path = folder.path() / "template";
+    defrec::Template(*data).save(path.c_str());
+    const defrec::test::TestContext context;
+    defrec_template loaded = nullptr;
+    CHECK(defrec_template_load(context.get(), path.c_str(), &loaded) == DEFREC_OK);
+    defrec_template_release(loaded);
 }
 
 TEST_CASE("tissue in front that the image's border cuts off is a piece, highlights and all") {
