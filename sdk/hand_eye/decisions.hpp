@@ -128,6 +128,9 @@ struct HandEyeOffset {
     static constexpr double kMinCorrelation = 0.75;
     // 1 | lead over every other peak, at least | set by hand
     static constexpr double kMinLead = 0.05;
+    // of the variance of all speeds | that of those which overlap; less: they do not change |
+    //   rounding
+    static constexpr double kMinVariance = 1e-9;
     // s | half the span over which a pose's speed is measured for the least squares | set by hand
     static constexpr double kSpan = 0.05;
 };

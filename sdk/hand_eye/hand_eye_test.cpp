@@ -8,7 +8,9 @@
 #include <string>
 
 #include "sdk/base/util/error.hpp"
+#include "sdk/hand_eye/speed_correlation.hpp"
 #include "sdk/hand_eye/test_motion.hpp"
+#include "sdk/hand_eye/time_offset.hpp"
 #include "sdk/testing/check_says.hpp"
 
 using namespace defrec;
@@ -280,6 +282,66 @@ TEST_CASE("an offset beyond what is searched is no offset within it") {
     options.max_offset_s = 0.5;
     CHECK(calibrate(poses, options).verdict != HandEyeVerdict::kSolved);
     CHECK(calibrate(poses, {}).offset.offset_s == doctest::Approx(1.2).epsilon(0.002));
+}
+
+namespace {
+
+// Pearson's correlation of two series where both are known.
+double direct_correlation(const std::vector<double>& a, const std::vector<double>& b,
+                          std::size_t shift) {
+    std::vector<double> x, y;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        if (std::isnan(a[i]) || std::isnan(b[i + shift])) continue;
+        x.push_back(a[i]);
+        y.push_back(b[i + shift]);
+    }
+    Eigen::ArrayXd p = Eigen::Map<Eigen::ArrayXd>(x.data(), static_cast<Eigen::Index>(x.size())),
+                   q = Eigen::Map<Eigen::ArrayXd>(y.data(), static_cast<Eigen::Index>(y.size()));
+    p -= p.mean();
+    q -= q.mean();
+    return (p * q).sum() / std::sqrt(p.square().sum() * q.square().sum());
+}
+
+}  // namespace
+
+TEST_CASE("all correlations at once are those of one shift after the other") {
+    TestRandom random(15);
+    for (const std::size_t length : {1, 2, 20, 333}) {
+        CAPTURE(length);
+        std::vector<double> camera(length), tracker(2 * length + 31);
+        for (double& speed : camera) speed = random.uniform(0, 3);
+        for (double& speed : tracker) speed = 40 + random.uniform(0, 1);
+        for (std::size_t i = 3; i < camera.size(); i += 7)
+            camera[i] = std::numeric_limits<double>::quiet_NaN();
+        std::fill_n(tracker.begin() + 5, 9, std::numeric_limits<double>::quiet_NaN());
+        const std::vector<double> found = correlations(camera, tracker, 11);
+        REQUIRE(found.size() == length + 32);
+        for (std::size_t shift = 0; shift < found.size(); ++shift) {
+            CAPTURE(shift);
+            if (length <= 2)
+                CHECK(std::isnan(found[shift]));  // of too few pairs
+            else if (!std::isnan(found[shift]))
+                CHECK(std::abs(found[shift] - direct_correlation(camera, tracker, shift)) < 1e-9);
+        }
+        if (length > 20) CHECK_FALSE(std::isnan(found[40]));
+    }
+    // A series that does not change is like none.
+    std::vector<double> steady(300, 1.7), moving(400);
+    for (double& speed : moving) speed = random.uniform(0, 1);
+    for (const double value : correlations(steady, moving, 10)) CHECK(std::isnan(value));
+    std::fill(moving.begin() + 50, moving.end(), 0.2);
+    CHECK(std::isnan(
+        correlations(std::vector(moving.begin(), moving.begin() + 100), moving, 10)[200]));
+}
+
+TEST_CASE("an offset of many minutes between long streams is found in seconds") {
+    TestRandom random(16);
+    const TestPoses poses = moving_poses({}, 1200, 1530.25, {0.2, 0.1}, random);
+    const OffsetSearch found = find_offset(PoseStream(poses.camera, "camera's poses"),
+                                           PoseStream(poses.tracker, "tracker's poses"), 3600);
+    INFO(found.reason);
+    REQUIRE(found.is_found);
+    CHECK(std::abs(found.offset_s - 1530.25) < 0.01);
 }
 
 TEST_CASE("a stream with gaps and wrong poses gives transform and offset") {

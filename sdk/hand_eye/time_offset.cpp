@@ -10,6 +10,7 @@
 
 #include "sdk/base/util/error.hpp"
 #include "sdk/hand_eye/decisions.hpp"
+#include "sdk/hand_eye/speed_correlation.hpp"
 
 namespace defrec {
 namespace {
@@ -62,30 +63,6 @@ std::vector<double> speeds(const PoseStream& stream, double begin, double step, 
     for (double& speed : made)
         if (speed > most) speed = most;
     return made;
-}
-
-// Pearson's, of camera[i] with tracker[i + shift]; NaN with fewer than min_count of them.
-double correlation(const std::vector<double>& camera, const std::vector<double>& tracker,
-                   std::ptrdiff_t shift, std::size_t min_count) {
-    double sum_a = 0, sum_b = 0, sum_aa = 0, sum_bb = 0, sum_ab = 0;
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < camera.size(); ++i) {
-        const auto k = static_cast<std::ptrdiff_t>(i) + shift;
-        if (k < 0 || k >= static_cast<std::ptrdiff_t>(tracker.size())) continue;
-        const double a = camera[i], b = tracker[static_cast<std::size_t>(k)];
-        if (std::isnan(a) || std::isnan(b)) continue;
-        ++count;
-        sum_a += a;
-        sum_b += b;
-        sum_aa += a * a;
-        sum_bb += b * b;
-        sum_ab += a * b;
-    }
-    if (count < std::max<std::size_t>(min_count, 2)) return kNone;
-    const auto n = static_cast<double>(count);
-    const double var_a = sum_aa - sum_a * sum_a / n, var_b = sum_bb - sum_b * sum_b / n;
-    if (!(var_a > 0) || !(var_b > 0)) return kNone;
-    return (sum_ab - sum_a * sum_b / n) / std::sqrt(var_a * var_b);
 }
 
 // How far the top of a parabola through three values lies from the middle one, in their steps.
@@ -159,7 +136,7 @@ OffsetSearch find_offset(const PoseStream& all_camera, const PoseStream& all_tra
     }
     const double step =
         std::max(HandEyeOffset::kMinStep, std::min(camera.interval(), tracker.interval()));
-    const auto reach = static_cast<std::ptrdiff_t>(std::ceil(max_offset_s / step));
+    const auto reach = static_cast<std::size_t>(std::ceil(max_offset_s / step));
     const double begin = camera.begin(), length = camera.end() - begin;
     if (length > HandEyeOffset::kMaxLength) {
         found.reason = concat("the camera's stream lasts ", length, " s, expected at most ",
@@ -169,13 +146,10 @@ OffsetSearch find_offset(const PoseStream& all_camera, const PoseStream& all_tra
     const auto count = static_cast<std::size_t>(length / step) + 1;
     const double margin = step * static_cast<double>(reach);
     const std::vector<double> turns = speeds(camera, begin, step, count),
-                              marker_turns = speeds(tracker, begin - margin, step,
-                                                    count + 2 * static_cast<std::size_t>(reach));
+                              marker_turns =
+                                  speeds(tracker, begin - margin, step, count + 2 * reach);
     const auto min_count = static_cast<std::size_t>(HandEyeOffset::kMinOverlap / step);
-    std::vector<double> values;
-    for (std::ptrdiff_t shift = -reach; shift <= reach; ++shift)
-        values.push_back(correlation(turns, marker_turns, reach + shift, min_count));
-    return peak_of(values, step, max_offset_s);
+    return peak_of(correlations(turns, marker_turns, min_count), step, max_offset_s);
 }
 
 }  // namespace defrec

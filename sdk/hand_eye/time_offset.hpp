@@ -16,7 +16,8 @@ struct OffsetSearch {
     double correlation = 0;  // of rotation speeds at that offset
 };
 
-// Looks at offsets up to max_offset_s.
+// Looks at offsets up to max_offset_s, all at once: an hour of both streams and offsets of up to an
+// hour take seconds.
 OffsetSearch find_offset(const PoseStream& camera, const PoseStream& tracker, double max_offset_s);
 
 }  // namespace defrec
