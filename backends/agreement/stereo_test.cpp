@@ -27,13 +27,15 @@ struct Pair {
 Pair make_pair(const defrec_stereo_params& p, unsigned seed) {
     std::mt19937 random(seed);
     const int w = int(p.width), h = int(p.height), stride = int(p.stride);
-    std::vector<float> texture(size_t(w + 600) * size_t(h));
+    const float range = float(p.disparities) * 0.8f, maximum = float(p.min_disparity) + range;
+    const int margin = std::max(300, int(maximum) + 3), columns = w + 2 * margin;
+    std::vector<float> texture(size_t(columns) * size_t(h));
     for (float& value : texture) value = float(random() % 120) + 60;
     const auto sample = [&](float x, int y) {
         const int i = int(std::floor(x));
         const float part = x - float(i);
         const auto at = [&](int u) {
-            return texture[size_t(y) * size_t(w + 600) + size_t(u + 300)];
+            return texture[size_t(y) * size_t(columns) + size_t(u + margin)];
         };
         return (1 - part) * (at(i) + at(i - 1)) / 2 + part * (at(i + 1) + at(i)) / 2;
     };
@@ -42,12 +44,11 @@ Pair make_pair(const defrec_stereo_params& p, unsigned seed) {
     result.right = result.left;
     result.left_mask.assign(result.left.size(), 255);
     result.right_mask = result.left_mask;
-    const float maximum = float(p.min_disparity) + float(p.disparities) * 0.8f;
     for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x) {
             const size_t at = size_t(y) * size_t(stride) + size_t(x);
-            float d =
-                maximum * (0.6f + 0.1f * std::sin(float(x) / 40) + 0.1f * std::cos(float(y) / 30));
+            float d = float(p.min_disparity) + range * (0.6f + 0.1f * std::sin(float(x) / 40) +
+                                                        0.1f * std::cos(float(y) / 30));
             if (x > w / 2 && x < w / 2 + w / 8 && y > h / 3) d = maximum;
             result.left[at] = uint8_t(sample(float(x) - d, y) + float(random() % 4));
             result.right[at] = uint8_t(sample(float(x), y) * 0.9f + float(random() % 4));
@@ -167,6 +168,35 @@ TEST_CASE("stereo equals the reference to the bit with each parameter at the end
                            CAPTURE(name);
                            check_equal(params, true, 3);
                        });
+}
+
+TEST_CASE("stereo equals the reference to the bit where disparities are the largest there are") {
+    if (!under_test::available()) return;
+    defrec_stereo_params p = params_of(2400, 50, 128);
+    p.min_disparity = 1024;
+    fill_defaults(p);
+    check_equal(p, false, 4);
+    const test::TestHost host;
+    const auto truth = run(*reference::make_stereo(p, host.host()), p, make_pair(p, 4), false);
+    const auto* disparity = reinterpret_cast<const int16_t*>(truth[0].data());
+    CHECK(std::count_if(disparity, disparity + size_t{2400} * 50,
+                        [](int d) { return d > 1024 * kDisparityOne; }) > 20000);
+}
+
+TEST_CASE("stereo takes a left_right beyond every difference for what accepts them all") {
+    if (!under_test::available()) return;
+    defrec_stereo_params p = params_of(277, 101, 48);
+    fill_defaults(p);
+    const test::TestHost host;
+    const Pair pair = make_pair(p, 3);
+    for (const auto make : {reference::make_stereo, under_test::make_stereo}) {
+        p.left_right = 255;
+        const auto all = run(*make(p, host.host()), p, pair, true);
+        for (const uint32_t beyond : {256u, uint32_t{INT32_MAX}, UINT32_MAX}) {
+            p.left_right = beyond;
+            CHECK((run(*make(p, host.host()), p, pair, true) == all));
+        }
+    }
 }
 
 // Disparities of half resolution that are those of full resolution before, so that what the image

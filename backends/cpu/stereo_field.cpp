@@ -224,10 +224,12 @@ void BetweenRow(Plane<const int16_t> samples, int samples_x, int samples_y, int 
         return hn::Add(hn::LoadU(d, upper.values + i), hn::LoadU(d, lower.values + i));
     };
     const VI16 one = hn::Set(d, 1), two = hn::Set(d, 2);
+    const hn::RebindToUnsigned<I16> unsigned16;  // sums of four disparities fit only these
     for (int i = 0; 2 * i < width; i += int(hn::Lanes(d))) {
         const VI16 here = at(i), both = hn::Add(here, at(i + 1));
+        const auto sum = hn::BitCast(unsigned16, hn::Add(both, two));
         hn::StoreInterleaved2(hn::ShiftRight<1>(hn::Add(here, one)),
-                              hn::ShiftRight<2>(hn::Add(both, two)), d, dst + 2 * i);
+                              hn::BitCast(d, hn::ShiftRight<2>(sum)), d, dst + 2 * i);
     }
     EndRow(dst, width);
 }

@@ -14,6 +14,7 @@ constexpr int kTextureOne = 16;       // gray level of the parameter texture
 constexpr int kTextureOne2 = kTextureOne * kTextureOne;
 constexpr int kInpaintRadius = 8;
 constexpr int kGroup = 4;  // disparities of the search that share one entry of the uniqueness test
+constexpr uint kMaxIndex = 255;    // of a disparity in a key: no two indices differ by more
 constexpr int kSupportRange = 32;  // 1/16 px of half resolution
 // In samples, from here on.
 constexpr int kSupportRadius = 2, kEdgeRadius = 2, kHalfSmoothRadius = 1, kSpeckleRadius = 2;

@@ -58,7 +58,7 @@ inline StereoConstants constants_of(const defrec_stereo_params& p) {
             .min_score = float(p.min_score) * unit,
             .min_lead = float(p.uniqueness) * unit,
             .min_variance = int((deviation * deviation + kTextureOne2 - 1) / kTextureOne2),
-            .left_right = int(p.left_right),
+            .left_right = int(std::min(p.left_right, kMaxIndex)),
             .support = int(p.support),
             .edge = int(p.edge),
             .texture = int(p.texture),
