@@ -146,6 +146,29 @@ TEST_CASE("so they do with each parameter at the ends of its range") {
                        });
 }
 
+TEST_CASE("no patch has a score or a texture beyond the largest") {
+    if (!under_test::available()) return;
+    AlignScene scene = make_align_scene({});
+    scene.params.keep_predicted = 1;
+    scene.live = scene.view;
+    const TestHost host;
+    const auto found = [&](auto make, const defrec_align_params& params) {
+        const auto observations = observe(*make(params, host.host()), scene);
+        return std::count_if(observations.begin(), observations.end(),
+                             [](const auto& observation) { return observation.valid != 0; });
+    };
+    for (const auto make : {reference::make_align, under_test::make_align}) {
+        CHECK(found(make, scene.params) > 0);
+        for (const uint32_t beyond : {4097u, 13500000u, uint32_t{INT32_MAX}, UINT32_MAX})
+            for (const auto member :
+                 {&defrec_align_params::min_score, &defrec_align_params::texture}) {
+                defrec_align_params params = scene.params;
+                params.*member = beyond;
+                CHECK(found(make, params) == 0);
+            }
+    }
+}
+
 TEST_CASE("so do images of extreme contrast") {
     if (!under_test::available()) return;
     AlignSceneOptions options;
@@ -287,6 +310,27 @@ TEST_CASE(
             CHECK(identical(a.observations, b.observations));
             CHECK(identical(a.predictions, b.predictions));
         }
+}
+
+TEST_CASE("the length of a motion's real part does not change what it does") {
+    if (!under_test::available()) return;
+    const TestHost host;
+    for (const double turn : {0.0, 0.1}) {
+        const AlignScene scene = plane(0);
+        const auto motions = motions_of_six(turn);
+        auto scaled = motions;
+        for (size_t i = 0; i < scaled.size(); ++i) {
+            const float length = i == 0 ? 1.0f : 0.25f * float(1 << i);
+            for (float* part : {scaled[i].real, scaled[i].dual})
+                for (int c = 0; c < 4; ++c) part[c] *= length;
+        }
+        for (const auto make : {reference::make_align, under_test::make_align}) {
+            const auto stage = make(scene.params, host.host());
+            const Output expected = run(*stage, scene, motions);
+            CHECK(check_predictions(expected, run(*stage, scene, scaled)) >
+                  scene.patches.size() / 2);
+        }
+    }
 }
 
 TEST_CASE("a motion that is not finite takes no other control point's patches along") {

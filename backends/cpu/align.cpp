@@ -86,9 +86,9 @@ class Align final : public Stage {
     }
 
   private:
-    static const defrec_align_params& checked(const defrec_align_params& params) {
+    static defrec_align_params checked(const defrec_align_params& params) {
         check_params(params);
-        return params;
+        return bounded(params);
     }
     // The part of its view that a patch is sampled from, unless it is strongly enlarged. Views are
     // too large for the inner caches, and every row of a patch is in another page.

@@ -102,7 +102,8 @@ __global__ void __launch_bounds__(kWarp, 16) align_patch(PatchTask task) {
 
 class Align final : public Stage {
   public:
-    Align(const defrec_align_params& params, Device& device) : p_(params), device_(device) {
+    Align(const defrec_align_params& params, Device& device)
+        : p_(bounded(params)), device_(device) {
         if (in_place()) return;
         gray_ = Buffer(device, uint64_t{stride()} * height());
         mask_ = Buffer(device, uint64_t{stride()} * height());

@@ -35,6 +35,18 @@ constexpr float reciprocal_sqrt(float x) {
     return y;
 }
 
+// The same motion with a real part of length 1; as it is where that has no length, or one beyond
+// what T holds.
+template <class T>
+constexpr DualQuaternion<T> with_unit_rotation(const DualQuaternion<T>& m) {
+    const T length2 = dot(m.real, m.real);
+    if (std::abs(length2 - T(1)) <= T(kUnitTolerance) || !(length2 > T(0)) ||
+        !std::isfinite(length2))
+        return m;
+    const T scale = T(1) / std::sqrt(length2);
+    return {scale * m.real, scale * m.dual};
+}
+
 // Where a patch is expected, and how the view's pixels map there.
 template <class T>
 constexpr defrec_patch_prediction predict(const defrec_patch& patch,
@@ -43,7 +55,10 @@ constexpr defrec_patch_prediction predict(const defrec_patch& patch,
                                           const defrec_align_params& params) {
     defrec_patch_prediction out{};
     const defrec_camera& camera = params.camera;
-    const DualQuaternion<T> motion = blend<T>(motions, patch.node, patch.weight);
+    const auto motion_of = [motions](int32_t node) {
+        return with_unit_rotation(DualQuaternion<T>::load(motions[node]));
+    };
+    const DualQuaternion<T> motion = blend_with<T>(motion_of, patch.node, patch.weight);
     const bool right = params.right_view != 0;
     const T live_x = right ? T(camera.baseline_mm) : T(0),
             live_cx = T(right ? camera.cx + camera.disparity_offset_px : camera.cx);
@@ -61,7 +76,7 @@ constexpr defrec_patch_prediction predict(const defrec_patch& patch,
     Vec3<T> a = rotate(motion, load3<T>(patch.tangent_u)),
             b = rotate(motion, load3<T>(patch.tangent_v));
     for (int k = 0; k < DEFREC_BLEND_NODES; ++k) {
-        const Vec3<T> apart = apply(DualQuaternion<T>::load(motions[patch.node[k]]), rest) - moved;
+        const Vec3<T> apart = apply(motion_of(patch.node[k]), rest) - moved;
         a = a + T(slope.weight_u[k]) * apart;
         b = b + T(slope.weight_v[k]) * apart;
     }

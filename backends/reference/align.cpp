@@ -83,7 +83,7 @@ class Sampled {
 
 class Align final : public Stage {
   public:
-    explicit Align(const defrec_align_params& params) : params_(params) {
+    explicit Align(const defrec_align_params& params) : params_(bounded(params)) {
         check_params(params);
         for (uint32_t n = 1; n <= pixels(); ++n) {
             inverse_.push_back(1.0f / float(n));

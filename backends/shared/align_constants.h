@@ -10,6 +10,9 @@ namespace defrec::align {
 
 // Prediction.
 constexpr Real kMinPatchDepthMm = 1.0;
+// How far from 1 the squared length of a real part may be that needs no division by it: more than
+// rounding to single precision leaves, and too little to see.
+constexpr Real kUnitTolerance = 1e-6;
 // Singular values of the map from the view to the live image, squared: within 0.4 and 2.5 px.
 constexpr Real kMaxStretch2 = 6.25, kMinStretch2 = 0.16;
 constexpr int kMaxMatrix = 4 * kPatchMatrixOne;  // largest entry of view_from_live that is followed
@@ -19,6 +22,7 @@ constexpr int kUnscored = -0x7fffffff - 1;  // a displacement that cannot be sco
 constexpr int kOneScore = 65536;            // ZNCC 1 in the search's scores
 constexpr int kScoreShift = 4;              // from them to those of the records
 constexpr int kMinUsableQuarters = 3;       // of a patch's pixels, for a score
+constexpr uint kTooMuchTexture = 4096;      // 1/16 gray level; no patch deviates as much
 // What a displacement of one px costs, 1/65536; grows with its square.
 constexpr int kDistancePenalty = 32;
 constexpr int kEvenSearch = 4;  // px; beyond, displacements with both coordinates odd are tried too

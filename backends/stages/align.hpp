@@ -56,6 +56,14 @@ constexpr AlignConstants constants_of(const defrec_align_params& p) {
             .keep_predicted = int32_t(p.keep_predicted)};
 }
 
+// The parameters with a least score and a least texture that the arithmetic holds: no larger than
+// ones that no patch reaches.
+constexpr defrec_align_params bounded(defrec_align_params params) {
+    params.min_score = std::min(params.min_score, uint32_t{kScoreOne} + 1);
+    params.texture = std::min(params.texture, align::kTooMuchTexture);
+    return params;
+}
+
 // Bytes of the live image or its mask, and where a view begins among all of them.
 constexpr uint64_t gray_bytes(const defrec_align_params& params) {
     return image_elements(params.width, params.height, params.stride);

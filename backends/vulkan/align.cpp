@@ -25,7 +25,7 @@ constexpr uint32_t kMaxGroups = 65535;  // along one side, on every device
 class Align final : public Stage {
   public:
     Align(const defrec_align_params& params, Device& device)
-        : p_(params), c_(constants_of(params)), device_(device) {
+        : p_(bounded(params)), c_(constants_of(p_)), device_(device) {
         const uint64_t max_bytes =
             std::min(device.limits().maxStorageBufferRange, uint32_t{INT32_MAX});
         const uint64_t bytes =

@@ -19,10 +19,20 @@ layout(push_constant) uniform Push {
     AlignRun run;
 };
 
+// The same motion with a real part of length 1; as it is where that has no finite length.
+DualQuaternion with_unit_rotation(DualQuaternion m) {
+    const float length2 = dot(m.real, m.real);
+    if (!finite(vec4(length2)) || !(length2 > 0.0) || abs(length2 - 1.0) <= kUnitTolerance)
+        return m;
+    const float scale = inversesqrt(length2);
+    return DualQuaternion(scale * m.real, scale * m.dual);
+}
+
 PatchPrediction predict(int i) {
     const PatchPrediction none = PatchPrediction(0, 0, int[4](0, 0, 0, 0), 0, 0);
     DualQuaternion moved_by[4];
-    for (int k = 0; k < 4; ++k) moved_by[k] = load_motion(motions[patches[i].node[k]]);
+    for (int k = 0; k < 4; ++k)
+        moved_by[k] = with_unit_rotation(load_motion(motions[patches[i].node[k]]));
     const DualQuaternion motion = blend(moved_by, patches[i].weight);
     const vec3 rest = load3(patches[i].position), moved = apply(motion, rest),
                p = moved - vec3(push.live_x, 0, 0);
