@@ -42,6 +42,21 @@ TEST_CASE("weights and motion agree with the reference's") {
             }
 }
 
+TEST_CASE("no reference has a support beyond the number of matches") {
+    if (!under_test::available()) return;
+    RansacScene scene = make_ransac_scene(5, 320, 0.2, 20);
+    const TestHost host;
+    for (const auto make : {reference::make_ransac, under_test::make_ransac})
+        for (const uint32_t beyond : {321u, uint32_t{INT32_MAX}, UINT32_MAX - 9, UINT32_MAX}) {
+            CAPTURE(beyond);
+            scene.params.min_support = beyond;
+            const RansacResult result = run_ransac(*make(scene.params, host.host()), scene);
+            CHECK(result.summary.valid_matches == 320);
+            CHECK(result.summary.references == 0);
+            CHECK(result.summary.inliers == 0);
+        }
+}
+
 TEST_CASE("the number of threads changes no bit") {
     if (!under_test::available()) return;
     const RansacScene scene = make_ransac_scene(3, 500, 0.8, 20);

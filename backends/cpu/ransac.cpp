@@ -12,7 +12,8 @@ using namespace ransac;
 
 class Ransac final : public Stage {
   public:
-    Ransac(const defrec_ransac_params& params, const Host& host) : params_(params), host_(host) {
+    Ransac(const defrec_ransac_params& params, const Host& host)
+        : params_(bounded(params)), host_(host) {
         check_params(params);
         stride_ = (params.landmarks + kRansacPadding - 1) / kRansacPadding * kRansacPadding;
         arrays_.resize(8 * stride_);

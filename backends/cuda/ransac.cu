@@ -315,7 +315,7 @@ __global__ void __launch_bounds__(kMaxThreads)
 class Ransac final : public Stage {
   public:
     Ransac(const defrec_ransac_params& params, Device& device)
-        : p_(params),
+        : p_(bounded(params)),
           device_(device),
           frame_(make_buffer<Frame>(device, 1)),
           hypotheses_(make_buffer<Hypothesis>(device, params.references)),

@@ -32,7 +32,9 @@ Matrix3d nearest_rotation(const Matrix3d& m) {
 
 class Ransac final : public Stage {
   public:
-    explicit Ransac(const defrec_ransac_params& params) : params_(params) { check_params(params); }
+    explicit Ransac(const defrec_ransac_params& params) : params_(bounded(params)) {
+        check_params(params);
+    }
 
     void prepare(std::span<const InBuffer> in) override {
         const std::span<const defrec_landmark> landmarks = read_template(params_, in);

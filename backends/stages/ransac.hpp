@@ -24,6 +24,13 @@ constexpr RansacConstants constants_of(const defrec_ransac_params& params, uint3
         params.threshold_mm, uint32_t(params.seed), uint32_t(params.seed >> 32)};
 }
 
+// The parameters with a least support that the arithmetic holds: no larger than one that no
+// reference reaches.
+constexpr defrec_ransac_params bounded(defrec_ransac_params params) {
+    params.min_support = std::min(params.min_support, params.landmarks + 1);
+    return params;
+}
+
 // The landmarks given to prepare: as many as the buffer holds, at most params.landmarks.
 inline std::span<const defrec_landmark> read_template(const defrec_ransac_params& params,
                                                       std::span<const InBuffer> in) {

@@ -31,7 +31,7 @@ uint32_t group_size(uint32_t landmarks, const Device& device) {
 class Ransac final : public Stage {
   public:
     Ransac(const defrec_ransac_params& params, Device& device)
-        : params_(params),
+        : params_(bounded(params)),
           device_(device),
           gather_(device.kernel(shaders::ransac_gather)),
           follow_(device.kernel(shaders::ransac_follow, {group_size(params.landmarks, device)})),
