@@ -29,6 +29,9 @@ Buffer::Buffer(Device& device, uint64_t size, MemoryUse use)
         throw StageError(DEFREC_ERROR_UNSUPPORTED, "a buffer of " + std::to_string(size) +
                                                        " bytes; the device's shaders reach " +
                                                        std::to_string(maximum));
+    if (size > UINT64_MAX - kBufferMultiple)
+        throw StageError(DEFREC_ERROR_OUT_OF_MEMORY,
+                         "a buffer of " + std::to_string(size) + " bytes, beyond any memory");
     VkBufferCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
     info.size =

@@ -30,6 +30,16 @@ TEST_CASE("a buffer whose bytes an int does not count is refused") {
           }).find("2147483648 bytes") != std::string::npos);
 }
 
+TEST_CASE("memory that no multiple of whole words holds is refused") {
+    if (!under_test::available()) return;
+    for (const uint64_t size : {UINT64_MAX, UINT64_MAX - 15}) try {
+            under_test::device().release_host(under_test::device().allocate_host(size));
+            FAIL("there are no ", size, " bytes");
+        } catch (const StageError& error) {
+            CHECK(error.status() == DEFREC_ERROR_OUT_OF_MEMORY);
+        }
+}
+
 TEST_CASE("row 48: ransac refuses more landmarks than its loops may go through") {
     if (!under_test::available()) return;
     defrec_ransac_params p{};
@@ -64,6 +74,9 @@ TEST_CASE("warp and align refuse more than a dispatch has work groups for") {
         64 * uint64_t{under_test::device().limits().maxComputeWorkGroupCount[0]};
     if (maximum >= UINT32_MAX) return;
     defrec_warp_params p{};
+    p.width = p.height = 64;
+    p.camera = {100, 100, 32, 24, 5, 0};
+    fill_defaults(p);
     p.points = uint32_t(maximum);
     CHECK(refusal([&] { vulkan::make_warp(p, under_test::device()); }) == "");
     ++p.points;
@@ -73,7 +86,7 @@ TEST_CASE("warp and align refuse more than a dispatch has work groups for") {
     a.width = a.stride = 64;
     a.height = 48;
     a.patch_radius = a.search_radius = 1;
-    a.camera = {100, 100, 32, 24, 5, 0};
+    a.camera = p.camera;
     fill_defaults(a);
     a.patches = uint32_t(maximum);
     CHECK(refusal([&] { vulkan::make_align(a, under_test::device()); }) == "");

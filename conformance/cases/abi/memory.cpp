@@ -62,6 +62,10 @@ void host_memory(CaseRun& run) {
         require(std::equal(bytes.begin(), bytes.end(), sent.begin()),
                 "write had not read its source in lent memory when it returned");
     }
+    void* beyond = nullptr;
+    require_refused(session, concat("host_alloc of ", UINT64_MAX, " bytes"),
+                    session.table().host_alloc(session.device(), UINT64_MAX, &beyond));
+    require(beyond == nullptr, "host_alloc refused, but wrote its output");
 }
 
 // A frame's pixels: written from the same memory again and again, between other work.
