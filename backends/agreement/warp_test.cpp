@@ -159,6 +159,24 @@ TEST_CASE("a template with a bad index or number is refused with its place") {
     }
 }
 
+TEST_CASE("warp refuses parameters out of their ranges") {
+    if (!under_test::available()) return;
+    TestSurface surface({});
+    const auto refuses = [&](auto spoil) {
+        for (const Maker make : kMakers) {
+            WarpRun run(surface);
+            spoil(run.params);
+            CHECK_THROWS_WITH_AS(run(make, surface.rest(), nullptr), doctest::Contains("expected"),
+                                 StageError);
+        }
+    };
+    refuses([](auto& p) { p.width = 1; });
+    refuses([](auto& p) { p.height = 1; });
+    refuses([](auto& p) { p.stride = p.width - 1; });
+    refuses([](auto& p) { p.camera.fx = 0; });
+    refuses([](auto& p) { p.tolerance_mm = -1; });
+}
+
 TEST_CASE("warp agrees with the definition, with the same bits for 1, 2 and 3 threads") {
     if (!under_test::available()) return;
     for (const uint32_t width : {240u, 237u}) {

@@ -1,4 +1,5 @@
 // Stage lm: lm_problem evaluates and solves, backends/definition/lm_stage.hpp does the rest.
+#include "backends/cpu/disparity_bytes.hpp"
 #include "backends/cpu/lm_problem.hpp"
 #include "backends/cpu/stages.hpp"
 #include "backends/definition/lm_stage.hpp"
@@ -6,6 +7,8 @@
 namespace defrec::cpu {
 
 std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, const Host& host) {
+    check_params(params);
+    check_disparity_bytes("lm", params);
     return std::make_unique<LmStage<LmProblem>>(params, host);
 }
 

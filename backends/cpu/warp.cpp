@@ -1,6 +1,7 @@
 // Stage warp: buffers, motions, and the groups shared out to threads; warp_groups.cpp computes.
 #include "backends/stages/warp.hpp"
 
+#include "backends/cpu/disparity_bytes.hpp"
 #include "backends/cpu/stages.hpp"
 #include "backends/cpu/warp_groups.hpp"
 
@@ -49,6 +50,8 @@ class Warp : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, const Host& host) {
+    check_params(params);
+    check_disparity_bytes("warp", params);
     return std::make_unique<Warp>(params, host);
 }
 

@@ -290,6 +290,7 @@ class Lm final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device) {
+    check_params(params);
     return std::make_unique<Lm>(params, device);
 }
 

@@ -95,6 +95,7 @@ class Warp final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, Device& device) {
+    check_params(params);
     return std::make_unique<Warp>(params, device);
 }
 

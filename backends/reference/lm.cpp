@@ -6,6 +6,7 @@
 namespace defrec::reference {
 
 std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, const Host& host) {
+    check_params(params);
     return std::make_unique<LmStage<LmProblem>>(params, host);
 }
 

@@ -67,6 +67,7 @@ class Warp : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, const Host& host) {
+    check_params(params);
     return std::make_unique<Warp>(params, host);
 }
 

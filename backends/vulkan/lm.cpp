@@ -272,6 +272,7 @@ std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device) {
 
 std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device,
                                const LmSplits& splits) {
+    check_params(params);
     const uint64_t steps = gradient_steps(params);
     if (params.iterations * (steps + 7) > kMaxDispatches)
         throw StageError(DEFREC_ERROR_UNSUPPORTED,

@@ -44,6 +44,7 @@ class Warp final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, Device& device) {
+    check_params(params);
     check_size("warp", "points", params.points,
                uint64_t{device.limits().maxComputeWorkGroupCount[0]} * kGroup);
     return std::make_unique<Warp>(params, device);

@@ -7,7 +7,7 @@ namespace example {
 namespace {
 
 constexpr int32_t kMapOne = 128;  // a map's unit: 1 px
-constexpr uint32_t kMaxRadius = 16;
+constexpr uint32_t kMaxRadius = 16, kMaxStride = 1048576;
 enum : uint8_t {
     kCovered = 1,
     kSaturated = 2,
@@ -107,9 +107,11 @@ Verdict check_rectify(const defrec_rectify_params& p) {
         return {DEFREC_ERROR_ARGUMENT, "rectify: images of 1 x 1 to 8192 x 8192 px expected"};
     if (p.source_stride < p.source_width * bytes_per_pixel(p.format) || p.stride < p.width)
         return {DEFREC_ERROR_ARGUMENT, "rectify: a stride is shorter than its row"};
+    if (p.source_stride > kMaxStride || p.stride > kMaxStride)
+        return {DEFREC_ERROR_ARGUMENT, "rectify: a stride is at most 1048576 bytes"};
     if (p.saturation < 1) return {DEFREC_ERROR_ARGUMENT, "rectify: saturation must be at least 1"};
-    if (p.highlight_radius > kMaxRadius)
-        return {DEFREC_ERROR_ARGUMENT, "rectify: highlight_radius is at most 16"};
+    if (p.highlight_radius < 1 || p.highlight_radius > kMaxRadius)
+        return {DEFREC_ERROR_ARGUMENT, "rectify: a highlight_radius of 1 to 16 expected"};
     return {DEFREC_OK, ""};
 }
 
