@@ -22,6 +22,11 @@ namespace {
 constexpr uint64_t kLibraryCap = uint64_t{1} << 30;
 constexpr char kEntryName[] = "defrec_plugin_entry_v1";
 
+// What the plugin's entry answered: its verdict, whatever the status.
+class EntryFailure : public Error {
+    using Error::Error;
+};
+
 // What the plugin's function returns; Error with the name of the function where it throws.
 template <class Function, class... Args>
 auto ask(const std::string& path, const char* name, Function function, Args... args) {
@@ -137,7 +142,9 @@ void LoadedPlugin::enter(const std::string& path, const Descriptor& file) {
     clear_plugin_error();
     const defrec_plugin* table = nullptr;
     const defrec_status status = ask(path, kEntryName, entry, &host_, &table);
-    if (status < 0) fail(status, path, ": ", kEntryName, ": ", plugin_error_or_name(status));
+    if (status < 0)
+        throw EntryFailure(status,
+                           concat(path, ": ", kEntryName, ": ", plugin_error_or_name(status)));
     if (table == nullptr)
         fail(DEFREC_ERROR_PLUGIN, path, ": ", kEntryName, " succeeded without a table");
     table_ = table;
@@ -248,18 +255,23 @@ std::vector<PluginCandidate> load_plugins(const std::shared_ptr<const Services>&
         candidate.verdict = found.verdict;
         candidate.reason = found.reason;
         if (found.verdict == DEFREC_OK) {
+            const auto refuse = [&candidate](const Error& error) {
+                candidate.plugin = nullptr;
+                candidate.verdict = error.status();
+                candidate.reason = error.what();
+            };
             try {
                 load_candidate(services, candidate);
                 for (const PluginCandidate& other : candidates)
                     if (other.plugin != nullptr && other.name == candidate.name)
                         fail(DEFREC_ERROR_PLUGIN, candidate.path, ": a plugin called ",
                              candidate.name, " was loaded before, from ", other.path);
+            } catch (const EntryFailure& error) {
+                refuse(error);
             } catch (const Error& error) {
                 if (error.status() == DEFREC_ERROR_OUT_OF_MEMORY)
-                    throw;  // says nothing of the plugin
-                candidate.plugin = nullptr;
-                candidate.verdict = error.status();
-                candidate.reason = error.what();
+                    throw;  // the library's own, which says nothing of the plugin
+                refuse(error);
             }
         }
         if (candidate.verdict != DEFREC_OK)

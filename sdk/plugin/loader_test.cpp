@@ -104,6 +104,16 @@ TEST_CASE("row 37: tables with NULL in them, and entries that fail") {
     check_refused(stub_folder("entry_fails"), DEFREC_ERROR_UNSUPPORTED, {"driver is too old"});
 }
 
+TEST_CASE("a plugin whose entry has no memory is refused; the others are used") {
+    const TestContext context(
+        {stub_folder("entry_out_of_memory").string(), stub_folder("twin").string()});
+    REQUIRE(defrec_plugin_count(context.get()) == 2);
+    CHECK(context.plugin(0).verdict == DEFREC_ERROR_OUT_OF_MEMORY);
+    CHECK(contains(context.plugin(0).reason, "the stub's card is full"));
+    CHECK(context.plugin(1).verdict == DEFREC_OK);
+    CHECK(defrec_device_count(context.get()) == 1);
+}
+
 TEST_CASE("a device that cannot be described is left out with its reason; the others are used") {
     const TestContext context({stub_folder("broken_device").string()});
     REQUIRE(defrec_plugin_count(context.get()) == 1);

@@ -413,6 +413,8 @@ DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL ENTRY(const defrec_host* host,
 #endif
 #ifdef STUB_ENTRY_FAILS
     return failed(DEFREC_ERROR_UNSUPPORTED, "the stub's driver is too old");
+#elif defined(STUB_ENTRY_OUT_OF_MEMORY)
+    return failed(DEFREC_ERROR_OUT_OF_MEMORY, "the stub's card is full");
 #endif
 #ifdef STUB_NO_TABLE
     (void)plugin_table;
