@@ -57,7 +57,8 @@ typedef struct defrec_pbuffer_ defrec_pbuffer; /**< memory the device can use */
 typedef struct defrec_pstage_  defrec_pstage;  /**< a stage made for one size and one set of
                                                     parameters */
 
-/** One stage of a plugin. */
+/** One stage of a plugin. What it makes is used by one queue at a time: calls for another queue
+ *  follow only when its work in the one before has been waited for. */
 typedef struct defrec_stage_table {
     uint32_t struct_size;   /**< size of the plugin's table, bytes */
     uint32_t stage;         /**< DEFREC_STAGE_* */
