@@ -118,6 +118,7 @@ void many_readers(CaseRun& run) {
 // meanwhile.
 void destroy_while_running(CaseRun& run) {
     const TrackingDevice device = tracking_subject(run);
+    undisturbed(run);
     const RenderedSequence& film = stress_sequence();
     const ContextHandle context = open_context(device.manifest);
     const RigHandle rig = open_rig(context.get(), film);

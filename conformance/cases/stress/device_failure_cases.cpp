@@ -14,8 +14,9 @@ constexpr uint32_t kCallsOfFrames =
 struct Attempt {
     defrec_status status = DEFREC_OK;  // of the first call that failed
     std::string call;
-    size_t frames_left = 0;      // after it
-    size_t frames_computed = 0;  // of those
+    size_t frames_left = 0;                     // after it
+    size_t frames_computed = 0;                 // of those
+    uint32_t last_state = DEFREC_INITIALISING;  // of the last frame that was computed
 };
 
 // A tracker from the beginning to the end, going on after a frame that failed.
@@ -31,19 +32,24 @@ Attempt attempt(defrec_context context, const std::string& device_id) {
             defrec_tracker_create(context, rig.get(), &desc, tracker.out());
         status < 0) {
         require_message("defrec_tracker_create");
-        return {status, "defrec_tracker_create", 0, 0};
+        return {.status = status, .call = "defrec_tracker_create"};
     }
     for (size_t i = 0; i < film.frames.size(); ++i) {
         const JobHandle job = submit(tracker.get(), film, i);
         const defrec_status status = defrec_job_wait(job.get(), UINT64_MAX);
-        if (status < 0) require_message("defrec_job_wait");
+        if (status < 0)
+            require_message("defrec_job_wait");
+        else
+            result.last_state = result_of(job.get(), {}).state;
         if (result.status != DEFREC_OK) {
             result.frames_computed += status == DEFREC_OK ? 1 : 0;
             require(status == DEFREC_OK || status == result.status, "frame ", i, " ended with ",
                     defrec_status_name(status), " after ", result.call, " had ended with ",
                     defrec_status_name(result.status));
         } else if (status < 0) {
-            result = {status, concat("frame ", i), film.frames.size() - 1 - i, 0};
+            result = {.status = status,
+                      .call = concat("frame ", i),
+                      .frames_left = film.frames.size() - 1 - i};
         }
     }
     return result;
@@ -69,6 +75,7 @@ uint64_t count_calls(const Plugin& plugin, const std::string& device_id, uint32_
 // The nth of these calls fails, for n spread over all of them; each time from a new context on.
 void fail_calls(CaseRun& run, uint32_t calls, defrec_status status, size_t attempts) {
     const TrackingDevice device = tracking_subject(run);
+    undisturbed(run);
     const Plugin& plugin = run.subject_plugin();
     // Another tracker of the same plugin, which has nothing to do with it.
     const ContextHandle bystander = open_context(device.manifest);
@@ -94,6 +101,8 @@ void fail_calls(CaseRun& run, uint32_t calls, defrec_status status, size_t attem
             const size_t computed = status == DEFREC_ERROR_DEVICE_LOST ? 0 : failed.frames_left;
             require(failed.frames_computed == computed, when, failed.frames_computed, " of the ",
                     failed.frames_left, " later frames were computed, ", computed, " expected");
+            require(computed == 0 || failed.last_state == DEFREC_TRACKING, when,
+                    "the last frame has state ", failed.last_state, ", tracking expected");
             require(counts.after_loss == 0, when, counts.after_loss.load(),
                     " calls other than destroying ones followed");
         }
@@ -117,6 +126,7 @@ void device_refuses(CaseRun& run) { fail_calls(run, kCallsOfFrames, DEFREC_ERROR
 
 void slow_device(CaseRun& run) {
     const TrackingDevice device = tracking_subject(run);
+    undisturbed(run);
     const RenderedSequence& film = stress_sequence();
     RelayCounts counts;
     RelayPlan plan;
