@@ -46,8 +46,10 @@ SurfaceRegistration::SurfaceRegistration(const std::shared_ptr<const Rig>& rig,
       second_memory_(device) {}
 
 void SurfaceRegistration::compute(TrackerJob& job) noexcept {
-    Frame frame{job};
     try {
+        // Goes before the job ends where it fails: the device may still be at work on what is the
+        // application's again from then on.
+        Frame frame{job};
         process(frame);
         end(frame);
     } catch (const Error& error) {
@@ -134,7 +136,8 @@ bool SurfaceRegistration::prefetch(const RegisteredFrame& registered) {
     if (prefetched_ || !pipeline_.can_observe() || pipeline_.done(registered, 0)) return true;
     const FrameQueue::Next next = frames_.next();
     if (next.job == nullptr) return !next.may_come;
-    if (next.job->template_to_set != nullptr) return true;  // may change what stereo searches
+    // May change what stereo searches, and is to be adopted first.
+    if (next.job->template_to_set != nullptr || to_adopt_ != nullptr) return true;
     try {
         prefetched_.emplace(Prefetched{next.job, pipeline_.observe(task_of(*next.job))});
     } catch (const std::exception&) {
@@ -188,7 +191,7 @@ bool SurfaceRegistration::look_at_images(Frame& frame) {
         return {job.views[i].as<uint8_t>().data(), is_in_memory(job, i)};
     };
     const StreamCheck::Finding finding =
-        images_.look_at({job.frame, job.input.timestamp_ns, job.input.field, {view(0), view(1)}},
+        images_.look_at({job.input.timestamp_ns, job.input.field, {view(0), view(1)}},
                         job.services()->own_threads());
     frame.reasons = finding.reasons;
     if ((frame.reasons & DEFREC_REASON_GAP) != 0) rig_monitor_.begin_anew();
@@ -228,7 +231,8 @@ void SurfaceRegistration::capture_and_register(Frame& frame) {
 }
 
 bool SurfaceRegistration::capture(Frame& frame, TrackedSurface::Source source) {
-    std::optional<TemplateData> data = pipeline_.capture(*frame.images);
+    std::optional<TemplateData> data =
+        pipeline_.capture(*frame.images, source == TrackedSurface::Source::kCapturedAgain);
     if (!data) {
         refuse_hiding_mask(frame);
         frame.reasons |= DEFREC_REASON_NO_DEPTH;

@@ -248,6 +248,10 @@ struct Images {
     // frames | over which the usual step of the time stamps is a mean; a step of more than two
     //   usual ones is `DEFREC_REASON_GAP` | set by hand
     static constexpr int64_t kStepMemory = 8;
+    // usual steps | a longer one counts as so many in that mean, else no gap was told for long
+    // after
+    //   a pause | 30 frames/s become 3 in six frames
+    static constexpr int64_t kMostSteps = 4;
 };
 
 // How the rows of consecutive images follow each other in time. What is measured is how unlike the

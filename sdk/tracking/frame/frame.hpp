@@ -36,8 +36,9 @@ struct RegistrationPlan {
 // own memory.
 struct Observation {
     DeviceBuffer raw[2], gray[2], mask[2], ignore, disparity, feature_count, features;
-    bool is_taken = false;  // by a frame
-    bool has_work = false;  // in a queue
+    uint32_t searched_end = 0;  // px, of the disparities that stage stereo searched
+    bool is_taken = false;      // by a frame
+    bool has_work = false;      // in a queue
 };
 
 // The images are on the device, or on their way there. Where it goes no further, the end of its

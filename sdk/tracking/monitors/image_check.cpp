@@ -32,8 +32,7 @@ StreamCheck::Finding ImageCheck::look_at(const Frame& frame, const Services* hel
         blocks[i].end_image();
         statistics[i].frozen = blocks[i].share();
     }
-    return stream_.check(frame.number, frame.timestamp_ns, statistics[0], statistics[1],
-                         kind_ == 1);
+    return stream_.check(frame.timestamp_ns, statistics[0], statistics[1], kind_ == 1);
 }
 
 }  // namespace defrec

@@ -22,7 +22,6 @@ class ImageCheck {
         bool is_rectified;
     };
     struct Frame {
-        uint64_t number;
         int64_t timestamp_ns;
         uint32_t field;  // DEFREC_FIELD_*
         std::array<View, 2> views;

@@ -2,6 +2,7 @@
 #include "sdk/tracking/monitors/stream_check.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace defrec {
 namespace {
@@ -14,13 +15,19 @@ int64_t step_between(int64_t earlier, int64_t later) {
     return static_cast<int64_t>(std::min<uint64_t>(step, INT64_MAX));
 }
 
+// usual: of the frames before; 0: not known.
+int64_t mean_step(int64_t usual, int64_t step) {
+    if (usual == 0) return step;
+    const int64_t counted = step / Images::kMostSteps >= usual ? Images::kMostSteps * usual : step;
+    return usual + (counted - usual) / Images::kStepMemory;
+}
+
 bool is_flat(const ImageStatistics& image) { return image.deviation < Images::kMinDeviation; }
 
 }  // namespace
 
-StreamCheck::Finding StreamCheck::check(uint64_t frame, int64_t timestamp_ns,
-                                        const ImageStatistics& left, const ImageStatistics& right,
-                                        bool is_bottom) {
+StreamCheck::Finding StreamCheck::check(int64_t timestamp_ns, const ImageStatistics& left,
+                                        const ImageStatistics& right, bool is_bottom) {
     Finding finding;
     uint64_t(&last_hash)[2] = last_hash_[is_bottom ? 1 : 0];
     uint32_t& reasons = finding.reasons;
@@ -33,7 +40,7 @@ StreamCheck::Finding StreamCheck::check(uint64_t frame, int64_t timestamp_ns,
     if (left.saturated() || right.saturated()) reasons |= DEFREC_REASON_SATURATED;
     if (is_flat(left) && is_flat(right)) reasons |= DEFREC_REASON_NO_TEXTURE;
     if (left.interlaced() || right.interlaced()) reasons |= DEFREC_REASON_INTERLACED;
-    if (frame > 0) {
+    if (std::exchange(has_last_, true)) {
         const bool left_is_frozen =
                        left.hash == last_hash[0] || left.frozen >= FrozenImages::kFrozenShare,
                    right_is_frozen =
@@ -46,10 +53,8 @@ StreamCheck::Finding StreamCheck::check(uint64_t frame, int64_t timestamp_ns,
             (left_is_frozen ? finding.left : finding.right).is_frozen_alone = true;
         }
         const int64_t step = step_between(last_timestamp_, timestamp_ns);
-        if (frame > 1 && usual_step_ > 0 && step - usual_step_ > usual_step_)
-            reasons |= DEFREC_REASON_GAP;
-        usual_step_ =
-            usual_step_ == 0 ? step : usual_step_ + (step - usual_step_) / Images::kStepMemory;
+        if (usual_step_ > 0 && step - usual_step_ > usual_step_) reasons |= DEFREC_REASON_GAP;
+        usual_step_ = mean_step(usual_step_, step);
     }
     last_hash[0] = left.hash;
     last_hash[1] = right.hash;

@@ -17,13 +17,14 @@ class StreamCheck {
             bool shows = true, is_frozen_alone = false;
         } left, right;
     };
-    // frame: its number, from 0. is_bottom: it is a bottom field; one of the stream that stands
-    // still is as the last one of its kind.
-    Finding check(uint64_t frame, int64_t timestamp_ns, const ImageStatistics& left,
-                  const ImageStatistics& right, bool is_bottom = false);
+    // is_bottom: it is a bottom field; one of the stream that stands still is as the last one of
+    // its kind.
+    Finding check(int64_t timestamp_ns, const ImageStatistics& left, const ImageStatistics& right,
+                  bool is_bottom = false);
 
   private:
     uint64_t last_hash_[2][2] = {};  // of other frames, then of bottom fields; of each view
+    bool has_last_ = false;          // a frame before
     int64_t last_timestamp_ = 0;
     int64_t usual_step_ = 0;  // ns; 0: not known
 };

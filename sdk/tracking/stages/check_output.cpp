@@ -156,8 +156,8 @@ void check_output(const FrameOutput& output, const TemplateData& data, uint32_t 
               [](const defrec_surface_sample& sample) { return is_wrong(sample); });
 }
 
-void check_front(const FrontImages& images, uint32_t width, uint32_t height, uint32_t max_features,
-                 const SearchRange& max_range) {
+void check_front(const FrontImages& images, uint32_t width, uint32_t height,
+                 uint32_t max_features) {
     check_feature_count(images.feature_count, max_features);
     const auto right = static_cast<int32_t>(16 * width), bottom = static_cast<int32_t>(16 * height);
     check_all(std::span(images.features).first(images.feature_count), "orb", "feature",
@@ -169,8 +169,7 @@ void check_front(const FrontImages& images, uint32_t width, uint32_t height, uin
               });
     if (images.given_sigma_px > 0) return;  // it was checked as it was given
     // Ranges are searched in twos, at half resolution: an odd one may be left by one more.
-    const auto end = static_cast<int32_t>(DEFREC_DISPARITY_ONE *
-                                          (max_range.min_disparity + max_range.disparities + 2));
+    const auto end = static_cast<int32_t>(DEFREC_DISPARITY_ONE * (images.searched_end + 2));
     check_all(std::span<const int16_t>(images.disparity), "stereo", "pixel", [=](int16_t value) {
         return value != DEFREC_DISPARITY_NONE ? above(value, end) : 0u;
     });

@@ -20,8 +20,6 @@ bool any_wrong_sample(std::span<const defrec_surface_sample> samples);
 // Throw Error(DEFREC_ERROR_PLUGIN) that names stage, buffer and index of such a value, if there is
 // one.
 void check_output(const FrameOutput& output, const TemplateData& data, uint32_t max_features);
-// max_range: the widest that is searched.
-void check_front(const FrontImages& images, uint32_t width, uint32_t height, uint32_t max_features,
-                 const SearchRange& max_range);
+void check_front(const FrontImages& images, uint32_t width, uint32_t height, uint32_t max_features);
 
 }  // namespace defrec

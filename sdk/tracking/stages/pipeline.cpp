@@ -148,12 +148,10 @@ void Pipeline::log_range() const {
                             concat("stereo searches ", describe(range_, rig_->camera())).c_str());
 }
 
-void Pipeline::find_range(ObservedFrame& frame) {
-    if (template_ != nullptr || settings_.disparities != 0 || frame.task_.input.disparity.given() ||
-        plausible_range_ == widest_search_range(plausible_range_))
-        return;
+SearchRange Pipeline::find_range(const ObservedFrame& frame) {
+    if (plausible_range_ == widest_search_range(plausible_range_)) return widest_range_;
     const Observation& o = *frame.observation_;
-    std::vector<uint8_t> gray[2], mask[2];
+    auto &gray = looked_gray_, &mask = looked_mask_;
     for (int view = 0; view < 2; ++view) {
         gray[view].resize(size_t{rig_->width()} * rig_->height());
         mask[view].resize(gray[view].size());
@@ -164,16 +162,28 @@ void Pipeline::find_range(ObservedFrame& frame) {
     const std::optional<SeenDisparities> seen =
         coarse_search({rig_->width(), rig_->height(), {gray[0], gray[1]}, {mask[0], mask[1]}},
                       plausible_range_.disparities);
-    if (!seen) return;
-    const SearchRange range = placed_search_range(plausible_range_, *seen);
-    if (range == range_) return;
+    return seen ? placed_search_range(plausible_range_, *seen) : widest_range_;
+}
+
+void Pipeline::search_for_template(ObservedFrame& frame) {
+    if (settings_.disparities != 0 || frame.task_.input.disparity.given()) return;
+    const SearchRange range = find_range(frame);
+    Observation& o = *frame.observation_;
+    // What was observed beside a template was searched where that was.
+    if (range == range_ && template_ == nullptr) return;
+    queue_.finish();
     search(range);
     widest_range_ = range;
-    stereo().enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
-                     {&o.disparity, nullptr});
+    enqueue_stereo(o);
     const FrameOutput& output = frame.task_.output;
     if (settings_.keep_disparity)
         queue_.read(o.disparity, output.disparity.data(), output.disparity.size_bytes());
+}
+
+void Pipeline::enqueue_stereo(Observation& o, int first, int second) {
+    stereo().enqueue(queue_, {&o.gray[first], &o.gray[second], &o.mask[first], &o.mask[second]},
+                     {&o.disparity, nullptr});
+    o.searched_end = range_.min_disparity + range_.disparities;
 }
 
 void Pipeline::upload_maps() {
@@ -281,9 +291,7 @@ void Pipeline::write_given_disparity(const ObservedFrame& frame, Queue& queue) {
 
 void Pipeline::find_disparity(ObservedFrame& frame) {
     if (frame.task_.input.disparity.given()) return write_given_disparity(frame, queue_);
-    Observation& o = *frame.observation_;
-    stereo().enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
-                     {&o.disparity, nullptr});
+    enqueue_stereo(*frame.observation_);
 }
 
 void Pipeline::find_disparity_and_features(ObservedFrame& frame) {
@@ -318,6 +326,7 @@ void Pipeline::read_front(const ObservedFrame& frame, FrontImages& images) {
     const size_t pixels = size_t{rig_->width()} * rig_->height();
     const KeptDisparity& given = frame.task_.input.disparity;
     images.given_sigma_px = given.given() ? given.sigma_px : 0;
+    images.searched_end = o.searched_end;
     images.mask.resize(pixels);
     images.disparity.resize(pixels);
     images.features.resize(settings_.max_features);
@@ -334,7 +343,7 @@ void Pipeline::read_gray(const ObservedFrame& frame, std::vector<uint8_t>& gray)
 }
 
 void Pipeline::check(const FrontImages& images) const {
-    check_front(images, rig_->width(), rig_->height(), settings_.max_features, widest_range_);
+    check_front(images, rig_->width(), rig_->height(), settings_.max_features);
 }
 
 void Pipeline::check(const FrameOutput& output, const TemplateData& data) const {
@@ -362,13 +371,19 @@ bool Pipeline::any_wrong_record(const FrameOutput& output, const TemplateData& d
     return defrec::any_wrong_record(output, data, settings_.max_features, part);
 }
 
-std::optional<TemplateData> Pipeline::capture(ObservedFrame& frame) {
-    find_range(frame);
+std::optional<TemplateData> Pipeline::capture(ObservedFrame& frame, bool again) {
+    const SearchRange range = range_, widest = widest_range_;
+    if (!again) search_for_template(frame);
     read_front(frame, host_);
     queue_.finish();
     check(host_);
     std::optional<TemplateData> data = capture_template(capture_input(host_));
-    if (data) host_ = {};  // rarely needed again
+    if (data) {
+        host_ = {};  // rarely needed again
+    } else if (template_ != nullptr) {
+        search(range);
+        widest_range_ = widest;
+    }
     return data;
 }
 
@@ -376,16 +391,17 @@ Pipeline::IgnoredDepth Pipeline::look_behind_mask(ObservedFrame& frame) {
     Observation& o = *frame.observation_;
     const FrameInput& input = frame.task_.input;
     const size_t pixels = size_t{rig_->width()} * rig_->height();
-    std::vector<uint8_t> with_mask(pixels), without(pixels);
+    auto &with_mask = looked_mask_[0], &without = looked_mask_[1];
     std::vector<int16_t>& disparity = host_.disparity;
+    with_mask.resize(pixels);
+    without.resize(pixels);
     disparity.resize(pixels);
     const DeviceBuffer* left = upload(queue_, input.views[0], o.raw[0], pixels);
     read_all(queue_, o.mask[0], with_mask);
     queue_.finish();
     rectify_of(input.views[0])
         .enqueue(queue_, {left, map_[0] ? &map_[0] : nullptr, nullptr}, {&o.gray[0], &o.mask[0]});
-    stereo().enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
-                     {&o.disparity, nullptr});
+    enqueue_stereo(o);
     read_all(queue_, o.mask[0], without);
     read_all(queue_, o.disparity, disparity);
     queue_.write(o.mask[0], with_mask.data(), pixels);
@@ -407,8 +423,7 @@ bool Pipeline::views_look_swapped(ObservedFrame& frame) {
     std::vector<int16_t>& disparity = host_.disparity;
     disparity.resize(size_t{rig_->width()} * rig_->height());
     const auto coverage = [&](int first, int second) {
-        stereo().enqueue(queue_, {&o.gray[first], &o.gray[second], &o.mask[first], &o.mask[second]},
-                         {&o.disparity, nullptr});
+        enqueue_stereo(o, first, second);
         read_all(queue_, o.disparity, disparity);
         queue_.finish();
         const auto known =
@@ -426,8 +441,7 @@ std::optional<double> Pipeline::compare_given_disparity(ObservedFrame& frame) {
     const int16_t* given = frame.task_.input.disparity.values;
     std::vector<int16_t>& measured = host_.disparity;
     measured.resize(size_t{rig_->width()} * rig_->height());
-    stereo().enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
-                     {&o.disparity, nullptr});
+    enqueue_stereo(o);
     read_all(queue_, o.disparity, measured);
     find_disparity(frame);
     queue_.finish();

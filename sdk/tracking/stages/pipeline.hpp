@@ -21,7 +21,8 @@ namespace defrec {
 struct FrontImages {
     std::vector<uint8_t> gray, mask;  // of the left view
     std::vector<int16_t> disparity;
-    float given_sigma_px = 0;  // of disparity that the application gave; 0: stage stereo did
+    float given_sigma_px = 0;   // of disparity that the application gave; 0: stage stereo did
+    uint32_t searched_end = 0;  // px, of the disparities that stage stereo searched
     std::vector<defrec_feature> features;  // feature_count of them
     uint32_t feature_count = 0;
 };
@@ -59,8 +60,10 @@ class Pipeline {
                           ArrayPart part) const;
     // That as the input of a capture, which shows the images.
     CaptureInput capture_input(const FrontImages& images) const;
-    // A template from the frame's images; empty when too little of them has disparity.
-    std::optional<TemplateData> capture(ObservedFrame& frame);
+    // A template from the frame's images; empty when too little of them has disparity. again: once
+    // more from those that the template was captured from. Else disparities are searched wherever
+    // the rig can have them, not where the tissue of a template that there is was.
+    std::optional<TemplateData> capture(ObservedFrame& frame, bool again);
     // The share of the image's pixels that has depth when none is ignored, and the share of those
     // that the frame's mask ignores. The frame has a mask, and stays as it is.
     struct IgnoredDepth {
@@ -118,9 +121,11 @@ class Pipeline {
     DeviceStage& stereo();
     void search(const SearchRange& range);
     void log_range() const;
-    // Looks for the pair's disparities, if they can lie beyond what is searched at once; they are
-    // computed again where they lie elsewhere.
-    void find_range(ObservedFrame& frame);
+    // Where disparities of the pair are to be searched for a template.
+    SearchRange find_range(const ObservedFrame& frame);
+    // Computes the frame's disparity again where it has to be searched elsewhere.
+    void search_for_template(ObservedFrame& frame);
+    void enqueue_stereo(Observation& o, int first = 0, int second = 1);
     std::unique_ptr<DeviceStage> make_rectify(uint32_t format, uint32_t source_stride) const;
     DeviceStage& rectify_of(const FrameImage& view);
     void upload_maps();
@@ -150,6 +155,7 @@ class Pipeline {
     // Only capturing a template needs them. The queue, which goes before them, may be reading into
     // them.
     FrontImages host_;
+    std::vector<uint8_t> looked_gray_[2], looked_mask_[2];  // of a frame that is looked at anew
 
     Queue queue_;
     std::optional<Queue> uploads_;  // of a second frame, beside the work on the one before

@@ -23,7 +23,7 @@ std::vector<defrec_motion> no_motion(const TemplateData& data) {
 TemplateData set_template(const TestDevice& on, Pipeline& pipeline) {
     TestFrame frame(on, render(0, 0));
     ObservedFrame observed = pipeline.observe(frame.task());
-    std::optional<TemplateData> data = pipeline.capture(observed);
+    std::optional<TemplateData> data = pipeline.capture(observed, false);
     REQUIRE(data);
     pipeline.forget(std::move(observed));
     pipeline.set_template(*data);
@@ -325,7 +325,37 @@ TEST_CASE("exchanged views are told from views in their order") {
     Pipeline pipeline(on.rig, on.device, on.settings(1));
     for (TestFrame* frame : {&right_order, &exchanged}) {
         ObservedFrame observed = pipeline.observe(frame->task());
-        CHECK(pipeline.capture(observed).has_value() == (frame == &right_order));
+        CHECK(pipeline.capture(observed, false).has_value() == (frame == &right_order));
         CHECK(pipeline.views_look_swapped(observed) == (frame == &exchanged));
     }
+}
+
+TEST_CASE("a template that is asked for is searched for wherever the rig can have one") {
+    const TestDevice on("cpu");
+    Pipeline pipeline(on.rig, on.device, on.settings(1));
+    // A plane across the view, the disparity in px.
+    const auto plane = [&](int disparity) {
+        Pair pair = render(0, 0);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x)
+                pair.right[static_cast<size_t>(y * kWidth + x)] = pair.left[static_cast<size_t>(
+                    y * kWidth + std::min(x + disparity, kWidth - 1))];
+        return pair;
+    };
+    const auto captured = [&](const Pair& pair, bool again) {
+        TestFrame frame(on, pair);
+        ObservedFrame observed = pipeline.observe(frame.task());
+        std::optional<TemplateData> data = pipeline.capture(observed, again);
+        pipeline.forget(std::move(observed));
+        return data;
+    };
+    const std::optional<TemplateData> near = captured(plane(45), false);
+    REQUIRE(near);
+    pipeline.set_template(*near);
+    CHECK_FALSE(captured(plane(6), true));  // where the template's tissue was there is none
+    // One that is not found leaves the template's range.
+    CHECK_FALSE(captured(Pair(), false));
+    CHECK(captured(plane(45), true));
+    CHECK_FALSE(captured(plane(6), true));
+    CHECK(captured(plane(6), false));
 }
