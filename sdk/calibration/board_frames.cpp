@@ -124,7 +124,7 @@ BoardRecording find_boards(const SourceOptions& options, const BoardFinder& find
     StereoFrame frame, shown;
     ProgressBar progress(quiet);
     for (std::int64_t number = 0; source.next(frame); ++number) {
-        if (interrupt_requested()) throw CliError(ExitCode::kInterrupted, "interrupted.");
+        throw_if_interrupted();
         if (number % step != 0) continue;
         shown = frame;
         ++recording.searched;

@@ -7,6 +7,7 @@
 #include "sdk/client/library.hpp"
 #include "sdk/doctor/findings.hpp"
 #include "sdk/input/bag_calibration.hpp"
+#include "sdk/io/interrupt.hpp"
 #include "sdk/io/json_text.hpp"
 #include "sdk/io/terminal.hpp"
 
@@ -18,7 +19,11 @@ std::vector<StereoFrame> read_frames(const SourceOptions& options) {
     const std::size_t count = frames_to_look_at(source.width(), source.height());
     std::vector<StereoFrame> frames;
     StereoFrame frame;
-    while (frames.size() < count && source.next(frame)) frames.push_back(frame);
+    while (frames.size() < count && source.next(frame)) {
+        throw_if_interrupted();
+        frames.push_back(frame);
+    }
+    if (!source.fault().empty()) throw CliError(ExitCode::kInput, source.fault());
     return frames;
 }
 

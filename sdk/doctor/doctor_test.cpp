@@ -10,6 +10,7 @@
 
 #include "sdk/doctor/findings.hpp"
 #include "sdk/doctor/test_recordings.hpp"
+#include "sdk/io/test_refusal.hpp"
 #include "sdk/scenes/writing/render_command.hpp"
 
 using namespace defrec::cli;
@@ -214,6 +215,16 @@ TEST_CASE("black frames are named, and how to leave them out") {
           "the left view is black: 100 % of it is no brighter than gray level 6 of 255.");
     for (const char* id : {"black_frames", "interlacing"})
         CHECK(finding(all, id).verdict == Verdict::kUnknown);
+}
+
+TEST_CASE("a recording that cannot be read to the end is refused") {
+    const TestFolder folder;
+    write_recording(rendered("heartbeat"), folder.path());
+    DoctorOptions options = options_for(folder.path());
+    options.source.times = folder.write("times.csv", "0\n33\n66\n");
+    CHECK_SAYS(refusal_of([&] { diagnose(options); }), "times.csv");
+    options.source.range.first = 5;  // where no frame has a time
+    CHECK_SAYS(refusal_of([&] { diagnose(options); }), "times.csv");
 }
 
 TEST_CASE("strong compression") {

@@ -6,6 +6,7 @@
 #include "sdk/client/library.hpp"
 #include "sdk/client/tracker_config.hpp"
 #include "sdk/doctor/decisions.hpp"
+#include "sdk/io/interrupt.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -94,6 +95,7 @@ TrackProbe track_frames(const ProbeOptions& options, const std::vector<StereoFra
     ProbeRecord record;
     int waiting = 0;  // frames without a template
     for (const StereoFrame& frame : frames) {
+        throw_if_interrupted();
         const Job job = submit(tracker, frame);
         const defrec_result result = result_of(job, frame.index);
         record.add(result, frame.left.width, frame.left.height);
