@@ -137,7 +137,7 @@ void draw_head(cv::Mat& image, const FrameRecord& frame, OverlayDetail detail) {
 
     if (detail == OverlayDetail::all) {
         TextRow second(image, left, baseline += row_height, scale);
-        second.add(!frame.vertices.empty() && std::isfinite(frame.mean_residual_mm)
+        second.add(std::isfinite(frame.mean_residual_mm)
                        ? format("residual %.2f mm", frame.mean_residual_mm)
                        : "residual -",
                    kLight);

@@ -88,16 +88,17 @@ struct PlanEstimate {
 /// One frame's result. Vectors may be empty where the frame has none of it: a lost frame carries no
 /// geometry. Fill the same object again for each frame to save allocations.
 struct FrameRecord {
-    std::int64_t index = 0;       ///< frame number in the input
-    double timestamp_ms = 0;      ///< since the first frame, of the input's clock
-    std::string state;            ///< initialising, tracking, degraded, lost, relocalised
-    std::string reasons;          ///< names of the reasons, comma separated; empty if none
-    int features = 0;             ///< detected in this frame
-    int matches = 0;              ///< matched to the template
-    int inliers = 0;              ///< kept by RANSAC
-    double observed_share = 0;    ///< 0..1, vertices with status observed
-    double mean_residual_mm = 0;  ///< NaN if nothing was measured; not shown without vertices
-    double frame_ms = 0;          ///< whole frame in the library, submit to result; 0 if unknown
+    std::int64_t index = 0;     ///< frame number in the input
+    double timestamp_ms = 0;    ///< since the first frame, of the input's clock
+    std::string state;          ///< initialising, tracking, degraded, lost, relocalised
+    std::string reasons;        ///< names of the reasons, comma separated; empty if none
+    int features = 0;           ///< detected in this frame
+    int matches = 0;            ///< matched to the template
+    int inliers = 0;            ///< kept by RANSAC
+    double observed_share = 0;  ///< 0..1, vertices with status observed
+    /// NaN if nothing was measured.
+    double mean_residual_mm = std::numeric_limits<double>::quiet_NaN();
+    double frame_ms = 0;  ///< whole frame in the library, submit to result; 0 if unknown
     std::vector<std::pair<std::string, double>>
         stage_ms;  ///< name and milliseconds, in the order to be shown
     /// Rows of [R | t], mm: template's frame to the current left rectified camera.

@@ -149,7 +149,7 @@ TEST_CASE("the plots show each largest error, and no residual where nothing was 
         record.timestamp_ms = i * 40.0;
         record.points[0].covariance[0] = i == 301 ? 64.0f : variance;
         record.observed_share = i == 100 ? 0 : 0.8;
-        record.mean_residual_mm = i == 100 ? 0 : 0.2;
+        record.mean_residual_mm = i == 100 ? std::nan("") : 0.2;
         report.add({}, record);
     }
     report.finish();

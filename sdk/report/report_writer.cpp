@@ -62,11 +62,6 @@ cv::Mat shrunk(const cv::Mat& image, int width) {
     return small;
 }
 
-// A surface of which nothing is measured, as with one view alone, has no residual.
-bool has_residual(const FrameRecord& frame) {
-    return !frame.vertices.empty() && frame.observed_share > 0;
-}
-
 std::vector<std::pair<std::string, double>> stage_totals(const FrameRecord& frame) {
     std::vector<std::pair<std::string, double>> totals;
     for (const auto& stage : frame.stage_ms) {
@@ -132,7 +127,7 @@ void ReportWriter::Impl::count(const FrameRecord& frame) {
     doubtful.add(frame.index, frame.state, frame.reasons);
     if (frame.frame_ms > 0) frame_ms.add(frame.frame_ms);
     if (!frame.vertices.empty()) {
-        if (has_residual(frame)) residual_mm.add(frame.mean_residual_mm);
+        if (std::isfinite(frame.mean_residual_mm)) residual_mm.add(frame.mean_residual_mm);
         observed_share.add(frame.observed_share);
     }
     for (const auto& [name, ms] : stage_totals(frame)) {
@@ -151,7 +146,7 @@ void ReportWriter::Impl::plot(const FrameRecord& frame) {
         series.set(series.line(name, worst), value);
     };
     set("state", Worst::largest, severity(frame.state));
-    set("residual_mm", Worst::largest, has_residual(frame) ? frame.mean_residual_mm : std::nan(""));
+    set("residual_mm", Worst::largest, frame.mean_residual_mm);
     set("features", Worst::smallest, frame.features);
     set("matches", Worst::smallest, frame.matches);
     set("inliers", Worst::smallest, frame.inliers);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <utility>
 
 namespace defrec::cli {
@@ -87,7 +88,10 @@ FrameRow frame_row(const StereoFrame& frame, const defrec_result& result) {
     row.inliers = result.inliers;
     row.patches = result.patches;
     row.observed_share = result.observed_share;
-    row.mean_residual_mm = result.mean_residual_mm;
+    // A surface of which nothing is measured, as with one view alone, has no residual.
+    row.mean_residual_mm = has_geometry(result) && result.observed_share > 0
+                               ? result.mean_residual_mm
+                               : std::numeric_limits<double>::quiet_NaN();
     row.view_lag_frames = result.view_lag_frames;
     row.vertical_offset_px = result.vertical_offset_px;
     row.roll_deg = result.roll_deg;

@@ -613,8 +613,6 @@ class TrackSession {
         notes_.add(source_.fault(), NoteSeverity::kError);
         if (const std::optional<BagFacts> bag = source_.bag_facts()) notes_.add(bag->remark());
         notes_.add(source_.disparity_remark());
-        points_.finish();
-        notes_.conclude(points_, template_.frame.has_value(), has_tracked());
         WrittenFiles files(folder_.path());
         // function: gives a file its name; it is listed where that name is not empty.
         const auto attempt = [&](const std::string& name, const std::function<void()>& function) {
@@ -625,6 +623,8 @@ class TrackSession {
                 if (!failure) failure = std::current_exception();
             }
         };
+        attempt("", [&] { points_.finish(); });
+        notes_.conclude(points_, template_.frame.has_value(), has_tracked());
         attempt(kPointsFile, [&] { points_.commit(); });
         if (beneath_.targets) attempt(kTargetsFile, [&] { beneath_.targets->commit(); });
         if (beneath_.plan) attempt(kPlanFile, [&] { beneath_.plan->commit(); });
