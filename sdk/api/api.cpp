@@ -62,7 +62,8 @@ size_t defrec_plugin_count(defrec_context context) {
 
 defrec_status defrec_plugin_get(defrec_context context, size_t index, defrec_plugin_info* out) {
     return api_call([&] {
-        const auto& candidates = find_handle(context)->candidates();
+        const auto object = find_handle(context);  // may be destroyed meanwhile
+        const auto& candidates = object->candidates();
         check_index(index, candidates.size(), "plugins");
         const PluginCandidate& plugin = candidates[index];
         write_struct(out, defrec_plugin_info{sizeof(defrec_plugin_info), plugin.verdict,
