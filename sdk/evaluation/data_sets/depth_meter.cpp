@@ -70,10 +70,12 @@ class LibraryMeter : public DepthMeter {
         if (column < 0 || row < 0 || column >= long(info_.width) || row >= long(info_.height))
             return 0;
         const int units = disparity[row * long(info_.width) + column];
-        if (units <= 0) return 0;  // also DEFREC_DISPARITY_NONE
+        if (units == DEFREC_DISPARITY_NONE) return 0;
         const defrec_camera& camera = info_.camera;
         constexpr double kOne = DEFREC_DISPARITY_ONE;
-        const double z = camera.fx * camera.baseline_mm * kOne / units;
+        const double whole = units + kOne * camera.disparity_offset_px;
+        if (whole <= 0) return 0;
+        const double z = camera.fx * camera.baseline_mm * kOne / whole;
         const double x = (pixel[0] - camera.cx) / camera.fx * z;
         const double y = (pixel[1] - camera.cy) / camera.fy * z;
         // The last row of the inverse of rotation: x_rectified = rotation * x_left.

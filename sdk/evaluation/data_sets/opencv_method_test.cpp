@@ -2,8 +2,8 @@
 #include "sdk/evaluation/data_sets/opencv_method.hpp"
 
 #include <map>
-#include <opencv2/imgproc.hpp>
 
+#include "sdk/evaluation/data_sets/test_plane.hpp"
 #include "sdk/evaluation/program_run.hpp"
 #include "sdk/evaluation/score/scored_rows.hpp"
 #include "sdk/io/test_folder.hpp"
@@ -30,23 +30,8 @@ TrackOptions options_of(const TestFolder& sequence) {
 TEST_CASE("points of a textured plane that does not move stay where they are, at its depth") {
     // f 400, baseline 5, disparity 20: z = 100 mm.
     constexpr int kWidth = 320, kHeight = 240, kDisparity = 20;
-    cv::Mat wide(kHeight, kWidth + kDisparity, CV_8U);
-    cv::RNG random(7);
-    random.fill(wide, cv::RNG::UNIFORM, 0, 256);
-    cv::GaussianBlur(wide, wide, {5, 5}, 1.2);
-    const cv::Mat right = wide.colRange(kDisparity, kDisparity + kWidth).clone();
-    const cv::Mat left = wide.colRange(0, kWidth).clone();
-    StereoCalibration calibration;
-    calibration.width = kWidth;
-    calibration.height = kHeight;
-    calibration.left.fx = calibration.left.fy = 400;
-    calibration.left.cx = 159.5;
-    calibration.left.cy = 119.5;
-    calibration.right = calibration.left;
-    calibration.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    calibration.translation = {-5, 0, 0};
-    const auto meter = make_opencv_depth_meter(calibration);
-    const cv::Mat depth = meter->depth_of(frame_of(left, right, 0));
+    const auto meter = make_opencv_depth_meter(plane_cameras({kWidth, kHeight}));
+    const cv::Mat depth = meter->depth_of(plane_frame({kWidth, kHeight}, kDisparity));
     int found = 0;
     for (int v = 20; v < kHeight - 20; ++v) {
         for (int u = kDisparity + 10; u < kWidth - 20; ++u) {
