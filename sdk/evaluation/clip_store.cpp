@@ -88,6 +88,7 @@ void ClipStore::commit(const ClipName& name, const Outcome& outcome) const {
                  {"status", outcome.failure.empty() ? "done" : "quarantined"},
                  {"failure", outcome.failure},
                  {"settings", outcome.settings},
+                 {"inputs", outcome.inputs},
                  {"seconds", outcome.seconds}};
     write_atomically(from / kOutcomeFile, json_text(json, 2) + "\n");
     std::error_code error;
@@ -108,6 +109,7 @@ std::optional<Outcome> ClipStore::outcome(const ClipName& name) const {
         Outcome outcome;
         outcome.failure = json.at("failure").get<std::string>();
         outcome.settings = json.at("settings").get<std::string>();
+        outcome.inputs = json.value("inputs", "");  // none where an older version ran it
         outcome.seconds = json.at("seconds").get<double>();
         if (!outcome.failure.empty()) return outcome;
         const Json score = read(kScoreFile);

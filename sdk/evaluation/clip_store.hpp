@@ -18,6 +18,7 @@ struct ClipName {
 struct Outcome {
     std::string failure;   // why it is in quarantine; empty: it is not
     std::string settings;  // what it was made with
+    std::string inputs;    // what it was made of: digest_of_inputs()
     double seconds = 0;    // of its process
     std::int64_t frames = 0;
     FrameTimes frame_ms;

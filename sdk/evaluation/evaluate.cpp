@@ -8,6 +8,7 @@
 #include <chrono>
 #include <filesystem>
 #include <list>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -16,6 +17,7 @@
 #include "sdk/base/os/atomic_file.hpp"
 #include "sdk/client/library.hpp"
 #include "sdk/client/tracker_config.hpp"
+#include "sdk/evaluation/clip_inputs.hpp"
 #include "sdk/evaluation/clip_process.hpp"
 #include "sdk/evaluation/clip_store.hpp"
 #include "sdk/evaluation/results.hpp"
@@ -115,6 +117,10 @@ std::vector<std::string> chosen_clips(const EvaluateOptions& options, const Data
     return chosen;
 }
 
+fs::path folder_of_clip(const fs::path& root, const std::string& clip) {
+    return (root / clip).lexically_normal();
+}
+
 // The clips that this process runs, one after the other or some at a time.
 class Evaluation {
   public:
@@ -160,7 +166,7 @@ class Evaluation {
         return true;
     }
 
-    int merge() const {
+    int merge() {
         Results results{
             data_set_.name(), options_.root, data_set_.metrics(), {}, data_set_.depth_metrics()};
         std::size_t quarantined = 0;
@@ -218,13 +224,32 @@ class Evaluation {
         }
     }
 
-    bool is_done(const ClipName& name, const Variant& variant) const {
-        const auto outcome = store_.outcome(name);
-        return outcome && outcome->failure.empty() && outcome->settings == variant.description;
+    // As the clip is now, or was when this was asked first.
+    const std::string& inputs_of(const std::string& clip) {
+        const auto [known, is_new] = inputs_.try_emplace(clip);
+        if (is_new)
+            known->second = digest_of_inputs(
+                data_set_.inputs_of(folder_of_clip(options_.root, clip)), options_.out);
+        return known->second;
+    }
+
+    // A result by the variant's settings of the clip as it is now; nothing where there is none.
+    std::optional<Outcome> outcome_of(const ClipName& name, const Variant& variant) {
+        auto outcome = store_.outcome(name);
+        if (outcome && outcome->settings == variant.description &&
+            outcome->inputs == inputs_of(name.clip))
+            return outcome;
+        return std::nullopt;
+    }
+
+    bool is_done(const ClipName& name, const Variant& variant) {
+        const auto outcome = outcome_of(name, variant);
+        return outcome && outcome->failure.empty();
     }
 
     void start(const Waiting& clip) {
         const fs::path folder = store_.begin(clip.name);
+        inputs_of(clip.name.clip);  // before they are read
         const RunSettings& settings = clip.variant->settings;
         std::vector<std::string> arguments{fs::read_symlink("/proc/self/exe").string(),
                                            "evaluate",
@@ -264,22 +289,23 @@ class Evaluation {
         return message;
     }
 
-    void finish(const Running& clip, const std::string& failure) const {
+    void finish(const Running& clip, const std::string& failure) {
         Outcome outcome;
         outcome.failure = without_folder(failure, clip.folder);
         outcome.settings = clip.variant->description;
+        outcome.inputs = inputs_of(clip.name.clip);
         outcome.seconds = std::chrono::duration<double>(Clock::now() - clip.start).count();
         store_.commit(clip.name, outcome);
     }
 
-    VariantResults results_of(const Variant& variant) const {
+    VariantResults results_of(const Variant& variant) {
         VariantResults results{variant.name, {}, {}};
         Samples all(data_set_.sample_columns());
         std::vector<std::string> missing;
         for (const std::string& clip : clips_) {
             const ClipName name{variant.name, clip};
-            const auto outcome = store_.outcome(name);
-            if (!outcome || outcome->settings != variant.description) {
+            const auto outcome = outcome_of(name, variant);
+            if (!outcome) {
                 missing.push_back(clip);
                 continue;
             }
@@ -294,11 +320,12 @@ class Evaluation {
             results.clips.push_back(std::move(result));
         }
         if (!missing.empty()) {
-            throw CliError(ExitCode::kInput,
-                           options_.out + ": " + std::to_string(missing.size()) + " of " +
-                               std::to_string(clips_.size()) + " clips of variant " + variant.name +
-                               " have not been run with these options, the first is " +
-                               missing.front() + "; run the rest with --resume.");
+            throw CliError(
+                ExitCode::kInput,
+                options_.out + ": " + std::to_string(missing.size()) + " of " +
+                    std::to_string(clips_.size()) + " clips of variant " + variant.name +
+                    " have not been run with these options and this data, the first is " +
+                    missing.front() + "; run the rest with --resume.");
         }
         results.pooled = data_set_.summarise(all);
         results.depths = data_set_.by_depth(all);
@@ -324,13 +351,13 @@ class Evaluation {
     std::vector<std::string> clips_;
     std::vector<Variant> variants_;
     ClipStore store_;
+    std::map<std::string, std::string> inputs_;  // of clips, as inputs_of() found them
     std::list<Waiting> waiting_;
     std::list<Running> running_;
 };
 
 int run_clip(const EvaluateOptions& options, const DataSet& data_set) {
-    ClipTask task{(fs::path(options.root) / options.clip).lexically_normal(), options.out,
-                  options.settings};
+    ClipTask task{folder_of_clip(options.root, options.clip), options.out, options.settings};
     task.settings.method = options.methods.front();
     if (!options.configs.empty()) task.settings.config = options.configs.front();
     write_score(task.out, data_set.run(task));

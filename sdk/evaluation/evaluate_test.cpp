@@ -186,6 +186,27 @@ TEST_CASE("what is done with the same options is kept, and what is not is run") 
     CHECK(run(with_out(out.path(), {"--subset", "four*"})) == 2);
 }
 
+TEST_CASE("results of other data are run again, and not merged") {
+    const TestFolder first, second, out;
+    const fs::path one = data_set().path() / "one", two = data_set().path() / "two";
+    fs::copy(one, first.path() / "clip", fs::copy_options::recursive);
+    fs::copy(one, second.path() / "clip", fs::copy_options::recursive);
+    const std::string mark = (ClipStore(out.path()).folder({"defrec", "clip"}) / "mark").string();
+    const auto evaluate = [&](const TestFolder& root, const char* how) {
+        return run({"--dataset", "defrec", root.path().string(), "--out", out.path().string(),
+                    "--backend", "cpu", "--quiet", how});
+    };
+    REQUIRE(evaluate(first, "--resume") == 0);
+    std::ofstream(mark).put('x');
+    CHECK(evaluate(second, "--resume") == 0);  // the same data elsewhere
+    CHECK(fs::exists(mark));
+    second.write("clip/points.csv", TestFolder::read(two / "points.csv"));
+    CHECK(evaluate(second, "--merge") == 3);
+    CHECK(evaluate(second, "--resume") == 0);
+    CHECK_FALSE(fs::exists(mark));
+    CHECK(evaluate(second, "--merge") == 0);
+}
+
 TEST_CASE("a clip with a file that is absent or cut is in quarantine, and the others are done") {
     const TestFolder root, out;
     for (const auto& entry : fs::directory_iterator(data_set().path() / "one")) {

@@ -92,6 +92,10 @@ std::optional<fs::path> camera_file(const fs::path& folder, const std::string& v
     return std::nullopt;
 }
 
+fs::path session_of(const fs::path& clip) {
+    return fs::absolute(clip).lexically_normal().parent_path().parent_path();
+}
+
 // The clip's own cameras, else the session's.
 StereoCalibration read_cameras(const fs::path& clip, const fs::path& session) {
     for (const fs::path& folder : {clip / "camera_info", session / "camera_info"}) {
@@ -362,9 +366,13 @@ class D4d : public DataSet {
         return values;
     }
 
+    std::vector<fs::path> inputs_of(const fs::path& clip) const override {
+        const fs::path session = session_of(clip);
+        return {clip, session / kClips, session / "camera_info", session / "pointcloud"};
+    }
     ClipScore run(const ClipTask& task) const override {
         const fs::path folder = fs::absolute(task.folder).lexically_normal();
-        const fs::path session = folder.parent_path().parent_path();
+        const fs::path session = session_of(folder);
         require_entries(folder, {{kLeft, "the rectified left images", true},
                                  {kRight, "the rectified right images", true},
                                  {"curated_camera_pose_start.txt", "the left camera's pose, 4x4"},

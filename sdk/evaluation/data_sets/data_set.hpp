@@ -68,6 +68,10 @@ class DataSet {
     virtual std::string layout() const = 0;
     // Whether a folder under the root is a clip. What it lacks shows when it is run.
     virtual bool is_clip(const std::filesystem::path& folder) const = 0;
+    // Files and folders that the clip's result depends on, also those that are not there.
+    virtual std::vector<std::filesystem::path> inputs_of(const std::filesystem::path& clip) const {
+        return {clip};
+    }
     // Throws CliError; files that are missing or wrong are named with what was expected.
     virtual ClipScore run(const ClipTask& task) const = 0;
 

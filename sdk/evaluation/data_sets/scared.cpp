@@ -126,6 +126,10 @@ class Scared : public DataSet {
                 counted};
     }
 
+    std::vector<fs::path> inputs_of(const fs::path& clip) const override {
+        if (!is_sequence(clip)) return {clip};
+        return {clip, clip.parent_path() / kCalibration};
+    }
     ClipScore run(const ClipTask& task) const override {
         DepthClip clip(task, *this);
         if (is_sequence(task.folder))

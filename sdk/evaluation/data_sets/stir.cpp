@@ -19,6 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr char kCalibration[] = "calib.json";
 constexpr char kPositions[] = "positions.json", kPositions3d[] = "positions3d.json";
 
 enum Column { kDimensions, kError, kStillError };
@@ -27,10 +28,13 @@ bool starts_with(const fs::path& path, const char* prefix) {
     return path.filename().string().starts_with(prefix);
 }
 
+// The folder of both views.
+fs::path root_of(const fs::path& left) { return left.parent_path().parent_path(); }
+
 // The folder of the right view's sequence.
 fs::path right_of(const fs::path& left) {
     const std::string view = left.parent_path().filename().string();
-    return left.parent_path().parent_path() / ("right" + view.substr(4)) / left.filename();
+    return root_of(left) / ("right" + view.substr(4)) / left.filename();
 }
 
 fs::path only_file(const fs::path& folder, const std::string& end, const std::string& what) {
@@ -184,11 +188,14 @@ class Stir : public DataSet {
         return values;
     }
 
+    std::vector<fs::path> inputs_of(const fs::path& clip) const override {
+        return {clip, right_of(clip), root_of(clip) / kCalibration};
+    }
     ClipScore run(const ClipTask& task) const override {
         const fs::path& clip = task.folder;
-        const fs::path root = clip.parent_path().parent_path();
-        require_entries(root, {{"calib.json", "leftcameramat, rightcameramat and so on"}});
-        const Calibration calibration = read_calibration(root / "calib.json");
+        const fs::path root = root_of(clip);
+        require_entries(root, {{kCalibration, "leftcameramat, rightcameramat and so on"}});
+        const Calibration calibration = read_calibration(root / kCalibration);
         const View left = view_in(clip), right = view_in(right_of(clip));
         const Marks start = read_marks(left.start_marks, right.start_marks, left.start_image,
                                        right.start_image, calibration.stereo);

@@ -482,6 +482,9 @@ class Surgt : public DataSet {
                 scores.error_mm, scores.error_std_mm};
     }
 
+    std::vector<fs::path> inputs_of(const fs::path& clip) const override {
+        return {clip, config_of(fs::absolute(clip).lexically_normal())};
+    }
     ClipScore run(const ClipTask& task) const override {
         const fs::path folder = fs::absolute(task.folder).lexically_normal();
         require_entries(folder, {{kInfo,
