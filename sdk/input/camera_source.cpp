@@ -98,9 +98,9 @@ struct CameraSource::Impl {
     }
 
     std::string names() const {
-        std::string text = options.cameras.front();
+        std::string text = shown_source(options.cameras.front());
         for (std::size_t i = 1; i < options.cameras.size(); ++i)
-            text += " and " + options.cameras[i];
+            text += " and " + shown_source(options.cameras[i]);
         return text;
     }
 

@@ -212,6 +212,8 @@ TEST_CASE("a camera that cannot be opened is refused with the reason") {
     CHECK_SAYS(device, "/dev/null");
     CHECK_MESSAGE(device.find("..") == std::string::npos, device);
     CHECK_SAYS(refusal(two_cameras(camera(), "left.mp4")), "is a camera and");
+    CHECK_SAYS(refusal(one_camera("gst:x location=rtsp://user:secret@host")), "=rtsp://***@host");
+    CHECK_SAYS(refusal(two_cameras("left.mp4", "rtsp://user:secret@host")), "rtsp://***@host is");
     CHECK_SAYS(refusal(two_cameras(camera(), camera("width=64,height=64"))),
                "they must be of one size");
 }

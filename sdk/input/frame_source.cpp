@@ -284,7 +284,8 @@ struct FrameSource::Impl {
             return;
         }
         if (live > 0) {
-            throw CliError(ExitCode::kInput, "one of " + options.left + " and " + options.right +
+            throw CliError(ExitCode::kInput, "one of " + shown_source(options.left) + " and " +
+                                                 shown_source(options.right) +
                                                  " is a camera and the other is not.");
         }
         left = ImageStream::open(names.front());
@@ -306,7 +307,7 @@ struct FrameSource::Impl {
         throw CliError(ExitCode::kInput, text.str());
     }
 
-    const std::string& source_name() const { return options.name(); }
+    std::string source_name() const { return options.name(); }
 
     // The recorded frame's; none where there is none, which is a fault.
     std::optional<double> recorded_time() {
@@ -408,7 +409,7 @@ struct FrameSource::Impl {
         for (const cv::Mat* image : {&pair.left, &pair.right}) {
             if (image->size() == size) continue;
             const bool is_right = image == &pair.right && !options.right.empty();
-            fault = (is_right ? options.right : source_name()) + ": frame " +
+            fault = (is_right ? shown_source(options.right) : source_name()) + ": frame " +
                     std::to_string(position) + " is " + size_text(*image) + ", those before are " +
                     cli::size_text(size.width, size.height) + "; the size must not change.";
             return false;

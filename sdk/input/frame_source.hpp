@@ -13,6 +13,7 @@
 #include "include/defrec_c.h"
 #include "sdk/input/bag_options.hpp"
 #include "sdk/input/camera_counts.hpp"
+#include "sdk/input/camera_name.hpp"
 #include "sdk/input/disparity_folder.hpp"
 #include "sdk/io/field_order.hpp"
 
@@ -52,9 +53,9 @@ struct SourceOptions {
         const bool has_both = !left.empty() && !right.empty();
         return int{has_both} + int{!stereo.empty()} + int{bag.is_given()} == 1;
     }
-    // The name of the left view's source, or of the one that carries both; for messages.
-    const std::string& name() const {
-        return bag.is_given() ? bag.path : stereo.empty() ? left : stereo;
+    // The left view's source, or the one that carries both, as it is shown.
+    std::string name() const {
+        return shown_source(bag.is_given() ? bag.path : stereo.empty() ? left : stereo);
     }
 
     BagOptions bag;                // this, or

@@ -1,4 +1,5 @@
 // Cameras in a build without GStreamer: an error message.
+#include "sdk/input/camera_name.hpp"
 #include "sdk/input/camera_source.hpp"
 #include "sdk/io/exit_code.hpp"
 
@@ -9,7 +10,7 @@ struct CameraSource::Impl {
 };
 
 CameraSource::CameraSource(const CameraOptions& options) {
-    throw CliError(ExitCode::kInput, options.cameras.front() +
+    throw CliError(ExitCode::kInput, shown_source(options.cameras.front()) +
                                          ": this program was built without GStreamer, which "
                                          "cameras need; give recorded images or videos.");
 }

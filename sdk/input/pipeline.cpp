@@ -87,7 +87,7 @@ class MappedSample {
 // What is made of it ends with a full stop of its own.
 std::string reason_of(const GError* error) {
     if (error == nullptr) return "no reason was given";
-    std::string text = error->message;
+    std::string text = shown_source(error->message);
     while (text.ends_with('.')) text.pop_back();
     return text;
 }
@@ -97,7 +97,10 @@ bool lacks_an_element(const GError* error) {
            error->code == GST_PARSE_ERROR_NO_SUCH_ELEMENT;
 }
 
-[[noreturn]] void fail(const std::string& message) { throw CliError(ExitCode::kInput, message); }
+// A pipeline is said whole.
+[[noreturn]] void fail(const std::string& message) {
+    throw CliError(ExitCode::kInput, shown_source(message));
+}
 
 void start_gstreamer() {
     GError* error = nullptr;

@@ -27,7 +27,8 @@ TEST_CASE("a recording of two cameras has their images and times, and counts wha
     RecordOptions options;
     options.source.left = options.source.right =
         "gst:videotestsrc is-live=true pattern=ball num-buffers=20 ! "
-        "video/x-raw,format=GRAY8,width=160,height=120,framerate=20/1";
+        "video/x-raw,format=GRAY8,width=160,height=120,framerate=20/1,"
+        "from=(string)\"rtsp://user:secret@host\"";
     options.out = folder / "recording";
     options.quiet = true;
     REQUIRE(run_record(options) == 0);
@@ -37,6 +38,10 @@ TEST_CASE("a recording of two cameras has their images and times, and counts wha
     CHECK(json["channels"] == 1);
     CHECK(json["fps"] == 20);
     CHECK(json["end"] == "complete");
+    for (const char* view : {"left", "right"}) {
+        const auto source = json[view].get<std::string>();
+        CHECK(source.find("\"rtsp://***@host\"") != std::string::npos);
+    }
     const nlohmann::json& cameras = json["cameras"];
     CHECK(frames + json["frames_dropped"].get<std::int64_t>() +
               cameras["frames_missed"].get<std::int64_t>() ==

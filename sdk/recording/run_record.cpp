@@ -23,6 +23,7 @@
 #include "sdk/base/os/atomic_file.hpp"
 #include "sdk/base/os/descriptor.hpp"
 #include "sdk/base/os/stdio_file.hpp"
+#include "sdk/input/camera_name.hpp"
 #include "sdk/input/recorded_folder.hpp"
 #include "sdk/input/view_image.hpp"
 #include "sdk/io/exit_code.hpp"
@@ -311,9 +312,9 @@ class Recording {
                         : is_interrupted         ? "interrupted"
                                                  : "complete"},
                 {"fault", source_.fault()},
-                {"left", options_.source.left},
-                {"right", options_.source.right},
-                {"stereo", options_.source.stereo},
+                {"left", shown_source(options_.source.left)},
+                {"right", shown_source(options_.source.right)},
+                {"stereo", shown_source(options_.source.stereo)},
                 {"bag", options_.source.bag.path},
                 {"run", folder_.run()}};
     }

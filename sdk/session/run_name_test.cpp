@@ -31,6 +31,8 @@ TEST_CASE("a camera or a file with both views is named as it was given") {
     source.left = "/dev/video0";
     source.right = "/dev/video2";
     CHECK(run_name(source, true, "out") == "/dev/video0");
+    source.left = "rtsp://user:secret@host/left";
+    CHECK(run_name(source, true, "out") == "rtsp://***@host/left");
     source.stereo = "videos/both.mp4";
     CHECK(run_name(source, false, "out") == "videos/both.mp4");
 }

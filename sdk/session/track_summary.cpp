@@ -7,6 +7,7 @@
 
 #include "sdk/contract/enumerations.hpp"
 #include "sdk/input/bag_calibration.hpp"
+#include "sdk/input/camera_name.hpp"
 #include "sdk/io/counted.hpp"
 #include "sdk/io/process_memory.hpp"
 #include "sdk/io/statistics.hpp"
@@ -28,8 +29,9 @@ Json views_json(const SourceOptions& source, const std::optional<BagFacts>& bag)
         return {{"bag", source.bag.path},
                 {"left_topic", bag->left_topic},
                 {"right_topic", bag->right_topic}};
-    if (source.stereo.empty()) return {{"left", source.left}, {"right", source.right}};
-    return {{"stereo", source.stereo}, {"layout", layout_name(source.layout)}};
+    if (source.stereo.empty())
+        return {{"left", shown_source(source.left)}, {"right", shown_source(source.right)}};
+    return {{"stereo", shown_source(source.stereo)}, {"layout", layout_name(source.layout)}};
 }
 
 Json input_json(const TrackFacts& facts) {
