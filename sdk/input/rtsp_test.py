@@ -89,11 +89,12 @@ def main():
             "--frames",
             f":{FRAMES}",
         ]
-        address = f"rtspt://127.0.0.1:{port}/stereo"
+        address = f"rtspt://user:secret@127.0.0.1:{port}/stereo"
+        shown = address.replace("user:secret", "***")
 
         refused = subprocess.run([*track, "--stereo", address], stderr=subprocess.PIPE, text=True)
         assert (
-            refused.returncode == 3 and address in refused.stderr and ".." not in refused.stderr
+            refused.returncode == 3 and shown in refused.stderr and ".." not in refused.stderr
         ), refused
 
         server = start_server(sequence, port, IMAGES_OF_THE_FIRST_SERVER)
@@ -103,12 +104,22 @@ def main():
         assert "the camera stopped" in notice, notice
         server = start_server(sequence, port)
         rest = tracker.communicate()[1]
+        again = subprocess.run(
+            [program, "track", "--like", tracked / "summary.json", "--out", folder / "again"]
+            + ["--frames", ":2"],
+            capture_output=True,
+            text=True,
+        )
         server.kill()
         server.wait()
         assert tracker.returncode == 0 and "the camera is back after" in rest, (
             tracker.returncode,
             rest,
         )
+
+        assert again.returncode == 0 and "without user and password" in again.stderr, again
+        for result in [*tracked.iterdir(), *(folder / "again").iterdir()]:
+            assert b"secret" not in result.read_bytes(), result
 
         summary = json.loads((tracked / "summary.json").read_text())
         cameras = summary["cameras"]

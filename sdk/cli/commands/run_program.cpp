@@ -89,7 +89,7 @@ int run_program(int argc, const char* const* argv) {
     std::function<int()> run;
     add_commands(app, run);
     try {
-        const Arguments arguments = with_recorded_options({argv, argv + argc});
+        const Arguments arguments = with_recorded_options(app, {argv, argv + argc});
         return carry_out(app, run, arguments.count(), arguments.values());
     } catch (const CliError& error) {
         print_notice(error.what());

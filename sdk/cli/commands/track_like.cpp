@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "sdk/input/camera_name.hpp"
 #include "sdk/io/exit_code.hpp"
+#include "sdk/io/json_text.hpp"
+#include "sdk/io/terminal.hpp"
 #include "sdk/io/text.hpp"
 
 namespace defrec::cli {
@@ -21,9 +25,9 @@ constexpr std::size_t kMaxSummaryBytes = 16'000'000;
 constexpr const char* kNotRepeated[] = {"out",         "like",       "save-template", "trace",
                                         "quiet",       "json",       "view",          "igtl",
                                         "igtl-listen", "igtl-clock", "igtl-image"};
-constexpr const char* kPaths[] = {"left",        "right",     "stereo",       "recording", "bag",
-                                  "times",       "points",    "targets",      "plan",      "config",
-                                  "calibration", "disparity", "from-template"};
+constexpr const char* kSources[] = {"left", "right", "stereo"};
+constexpr const char* kFiles[] = {"recording", "bag",    "times",     "points",       "targets",
+                                  "plan",      "config", "disparity", "from-template"};
 // If the first of a line is given, the others of it are not taken from the summary.
 constexpr const char* kContradicting[][2] = {
     {"left", "stereo layout recording bag left-topic right-topic stereo-topic"},
@@ -75,11 +79,12 @@ bool is_given(const std::vector<std::string>& words, const std::string& option) 
     return false;
 }
 
-// A path as it is from here; addresses of cameras stay as they are.
-std::string from_here(const std::string& path, const fs::path& folder) {
-    if (path.find("://") != std::string::npos || path.compare(0, 4, "gst:") == 0) return path;
-    std::string paths;  // two files, with a comma between them
-    for (const std::string_view each : split(path, ','))
+// A calibration as it is from here: a file, or two with a comma between them.
+std::string calibration_from_here(const std::string& text, const fs::path& folder) {
+    std::error_code error;
+    if (fs::exists(folder / text, error)) return (folder / text).string();
+    std::string paths;
+    for (const std::string_view each : split(text, ','))
         paths += (paths.empty() ? "" : ",") + (folder / each).string();
     return paths;
 }
@@ -88,11 +93,64 @@ Json read_summary(const std::string& path) {
     const Json summary =
         Json::parse(read_file(path, kMaxSummaryBytes, ExitCode::kInput), nullptr, false);
     if (!summary.is_object() || !summary.contains("options") || !summary["options"].is_object() ||
-        !summary.contains("folder") || !summary["folder"].is_string())
+        !summary.contains("folder") || !summary["folder"].is_string() ||
+        !fs::path(summary["folder"].get<std::string>()).is_absolute())
         throw CliError(ExitCode::kInput,
                        path + ": this is no summary.json of `defrec track` with its options.");
     return summary;
 }
+
+// The options of a summary, of whose writer nothing is known.
+class Summary {
+  public:
+    Summary(const std::string& path, const CLI::App& command)
+        : path_(path), json_(read_summary(path)), folder_(json_["folder"].get<std::string>()) {
+        for (const RecordedOption& option : recorded_options(command))
+            is_flag_[option.name] = option.is_flag;
+    }
+
+    const Json& options() const { return json_["options"]; }
+
+    // The words that give the option as it was recorded. is_quiet: without a notice.
+    std::vector<std::string> words_of(const std::string& name, const Json& value,
+                                      bool is_quiet) const {
+        const auto option = is_flag_.find(name);
+        if (option == is_flag_.end() || !(option->second ? value.is_boolean() : value.is_string()))
+            throw CliError(ExitCode::kInput, path_ + ": its option " + json_text(Json(name)) +
+                                                 " is none as `defrec track` records them.");
+        if (option->second) return {"--" + name};
+        return {"--" + name, repeated(name, value.get<std::string>(), is_quiet)};
+    }
+
+  private:
+    std::string repeated(const std::string& name, const std::string& text, bool is_quiet) const {
+        if (is_one_of(name, kSources)) return source_of(name, text, is_quiet);
+        if (name == "calibration") return calibration_from_here(text, folder_);
+        return is_one_of(name, kFiles) ? (folder_ / text).string() : text;
+    }
+
+    // Addresses of cameras stay as they are.
+    std::string source_of(const std::string& name, const std::string& text, bool is_quiet) const {
+        if (parse_camera(text).kind == CameraName::Kind::kPipeline)
+            throw CliError(ExitCode::kUsage,
+                           path_ + ": --" + name +
+                               " is a pipeline of GStreamer there, which may run any command; if "
+                               "it is yours, give it beside --like.");
+        if (text.find("://") == std::string::npos) return (folder_ / text).string();
+        const std::optional<std::string> address = without_hidden_user(text);
+        if (!address) return text;
+        if (!is_quiet)
+            print_notice(path_ + " has --" + name + " without user and password: " + *address +
+                         " is taken; if the camera asks for them, give the whole address beside "
+                         "--like.");
+        return *address;
+    }
+
+    const std::string path_;
+    const Json json_;
+    const fs::path folder_;
+    std::map<std::string, bool> is_flag_;  // the command's options
+};
 
 }  // namespace
 
@@ -108,34 +166,31 @@ std::vector<RecordedOption> recorded_options(const CLI::App& command) {
         RecordedOption each{option->get_lnames().front(), option->get_expected_max() == 0, {}};
         if (option->count() > 0)
             each.value = option->results().empty() ? std::string() : option->results().back();
+        if (each.value && is_one_of(each.name, kSources)) each.value = shown_source(*each.value);
         recorded.push_back(std::move(each));
     }
     return recorded;
 }
 
-Arguments with_recorded_options(std::vector<std::string> words) {
+Arguments with_recorded_options(const CLI::App& app, std::vector<std::string> words) {
     if (words.size() < 2 || words[1] != "track") return Arguments(std::move(words));
     const std::optional<std::string> path = value_of(words, "like");
     if (!path) return Arguments(std::move(words));
-    const Json summary = read_summary(*path);
-    const fs::path folder = summary["folder"].get<std::string>();
+    const Summary summary(*path, *app.get_subcommand("track"));
+    const bool is_quiet = is_given(words, "quiet");
     std::vector<std::string> more;
     // A bag whose views are in two topics has no use for the layout of a video.
     const auto is_of_video = [&](const std::string& name) {
         return name == "layout" && value_of(words, "bag") &&
-               summary["options"].value("stereo", Json()).is_string();
+               summary.options().value("stereo", Json()).is_string();
     };
-    for (const auto& [name, value] : summary["options"].items()) {
-        if (value.is_null() || is_one_of(name, kNotRepeated) || is_given(words, name) ||
+    for (const auto& [name, value] : summary.options().items()) {
+        const bool is_not_given = value.is_null() || value == Json(false);
+        if (is_not_given || is_one_of(name, kNotRepeated) || is_given(words, name) ||
             is_of_video(name))
             continue;
-        if (value.is_boolean()) {
-            if (value.get<bool>()) more.push_back("--" + name);
-        } else if (value.is_string()) {
-            const std::string text = value.get<std::string>();
-            more.push_back("--" + name);
-            more.push_back(is_one_of(name, kPaths) ? from_here(text, folder) : text);
-        }
+        const std::vector<std::string> given = summary.words_of(name, value, is_quiet);
+        more.insert(more.end(), given.begin(), given.end());
     }
     words.insert(words.begin() + 2, more.begin(), more.end());
     return Arguments(std::move(words));

@@ -24,12 +24,14 @@ class Arguments {
     std::vector<const char*> pointers_;
 };
 
-// Every option of the command, whether it was given or not.
+// Every option of the command, whether it was given or not; addresses of cameras without users and
+// passwords.
 std::vector<RecordedOption> recorded_options(const CLI::App& command);
 
 // The words, with the options that the summary of --like holds in place where the command is
-// `track` and has it: those that are given beside it count, and so do those that contradict them.
-// Throws CliError(kInput) for a file that is no summary.
-Arguments with_recorded_options(std::vector<std::string> words);
+// `track` of app and has it: those that are given beside it count, and so do those that contradict
+// them. The summary may be anybody's: options that the command does not have are refused, and so
+// are pipelines, which run commands. Throws CliError, kInput for a file that is no summary.
+Arguments with_recorded_options(const CLI::App& app, std::vector<std::string> words);
 
 }  // namespace defrec::cli

@@ -46,7 +46,7 @@ std::vector<std::string> words_of(const Arguments& arguments) {
 }
 
 std::vector<std::string> expanded(const std::vector<std::string>& words) {
-    return words_of(with_recorded_options(words));
+    return words_of(with_recorded_options(Program().app, words));
 }
 
 }  // namespace
@@ -200,10 +200,93 @@ TEST_CASE("a bag of a summary is found from anywhere, and its topics go with it"
     CHECK(expanded({"defrec", "track", "--like", video, "--bag", "b.mcap"}).size() == 6);
 }
 
+TEST_CASE("a comma in a name divides it only where it is one of two calibrations") {
+    const TestFolder folder;
+    folder.write("rig, old.yaml", "");
+    const auto given = [&](const char* options) {
+        const std::string summary =
+            folder.write("summary.json", R"({"folder": ")" + folder.path().string() +
+                                             R"(", "options": )" + options + "}");
+        const std::vector<std::string> all = expanded({"defrec", "track", "--like", summary});
+        return std::vector<std::string>(all.begin() + 2, all.end() - 2);
+    };
+    CHECK(
+        given(R"({"left": "Smith, J/left.mp4", "plan": "a,b"})") ==
+        std::vector<std::string>{"--left", folder / "Smith, J/left.mp4", "--plan", folder / "a,b"});
+    CHECK(given(R"({"calibration": "rig, old.yaml"})") ==
+          std::vector<std::string>{"--calibration", folder / "rig, old.yaml"});
+    CHECK(given(R"({"calibration": "l.yaml,r.yaml"})") ==
+          std::vector<std::string>{"--calibration", (folder / "l.yaml,") + (folder / "r.yaml")});
+}
+
+TEST_CASE("a summary of somebody else gives no option that is not repeated, and runs nothing") {
+    const TestFolder folder;
+    const auto refused = [&](const std::string& options, ExitCode code = ExitCode::kInput,
+                             std::vector<std::string> beside = {}) {
+        beside.insert(beside.begin(), {"defrec", "track", "--like"});
+        beside.insert(
+            beside.begin() + 3,
+            folder.write("summary.json", R"({"folder": "/data", "options": )" + options + "}"));
+        return refusal_of([&] { expanded(beside); }, code);
+    };
+    CHECK_SAYS(refused(R"({"save-template=/home/u/x": true})"),
+               R"(its option "save-template=/home/u/x" is none as `defrec track` records them)");
+    for (const char* options :
+         {R"({"seed=3 --out": "x"})", R"({"help": true})", R"({"-save": "x"})", R"({"seed": true})",
+          R"({"grow": "x"})", R"({"seed": 7})", R"({"left": ["a"]})"})
+        CHECK_SAYS(refused(options), "is none as `defrec track` records");
+    CHECK(refused(R"({"of_another_version": null, "flag": false, "out": "x", "like": "y"})") ==
+          "accepted");
+    for (const char* source : {"left", "right", "stereo"}) {
+        const std::string options = std::string("{\"") + source + R"(": "gst:filesink"})";
+        CHECK_SAYS(refused(options, ExitCode::kUsage), "give it beside --like");
+        CHECK(refused(options, ExitCode::kUsage, {std::string("--") + source, "gst:fakesrc"}) ==
+              "accepted");
+    }
+    // What follows an option is its value, whatever it looks like.
+    Program program;
+    const Arguments arguments = with_recorded_options(
+        program.app,
+        {"defrec", "track", "--like",
+         folder.write("value.json",
+                      R"({"folder": "/data", "options": {"frames": "--save-template=x"}})")});
+    CHECK_SAYS(refusal_of([&] { program.app.parse(arguments.count(), arguments.values()); },
+                          ExitCode::kUsage),
+               "--frames: '--save-template=x' is not of the form");
+    const std::string relative = folder.write(
+        "relative.json", R"({"folder": "gst:filesink location=x", "options": {"left": "y"}})");
+    CHECK_SAYS(refusal_of([&] {
+                   expanded({"defrec", "track", "--like", relative});
+               }),
+               "this is no summary.json");
+}
+
+TEST_CASE("a camera's password is in no options that are kept, and its address is given again") {
+    Program program;
+    CLI::App& track = *program.app.get_subcommand("track");
+    std::vector<const char*> words{
+        "defrec",   "track",     "--stereo",      "rtsp://u:secret@host/a",
+        "--out",    "result",    "--calibration", "c.yaml",
+        "--layout", "top-bottom"};
+    program.app.parse(static_cast<int>(words.size()), words.data());
+    std::string stereo;
+    for (const RecordedOption& option : recorded_options(track))
+        if (option.name == "stereo") stereo = option.value.value();
+    CHECK(stereo == "rtsp://***@host/a");
+
+    const TestFolder folder;
+    const std::string summary = folder.write(
+        "summary.json", R"({"folder": "/data", "options": {"stereo": ")" + stereo + R"("}})");
+    CHECK(expanded({"defrec", "track", "--like", summary, "--quiet"}) ==
+          std::vector<std::string>{"defrec", "track", "--stereo", "rtsp://host/a", "--like",
+                                   summary, "--quiet"});
+}
+
 TEST_CASE("what is no summary with options is refused") {
     const TestFolder folder;
     for (const char* text :
-         {"", "[]", "{}", R"({"options": {}})", R"({"options": 1, "folder": ""})"})
+         {"", "[]", "{}", R"({"options": {}})", R"({"options": 1, "folder": "/"})",
+          R"({"options": {}, "folder": ""})"})
         CHECK_SAYS(refusal_of([&] {
                        expanded({"defrec", "track", "--like", folder.write("s.json", text)});
                    }),
