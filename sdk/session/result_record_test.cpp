@@ -1,0 +1,25 @@
+// What a result's fields become in frames.csv.
+#include "sdk/session/result_record.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdint>
+
+using namespace defrec::cli;
+
+TEST_CASE("a frame in which nothing was measured has no residual") {
+    defrec_result result{};
+    result.vertex_count = 100;
+    result.mean_residual_mm = 0.25;
+    const auto residual = [&](std::uint32_t state, float observed_share) {
+        result.state = state;
+        result.observed_share = observed_share;
+        return frame_row({}, result).mean_residual_mm;
+    };
+    CHECK(residual(DEFREC_TRACKING, 0.5f) == 0.25);
+    CHECK(residual(DEFREC_DEGRADED, 0.1f) == 0.25);
+    CHECK(std::isnan(residual(DEFREC_DEGRADED, 0)));  // one view alone shows the tissue
+    CHECK(std::isnan(residual(DEFREC_LOST, 0)));
+    CHECK(std::isnan(residual(DEFREC_INITIALISING, 0)));
+}
