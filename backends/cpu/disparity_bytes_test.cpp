@@ -5,7 +5,6 @@
 
 #include "backends/cpu/stages.hpp"
 #include "backends/shared/test_host.hpp"
-#include "sdk/contract/stage_params.hpp"
 
 using namespace defrec;
 
