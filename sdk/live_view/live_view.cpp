@@ -500,8 +500,8 @@ void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<Vi
     {
         const std::lock_guard lock(impl_->mutex);
         impl_->remember({frame.index, frame.timestamp_ms,
-                         impl_->shown_state.take(frame.state, frame.timestamp_ms), frame.reasons,
-                         frame.frame_ms, frame.observed_share, std::move(view)});
+                         impl_->shown_state.take(frame.state, frame.reasons, frame.timestamp_ms),
+                         frame.reasons, frame.frame_ms, frame.observed_share, std::move(view)});
         impl_->left_size = left.size();
         if (impl_->waiting == 0) {
             // A page that comes now would take the frame before for that of now.

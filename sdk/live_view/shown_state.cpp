@@ -2,8 +2,25 @@
 #include "sdk/live_view/shown_state.hpp"
 
 namespace defrec::cli {
+namespace {
 
-std::string ShownState::take(const std::string& state, double timestamp_ms) {
+bool is_named(const std::string& reasons, const char* name) {
+    return reasons.find(name) != std::string::npos;
+}
+
+}  // namespace
+
+std::string ShownState::take(const std::string& state, const std::string& reasons,
+                             double timestamp_ms) {
+    std::string said = state_of_tissue(state, timestamp_ms);
+    // Pictures that stay black do not move either; where the tissue is lost, that is why.
+    const bool is_black = (is_named(reasons, "dark") || is_named(reasons, "saturated")) &&
+                          !is_named(reasons, "one-view");
+    const bool is_lost_in_black = is_black && (said == "lost" || said == "unfound");
+    return stands_still(reasons, timestamp_ms) && !is_lost_in_black ? "stalled" : said;
+}
+
+std::string ShownState::state_of_tissue(const std::string& state, double timestamp_ms) {
     if (state == "relocalised") {
         found_ = was_followed_ ? "relocalised" : "found";
         found_at_ms_ = timestamp_ms;
@@ -18,6 +35,15 @@ std::string ShownState::take(const std::string& state, double timestamp_ms) {
     }
     found_.clear();
     return state == "lost" && !was_followed_ ? "unfound" : state;
+}
+
+bool ShownState::stands_still(const std::string& reasons, double timestamp_ms) {
+    if (!is_named(reasons, "frozen")) {
+        frozen_from_ms_.reset();
+        return false;
+    }
+    if (!frozen_from_ms_ || timestamp_ms < *frozen_from_ms_) frozen_from_ms_ = timestamp_ms;
+    return timestamp_ms - *frozen_from_ms_ >= kFrozenMs;
 }
 
 }  // namespace defrec::cli

@@ -1,8 +1,9 @@
 // The state as the page says it. Tissue that is found again is said to be so for some seconds,
-// since a single frame is not seen; and what was never followed was not lost, as at the start of a
-// run with --from-template.
+// since a single frame is not seen; what was never followed was not lost, as at the start of a run
+// with --from-template; and what a video shows that stands still is not of now.
 #pragma once
 
+#include <optional>
 #include <string>
 
 namespace defrec::cli {
@@ -12,15 +13,22 @@ class ShownState {
     // Time of the pictures for which "found" or "relocalised" is said, in place of tracking and
     // degraded.
     static constexpr double kFoundMs = 5000;
+    // Time of the pictures for which they stand still before "stalled" is said: single ones are
+    // repeated where a source of 25 frames/s is sent at 30.
+    static constexpr double kFrozenMs = 500;
 
-    // state: the tracker's, of one frame after the other. Returns the same, or what is said in its
-    // place, "found" and "unfound" among that.
-    std::string take(const std::string& state, double timestamp_ms);
+    // state, reasons: the tracker's, of one frame after the other. Returns the state, or what is
+    // said in its place, "found", "unfound" and "stalled" among that.
+    std::string take(const std::string& state, const std::string& reasons, double timestamp_ms);
 
   private:
+    std::string state_of_tissue(const std::string& state, double timestamp_ms);
+    bool stands_still(const std::string& reasons, double timestamp_ms);
+
     bool was_followed_ = false;
     std::string found_;  // what is said; empty: nothing else than the tracker's state
     double found_at_ms_ = 0;
+    std::optional<double> frozen_from_ms_;
 };
 
 }  // namespace defrec::cli

@@ -6,28 +6,47 @@ using defrec::cli::ShownState;
 
 TEST_CASE("found again is said for some seconds of the pictures, and not while it is lost") {
     ShownState state;
-    CHECK(state.take("initialising", 0) == "initialising");
-    CHECK(state.take("tracking", 100) == "tracking");
-    CHECK(state.take("lost", 200) == "lost");
-    CHECK(state.take("relocalised", 300) == "relocalised");
-    CHECK(state.take("tracking", 400) == "relocalised");
-    CHECK(state.take("degraded", 299 + ShownState::kFoundMs) == "relocalised");
-    CHECK(state.take("degraded", 300 + ShownState::kFoundMs) == "degraded");
-    CHECK(state.take("tracking", 400) == "tracking");  // it has been said
-    CHECK(state.take("lost", 20000) == "lost");
-    CHECK(state.take("relocalised", 20100) == "relocalised");
-    CHECK(state.take("lost", 20200) == "lost");
-    CHECK(state.take("tracking", 20300) == "tracking");
-    CHECK(state.take("relocalised", 20400) == "relocalised");
-    CHECK(state.take("tracking", 0) == "tracking");  // the recording starts again
+    CHECK(state.take("initialising", "", 0) == "initialising");
+    CHECK(state.take("tracking", "", 100) == "tracking");
+    CHECK(state.take("lost", "", 200) == "lost");
+    CHECK(state.take("relocalised", "", 300) == "relocalised");
+    CHECK(state.take("tracking", "", 400) == "relocalised");
+    CHECK(state.take("degraded", "", 299 + ShownState::kFoundMs) == "relocalised");
+    CHECK(state.take("degraded", "", 300 + ShownState::kFoundMs) == "degraded");
+    CHECK(state.take("tracking", "", 400) == "tracking");  // it has been said
+    CHECK(state.take("lost", "", 20000) == "lost");
+    CHECK(state.take("relocalised", "", 20100) == "relocalised");
+    CHECK(state.take("lost", "", 20200) == "lost");
+    CHECK(state.take("tracking", "", 20300) == "tracking");
+    CHECK(state.take("relocalised", "", 20400) == "relocalised");
+    CHECK(state.take("tracking", "", 0) == "tracking");  // the recording starts again
 }
 
 TEST_CASE("what was never followed was not lost, and is not found again") {
     ShownState state;
-    CHECK(state.take("lost", 0) == "unfound");
-    CHECK(state.take("relocalised", 100) == "found");
-    CHECK(state.take("tracking", 200) == "found");
-    CHECK(state.take("tracking", 100 + ShownState::kFoundMs) == "tracking");
-    CHECK(state.take("lost", 9000) == "lost");
-    CHECK(state.take("relocalised", 9100) == "relocalised");
+    CHECK(state.take("lost", "", 0) == "unfound");
+    CHECK(state.take("relocalised", "", 100) == "found");
+    CHECK(state.take("tracking", "", 200) == "found");
+    CHECK(state.take("tracking", "", 100 + ShownState::kFoundMs) == "tracking");
+    CHECK(state.take("lost", "", 9000) == "lost");
+    CHECK(state.take("relocalised", "", 9100) == "relocalised");
+}
+
+TEST_CASE("a video that stands still for half a second is not of now") {
+    ShownState state;
+    CHECK(state.take("tracking", "", 0) == "tracking");
+    // A single frame that is repeated.
+    CHECK(state.take("degraded", "frozen", 40) == "degraded");
+    CHECK(state.take("tracking", "", 80) == "tracking");
+    CHECK(state.take("tracking", "frozen", 120) == "tracking");
+    CHECK(state.take("degraded", "gap, frozen", 119 + ShownState::kFrozenMs) == "degraded");
+    CHECK(state.take("degraded", "frozen", 120 + ShownState::kFrozenMs) == "stalled");
+    CHECK(state.take("lost", "frozen", 1000) == "stalled");
+    CHECK(state.take("degraded", "frozen, one-view, dark", 1100) == "stalled");
+    CHECK(state.take("lost", "dark, frozen, no-texture", 1200) == "lost");
+    CHECK(state.take("degraded", "frozen", 1300) == "stalled");
+    CHECK(state.take("degraded", "few-matches", 1400) == "degraded");
+    CHECK(state.take("degraded", "frozen", 1500) == "degraded");
+    CHECK(state.take("degraded", "frozen", 200) == "degraded");  // the recording starts again
+    CHECK(state.take("degraded", "frozen", 200 + ShownState::kFrozenMs) == "stalled");
 }

@@ -11,6 +11,11 @@ const kReasons = {
   relocalised: 'contradicted',
   found: 'contradicted'
 };
+// Frames that repeat the one before: one of them, and once the program says that they stand still.
+const kFrozen = {
+  repeated: 'degraded',
+  frozen: 'stalled'
+};
 const kChecks = {
   frames: 12,
   findings: []
@@ -55,7 +60,8 @@ export class Replay {
     this.of = null;            // the answer that is given in followed states; null: of tracking
     this.extrapolated = null;  // expected error of one more point, mm
     this.isBehindProxy = false;
-    this.isCut = false;  // all but page and frames
+    this.isCut = false;         // all but page and frames
+    this.isUnobserved = false;  // neither tissue nor points
     this.frame = 1000;
     this.missed = [];   // states of frames before the next one
     this.waiting = [];  // answers that come with release()
@@ -77,12 +83,20 @@ export class Replay {
     const {header, sections: bodies} =
         isLost ? this.answers.lost : this.answers[this.of ?? 'tracking'];
     const moments = [...this.missed.splice(0), this.state].map((state) => {
-      const [, ms, , reasons, ...rest] = header.moments.at(-1);
-      return [++this.frame, ms, state, this.of ? reasons : kReasons[state] ?? reasons, ...rest];
+      const [, , , given, frameMs, observed, view] = header.moments.at(-1);
+      const isFrozen = state in kFrozen;
+      const reasons = this.of ? given : isFrozen ? 'frozen' : kReasons[state] ?? given;
+      return [
+        ++this.frame, kAnswerMs * this.frame, kFrozen[state] ?? state, reasons, frameMs,
+        isFrozen || this.isUnobserved ? 0 : observed, view
+      ];
     });
-    const points = this.extrapolated === null ?
+    const known = this.extrapolated === null ?
         header.points :
         [...header.points, [901, 1, true, '', 80, 60, 0, 0, 80, this.extrapolated]];
+    const points = this.isUnobserved || this.state in kFrozen ?
+        known.map(([id, , ...rest]) => [id, 2, ...rest]) :
+        known;
     const sections = header.sections.map(
         ([name, bytes]) => [name === 'overlay' && !hasOverlay ? '' : name, bytes]);
     const frame = this.frame;

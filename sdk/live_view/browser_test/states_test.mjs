@@ -109,6 +109,46 @@ async function clickPicture(page, message) {
   assert.match(said, message);
 }
 
+/** A video that stands still is not of now, also while the picture is paused. */
+async function lookAtFrozen(page, replay) {
+  replay.isUnobserved = true;
+  const unobserved = await lookAt(replay, [page], 'degraded');
+  assert.match(unobserved.say, /^Nothing of the tissue is seen now\. Do not rely/);
+  assert.match(unobserved.points, /^Points: \d lost$/);
+  replay.isUnobserved = false;
+  await lookAt(replay, [page], 'tracking');
+  replay.state = 'repeated';
+  const repeated = await look(page, 'degraded');
+  assert.match(repeated.say, /^The same picture came again: .* Why: the picture stands still/);
+  for (const {say} of [unobserved, repeated]) assert.doesNotMatch(say, /followed/);
+  for (const isPaused of [false, true]) {
+    await lookAt(replay, [page], 'tracking', isPaused);
+    replay.state = 'frozen';
+    const frozen = await look(page, 'stalled');
+    await picture(page, isPaused ? 'frozen_paused' : 'frozen');
+    assert.equal(frozen.word, kWords.stalled);
+    assert.match(
+        frozen.say, /the video stands still\. The same.* What to do: check the video source\./);
+    assert.doesNotMatch(frozen.say, /followed/);
+    assert.deepEqual([frozen.colour, frozen.frame], [kRed, kRed]);
+    assert.ok(frozen.isPictureGray && frozen.isFlashing && !frozen.takesPoints);
+    assert.match(frozen.text, /Of the last picture, not of now/);
+    await page.click('#pause');
+    await page.waitForFunction(
+        (wasPaused) => wasPaused === document.getElementById('paused').hidden, {}, isPaused);
+  }
+  replay.state = 'frozen';
+  // It counts from the picture that came first, though others like it came since.
+  await page.waitForFunction(() => {
+    const [, age] =
+        document.getElementById('old-picture').textContent.match(/^Picture of (\d+\.\d) s ago$/) ??
+        [];
+    return document.documentElement.dataset.state === 'stalled' && parseFloat(age) > 1.5;
+  });
+  const back = await lookAt(replay, [page], 'tracking');
+  assert.deepEqual([back.oldPicture, back.isPictureGray], ['', false]);
+}
+
 async function lookAtStates(page, other, replay, isPlain) {
   const tracking = await lookAt(replay, [page, other], 'tracking');
   assert.equal(tracking.isPictureGray, false);
@@ -170,6 +210,7 @@ async function lookAtStates(page, other, replay, isPlain) {
   await lookAt(replay, [page], 'tracking', true);
   await lookAtResized(page, 700);
   await page.click('#pause');
+  await lookAtFrozen(page, replay);
   const stalled = await lookAt(replay, [page], 'stalled');
   assert.ok(stalled.isPictureGray, 'the picture that is no longer of now is gray');
   assert.equal(stalled.points, '');

@@ -3,7 +3,15 @@
 import {byId, element, number, seconds} from '../../report/web/data.js';
 import {stateColour} from '../../report/web/colours.js';
 import {Fuse} from './fuse.js';
-import {isFollowed, states, whatToDo, whyInWords, whyNotPlaced} from './words.js';
+import {
+  isFollowed,
+  isFrozen,
+  states,
+  unseenInWords,
+  whatToDo,
+  whyInWords,
+  whyNotPlaced
+} from './words.js';
 
 const kStalledMs = 3000;  // without a frame
 const kStripMoments = 240;
@@ -20,7 +28,10 @@ function setText(id, text) {
   if (byId(id).textContent !== text) byId(id).textContent = text;
 }
 
-/** Whether the state is that of a frame of now, and not of a page without frames. */
+/** Of the strip and the list of changes: a video that stands still is as bad as being lost. */
+const colourOf = (state) => stateColour(state === 'stalled' ? 'lost' : state);
+
+/** Whether the state is that of a frame of now: not of a page without frames, or with old ones. */
 export const isOfNow = (state) =>
     isFollowed(state) || ['lost', 'unfound', 'initialising'].includes(state);
 
@@ -68,13 +79,14 @@ function setCount(id, text, counts) {
 }
 
 /**
- * " Why: ... What to do: ..." What is noticed of tissue that was found is not why it was. Spaces in
- * "What to do" do not end a line.
+ * " Why: ... What to do: ..." What is noticed of tissue that was found is not why it was; that a
+ * video stands still has been said. Spaces in "What to do" do not end a line.
  */
 function because(state, reasons, view) {
-  const why = whyInWords(reasons, view).slice(0, kMaxReasons), remedy = whatToDo(reasons, view);
+  const why = whyInWords(reasons, view).slice(0, kMaxReasons),
+        remedy = whatToDo(reasons, view, state);
   const head = state === 'relocalised' || state === 'found' ? 'Noticed now' : 'Why';
-  return (why.length ? ` ${head}: ${why.join('; ')}.` : '') +
+  return (why.length && state !== 'stalled' ? ` ${head}: ${why.join('; ')}.` : '') +
       (remedy ? ` What\u00a0to\u00a0do: ${remedy}.` : '');
 }
 
@@ -85,10 +97,13 @@ export class State {
     this.shown = 'connecting';
     this.of = 'connecting';  // of the newest frame, or why there is none
     this.reasons = this.view = '';
-    this.isWritten = false;  // the outputs
-    this.beneath = null;     // what the banner counts of targets and plan
+    this.isWritten = false;     // the outputs
+    this.beneath = null;        // what the banner counts of targets and plan
+    this.isUnobserved = false;  // neither tissue nor points
+    this.frozenFrom = null;     // ms of the pictures, of the first that repeats the one before
     this.moments = [];
     this.frameAt = null;  // when the newest frame came
+    this.movedAt = null;  // when one came last that did not repeat the one before
     this.since = performance.now();
     this.fuse = new Fuse(kStalledMs);
     this.timer = setInterval(() => this.tell(), 200);
@@ -109,11 +124,19 @@ export class State {
    */
   take(moments, followed, ageMs) {
     this.frameAt = performance.now() - ageMs;
-    for (const [, , state] of moments) this.moments.push(state);
+    for (const [, ms, state, reasons] of moments) {
+      this.moments.push(state);
+      this.frozenFrom = isFrozen(reasons) ? this.frozenFrom ?? ms : null;
+    }
     this.moments.splice(0, Math.max(0, this.moments.length - kStripMoments));
-    const now = moments.at(-1);
-    if (now) [, , this.of, this.reasons, , , this.view] = now;
     const {points, ...beneath} = followed;
+    const now = moments.at(-1);
+    if (now) {
+      const [, ms, state, reasons, , observed, view] = now;
+      [this.of, this.reasons, this.view] = [state, reasons, view];
+      this.isUnobserved = !observed && !points.seen && !points.extrapolated;
+      this.movedAt = this.frameAt - (this.frozenFrom === null ? 0 : ms - this.frozenFrom);
+    }
     setCount('state-points', pointsInWords(points), [{placed: points.seen, all: points.all}]);
     setText(
         'state-error',
@@ -148,31 +171,45 @@ export class State {
   }
 
   tell() {
-    const waits = this.frameAt !== null && performance.now() - this.frameAt > kStalledMs;
-    const name = waits && isOfNow(this.of) && !document.hidden ? 'stalled' : this.of;
+    const isSilent =
+        this.frameAt !== null && !document.hidden && performance.now() - this.frameAt > kStalledMs;
+    const name = isSilent && isOfNow(this.of) ? 'stalled' : this.of;
     if (name !== this.shown) {
       this.shown = name;
       if (!isOfNow(name)) this.fuse.out();
-      this.since = name === 'stalled' ? this.frameAt : performance.now();
+      this.since = name === 'stalled' ? this.movedAt : performance.now();
       document.documentElement.dataset.state = name;
       document.body.classList.toggle('not-current', !isOfNow(name));
       for (const id of kCounts) byId(id).hidden = !isOfNow(name);
       this.changed(name);
     }
-    const {word, say} =
-        states[name === 'ended' && this.isWritten ? 'written' : name] ?? {word: name, say: ''};
-    const reasons = name === this.of && name !== 'tracking' ? this.reasons : '';
+    const reasons = name === this.of && !isSilent ? this.reasons : '';
+    const {word, say} = this.wordsOf(name, reasons);
     for (const id of ['state-word', 'picture-state']) setText(id, word);
     const {what, why} = name === this.of && isFollowed(name) && this.beneath ?
         unplaced(this.beneath, this.reasons) :
         {what: '', why: ''};
     setText('unplaced', what);
-    setText('state-say', (what && `${what}: ${why}. `) + say + because(name, reasons, this.view));
+    setText(
+        'state-say',
+        (what && `${what}: ${why}. `) + say +
+            (name === 'tracking' ? '' : because(name, reasons, this.view)));
     document.title = `${word} – defrec`;
     if (name !== 'ended' && name !== 'refused')
       setText('state-since', `for ${duration(performance.now() - this.since)}`);
     else
       setText('state-since', '');
+  }
+
+  /** {word, say}; reasons: of the frame that has the state. */
+  wordsOf(name, reasons) {
+    if (name === 'ended' && this.isWritten) return states.written;
+    if (name === 'stalled' && isFrozen(reasons)) return states.frozen;
+    const words = states[name] ?? {word: name, say: ''};
+    if (!isFollowed(name)) return words;
+    return isFrozen(reasons) ? {...words, say: unseenInWords.frozen} :
+        this.isUnobserved    ? {...words, say: unseenInWords.unobserved} :
+                               words;
   }
 
   drawStrip() {
@@ -184,7 +221,7 @@ export class State {
     const step = width / kStripMoments;
     this.moments.forEach((state, i) => {
       const from = kStripMoments - this.moments.length + i;
-      context.fillStyle = stateColour(state);
+      context.fillStyle = colourOf(state);
       context.fillRect(Math.floor(from * step), 0, Math.ceil(step), height);
     });
   }
@@ -210,8 +247,7 @@ export class Changes {
       return;
     }
     const chip = element(
-        'span', {class: 'chip', style: `--chip: ${stateColour(state)}`},
-        states[state]?.word ?? state);
+        'span', {class: 'chip', style: `--chip: ${colourOf(state)}`}, states[state]?.word ?? state);
     const words = new Set(whyInWords(reasons, view));
     const why = element('span', {}, [...words].join('; '));
     this.last = {state, seen, words, why};

@@ -24,7 +24,8 @@ class AgeNotes {
   constructor(canShow) {
     this.canShow = canShow;
     byId('show-surface-control').hidden = !canShow;
-    this.seenAt = this.pictureAt = null;  // when the frame came that is drawn: in 3D, beside it
+    // When the picture came that is drawn, in 3D and beside it, for the first time.
+    this.seenAt = this.pictureAt = null;
     this.isPaused = false;
     this.state = 'connecting';
     setInterval(() => this.tell(), 200);
@@ -139,9 +140,9 @@ export async function watch(surface, timeline) {
     const [left, overlay] = await Promise.all([sections.left, sections.overlay].map(
         (jpeg) => jpeg && createImageBitmap(new Blob([jpeg], {type: 'image/jpeg'}))));
     picture.show({left, overlay}, header, points, targets, plan);
-    const at = performance.now();
+    const at = state.movedAt;
     notes.showPicture(at);
-    if (sections.xyz.byteLength && surface?.isDue()) {
+    if (sections.xyz.byteLength && isOfNow(state.of) && surface?.isDue()) {
       await painted();  // what the page says of the frame does not wait for 3D
       const withPlan = plan && byId('show-plan').checked;
       const isShown = await surface.show(

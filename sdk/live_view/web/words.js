@@ -30,6 +30,10 @@ export const states = {
     word: 'No new picture',
     say: 'Nothing here is current: the video stands still, or this computer is too slow.'
   },
+  frozen: {
+    word: 'No new picture',
+    say: 'Nothing here is current: the video stands still. The same picture comes again and again.'
+  },
   disconnected: {
     word: 'No connection',
     say: 'The program does not answer: it has ended, or the way to it is broken. Nothing here is ' +
@@ -50,6 +54,15 @@ export const states = {
 /** Whether positions of the frame are those of the tissue now. */
 export const isFollowed =
     (state) => ['tracking', 'degraded', 'relocalised', 'found'].includes(state);
+
+/** In a frame that repeats the one before. */
+export const isFrozen = (reasons) => namesOf(reasons).includes('frozen');
+
+/** Of a followed frame that does not show it. */
+export const unseenInWords = {
+  frozen: 'The same picture came again: nothing is known of the tissue now.',
+  unobserved: 'Nothing of the tissue is seen now. Do not rely on any position.'
+};
 
 /**
  * Why parts and targets have no place in a followed frame (docs/api/beneath.md, expected error);
@@ -82,7 +95,8 @@ export function whyInWords(reasons, view) {
 }
 
 /** What to do; empty where nothing is known. See whyInWords. */
-export const whatToDo = (reasons, view) => remedyOf(view ? 'one-view' : reasons);
+export const whatToDo = (reasons, view, state) =>
+    remedyOf(view ? 'one-view' : reasons, isFollowed(state));
 
 const stages = {
   'upload': 'Copy in',
