@@ -73,9 +73,14 @@ float hundredths(float value) { return std::round(value * 100) / 100; }
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json moment_json(const ViewMoment& moment) {
-    return {moment.index,   moment.timestamp_ms,     moment.state,
-            moment.reasons, number(moment.frame_ms), number(moment.observed_share),
-            moment.bad_view};
+    return {moment.index,
+            moment.timestamp_ms,
+            moment.state,
+            moment.reasons,
+            number(moment.frame_ms),
+            number(moment.observed_share),
+            moment.bad_view,
+            moment.found};
 }
 
 // Reasons do not say which view is black or white where the other one shows the tissue; the left
@@ -499,9 +504,10 @@ void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<Vi
     std::string view = bad_view(left, frame.reasons);
     {
         const std::lock_guard lock(impl_->mutex);
-        impl_->remember({frame.index, frame.timestamp_ms,
-                         impl_->shown_state.take(frame.state, frame.reasons, frame.timestamp_ms),
-                         frame.reasons, frame.frame_ms, frame.observed_share, std::move(view)});
+        std::string state = impl_->shown_state.take(frame.state, frame.reasons, frame.timestamp_ms);
+        impl_->remember({frame.index, frame.timestamp_ms, std::move(state), frame.reasons,
+                         frame.frame_ms, frame.observed_share, std::move(view),
+                         impl_->shown_state.found()});
         impl_->left_size = left.size();
         if (impl_->waiting == 0) {
             // A page that comes now would take the frame before for that of now.

@@ -161,7 +161,7 @@ TEST_CASE("a browser gets the page, and frames with pictures, surface and points
     CHECK(packet.header["points"] ==
           nlohmann::json({{4, 0, true, "vessel", 10, 20, 1, 2, 80, 0.125}, {5, 2, false, ""}}));
     CHECK(packet.header["stages"].dump() == R"([["align",1.5],["lm",2.0],["align",0.25]])");
-    CHECK(packet.header["moments"][0] == nlohmann::json({3, 0, "tracking", "", 20, 0.5, ""}));
+    CHECK(packet.header["moments"][0] == nlohmann::json({3, 0, "tracking", "", 20, 0.5, "", ""}));
     for (const char* name : {"left", "overlay"}) {
         const std::string& bytes = packet.sections.at(name);
         const cv::Mat image = cv::imdecode(std::vector<char>(bytes.begin(), bytes.end()), 1);

@@ -31,7 +31,7 @@ std::string ShownState::state_of_tissue(const std::string& state, double timesta
         was_followed_ = true;
         const double since_ms = timestamp_ms - found_at_ms_;
         if (!(since_ms >= 0 && since_ms < kFoundMs)) found_.clear();
-        return found_.empty() ? state : found_;
+        return found_.empty() || state == "degraded" ? state : found_;
     }
     found_.clear();
     return state == "lost" && !was_followed_ ? "unfound" : state;

@@ -10,8 +10,7 @@ namespace defrec::cli {
 
 class ShownState {
   public:
-    // Time of the pictures for which "found" or "relocalised" is said, in place of tracking and
-    // degraded.
+    // Time of the pictures for which "found" or "relocalised" is said, in place of tracking.
     static constexpr double kFoundMs = 5000;
     // Time of the pictures for which they stand still before "stalled" is said: single ones are
     // repeated where a source of 25 frames/s is sent at 30.
@@ -20,13 +19,15 @@ class ShownState {
     // state, reasons: the tracker's, of one frame after the other. Returns the state, or what is
     // said in its place, "found", "unfound" and "stalled" among that.
     std::string take(const std::string& state, const std::string& reasons, double timestamp_ms);
+    // "found" or "relocalised" in that time, also of a frame that is degraded; else empty.
+    const std::string& found() const { return found_; }
 
   private:
     std::string state_of_tissue(const std::string& state, double timestamp_ms);
     bool stands_still(const std::string& reasons, double timestamp_ms);
 
     bool was_followed_ = false;
-    std::string found_;  // what is said; empty: nothing else than the tracker's state
+    std::string found_;
     double found_at_ms_ = 0;
     std::optional<double> frozen_from_ms_;
 };

@@ -11,8 +11,14 @@ TEST_CASE("found again is said for some seconds of the pictures, and not while i
     CHECK(state.take("lost", "", 200) == "lost");
     CHECK(state.take("relocalised", "", 300) == "relocalised");
     CHECK(state.take("tracking", "", 400) == "relocalised");
-    CHECK(state.take("degraded", "", 299 + ShownState::kFoundMs) == "relocalised");
+    // The worse of both is said.
+    CHECK(state.take("degraded", "", 500) == "degraded");
+    CHECK(state.found() == "relocalised");
+    CHECK(state.take("tracking", "", 299 + ShownState::kFoundMs) == "relocalised");
+    CHECK(state.take("degraded", "", 299 + ShownState::kFoundMs) == "degraded");
+    CHECK(state.found() == "relocalised");
     CHECK(state.take("degraded", "", 300 + ShownState::kFoundMs) == "degraded");
+    CHECK(state.found().empty());
     CHECK(state.take("tracking", "", 400) == "tracking");  // it has been said
     CHECK(state.take("lost", "", 20000) == "lost");
     CHECK(state.take("relocalised", "", 20100) == "relocalised");

@@ -28,6 +28,7 @@ struct ViewMoment {
     std::string state, reasons;
     double frame_ms = 0, observed_share = 0;
     std::string bad_view{};  // "left" or "right", which is black or white; empty: neither or both
+    std::string found{};     // "found" or "relocalised" a moment ago; or empty
 };
 
 // What a browser asks of the tracking.

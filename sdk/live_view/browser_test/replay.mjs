@@ -61,6 +61,7 @@ export class Replay {
     this.extrapolated = null;  // expected error of one more point, mm
     this.isBehindProxy = false;
     this.isCut = false;         // all but page and frames
+    this.found = '';            // of degraded frames: "found" or "relocalised" a moment ago
     this.isUnobserved = false;  // neither tissue nor points
     this.frame = 1000;
     this.missed = [];   // states of frames before the next one
@@ -88,7 +89,7 @@ export class Replay {
       const reasons = this.of ? given : isFrozen ? 'frozen' : kReasons[state] ?? given;
       return [
         ++this.frame, kAnswerMs * this.frame, kFrozen[state] ?? state, reasons, frameMs,
-        isFrozen || this.isUnobserved ? 0 : observed, view
+        isFrozen || this.isUnobserved ? 0 : observed, view, state === 'degraded' ? this.found : ''
       ];
     });
     const known = this.extrapolated === null ?

@@ -194,6 +194,12 @@ async function lookAtStates(page, other, replay, isPlain) {
       [degraded.points, degraded.error],
       ['Points: 1 seen, 1 extrapolated', 'Largest expected error 3.1 mm']);
   assert.equal(degraded.pointsWeight, '800', 'what is not seen counts');
+  replay.found = 'relocalised';
+  await page.waitForFunction(
+      () => document.getElementById('state-say').textContent.startsWith('The tissue was lost'));
+  const unsure = await lookAt(replay, [page], 'degraded');
+  replay.found = '';
+  assert.match(unsure.say, /was lost, and is followed again.*Errors may be larger.*Why: something/);
   replay.extrapolated = null;
   assert.deepEqual(degraded.sidewaysLists, [], 'lists fit a narrow page');
   await page.click('#pause');

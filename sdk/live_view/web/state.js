@@ -6,6 +6,7 @@ import {Fuse} from './fuse.js';
 import {
   isFollowed,
   isFrozen,
+  lessSureSince,
   states,
   unseenInWords,
   whatToDo,
@@ -96,7 +97,7 @@ export class State {
     this.changed = changed;
     this.shown = 'connecting';
     this.of = 'connecting';  // of the newest frame, or why there is none
-    this.reasons = this.view = '';
+    this.reasons = this.view = this.found = '';
     this.isWritten = false;     // the outputs
     this.beneath = null;        // what the banner counts of targets and plan
     this.isUnobserved = false;  // neither tissue nor points
@@ -132,8 +133,8 @@ export class State {
     const {points, ...beneath} = followed;
     const now = moments.at(-1);
     if (now) {
-      const [, ms, state, reasons, , observed, view] = now;
-      [this.of, this.reasons, this.view] = [state, reasons, view];
+      const [, ms, state, reasons, , observed, view, found] = now;
+      [this.of, this.reasons, this.view, this.found] = [state, reasons, view, found];
       this.isUnobserved = !observed && !points.seen && !points.extrapolated;
       this.movedAt = this.frameAt - (this.frozenFrom === null ? 0 : ms - this.frozenFrom);
     }
@@ -207,9 +208,9 @@ export class State {
     if (name === 'stalled' && isFrozen(reasons)) return states.frozen;
     const words = states[name] ?? {word: name, say: ''};
     if (!isFollowed(name)) return words;
-    return isFrozen(reasons) ? {...words, say: unseenInWords.frozen} :
-        this.isUnobserved    ? {...words, say: unseenInWords.unobserved} :
-                               words;
+    if (isFrozen(reasons)) return {...words, say: unseenInWords.frozen};
+    if (this.isUnobserved) return {...words, say: unseenInWords.unobserved};
+    return name === 'degraded' && this.found ? {...words, say: lessSureSince(this.found)} : words;
   }
 
   drawStrip() {

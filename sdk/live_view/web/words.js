@@ -55,6 +55,9 @@ export const states = {
 export const isFollowed =
     (state) => ['tracking', 'degraded', 'relocalised', 'found'].includes(state);
 
+/** Of a frame that is degraded, a moment after tissue was found or found again. */
+export const lessSureSince = (found) => `${states[found].say} Errors may be larger than usual.`;
+
 /** In a frame that repeats the one before. */
 export const isFrozen = (reasons) => namesOf(reasons).includes('frozen');
 
