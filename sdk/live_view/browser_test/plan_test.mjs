@@ -71,6 +71,7 @@ async function look(page, state) {
              rows: rows.map((row) => [...row.children].map((cell) => cell.textContent)),
              part: count([236, 92, 246]),
              targets: count([198, 255, 26]),
+             label: globalThis.label,
              is3D,
              triangles: Number(element('view').dataset.plan ?? 0),
              marks: Number(element('view').dataset.targets ?? 0),
@@ -96,6 +97,7 @@ async function lookAtPlan(page, replay) {
   await picture(page, 'found');
   assert.equal(followed.banner, `Plan: 1 of 1 part, ${kTargets} of ${kTargets} targets placed`);
   assert.equal(followed.weight, '400');
+  assert.match(followed.label, /^tumour \u00b1\d\.\d mm, \d+\.\d mm deep$/);
   const [part, ...targets] = followed.rows;
   const [name, status, error, depth] = part;
   // Beneath the surface that is the rule, and has no colour beside the part's own.
@@ -137,6 +139,20 @@ async function lookAtPlan(page, replay) {
           document.documentElement.dataset.plain !== undefined ||
           (document.getElementById('legend').textContent === 'tumour: not placed' &&
            document.querySelector('#legend .swatch.hollow')));
+
+  // What is known of some vertices is not known of the part.
+  [replay.state, replay.of] = ['tracking', 'partly'];
+  const partly = await look(page, 'tracking');
+  await picture(page, 'partly');
+  assert.equal(
+      partly.banner, `Plan: 1 of 1 part partly known, ${kTargets} of ${kTargets} targets placed`);
+  assert.equal(partly.weight, '800');
+  assert.match(partly.why, /^Partly known: too little/);
+  assert.deepEqual(partly.rows[0].slice(0, 2), ['tumour', 'partly known']);
+  assert.equal(partly.label, 'tumour partly known');
+  assert.ok(partly.part > 30);
+  assert.equal(partly.badge, '');
+  assert.doesNotMatch(partly.say, /not placed/);
 
   [replay.state, replay.of] = ['lost', null];
   const lost = await look(page, 'lost');
@@ -278,6 +294,14 @@ async function watchPlan(browser, replay) {
   const eye = await openPage(browser, errors), page = await openPage(browser, errors);
   await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'light'}]);
   await page.setViewport({width: 1280, height: 900});
+  // Targets that have no name and are many have no label: it is that of the part.
+  await page.evaluateOnNewDocument(() => {
+    const draw = CanvasRenderingContext2D.prototype.fillText;
+    CanvasRenderingContext2D.prototype.fillText = function(text, ...place) {
+      if (this.canvas.id === 'picture') globalThis.label = text;
+      return draw.call(this, text, ...place);
+    };
+  });
   await page.goto(replay.url);
   await page.bringToFront();
   await lookAtPlan(page, replay);
@@ -297,7 +321,12 @@ const program = track(
     'tracked');
 try {
   const answers = await inTime(answersOf(program, ['found', 'one-view', 'lost']));
-  const replay = new Replay({...answers, tracking: answers.found});
+  const {header, sections} = answers.found, [[name, , ...rest]] = header.plan.parts;
+  const partly = {
+    header: {...header, plan: {...header.plan, parts: [[name, 2, ...rest]]}},
+    sections
+  };
+  const replay = new Replay({...answers, partly, tracking: answers.found});
   replay.state = 'found';
   await inTime(watchPlan(browser, replay));
 } finally {

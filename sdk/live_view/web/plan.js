@@ -8,7 +8,6 @@ import {
   nameOf,
   placeCell,
   readTargets,
-  setWhy,
   shareShown,
   warningCell
 } from './targets.js';
@@ -42,7 +41,15 @@ export function readPlan({plan}) {
   };
 }
 
-export const partsPlaced = ({parts}) => parts.filter(hasPlace).length;
+/** A part without a place of its own may be known, and drawn, where its vertices are. */
+export const isPartlyKnown = (part) => !hasPlace(part) && part.outlines.length > 0;
+
+/** For the banner. */
+export const partsKnown = (parts) => ({
+  all: parts.length,
+  placed: parts.filter(hasPlace).length,
+  partly: parts.filter(isPartlyKnown).length
+});
 
 /** "9.6 mm deep"; what comes out of the surface has a negative depth. */
 function depthInWords({depth}) {
@@ -104,7 +111,10 @@ function drawPart(context, part, scale, unit, labels) {
     top: side(1, Math.min),
     bottom: side(1, Math.max)
   };
-  const about = [plusMinus(error), depthInWords(part)].filter(Boolean).join(', ');
+  // Error and depth of what is known are not those of the part.
+  const about = isPartlyKnown(part) ?
+      'partly known' :
+      [plusMinus(error), depthInWords(part)].filter(Boolean).join(', ');
   labels.addBox(
       `part ${name}`, `${name} ${about}`, {box, outline: places, colour: lighter(colour)},
       kRanks.part, context.canvas);
@@ -116,9 +126,6 @@ export function drawPlan(context, plan, scale, unit, labels) {
     if (part.outlines.length) drawPart(context, part, scale, unit, labels);
 }
 
-/** A part without a place of its own may be known, and drawn, where its vertices are. */
-export const isPartlyKnown = (part) => !hasPlace(part) && part.outlines.length > 0;
-
 const partStatus = (part, isOfFollowed) =>
     isPartlyKnown(part) ? warningCell('partly known') : placeCell(part.status, isOfFollowed);
 
@@ -128,14 +135,14 @@ export const partSwatch = (part) => element('span', {
   style: `--swatch: ${part.colour}`
 });
 
-/** Hidden until there is a plan. why: not all have a place, in a followed frame; see setWhy. */
+/** Hidden until there is a plan. why: not all have a place, in a followed frame. */
 export function showPlanList(plan, isOfFollowed, why) {
   if (!plan) return;
   for (const id of ['plan', 'plan-control', 'see-through-control']) byId(id).hidden = false;
   byId('plan-targets').hidden = plan.targetCount === 0;
   byId('plan-list').hidden = plan.parts.length === 0;
   byId('plan-count').textContent = shareShown(plan.targets, plan.targetCount);
-  setWhy('plan-why', why);
+  byId('plan-why').textContent = why;
   const heads = ['Status', 'Expected error', 'Depth'];
   byId('plan-list')
       .replaceChildren(table(

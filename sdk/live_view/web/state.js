@@ -6,6 +6,7 @@ import {Fuse} from './fuse.js';
 import {
   isFollowed,
   isFrozen,
+  isUnknown,
   lessSureSince,
   states,
   unseenInWords,
@@ -36,15 +37,17 @@ const colourOf = (state) => stateColour(state === 'stalled' ? 'lost' : state);
 export const isOfNow = (state) =>
     isFollowed(state) || ['lost', 'unfound', 'initialising'].includes(state);
 
-const ofAll = ({placed, all}, name) => `${placed} of ${all} ${name}${all === 1 ? '' : 's'}`;
+const share = (count, all, name) => `${count} of ${all} ${name}${all === 1 ? '' : 's'}`;
+const ofAll = ({placed, all}, name) => share(placed, all, name);
 
 /** Empty where there is none. */
 function beneathInWords({targets, parts, planTargets}) {
-  const ofPlan = [];
-  if (parts.all) ofPlan.push(ofAll(parts, 'part'));
-  if (planTargets.all) ofPlan.push(ofAll(planTargets, 'target'));
-  const words = [];
-  if (ofPlan.length) words.push(`Plan: ${ofPlan.join(', ')} placed`);
+  const ofPlan = [], placed = [], words = [];
+  if (parts.partly) ofPlan.push(`${share(parts.partly, parts.all, 'part')} partly known`);
+  if (parts.all && !(parts.partly && !parts.placed)) placed.push(ofAll(parts, 'part'));
+  if (planTargets.all) placed.push(ofAll(planTargets, 'target'));
+  if (placed.length) ofPlan.push(`${placed.join(', ')} placed`);
+  if (ofPlan.length) words.push(`Plan: ${ofPlan.join(', ')}`);
   if (targets.all) words.push(`${ofAll(targets, 'target')} placed`);
   return words.join('; ');
 }
@@ -54,7 +57,7 @@ function beneathInWords({targets, parts, planTargets}) {
  * empty where something has.
  */
 function unplaced({targets, parts, planTargets}, reasons) {
-  const isMissing = (counts) => counts.some(({all}) => all) && counts.every(({placed}) => !placed);
+  const isMissing = (counts) => counts.some(({all}) => all) && counts.every(isUnknown);
   const missing = [['Plan', [parts, planTargets]], ['Targets', [targets]]].filter(
       ([, counts]) => isMissing(counts));
   if (!missing.length) return {what: '', why: ''};
@@ -120,8 +123,8 @@ export class State {
 
   /**
    * moments: of the frames since the last call. followed: points, {all, seen, extrapolated,
-   * largest} with the largest expected error; targets, parts and planTargets, {all, placed} each.
-   * ageMs: of the newest frame; old where the page was kept from taking it.
+   * largest} with the largest expected error; targets, parts and planTargets, {all, placed, partly}
+   * each. ageMs: of the newest frame; old where the page was kept from taking it.
    */
   take(moments, followed, ageMs) {
     this.frameAt = performance.now() - ageMs;

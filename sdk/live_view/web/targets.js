@@ -94,10 +94,6 @@ export const placeCell = (status, isOfFollowed) => isOfFollowed && status === un
 export const lengthCell = (value, digits) =>
     (Number.isFinite(value) ? `${number(value, digits)} mm` : '–');
 
-/** why: not all of a list have a place; empty: nothing is said. */
-export function setWhy(id, why) {
-  byId(id).textContent = why ? `Not placed: ${why}.` : '';
-}
 
 /** Hidden until there is a target. count: of all that are followed. why: see showPlanList. */
 export function showTargetList(targets, count, isOfFollowed, why) {
@@ -109,7 +105,7 @@ export function showTargetList(targets, count, isOfFollowed, why) {
            centre ? centre.map((value) => number(value, 1)).join(', ') : '–',
            lengthCell(error, 2)]);
   byId('targets-count').textContent = shareShown(targets, count);
-  setWhy('targets-why', why);
+  byId('targets-why').textContent = why;
   byId('targets-list')
       .replaceChildren(
           rows.length ?

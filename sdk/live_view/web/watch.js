@@ -10,12 +10,12 @@ import {tellMoreOfLists} from '../../report/web/more.js';
 import {listenToRecord, showNow, showRecording, showStages} from './now.js';
 import {painted} from './pace.js';
 import {Picture} from './picture.js';
-import {partsPlaced, readPlan, showPlanList} from './plan.js';
+import {partsKnown, readPlan, showPlanList} from './plan.js';
 import {PointList, readPoints} from './points.js';
 import {Changes, duration, isOfNow, State} from './state.js';
 import {hasPlace, placedTargets, readTargets, showTargetList} from './targets.js';
 import {listenToFullScreen, Pause} from './tools.js';
-import {isFollowed, whyNotPlaced} from './words.js';
+import {isFollowed, notPlacedInWords} from './words.js';
 
 const kLateMs = 1000;  // a surface that is so far behind the picture beside it is shown as old
 
@@ -87,9 +87,9 @@ function followed({target_count: targets, targets_placed: targetsPlaced}, chosen
       extrapolated: chosen.filter(({status}) => status === extrapolatedStatus).length,
       largest: chosen.filter(hasPlace).reduce((most, {error}) => Math.max(most, error), -1)
     },
-    targets: {all: targets, placed: targetsPlaced},
-    parts: {all: plan?.parts.length ?? 0, placed: plan ? partsPlaced(plan) : 0},
-    planTargets: {all: plan?.targetCount ?? 0, placed: plan?.targetsPlaced ?? 0}
+    targets: {all: targets, placed: targetsPlaced, partly: 0},
+    parts: partsKnown(plan?.parts ?? []),
+    planTargets: {all: plan?.targetCount ?? 0, placed: plan?.targetsPlaced ?? 0, partly: 0}
   };
 }
 
@@ -174,7 +174,7 @@ export async function watch(surface, timeline) {
     showRecording(header.recording);
     await checks.show(header);
     const isOfFollowed = isFollowed(now?.[2]);
-    const why = (...of) => (isOfFollowed ? whyNotPlaced(of, now[3]) : '');
+    const why = (...of) => (isOfFollowed ? notPlacedInWords(of, now[3]) : '');
     showTargetList(targets, header.target_count, isOfFollowed, why(counts.targets));
     showPlanList(plan, isOfFollowed, why(counts.parts, counts.planTargets));
     if (!pause.isOn()) await draw(frame, points, targets, plan);

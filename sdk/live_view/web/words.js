@@ -68,15 +68,24 @@ export const unseenInWords = {
 };
 
 /**
- * Why parts and targets have no place in a followed frame (docs/api/beneath.md, expected error);
- * empty where all have one. counts: {placed, all}. reasons: the frame's.
+ * Why parts and targets have no place in a followed frame (docs/api/beneath.md, expected error), or
+ * not as a whole. counts: {placed, partly, all}; reasons: the frame's.
  */
-export function whyNotPlaced(counts, reasons) {
-  const sum = (key) => counts.reduce((total, count) => total + count[key], 0);
-  if (sum('placed') === sum('all')) return '';
-  return sum('placed') === 0 && namesOf(reasons).includes('one-view') ?
-      'only one view shows the tissue, which does not measure depth' :
-      'too little is known here of the tissue above, or the expected error would be too large';
+export const whyNotPlaced = (counts, reasons) =>
+    counts.every(isUnknown) && namesOf(reasons).includes('one-view') ?
+    'only one view shows the tissue, which does not measure depth' :
+    'too little is known here of the tissue above, or the expected error would be too large';
+
+export const isUnknown = ({placed, partly}) => placed + partly === 0;
+
+/** "Partly known: too little ..."; empty where all have a place. See whyNotPlaced. */
+export function notPlacedInWords(counts, reasons) {
+  const what = [];
+  if (counts.some(({partly}) => partly)) what.push('partly known');
+  if (counts.some(({placed, partly, all}) => placed + partly < all)) what.push('not placed');
+  if (!what.length) return '';
+  const words = `${what.join(' or ')}: ${whyNotPlaced(counts, reasons)}.`;
+  return words[0].toUpperCase() + words.slice(1);
 }
 
 const namesOf = (reasons) => reasons.split(',').map((name) => name.trim());
