@@ -49,7 +49,8 @@ std::string DoubtfulFrames::why() const {
     if (words == nullptr && state == "lost") words = words_of("few-matches");
     if (words == nullptr) return "less is observed than usual";
     std::string text(words->words);
-    if (!words->remedy.empty()) text.append("; ").append(words->remedy);
+    const std::string_view remedy = remedy_of(words->name, state);
+    if (!remedy.empty()) text.append("; ").append(remedy);
     return text;
 }
 

@@ -49,6 +49,18 @@ TEST_CASE("frames without a reason that explains their state are named as well")
               "frame 6 degraded: a part of the tissue is not found"});
 }
 
+TEST_CASE("what follows from smoke or blur does not hide it") {
+    DoubtfulFramesList list;
+    list.add(0, "lost", "few-matches|no-depth|low-contrast");
+    list.add(1, "degraded", "few-matches|low-contrast");
+    list.add(2, "degraded", "few-matches");
+    CHECK(words_of_list(list) ==
+          std::vector<std::string>{
+              "frame 0 lost: smoke, blur or a wet lens; clean the lens, let the smoke clear",
+              "frame 1 degraded: smoke, blur or a wet lens; clean the lens, let the smoke clear",
+              "frame 2 degraded: little of the tissue is recognised"});
+}
+
 TEST_CASE("nothing is in doubt where all is followed") {
     DoubtfulFramesList list;
     list.add(0, "tracking", "occluded");

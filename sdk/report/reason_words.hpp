@@ -20,12 +20,15 @@ std::string_view word_of_state(std::string_view name);
 struct ReasonWords {
     std::string_view name, words, remedy;
 };
+/// What explains others comes before them.
 const std::vector<ReasonWords>& reason_words();
 /// null for a name that has none.
 const ReasonWords* words_of(std::string_view name);
-/// A frame's names, which have ", " or '|' between them.
+/// What to do in a frame of that state. While tissue is followed, few matches do no harm.
+std::string_view remedy_of(std::string_view reason, std::string_view state);
+/// A frame's names, which have ", " or '|' between them, in the order of the words.
 std::vector<std::string_view> reason_names(std::string_view reasons);
-/// The same in words; names that have none stay.
+/// The same in words; names that have none stay, and come last.
 std::vector<std::string> reasons_in_words(std::string_view reasons);
 
 }  // namespace defrec::cli

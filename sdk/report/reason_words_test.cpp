@@ -53,9 +53,26 @@ TEST_CASE("states have the same words here and in the pages") {
     CHECK(word_of_state("other") == "other");
 }
 
-TEST_CASE("names become words, one after the other; what has none stays") {
+TEST_CASE("names become words, what explains most first; what has none stays") {
     CHECK(reasons_in_words("").empty());
     CHECK(reasons_in_words("occluded, other,frozen") ==
-          std::vector<std::string>{"something lies in front of the tissue", "other",
-                                   "the picture stands still"});
+          std::vector<std::string>{"the picture stands still",
+                                   "something lies in front of the tissue", "other"});
+}
+
+TEST_CASE("the pages say reasons in the same order") {
+    const std::string text = page_script("reasons.js");
+    std::size_t last = 0;
+    for (const ReasonWords& reason : reason_words()) {
+        const std::size_t at = text.find("\n  '" + std::string(reason.name) + "': '");
+        CHECK_MESSAGE(at > last, reason.name);
+        last = at;
+    }
+}
+
+TEST_CASE("few matches ask for something where the tissue is lost") {
+    CHECK(remedy_of("few-matches", "degraded").empty());
+    CHECK_FALSE(remedy_of("few-matches", "lost").empty());
+    CHECK_FALSE(remedy_of("occluded", "degraded").empty());
+    CHECK(remedy_of("other", "lost").empty());
 }

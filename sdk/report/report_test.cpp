@@ -114,6 +114,26 @@ TEST_CASE("a 60 frame report is one file below 4 MB that loads nothing from else
     CHECK(data["image"] == json({960, 540}));
 }
 
+TEST_CASE("frames in which the picture stands still are told beside the lost ones") {
+    const Folder folder;
+    const SyntheticSequence sequence(160, 120, 2);
+    ReportWriter report(folder.path / "report.html", {}, sequence.projector());
+    FrameRecord record = sequence.record(1);
+    for (int i = 0; i < 9; ++i) {
+        record.index = i;
+        record.state = i < 2 ? "tracking" : i < 5 ? "degraded" : i < 7 ? "lost" : "degraded";
+        record.reasons = i < 2 ? "" : i < 5 ? "frozen" : "few-matches, low-contrast";
+        report.add({}, record);
+    }
+    report.finish();
+    const json summary = data_of(read_page(folder.path / "report.html"))["summary"];
+    REQUIRE(summary["frozen"].size() == 1);
+    CHECK(summary["frozen"][0]["where"] == "frames 2 to 4");
+    CHECK(summary["frozen"][0]["why"] == "the picture stands still; check the video source");
+    REQUIRE(summary["losses"].size() == 1);
+    CHECK(summary["losses"][0]["where"] == "frames 5 to 6");
+}
+
 TEST_CASE("a plan's parts and targets are listed with their errors, beside the points") {
     const Folder folder;
     const SyntheticSequence sequence(160, 120, 2);

@@ -191,10 +191,13 @@ json ReportWriter::Impl::summary() const {
     json states = json::array();
     for (const auto& [name, number] : frames_by_state)
         states.push_back({{"name", name}, {"frames", number}});
-    json losses = json::array();
-    for (const DoubtfulFrames& each : doubtful.sorted())
-        if (each.state == "lost" && losses.size() < kDoubtfulFramesSaid)
-            losses.push_back({{"where", each.where()}, {"why", each.why()}});
+    json losses = json::array(), frozen = json::array();
+    for (const DoubtfulFrames& each : doubtful.sorted()) {
+        const bool is_lost = each.state == "lost";
+        json& told = is_lost ? losses : frozen;
+        if ((is_lost || each.reason == "frozen") && told.size() < kDoubtfulFramesSaid)
+            told.push_back({{"where", each.where()}, {"why", each.why()}});
+    }
     json stage_list = json::array();
     for (const auto& [name, distribution] : stages)
         stage_list.push_back({{"name", name}, {"ms", quantiles(distribution)}});
@@ -202,6 +205,7 @@ json ReportWriter::Impl::summary() const {
             {"duration_ms", last_ms - first_ms},
             {"states", states},
             {"losses", losses},
+            {"frozen", frozen},
             {"frame_ms", quantiles(frame_ms)},
             {"residual_mm", quantiles(residual_mm)},
             {"observed_share", quantiles(observed_share)},

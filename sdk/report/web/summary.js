@@ -139,15 +139,27 @@ const severityNames = {
   remark: 'Note',
 };
 
-/** What was lost, then the notes, which come in their order. */
+/** What was lost or stood still, then the notes, which come in their order. */
 function notesOf(meta, summary) {
-  const lost = framesIn(summary, 'lost');
-  if (!lost) return meta.notes;
-  const severity = 2 * lost > summary.frames ? 'error' : 'warning';
-  const sentence = ({where, why}) => ` ${where[0].toUpperCase()}${where.slice(1)}: ${why}.`;
-  const text = `${lost} of ${summary.frames} frames are lost: nothing is known of the tissue in ` +
-      `them.${summary.losses.map(sentence).join('')}`;
-  return [{severity, text}, ...meta.notes];
+  const lost = framesIn(summary, 'lost'), notes = [];
+  const sentence = ({where, why}) => `${where[0].toUpperCase()}${where.slice(1)}: ${why}.`;
+  if (lost)
+    notes.push({
+      severity: 2 * lost > summary.frames ? 'error' : 'warning',
+      text: [
+        `${lost} of ${summary.frames} frames are lost: nothing is known of the tissue in them.`,
+        ...summary.losses.map(sentence)
+      ].join(' ')
+    });
+  if (summary.frozen.length)
+    notes.push({
+      severity: 'warning',
+      text: [
+        'Nothing is known of the tissue while the picture stands still.',
+        ...summary.frozen.map(sentence)
+      ].join(' ')
+    });
+  return [...notes, ...meta.notes];
 }
 
 export function showSummary({meta, summary, series}) {
