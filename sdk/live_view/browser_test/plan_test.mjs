@@ -176,6 +176,23 @@ async function lookAtPlan(page, replay) {
   });
 }
 
+/** Where the picture is does not depend on what the banner says. */
+async function lookAtPlace(page, replay, name) {
+  const places = [];
+  for (const state of ['tracking', 'degraded', 'lost']) {
+    replay.state = state;
+    await look(page, state);
+    await picture(page, `${name}_${state}`);
+    places.push(await page.$eval('#picture', (canvas) => {
+      const {left, top, width, height} = canvas.getBoundingClientRect();
+      return {left, top, width, height};
+    }));
+  }
+  for (const place of places.slice(1)) assert.deepEqual(place, places[0], name);
+  replay.state = 'found';
+  await look(page, 'found');
+}
+
 /** A list says how many rows are beneath its edge; a click goes there. */
 async function lookAtMore(page) {
   const {width, height} = page.viewport();
@@ -248,6 +265,8 @@ async function lookAtFullScreen(page, replay, eye) {
   await picture(page, 'full');
   assert.equal(await ink(), 'rgb(232, 237, 244)');
   assert.equal(await page.$eval('#overlay', ({checked}) => checked), false);
+  await page.setViewport({width: 1280, height: 720});
+  await lookAtPlace(page, replay, 'place_full');
   await lookAtStale(page, replay, eye);
   for (const [width, height, share] of [[1280, 800, 0.62], [844, 390, 0.5], [2560, 1440, 0.62]]) {
     await page.setViewport({width, height});
@@ -305,6 +324,7 @@ async function watchPlan(browser, replay) {
   await page.goto(replay.url);
   await page.bringToFront();
   await lookAtPlan(page, replay);
+  await lookAtPlace(page, replay, 'place');
   await lookAtMore(page);
   await lookAtFullScreen(page, replay, eye);
   assert.deepEqual(errors, []);
