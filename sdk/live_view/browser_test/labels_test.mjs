@@ -126,6 +126,24 @@ const among = draw(new Labels(), (labels, canvas) => {
 });
 assert.ok(among.texts.has('#5'));
 
+// On a small picture that of a part comes before those of points.
+const small = new Context(), smallLabels = new Labels(), scan = boxRound(150, 108, 16);
+small.canvas = {
+  width: 330,
+  height: 185
+};
+smallLabels.addBox('scan', 'scan 1.9 mm, 9.6 mm deep', partOf(scan), kRanks.part, small.canvas);
+const points = [[67, 20], [24, 48], [296, 68], [252, 100], [200, 128], [153, 152]];
+for (const [x, y] of points) smallLabels.add(`${x}`, `#${x} 0.1 mm`, x, y, kRanks.point);
+for (let i = 0; i < 16; ++i)
+  smallLabels.avoid(150 + 40 * Math.cos(0.4 * i), 108 + 40 * Math.sin(0.4 * i));
+smallLabels.draw(small, 1);
+const scanText = small.texts.get('scan 1.9 mm, 9.6 mm deep');
+assert.ok(scanText, 'the part has a label');
+for (const [x, y] of points)
+  assert.ok(distance(scanText, boxRound(x, y, 6)) > 0, 'no mark of a point is hidden');
+assert.ok(small.texts.size > 4, `${small.texts.size} labels`);
+
 // Labels that have room touch their marks and need no line, but for those of parts.
 const alone = draw(new Labels(), (labels, canvas) => {
   labels.addBox('tumour', 'tumour', partOf(tumour), kRanks.part, canvas);

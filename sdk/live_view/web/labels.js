@@ -10,12 +10,12 @@ const kLineFrom = 8;                     // a label that is farther off has a li
 const kFirstOfPart = 1;                  // of the gaps, so that the line to a part can be seen
 const kMostOfPoint = 3;                  // gaps for a point without a name
 
-/** Which labels come first where there is not room for all. */
+/** Which labels come first where there is not room for all: those of the plan. */
 export const kRanks = {
-  named: 4,
-  point: 3,
-  namedTarget: 2,
-  part: 1,
+  part: 4,
+  namedTarget: 3,
+  named: 2,
+  point: 1,
   target: 0
 };
 
@@ -84,9 +84,11 @@ export class Labels {
     const marks = [...seen, ...this.avoided].map(
         (mark) => ({key: mark.key, rank: mark.rank, ...markOf(mark, unit)}));
     const inOrder = seen.sort((a, b) => rankOf(b) - rankOf(a));
-    // Whoever has no room gets what is left.
-    for (const isLast of [false, true])
-      for (const label of inOrder) {
+    const isPart = ({rank}) => rank === kRanks.part;
+    const parts = inOrder.filter(isPart), rest = inOrder.filter((label) => !isPart(label));
+    // Whoever has no room gets what is left; a part does so before others choose.
+    for (const [labels, isLast] of [[parts, false], [parts, true], [rest, false], [rest, true]])
+      for (const label of labels) {
         if (this.places.has(label.key)) continue;
         const others = marks.filter(({key}) => key !== label.key);
         const place =
@@ -144,10 +146,12 @@ function choose(label, last, {taken, lines, others, isLast}, context, unit) {
 /** A place where there is no room without a line, or without hiding marks; or undefined. */
 function squeeze(rank, find, all, farther, others) {
   if (rank === kRanks.target) return undefined;
+  const marksOf = (...ranks) => others.filter((mark) => ranks.includes(mark.rank));
   // A name is worth more than marks, and what is said of a followed point more than those of other
   // things.
+  if (rank === kRanks.part)
+    return find(all, marksOf(kRanks.named, kRanks.point), 0) ?? find(all, [], 0);
   if (rank !== kRanks.point) return find(all, [], 0);
-  const marksOf = (...ranks) => others.filter((mark) => ranks.includes(mark.rank));
   return find(farther, others, 0) ??
       find(all, marksOf(kRanks.named, kRanks.point, kRanks.part), 0) ??
       find(all, marksOf(kRanks.named, kRanks.point), 0);
