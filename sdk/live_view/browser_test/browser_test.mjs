@@ -124,7 +124,23 @@ async function look(url) {
   await page.click('#record');
   await page.waitForFunction(() => document.querySelector('#recording').textContent === '');
   assert.equal(await page.$eval('#points input', (input) => input.value), 'vessel');
-  await page.click('#points button');
+  // By the keyboard, and not at once.
+  await page.focus('#points button');
+  const asked = () => page.$eval(
+      '#points button',
+      (button) =>
+          [document.activeElement === button, getComputedStyle(button, '::before').content,
+           button.getAttribute('aria-label')]);
+  await page.keyboard.press('Enter');
+  const [isFocused, word, label] = await asked();
+  assert.deepEqual([isFocused, word], [true, '"Remove?"']);
+  assert.match(label, /^Remove point \d+\? Press again/);
+  assert.equal(await shown('clicked'), '1');
+  await page.waitForFunction(
+      () => !document.querySelector('#points button').classList.contains('asks'));
+  assert.equal((await asked())[1], '"Remove"');
+  await page.keyboard.press('Enter');
+  await page.keyboard.press('Enter');
   await heard(page, /^Point vessel removed\.$/);
   await page.waitForFunction(() => document.documentElement.dataset.clicked === '0');
   assert.equal(await page.$('#points input'), null);

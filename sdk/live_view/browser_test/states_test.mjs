@@ -308,6 +308,50 @@ async function lookAtCut(browser, replay) {
   await page.close();
 }
 
+/** What was chosen for the alarm holds when the page is loaded again. */
+async function lookAtChoices(browser, replay) {
+  const errors = [], page = await openPage(browser, errors);
+  await page.setViewport({width: 390, height: 600});
+  // As where a browser keeps nothing, and where sound waits for a click.
+  for (const isKept of [false, true]) {
+    const script = await page.evaluateOnNewDocument((keeps) => {
+      if (!keeps)
+        Object.defineProperty(globalThis, 'sessionStorage', {
+          get() {
+            throw new DOMException('', 'SecurityError');
+          }
+        });
+      globalThis.AudioContext = class extends EventTarget {
+        state = 'suspended';
+        resume() {
+          if (navigator.userActivation.isActive) this.state = 'running';
+          this.dispatchEvent(new Event('statechange'));
+          return new Promise(() => {});
+        }
+      };
+    }, isKept);
+    await page.goto(replay.url);
+    await look(page, 'tracking');
+    for (const id of ['sound', 'flash']) await page.click(`#alarm-${id}`);
+    const chosen = () => page.evaluate(
+        () =>
+            [...['sound', 'flash'].map((id) => document.getElementById(`alarm-${id}`).checked),
+             document.getElementById('sound-waits').textContent]);
+    assert.deepEqual(await chosen(), [true, true, '']);
+    await page.reload();
+    await look(page, 'tracking');
+    assert.deepEqual(
+        await chosen(),
+        isKept ? [true, true, 'No sound until you click on this page.'] : [false, false, '']);
+    await picture(page, `choices_${isKept}`);
+    await page.click('h1');
+    assert.equal((await chosen())[2], '');
+    await page.removeScriptToEvaluateOnNewDocument(script.identifier);
+  }
+  assert.deepEqual(errors, []);
+  await page.close();
+}
+
 async function watchStates(browser, replay) {
   const errors = [];
   const page = await openPage(browser, errors), other = await openPage(browser, errors);
@@ -333,6 +377,7 @@ try {
   answers.tracking.header.points.push([900, 0, true, '', 160, 120, 0, 0, 80, 0.2]);
   const replay = new Replay(answers);
   await inTime(lookAtCut(browser, replay));
+  await inTime(lookAtChoices(browser, replay));
   await inTime(watchStates(browser, replay));
 } finally {
   program.kill('SIGKILL');

@@ -3,17 +3,54 @@ import {byId} from '../../report/web/data.js';
 
 const kBeatMs = 1500;
 
+// A choice outlasts a reload of the page where the browser keeps such things.
+function kept(id) {
+  try {
+    return sessionStorage.getItem(id) === 'on';
+  } catch {
+    return false;
+  }
+}
+
+function keep({id, checked}) {
+  try {
+    sessionStorage.setItem(id, checked ? 'on' : 'off');
+  } catch {
+    // It holds until the page is loaded again.
+  }
+}
+
 export class Alarm {
   constructor() {
     this.isOn = false;
-    byId('alarm-sound').addEventListener('change', () => {
-      // Browsers play sound only after a click; a short one tells that it works.
-      if (!byId('alarm-sound').checked) return;
-      this.context ??= new AudioContext();
-      this.context.resume().then(() => this.beep(0.08));
-    });
+    this.sound = byId('alarm-sound');
+    for (const box of [this.sound, byId('alarm-flash')]) {
+      box.checked = kept(box.id);
+      box.addEventListener('change', () => keep(box));
+    }
+    // A short one tells that it works.
+    this.sound.addEventListener('change', () => this.wake()?.then(() => this.beep(0.08)));
     byId('alarm-flash').addEventListener('change', () => this.flash());
+    for (const gesture of ['click', 'keydown'])
+      document.addEventListener(gesture, () => this.wake());
+    this.wake();
     setInterval(() => this.beat(), kBeatMs);
+  }
+
+  /** Browsers play sound only after a click or a key; until then the page says so. */
+  wake() {
+    const {checked} = this.sound;
+    if (checked && !this.context) {
+      this.context = new AudioContext();
+      this.context.addEventListener('statechange', () => this.tellWhetherSilent());
+    }
+    this.tellWhetherSilent();
+    return checked ? this.context.resume() : null;
+  }
+
+  tellWhetherSilent() {
+    const isSilent = this.sound.checked && this.context.state !== 'running';
+    byId('sound-waits').textContent = isSilent ? 'No sound until you click on this page.' : '';
   }
 
   /** state: that is shown. */
@@ -29,7 +66,8 @@ export class Alarm {
   }
 
   beat() {
-    if (!this.isOn || !byId('alarm-sound').checked || !this.context) return;
+    // Tones of a context that waits would all come at once later.
+    if (!this.isOn || !this.sound.checked || this.context?.state !== 'running') return;
     this.beep(0.25);
     document.documentElement.dataset.beeps =
         Number(document.documentElement.dataset.beeps ?? 0) + 1;

@@ -1,10 +1,11 @@
 // The points that users chose: their list, in which they are named and removed.
 import {byId, element, number} from '../../report/web/data.js';
 import {statusCell} from '../../report/web/summary.js';
-import {request} from './now.js';
+import {request, tell} from './now.js';
 import {hasPlace} from './targets.js';
 
 const kMaxListed = 100;
+const kAskMs = 4000;  // for which a button asks whether a point is to be removed
 
 /** The header's; a lost one has neither pixel nor place. */
 export const readPoints = ({points}) => points.map(
@@ -12,6 +13,33 @@ export const readPoints = ({points}) => points.map(
         ({id, status, isChosen, name, u: u ?? null, v: v ?? null, x, y, z, error}));
 
 export const labelOf = ({id, name}) => name || `#${id}`;
+
+/**
+ * A button that removes the point when it is pressed a second time: its rows end for good. label():
+ * of the point.
+ */
+function removeButton(id, label) {
+  const button = element('button', {type: 'button', class: 'remove'});
+  let timer = null;
+  const ask = (on) => {
+    clearTimeout(timer);
+    timer = on ? setTimeout(() => ask(false), kAskMs) : null;
+    button.classList.toggle('asks', on);
+    button.setAttribute(
+        'aria-label', on ? `Remove point ${id}? Press again to remove it` : `Remove point ${id}`);
+  };
+  button.addEventListener('click', ({detail}) => {
+    if (timer === null) {
+      ask(true);
+      tell(`Press again to remove point ${label()}.`);
+    } else if (detail < 2) {  // not the second half of a double click
+      ask(false);
+      request('/points', {id, removed: true}, `Point ${label()} removed.`);
+    }
+  });
+  ask(false);
+  return button;
+}
 
 export class PointList {
   constructor() {
@@ -36,14 +64,9 @@ export class PointList {
             '/points', {id, name: name.value},
             name.value ? `Point #${id} is called ${name.value}.` :
                          `Point #${id} has no name any more.`));
-    const remove =
-        element('button', {type: 'button', 'aria-label': `Remove point ${id}`, class: 'remove'});
-    remove.addEventListener(
-        'click',
-        () => request('/points', {id, removed: true}, `Point ${name.value || `#${id}`} removed.`));
     const cells = Array.from({length: 5}, () => element('td'));
     cells[0].append(name);
-    cells[4].append(remove);
+    cells[4].append(removeButton(id, () => labelOf({id, name: name.value})));
     const row = {name, cells, line: element('tr', {'data-id': `${id}`}, ...cells)};
     this.body.append(row.line);
     this.rows.set(id, row);
