@@ -214,7 +214,6 @@ class LiveSurface extends Stage {
     this.geometry.computeVertexNormals();
     this.wires.visible = byId('mesh-lines').checked;
     this.useTexture(by === 'tissue' ? bitmap : null);
-    this.showScale(by, targets.length > 0, parts);
     if (this.isPlaced) return;
     this.isPlaced = true;
     this.enclose(
@@ -240,8 +239,12 @@ class LiveSurface extends Stage {
     this.pace.begin();
   }
 
-  /** No number of a part: what is drawn in 3D may be of a frame before that of the left view. */
-  showScale(by, withTargets, parts) {
+  /**
+   * Of the newest frame, also while 3D is of one before. No number of a part, which would be taken
+   * for that of the picture above.
+   */
+  showLegend(withTargets, parts) {
+    const by = byId('colour-by').value;
     const textOf = (part) => part.name +
         (hasPlace(part)          ? '' :
              isPartlyKnown(part) ? ': partly known' :

@@ -142,15 +142,14 @@ export async function watch(surface, timeline) {
     picture.show({left, overlay}, header, points, targets, plan);
     const at = state.movedAt;
     notes.showPicture(at);
-    if (sections.xyz.byteLength && isOfNow(state.of) && surface?.isDue()) {
+    if (!surface || !sections.xyz.byteLength || !isOfNow(state.of)) return;
+    const withPlan = plan && byId('show-plan').checked, parts = withPlan ? plan.parts : [];
+    const placed = placedTargets(
+        [...(byId('show-targets').checked ? targets : []), ...(withPlan ? plan.targets : [])]);
+    surface.showLegend(placed.length > 0, parts);
+    if (surface.isDue()) {
       await painted();  // what the page says of the frame does not wait for 3D
-      const withPlan = plan && byId('show-plan').checked;
-      const isShown = await surface.show(
-          header, sections, left, placedTargets([
-            ...(byId('show-targets').checked ? targets : []), ...(withPlan ? plan.targets : [])
-          ]),
-          withPlan ? plan.parts : []);
-      if (!isShown) return;
+      if (!(await surface.show(header, sections, left, placed, parts))) return;
       notes.see(at);
       document.documentElement.dataset.surfaceFrame = header.frame;
     }
