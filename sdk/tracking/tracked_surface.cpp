@@ -70,6 +70,7 @@ void TrackedSurface::adopt(Next next, Source source) {
     camera.reset();
     age_ = 0;
     take(std::move(next));
+    depth_speed_.begin(samples_.size());
     if (source == Source::kCapturedAgain) return;
     ++epoch_;
     ++template_epoch_;
@@ -77,6 +78,7 @@ void TrackedSurface::adopt(Next next, Source source) {
 
 void TrackedSurface::change(Next next) {
     take(std::move(next));
+    depth_speed_.grow(samples_.size());
     ++template_epoch_;
 }
 
@@ -99,6 +101,7 @@ uint32_t TrackedSurface::found(std::span<const defrec_motion> motions, bool is_d
                                    : DEFREC_TRACKING;
     if (!is_tracking_) ++epoch_;
     is_tracking_ = true;
+    uses_depth_ = uses_depth;
     age_ = 0;
     std::copy(motions.begin(), motions.end(), motions_.begin());
     pieces_.end_frame(state, pieces, uses_depth);
@@ -108,11 +111,13 @@ uint32_t TrackedSurface::found(std::span<const defrec_motion> motions, bool is_d
 
 void TrackedSurface::lost(const PieceEvidences& pieces, bool uses_depth) {
     is_tracking_ = false;
+    depth_speed_.interrupt();
     ++age_;
     pieces_.end_frame(DEFREC_LOST, pieces, uses_depth);
 }
 
 void TrackedSurface::keep_samples(SurfaceSamples samples) {
+    depth_speed_.add_frame(data().camera, samples_, samples, uses_depth_);
     std::copy(samples.begin(), samples.end(), samples_.begin());
 }
 

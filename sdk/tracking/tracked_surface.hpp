@@ -80,6 +80,8 @@ class TrackedSurface {
     void lost(const PieceEvidences& pieces, bool uses_depth);
     // The same frame's vertices, once nobody reads those before.
     void keep_samples(SurfaceSamples samples);
+    // By the samples that were kept.
+    const DepthSpeed& depth_speed() const { return depth_speed_; }
     // The next frame looks for pieces that are lost where their landmarks' matches say.
     void search_lost_pieces(std::span<const defrec_match> matches);
 
@@ -122,6 +124,8 @@ class TrackedSurface {
     std::vector<defrec_surface_sample> samples_;
     PieceStates pieces_;
     UnseenMotion unseen_;
+    DepthSpeed depth_speed_;
+    bool uses_depth_ = false;  // the last frame that was found
     bool is_tracking_ = false;
     uint32_t epoch_ = 0, template_epoch_ = 0, age_ = 0;
     BesideThread learning_{[this] { unseen_.learn(); }};  // ends before what it learns

@@ -180,7 +180,12 @@ class RigDoubt {
         float shown_px2 = 0;
     };
     Doubt at(const FrameEvidence& evidence, size_t vertex) const {
-        if (!evidence.uses_depth) return {one_view_, one_view_};
+        if (!evidence.uses_depth) {
+            const float px2 = one_view_ + (evidence.depth_speed == nullptr
+                                               ? 0
+                                               : evidence.depth_speed->unmeasured_px2(vertex));
+            return {px2, px2};
+        }
         const float still = rows_ + vergence_;
         if (squared_lag_ == 0) return {still + corrected_, still};
         const ImageStep step =

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "backends/shared/motion.hpp"
+#include "sdk/tracking/evidence/depth_speed.hpp"
 #include "sdk/tracking/evidence/map_distance.hpp"
 #include "sdk/tracking/evidence/photometric_evidence.hpp"
 #include "sdk/tracking/evidence/sliding_sides.hpp"
@@ -81,6 +82,7 @@ struct FrameEvidence {
     // show it, px.
     KeptDisparity given_disparity = {};
     float given_error_px = 0;
+    const DepthSpeed* depth_speed = nullptr;  // of the frames before; nullptr: there are none
 };
 // How far a vertex moved in the image, px^2.
 float squared_step(const defrec_camera& camera, const defrec_surface_sample& from,

@@ -565,6 +565,21 @@ struct ExpectedError {
     static constexpr float kConvergence = 0.42f;
 };
 
+// How fast disparities change, by which expected errors grow while none is measured: without the
+// right view, or while its lag spoils them.
+struct DepthSpeed {
+    // frames | over which a vertex's speed is a mean | set by hand
+    static constexpr float kMemory = 8;
+    // 1 | of the speed over all vertices that is left a frame later, unless it is that again: tissue
+    //   that turns back is still there, but moves on | set by hand
+    static constexpr float kDecay = 0.983f;
+    // frames | after which errors grow no more: what moves comes back | set by hand
+    static constexpr int kMostFrames = 30;
+    // 1 | of the squared way at that speed | `respiration`, `body-pull`, `heartbeat` with 20 black
+    //   right views, [one-view]
+    static constexpr float kShare = 1.3f;
+};
+
 // ---- the rig ------------------------------------------------------------------------------------
 
 // How the right view lies against the left, from the rows of patches that both show.
