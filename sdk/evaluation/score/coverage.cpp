@@ -70,15 +70,33 @@ Judgement judgement_of(const Coverage& coverage) {
                                                              : Judgement::kHold;
 }
 
-std::string too_large_lines(const std::vector<StatusConfidence>& statuses) {
-    std::string lines;
-    for (const StatusConfidence& status : statuses) {
-        if (judgement_of(status.coverage) != Judgement::kTooLarge) continue;
-        lines += "expected errors of " + status.status +
-                 " points are too large, which is safe: " + percent(status.coverage.within[0]) +
-                 " are within 1, more than " + percent(CoverageBands::kMaxWithinOne) + "\n";
+namespace {
+
+std::string within_text(const double (&within)[3]) {
+    return percent(within[0]) + " are within 1, " + percent(within[1]) + " within 2 and " +
+           percent(within[2]) + " within 3";
+}
+
+std::string least_text() {
+    const auto& min = CoverageBands::kMinWithin;
+    return "at least " + percent(min[0]) + ", " + percent(min[1]) + " and " + percent(min[2]);
+}
+
+}  // namespace
+
+std::string judgement_lines(const std::vector<StatusConfidence>& statuses) {
+    std::string too_small, too_large;
+    for (const auto& [status, coverage, ause] : statuses) {
+        const Judgement judgement = judgement_of(coverage);
+        const std::string points = "expected errors of " + status + " points are too ";
+        if (judgement == Judgement::kTooSmall)
+            too_small += "WARNING. " + points + "small: " + within_text(coverage.within) +
+                         " of them, and " + least_text() + " should be\n";
+        if (judgement == Judgement::kTooLarge)
+            too_large += points + "large, which is safe: " + percent(coverage.within[0]) +
+                         " are within 1, more than " + percent(CoverageBands::kMaxWithinOne) + "\n";
     }
-    return lines;
+    return too_small + too_large;
 }
 
 std::vector<std::string> miscalibrated(const std::vector<StatusConfidence>& statuses) {
@@ -92,12 +110,8 @@ std::vector<std::string> miscalibrated(const std::vector<StatusConfidence>& stat
         const Judgement judgement = judgement_of(coverage);
         any_judged |= judgement != Judgement::kNotJudged;
         if (judgement != Judgement::kTooSmall) continue;
-        const auto& min = CoverageBands::kMinWithin;
-        messages.push_back("of the " + status + " points " + percent(coverage.within[0]) +
-                           " are within 1, " + percent(coverage.within[1]) + " within 2 and " +
-                           percent(coverage.within[2]) +
-                           " within 3 expected errors, asked were at least " + percent(min[0]) +
-                           ", " + percent(min[1]) + " and " + percent(min[2]));
+        messages.push_back("of the " + status + " points " + within_text(coverage.within) +
+                           " expected errors, asked were " + least_text());
     }
     if (!any_judged) {
         messages.push_back("no status has " + std::to_string(CoverageBands::kMinCount) +

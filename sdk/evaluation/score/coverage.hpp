@@ -57,8 +57,9 @@ Judgement judgement_of(const Coverage& coverage);
 // one, and one if no status can be judged. Empty when all hold or are too large.
 std::vector<std::string> miscalibrated(const std::vector<StatusConfidence>& statuses);
 
-// A line for each status whose expected errors are too large; empty for none.
-std::string too_large_lines(const std::vector<StatusConfidence>& statuses);
+// A line for each status whose expected errors are too small, then for those with too large ones;
+// empty for none.
+std::string judgement_lines(const std::vector<StatusConfidence>& statuses);
 
 nlohmann::ordered_json coverage_json(const Coverage& coverage);
 

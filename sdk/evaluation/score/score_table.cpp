@@ -66,7 +66,7 @@ std::string confidence_table(const Score& score) {
     };
     add_group("", score.all);
     for (const ScoreGroup& group : score.states) add_group("  " + group.name + " ", group);
-    table += too_large_lines(score.all.statuses);
+    table += judgement_lines(score.all.statuses);
     const TrackedErrors& tracked = score.all.tracked;
     if (tracked.count > 0) {
         table += std::to_string(tracked.off) + " of " + std::to_string(tracked.count) + " " +

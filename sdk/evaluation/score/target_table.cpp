@@ -34,7 +34,7 @@ std::string target_table(const TargetScore& score) {
                                       "within 2", "within 3", "lost", "rigid", "rigid p95"});
     for (const DepthScore& depth : score.depths) table += depth_lines(depth.name(), depth);
     if (score.depths.size() > 1) table += depth_lines("all", score.all);
-    return table + too_large_lines(confidences_of(score));
+    return table + judgement_lines(confidences_of(score));
 }
 
 }  // namespace defrec::cli
