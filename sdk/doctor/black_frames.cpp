@@ -22,12 +22,13 @@ std::string ranges_of(const std::vector<std::int64_t>& frames) {
     return text;
 }
 
-// Leaves them out: the frames before them, and those that come after.
 std::string remedy_for(const std::vector<std::int64_t>& black, std::int64_t first_frame) {
-    std::string text = "Check light, shutter and cable. Of a recording, leave them out: track ";
-    if (black.front() > first_frame)
-        text += "what is before them by --frames :" + std::to_string(black.front()) + ", ";
-    return text + "what comes after by --frames " + std::to_string(black.back() + 1) + ":";
+    const std::string after = "--frames " + std::to_string(black.back() + 1) + ":";
+    return black.front() == first_frame
+               ? "Check light, shutter and cable. Of a recording, begin behind them by " + after
+               : "Check light, shutter and cable. In a recording, leave them in: the surface is "
+                 "found again after them. Where it is not, track what comes after by " +
+                     after + ", with points chosen in those frames";
 }
 
 }  // namespace
