@@ -570,8 +570,8 @@ struct ExpectedError {
 struct DepthSpeed {
     // frames | over which a vertex's speed is a mean | set by hand
     static constexpr float kMemory = 8;
-    // 1 | of the speed over all vertices that is left a frame later, unless it is that again: tissue
-    //   that turns back is still there, but moves on | set by hand
+    // 1 | of the speed over all vertices that is left a frame later, unless it is that again:
+    //   tissue that turns back is still there, but moves on | set by hand
     static constexpr float kDecay = 0.983f;
     // frames | after which errors grow no more: what moves comes back | set by hand
     static constexpr int kMostFrames = 30;
