@@ -144,7 +144,7 @@ async function lookAtPlan(page, replay) {
   assert.equal(
       partly.banner, `Plan: 1 of 1 part partly known, ${kTargets} of ${kTargets} targets placed`);
   assert.equal(partly.weight, '800');
-  assert.match(partly.why, /^Partly known: too little/);
+  assert.match(partly.why, /^1 part partly known: too little/);
   assert.deepEqual(partly.rows[0].slice(0, 2), ['tumour', 'partly known']);
   assert.equal(partly.label, 'tumour partly known');
   assert.ok(partly.part > 30);

@@ -173,9 +173,9 @@ export async function watch(surface, timeline) {
     showRecording(header.recording);
     await checks.show(header);
     const isOfFollowed = isFollowed(now?.[2]);
-    const why = (...of) => (isOfFollowed ? notPlacedInWords(of, now[3]) : '');
-    showTargetList(targets, header.target_count, isOfFollowed, why(counts.targets));
-    showPlanList(plan, isOfFollowed, why(counts.parts, counts.planTargets));
+    const why = (of) => (isOfFollowed ? notPlacedInWords(of, now[3]) : '');
+    showTargetList(targets, header.target_count, isOfFollowed, why({target: counts.targets}));
+    showPlanList(plan, isOfFollowed, why({part: counts.parts, target: counts.planTargets}));
     if (!pause.isOn()) await draw(frame, points, targets, plan);
     timeline?.add(moments);
     document.documentElement.dataset.frame = header.frame;

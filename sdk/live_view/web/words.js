@@ -78,14 +78,22 @@ export const whyNotPlaced = (counts, reasons) =>
 
 export const isUnknown = ({placed, partly}) => placed + partly === 0;
 
-/** "Partly known: too little ..."; empty where all have a place. See whyNotPlaced. */
-export function notPlacedInWords(counts, reasons) {
-  const what = [];
-  if (counts.some(({partly}) => partly)) what.push('partly known');
-  if (counts.some(({placed, partly, all}) => placed + partly < all)) what.push('not placed');
+const amount = (count, name, what) =>
+    (count ? [`${count} ${name}${count === 1 ? '' : 's'} ${what}`] : []);
+
+/**
+ * "1 part partly known, 2 targets not placed: too little ..."; empty where all have a place. named:
+ * {part, target}, counts as of whyNotPlaced.
+ */
+export function notPlacedInWords(named, reasons) {
+  const counts = Object.values(named);
+  const what = Object.entries(named).flatMap(
+      ([name, {placed, partly, all}]) =>
+          [...amount(partly, name, 'partly known'),
+           ...amount(all - placed - partly, name, 'not placed')]);
   if (!what.length) return '';
-  const words = `${what.join(' or ')}: ${whyNotPlaced(counts, reasons)}.`;
-  return words[0].toUpperCase() + words.slice(1);
+  const head = counts.every(isUnknown) ? 'Not placed' : what.join(', ');
+  return `${head}: ${whyNotPlaced(counts, reasons)}.`;
 }
 
 const namesOf = (reasons) => reasons.split(',').map((name) => name.trim());
