@@ -134,7 +134,7 @@ async function lookAtPlan(page, replay) {
   assert.match(oneView.why, /^Not placed: only one view shows the tissue/);
   for (const row of oneView.rows) assert.equal(row[1], 'not placed');
   assert.equal(oneView.swatches, kTargets + 1, 'a warning each, and no colour of the part');
-  // Of now, also where 3D is slow and shows a frame before.
+  // It is of now, also where 3D is slow and shows a frame before.
   if (oneView.is3D) assert.equal(oneView.legend, 'tumour: not placed');
 
   // What is known of some vertices is not known of the part.

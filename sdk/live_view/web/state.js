@@ -30,7 +30,7 @@ function setText(id, text) {
   if (byId(id).textContent !== text) byId(id).textContent = text;
 }
 
-/** Of the strip and the list of changes: a video that stands still is as bad as being lost. */
+/** For the strip and the list of changes: a video that stands still is as bad as being lost. */
 const colourOf = (state) => stateColour(state === 'stalled' ? 'lost' : state);
 
 /** Whether the state is that of a frame of now: not of a page without frames, or with old ones. */

@@ -240,7 +240,7 @@ class LiveSurface extends Stage {
   }
 
   /**
-   * Of the newest frame, also while 3D is of one before. No number of a part, which would be taken
+   * What holds in the newest frame, also while 3D is of one before. No number of a part, which would be taken
    * for that of the picture above.
    */
   showLegend(withTargets, parts) {

@@ -55,13 +55,13 @@ export const states = {
 export const isFollowed =
     (state) => ['tracking', 'degraded', 'relocalised', 'found'].includes(state);
 
-/** Of a frame that is degraded, a moment after tissue was found or found again. */
+/** Text for a frame that is degraded a moment after tissue was found or found again. */
 export const lessSureSince = (found) => `${states[found].say} Errors may be larger than usual.`;
 
 /** In a frame that repeats the one before. */
 export const isFrozen = (reasons) => namesOf(reasons).includes('frozen');
 
-/** Of a followed frame that does not show it. */
+/** Texts for a followed frame that does not show the tissue. */
 export const unseenInWords = {
   frozen: 'The same picture came again: nothing is known of the tissue now.',
   unobserved: 'Nothing of the tissue is seen now. Do not rely on any position.'
