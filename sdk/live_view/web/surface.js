@@ -240,8 +240,8 @@ class LiveSurface extends Stage {
   }
 
   /**
-   * What holds in the newest frame, also while 3D is of one before. No number of a part, which would be taken
-   * for that of the picture above.
+   * What holds in the newest frame, also while 3D is of one before. No number of a part, which
+   * would be taken for that of the picture above.
    */
   showLegend(withTargets, parts) {
     const by = byId('colour-by').value;
