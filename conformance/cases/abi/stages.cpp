@@ -74,6 +74,34 @@ void refuse_image(CaseRun& run, uint32_t stage) {
          {"a disparity_offset_px of 4097", [](auto& p) { p.camera.disparity_offset_px = 4097; }}});
 }
 
+// Those of the stages of a surface.
+void surface_limits(CaseRun& run, uint32_t stage) {
+    switch (stage) {
+        case DEFREC_STAGE_LM:
+            refuse_image<defrec_lm_params>(run, stage);
+            return refuse_all<defrec_lm_params>(
+                run, stage,
+                {{"an unknown solver", [](auto& p) { p.solver = 3; }},
+                 {"4194305 edges", [](auto& p) { p.edges = 4194305; }},
+                 {"4194305 landmarks", [](auto& p) { p.landmarks = 4194305; }},
+                 {"4194305 patches", [](auto& p) { p.patches = 4194305; }},
+                 {"no iterations", [](auto& p) { p.iterations = 0; }},
+                 {"no cg_iterations", [](auto& p) { p.cg_iterations = 0; }},
+                 {"a negative icp_weight", [](auto& p) { p.icp_weight = -1; }},
+                 {"an infinite arap_weight", [](auto& p) { p.arap_weight = kInfinity; }},
+                 {"a damping that is no number", [](auto& p) { p.damping = std::nanf(""); }},
+                 {"a trust_last_step of 2", [](auto& p) { p.trust_last_step = 2; }}});
+        case DEFREC_STAGE_WARP:
+            refuse_image<defrec_warp_params>(run, stage);
+            return refuse_all<defrec_warp_params>(
+                run, stage,
+                {{"a negative tolerance_mm", [](auto& p) { p.tolerance_mm = -1; }},
+                 {"an infinite tolerance_mm", [](auto& p) { p.tolerance_mm = kInfinity; }}});
+        default:
+            fail(DEFREC_ERROR_INTERNAL, "no limits are known of ", stage_name(stage));
+    }
+}
+
 void limits(CaseRun& run, uint32_t stage) {
     switch (stage) {
         case DEFREC_STAGE_RECTIFY:
@@ -123,28 +151,8 @@ void limits(CaseRun& run, uint32_t stage) {
                 run, stage,
                 {{"1025 references", [](auto& p) { p.references = 1025; }},
                  {"101 iterations", [](auto& p) { p.iterations = 101; }}});
-        case DEFREC_STAGE_LM:
-            refuse_image<defrec_lm_params>(run, stage);
-            return refuse_all<defrec_lm_params>(
-                run, stage,
-                {{"an unknown solver", [](auto& p) { p.solver = 3; }},
-                 {"4194305 edges", [](auto& p) { p.edges = 4194305; }},
-                 {"4194305 landmarks", [](auto& p) { p.landmarks = 4194305; }},
-                 {"4194305 patches", [](auto& p) { p.patches = 4194305; }},
-                 {"no iterations", [](auto& p) { p.iterations = 0; }},
-                 {"no cg_iterations", [](auto& p) { p.cg_iterations = 0; }},
-                 {"a negative icp_weight", [](auto& p) { p.icp_weight = -1; }},
-                 {"an infinite arap_weight", [](auto& p) { p.arap_weight = kInfinity; }},
-                 {"a damping that is no number", [](auto& p) { p.damping = std::nanf(""); }},
-                 {"a trust_last_step of 2", [](auto& p) { p.trust_last_step = 2; }}});
-        case DEFREC_STAGE_WARP:
-            refuse_image<defrec_warp_params>(run, stage);
-            return refuse_all<defrec_warp_params>(
-                run, stage,
-                {{"a negative tolerance_mm", [](auto& p) { p.tolerance_mm = -1; }},
-                 {"an infinite tolerance_mm", [](auto& p) { p.tolerance_mm = kInfinity; }}});
         default:
-            fail(DEFREC_ERROR_INTERNAL, "no limits are known of ", stage_name(stage));
+            return surface_limits(run, stage);
     }
 }
 
