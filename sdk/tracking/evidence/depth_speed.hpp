@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "include/defrec_c.h"
+#include "sdk/template/template.hpp"
 
 namespace defrec {
 
