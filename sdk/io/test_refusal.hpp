@@ -10,7 +10,7 @@
 
 namespace defrec::cli {
 
-// What `read` says where it throws, with that code; "accepted" where it does not.
+// The message of `read` where it throws, with that code; "accepted" where it does not.
 template <typename Function>
 std::string refusal_of(const Function& read, ExitCode code = ExitCode::kInput) {
     try {

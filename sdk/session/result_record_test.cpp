@@ -1,4 +1,4 @@
-// What a result's fields become in frames.csv.
+// Fields of a result as they stand in frames.csv.
 #include "sdk/session/result_record.hpp"
 
 #include <doctest/doctest.h>

@@ -308,7 +308,7 @@ void SurfaceRegistration::give_up_template(Frame& frame) {
     forget_template(frame);
 }
 
-// What was made for it.
+// Drops all that was made for it.
 void SurfaceRegistration::forget_template(Frame& frame) {
     frame.shows_cuts = frame.may_grow = false;
     prefetched_.reset();  // it was observed in the template's range of depths

@@ -74,7 +74,7 @@ void refuse_image(CaseRun& run, uint32_t stage) {
          {"a disparity_offset_px of 4097", [](auto& p) { p.camera.disparity_offset_px = 4097; }}});
 }
 
-// Those of the stages of a surface.
+// Limits of the stages of a surface.
 void surface_limits(CaseRun& run, uint32_t stage) {
     switch (stage) {
         case DEFREC_STAGE_LM:

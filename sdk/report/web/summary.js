@@ -139,7 +139,7 @@ const severityNames = {
   remark: 'Note',
 };
 
-/** What was lost or stood still, then the notes, which come in their order. */
+/** Frames that were lost or stood still, then the notes, which come in their order. */
 function notesOf(meta, summary) {
   const lost = framesIn(summary, 'lost'), notes = [];
   const sentence = ({where, why}) => `${where[0].toUpperCase()}${where.slice(1)}: ${why}.`;

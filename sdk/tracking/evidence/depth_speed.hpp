@@ -15,7 +15,7 @@ class DepthSpeed {
     void begin(size_t vertices);
     // The same surface with more of them, which are at rest.
     void grow(size_t vertices) { speed_.resize(vertices); }
-    // What the next frame shows does not follow from the last one.
+    // The next frame does not follow from the last one.
     void interrupt();
     // The samples of a frame that was followed and of the one before. is_measured: by disparities,
     // among others.

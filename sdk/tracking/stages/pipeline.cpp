@@ -169,7 +169,7 @@ void Pipeline::search_for_template(ObservedFrame& frame) {
     if (settings_.disparities != 0 || frame.task_.input.disparity.given()) return;
     const SearchRange range = find_range(frame);
     Observation& o = *frame.observation_;
-    // What was observed beside a template was searched where that was.
+    // Frames that were observed beside a template were searched where that was.
     if (range == range_ && template_ == nullptr) return;
     queue_.finish();
     search(range);

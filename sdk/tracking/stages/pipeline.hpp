@@ -121,7 +121,7 @@ class Pipeline {
     DeviceStage& stereo();
     void search(const SearchRange& range);
     void log_range() const;
-    // Where disparities of the pair are to be searched for a template.
+    // The range in which the pair's disparities are searched for a template.
     SearchRange find_range(const ObservedFrame& frame);
     // Computes the frame's disparity again where it has to be searched elsewhere.
     void search_for_template(ObservedFrame& frame);
