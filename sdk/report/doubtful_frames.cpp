@@ -19,14 +19,10 @@ bool is_mild(std::string_view reason) {
     return reason == "few-matches" || reason == "gap" || reason == "fast-motion";
 }
 
-bool has_remedy(std::string_view reason) {
-    const ReasonWords* words = words_of(reason);
-    return words != nullptr && !words->remedy.empty();
-}
-
 std::string_view main_reason(std::string_view state, std::string_view reasons) {
     const std::vector<std::string_view> names = reason_names(reasons);
-    const auto strong = std::find_if(names.begin(), names.end(), [](std::string_view name) {
+    const auto has_remedy = [&](std::string_view name) { return !remedy_of(name, state).empty(); };
+    const auto strong = std::find_if(names.begin(), names.end(), [&](std::string_view name) {
         return has_remedy(name) && !is_mild(name);
     });
     if (strong != names.end() || state == "initialising")
