@@ -10,7 +10,6 @@
 namespace defrec {
 
 struct FrontImages;  // pipeline.hpp
-struct SearchRange;  // search_range.hpp
 
 // Whether any value in that part of each array is one that its stage never gives, but for those of
 // samples.
