@@ -201,10 +201,15 @@ TEST_CASE("black frames are named, and what to do about them") {
     const Diagnosis few = diagnose_spoiled("heartbeat", blacken(4, 5));
     CHECK(found_in(few) == "black_frames");
     const Finding black = finding(few, "black_frames");
-    CHECK(black.what.find("in 2 of 12 frames a view is black") == 0);
+    CHECK(black.what.find("in 2 of 12 frames both views are black, and nothing") == 0);
     CHECK(black.what.find(": frames 4 to 5.") != std::string::npos);
     CHECK_SAYS(black.remedy, "leave them in: the surface is found again");
     CHECK_SAYS(black.remedy, "by --frames 6:, with points chosen in those frames");
+    const Diagnosis right = diagnose_spoiled("heartbeat", [](Recording& r) {
+        r.right[7] = cv::Mat::zeros(r.right[7].size(), r.right[7].type());
+    });
+    CHECK(finding(right, "black_frames").what.find("in 1 of 12 frames the right view is black") ==
+          0);
     const Diagnosis begun = diagnose_spoiled("heartbeat", blacken(0, 0));
     CHECK(finding(begun, "black_frames").what.find(": frame 0.") != std::string::npos);
     CHECK_SAYS(finding(begun, "black_frames").remedy, "begin behind them by --frames 1:");

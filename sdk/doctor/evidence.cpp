@@ -95,7 +95,12 @@ Evidence begin_evidence(const StereoFrame& first) {
     return evidence;
 }
 
-bool is_black(const cv::Mat& gray) { return cv::mean(gray)[0] < decisions::DoctorImages::kBlack; }
+BlackFrame black_views(const StereoFrame& frame) {
+    const auto is_black = [](const ImageView& view) {
+        return cv::mean(gray_of(view))[0] < decisions::DoctorImages::kBlack;
+    };
+    return {frame.index, is_black(frame.left), is_black(frame.right)};
+}
 
 GrayPair gray_views(const StereoFrame& frame) {
     const auto gray = [](const ImageView& view) {
@@ -133,8 +138,8 @@ Evidence collect_evidence(const std::vector<StereoFrame>& frames, StereoCalibrat
     evidence.copied = share_copied(frames);
     evidence.frame_count = frames.size();
     for (const StereoFrame& frame : frames)
-        if (is_black(gray_of(frame.left)) || is_black(gray_of(frame.right)))
-            evidence.black_frames.push_back(frame.index);
+        if (const BlackFrame black = black_views(frame); black.left || black.right)
+            evidence.black_frames.push_back(black);
     for (const std::size_t i : frames_to_match(frames.size()))
         add_views(gray_views(frames[i]), evidence);
     add_calibration(std::move(calibration), std::move(refusal), evidence);

@@ -43,13 +43,18 @@ struct TrackProbe {
     double share_without_depth() const;
 };
 
+struct BlackFrame {
+    std::int64_t number = 0;
+    bool left = false, right = false;  // which view is black
+};
+
 struct Evidence {
     int width = 0, height = 0;
     FieldOrder fields = FieldOrder::kProgressive;  // of the images; otherwise frames are fields
     std::int64_t first_frame = 0;                  // its number
     std::size_t frame_count = 0;                   // that are looked at
-    std::vector<std::int64_t> black_frames;  // where a view is black: their numbers, ascending
-    std::vector<GrayPair> pairs;             // some of the frames
+    std::vector<BlackFrame> black_frames;          // where a view is: by their numbers, ascending
+    std::vector<GrayPair> pairs;                   // some of the frames
     std::optional<double> copied;    // share of the blocks, from the frame before; empty: unknown
     StereoCalibration calibration;   // as the files have it, T in mm
     std::string refusal;             // why it is not taken; empty: it is
@@ -74,8 +79,8 @@ std::vector<std::size_t> frames_to_match(std::size_t count);
 // Evidence is gathered in this order: the first frame, views, the calibration. `copied`, `probe`,
 // `frame_count` and `black_frames` are the caller's.
 Evidence begin_evidence(const StereoFrame& first);
-// As DEFREC_REASON_DARK.
-bool is_black(const cv::Mat& gray);
+// Which views are black as DEFREC_REASON_DARK means it.
+BlackFrame black_views(const StereoFrame& frame);
 // Memory of their own.
 GrayPair gray_views(const StereoFrame& frame);
 void add_views(GrayPair views, Evidence& evidence);

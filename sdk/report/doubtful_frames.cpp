@@ -32,6 +32,28 @@ std::string_view main_reason(std::string_view state, std::string_view reasons) {
     return any == names.end() ? std::string_view() : *any;
 }
 
+// Which picture a reason speaks of. The left one alone is enough to follow tissue, the right one is
+// not.
+std::string_view picture_of(std::string_view reason, std::string_view state,
+                            std::string_view reasons) {
+    const std::vector<std::string_view> names = reason_names(reasons);
+    const auto has = [&](std::string_view name) {
+        return std::find(names.begin(), names.end(), name) != names.end();
+    };
+    if (has("one-view")) return state == "degraded" ? "the right picture" : std::string_view();
+    return reason == "dark" && !has("saturated") ? "both pictures" : std::string_view();
+}
+
+std::string words_about(const ReasonWords& reason, std::string_view picture) {
+    if (!picture.empty()) {
+        const std::string verb = picture == "both pictures" ? " are " : " is ";
+        if (reason.name == "dark") return std::string(picture) + verb + "black";
+        if (reason.name == "saturated") return std::string(picture) + verb + "white";
+        if (reason.name == "one-view") return std::string(picture) + verb + "missing";
+    }
+    return std::string(reason.words);
+}
+
 }  // namespace
 
 std::string DoubtfulFrames::where() const {
@@ -44,7 +66,7 @@ std::string DoubtfulFrames::why() const {
     const ReasonWords* words = words_of(reason);
     if (words == nullptr && state == "lost") words = words_of("few-matches");
     if (words == nullptr) return "less is observed than usual";
-    std::string text(words->words);
+    std::string text = words_about(*words, picture);
     const std::string_view remedy = remedy_of(words->name, state);
     if (!remedy.empty()) text.append("; ").append(remedy);
     return text;
@@ -55,11 +77,14 @@ void DoubtfulFramesList::add(std::int64_t frame, std::string_view state, std::st
     if (order_of(state) == kFollowed) return;
     const std::string_view reason = main_reason(state, reasons);
     if (state == "initialising" && reason.empty()) return;  // as frames before a template are
+    const std::string_view picture = picture_of(reason, state, reasons);
     auto item = std::find_if(items_.begin(), items_.end(), [&](const Item& each) {
-        return each.frames.state == state && each.frames.reason == reason;
+        return each.frames.state == state && each.frames.reason == reason &&
+               each.frames.picture == picture;
     });
     if (item == items_.end()) {
-        items_.push_back({{std::string(state), std::string(reason), frame}, at});
+        items_.push_back(
+            {{std::string(state), std::string(reason), std::string(picture), frame}, at});
         item = items_.end() - 1;
     }
     item->frames.last = frame;

@@ -13,17 +13,18 @@ namespace defrec::cli {
 /// At most so many are named where there is room for a few lines.
 constexpr std::size_t kDoubtfulFramesSaid = 3;
 
-/// Frames of a state with the same main reason.
+/// Frames of a state with the same main reason of the same picture.
 struct DoubtfulFrames {
-    std::string state;   ///< "lost", "initialising" or "degraded"
-    std::string reason;  ///< a name of DEFREC_REASON_*; empty: none that explains the state
+    std::string state;    ///< "lost", "initialising" or "degraded"
+    std::string reason;   ///< a name of DEFREC_REASON_*; empty: none that explains the state
+    std::string picture;  ///< that the reason speaks of: "the right picture"; empty: not known
     std::int64_t first = 0, last = 0;
     std::int64_t count = 0;  ///< of the frames from first to last
     std::int64_t span = 0;   ///< frames from first to last, whatever their state
 
     /// "frames 20 to 39", "31 of the frames 20 to 90"
     std::string where() const;
-    /// "a picture is black; check light, lens and cable"
+    /// "both pictures are black; check light, lens and cable"
     std::string why() const;
 };
 

@@ -27,7 +27,7 @@ TEST_CASE("frames of a state are named with their main reason and its remedy") {
     list.add(18, "tracking", "");
     CHECK(words_of_list(list) ==
           std::vector<std::string>{
-              "frames 12 to 14 lost: a picture is black; check light, lens and cable",
+              "frames 12 to 14 lost: both pictures are black; check light, lens and cable",
               "frame 16 lost: little of the tissue is recognised; move the camera back to where "
               "the tissue was last followed",
               "2 of the frames 11 to 17 degraded: something lies in front of the tissue; move the "
@@ -47,6 +47,24 @@ TEST_CASE("frames without a reason that explains their state are named as well")
               "where the tissue was last followed",
               "frame 4 degraded: less is observed than usual",
               "frame 6 degraded: a part of the tissue is not found"});
+}
+
+TEST_CASE("the picture that is black or white is named where it is known") {
+    DoubtfulFramesList list;
+    list.add(0, "degraded", "dark|no-texture|one-view|no-depth");
+    list.add(1, "degraded", "saturated|one-view");
+    list.add(2, "degraded", "one-view");
+    list.add(3, "lost", "dark|no-texture|one-view");
+    list.add(4, "lost", "dark|no-texture");
+    list.add(5, "lost", "dark|saturated");
+    CHECK(words_of_list(list) ==
+          std::vector<std::string>{
+              "2 of the frames 3 to 5 lost: a picture is black; check light, lens and cable",
+              "frame 4 lost: both pictures are black; check light, lens and cable",
+              "frame 0 degraded: the right picture is black; check light, lens and cable",
+              "frame 1 degraded: the right picture is white; check light and distance",
+              "frame 2 degraded: the right picture is missing; check lens, cable and input of that "
+              "view"});
 }
 
 TEST_CASE("what follows from smoke or blur does not hide it") {

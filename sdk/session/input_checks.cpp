@@ -23,7 +23,7 @@ void InputChecks::add(const StereoFrame& frame, const defrec_result& result,
     }
     if (next_ == count_) return;
     record_.add(result, frame.left.width, frame.left.height);
-    if ((result.reasons & DEFREC_REASON_DARK) != 0) black_frames_.push_back(frame.index);
+    if ((result.reasons & DEFREC_REASON_DARK) != 0) black_frames_.push_back(black_views(frame));
     if (std::binary_search(to_match_.begin(), to_match_.end(), next_))
         thread_.add(
             [this, views = gray_views(frame)] { attempt([&] { add_views(views, evidence_); }); });

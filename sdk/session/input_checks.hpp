@@ -44,7 +44,7 @@ class InputChecks {
     std::size_t count_ = 0, next_ = 0;   // frames to look at, from the first one on; the next one
     std::vector<std::size_t> to_match_;  // of them
     ProbeRecord record_;
-    std::vector<std::int64_t> black_frames_;
+    std::vector<BlackFrame> black_frames_;
     Evidence evidence_;        // the thread's, once it has begun
     std::string failure_;      // likewise; empty: none
     BackgroundThread thread_;  // ends first
