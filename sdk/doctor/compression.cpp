@@ -78,8 +78,8 @@ Finding look_at_compression(const Evidence& evidence) {
                               "copies");
     }
     return look.found(sentence(evidence, seen),
-                      "Record at a higher rate or quality, or without loss; with FFmpeg, -crf 17 "
-                      "or less.");
+                      "Record at a higher rate or quality, or without loss: by `defrec record` "
+                      "without --format h264, by FFmpeg with -crf 17 or less.");
 }
 
 }  // namespace defrec::cli
