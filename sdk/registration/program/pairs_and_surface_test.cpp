@@ -107,6 +107,9 @@ TEST_CASE("--deform: an open turn names --pairs-only, and how exactly pairs hold
     options.is_by_pairs_alone = true;
     CHECK(run_register(options) == 0);
     CHECK(scene().result()["targets"][0]["expected_error_mm"].get<double>() < 1);
+    // As the same command without what was seen.
+    options.surface.clear();
+    CHECK(run_register(options) == 0);
 }
 
 TEST_CASE("pairs hold the turn that a surface leaves open, with errors that hold over trials") {

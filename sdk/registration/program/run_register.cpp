@@ -38,7 +38,8 @@ void check_options(const RegisterOptions& options) {
         refuse("give what was seen as --surface F or --template F, as --pairs F, or both.");
     if (!options.surface.empty() && has_template)
         refuse("the template is a surface that was seen; give either --surface or --template.");
-    if (options.surface.empty() != options.model.empty() && !has_template)
+    if (options.surface.empty() != options.model.empty() && !has_template &&
+        !options.is_by_pairs_alone)
         refuse("a surface is compared with a model: give both --model F and --surface F.");
     if (!options.start.empty() && !options.pairs.empty())
         refuse("the pairs say where the search begins; give either --start or --pairs.");
