@@ -26,6 +26,9 @@ namespace Defrec
         /// Finds and loads the plugins. Succeeds with none found: look at <see cref="GetPlugins"/>.
         /// </summary>
         /// <exception cref="ArgumentNullException">options, or a path in it, is null.</exception>
+        /// <exception cref="ArgumentOutOfRangeException">
+        /// Threads or PluginDeadlineMs is negative.
+        /// </exception>
         /// <exception cref="DllNotFoundException">There is no native library.</exception>
         /// <exception cref="DefrecException">
         /// A path is not absolute, only one function of an allocator is given, or the library is of
@@ -37,6 +40,9 @@ namespace Defrec
             if (options.Threads < 0)
                 throw new ArgumentOutOfRangeException(
                     nameof(options), options.Threads, "Threads is negative.");
+            if (options.PluginDeadlineMs < 0)
+                throw new ArgumentOutOfRangeException(
+                    nameof(options), options.PluginDeadlineMs, "PluginDeadlineMs is negative.");
             DefrecLibrary.RequireVersion();
 
             int[] offsets;

@@ -229,6 +229,7 @@ namespace Defrec.Tests
         {
             AllRefused<ArgumentOutOfRangeException>(new Dictionary<TestDelegate, string> {
                 { () => new Context(new ContextOptions { Threads = -1 }), "options" },
+                { () => new Context(new ContextOptions { PluginDeadlineMs = -1 }), "options" },
                 { () => new Rig(Context, RigDescription.Rectified(-1, Height, Camera)),
                   "description.Width" },
                 { () => new Rig(Context, RigDescription.Rectified(Width, int.MinValue, Camera)),
