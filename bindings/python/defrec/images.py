@@ -8,7 +8,7 @@ import math
 import os
 import pathlib
 import re
-from typing import Any, Iterable, Iterator, List, NamedTuple, Optional, Tuple, Union
+from typing import Any, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from ._arrays import numpy
 from .enums import Format
@@ -35,6 +35,8 @@ class _View(NamedTuple):
     images: Iterator[Any]
     colours: Format = Format.BGR8
     rate: Optional[float] = None
+    files: Sequence[pathlib.Path] = ()
+    """Those of a folder."""
 
 
 def pairs_of(left: Images, right: Optional[Images], layout: Optional[str]) -> Pairs:
@@ -50,7 +52,10 @@ def pairs_of(left: Images, right: Optional[Images], layout: Optional[str]) -> Pa
         return Pairs(_halves(view.images, layout), view.colours, view.rate)
     if right is None:
         raise TypeError(f"right is None without a layout ({' or '.join(_LAYOUTS)})")
-    return Pairs(_pairs(view.images, _view(right).images), view.colours, view.rate)
+    other = _view(right)
+    if view.files and other.files:
+        _require_pairs(view.files, other.files)
+    return Pairs(_pairs(view.images, other.images), view.colours, view.rate)
 
 
 def pillow(module: str) -> Any:
@@ -64,15 +69,17 @@ def pillow(module: str) -> Any:
 
 
 def _view(images: Images) -> _View:
+    files: Sequence[pathlib.Path] = ()
     if isinstance(images, (str, os.PathLike)):
         path = pathlib.Path(images)
         if path.is_file():
             return _video(path)
-        images = _files_of(path)
+        images = files = _files_of(path)
     images = iter(images)
     first = list(itertools.islice(images, 1))
     is_file = bool(first) and isinstance(first[0], (str, os.PathLike))
-    return _View(_read(itertools.chain(first, images)), Format.RGB8 if is_file else Format.BGR8)
+    colours = Format.RGB8 if is_file else Format.BGR8
+    return _View(_read(itertools.chain(first, images)), colours, files=files)
 
 
 def _files_of(folder: pathlib.Path) -> List[pathlib.Path]:
@@ -90,6 +97,28 @@ def _files_of(folder: pathlib.Path) -> List[pathlib.Path]:
     if not files:
         raise ValueError(f"{folder}: no images in it")
     return files
+
+
+def _require_pairs(lefts: Sequence[pathlib.Path], rights: Sequence[pathlib.Path]) -> None:
+    """Files are paired by their place in the order: one that is missing on one side would pair all
+    that follow wrongly."""
+    for i, (left, right) in enumerate(zip(lefts, rights)):
+        if _digits_of(left) == _digits_of(right):
+            continue
+        if i == 0:  # the cameras count from different starts: no name agrees
+            break
+        raise ValueError(
+            f"{left} would be paired with {right}: an image is missing on one side; remove its"
+            " partner"
+        )
+    if len(lefts) != len(rights):
+        raise ValueError(
+            f"there are {len(lefts)} images in left and {len(rights)} in right; they must pair up"
+        )
+
+
+def _digits_of(path: pathlib.Path) -> str:
+    return "".join(re.findall("[0-9]", path.stem))
 
 
 def _video(path: pathlib.Path) -> _View:

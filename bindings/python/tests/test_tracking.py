@@ -101,6 +101,29 @@ class Videos(unittest.TestCase):
             self.assertEqual(frame.points.status.tolist(), image.points.status.tolist())
         self.assertEqual(frames[0].picture().tobytes(), expected[0].picture().tobytes())
 
+    def copy_of(self, folder, numbers, first=0):
+        copied = self.folder / f"{folder.name}_{len(list(self.folder.iterdir()))}"
+        copied.mkdir()
+        files = sorted(folder.iterdir())
+        for number in numbers:
+            (copied / f"{first + number:06}.png").symlink_to(files[number])
+        return copied
+
+    def test_folders_that_do_not_pair_up_are_refused(self):
+        left = self.copy_of(LEFT, range(6))
+        for numbers, said in (
+            ((0, 1, 3, 4, 5), "000002.png would be paired with .*000003.png"),
+            (range(5), "6 images in left and 5 in right"),
+        ):
+            with self.assertRaisesRegex(ValueError, said):
+                defrec.track(left, self.copy_of(RIGHT, numbers), CALIBRATION, device_id="cpu")
+        # Cameras that count from different starts.
+        later = self.copy_of(RIGHT, range(6), 40)
+        self.assertEqual(len(list(defrec.track(left, later, CALIBRATION, device_id="cpu"))), 6)
+        fewer = self.copy_of(RIGHT, range(5), 40)
+        with self.assertRaisesRegex(ValueError, "6 images in left and 5 in right"):
+            defrec.track(left, fewer, CALIBRATION, device_id="cpu")
+
     def test_without_opencv_the_error_says_what_to_install(self):
         with unittest.mock.patch.dict(sys.modules, {"cv2": None}):
             with self.assertRaisesRegex(ImportError, "left.mp4: .*opencv-python"):
