@@ -245,6 +245,15 @@ const kQuestions = {
   'tutorial': 'api_samples',
   'preop model not moving':
       ['program_register', 'api_coordinates/Registering a preoperative model'],
+  'my left and right images are mixed up': 'program_doctor/What it finds',
+  'use a GPU instead of CPU': 'deployment_performance/A GPU',
+  'can I call it from several threads at once': 'api_threading',
+  'reset the tracker after the camera was moved out of the body':
+      'questions/Do I reset the tracker after the camera was moved or taken out?',
+  'compare with my own ground truth': 'program_score',
+  'frame numbering starts at': 'questions/At which number do frames start, 0 or 1?',
+  'how to choose points to follow': 'questions/Which points can be followed?',
+  'points drift off the tissue': 'questions/Does the overlay still fit the tissue?',
   // Mistyped, and while typing.
   'calibraton': 'program_calibrating',
   'laparascope': kScopes,
