@@ -153,7 +153,9 @@ class Logic(unittest.TestCase):
         slicer.mrmlScene = Scene()
         self.logic = module.DefrecLiveLogic()
 
-    def receive(self, frame=7, code=1, state="tracking", text="reasons= vertices=4 targets=2"):
+    def receive(
+        self, frame=7, code=1, state="tracking", text="reasons= vertices=4 points=3 targets=2"
+    ):
         for kind, name in (
             ("vtkMRMLIGTLStatusNode", module.STATE),
             ("vtkMRMLModelNode", module.SURFACE),
@@ -168,7 +170,8 @@ class Logic(unittest.TestCase):
         return slicer.mrmlScene.GetFirstNodeByName(name).display.called
 
     def test_names_are_those_of_the_live_link(self):
-        for name in (module.STATE, module.SURFACE, module.TARGETS, module.ERROR, module.STATUS):
+        names = (module.STATE, module.SURFACE, module.TARGETS, module.ERROR, module.STATUS)
+        for name in names:
             self.assertIn(f'"{name}"', MESSAGES)
         tracked, extrapolated = re.search(
             r"kTracked\{([\d, ]+)\}, kExtrapolated\{([\d, ]+)\}", MESSAGES
@@ -258,14 +261,28 @@ class Logic(unittest.TestCase):
 
     def test_parts_of_a_plan_are_shown_likewise(self):
         self.assertIn('"Plan" + std::to_string(part.place) + "-"', MESSAGES)
-        slicer.mrmlScene.AddNewNodeByClass("vtkMRMLModelNode", "Plan1-tumour")
-        slicer.mrmlScene.AddNewNodeByClass("vtkMRMLModelNode", "Planning")
-        self.receive()
+        for name in ("Plan0-liver", "Plan1-tumour", "Planning"):
+            slicer.mrmlScene.AddNewNodeByClass("vtkMRMLModelNode", name)
+        seen = "reasons= vertices=4 points=3 targets=2 "
+        self.receive(text=seen + "parts=2 plan_targets=1 Plan0-liver Plan1-tumour")
         self.logic.update(0.0)
         self.assertEqual(self.display("Plan1-tumour")["SetActiveScalar"], (module.ERROR, 1))
         self.assertIsNone(slicer.mrmlScene.GetFirstNodeByName("Planning").display)
-        self.receive(8, 4, "lost", "reasons= vertices=0 targets=0")
-        self.logic.update(0.1)
+        # The tissue is followed, and what is known of the plan changes.
+        for frame, (text, shown) in enumerate(
+            (
+                ("parts=1 plan_targets=1 Plan1-tumour", (False, True)),
+                ("parts=2 plan_targets=1 Plan0-liver Plan1-tumour", (True, True)),
+                ("parts=0 plan_targets=0", (False, False)),
+            ),
+            8,
+        ):
+            self.receive(frame, state="degraded", text=seen + text)
+            self.logic.update(0.1 * frame)
+            for name, is_current in zip(("Plan0-liver", "Plan1-tumour"), shown):
+                self.assertEqual(self.display(name)["SetScalarVisibility"], (is_current,))
+        self.receive(12, 4, "lost", "reasons= vertices=0 points=0 targets=0")
+        self.logic.update(1.2)
         self.assertEqual(self.display("Plan1-tumour")["SetScalarVisibility"], (False,))
 
     def test_the_panel_connects_and_ends(self):

@@ -171,11 +171,12 @@ class DefrecLiveLogic(ScriptedLoadableModuleLogic):
             self.frame, self.seen_at = node.GetSubCode(), now
         silent_s = now - self.seen_at
         is_current = node.GetCode() == STATUS_OK and silent_s < SILENT_S
-        facts = dict(pair.split("=", 1) for pair in node.GetStatusString().split() if "=" in pair)
-        self.show(SURFACE, is_current and facts.get("vertices") != "0")
-        self.show(TARGETS, is_current and facts.get("targets") != "0")
+        words = node.GetStatusString().split()
+        facts = dict(pair.split("=", 1) for pair in words if "=" in pair)
+        self.show(SURFACE, is_current and facts.get("vertices", "0") != "0")
+        self.show(TARGETS, is_current and facts.get("targets", "0") != "0")
         for name in parts_of_plan():
-            self.show(name, is_current)
+            self.show(name, is_current and name in words)
         if silent_s == math.inf:
             return WAITING
         if silent_s >= SILENT_S:

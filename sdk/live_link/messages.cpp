@@ -71,16 +71,29 @@ bool has_consistent_surface(const LinkFrame& frame) {
                        [count](std::uint32_t vertex) { return vertex < count; });
 }
 
+// As the protocol's 20 bytes hold it: "Plan1-tumour".
+std::string device_name(const LinkPart& part) {
+    constexpr std::size_t kMaxBytes = 20;
+    std::string name = "Plan" + std::to_string(part.place) + "-" + part.name;
+    for (char& c : name)
+        if (c <= ' ' || c > '~') c = '_';
+    return name.substr(0, kMaxBytes);
+}
+
+std::string plan_text(const LinkPlan& plan) {
+    std::string text = " parts=" + std::to_string(plan.parts.size()) +
+                       " plan_targets=" + std::to_string(plan.targets.size());
+    for (const LinkPart& part : plan.parts) text += " " + device_name(part);
+    return text;
+}
+
 void append_status(const LinkFrame& frame, std::size_t vertices, std::string& out) {
     const std::string text =
         "reasons=" + reason_names(frame.reasons, "|") + " epoch=" + std::to_string(frame.epoch) +
         " vertices=" + std::to_string(vertices) +
         " points=" + std::to_string(frame.has_geometry ? frame.points.size() : 0) +
         " targets=" + std::to_string(frame.has_geometry ? frame.targets.size() : 0);
-    const std::string plan = frame.plan
-                                 ? " parts=" + std::to_string(frame.plan->parts.size()) +
-                                       " plan_targets=" + std::to_string(frame.plan->targets.size())
-                                 : std::string();
+    const std::string plan = frame.plan ? plan_text(*frame.plan) : std::string();
     const auto message = igtl::StatusMessage::New();
     message->SetCode(status_code(frame.state));
     message->SetSubCode(frame.index);
@@ -243,15 +256,6 @@ void append_target_errors(const LinkFrame& frame, std::string& out) {
     message->AddAttribute(error);
     message->AddAttribute(tensors);
     append(*message, "TargetErrorsInCamera", frame, out);
-}
-
-// As the protocol's 20 bytes hold it: "Plan1-tumour".
-std::string device_name(const LinkPart& part) {
-    constexpr std::size_t kMaxBytes = 20;
-    std::string name = "Plan" + std::to_string(part.place) + "-" + part.name;
-    for (char& c : name)
-        if (c <= ' ' || c > '~') c = '_';
-    return name.substr(0, kMaxBytes);
 }
 
 void append_plan(const LinkFrame& frame, std::string& out) {
