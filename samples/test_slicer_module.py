@@ -160,6 +160,7 @@ class Logic(unittest.TestCase):
             ("vtkMRMLIGTLStatusNode", module.STATE),
             ("vtkMRMLModelNode", module.SURFACE),
             ("vtkMRMLModelNode", module.TARGETS),
+            *(("vtkMRMLMarkupsFiducialNode", name) for name in module.POINTS),
         ):
             if slicer.mrmlScene.GetFirstNodeByName(name) is None:
                 slicer.mrmlScene.AddNewNodeByClass(kind, name)
@@ -171,8 +172,10 @@ class Logic(unittest.TestCase):
 
     def test_names_are_those_of_the_live_link(self):
         names = (module.STATE, module.SURFACE, module.TARGETS, module.ERROR, module.STATUS)
-        for name in names:
+        for name in (*names, *module.POINTS):
             self.assertIn(f'"{name}"', MESSAGES)
+        for number in module.POINTS.values():
+            self.assertIn(f'" {number}="', MESSAGES)
         tracked, extrapolated = re.search(
             r"kTracked\{([\d, ]+)\}, kExtrapolated\{([\d, ]+)\}", MESSAGES
         ).groups()
@@ -284,6 +287,37 @@ class Logic(unittest.TestCase):
         self.receive(12, 4, "lost", "reasons= vertices=0 points=0 targets=0")
         self.logic.update(1.2)
         self.assertEqual(self.display("Plan1-tumour")["SetScalarVisibility"], (False,))
+
+    def test_points_that_are_not_current_are_hidden(self):
+        def shown():
+            return [self.display(name)["SetVisibility"][0] for name in module.POINTS]
+
+        all_seen = "reasons= vertices=4 points=3 targets=2 parts=0 plan_targets=1"
+        self.logic.connect("", 18944)
+        self.receive(text=all_seen)
+        self.logic.update(0.0)
+        self.assertEqual(shown(), [True, True, True])
+        # The last of each is lost, though the tissue is followed.
+        self.receive(8, text="reasons= vertices=4 points=0 targets=0 parts=0 plan_targets=0")
+        self.logic.update(0.1)
+        self.assertEqual(shown(), [False, False, False])
+        self.receive(9, text="reasons= vertices=4 points=3 targets=0")
+        self.logic.update(0.2)
+        self.assertEqual(shown(), [True, False, False])
+        self.receive(10, text=all_seen)
+        self.logic.update(0.3)
+        self.assertEqual(shown(), [True, True, True])
+        self.logic.update(4.3)  # silent
+        self.assertEqual(shown(), [False, False, False])
+        self.receive(11, text=all_seen)
+        self.logic.update(4.4)
+        self.receive(12, 4, "lost", "reasons= vertices=0 points=0 targets=0")
+        self.logic.update(4.5)
+        self.assertEqual(shown(), [False, False, False])
+        self.receive(13, text=all_seen)
+        self.logic.update(4.6)
+        self.logic.disconnect()
+        self.assertEqual(shown(), [False, False, False])
 
     def test_the_panel_connects_and_ends(self):
         widget = module.DefrecLiveWidget()

@@ -18,6 +18,11 @@ from slicer.ScriptedLoadableModule import (
 
 # Device names and attributes: docs/program/live_link.md.
 STATE, SURFACE, TARGETS = "TrackingState", "SurfaceInCamera", "TargetErrorsInCamera"
+POINTS = {  # and how STATUS calls their number
+    "PointsInCamera": "points",
+    "TargetsInCamera": "targets",
+    "PlanTargetsInCamera": "plan_targets",
+}
 PART = re.compile(r"Plan\d+-")  # and the name that the plan gives it
 ERROR, STATUS = "expected_error_mm", "status"
 STATUS_OK = 1
@@ -155,6 +160,8 @@ class DefrecLiveLogic(ScriptedLoadableModuleLogic):
         self.connector = None
         for name in (SURFACE, TARGETS, *parts_of_plan()):
             self.show(name, False)
+        for name in POINTS:
+            self.show_points(name, False)
 
     def colour_by(self, attribute):
         self.attribute = attribute
@@ -177,6 +184,8 @@ class DefrecLiveLogic(ScriptedLoadableModuleLogic):
         self.show(TARGETS, is_current and facts.get("targets", "0") != "0")
         for name in parts_of_plan():
             self.show(name, is_current and name in words)
+        for name, number in POINTS.items():
+            self.show_points(name, is_current and facts.get(number, "0") != "0")
         if silent_s == math.inf:
             return WAITING
         if silent_s >= SILENT_S:
@@ -205,6 +214,15 @@ class DefrecLiveLogic(ScriptedLoadableModuleLogic):
         display.SetScalarRangeFlag(slicer.vtkMRMLDisplayNode.UseManualScalarRange)
         last = len(STATUS_COLOURS) - 1 if attribute == STATUS else self.largest_mm
         display.SetScalarRange(0, last)
+
+    def show_points(self, name, is_current):
+        """Points have the colours of the scene: those that are not current are hidden."""
+        points = slicer.mrmlScene.GetFirstNodeByName(name)
+        if points is None:
+            return
+        if points.GetDisplayNode() is None:
+            points.CreateDefaultDisplayNodes()
+        points.GetDisplayNode().SetVisibility(is_current)
 
     def table(self, attribute):
         table = self.tables.get(attribute)
