@@ -83,7 +83,7 @@ std::string device_name(const LinkPart& part) {
 std::string plan_text(const LinkPlan& plan) {
     std::string text = " parts=" + std::to_string(plan.parts.size()) +
                        " plan_targets=" + std::to_string(plan.targets.size());
-    for (const LinkPart& part : plan.parts) text += " " + device_name(part);
+    for (const LinkPart& part : plan.parts) text.append(" ").append(device_name(part));
     return text;
 }
 
