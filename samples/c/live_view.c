@@ -25,6 +25,7 @@ static const char page[] =
     "const colours = ['#40dc60', '#ffb020', '#888'];\n"
     "async function show() {\n"
     "  const answer = await fetch('frame');\n"
+    "  if (answer.status !== 200) return new Promise(done => setTimeout(done, 100));\n"
     "  const bytes = await answer.arrayBuffer();\n"
     "  const end = new Uint8Array(bytes).indexOf(10);\n"
     "  const facts = JSON.parse(new TextDecoder().decode(bytes.slice(0, end)));\n"
@@ -41,8 +42,10 @@ static const char page[] =
     "    context.fillRect(points.getFloat32(12 * i, true) - 1, points.getFloat32(12 * i + 4, true) "
     "- 1, 2, 2);\n"
     "  }\n"
-    "  text.textContent = `frame ${facts.frame}: ${facts.state}, ${facts.latency_ms.toFixed(1)} "
-    "ms`;\n"
+    "  const isOld = facts.age_ms > 1000;\n"
+    "  view.style.filter = isOld ? 'grayscale(1)' : '';\n"
+    "  text.textContent = isOld ? `no new picture for ${(facts.age_ms / 1000).toFixed(1)} s` :\n"
+    "    `frame ${facts.frame}: ${facts.state}, ${facts.latency_ms.toFixed(1)} ms`;\n"
     "}\n"
     "async function run() {\n"
     "  for (;;) { await show(); await new Promise(requestAnimationFrame); }\n"
@@ -60,7 +63,8 @@ static int64_t now_ns(void) {
 
 typedef struct {
     pthread_mutex_t mutex;
-    char facts[256]; /* a line of JSON */
+    char facts[256]; /* a line of JSON, without the age */
+    int64_t left_ns;
     uint8_t* pixels; /* BGR, the left image */
     size_t pixel_bytes;
     float* vertices; /* u, v in the left image, DEFREC_POINT_... */
@@ -96,10 +100,11 @@ static void leave(shown_frame* shown, const image* left, const defrec_result* re
         shown->vertices[3 * i + 2] = result->vertex_status[i];
     }
     snprintf(shown->facts, sizeof shown->facts,
-             "{\"frame\": %zu, \"state\": \"%s\", \"latency_ms\": %.3f, \"width\": %u, "
+             "\"frame\": %zu, \"state\": \"%s\", \"latency_ms\": %.3f, \"width\": %u, "
              "\"height\": %u, \"vertices\": %zu}\n",
              number, state_name(result->state), (double)(now_ns() - submitted_ns) * 1e-6,
              left->width, left->height, shown->vertex_count);
+    shown->left_ns = now_ns();
     pthread_mutex_unlock(&shown->mutex);
 }
 
@@ -138,15 +143,18 @@ static void refuse(int connection, const char* status, const char* reason) {
 }
 
 static void send_frame(int connection, shown_frame* shown) {
+    char line[300];
     size_t facts, vertices;
     pthread_mutex_lock(&shown->mutex);
-    facts = strlen(shown->facts);
+    /* The age tells that the tracker's thread stands still. */
+    facts = (size_t)snprintf(line, sizeof line, "{\"age_ms\": %.0f, %s",
+                             (double)(now_ns() - shown->left_ns) * 1e-6, shown->facts);
     vertices = 3 * sizeof(float) * shown->vertex_count;
-    if (facts == 0)
+    if (shown->facts[0] == '\0')
         refuse(connection, "503 Service Unavailable", "no frame yet\n");
     else if (send_head(connection, "200 OK", "application/octet-stream",
                        facts + shown->pixel_bytes + vertices) &&
-             send_all(connection, shown->facts, facts) &&
+             send_all(connection, line, facts) &&
              send_all(connection, shown->pixels, shown->pixel_bytes))
         send_all(connection, shown->vertices, vertices);
     pthread_mutex_unlock(&shown->mutex);

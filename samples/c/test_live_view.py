@@ -7,12 +7,32 @@ test_live_view.py PROGRAM SEQUENCE CAMERA
 import http.client
 import json
 import pathlib
+import os
 import re
+import shutil
 import socket
 import struct
 import subprocess
 import sys
+import tempfile
 import time
+
+# What the page says, in turn, of answers that have no frame yet, one of now and one that is old.
+PAGE = """
+const facts = (age) => JSON.stringify({
+  age_ms: age, frame: 7, state: 'tracking', latency_ms: 5, width: 1, height: 1, vertices: 0});
+const bytes = (age) => Uint8Array.from([...Buffer.from(facts(age) + '\\n'), 1, 2, 3]).buffer;
+const answers = [[503], [503], [200, 20], [200, 2500]];
+const context = {createImageData: () => ({data: []}), putImageData() {}};
+const view = {style: {}, getContext: () => context};
+const text = {set textContent(said) { console.log(said + '|' + (view.style.filter ?? '')); }};
+globalThis.document = {getElementById: (id) => ({view, text})[id]};
+globalThis.requestAnimationFrame = setImmediate;
+globalThis.fetch = async () => {
+  const [status, age] = answers.shift() ?? process.exit(0);
+  return {status, arrayBuffer: async () => (status === 200 ? bytes(age) : new ArrayBuffer(13))};
+};
+"""
 
 
 def get(port, path, host=None):
@@ -32,6 +52,49 @@ def first_frame(port, token):
         time.sleep(0.01)
 
 
+def facts_of(content):
+    return json.loads(content.split(b"\n", 1)[0])
+
+
+def check_page(page):
+    node = shutil.which("node")
+    if node is None:
+        return
+    script = f"{{{PAGE}}}" + re.search(r"<script>(.*)</script>", page.decode(), re.S)[1]
+    said = subprocess.run([node, "-e", script], stdout=subprocess.PIPE, text=True, check=True)
+    assert said.stdout.splitlines() == [
+        "frame 7: tracking, 5.0 ms|",
+        "no new picture for 2.5 s|grayscale(1)",
+    ], said
+
+
+def check_standstill(program, sequence, camera):
+    """An image that does not come holds up the tracker's thread: frames say how old they are."""
+    with tempfile.TemporaryDirectory() as folder:
+        views = [pathlib.Path(folder) / view for view in ("left", "right")]
+        for view in views:
+            view.mkdir()
+            for image in sorted((sequence / view.name).iterdir()):
+                (view / image.name).symlink_to(image.resolve())
+        os.mkfifo(views[0] / "last.png")
+        (views[1] / "last.png").symlink_to(image.resolve())
+        command = [program, *map(str, views), camera, "1", "cpu"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
+            try:
+                port, token = address_of(running)
+                while facts_of(first_frame(port, token))["age_ms"] <= 1000:
+                    time.sleep(0.01)
+            finally:
+                running.kill()
+
+
+def address_of(running):
+    port, token = re.fullmatch(
+        r"open http://127\.0\.0\.1:(\d+)/([0-9a-f]{32})/\n", running.stdout.readline()
+    ).groups()
+    return int(port), token
+
+
 def main():
     program, sequence, camera = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3]
     command = [program, str(sequence / "left"), str(sequence / "right"), camera]
@@ -41,10 +104,7 @@ def main():
     # More rounds than the test needs; it ends the program.
     with subprocess.Popen([*command, "1000", "cpu"], stdout=subprocess.PIPE, text=True) as running:
         try:
-            port, token = re.fullmatch(
-                r"open http://127\.0\.0\.1:(\d+)/([0-9a-f]{32})/\n", running.stdout.readline()
-            ).groups()
-            port = int(port)
+            port, token = address_of(running)
             # A browser that asks and goes, and one that says nothing.
             with socket.create_connection(("127.0.0.1", port)) as gone:
                 gone.sendall(
@@ -53,22 +113,21 @@ def main():
             silent = socket.create_connection(("127.0.0.1", port))
 
             content = first_frame(port, token)
-            line, rest = content.split(b"\n", 1)
-            facts = json.loads(line)
+            facts, rest = facts_of(content), content.split(b"\n", 1)[1]
             pixels = 3 * facts["width"] * facts["height"]
             assert (facts["width"], facts["height"]) == (320, 240) and facts[
                 "state"
             ] == "tracking", facts
-            assert facts["latency_ms"] > 0 and facts["vertices"] > 100, facts
+            assert (
+                facts["latency_ms"] > 0 and facts["age_ms"] >= 0 and facts["vertices"] > 100
+            ), facts
             assert len(rest) == pixels + 12 * facts["vertices"], len(rest)
             vertices = list(struct.iter_unpack("<fff", rest[pixels:]))
             # A template that grew reaches beyond the image, but nothing is observed there.
             observed = [(u, v) for u, v, status in vertices if status == 0]
             assert len(observed) > len(vertices) / 2, (len(observed), len(vertices))
             assert all(0 <= u < 320 and 0 <= v < 240 for u, v in observed)
-            while (
-                json.loads(first_frame(port, token).split(b"\n", 1)[0])["frame"] == facts["frame"]
-            ):
+            while facts_of(first_frame(port, token))["frame"] == facts["frame"]:
                 time.sleep(0.01)
 
             status, page = get(port, f"/{token}/")
@@ -76,6 +135,7 @@ def main():
             assert (
                 re.search(rb"(src|href|url)\s*[=(]|https?:", page) is None
             ), "the page loads from elsewhere"
+            check_page(page)
             assert get(port, "/") == (403, b"open the address as the program printed it\n")
             assert get(port, f"/{'0' * 32}/frame")[0] == 403
             assert get(port, f"/{token}/frame", host=f"elsewhere.example:{port}")[0] == 403
@@ -84,6 +144,7 @@ def main():
         finally:
             running.kill()
 
+    check_standstill(program, sequence, camera)
     ended = subprocess.run([*command, "1", "cpu"], stdout=subprocess.DEVNULL)
     assert ended.returncode == 0, ended
 
