@@ -113,10 +113,14 @@ BagMessages::BagMessages(std::vector<fs::path> files)
     : files_(std::move(files)), reader_(open_reader(files_.front())) {}
 
 bool BagMessages::next(BagMessage& message) {
-    while (fault_.empty() && !reader_->next(message)) {
-        fault_ = reader_->fault();
-        if (!fault_.empty() || position_ + 1 == files_.size()) return false;
-        reader_ = open_reader(files_[++position_]);
+    try {
+        while (fault_.empty() && !reader_->next(message)) {
+            fault_ = reader_->fault();
+            if (!fault_.empty() || position_ + 1 == files_.size()) return false;
+            reader_ = open_reader(files_[++position_]);
+        }
+    } catch (const CliError& error) {
+        fault_ = error.what();
     }
     return fault_.empty();
 }

@@ -108,3 +108,12 @@ TEST_CASE("row 198: after a file that is cut off none is read") {
     CHECK_SAYS(all, "rec_1.mcap: the file is cut off");
     CHECK(all.find("c ") == std::string::npos);
 }
+
+TEST_CASE("a further file that is gone, or is none, is a fault and no exception") {
+    const TestFolder folder;
+    folder.write("metadata.yaml", kMetadata);
+    folder.write("rec_1.mcap", file_with("b"));
+    CHECK_SAYS(all_of(folder.path().string()), "b " + (folder / "rec_0.mcap") + ": ");
+    folder.write("rec_0.mcap", "something else");
+    CHECK_SAYS(all_of(folder.path().string()), "b " + (folder / "rec_0.mcap") + ": ");
+}

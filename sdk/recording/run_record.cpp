@@ -7,13 +7,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -145,7 +145,7 @@ class RecordingFolder {
         try {
             const std::int64_t pairs = videos_ ? videos_->give_up() : written_;
             return times_ ? keep_times(pairs) : pairs;
-        } catch (const std::runtime_error&) {
+        } catch (const std::exception&) {
             return 0;
         }
     }
@@ -213,11 +213,11 @@ class Recording {
     }
 
     int run() {
-        StereoFrame frame;
-        while (!interrupt_requested() && !writer_.has_failed() && source_.next(frame)) take(frame);
-        const bool is_interrupted = interrupt_requested();
-        progress_.clear();
+        bool is_interrupted = false;
         try {
+            take_all();
+            is_interrupted = interrupt_requested();
+            progress_.clear();
             writer_.finish();
             folder_.end_images();
             const Json summary = summarise(is_interrupted);
@@ -225,10 +225,12 @@ class Recording {
             report(summary);
         } catch (const FileError& error) {
             throw CliError(ExitCode::kOutput,
-                           std::string(error.what()) + "; " + what_is_left(folder_.give_up()));
+                           std::string(error.what()) + "; " + what_is_left(give_up()));
         } catch (const CliError& error) {
-            throw CliError(error.code(),
-                           std::string(error.what()) + " " + what_is_left(folder_.give_up()));
+            throw CliError(error.code(), std::string(error.what()) + " " + what_is_left(give_up()));
+        } catch (const std::exception&) {
+            give_up();
+            throw;
         }
         if (is_interrupted) return static_cast<int>(ExitCode::kInterrupted);
         return static_cast<int>(source_.fault().empty() ? ExitCode::kOk : ExitCode::kInput);
@@ -252,6 +254,22 @@ class Recording {
         const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
         return {options_.threads > 0 ? options_.threads : cores,
                 std::max(kLeast, options_.queue_mb * kMegabyte / pair)};
+    }
+
+    void take_all() {
+        StereoFrame frame;
+        while (!interrupt_requested() && !writer_.has_failed() && source_.next(frame)) take(frame);
+    }
+
+    // Keeps what was taken before the failure; returns how many pairs are kept.
+    std::int64_t give_up() {
+        progress_.clear();
+        try {
+            writer_.finish();
+        } catch (const std::exception&) {
+            // It is the failure, or one more.
+        }
+        return folder_.give_up();
     }
 
     void take(const StereoFrame& frame) {

@@ -3,10 +3,12 @@
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdint>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -103,6 +105,25 @@ struct Long {
     TestFolder folder;
     std::string out = folder / "recording";
     std::optional<ChildProgram> program;
+};
+
+// For a scope: the address space of this process grows by so much at most.
+class MemoryLimit {
+  public:
+    explicit MemoryLimit(std::uintmax_t bytes) {
+        getrlimit(RLIMIT_AS, &before_);
+        std::uintmax_t pages = 0;
+        std::ifstream("/proc/self/statm") >> pages;
+        const rlimit limit{pages * static_cast<std::uintmax_t>(sysconf(_SC_PAGESIZE)) + bytes,
+                           before_.rlim_max};
+        setrlimit(RLIMIT_AS, &limit);
+    }
+    ~MemoryLimit() { setrlimit(RLIMIT_AS, &before_); }
+    MemoryLimit(const MemoryLimit&) = delete;
+    MemoryLimit& operator=(const MemoryLimit&) = delete;
+
+  private:
+    rlimit before_{};
 };
 
 }  // namespace
@@ -425,3 +446,22 @@ TEST_CASE("a full disk: exit code 7, no half image, and not a finished recording
     CHECK(TestFolder::read(out + "/times.csv").find("\n2,") != std::string::npos);
     CHECK(TestFolder::read(out + "/times.csv").find("\n3,") == std::string::npos);
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST_CASE("a recording that fails by whatever else keeps its images and their times") {
+    const TestFolder folder;
+    for (const char* view : {"left", "right"}) fs::copy(sequence() / view, folder / view);
+    // An image for which there is no memory.
+    constexpr std::uintmax_t kImageBytes = 399'000'000, kEnough = 350'000'000;
+    const std::string image = (folder / "left") + "/999999.png";
+    folder.write("left/999999.png", "");
+    fs::resize_file(image, kImageBytes);
+    fs::copy(images_of(folder / "right").back(), (folder / "right") + "/999999.png");
+    const MemoryLimit limit(kEnough);
+    CHECK(record({"--left", folder / "left", "--right", folder / "right"}, folder / "out") == 1);
+    const std::string times = TestFolder::read(folder / "out/times.csv");
+    CHECK(std::count(times.begin(), times.end(), '\n') == 1 + kFrames);
+    CHECK(images_of(folder / "out/right").size() == kFrames);
+    CHECK_FALSE(fs::exists(folder / "out/recording.json"));
+}
+#endif
