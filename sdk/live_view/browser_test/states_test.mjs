@@ -145,6 +145,19 @@ async function lookAtFrozen(page, replay) {
         [];
     return document.documentElement.dataset.state === 'stalled' && parseFloat(age) > 1.5;
   });
+  // One that is old already is not younger where it is paused.
+  const [age, paused] = await page.evaluate(() => {
+    const told = (id) => {
+      const [, minutes = 0, s] =
+          document.getElementById(id).textContent.match(/(?:(\d+) min )?([\d.]+) s ago$/);
+      return 60 * minutes + Number(s);
+    };
+    const before = told('old-picture');
+    document.getElementById('pause').click();
+    return [before, told('paused')];
+  });
+  assert.ok(age > 1.5 && paused >= age, `${age} s old, and ${paused} s where it is paused`);
+  await page.click('#pause');
   const back = await lookAt(replay, [page], 'tracking');
   assert.deepEqual([back.oldPicture, back.isPictureGray], ['', false]);
 }

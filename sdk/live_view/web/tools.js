@@ -24,9 +24,10 @@ export function listenToFullScreen() {
 }
 
 export class Pause {
-  /** changed: called with whether it is on. */
-  constructor(changed) {
+  /** changed: called with whether it is on. pictureAt(): when the picture came; null: none yet. */
+  constructor(changed, pictureAt) {
     this.changed = changed;
+    this.pictureAt = pictureAt;
     this.from = null;
     byId('pause').addEventListener('click', () => this.set(this.from === null));
     setInterval(() => this.tell(), 500);
@@ -37,7 +38,7 @@ export class Pause {
   }
 
   set(on) {
-    this.from = on ? performance.now() : null;
+    this.from = on ? this.pictureAt() ?? performance.now() : null;
     byId('pause').setAttribute('aria-pressed', `${on}`);
     byId('pause').textContent = on ? 'Go on' : 'Pause picture';
     byId('paused').hidden = !on;

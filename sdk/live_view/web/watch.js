@@ -100,7 +100,7 @@ export async function watch(surface, timeline) {
   const pause = new Pause((on) => {
     notes.pause(on);
     takePoints();
-  });
+  }, () => notes.pictureAt);
   const state = new State((name) => {
     notes.watch(name);
     alarm.watch(name);
