@@ -158,41 +158,24 @@ void DisplayFile::add(const DisplayRow& row) {
 
 void DisplayFile::commit() { file_.commit(); }
 
-std::vector<std::string> stage_names(const std::vector<FrameRow>& rows) {
-    std::vector<std::string> names;
-    for (const FrameRow& row : rows) {
-        for (const auto& [name, milliseconds] : row.stage_ms) {
-            if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-        }
-    }
-    return names;
-}
-
-double stage_total(const FrameRow& row, const std::string& stage) {
-    double total = 0;
-    for (const auto& [name, milliseconds] : row.stage_ms) {
-        if (name == stage) total += milliseconds;
-    }
-    return total;
-}
-
-void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>& rows) {
+void write_frames(const std::filesystem::path& path, const FrameLog& frames) {
     AtomicFile file(path);
-    const std::vector<std::string> stages = stage_names(rows);
     std::string line =
         "frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,"
         "observed_share,mean_residual_mm,view_lag_frames,vertical_offset_px,roll_deg,focal_ratio,"
         "rig_matches,frame_ms";
-    for (std::string column : stages) {
+    for (const FrameLog::Stage& stage : frames.stages()) {
+        std::string column = stage.name;
         std::replace(column.begin(), column.end(), ' ', '_');
         line.append(",").append(column).append("_ms");
     }
     file.write(line += '\n');
-    for (const FrameRow& row : rows) {
+    for (std::size_t i = 0; i < frames.rows().size(); ++i) {
+        const FrameLog::Row& row = frames.rows()[i];
         line.clear();
         append_integer(line, row.frame);
         append_field(line, row.timestamp_ms, kTimeDecimals);
-        line.append(",").append(row.state).append(",").append(row.reasons);
+        line.append(",").append(*row.state).append(",").append(*row.reasons);
         for (const unsigned count :
              {row.epoch, row.age, row.features, row.matches, row.inliers, row.patches}) {
             append_count(line, count);
@@ -205,8 +188,8 @@ void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>
         }
         append_count(line, row.rig_matches);
         append_field(line, row.frame_ms, kTimeDecimals);
-        for (const std::string& stage : stages)
-            append_field(line, stage_total(row, stage), kTimeDecimals);
+        for (const FrameLog::Stage& stage : frames.stages())
+            append_field(line, double{stage.ms[i]}, kTimeDecimals);
         file.write(line += '\n');
     }
     file.commit();

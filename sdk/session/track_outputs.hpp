@@ -7,10 +7,9 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "sdk/base/os/atomic_file.hpp"
+#include "sdk/session/frame_log.hpp"
 
 namespace defrec::cli {
 
@@ -121,29 +120,11 @@ class DisplayFile {
     std::string line_;
 };
 
-struct FrameRow {
-    std::int64_t frame = 0;
-    double timestamp_ms = 0;
-    std::string state, reasons;  // reasons: names joined by |
-    unsigned epoch = 0, age = 0, features = 0, matches = 0, inliers = 0, patches = 0;
-    double observed_share = 0, mean_residual_mm = 0;
-    double view_lag_frames = 0, vertical_offset_px = 0, roll_deg = 0, focal_ratio = 1;
-    unsigned rig_matches = 0;
-    double frame_ms = 0;  // all stages together
-    std::vector<std::pair<std::string, double>>
-        stage_ms;  // in order of execution; a name may come twice
-};
-
-// One name for each stage that occurs, in the order of first appearance.
-std::vector<std::string> stage_names(const std::vector<FrameRow>& rows);
-// Milliseconds of `stage` in this frame, all its runs together; 0 when it did not run.
-double stage_total(const FrameRow& row, const std::string& stage);
-
 // frames.csv:
 // frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_share,
 // mean_residual_mm,view_lag_frames,vertical_offset_px,roll_deg,focal_ratio,rig_matches,frame_ms and
 // a column <stage>_ms for each stage, blanks in its name turned into _.
-void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>& rows);
+void write_frames(const std::filesystem::path& path, const FrameLog& frames);
 
 // Borrowed; xyz interleaved, mm. normals, status and errors may be null.
 struct MeshView {

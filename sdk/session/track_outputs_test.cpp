@@ -70,7 +70,10 @@ TEST_CASE("frames.csv has a column for each stage that ran in any frame, its run
     second.mean_residual_mm = std::numeric_limits<double>::quiet_NaN();
     second.stage_ms = {{"stereo", 2}, {"lm fine", 3}};
     const TestFolder folder;
-    write_frames(folder / "frames.csv", {first, second});
+    FrameLog frames;
+    frames.add(first);
+    frames.add(second);
+    write_frames(folder / "frames.csv", frames);
     CHECK(TestFolder::read(folder / "frames.csv") ==
           "frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,"
           "observed_share,mean_residual_mm,view_lag_frames,vertical_offset_px,roll_deg,"

@@ -462,8 +462,8 @@ class TrackSession {
         }
         write_result(pending, result);
         trace_host("result", frame, begin, TraceFile::Clock::now());
-        progress_.update(static_cast<std::int64_t>(rows_.size()), source_.expected(),
-                         rows_.back().state);
+        progress_.update(static_cast<std::int64_t>(frames_.rows().size()), source_.expected(),
+                         *frames_.rows().back().state);
     }
 
     void write_result(const Pending& pending, const defrec_result& result) {
@@ -479,12 +479,13 @@ class TrackSession {
         PlanFrame plan;
         if (beneath_.plan) plan = beneath_.plan->add_frame(frame.index, frame.timestamp_ms, job);
         send(frame, result, points, targets, plan);
-        rows_.push_back(frame_row(frame, result));
+        const FrameRow row = frame_row(frame, result);
+        frames_.add(row);
         if (has_geometry(result)) template_.trajectory.add(frame.timestamp_ms, result);
         say(notes_.add_frame(frame, result));
         pictures_->add_to_checks(frame, result, notes_.compression());
         if (options_.recordings.meshes && has_geometry(result)) write_mesh(frame.index, result);
-        fill_record(rows_.back(), result, points, targets, setup_.projection, record_);
+        fill_record(row, result, points, targets, setup_.projection, record_);
         if (beneath_.plan) fill_plan(beneath_.plan->model(), plan, record_.plan);
         const auto drawing = TraceFile::Clock::now();
         const cv::Mat left = mat_of(frame.left);
@@ -633,7 +634,7 @@ class TrackSession {
         attempt("", [&] {
             if (trace_) trace_->commit();
         });
-        attempt(kFramesFile, [&] { write_frames(folder_ / kFramesFile, rows_); });
+        attempt(kFramesFile, [&] { write_frames(folder_ / kFramesFile, frames_); });
         attempt(kTrajectoryFile, [&] { template_.trajectory.write(folder_ / kTrajectoryFile); });
         attempt("", [&] { pictures_->finish_recording(); });
         attempt("", [&] { notes_.add(pictures_->finish_overlay(), NoteSeverity::kRemark); });
@@ -645,7 +646,7 @@ class TrackSession {
         });
         for (const std::string& name : pictures_->written()) attempt(name, [] {});
         nlohmann::ordered_json summary =
-            summarise_track({options_, setup_.device, calibration_, rig_info(setup_.rig), rows_,
+            summarise_track({options_, setup_.device, calibration_, rig_info(setup_.rig), frames_,
                              points_, beneath_.targets ? &*beneath_.targets : nullptr,
                              beneath_.plan ? &*beneath_.plan : nullptr, notes_.all(),
                              setup_.remarks, template_.frame, link_.facts(),
@@ -704,7 +705,7 @@ class TrackSession {
     std::unique_ptr<SessionPictures> pictures_;
     std::deque<Pending> pending_;
     SeenTemplate template_;
-    std::vector<FrameRow> rows_;
+    FrameLog frames_;
     FrameRecord record_;
     SessionNotes notes_;
 };

@@ -82,21 +82,22 @@ Json camera_json(const TrackFacts& facts) {
             {"baseline_mm", camera.baseline_mm}};
 }
 
-Json states_json(const std::vector<FrameRow>& rows) {
+Json states_json(const std::vector<FrameLog::Row>& rows) {
     Json json = Json::object();
     for (const EnumeratorName& state : kStateNames) {
-        json[state.name] = std::count_if(
-            rows.begin(), rows.end(), [&](const FrameRow& row) { return row.state == state.name; });
+        json[state.name] = std::count_if(rows.begin(), rows.end(), [&](const FrameLog::Row& row) {
+            return *row.state == state.name;
+        });
     }
     return json;
 }
 
 // Number of frames of each reason that occurs.
-Json reasons_json(const std::vector<FrameRow>& rows) {
+Json reasons_json(const std::vector<FrameLog::Row>& rows) {
     Json json = Json::object();
-    for (const FrameRow& row : rows) {
-        if (row.reasons.empty()) continue;
-        for (const std::string_view reason : split(row.reasons, '|')) {
+    for (const FrameLog::Row& row : rows) {
+        if (row.reasons->empty()) continue;
+        for (const std::string_view reason : split(*row.reasons, '|')) {
             Json& frames = json[std::string(reason)];
             frames = frames.is_null() ? 1 : frames.get<int>() + 1;
         }
@@ -104,9 +105,9 @@ Json reasons_json(const std::vector<FrameRow>& rows) {
     return json;
 }
 
-Json doubtful_json(const std::vector<FrameRow>& rows) {
+Json doubtful_json(const std::vector<FrameLog::Row>& rows) {
     DoubtfulFramesList list;
-    for (const FrameRow& row : rows) list.add(row.frame, row.state, row.reasons);
+    for (const FrameLog::Row& row : rows) list.add(row.frame, *row.state, *row.reasons);
     Json json = Json::array();
     for (const DoubtfulFrames& each : list.sorted())
         json.push_back({{"state", each.state},
@@ -119,9 +120,9 @@ Json doubtful_json(const std::vector<FrameRow>& rows) {
 }
 
 // As measured up to the last frame; null where never measured.
-Json rig_estimate_json(const std::vector<FrameRow>& rows) {
+Json rig_estimate_json(const std::vector<FrameLog::Row>& rows) {
     const auto last = std::find_if(rows.rbegin(), rows.rend(),
-                                   [](const FrameRow& row) { return row.rig_matches > 0; });
+                                   [](const FrameLog::Row& row) { return row.rig_matches > 0; });
     if (last == rows.rend()) return nullptr;
     return {{"vertical_offset_px", last->vertical_offset_px},
             {"roll_deg", last->roll_deg},
@@ -194,10 +195,10 @@ Json bag_json(const TrackFacts& facts) {
             {"mean_difference_ms", pairs.difference_sum_ms / count}};
 }
 
-double mean_of(const std::vector<FrameRow>& rows, double FrameRow::*member) {
+double mean_of(const std::vector<FrameLog::Row>& rows, double FrameNumbers::*member) {
     double sum = 0;
     std::size_t count = 0;
-    for (const FrameRow& row : rows) {
+    for (const FrameLog::Row& row : rows) {
         if (!std::isfinite(row.*member)) continue;
         sum += row.*member;
         ++count;
@@ -247,23 +248,25 @@ const char* layout_name(Layout layout) {
     return layout == Layout::kSideBySide ? "side-by-side" : "top-bottom";
 }
 
-Json stage_statistics(const std::vector<FrameRow>& rows) {
+Json stage_statistics(const FrameLog& frames) {
     Json json = Json::object();
-    std::vector<double> values(rows.size());
+    std::vector<double> values(frames.rows().size());
     const auto add = [&](const std::string& name) {
         json[name] = {{"median_ms", nearest_rank(values, 0.5)},
                       {"p99_ms", nearest_rank(values, 0.99)}};
     };
-    for (const std::string& stage : stage_names(rows)) {
-        for (std::size_t i = 0; i < rows.size(); ++i) values[i] = stage_total(rows[i], stage);
-        add(stage);
+    for (const FrameLog::Stage& stage : frames.stages()) {
+        std::copy(stage.ms.begin(), stage.ms.end(), values.begin());
+        add(stage.name);
     }
-    for (std::size_t i = 0; i < rows.size(); ++i) values[i] = rows[i].frame_ms;
+    std::transform(frames.rows().begin(), frames.rows().end(), values.begin(),
+                   [](const FrameLog::Row& row) { return row.frame_ms; });
     add("frame");
     return json;
 }
 
 Json summarise_track(const TrackFacts& facts) {
+    const std::vector<FrameLog::Row>& rows = facts.frames.rows();
     Json json;
     json["defrec"] = defrec_version_string();
     json["versions"] = versions_json();
@@ -272,20 +275,20 @@ Json summarise_track(const TrackFacts& facts) {
     json["input"] = input_json(facts);
     json["device"] = {{"id", facts.device.id}, {"name", facts.device.name}};
     json["rectified_camera"] = camera_json(facts);
-    json["frames"] = facts.rows.size();
-    json["first_frame"] = facts.rows.empty() ? Json(nullptr) : Json(facts.rows.front().frame);
-    json["last_frame"] = facts.rows.empty() ? Json(nullptr) : Json(facts.rows.back().frame);
+    json["frames"] = rows.size();
+    json["first_frame"] = rows.empty() ? Json(nullptr) : Json(rows.front().frame);
+    json["last_frame"] = rows.empty() ? Json(nullptr) : Json(rows.back().frame);
     json["template_frame"] = facts.template_frame ? Json(*facts.template_frame) : Json(nullptr);
-    json["states"] = states_json(facts.rows);
-    json["reasons"] = reasons_json(facts.rows);
-    json["doubtful"] = doubtful_json(facts.rows);
-    json["rig_estimate"] = rig_estimate_json(facts.rows);
+    json["states"] = states_json(rows);
+    json["reasons"] = reasons_json(rows);
+    json["doubtful"] = doubtful_json(rows);
+    json["rig_estimate"] = rig_estimate_json(rows);
     json["points"] = points_json(facts.points);
     json["targets"] = targets_json(facts.targets);
     json["plan"] = plan_json(facts.plan);
-    json["mean_observed_share"] = mean_of(facts.rows, &FrameRow::observed_share);
-    json["mean_residual_mm"] = mean_of(facts.rows, &FrameRow::mean_residual_mm);
-    json["stages"] = stage_statistics(facts.rows);
+    json["mean_observed_share"] = mean_of(rows, &FrameLog::Row::observed_share);
+    json["mean_residual_mm"] = mean_of(rows, &FrameLog::Row::mean_residual_mm);
+    json["stages"] = stage_statistics(facts.frames);
     json["live_link"] = link_json(facts);
     json["cameras"] = cameras_json(facts);
     json["bag"] = bag_json(facts);

@@ -6,7 +6,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "sdk/client/library.hpp"
 #include "sdk/live_link/transmitter.hpp"
@@ -28,7 +27,7 @@ struct TrackFacts {
     const Device& device;
     const StereoCalibration& calibration;
     defrec_rig_info rig;
-    const std::vector<FrameRow>& rows;
+    const FrameLog& frames;
     const PointFollower& points;
     const TargetFollower* targets;  // null without any
     const PlanFollower* plan;       // likewise
@@ -50,7 +49,7 @@ nlohmann::ordered_json summarise_track(const TrackFacts& facts);
 // Median and 99th percentile of each stage and of the frame: {"stereo": {"median_ms": ...,
 // "p99_ms": ...},
 // ..., "frame": ...}.
-nlohmann::ordered_json stage_statistics(const std::vector<FrameRow>& rows);
+nlohmann::ordered_json stage_statistics(const FrameLog& frames);
 
 // The same for a person, a few lines.
 std::string summary_text(const nlohmann::ordered_json& summary,
