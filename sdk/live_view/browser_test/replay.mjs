@@ -61,6 +61,7 @@ export class Replay {
     this.extrapolated = null;  // expected error of one more point, mm
     this.isBehindProxy = false;
     this.isCut = false;         // all but page and frames
+    this.garbled = '';          // of the next frame's answer: "all", or "pictures"
     this.found = '';            // of degraded frames: "found" or "relocalised" a moment ago
     this.isUnobserved = false;  // neither tissue nor points
     this.frame = 1000;
@@ -117,6 +118,14 @@ export class Replay {
     return Buffer.concat([length, Buffer.from(text), bodies]);
   }
 
+  /** The next answer is one of a proxy that asks for a password, or has pictures that are none. */
+  body(request) {
+    const {garbled} = this, packet = this.packet(request.url.includes('overlay=1'));
+    this.garbled = '';
+    if (garbled === 'all') return '<html>Log in</html>';
+    return garbled ? packet.fill(0, 4 + packet.readUInt32LE(0)) : packet;
+  }
+
   answer(request, response) {
     const isFrame = request.url.startsWith('/frame'), isPage = request.url.startsWith('/?');
     if (this.state === 'disconnected' || (this.isCut && !isFrame && !isPage)) {
@@ -134,8 +143,7 @@ export class Replay {
     if (isFrame && this.state === 'ended') response.statusCode = 410;
     const isSilent = this.state === 'stalled' || !isFrame;
     if (isSilent) response.statusCode = 204;
-    const body =
-        response.statusCode === 200 ? this.packet(request.url.includes('overlay=1')) : undefined;
+    const body = response.statusCode === 200 ? this.body(request) : undefined;
     return setTimeout(() => response.end(body), kAnswerMs);
   }
 }

@@ -321,6 +321,28 @@ async function lookAtCut(browser, replay) {
   await page.close();
 }
 
+/** An answer that cannot be read or shown is no end. */
+async function lookAtGarbled(browser, replay) {
+  const errors = [], page = await openPage(browser, errors);
+  await page.setViewport({width: 390, height: 600});
+  await page.goto(replay.url);
+  await look(page, 'tracking');
+  for (const garbled of ['all', 'pictures']) {
+    const before = await page.evaluate(() => Number(document.documentElement.dataset.errors ?? 0));
+    replay.garbled = garbled;
+    const frame = await (await page.waitForFunction((count) => {
+                    const {errors: failures, frame: last} = document.documentElement.dataset;
+                    return Number(failures) > count && last;
+                  }, {polling: 50}, before)).jsonValue();
+    await page.waitForFunction((last) => {
+      const {frame: now, state} = document.documentElement.dataset;
+      return Number(now) > Number(last) && state === 'tracking';
+    }, {polling: 50}, frame);
+  }
+  assert.deepEqual(errors, []);
+  await page.close();
+}
+
 /** What was chosen for the alarm holds when the page is loaded again. */
 async function lookAtChoices(browser, replay) {
   const errors = [], page = await openPage(browser, errors);
@@ -390,6 +412,7 @@ try {
   answers.tracking.header.points.push([900, 0, true, '', 160, 120, 0, 0, 80, 0.2]);
   const replay = new Replay(answers);
   await inTime(lookAtCut(browser, replay));
+  await inTime(lookAtGarbled(browser, replay));
   await inTime(lookAtChoices(browser, replay));
   await inTime(watchStates(browser, replay));
 } finally {

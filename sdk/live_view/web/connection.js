@@ -1,4 +1,6 @@
 // What the page asks of the program that shows it.
+import {failed} from '../../report/web/health.js';
+
 // A name for this page, by which the program knows whether it has heard of the end.
 const page = Math.random().toString(36).slice(2);
 const token = new URLSearchParams(location.search).get('token') ?? '';
@@ -42,33 +44,37 @@ const kRetryMs = 500;
  * Asks for one frame after the other, and goes on asking while the program does not answer. Returns
  * why it stopped: ended, refused. options(): { overlay }; show: async, of a packet and how old
  * its newest frame is at most, ms; connected: called with each answer, also one without a frame;
- * disconnected: called whenever there was none.
+ * disconnected: called whenever there was none, or one that cannot be read or shown.
  */
 export async function watchFrames({options, show, connected, disconnected}) {
   let after = -1;
   for (;;) {
     const askedAt = performance.now();
-    const answer = await ask(
-        `/frame?after=${after}&overlay=${options().overlay ? 1 : 0}&page=${page}`,
-        async (response) => ({
-          status: response.status,
-          frame: response.status === 200 ? await packet(response) : null
-        }));
-    if (answer?.status === 410) return 'ended';
-    if (answer?.status === 403) return 'refused';
-    // A proxy answers in place of a program that has ended.
-    if (answer?.status !== 200 && answer?.status !== 204) {
-      disconnected();
-      await pause(kRetryMs);
-      continue;
+    try {
+      const answer = await ask(
+          `/frame?after=${after}&overlay=${options().overlay ? 1 : 0}&page=${page}`,
+          async (response) => ({
+            status: response.status,
+            frame: response.status === 200 ? await packet(response) : null
+          }));
+      if (answer?.status === 410) return 'ended';
+      if (answer?.status === 403) return 'refused';
+      // A proxy answers in place of a program that has ended.
+      if (answer?.status === 200 || answer?.status === 204) {
+        connected();
+        const {frame} = answer;
+        if (!frame) continue;
+        after = frame.header.frame;
+        // The answer may have waited here for longer than in the program, where the page is busy.
+        const {waited_ms: waitedMs, age_ms: ageMs} = frame.header;
+        await show(frame, ageMs + Math.max(0, performance.now() - askedAt - waitedMs));
+        continue;
+      }
+    } catch (error) {
+      failed(error);
     }
-    connected();
-    const {frame} = answer;
-    if (!frame) continue;
-    after = frame.header.frame;
-    // The answer may have waited here for longer than in the program, where the page is busy.
-    const {waited_ms: waitedMs, age_ms: ageMs} = frame.header;
-    await show(frame, ageMs + Math.max(0, performance.now() - askedAt - waitedMs));
+    disconnected();
+    await pause(kRetryMs);
   }
 }
 

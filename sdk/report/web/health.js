@@ -1,7 +1,7 @@
 // Says on <html> how the page fares: data-errors counts what went wrong, data-ready is there when
 // all of the page stands.
 const root = document.documentElement;
-function failed(reason) {
+export function failed(reason) {
   root.dataset.errors = Number(root.dataset.errors ?? 0) + 1;
   root.dataset.error = String(reason);
 }
