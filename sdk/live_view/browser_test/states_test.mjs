@@ -343,6 +343,37 @@ async function lookAtGarbled(browser, replay) {
   await page.close();
 }
 
+/** A page behind another one tells by title and sound that the video stands still. */
+async function lookAtHidden(browser, replay) {
+  const errors = [], page = await openPage(browser, errors);
+  await page.setViewport({width: 390, height: 600});
+  await page.goto(replay.url);
+  await page.bringToFront();
+  await look(page, 'tracking');
+  await page.click('#alarm-sound');
+  await page.waitForFunction(() => document.getElementById('sound-waits').textContent === '');
+  const front = await openPage(browser, errors);
+  await front.bringToFront();
+  await page.waitForFunction(() => document.hidden, {polling: 50});
+  // It goes on with frames meanwhile, without 3D.
+  const {frame} = await page.evaluate(() => ({...document.documentElement.dataset}));
+  await page.waitForFunction(
+      (last) => Number(document.documentElement.dataset.frame) > Number(last) + 2, {polling: 50},
+      frame);
+  assert.equal(await page.title(), 'Tracking – defrec');
+  replay.state = 'stalled';
+  await page.waitForFunction(
+      () => document.title === 'No new picture – defrec' &&
+          Number(document.documentElement.dataset.beeps) >= 1,
+      {polling: 50});
+  assert.ok(await page.evaluate(() => document.hidden));
+  replay.state = 'tracking';
+  await page.waitForFunction(() => document.title === 'Tracking – defrec', {polling: 50});
+  assert.deepEqual(errors, []);
+  await front.close();
+  await page.close();
+}
+
 /** What was chosen for the alarm holds when the page is loaded again. */
 async function lookAtChoices(browser, replay) {
   const errors = [], page = await openPage(browser, errors);
@@ -413,6 +444,7 @@ try {
   const replay = new Replay(answers);
   await inTime(lookAtCut(browser, replay));
   await inTime(lookAtGarbled(browser, replay));
+  await inTime(lookAtHidden(browser, replay));
   await inTime(lookAtChoices(browser, replay));
   await inTime(watchStates(browser, replay));
 } finally {

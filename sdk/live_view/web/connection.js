@@ -44,9 +44,10 @@ const kRetryMs = 500;
  * Asks for one frame after the other, and goes on asking while the program does not answer. Returns
  * why it stopped: ended, refused. options(): { overlay }; show: async, of a packet and how old
  * its newest frame is at most, ms; connected: called with each answer, also one without a frame;
- * disconnected: called whenever there was none, or one that cannot be read or shown.
+ * silent: called with one without a frame; disconnected: called whenever there was none, or one
+ * that cannot be read or shown.
  */
-export async function watchFrames({options, show, connected, disconnected}) {
+export async function watchFrames({options, show, connected, silent, disconnected}) {
   let after = -1;
   for (;;) {
     const askedAt = performance.now();
@@ -63,7 +64,10 @@ export async function watchFrames({options, show, connected, disconnected}) {
       if (answer?.status === 200 || answer?.status === 204) {
         connected();
         const {frame} = answer;
-        if (!frame) continue;
+        if (!frame) {
+          silent();
+          continue;
+        }
         after = frame.header.frame;
         // The answer may have waited here for longer than in the program, where the page is busy.
         const {waited_ms: waitedMs, age_ms: ageMs} = frame.header;

@@ -106,8 +106,9 @@ export class State {
     this.isUnobserved = false;  // neither tissue nor points
     this.frozenFrom = null;     // ms of the pictures, of the first that repeats the one before
     this.moments = [];
-    this.frameAt = null;  // when the newest frame came
-    this.movedAt = null;  // when one came last that did not repeat the one before
+    this.frameAt = null;   // when the newest frame came
+    this.movedAt = null;   // when one came last that did not repeat the one before
+    this.hasNone = false;  // the program's last answer was that there is no newer one
     this.since = performance.now();
     this.fuse = new Fuse(kStalledMs);
     this.timer = setInterval(() => this.tell(), 200);
@@ -128,6 +129,7 @@ export class State {
    */
   take(moments, followed, ageMs) {
     this.frameAt = performance.now() - ageMs;
+    this.hasNone = false;
     for (const [, ms, state, reasons] of moments) {
       this.moments.push(state);
       this.frozenFrom = isFrozen(reasons) ? this.frozenFrom ?? ms : null;
@@ -168,6 +170,12 @@ export class State {
     if (this.of === 'disconnected') this.of = this.frameAt === null ? 'connecting' : 'stalled';
   }
 
+  /** The program answers that it has no newer frame. */
+  silent() {
+    this.hasNone = true;
+    this.tell();
+  }
+
   /** After the end, once the outputs are there. */
   finish() {
     this.isWritten = true;
@@ -175,8 +183,9 @@ export class State {
   }
 
   tell() {
-    const isSilent =
-        this.frameAt !== null && !document.hidden && performance.now() - this.frameAt > kStalledMs;
+    // A page that is hidden may be kept from taking frames: there the program's word counts.
+    const isSilent = this.frameAt !== null && (this.hasNone || !document.hidden) &&
+        performance.now() - this.frameAt > kStalledMs;
     const name = isSilent && isOfNow(this.of) ? 'stalled' : this.of;
     if (name !== this.shown) {
       this.shown = name;

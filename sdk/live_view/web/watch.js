@@ -142,7 +142,8 @@ export async function watch(surface, timeline) {
     picture.show({left, overlay}, header, points, targets, plan);
     const at = state.movedAt;
     notes.showPicture(at);
-    if (!surface || !sections.xyz.byteLength || !isOfNow(state.of)) return;
+    // 3D waits for the screen, which never comes where the page is hidden.
+    if (!surface || document.hidden || !sections.xyz.byteLength || !isOfNow(state.of)) return;
     const withPlan = plan && byId('show-plan').checked, parts = withPlan ? plan.parts : [];
     const placed = placedTargets(
         [...(byId('show-targets').checked ? targets : []), ...(withPlan ? plan.targets : [])]);
@@ -189,6 +190,7 @@ export async function watch(surface, timeline) {
       ready();
       state.resume();
     },
+    silent: () => state.silent(),
     disconnected: () => state.stop('disconnected')
   });
   state.stop(why);
