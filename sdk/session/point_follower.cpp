@@ -132,13 +132,38 @@ void PointFollower::forget_template() {
 
 FollowedPoint* PointFollower::chosen(std::int64_t id) {
     const auto found = std::find_if(points_.begin(), points_.end(), [id](const auto& point) {
-        return point.id == id && point.is_chosen && !point.is_removed;
+        return point.id == id && point.is_chosen;
     });
     return found == points_.end() ? nullptr : &*found;
 }
 
 void PointFollower::remove(std::int64_t id) {
-    if (FollowedPoint* point = chosen(id)) point->is_removed = true;
+    const FollowedPoint* point = chosen(id);
+    if (point == nullptr) return;
+    removed_.push_back(id);
+    const auto gone = static_cast<std::size_t>(point - points_.data());
+    points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(gone));
+    for (std::size_t i = place_.size(); i-- > 0;) {
+        if (place_[i] == gone)
+            forget_place(i);
+        else if (place_[i] > gone)
+            --place_[i];
+    }
+}
+
+void PointFollower::forget_place(std::size_t i) {
+    const auto erase = [i](auto& values, std::size_t of_each) {
+        const auto begin = values.begin() + static_cast<std::ptrdiff_t>(of_each * i);
+        values.erase(begin, begin + static_cast<std::ptrdiff_t>(of_each));
+    };
+    erase(place_, 1);
+    erase(template_xyz_, 3);
+    erase(lift_covariance_, 6);
+    std::erase(beside_, i);
+    for (std::size_t& other : beside_)
+        if (other > i) --other;
+    pieces_.clear();
+    make_room();
 }
 
 void PointFollower::rename(std::int64_t id, const std::string& name) {
@@ -146,7 +171,7 @@ void PointFollower::rename(std::int64_t id, const std::string& name) {
 }
 
 std::int64_t PointFollower::follow(double u, double v, std::int64_t frame) {
-    const std::int64_t id = free_id(points_);
+    const std::int64_t id = free_id(points_, removed_);
     points_.push_back({id, u, v, frame});
     points_.back().is_click = true;
     return id;
@@ -240,7 +265,7 @@ void PointFollower::count_earlier(std::int64_t first) {
 
 void PointFollower::finish() {
     for (const FollowedPoint& point : points_) {
-        if (point.is_removed || !point.frame || (newest_ && *point.frame <= *newest_)) continue;
+        if (!point.frame || (newest_ && *point.frame <= *newest_)) continue;
         PointRow row;
         row.frame = *point.frame;
         row.timestamp_ms = std::nan("");
@@ -280,17 +305,11 @@ std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timest
             row.piece = pieces_[i];
         }
     }
-    std::size_t kept = 0;
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        if (points_[i].is_removed) continue;
-        if (points_[i].frame.value_or(frame) <= frame) {
-            rows_.add(rows[i].status);
-            file_.add(rows[i]);
-        }
-        if (kept != i) rows[kept] = std::move(rows[i]);
-        ++kept;
+        if (points_[i].frame.value_or(frame) > frame) continue;
+        rows_.add(rows[i].status);
+        file_.add(rows[i]);
     }
-    rows.resize(kept);
     return rows;
 }
 

@@ -42,7 +42,7 @@ class PointFollower {
     void rename(std::int64_t id, const std::string& name);
     // Finds what lies under the pixels that are given in this frame, and lifts those that lay
     // beside the surface again, onto it, in the first frame in which it reaches them. Writes a row
-    // for each point that has been given so far, and returns those of all but removed ones. job is
+    // for each point that has been given so far, and returns those of all points. job is
     // null where the frame has no result to be trusted.
     std::vector<PointRow> add_frame(std::int64_t frame, double timestamp_ms, defrec_job job);
     // Points of frames that never came get a row each, of their frame, without time and lost.
@@ -51,7 +51,10 @@ class PointFollower {
 
     // Pixels of follow() that were dropped.
     std::size_t dropped_clicks() const { return dropped_clicks_; }
-    std::size_t count() const { return points_.size(); }
+    // All that were given, with those that were removed since.
+    std::size_t count() const { return points_.size() + removed_.size(); }
+    // Those that have a place on the template, which add_frame() follows.
+    std::size_t count_on_surface() const { return place_.size(); }
     // Counts of all rows written so far.
     const StatusCounts& rows() const { return rows_; }
     // Points whose frame has come: those of pixels without surface, and those of a frame in which
@@ -69,6 +72,7 @@ class PointFollower {
     void keep_found(const std::vector<std::size_t>& places, const std::vector<double>& xyz,
                     const std::vector<std::uint8_t>& found);
     void make_room();
+    void forget_place(std::size_t i);
     // Drops clicks without a surface, from what is given as well.
     void drop_clicks(std::vector<std::size_t>& places, std::vector<double>& xyz,
                      std::vector<std::uint8_t>& found);
@@ -84,6 +88,7 @@ class PointFollower {
     void find_pieces(defrec_job job);
 
     std::vector<FollowedPoint> points_;
+    std::vector<std::int64_t> removed_;  // ids
     const Rig& rig_;
     RawProjection& projection_;
     PointsFile file_;

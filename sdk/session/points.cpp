@@ -36,8 +36,9 @@ std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int wi
     return points;
 }
 
-std::int64_t free_id(const std::vector<FollowedPoint>& points) {
-    std::set<std::int64_t> taken;
+std::int64_t free_id(const std::vector<FollowedPoint>& points,
+                     std::span<const std::int64_t> removed) {
+    std::set<std::int64_t> taken(removed.begin(), removed.end());
     for (const FollowedPoint& point : points) taken.insert(point.id);
     if (taken.empty() || *taken.rbegin() < 0) return 0;
     if (*taken.rbegin() < std::numeric_limits<std::int64_t>::max()) return *taken.rbegin() + 1;

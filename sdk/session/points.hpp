@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,6 @@ struct FollowedPoint {
     std::optional<std::int64_t> frame{};  // whose image; none: that which gives the template
     std::string name{};                   // shown beside the point; or empty
     bool is_chosen = true;                // false: of the grid
-    bool is_removed = false;              // no longer followed
     bool is_click = false;                // dropped where no surface is found
 };
 
@@ -25,7 +25,9 @@ struct FollowedPoint {
 std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int width, int height);
 
 // For one more point: after the greatest, or the least that is free where there is none after it.
-std::int64_t free_id(const std::vector<FollowedPoint>& points);
+// removed: ids of points that are no longer followed, which have rows.
+std::int64_t free_id(const std::vector<FollowedPoint>& points,
+                     std::span<const std::int64_t> removed = {});
 
 // A grid over the middle 90 % of the image, ids row by row from 0.
 std::vector<FollowedPoint> grid_points(int width, int height);
