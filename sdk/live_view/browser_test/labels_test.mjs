@@ -61,6 +61,11 @@ const boxRound = (x, y, half) =>
     ({left: x - half, right: x + half, top: y - half, bottom: y + half});
 const overlap = (a, b) => distance(a, {left: b.x, right: b.right, top: b.top, bottom: b.y}) === 0;
 
+function meet([a, b], [c, d]) {
+  const side = ([x, y], [u, v], [p, q]) => (u - x) * (q - y) - (v - y) * (p - x);
+  return side(a, b, c) * side(a, b, d) < 0 && side(c, d, a) * side(c, d, b) < 0;
+}
+
 /** Whether a line, but for its ends, runs through a text. */
 const runsThrough = ([[x, y], [u, v]], text) => Array.from({length: 99}, (_, i) => (i + 1) / 100)
                                                     .some(
@@ -159,6 +164,41 @@ assert.equal(alone.texts.get('tumour').colour, kViolet);
 assert.equal(alone.texts.get('vessel').colour, '#ffffff');
 assert.ok(distance(alone.texts.get('tumour'), tumour) < 20);
 assert.ok(alone.texts.get('at the edge').right <= kWidth);
+
+// A label belongs to the nearest mark, or has a line to its own; lines do not cross.
+const places = [[206, 253], [334, 233], [503, 338], [634, 181], [560, 291], [573, 287], [345, 250]];
+const near = draw(new Labels(), (labels) => {
+  for (const [i, [x, y]] of places.entries())
+    labels.add(`${i}`, `#${i} 0.1 mm`, x, y, i < 5 ? kRanks.point : kRanks.namedTarget, `#${i}`);
+});
+assert.equal(near.texts.size, places.length);
+for (const [name, text] of near.texts) {
+  const own = Number(name[1]);
+  const ways = places.map(([x, y]) => distance(text, boxRound(x, y, 6)));
+  const [u, v] = places[own];
+  const hasLine = near.lines.some(([, [x, y]]) => Math.hypot(x - u, y - v) < 10);
+  const isNearest = ways.every((way, i) => i === own || way > ways[own] + 5);
+  assert.ok(isNearest || hasLine, `${name}: ${ways[own]} of ${ways}`);
+}
+const pairs = [[[280, 150], [320, 200]], [[320, 150], [280, 200]]];
+for (const lines of [near.lines, crowded.lines])
+  for (const [i, line] of lines.entries())
+    for (const other of lines.slice(i + 1))
+      assert.ok(!meet(line, other), `${line} and ${other} cross`);
+assert.ok(meet(...pairs), 'lines that cross are noticed');
+
+// Where there is no room for all of it, a name stands without its error.
+const narrow = new Context(), narrowLabels = new Labels();
+narrow.canvas = {
+  width: 150,
+  height: 90
+};
+for (const [name, y] of [['first', 14], ['second', 45], ['third', 76]])
+  narrowLabels.add(name, `${name} 0.1 mm`, 75, y, kRanks.namedTarget, name);
+narrowLabels.draw(narrow, 1);
+for (const name of ['first', 'second', 'third'])
+  assert.ok([...narrow.texts.keys()].some((text) => text.startsWith(name)), `${name} is named`);
+assert.ok(narrow.texts.has('second'), [...narrow.texts.keys()].join());
 
 // A name takes the place of a number that was drawn before.
 const numbers = new Labels();

@@ -7,6 +7,7 @@ const kMark = 6;                 // half of a mark's side, on which no other one
 const kMargin = 4;               // free round a place that is new, so that a label does not jump
 const kGaps = [3, 14, 30, 50, 76, 110];  // from mark to label
 const kLineFrom = 8;                     // a label that is farther off has a line to its mark
+const kApart = 10;                       // so much nearer than others is the mark of one without
 const kFirstOfPart = 1;                  // of the gaps, so that the line to a part can be seen
 const kMostOfPoint = 3;                  // gaps for a point without a name
 
@@ -46,9 +47,9 @@ export class Labels {
     this.avoided.push({x, y});
   }
 
-  /** Beside a mark at x, y. The higher rank comes first. */
-  add(key, text, x, y, rank) {
-    this.wanted.push({key, text, x, y, rank});
+  /** Beside a mark at x, y. The higher rank comes first. brief: the text where there is no room. */
+  add(key, text, x, y, rank, brief = text) {
+    this.wanted.push({key, text, brief, x, y, rank});
   }
 
   /**
@@ -66,7 +67,7 @@ export class Labels {
     const area = (inside.right - inside.left) * (inside.bottom - inside.top);
     const x = (inside.left + inside.right) / 2;
     if (!(area > 0)) return;
-    const label = {key, text, x, y: inside.top, rank, outline, colour};
+    const label = {key, text, brief: text, x, y: inside.top, rank, outline, colour};
     this.wanted.push(area < kMostKept * width * height ? {...label, box: inside} : label);
   }
 
@@ -91,8 +92,10 @@ export class Labels {
       for (const label of labels) {
         if (this.places.has(label.key)) continue;
         const others = marks.filter(({key}) => key !== label.key);
-        const place =
-            choose(label, before.get(label.key), {taken, lines, others, isLast}, context, unit);
+        const find = (text, isForced) => choose(
+            {...label, text}, before.get(label.key), {taken, lines, others, isForced}, context,
+            unit);
+        const place = isLast ? squeezeText(label, find) : find(label.text, false);
         if (!place) continue;
         taken.push(place.box);
         if (place.line) lines.push(place.line);
@@ -103,36 +106,44 @@ export class Labels {
       if (line) drawLine(context, line, label.colour ?? kInk, unit);
     context.lineWidth = 3.5 * unit;
     context.strokeStyle = '#0f172a';
-    for (const {label, box} of drawn) {
+    for (const {label, text, box} of drawn) {
       context.fillStyle = label.colour ?? kInk;
-      context.strokeText(label.text, box.left, box.bottom - kBelow * unit);
-      context.fillText(label.text, box.left, box.bottom - kBelow * unit);
+      context.strokeText(text, box.left, box.bottom - kBelow * unit);
+      context.fillText(text, box.left, box.bottom - kBelow * unit);
     }
   }
 }
 
 /**
- * A place {box, line, side, far} of the label, or undefined. last: where it was drawn before.
- * taken, lines: labels that were drawn, which it keeps off; others: marks that it does not hide.
- * isLast: where there is no room, it may.
+ * The place of a label that has none yet. A name alone is better than one that hides marks; a
+ * point's error is worth a line, and hides nothing.
  */
-function choose(label, last, {taken, lines, others, isLast}, context, unit) {
+const squeezeText = ({text, brief, rank}, find) =>
+    (rank === kRanks.point ? undefined : find(brief, false)) ?? find(text, true) ??
+    find(brief, true);
+
+/**
+ * A place {text, box, line, side, far} of the label, or undefined. last: where it was drawn before.
+ * taken, lines: labels that were drawn, which it keeps off; others: marks that it does not hide.
+ * isForced: where there is no room, it may.
+ */
+function choose(label, last, {taken, lines, others, isForced}, context, unit) {
   const own = markOf(label, unit), length = context.measureText(label.text).width + 4 * unit;
   const placesAt = (sides, gaps) => gaps.flatMap((gap, far) => sides.map((side) => {
     const box = boxBeside(own, side, gap * unit, length, context.canvas, unit);
-    return {side, far, box, line: lineOf(box, own, label.outline, unit)};
+    return {text: label.text, side, far, box, line: lineOf(box, own, label.outline, unit)};
   }));
   const find = (places, marks, margin) => places.find(
       ({box, line}) => box.top >= 0 && box.bottom <= context.canvas.height &&
           isFree(box, [own], 0) && isFree(box, [...taken, ...marks], margin * unit) &&
           !lines.some((other) => crosses(other, box)) &&
-          !(line && taken.some((other) => crosses(line, other))));
+          (line ? isClearLine(line, taken, lines) : isClearly(box, own, others, unit)));
   // Only what has a name of its own is worth a line, unless there is no room.
   const gaps = label.rank === kRanks.target || label.rank === kRanks.point ? kGaps.slice(0, 1) :
       label.outline ? kGaps.slice(kFirstOfPart) :
                       kGaps;
   const all = placesAt(label.box ? kBesideBox : kBesidePoint, gaps);
-  if (isLast) {
+  if (isForced) {
     const farther =
         placesAt([...(last ? [last.side] : []), ...kBesidePoint], kGaps.slice(0, kMostOfPoint));
     return squeeze(label.rank, find, all, farther, others);
@@ -142,6 +153,14 @@ function choose(label, last, {taken, lines, others, isLast}, context, unit) {
       find(stays.slice(last?.far, last?.far + 2), others, 0) ?? find(all, others, kMargin) ??
       find(all, others, 0);
 }
+
+/** Whether the line meets no other one and no label. */
+const isClearLine = (line, taken, lines) =>
+    !taken.some((other) => crosses(line, other)) && !lines.some((other) => meet(line, other));
+
+/** Whether nobody takes a label without a line for another mark's. */
+const isClearly = (box, own, others, unit) => others.every(
+    (other) => other.rank === kRanks.part || apart(box, other) >= apart(box, own) + kApart * unit);
 
 /** A place where there is no room without a line, or without hiding marks; or undefined. */
 function squeeze(rank, find, all, farther, others) {
@@ -195,6 +214,16 @@ function lineOf(box, mark, outline, unit) {
       outline ? outline.reduce((a, b) => (gap(b) < gap(a) ? b : a)) : nearestIn(mark, middle);
   const begin = nearestIn(box, end);
   return outline || distance(begin, end) >= kLineFrom * unit ? [begin, end] : null;
+}
+
+const apart = (a, b) => Math.hypot(
+    Math.max(0, a.left - b.right, b.left - a.right),
+    Math.max(0, a.top - b.bottom, b.top - a.bottom));
+
+/** Whether two lines have a place in common. */
+function meet([a, b], [c, d]) {
+  const turn = ([x, y], [u, v], [p, q]) => Math.sign((u - x) * (q - y) - (v - y) * (p - x));
+  return turn(a, b, c) !== turn(a, b, d) && turn(c, d, a) !== turn(c, d, b);
 }
 
 /** Whether a line runs through a box. */
