@@ -57,7 +57,7 @@ export class Labels {
    * label hides that unless it is a large share of the picture: then it stands beside its upper
    * end.
    */
-  addBox(key, text, {box, outline, colour}, rank, {width, height}) {
+  addBox(key, text, {box, outline, colour, brief = text}, rank, {width, height}) {
     const inside = {
       left: Math.max(0, box.left),
       right: Math.min(width, box.right),
@@ -67,7 +67,7 @@ export class Labels {
     const area = (inside.right - inside.left) * (inside.bottom - inside.top);
     const x = (inside.left + inside.right) / 2;
     if (!(area > 0)) return;
-    const label = {key, text, brief: text, x, y: inside.top, rank, outline, colour};
+    const label = {key, text, brief, x, y: inside.top, rank, outline, colour};
     this.wanted.push(area < kMostKept * width * height ? {...label, box: inside} : label);
   }
 

@@ -161,7 +161,7 @@ export class Picture {
       if (point.isChosen)
         this.labels.add(
             `point ${point.id}`, `${labelOf(point)} ${plusMinus(point.error)}`, point.x, point.y,
-            point.name ? kRanks.named : kRanks.point);
+            point.name ? kRanks.named : kRanks.point, labelOf(point));
   }
 
   drawMarks(points) {

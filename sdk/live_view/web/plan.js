@@ -116,7 +116,8 @@ function drawPart(context, part, scale, unit, labels) {
       'partly known' :
       [plusMinus(error), depthInWords(part)].filter(Boolean).join(', ');
   labels.addBox(
-      `part ${name}`, `${name} ${about}`, {box, outline: places, colour: lighter(colour)},
+      `part ${name}`, `${name} ${about}`,
+      {box, outline: places, colour: lighter(colour), brief: name},
       kRanks.part, context.canvas);
 }
 

@@ -74,7 +74,7 @@ export function labelTargets(labels, targets, of, scale) {
     else
       labels.add(
           `${of} ${target.id}`, `${nameOf(target)} ${plusMinus(target.error)}`, x, y,
-          isNumber(target.id) ? kRanks.target : kRanks.namedTarget);
+          isNumber(target.id) ? kRanks.target : kRanks.namedTarget, nameOf(target));
   }
 }
 
