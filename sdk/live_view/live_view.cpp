@@ -264,6 +264,7 @@ struct LiveView::Impl {
                        {"residual_mm", number(shown.record.mean_residual_mm)},
                        {"age_ms", milliseconds_since(newest_at)},
                        {"recording", recording},
+                       {"message", {{"number", messages}, {"text", message}}},
                        {"has_checks", !checks.empty()}};
         header["points"] = Json::array();
         for (const ViewPoint& point : shown.points) header["points"].push_back(point_json(point));
@@ -452,8 +453,10 @@ struct LiveView::Impl {
     std::uint64_t surface = 0;  // its number, from 1
     std::vector<ViewCommand> commands;
     std::string recording;
-    std::string checks;  // empty: not yet
-    int waiting = 0;     // browsers
+    std::string message;         // the last one
+    std::uint64_t messages = 0;  // its number, from 1
+    std::string checks;          // empty: not yet
+    int waiting = 0;             // browsers
     bool has_ended = false;
 
     std::optional<ViewServer> server;  // ends first
@@ -536,6 +539,12 @@ void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<Vi
 void LiveView::set_recording(const std::string& name) {
     const std::lock_guard lock(impl_->mutex);
     impl_->recording = name;
+}
+
+void LiveView::tell(const std::string& message) {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->message = message;
+    ++impl_->messages;
 }
 
 void LiveView::set_checks(std::string checks) {

@@ -44,6 +44,8 @@ class LiveView {
              std::size_t dropped_clicks = 0);
     // The name of the file that is recorded, empty while none is.
     void set_recording(const std::string& name);
+    // Pages that watch say it for a few seconds.
+    void tell(const std::string& message);
     // What the video and the calibration have wrong: JSON, as `defrec doctor --json` prints it. Any
     // thread.
     void set_checks(std::string checks);

@@ -444,3 +444,14 @@ TEST_CASE("a port that is taken is an error that says what to do") {
         CHECK_MESSAGE(std::strstr(error.what(), "Choose another port") != nullptr, error.what());
     }
 }
+
+TEST_CASE("pages get the program's last message, with its number") {
+    LiveView view = made();
+    Browser browser(view);
+    CHECK(watched(view, browser, "/frame?after=-1", 0).header["message"]["number"] == 0);
+    view.tell("one");
+    view.tell("a recording failed");
+    const nlohmann::json message = watched(view, browser, "/frame?after=-1", 100).header["message"];
+    CHECK(message["number"] == 2);
+    CHECK(message["text"] == "a recording failed");
+}

@@ -67,6 +67,9 @@ class OverlayWriter {
     /// 4 frames behind.
     void add(const cv::Mat& left_bgr, const FrameRecord& frame);
 
+    /// Whether add() would wait.
+    bool is_behind() const;
+
     /// Closes the file, checks that it reads back with as many frames as were added, and gives it
     /// its name. With no frame added no file is left. May be called once.
     void finish();

@@ -125,6 +125,8 @@ void OverlayWriter::add(const cv::Mat& left_bgr, const FrameRecord& frame) {
     ++impl.frames;
 }
 
+bool OverlayWriter::is_behind() const { return impl_->encoder->is_full(); }
+
 void OverlayWriter::finish() {
     Impl& impl = *impl_;
     try {

@@ -84,6 +84,11 @@ cv::Mat VideoEncoder::blank() {
     return picture;
 }
 
+bool VideoEncoder::is_full() const {
+    const std::lock_guard lock(mutex_);
+    return queue_.size() >= kQueued;
+}
+
 void VideoEncoder::push(cv::Mat picture) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return queue_.size() < kQueued; });

@@ -27,6 +27,9 @@ class VideoEncoder {
     /// A picture to draw on and hand back to push(); its content is undefined.
     cv::Mat blank();
 
+    /// Whether push() would wait.
+    bool is_full() const;
+
     /// Takes the picture; waits while the queue is full. Throws std::runtime_error if encoding
     /// failed before.
     void push(cv::Mat picture);
@@ -42,7 +45,7 @@ class VideoEncoder {
 
     cv::Size size_;
     bool opened_ = false;
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
     std::condition_variable changed_;
     std::deque<cv::Mat> queue_;  // guarded by mutex_, as all below
     std::vector<cv::Mat> spare_;

@@ -1,9 +1,8 @@
 // See session_pictures.hpp.
 #include "sdk/session/session_pictures.hpp"
 
-#include <array>
-#include <cstdio>
 #include <stdexcept>
+#include <utility>
 
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/terminal.hpp"
@@ -21,10 +20,13 @@ void as_output(const std::function<void()>& function) {
 }
 
 SessionPictures::SessionPictures(PictureOptions options, ReportMeta meta)
-    : options_(std::move(options)) {
+    : options_(std::move(options)),
+      recordings_(
+          options_.folder, [this](const std::filesystem::path& path) { return open_overlay(path); },
+          options_.leaves_out) {
     as_output([&] {
         if (options_.has_overlay) {
-            overlay_ = open_overlay("overlay.mp4");
+            overlay_ = open_overlay(options_.folder / "overlay.mp4");
             meta.overlay_file = overlay_->path().filename().string();
         }
         if (options_.has_report)
@@ -33,9 +35,10 @@ SessionPictures::SessionPictures(PictureOptions options, ReportMeta meta)
     });
 }
 
-std::unique_ptr<OverlayWriter> SessionPictures::open_overlay(const std::string& name) const {
-    return std::make_unique<OverlayWriter>(options_.folder / name, options_.width, options_.height,
-                                           options_.fps, options_.project, options_.detail);
+std::unique_ptr<OverlayWriter> SessionPictures::open_overlay(
+    const std::filesystem::path& path) const {
+    return std::make_unique<OverlayWriter>(path, options_.width, options_.height, options_.fps,
+                                           options_.project, options_.detail);
 }
 
 void SessionPictures::open_view(std::uint16_t port, ViewFacts facts, Projector project) {
@@ -54,31 +57,26 @@ void SessionPictures::obey_view(const std::function<void(const ViewCommand&)>& c
     for (const ViewCommand& command : view_->take_commands()) {
         if (command.kind != ViewCommand::Kind::kRecord)
             change_points(command);
-        else if (command.is_on != (recording_ != nullptr))
-            as_output([&] { command.is_on ? start_recording() : finish_recording(); });
+        else if (command.is_on == recordings_.name().empty())
+            command.is_on ? recordings_.start(template_) : recordings_.stop();
     }
-}
-
-void SessionPictures::start_recording() {
-    std::array<char, 32> name{};
-    std::snprintf(name.data(), name.size(), "recording_%03d.mp4", ++recordings_);
-    recording_ = open_overlay(name.data());
-    recorded_from_ = frames_;
-    if (template_) recording_->set_template(*template_);
-    view_->set_recording(recording_->path().filename().string());
+    view_->set_recording(recordings_.name());
 }
 
 void SessionPictures::finish_recording() {
-    if (!recording_) return;
-    recording_->finish();
-    if (frames_ > recorded_from_) written_.push_back(recording_->path().filename().string());
-    recording_.reset();
-    if (view_) view_->set_recording("");
+    recordings_.finish();
+    written_.insert(written_.end(), recordings_.written().begin(), recordings_.written().end());
+}
+
+std::vector<std::string> SessionPictures::take_notes() {
+    std::vector<std::string> notes = recordings_.take_notes();
+    if (view_ && !notes.empty()) view_->tell(notes.back());
+    return notes;
 }
 
 void SessionPictures::show_template(const TemplateRecord& record) {
     if (overlay_) overlay_->set_template(record);
-    if (recording_) recording_->set_template(record);
+    recordings_.set_template(record);
     if (!view_) return;
     view_->set_template(record);
     template_ = record;
@@ -102,8 +100,8 @@ void SessionPictures::add(const cv::Mat& left, const FrameRecord& record) {
     as_output([&] {
         if (overlay_) overlay_->add(left, record);
         if (report_) report_->add(left, record);
-        if (recording_) recording_->add(left, record);
     });
+    recordings_.add(left, record);
     ++frames_;
 }
 

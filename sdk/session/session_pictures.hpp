@@ -16,6 +16,7 @@
 #include "sdk/report/report.hpp"
 #include "sdk/session/input_checks.hpp"
 #include "sdk/session/session_notes.hpp"
+#include "sdk/session/view_recordings.hpp"
 
 namespace defrec::cli {
 
@@ -26,6 +27,7 @@ struct PictureOptions {
     Projector project;
     bool has_overlay = true, has_report = true;
     OverlayDetail detail = OverlayDetail::usual;
+    bool leaves_out = false;  // pictures of a recording rather than wait for its encoder
 };
 
 // Functions that write throw CliError(ExitCode::kOutput) where a file cannot be written.
@@ -64,6 +66,8 @@ class SessionPictures {
     }
 
     void finish_recording();
+    // What became of recordings since the last call; the view tells it as well.
+    std::vector<std::string> take_notes();
     // Names of the files that were finished.
     const std::vector<std::string>& written() const { return written_; }
     // Returns a note on the overlay, empty for none.
@@ -72,19 +76,16 @@ class SessionPictures {
     void finish_report(const std::string& origin, const SessionNotes& notes);
 
   private:
-    std::unique_ptr<OverlayWriter> open_overlay(const std::string& name) const;
+    std::unique_ptr<OverlayWriter> open_overlay(const std::filesystem::path& path) const;
     void show_template(const TemplateRecord& record);
-    void start_recording();
 
     const PictureOptions options_;
-    std::unique_ptr<OverlayWriter> overlay_;    // null where none was asked for
-    std::unique_ptr<ReportWriter> report_;      // null where none was asked for
-    std::unique_ptr<LiveView> view_;            // null where none was asked for
-    std::unique_ptr<InputChecks> checks_;       // for the view; ends before it
-    std::unique_ptr<OverlayWriter> recording_;  // null while none is made
-    int recordings_ = 0;
-    // Given so far, and when the recording began: without any there is no file.
-    std::int64_t frames_ = 0, recorded_from_ = 0;
+    std::unique_ptr<OverlayWriter> overlay_;  // null where none was asked for
+    std::unique_ptr<ReportWriter> report_;    // null where none was asked for
+    std::unique_ptr<LiveView> view_;          // null where none was asked for
+    std::unique_ptr<InputChecks> checks_;     // for the view; ends before it
+    ViewRecordings recordings_;
+    std::int64_t frames_ = 0;  // given so far: without any there is no file
     std::vector<std::string> written_;
     std::optional<TemplateRecord> template_;  // the present one, for recordings; only with a view
 };

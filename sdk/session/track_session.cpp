@@ -382,7 +382,8 @@ class TrackSession {
             PictureOptions{
                 folder_.path(), source_.width(), source_.height(), source_.fps(), projector(),
                 options_.recordings.overlay, options_.recordings.report,
-                options_.recordings.overlay_details ? OverlayDetail::all : OverlayDetail::usual},
+                options_.recordings.overlay_details ? OverlayDetail::all : OverlayDetail::usual,
+                source_.is_live() || options_.realtime},
             std::move(meta));
     }
 
@@ -490,9 +491,15 @@ class TrackSession {
         const auto drawing = TraceFile::Clock::now();
         const cv::Mat left = mat_of(frame.left);
         pictures_->add(left, record_);
+        note_recordings();
         if (pictures_->has_view())
             pictures_->add_to_view(left, record_, view_points(points), points_.dropped_clicks());
         trace_host("overlay and report", frame, drawing, TraceFile::Clock::now());
+    }
+
+    // Nobody asked for the run to end where a recording of its live view does.
+    void note_recordings() {
+        for (std::string& note : pictures_->take_notes()) notes_.add(std::move(note));
     }
 
     // Receivers show it when it is shown, without the image that it is of.
@@ -636,7 +643,8 @@ class TrackSession {
         });
         attempt(kFramesFile, [&] { write_frames(folder_ / kFramesFile, frames_); });
         attempt(kTrajectoryFile, [&] { template_.trajectory.write(folder_ / kTrajectoryFile); });
-        attempt("", [&] { pictures_->finish_recording(); });
+        pictures_->finish_recording();
+        note_recordings();
         attempt("", [&] { notes_.add(pictures_->finish_overlay(), NoteSeverity::kRemark); });
         attempt("", [&] {
             SessionNotes notes = notes_;

@@ -56,6 +56,14 @@ export function tell(message) {
   }, kMessageMs);
 }
 
+let messagesSeen = null;
+
+/** The program's last, with its number; one that came before the page was opened is not told. */
+export function showMessage(message) {
+  if (messagesSeen !== null && message.number > messagesSeen) tell(message.text);
+  messagesSeen = message.number;
+}
+
 /** Asks the program, and says done where it does what it is asked for, else why not. */
 export async function request(path, value, done) {
   const {isTaken, text} = await post(path, value);

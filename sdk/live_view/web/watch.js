@@ -7,7 +7,7 @@ import {Alarm} from './alarm.js';
 import {Checks} from './checks.js';
 import {waitForOutputs, watchFrames} from './connection.js';
 import {tellMoreOfLists} from '../../report/web/more.js';
-import {listenToRecord, showNow, showRecording, showStages} from './now.js';
+import {listenToRecord, showMessage, showNow, showRecording, showStages} from './now.js';
 import {painted} from './pace.js';
 import {Picture} from './picture.js';
 import {partsKnown, readPlan, showPlanList} from './plan.js';
@@ -172,6 +172,7 @@ export async function watch(surface, timeline) {
     picture.answer(header.dropped_clicks, chosen);
     list.show(chosen, picture.takesPoints);
     showRecording(header.recording);
+    showMessage(header.message);
     await checks.show(header);
     const isOfFollowed = isFollowed(now?.[2]);
     const why = (of) => (isOfFollowed ? notPlacedInWords(of, now[3]) : '');
