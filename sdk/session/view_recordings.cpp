@@ -1,6 +1,7 @@
 // See view_recordings.hpp.
 #include "sdk/session/view_recordings.hpp"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdio>
@@ -10,8 +11,20 @@
 #include "sdk/io/counted.hpp"
 
 namespace defrec::cli {
+namespace {
 
 namespace fs = std::filesystem;
+
+// Whatever its extension: that depends on what this OpenCV can encode.
+bool has_file(const fs::path& folder, const std::string& stem) {
+    std::error_code error;
+    const fs::directory_iterator entries(folder, error);
+    return std::any_of(begin(entries), end(entries), [&](const fs::directory_entry& entry) {
+        return entry.path().stem() == stem;
+    });
+}
+
+}  // namespace
 
 ViewRecordings::ViewRecordings(fs::path folder, Open open, bool leaves_out)
     : folder_(std::move(folder)), open_(std::move(open)), leaves_out_(leaves_out) {}
@@ -94,7 +107,9 @@ void ViewRecordings::conclude(Recording& recording) {
 
 std::string ViewRecordings::next_name() {
     std::array<char, 32> stem{};
-    std::snprintf(stem.data(), stem.size(), "recording_%03d", ++number_);
+    do {
+        std::snprintf(stem.data(), stem.size(), "recording_%03d", ++number_);
+    } while (has_file(folder_, stem.data()));
     return std::string(stem.data()) + ".mp4";
 }
 

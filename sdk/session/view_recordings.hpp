@@ -25,7 +25,7 @@ class ViewRecordings {
     // leaves_out: pictures for which the encoder is not ready, instead of waiting for it.
     ViewRecordings(std::filesystem::path folder, Open open, bool leaves_out);
 
-    // reference: the present template.
+    // The next number that no file in the folder has. reference: the present template.
     void start(const std::optional<TemplateRecord>& reference);
     // Returns at once: the file is finished beside what follows.
     void stop();

@@ -1,4 +1,4 @@
-// What is recorded from the live view: it fails alone.
+// What is recorded from the live view: it fails alone, and replaces nothing.
 #include "sdk/session/view_recordings.hpp"
 
 #include <doctest/doctest.h>
@@ -36,11 +36,13 @@ void add_pictures(ViewRecordings& recordings, int count) {
 
 }  // namespace
 
-TEST_CASE("recordings are numbered, and those without a picture leave no file") {
+TEST_CASE("a recording takes the next number that no file has, of an earlier run either") {
     const TestFolder folder;
+    folder.write("recording_001.mp4", "of a run before");
+    folder.write("recording_003.webm", "likewise");
     ViewRecordings recordings = recordings_in(folder.path());
     CHECK(recordings.name().empty());
-    for (const char* name : {"recording_001.mp4", "recording_002.mp4"}) {
+    for (const char* name : {"recording_002.mp4", "recording_004.mp4"}) {
         recordings.start({});
         CHECK(recordings.name() == name);
         add_pictures(recordings, 3);
@@ -51,9 +53,10 @@ TEST_CASE("recordings are numbered, and those without a picture leave no file") 
     recordings.finish();
     CHECK(recordings.take_notes().empty());
     CHECK(recordings.written() ==
-          std::vector<std::string>{"recording_001.mp4", "recording_002.mp4"});
-    CHECK(readable_frames(folder / "recording_002.mp4") == 3);
-    CHECK_FALSE(fs::exists(folder / "recording_003.mp4"));
+          std::vector<std::string>{"recording_002.mp4", "recording_004.mp4"});
+    CHECK(readable_frames(folder / "recording_004.mp4") == 3);
+    CHECK(TestFolder::read(folder / "recording_001.mp4") == "of a run before");
+    CHECK_FALSE(fs::exists(folder / "recording_005.mp4"));
 }
 
 TEST_CASE("a recording that cannot be written is told of, and ends") {
