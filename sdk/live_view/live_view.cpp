@@ -261,6 +261,7 @@ struct LiveView::Impl {
                        {"dropped_clicks", shown.dropped_clicks},
                        {"target_count", shown.targets.size()},
                        {"targets_placed", count_placed(shown.targets)},
+                       {"is_given_up", shown_state.is_given_up()},
                        {"residual_mm", number(shown.record.mean_residual_mm)},
                        {"age_ms", milliseconds_since(newest_at)},
                        {"recording", recording},

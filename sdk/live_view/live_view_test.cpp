@@ -282,6 +282,18 @@ TEST_CASE("what a browser missed of states comes with the next frame, pictures d
     CHECK(packet.sections.count("overlay") == 0);
 }
 
+TEST_CASE("a page hears that the template of targets was given up") {
+    LiveView view = made();
+    Browser browser(view);
+    CHECK(watched(view, browser, "/frame?after=-1", 0).header["is_given_up"] == false);
+    FrameRecord without = frame(1000);
+    without.state = "initialising";
+    view.add(cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(90)), without, {});
+    const Packet packet = watched(view, browser, "/frame?after=999", 1001);
+    CHECK(packet.header["moments"][0][2] == "given-up");
+    CHECK(packet.header["is_given_up"] == true);
+}
+
 TEST_CASE("where nobody waited for the last frame the next is shown, and clicks count") {
     LiveView view = made();
     Browser browser(view), later(view);

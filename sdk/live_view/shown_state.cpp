@@ -8,6 +8,10 @@ bool is_named(const std::string& reasons, const char* name) {
     return reasons.find(name) != std::string::npos;
 }
 
+bool is_lost(const std::string& said) {
+    return said == "lost" || said == "unfound" || said == "given-up";
+}
+
 }  // namespace
 
 std::string ShownState::take(const std::string& state, const std::string& reasons,
@@ -16,7 +20,7 @@ std::string ShownState::take(const std::string& state, const std::string& reason
     // Pictures that stay black do not move either; where the tissue is lost, that is why.
     const bool is_black = (is_named(reasons, "dark") || is_named(reasons, "saturated")) &&
                           !is_named(reasons, "one-view");
-    const bool is_lost_in_black = is_black && (said == "lost" || said == "unfound");
+    const bool is_lost_in_black = is_black && is_lost(said);
     return stands_still(reasons, timestamp_ms) && !is_lost_in_black ? "stalled" : said;
 }
 
@@ -34,6 +38,10 @@ std::string ShownState::state_of_tissue(const std::string& state, double timesta
         return found_.empty() || state == "degraded" ? state : found_;
     }
     found_.clear();
+    if (state == "initialising" && was_followed_) {
+        is_given_up_ = true;
+        return "given-up";
+    }
     return state == "lost" && !was_followed_ ? "unfound" : state;
 }
 

@@ -38,6 +38,20 @@ TEST_CASE("what was never followed was not lost, and is not found again") {
     CHECK(state.take("relocalised", "", 9100) == "relocalised");
 }
 
+TEST_CASE("what was followed is lost where its template is given up") {
+    ShownState state;
+    CHECK(state.take("initialising", "", 0) == "initialising");
+    CHECK(state.take("tracking", "", 100) == "tracking");
+    CHECK(state.take("lost", "", 200) == "lost");
+    CHECK_FALSE(state.is_given_up());
+    CHECK(state.take("initialising", "", 300) == "given-up");
+    CHECK(state.take("initialising", "dark, frozen", 400) == "given-up");
+    CHECK(state.take("initialising", "dark, frozen", 400 + ShownState::kFrozenMs) == "given-up");
+    CHECK(state.take("tracking", "", 1000) == "tracking");
+    CHECK(state.take("lost", "", 1100) == "lost");
+    CHECK(state.is_given_up());
+}
+
 TEST_CASE("a video that stands still for half a second is not of now") {
     ShownState state;
     CHECK(state.take("tracking", "", 0) == "tracking");

@@ -137,6 +137,13 @@ async function lookAtPlan(page, replay) {
   // It is of now, also where 3D is slow and shows a frame before.
   if (oneView.is3D) assert.equal(oneView.legend, 'tumour: not placed');
 
+  [replay.state, replay.isGivenUp] = ['found', true];
+  const givenUp = await look(page, 'found');
+  assert.match(
+      givenUp.say, /^Plan not placed: all places belong to a template that was given up\./);
+  assert.match(givenUp.why, /^Not placed: all places belong to a template that was given up\.$/);
+  replay.isGivenUp = false;
+
   // What is known of some vertices is not known of the part.
   [replay.state, replay.of] = ['tracking', 'partly'];
   const partly = await look(page, 'tracking');

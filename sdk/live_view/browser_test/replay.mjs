@@ -64,6 +64,7 @@ export class Replay {
     this.garbled = '';          // of the next frame's answer: "all", or "pictures"
     this.found = '';            // of degraded frames: "found" or "relocalised" a moment ago
     this.isUnobserved = false;  // neither tissue nor points
+    this.isGivenUp = false;     // the template of targets and plan
     this.frame = 1000;
     this.missed = [];   // states of frames before the next one
     this.waiting = [];  // answers that come with release()
@@ -110,7 +111,8 @@ export class Replay {
       moments,
       age_ms: 0,
       waited_ms: kAnswerMs,
-      has_checks: true
+      has_checks: true,
+      is_given_up: this.isGivenUp
     });
     while (Buffer.byteLength(text) % 4) text += ' ';
     const length = Buffer.alloc(4);

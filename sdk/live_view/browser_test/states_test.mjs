@@ -68,6 +68,7 @@ const kWords = {
   relocalised: 'Found again',
   found: 'Found',
   unfound: 'Not found yet',
+  'given-up': 'Lost',
   stalled: 'No new picture',
   disconnected: 'No connection',
   ended: 'Ended',
@@ -200,6 +201,11 @@ async function lookAtStates(page, other, replay, isPlain) {
   for (const {say} of [again, found]) assert.doesNotMatch(say, /Why/);
   assert.ok(found.takesPoints);
   assert.ok(!unfound.takesPoints && !lost.takesPoints);
+  const givenUp = await lookAt(replay, [page], 'given-up');
+  assert.match(givenUp.say, /is given up, and a new template is being taken\. Do not rely/);
+  assert.ok(givenUp.isFlashing && !givenUp.takesPoints);
+  assert.equal(givenUp.colour, kRed);
+  await clickPicture(page, /^No point was added: the tissue is not followed/);
   replay.extrapolated = 3.14;
   const degraded = await lookAt(replay, [page], 'degraded');
   assert.match(degraded.say, /Why: something lies in front/);

@@ -1,5 +1,6 @@
 // Sound and flash while the tissue is lost or nothing is known of it; both only where asked for.
 import {byId} from '../../report/web/data.js';
+import {isLost} from './words.js';
 
 const kBeatMs = 1500;
 
@@ -56,7 +57,7 @@ export class Alarm {
   /** state: that is shown. */
   watch(state) {
     const wasOn = this.isOn;
-    this.isOn = ['lost', 'unfound', 'disconnected', 'stalled'].includes(state);
+    this.isOn = isLost(state) || ['disconnected', 'stalled'].includes(state);
     this.flash();
     if (this.isOn && !wasOn) this.beat();
   }

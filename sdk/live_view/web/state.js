@@ -6,6 +6,7 @@ import {Fuse} from './fuse.js';
 import {
   isFollowed,
   isFrozen,
+  isLost,
   isUnknown,
   lessSureSince,
   states,
@@ -34,8 +35,7 @@ function setText(id, text) {
 const colourOf = (state) => stateColour(state === 'stalled' ? 'lost' : state);
 
 /** Whether the state is that of a frame of now: not of a page without frames, or with old ones. */
-export const isOfNow = (state) =>
-    isFollowed(state) || ['lost', 'unfound', 'initialising'].includes(state);
+export const isOfNow = (state) => isFollowed(state) || isLost(state) || state === 'initialising';
 
 const share = (count, all, name) => `${count} of ${all} ${name}${all === 1 ? '' : 's'}`;
 const ofAll = ({placed, all}, name) => share(placed, all, name);
@@ -56,7 +56,7 @@ function beneathInWords({targets, parts, planTargets}) {
  * Says what of the plan or the targets has no place at all: {what: "Plan not placed", why}; both
  * empty where something has.
  */
-function unplaced({targets, parts, planTargets}, reasons) {
+function unplaced({targets, parts, planTargets}, reasons, isGivenUp) {
   const isMissing = (counts) => counts.some(({all}) => all) && counts.every(isUnknown);
   const missing = [['Plan', [parts, planTargets]], ['Targets', [targets]]].filter(
       ([, counts]) => isMissing(counts));
@@ -64,7 +64,7 @@ function unplaced({targets, parts, planTargets}, reasons) {
   const names = missing.map(([name]) => name).join(' and ').replace(' T', ' t');
   return {
     what: `${names} not placed`,
-    why: whyNotPlaced(missing.flatMap(([, counts]) => counts), reasons)
+    why: whyNotPlaced(missing.flatMap(([, counts]) => counts), reasons, isGivenUp)
   };
 }
 
@@ -125,7 +125,8 @@ export class State {
   /**
    * moments: of the frames since the last call. followed: points, {all, seen, extrapolated,
    * largest} with the largest expected error; targets, parts and planTargets, {all, placed, partly}
-   * each. ageMs: of the newest frame; old where the page was kept from taking it.
+   * each; isGivenUp: their template. ageMs: of the newest frame; old where the page was kept from
+   * taking it.
    */
   take(moments, followed, ageMs) {
     this.frameAt = performance.now() - ageMs;
@@ -135,7 +136,7 @@ export class State {
       this.frozenFrom = isFrozen(reasons) ? this.frozenFrom ?? ms : null;
     }
     this.moments.splice(0, Math.max(0, this.moments.length - kStripMoments));
-    const {points, ...beneath} = followed;
+    const {points, isGivenUp, ...beneath} = followed;
     const now = moments.at(-1);
     if (now) {
       const [, ms, state, reasons, , observed, view, found] = now;
@@ -147,7 +148,7 @@ export class State {
     setText(
         'state-error',
         points.largest < 0 ? '' : `Largest expected error ${number(points.largest, 1)} mm`);
-    this.beneath = beneath;
+    [this.beneath, this.isGivenUp] = [beneath, isGivenUp];
     setCount('state-beneath', beneathInWords(beneath), Object.values(beneath));
     this.drawStrip();
     this.tell();
@@ -200,7 +201,7 @@ export class State {
     const {word, say} = this.wordsOf(name, reasons);
     for (const id of ['state-word', 'picture-state']) setText(id, word);
     const {what, why} = name === this.of && isFollowed(name) && this.beneath ?
-        unplaced(this.beneath, this.reasons) :
+        unplaced(this.beneath, this.reasons, this.isGivenUp) :
         {what: '', why: ''};
     setText('unplaced', what);
     setText(

@@ -15,7 +15,7 @@ import {PointList, readPoints} from './points.js';
 import {Changes, duration, isOfNow, State} from './state.js';
 import {hasPlace, placedTargets, readTargets, showTargetList} from './targets.js';
 import {listenToFullScreen, Pause} from './tools.js';
-import {isFollowed, notPlacedInWords} from './words.js';
+import {isFollowed, isLost, notPlacedInWords} from './words.js';
 
 const kLateMs = 1000;  // a surface that is so far behind the picture beside it is shown as old
 
@@ -72,14 +72,15 @@ class AgeNotes {
           `Last seen ${duration(performance.now() - this.seenAt)} ago`;
     if (!this.canShow) return;
     byId('no-surface').hidden = wasSeen;
-    byId('no-surface').textContent = this.state === 'lost' ? 'Lost: there is no surface to show' :
-        this.state === 'ended'                             ? 'There was no surface' :
-                                                             'No surface yet';
+    byId('no-surface').textContent = isLost(this.state) ? 'Lost: there is no surface to show' :
+        this.state === 'ended'                          ? 'There was no surface' :
+                                                          'No surface yet';
   }
 }
 
 /** What the banner counts: see State.take. */
-function followed({target_count: targets, targets_placed: targetsPlaced}, chosen, plan) {
+function followed(header, chosen, plan) {
+  const {target_count: targets, targets_placed: targetsPlaced, is_given_up: isGivenUp} = header;
   return {
     points: {
       all: chosen.length,
@@ -89,7 +90,8 @@ function followed({target_count: targets, targets_placed: targetsPlaced}, chosen
     },
     targets: {all: targets, placed: targetsPlaced, partly: 0},
     parts: partsKnown(plan?.parts ?? []),
-    planTargets: {all: plan?.targetCount ?? 0, placed: plan?.targetsPlaced ?? 0, partly: 0}
+    planTargets: {all: plan?.targetCount ?? 0, placed: plan?.targetsPlaced ?? 0, partly: 0},
+    isGivenUp
   };
 }
 
@@ -117,10 +119,10 @@ export async function watch(surface, timeline) {
   // A click is on the tissue of now.
   function takePoints() {
     const isPaused = pause.isOn(), {shown: name} = state;
-    const why = isPaused                                   ? 'the picture is paused.' :
-        ['lost', 'unfound', 'initialising'].includes(name) ? 'the tissue is not followed.' :
-        name === 'ended'                                   ? 'the run has ended.' :
-                                                             'the picture is not of now.';
+    const why = isPaused                        ? 'the picture is paused.' :
+        isLost(name) || name === 'initialising' ? 'the tissue is not followed.' :
+        name === 'ended'                        ? 'the run has ended.' :
+                                                  'the picture is not of now.';
     picture.take(isFollowed(name) && !isPaused, `No point was added: ${why}`);
   }
 
@@ -175,7 +177,7 @@ export async function watch(surface, timeline) {
     showMessage(header.message);
     await checks.show(header);
     const isOfFollowed = isFollowed(now?.[2]);
-    const why = (of) => (isOfFollowed ? notPlacedInWords(of, now[3]) : '');
+    const why = (of) => (isOfFollowed ? notPlacedInWords(of, now[3], header.is_given_up) : '');
     showTargetList(targets, header.target_count, isOfFollowed, why({target: counts.targets}));
     showPlanList(plan, isOfFollowed, why({part: counts.parts, target: counts.planTargets}));
     if (!pause.isOn()) await draw(frame, points, targets, plan);

@@ -26,6 +26,11 @@ export const states = {
     say: 'The tissue of the template is looked for. Do not rely on any position.'
   },
   lost: {word: stateWords.lost, say: 'The tissue is not followed. Do not rely on any position.'},
+  'given-up': {
+    word: stateWords.lost,
+    say: 'What was followed is given up, and a new template is being taken. Do not rely on any ' +
+        'position.'
+  },
   stalled: {
     word: 'No new picture',
     say: 'Nothing here is current: the video stands still, or this computer is too slow.'
@@ -55,6 +60,9 @@ export const states = {
 export const isFollowed =
     (state) => ['tracking', 'degraded', 'relocalised', 'found'].includes(state);
 
+/** Whether tissue was to be followed and is not. */
+export const isLost = (state) => ['lost', 'unfound', 'given-up'].includes(state);
+
 /** Text for a frame that is degraded a moment after tissue was found or found again. */
 export const lessSureSince = (found) => `${states[found].say} Errors may be larger than usual.`;
 
@@ -69,12 +77,14 @@ export const unseenInWords = {
 
 /**
  * Why parts and targets have no place in a followed frame (docs/api/beneath.md, expected error), or
- * not as a whole. counts: {placed, partly, all}; reasons: the frame's.
+ * not as a whole. counts: {placed, partly, all}; reasons: the frame's; isGivenUp: their template.
  */
-export const whyNotPlaced = (counts, reasons) =>
-    counts.every(isUnknown) && namesOf(reasons).includes('one-view') ?
-    'only one view shows the tissue, which does not measure depth' :
-    'too little is known here of the tissue above, or the expected error would be too large';
+export function whyNotPlaced(counts, reasons, isGivenUp) {
+  if (isGivenUp) return 'all places belong to a template that was given up';
+  return counts.every(isUnknown) && namesOf(reasons).includes('one-view') ?
+      'only one view shows the tissue, which does not measure depth' :
+      'too little is known here of the tissue above, or the expected error would be too large';
+}
 
 export const isUnknown = ({placed, partly}) => placed + partly === 0;
 
@@ -83,9 +93,9 @@ const amount = (count, name, what) =>
 
 /**
  * "1 part partly known, 2 targets not placed: too little ..."; empty where all have a place. named:
- * {part, target}, counts as of whyNotPlaced.
+ * {part, target}, counts as of whyNotPlaced, as is isGivenUp.
  */
-export function notPlacedInWords(named, reasons) {
+export function notPlacedInWords(named, reasons, isGivenUp) {
   const counts = Object.values(named);
   const what = Object.entries(named).flatMap(
       ([name, {placed, partly, all}]) =>
@@ -93,7 +103,7 @@ export function notPlacedInWords(named, reasons) {
            ...amount(all - placed - partly, name, 'not placed')]);
   if (!what.length) return '';
   const head = counts.every(isUnknown) ? 'Not placed' : what.join(', ');
-  return `${head}: ${whyNotPlaced(counts, reasons)}.`;
+  return `${head}: ${whyNotPlaced(counts, reasons, isGivenUp)}.`;
 }
 
 const namesOf = (reasons) => reasons.split(',').map((name) => name.trim());

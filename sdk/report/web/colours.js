@@ -5,9 +5,10 @@ export const stateColours = {
   initialising: '#475569',
   degraded: '#b45309',
   lost: '#dc2626',
-  // The live view's alone, before anything was followed.
-  found: '#7c3aed',
-  unfound: '#dc2626',
+  // The live view's alone, before anything was followed, and while another template is taken.
+  'found': '#7c3aed',
+  'unfound': '#dc2626',
+  'given-up': '#dc2626',
 };
 export const stateColour = (state) => stateColours[state] ?? '#94a3b8';
 
