@@ -36,14 +36,17 @@ const YamlEntry& require_entry(const YamlDocument& document, const std::string& 
     return *entry;
 }
 
-const YamlEntry* find_either(const YamlDocument& document, const std::string& key,
-                             const std::string& alias) {
-    const YamlEntry* first = document.root().find(key);
-    const YamlEntry* second = document.root().find(alias);
-    if (first != nullptr && second != nullptr) {
-        document.fail(second->line, alias, key + " gives the same value; keep one of the two.");
+// names: of the same value, the usual one first.
+const YamlEntry* find_one_of(const YamlDocument& document, const std::vector<std::string>& names) {
+    const YamlEntry* found = nullptr;
+    for (const std::string& name : names) {
+        const YamlEntry* entry = document.root().find(name);
+        if (entry != nullptr && found != nullptr)
+            document.fail(entry->line, name,
+                          found->key + " gives the same value; keep one of the two.");
+        if (entry != nullptr) found = entry;
     }
-    return first != nullptr ? first : second;
+    return found;
 }
 
 // The shape that a `{rows, cols, dt, data}` map declares, checked before a number of its data is
@@ -195,34 +198,57 @@ YamlDocument load_document(const std::string& file) {
     }
 }
 
+struct CameraKeys {
+    CameraCalibration* camera;
+    std::vector<std::string> matrix, distortion;  // names of the same, the usual one first
+};
+
 StereoCalibration read_opencv(const YamlDocument& document) {
     // After the keys that are used, what cv::stereoCalibrate's sample and SCARED write beside them.
-    static const std::vector<std::string> kKnown = {"M1",          "D1",
-                                                    "M2",          "D2",
-                                                    "K1",          "K2",
-                                                    "R",           "T",
-                                                    "image_width", "image_height",  //
-                                                    "R1",          "R2",
-                                                    "P1",          "P2",
-                                                    "Q",           "E",
-                                                    "F",           "calibration_time",
-                                                    "nframes",     "nr_of_frames",
-                                                    "board_width", "board_height",
-                                                    "square_size", "flags",
-                                                    "rms",         "avg_reprojection_error"};
+    static const std::vector<std::string> kKnown = {"M1",
+                                                    "M2",
+                                                    "K1",
+                                                    "K2",
+                                                    "cameraMatrix1",
+                                                    "cameraMatrix2",
+                                                    "D1",
+                                                    "D2",
+                                                    "distCoeffs1",
+                                                    "distCoeffs2",
+                                                    "R",
+                                                    "T",
+                                                    "image_width",
+                                                    "image_height",  //
+                                                    "R1",
+                                                    "R2",
+                                                    "P1",
+                                                    "P2",
+                                                    "Q",
+                                                    "E",
+                                                    "F",
+                                                    "calibration_time",
+                                                    "nframes",
+                                                    "nr_of_frames",
+                                                    "board_width",
+                                                    "board_height",
+                                                    "square_size",
+                                                    "flags",
+                                                    "rms",
+                                                    "avg_reprojection_error"};
     if (document.root().find("camera_matrix") != nullptr)
         document.fail(1, {}, "this is the camera_info of one camera; " + std::string(kExpected));
     refuse_other_kinds(document, kKnown);
     document.require_known_keys(document.root(), kKnown);
 
     StereoCalibration calibration;
-    for (const auto& [camera, matrix, alias, distortion] :
-         {std::tuple(&calibration.left, "M1", "K1", "D1"),
-          std::tuple(&calibration.right, "M2", "K2", "D2")}) {
-        const YamlEntry* entry = find_either(document, matrix, alias);
-        if (entry == nullptr) document.fail(1, matrix, "this key is missing.");
+    for (const auto& [camera, matrix, distortion] : {
+             CameraKeys{&calibration.left, {"M1", "K1", "cameraMatrix1"}, {"D1", "distCoeffs1"}},
+             CameraKeys{&calibration.right, {"M2", "K2", "cameraMatrix2"}, {"D2", "distCoeffs2"}},
+         }) {
+        const YamlEntry* entry = find_one_of(document, matrix);
+        if (entry == nullptr) document.fail(1, matrix.front(), "this key is missing.");
         set_matrix(document, *entry, *camera);
-        set_distortion(document, document.root().find(distortion), *camera);
+        set_distortion(document, find_one_of(document, distortion), *camera);
     }
     const Matrix rotation = read_matrix(document, require_entry(document, "R"), {{3, 3}});
     const Matrix translation =
@@ -264,8 +290,7 @@ RosCamera read_ros_camera(const YamlDocument& document) {
     document.require_known_keys(document.root(), kKnown);
     const auto find = [&](const std::string& name, const std::string& upper,
                           const std::string& lower) {
-        const YamlEntry* entry = find_either(document, name, upper);
-        return entry != nullptr ? entry : document.root().find(lower);
+        return find_one_of(document, {name, upper, lower});
     };
     if (const YamlEntry* model = document.root().find("distortion_model"))
         check_distortion_model(

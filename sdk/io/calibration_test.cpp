@@ -91,10 +91,12 @@ void check_good(const StereoCalibration& calibration) {
 
 }  // namespace
 
-TEST_CASE("a good file gives its numbers, also with K for M and without a size") {
+TEST_CASE("a good file gives its numbers, also with other names and without a size") {
     check_good(load_text(kGood));
     std::string text = with(with(kGood, "M1:", "K1:"), "M2:", "K2:");
     check_good(load_text(text));
+    text = with(with(kGood, "M1:", "cameraMatrix1:"), "M2:", "cameraMatrix2:");
+    check_good(load_text(with(with(text, "D1:", "distCoeffs1:"), "D2:", "distCoeffs2:")));
     text = with(with(kGood, "image_width: 640\n", ""), "image_height: 480\n", "");
     CHECK(load_text(text).width == 0);
     CHECK_SAYS(refusal_of_text(with(kGood, "image_width: 640\n", "")), "belong together");

@@ -8,6 +8,7 @@ import csv
 import math
 import os
 import pathlib
+import re
 import sys
 import tempfile
 import unittest
@@ -231,6 +232,23 @@ class Track(unittest.TestCase):
             self.assertEqual(found.format, defrec.Format.BGR8)
             self.assertEqual(found.points.xyz.tolist(), expected.points.xyz.tolist())
             self.assertEqual(found.picture().tobytes(), expected.picture().tobytes())
+
+    def test_a_calibration_of_another_image_size_is_refused(self):
+        calibration = vars(defrec.Calibration.load(CALIBRATION)).copy()
+        calibration["image_width"] *= 2
+        for given in (calibration, defrec.Calibration(**calibration)):
+            with self.assertRaisesRegex(ValueError, "px but the frames are .* scaled silently"):
+                defrec.track(LEFT, RIGHT, given, device_id="cpu")
+
+    def test_matrices_may_have_the_names_of_opencvs_functions(self):
+        text = CALIBRATION.read_text()
+        for ours, theirs in (("M", "cameraMatrix"), ("D", "distCoeffs"), ("M", "K")):
+            with tempfile.TemporaryDirectory() as folder:
+                path = pathlib.Path(folder, "calibration.yaml")
+                path.write_text(re.sub(rf"(?m)^{ours}([12]):", rf"{theirs}\1:", text))
+                self.assertEqual(
+                    defrec.Calibration.load(path), defrec.Calibration.load(CALIBRATION)
+                )
 
     def test_gray_files_and_times_of_ones_own(self):
         gray = [Image.open(path).convert("L") for path in sorted(LEFT.iterdir())[:2]]
