@@ -28,8 +28,8 @@ _SIZE = ("image_width", "image_height")
 
 @dataclass(frozen=True)
 class Calibration:
-    """Two cameras as OpenCV's stereoCalibrate gives them; see Rig for shapes. T in mm. Of images
-    of another size than image_width x image_height, where these are given, no rig is made."""
+    """Two cameras as OpenCV's stereoCalibrate gives them; see Rig for shapes. T in mm. No rig is
+    made for images of another size than image_width x image_height, where these are given."""
 
     M1: ArrayLike
     D1: Optional[ArrayLike]
