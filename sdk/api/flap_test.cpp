@@ -2,6 +2,7 @@
 // the C API, on rendered sequences with exact truth.
 #include <doctest/doctest.h>
 
+#include <optional>
 #include <vector>
 
 #include "sdk/testing/test_film.hpp"
@@ -45,16 +46,55 @@ uint64_t cut_points_of(defrec_job job) {
     return count;
 }
 
+// The film's points on the surface of its first frame.
+struct FilmPoints {
+    LiftedPoints lifted;
+    std::vector<Eigen::Vector3d> first;  // where each was in it
+
+    FilmPoints(defrec_job job, const cli::Film& film) {
+        defrec_template surface = nullptr;
+        REQUIRE_OK(defrec_job_get_template(job, &surface));
+        lifted = lift_film(surface, film);
+        defrec_template_release(surface);
+        for (const size_t p : lifted.of_film) first.push_back(film.truth(p).position);
+    }
+
+    // Points of the flap, while it is up, that are seen; and those of them that are followed.
+    struct Counts {
+        size_t up = 0, followed = 0;
+    };
+    Counts count(defrec_job job, const cli::Film& film) const {
+        std::vector<double> xyz(lifted.xyz.size()), expected(lifted.of_film.size());
+        std::vector<uint8_t> status(lifted.of_film.size());
+        REQUIRE_OK(defrec_job_warp_points(job, lifted.xyz.data(), status.size(), xyz.data(),
+                                          status.data(), expected.data()));
+        Counts counts;
+        for (size_t p = 0; p < status.size(); ++p) {
+            const auto truth = film.truth(lifted.of_film[p]);
+            const Eigen::Map<const Eigen::Vector3d> now(&xyz[3 * p]);
+            const double error = (now - truth.position).norm();
+            if (status[p] == DEFREC_POINT_OBSERVED) CHECK(error <= 2.5);
+            if (!truth.visible || (truth.position - first[p]).norm() < kLifted) continue;
+            ++counts.up;
+            if (status[p] != DEFREC_POINT_UNKNOWN && error <= 1) ++counts.followed;
+        }
+        return counts;
+    }
+};
+
+cli::Film film_of_flap() {
+    return cli::Film("flap", kFilmWidth, kFilmHeight, kFrames, 5, 2,
+                     {{"angle", 75}, {"length", 24}, {"instrument", 0}});
+}
+
 }  // namespace
 
 TEST_CASE("a flap is parted from what it came off, followed, and found again as it comes back") {
-    cli::Film film("flap", kFilmWidth, kFilmHeight, kFrames, 5, 2,
-                   {{"angle", 75}, {"length", 24}, {"instrument", 0}});
+    cli::Film film = film_of_flap();
     TrackingSession session = session_of(film);
-    LiftedPoints lifted;
-    std::vector<Eigen::Vector3d> first;
+    std::optional<FilmPoints> points;
     uint32_t cuts = 0;
-    size_t up = 0, followed = 0;  // points of the flap that are seen, in the frames in question
+    size_t up = 0, followed = 0;  // in the frames in question
     for (int i = 0; i < kFrames; ++i) {
         CAPTURE(i);
         defrec_job job = track_next(session, film);
@@ -65,31 +105,38 @@ TEST_CASE("a flap is parted from what it came off, followed, and found again as 
         CHECK((cut_points_of(job) > 0) == (cuts > 0));
         if (i < kParted - 5) CHECK(cuts == 0);
         if (i == kParted) CHECK(cuts > 0);
-        if (i == 0) {
-            defrec_template surface = nullptr;
-            REQUIRE_OK(defrec_job_get_template(job, &surface));
-            lifted = lift_film(surface, film);
-            defrec_template_release(surface);
-            for (const size_t p : lifted.of_film) first.push_back(film.truth(p).position);
-        }
-        std::vector<double> xyz(lifted.xyz.size()), expected(lifted.of_film.size());
-        std::vector<uint8_t> status(lifted.of_film.size());
-        REQUIRE_OK(defrec_job_warp_points(job, lifted.xyz.data(), status.size(), xyz.data(),
-                                          status.data(), expected.data()));
-        const bool counts = (i >= kParted && i < kOblique) || i >= kSeenAgain;
-        for (size_t p = 0; p < status.size(); ++p) {
-            const auto truth = film.truth(lifted.of_film[p]);
-            const Eigen::Map<const Eigen::Vector3d> now(&xyz[3 * p]);
-            const double error = (now - truth.position).norm();
-            if (status[p] == DEFREC_POINT_OBSERVED) CHECK(error <= 2.5);
-            if (!counts || !truth.visible || (truth.position - first[p]).norm() < kLifted) continue;
-            ++up;
-            if (status[p] != DEFREC_POINT_UNKNOWN && error <= 1) ++followed;
+        if (i == 0) points.emplace(job, film);
+        const FilmPoints::Counts counts = points->count(job, film);
+        if ((i >= kParted && i < kOblique) || i >= kSeenAgain) {
+            up += counts.up;
+            followed += counts.followed;
         }
         defrec_job_release(job);
     }
     REQUIRE(up > 150);
     CHECK(followed > up / 2);
+}
+
+TEST_CASE("a flap that moved on while no frame was seen is not thrown on by all of that way") {
+    constexpr int kDark = kParted + 1, kSeen = kDark + 2;
+    cli::Film film = film_of_flap();
+    TrackingSession session = session_of(film);
+    const std::vector<uint8_t> dark(size_t{3} * kFilmWidth * kFilmHeight, 0);
+    std::optional<FilmPoints> points;
+    for (int i = 0; i <= kSeen + 1; ++i) {
+        CAPTURE(i);
+        const bool is_dark = i >= kDark && i < kSeen;
+        film.advance();
+        defrec_job job = is_dark ? track_images(session, dark, dark) : track_film(session, film);
+        CHECK((result_of(job).state == DEFREC_LOST) == is_dark);
+        if (i == 0) points.emplace(job, film);
+        const FilmPoints::Counts counts = points->count(job, film);
+        if (i >= kSeen) {
+            REQUIRE(counts.up > 20);
+            CHECK(counts.followed > counts.up / 2);
+        }
+        defrec_job_release(job);
+    }
 }
 
 TEST_CASE("tissue that an instrument pulls out is not parted") {

@@ -24,15 +24,20 @@ inline void describe_rig(const cli::StereoRig& filmed, uint32_t width, uint32_t 
     std::copy_n(filmed.translation.data(), 3, rig.translation);
 }
 
-// The job, done, of the film's frame. The session takes DEFREC_FORMAT_BGR8.
-inline defrec_job track_film(TrackingSession& session, const cli::Film& film) {
+// The job, done, of two images. The session takes DEFREC_FORMAT_BGR8.
+inline defrec_job track_images(TrackingSession& session, const std::vector<uint8_t>& left,
+                               const std::vector<uint8_t>& right) {
     TrackingSession::Frame frame;
-    frame.left.pixels = film.left_bgr().data();
-    frame.right.pixels = film.right_bgr().data();
+    frame.left.pixels = left.data();
+    frame.right.pixels = right.data();
     defrec_job job = nullptr;
     REQUIRE_OK(session.submit(frame, &job));
     REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
     return job;
+}
+// Likewise, of the film's frame.
+inline defrec_job track_film(TrackingSession& session, const cli::Film& film) {
+    return track_images(session, film.left_bgr(), film.right_bgr());
 }
 inline defrec_job track_next(TrackingSession& session, cli::Film& film) {
     film.advance();

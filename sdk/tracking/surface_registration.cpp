@@ -194,7 +194,10 @@ bool SurfaceRegistration::look_at_images(Frame& frame) {
         images_.look_at({job.input.timestamp_ns, job.input.field, {view(0), view(1)}},
                         job.services()->own_threads());
     frame.reasons = finding.reasons;
-    if ((frame.reasons & DEFREC_REASON_GAP) != 0) rig_monitor_.begin_anew();
+    if ((frame.reasons & DEFREC_REASON_GAP) != 0) {
+        rig_monitor_.begin_anew();
+        changes_.skip_frame();
+    }
     frame.left_is_frozen = finding.left.is_frozen_alone;
     frame.has_one_view =
         !finding.right.shows || frame.left_is_frozen || finding.right.is_frozen_alone;

@@ -114,6 +114,7 @@ void SurfaceRegistration::conclude_lost(Frame& frame, FrameAttempt& attempt,
     attempt.result.state = DEFREC_LOST;
     growth_.end_lost_frame();
     rig_monitor_.skip_frame();
+    changes_.skip_frame();
     std::span<const defrec_motion> motions = surface_.motions();
     const SurfaceSamples samples = surface_.samples();
     std::copy(samples.begin(), samples.end(), output.samples.begin());
@@ -253,7 +254,7 @@ void SurfaceRegistration::look_at_ended() {
     if (!ended_) return;
     const Ended ended = *std::exchange(ended_, std::nullopt);
     surface_.keep_samples(ended.output.samples);
-    if (ended.photometric == nullptr) return;
+    if (ended.photometric == nullptr) return changes_.skip_frame();
     changes_.add_frame(surface_.data(), ended.output, ended.photometric->is_located, ended.helpers);
     surface_.start_from(
         [&](std::span<defrec_motion> motions) { changes_.lifted().place(motions); });

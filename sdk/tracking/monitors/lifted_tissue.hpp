@@ -29,6 +29,9 @@ class LiftedTissue {
     void add_frame(const TemplateData& data, const FrameOutput& output,
                    std::span<const uint8_t> is_confirmed);
 
+    // A frame that is not added: how tissue moves on is not told across it.
+    void skip_frame() { seen_.clear(); }
+
     // Tissue that was lifted, to be parted from the rest; nothing more is looked for until it is
     // taken.
     const std::optional<Tear>& found() const { return found_; }

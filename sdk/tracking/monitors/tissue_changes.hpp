@@ -28,6 +28,9 @@ class TissueChanges {
     void add_frame(const TemplateData& data, const FrameOutput& output,
                    std::span<const uint8_t> is_confirmed, const Services* helpers) noexcept;
 
+    // A frame that is not added, or before which there was a gap.
+    void skip_frame() { lifted_.skip_frame(); }
+
     // Whether there is a line to release.
     bool found_line() const { return cuts_.found() || slips_.found() || lifted_.found(); }
     // The lines, with the control points that they move; what is found later is another one.
