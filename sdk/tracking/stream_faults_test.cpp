@@ -54,6 +54,93 @@ TEST_CASE("row 55: from the third repeated frame on nothing is seen, until the s
     CHECK(next.epoch == first.epoch);
 }
 
+namespace {
+
+// A right view that shows nothing: black, or a dark sensor's noise.
+std::vector<uint8_t> dark_view(int most, uint64_t seed) {
+    std::vector<uint8_t> gray(size_t{kWidth} * kHeight);
+    for (size_t i = 0; i < gray.size(); ++i)
+        gray[i] = static_cast<uint8_t>(
+            std::lround((hash_noise(static_cast<int64_t>(i), 0, seed) + 0.5) * most));
+    return gray;
+}
+
+// The rows of both views are of two times.
+Pair interlaced_pair(double from, double to) {
+    Pair pair = render(to, 0);
+    const Pair before = render(from, 0);
+    for (int y = 1; y < kHeight; y += 2) {
+        std::copy_n(before.left.begin() + y * kWidth, kWidth, pair.left.begin() + y * kWidth);
+        std::copy_n(before.right.begin() + y * kWidth, kWidth, pair.right.begin() + y * kWidth);
+    }
+    return pair;
+}
+
+}  // namespace
+
+TEST_CASE("row 55: a left view that freezes beside one that shows nothing is not believed") {
+    for (const int noise : {0, 4}) {
+        CAPTURE(noise);
+        Session session;
+        for (int i = 0; i < 3; ++i) session.track(render(0.3 * i, 0));
+        Pair pair = render(0.9, 0);
+        for (int shown = 0; shown < 5; ++shown) {
+            CAPTURE(shown);
+            pair.right = dark_view(noise, static_cast<uint64_t>(shown));
+            const Session::Frame frame = session.track(pair);
+            CHECK(frame.state == DEFREC_DEGRADED);
+            CHECK((frame.reasons & DEFREC_REASON_ONE_VIEW) != 0);
+            CHECK(((frame.reasons & DEFREC_REASON_FROZEN) != 0) == (shown > 0));
+            const auto unknown =
+                std::count(frame.status.begin(), frame.status.end(), DEFREC_POINT_UNKNOWN);
+            if (shown < 3)
+                CHECK(2 * unknown < std::ssize(frame.status));
+            else
+                CHECK(unknown == std::ssize(frame.status));
+        }
+    }
+}
+
+TEST_CASE("row 55: a pair of interlaced images that freezes is not believed") {
+    Session session;
+    for (int i = 0; i < 3; ++i) session.track(render(0.3 * i, 0));
+    const Pair pair = interlaced_pair(0.6, 1.6);
+    for (int shown = 0; shown < 5; ++shown) {
+        CAPTURE(shown);
+        const Session::Frame frame = session.track(pair);
+        CHECK(frame.state == DEFREC_DEGRADED);
+        CHECK((frame.reasons & DEFREC_REASON_INTERLACED) != 0);
+        CHECK(((frame.reasons & DEFREC_REASON_FROZEN) != 0) == (shown > 0));
+        const auto unknown =
+            std::count(frame.status.begin(), frame.status.end(), DEFREC_POINT_UNKNOWN);
+        if (shown < 3)
+            CHECK(2 * unknown < std::ssize(frame.status));
+        else
+            CHECK(unknown == std::ssize(frame.status));
+    }
+}
+
+TEST_CASE("row 55: a part of the left view that stands is seen beside a black right view") {
+    constexpr int kEdge = kWidth * 3 / 8;
+    const Pair first = render(0, 0);
+    Session whole, session;
+    for (Session* each : {&whole, &session}) each->track(first);
+    for (int i = 1; i <= 4; ++i) {
+        CAPTURE(i);
+        Pair pair = render(0.6 * i, 0);
+        pair.right = dark_view(0, 0);
+        const Session::Frame moving = whole.track(pair);
+        CHECK((moving.reasons & DEFREC_REASON_FROZEN) == 0);
+        for (int y = 0; y < kHeight; ++y)
+            std::copy_n(&first.left[static_cast<size_t>(y * kWidth)], kEdge,
+                        &pair.left[static_cast<size_t>(y * kWidth)]);
+        const Session::Frame frame = session.track(pair);
+        CHECK((frame.reasons & DEFREC_REASON_FROZEN) != 0);
+        CHECK(frame.state == DEFREC_DEGRADED);
+        CHECK(frame.largest_error > moving.largest_error + 0.5);
+    }
+}
+
 TEST_CASE("row 55: in a part of the picture that stands while the rest moves on nothing is seen") {
     constexpr int kEdge = kWidth * 3 / 8;
     const Pair first = render(0, 0);

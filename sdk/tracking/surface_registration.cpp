@@ -372,7 +372,7 @@ FrameAttempt& SurfaceRegistration::register_surface(Frame& frame) {
              wide_search_.is_due())
         attempt = &attempt_widely(frame, *attempt);
     if (attempt == &attempts_[1]) check_given_disparity(frame, *attempt);
-    if (!frame.spoils_rows || frame.left_is_frozen) find_stale_parts(frame, *attempt);
+    find_stale_parts(frame, *attempt);
     if (changes_.departed().share() > decisions::Departure::kMaxShare)
         attempt->quality.add(DEFREC_REASON_LARGE_RESIDUAL);
     const RegistrationPlan& plan = attempt->plan();
@@ -565,8 +565,10 @@ void SurfaceRegistration::find_stale_parts(const Frame& frame, FrameAttempt& att
         return;
     }
     if (!attempt.quality.found || !surface_.is_tracking() || is_frozen(frame.reasons)) return;
+    std::span<const uint8_t> seen_left;
+    if (!attempt.plan().uses_depth) seen_left = attempt.photometric().is_confirmed;
     stale_.find(*rig_, images_.blocks(), {is_in_memory(frame.job, 0), is_in_memory(frame.job, 1)},
-                surface_.samples(), samples);
+                surface_.samples(), samples, seen_left);
     if (stale_.share() < FrozenImages::kMinStaleShare) return;
     attempt.quality.reasons |= DEFREC_REASON_FROZEN;
     attempt.quality.degraded = true;

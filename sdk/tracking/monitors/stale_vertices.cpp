@@ -38,14 +38,15 @@ std::optional<Pixel> pixel_in(const Rig& rig, int view, bool is_rectified,
 void StaleVertices::find(const Rig& rig, std::array<FrozenRegions, 2>& blocks,
                          const std::array<bool, 2>& is_rectified,
                          std::span<const defrec_surface_sample> before,
-                         std::span<const defrec_surface_sample> now) {
+                         std::span<const defrec_surface_sample> now,
+                         std::span<const uint8_t> seen_left) {
     clear();
     if (!blocks[0].any() && !blocks[1].any()) return;
     steps_.clear();
     size_t inside = 0;
     const auto in_blocks = [&](size_t vertex, auto&& is_so) {
         bool is_so_in[2] = {};
-        for (int view = 0; view < 2; ++view) {
+        for (int view = 0; view < (seen_left.empty() ? 2 : 1); ++view) {
             const std::optional<Pixel> at =
                 pixel_in(rig, view, is_rectified[static_cast<size_t>(view)], now[vertex]);
             is_so_in[view] = at && is_so(blocks[static_cast<size_t>(view)], *at);
@@ -55,10 +56,11 @@ void StaleVertices::find(const Rig& rig, std::array<FrozenRegions, 2>& blocks,
     for (size_t i = 0; i < now.size(); ++i) {
         if (now[i].observation == DEFREC_OUTSIDE) continue;
         ++inside;
-        if (now[i].observation == DEFREC_OBSERVED &&
-            in_blocks(i, [](const FrozenRegions& of_view, const Pixel& at) {
-                return of_view.is_frozen(at.x, at.y);
-            }) == 0)
+        const bool is_seen =
+            seen_left.empty() ? now[i].observation == DEFREC_OBSERVED : seen_left[i] != 0;
+        if (is_seen && in_blocks(i, [](const FrozenRegions& of_view, const Pixel& at) {
+                           return of_view.is_frozen(at.x, at.y);
+                       }) == 0)
             steps_.push_back(squared_step(rig.camera(), before[i], now[i]));
     }
     if (static_cast<double>(steps_.size()) <=

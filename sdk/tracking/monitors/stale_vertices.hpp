@@ -14,10 +14,11 @@ class StaleVertices {
   public:
     // Finds those of a frame that was followed from the one before; is_rectified: the blocks are of
     // the view's rectified image, else of the raw one. The blocks are told how far the rest moved.
+    // seen_left: whether the left view shows a vertex, in a frame that was followed by it alone.
     void find(const Rig& rig, std::array<FrozenRegions, 2>& blocks,
               const std::array<bool, 2>& is_rectified,
               std::span<const defrec_surface_sample> before,
-              std::span<const defrec_surface_sample> now);
+              std::span<const defrec_surface_sample> now, std::span<const uint8_t> seen_left = {});
     void set_all(size_t vertices);
     // Once for each frame that is registered: how many stand still in a row, up to this one.
     uint32_t count_frozen(bool is_frozen) {

@@ -22,6 +22,10 @@ int64_t mean_step(int64_t usual, int64_t step) {
     return usual + (counted - usual) / Images::kStepMemory;
 }
 
+bool is_frozen(const ImageStatistics& image, uint64_t last_hash) {
+    return image.hash == last_hash || image.frozen >= FrozenImages::kFrozenShare;
+}
+
 bool is_flat(const ImageStatistics& image) { return image.deviation < Images::kMinDeviation; }
 
 }  // namespace
@@ -41,14 +45,15 @@ StreamCheck::Finding StreamCheck::check(int64_t timestamp_ns, const ImageStatist
     if (is_flat(left) && is_flat(right)) reasons |= DEFREC_REASON_NO_TEXTURE;
     if (left.interlaced() || right.interlaced()) reasons |= DEFREC_REASON_INTERLACED;
     if (std::exchange(has_last_, true)) {
-        const bool left_is_frozen =
-                       left.hash == last_hash[0] || left.frozen >= FrozenImages::kFrozenShare,
-                   right_is_frozen =
-                       right.hash == last_hash[1] || right.frozen >= FrozenImages::kFrozenShare;
-        if (left_is_frozen && right_is_frozen) reasons |= DEFREC_REASON_FROZEN;
-        if (left_is_frozen != right_is_frozen &&
-            (left_is_frozen ? right : left).frozen < FrozenImages::kMovingShare &&
-            finding.left.shows && finding.right.shows) {
+        const bool left_is_frozen = is_frozen(left, last_hash[0]),
+                   right_is_frozen = is_frozen(right, last_hash[1]),
+                   both_show = finding.left.shows && finding.right.shows;
+        // Noise of a view that shows nothing is no sign of life.
+        const bool left_stands = left_is_frozen || (!finding.left.shows && finding.right.shows),
+                   right_stands = right_is_frozen || (!finding.right.shows && finding.left.shows);
+        if (left_stands && right_stands) reasons |= DEFREC_REASON_FROZEN;
+        if (both_show && left_is_frozen != right_is_frozen &&
+            (left_is_frozen ? right : left).frozen < FrozenImages::kMovingShare) {
             reasons |= DEFREC_REASON_VIEW_LATE;
             (left_is_frozen ? finding.left : finding.right).is_frozen_alone = true;
         }

@@ -105,6 +105,23 @@ TEST_CASE("row 55: a stream is frozen where nearly all of both views is as in th
     CHECK(reasons(0.6, 0.6) == 0);
 }
 
+TEST_CASE("row 55: a view that shows nothing does not keep a stream from being frozen") {
+    const ImageStatistics good = image(1);
+    for (const bool is_left : {false, true}) {
+        StreamCheck check;
+        const auto reasons = [&](int64_t time, const ImageStatistics& dark) {
+            return is_left ? check.check(time, dark, good).reasons
+                           : check.check(time, good, dark).reasons;
+        };
+        constexpr uint32_t kAlways = DEFREC_REASON_DARK | DEFREC_REASON_ONE_VIEW;
+        CHECK(reasons(0, image(2, 1)) == kAlways);
+        CHECK(reasons(33, image(3, 1)) == (kAlways | DEFREC_REASON_FROZEN));
+    }
+    StreamCheck check;
+    check.check(0, image(1, 1), image(2, 1));
+    CHECK(check.check(33, image(3, 1), image(4, 1)).reasons == DEFREC_REASON_DARK);
+}
+
 TEST_CASE("row 76: where one view alone is that of the frame before, one of them is late") {
     StreamCheck check;
     CHECK(check.check(0, image(0), image(1)).reasons == 0);
