@@ -66,7 +66,7 @@ bool is_refuted(const TemplateData& data, const defrec_patch_prediction& expecte
         case DEFREC_OBSERVED:
             return !is_located && !does_fit;
         case DEFREC_INCONSISTENT:
-            return !is_located || lies_elsewhere(data.camera, sample);
+            return is_located ? lies_elsewhere(data.camera, sample) : !does_fit;
         case DEFREC_OCCLUDED:
             return is_located && lies_elsewhere(data.camera, sample);
         default:

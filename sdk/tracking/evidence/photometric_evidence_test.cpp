@@ -139,6 +139,20 @@ TEST_CASE("checks that fail where depth agrees or lies behind are refuted, beyon
     CHECK(surface.evidence.vertices_refuted == 25);
 }
 
+TEST_CASE("a check that fits and was not located is not refuted, wherever depth lies behind") {
+    Surface surface;
+    defrec_patch_observation& middle = surface.checks[Surface::kMiddle];
+    Surface::fit(middle, Confidence::kMinZnccKept);
+    middle.information[0] = middle.information[2] = 0;
+    for (const uint32_t observation : {DEFREC_OBSERVED, DEFREC_INCONSISTENT})
+        for (const float residual : {0.0f, -20.0f}) {
+            surface.samples[Surface::kMiddle].observation = observation;
+            surface.samples[Surface::kMiddle].residual = residual;
+            CHECK(surface.confirms_middle());
+            CHECK(surface.evidence.vertices_refuted == 0);
+        }
+}
+
 TEST_CASE("nothing is refuted where something lies in front, or no check is expected") {
     Surface surface;
     surface.fail_round_middle(3);
