@@ -223,6 +223,31 @@ TEST_CASE("row 76: a repeated frame says nothing of a lag") {
     }
 }
 
+TEST_CASE("row 107: a view that stays late is late in a repeated frame, and in none of one view") {
+    const auto at = [](int time) { return render(0.1 * time, 1.2 * std::sin(0.5 * time)); };
+    Session session;
+    session.track(at(0));
+    for (int i = 1; i <= 16; ++i) {
+        CAPTURE(i);
+        const Pair pair{at(i).left, at(i - 1).right};
+        const Session::Frame late = session.track(pair);
+        if (i < 12) continue;
+        CHECK((late.reasons & DEFREC_REASON_VIEW_LATE) != 0);
+        for (int repeated = 1; repeated <= 2; ++repeated) {
+            const Session::Frame again = session.track(pair);
+            CHECK((again.reasons & DEFREC_REASON_FROZEN) != 0);
+            CHECK((again.reasons & DEFREC_REASON_VIEW_LATE) != 0);
+            CHECK(again.state == DEFREC_DEGRADED);
+            CHECK(std::abs(again.shift[2] - late.shift[2]) < 0.3);
+        }
+    }
+    Pair pair = at(17);
+    pair.right.assign(pair.right.size(), 0);
+    const uint32_t reasons = session.track(pair).reasons;
+    CHECK((reasons & DEFREC_REASON_ONE_VIEW) != 0);
+    CHECK((reasons & DEFREC_REASON_VIEW_LATE) == 0);
+}
+
 TEST_CASE("row 76: of a view that stands still nothing is believed, and no template made") {
     Session session;
     const Pair first = render(0, 0);

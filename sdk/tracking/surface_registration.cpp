@@ -70,6 +70,7 @@ void SurfaceRegistration::process(Frame& frame) {
     stale_.clear();
     rig_monitor_.begin_frame();
     frame.rig_estimate = rig_monitor_.estimate();
+    frame.rig_estimate.lag_frames = 0;  // unless the frame shows one
     // The device begins while the host looks; frames in which there is nothing to observe are few.
     begin_beside_ended(frame);
     const bool left_shows = look_at_images(frame);
@@ -365,7 +366,9 @@ FrameAttempt& SurfaceRegistration::register_surface(Frame& frame) {
         attempt = &attempt_whole_map(frame, attempt->plan());
     check_given_disparity(frame, *attempt);
     commit_rig(frame, *attempt);
-    is_depth_spoilt_ = !frame.spoils_rows && surface_.is_tracking() && lag_spoils_depth(frame.job);
+    // That of a repeated frame is as spoilt as it was.
+    is_depth_spoilt_ = !frame.spoils_rows && surface_.is_tracking() &&
+                       (is_frozen(frame.reasons) ? is_depth_spoilt_ : lag_spoils_depth(frame.job));
     if (is_depth_spoilt_ && attempt->plan().uses_depth && !frame.captures)
         attempt = &attempt_without_depth(frame, *attempt);
     else if (!frame.captures && surface_.is_tracking() && attempt->result.evidence.confirms_few() &&
@@ -421,7 +424,8 @@ FrameAttempt& SurfaceRegistration::attempt_whole_map(Frame& frame, RegistrationP
 FrameAttempt& SurfaceRegistration::attempt_without_depth(Frame& frame, const FrameAttempt& before) {
     RegistrationPlan plan = before.plan();
     plan.uses_depth = false;
-    const uint32_t of_rig = before.quality.reasons & kReasonsOfRig;
+    const uint32_t of_rig =
+        before.quality.reasons & (kReasonsOfRig | uint32_t{DEFREC_REASON_DISPARITY});
     FrameAttempt& attempt =
         follow(frame, surface_.motions(), begin_attempt(frame, attempts_[0], plan));
     attempt.quality.reasons |= of_rig;
@@ -509,8 +513,8 @@ void SurfaceRegistration::commit_rig(Frame& frame, FrameAttempt& attempt) {
         rig_monitor_.commit(attempt.rig(), shows_disparities
                                                ? RigMonitor::Disparities::kCount
                                                : RigMonitor::Disparities::kSayNothing);
-        frame.rig_estimate = rig_monitor_.estimate();
     }
+    frame.rig_estimate = rig_monitor_.estimate();
     quality.add(rig_monitor_.reasons());
 }
 

@@ -167,8 +167,8 @@ void match_rows(const TemplateData& data, const FrameOutput& output, std::span<c
 }
 
 RigEstimate RowMonitor::skip() {
-    is_late_ = false;
-    return estimate(0);
+    is_late_ = lasting_.lag() != 0;
+    return estimate(lasting_.lag());
 }
 
 RigEstimate RowMonitor::update(std::span<const RowMatch> matches) {

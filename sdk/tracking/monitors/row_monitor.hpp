@@ -31,7 +31,7 @@ class RowMonitor {
 
     // One frame's matches, in the order of the frames.
     RigEstimate update(std::span<const RowMatch> matches);
-    // A frame that is not measured.
+    // A frame that is not measured. A lag that lasts is that of this frame as well.
     RigEstimate skip();
     void reset() { *this = RowMonitor(width_, height_); }
     // The frames before the next are of another time.

@@ -119,17 +119,23 @@ TEST_CASE("a lag shows in the frames that have it, whole or fractional, late or 
     }
 }
 
+namespace {
+
+// All rows move alike.
+std::vector<RowMatch> swinging(double lag, uint32_t frame) {
+    std::vector<RowMatch> matches = matches_of({.speed = 0}, frame);
+    for (RowMatch& match : matches) {
+        match.speed = 2 * std::sin(0.2 * frame + 1);
+        match.step -= lag * match.speed;
+        match.along = 0;
+    }
+    return matches;
+}
+
+}  // namespace
+
 TEST_CASE("row 107: a lag from the first frame on is told where all rows move alike, and ends") {
     RowMonitor monitor(kWidth, kHeight);
-    const auto swinging = [](double lag, uint32_t frame) {
-        std::vector<RowMatch> matches = matches_of({.speed = 0}, frame);
-        for (RowMatch& match : matches) {
-            match.speed = 2 * std::sin(0.2 * frame + 1);
-            match.step -= lag * match.speed;
-            match.along = 0;
-        }
-        return matches;
-    };
     size_t late = 0;
     for (uint32_t frame = 0; frame < 60; ++frame) {
         monitor.update(swinging(1, frame));
@@ -144,6 +150,21 @@ TEST_CASE("row 107: a lag from the first frame on is told where all rows move al
         monitor.update(swinging(0, frame));
         CHECK((!monitor.is_late() || frame < 70));
     }
+}
+
+TEST_CASE("row 107: a lag that lasts counts in frames that are not measured, no other does") {
+    RowMonitor lasting(kWidth, kHeight);
+    for (uint32_t frame = 0; frame < 20; ++frame) lasting.update(swinging(1, frame));
+    for (int skipped = 0; skipped < 3; ++skipped) {
+        CHECK(lasting.skip().lag_frames == doctest::Approx(1).epsilon(0.1));
+        CHECK(lasting.is_late());
+    }
+    RowMonitor single(kWidth, kHeight);
+    for (uint32_t frame = 0; frame < 20; ++frame)
+        single.update(matches_of({.lag = frame == 19 ? 1.0 : 0.0}, frame));
+    CHECK(single.is_late());
+    CHECK(single.skip().lag_frames == 0);
+    CHECK_FALSE(single.is_late());
 }
 
 TEST_CASE("rows that are wrong in the left view look like a lag, and are none") {
