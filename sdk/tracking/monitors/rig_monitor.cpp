@@ -1,6 +1,7 @@
 // See rig_monitor.hpp.
 #include "sdk/tracking/monitors/rig_monitor.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -30,25 +31,48 @@ uint32_t RigMonitor::reasons() const {
     return reasons;
 }
 
-void RigMonitor::commit(RigState& next, Disparities disparities) {
-    state_.monitor = next.monitor;
-    state_.left = next.left;
+void RigMonitor::begin_frame() {
+    is_counted_ = false;
+    take_left(state_.monitor.skip());
+}
+
+// With what the frame's rows do not tell.
+void RigMonitor::take_left(const RigEstimate& left) {
+    state_.left = left;
     // It is repeated until less than that is left: a standard deviation of what is left by it.
     if (shift_.vergence != 0)
         state_.left.corrected_sigma =
             static_cast<float>(decisions::RigRows::kCorrectedVergence / std::numbers::sqrt3);
-    state_.left.last_depth_px = std::hypot(state_.left.lag_frames, state_.left.unseen_lag_frames) *
-                                static_cast<float>(speed_with_depth_);
+    // A lag that is told now may have been there then.
+    state_.left.last_depth_px =
+        std::max(last_depth_px_, static_cast<float>(std::abs(left.lag_frames * speed_with_depth_)));
+}
+
+void RigMonitor::commit(RigState& next, Disparities disparities) {
+    state_.monitor = next.monitor;
+    take_left(next.left);
     state_.patches.swap(next.patches);
-    if (disparities == Disparities::kCount && !state_.monitor.is_late())
+    if (disparities == Disparities::kCount && !state_.monitor.is_late()) {
         std::swap(state_.disparities, next.disparities);
-    else
-        state_.disparities.skip_frame();
+        is_counted_ = true;
+    } else {
+        count_frame();
+    }
 }
 
 void RigMonitor::skip_frame() {
     state_.patches.clear();
-    state_.disparities.skip_frame();
+    count_frame();
+}
+
+void RigMonitor::count_frame() {
+    if (!std::exchange(is_counted_, true)) state_.disparities.skip_frame();
+}
+
+void RigMonitor::end_depth() {
+    speed_with_depth_ = state_.monitor.speed_along_rows();
+    last_depth_px_ = std::hypot(state_.left.lag_frames, state_.left.unseen_lag_frames) *
+                     static_cast<float>(std::abs(speed_with_depth_));
 }
 
 void RigMonitor::forget_template() {
@@ -69,6 +93,8 @@ std::optional<Rig::ViewShift> RigMonitor::due_correction() const {
 void RigMonitor::correct(const Rig::ViewShift& shift) {
     shift_ = shift;
     state_.monitor.reset();
+    state_.disparities.begin_anew();
+    state_.patches.clear();
 }
 
 }  // namespace defrec

@@ -34,16 +34,17 @@ class RigMonitor {
     uint32_t reasons() const;
 
     // Once for each frame, first of all.
-    void begin_frame() { state_.left = state_.monitor.skip(); }
+    void begin_frame();
     // Whether a frame's disparities say anything.
     enum class Disparities { kCount, kSayNothing };
     // The frame was found. next: begun as state(), after the frame's measurements; left with the
     // state before. Disparities of a view that is late do not count.
     void commit(RigState& next, Disparities disparities);
-    // The frame says nothing of disparities, and none of rows for the next.
+    // The frame says nothing of disparities, and none of rows for the next. More than once in a
+    // frame is once.
     void skip_frame();
     // The frame was followed with depth.
-    void end_depth() { speed_with_depth_ = state_.monitor.speed_along_rows(); }
+    void end_depth();
     // From the next frame on the template, or only the vertices, are others.
     void forget_template();
     void forget_vertices() { state_.disparities.forget_vertices(); }
@@ -55,12 +56,18 @@ class RigMonitor {
 
     // The correction that is due, in place of the one before; none where the error is small.
     std::optional<Rig::ViewShift> due_correction() const;
+    // From the next frame on rows and disparities are others.
     void correct(const Rig::ViewShift& shift);
 
   private:
+    void take_left(const RigEstimate& left);
+    void count_frame();
+
     RigState state_;
     Rig::ViewShift shift_;         // that the right view is corrected by
     double speed_with_depth_ = 0;  // along the rows, px per frame, when depth was last used
+    float last_depth_px_ = 0;      // RigEstimate::last_depth_px, by what was known then
+    bool is_counted_ = false;      // the frame, by the monitor of disparities
     const bool is_on_, corrects_;
 };
 
