@@ -112,6 +112,8 @@ uint32_t TrackedSurface::found(std::span<const defrec_motion> motions, bool is_d
 void TrackedSurface::lost(const PieceEvidences& pieces, bool uses_depth) {
     is_tracking_ = false;
     depth_speed_.interrupt();
+    learning_.wait();
+    unseen_.add_lost_frame();
     ++age_;
     pieces_.end_frame(DEFREC_LOST, pieces, uses_depth);
 }

@@ -133,6 +133,10 @@ bool UnseenMotion::add_frame(const Template& surface, SurfaceSamples samples,
     return true;
 }
 
+void UnseenMotion::add_lost_frame() {
+    for (UnseenPiece& piece : pieces_) piece.add_lost_frame();
+}
+
 void UnseenMotion::read_pieces(SurfaceSamples samples, std::span<const defrec_piece> pieces,
                                const VertexConfidence& confidence) {
     for (size_t piece = 0; piece < pieces_.size(); ++piece) {

@@ -38,6 +38,8 @@ class UnseenMotion {
     bool add_frame(const Template& surface, SurfaceSamples samples,
                    std::span<const defrec_piece> pieces, const Results& results,
                    const Services* helpers);
+    // A frame in which it was lost.
+    void add_lost_frame();
     // Learns from the last frame, once nobody waits for it, where that has something to teach.
     bool has_lesson() const;
     void learn() noexcept;

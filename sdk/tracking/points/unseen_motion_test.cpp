@@ -95,6 +95,7 @@ class Frames {
         unseen_ = UnseenMotion(*surface_, unseen_);
     }
     void lose() { pieces_[0].state = DEFREC_LOST; }
+    void add_lost() { unseen_.add_lost_frame(); }
 
     bool add(const Place& place, double right_mm) {
         return add(place, NotSeen{.right_mm = right_mm});
@@ -310,6 +311,25 @@ TEST_CASE("of a surface that is lost, or of which a strip is seen, nothing is to
     frames.lose();
     CHECK_FALSE(frames.add(rigid(2), kRight));
     CHECK(frames.worst(rigid(2), kRight) > 5);
+}
+
+TEST_CASE("tissue that is not seen ages while the surface is lost") {
+    Frames once, lost, unseen;
+    for (Frames* frames : {&once, &lost, &unseen})
+        for (int i = 0; i < 10; ++i) frames->add(breathing(i));
+    constexpr int kFrames = 15;
+    for (int i = 1; i < kFrames; ++i) {
+        lost.add_lost();
+        REQUIRE(unseen.add(breathing(9), kRight));
+    }
+    for (Frames* frames : {&once, &lost, &unseen}) REQUIRE(frames->add(breathing(9), kRight));
+    size_t count = 0;
+    lost.for_outside(kRight + 10, [&](size_t i) {
+        ++count;
+        CHECK(lost.expected_mm(i) > 1.2 * once.expected_mm(i));
+        CHECK(lost.expected_mm(i) == doctest::Approx(unseen.expected_mm(i)).epsilon(0.1));
+    });
+    CHECK(count > 0);
 }
 
 TEST_CASE("vertices that are called observed and are not do not carry the rest along") {

@@ -37,10 +37,11 @@ class UnseenPiece {
     // Learns from that frame, where it has something to teach.
     bool has_lesson() const { return lesson_ != Lesson::kNone; }
     void learn();
-    // The piece is lost in a frame.
+    // The piece, or all of the surface, is lost in a frame.
     void add_lost_frame() {
         cells_.add_lost_frame();
         lesson_ = Lesson::kNone;
+        is_reusable_ = false;
     }
     // After solve_frame() has said true: where a place of the template frame is in that frame, with
     // the modes' shapes there.
