@@ -197,6 +197,44 @@ TEST_CASE("a template that is full says so, and grows no more") {
     CHECK(result.template_epoch == 1);
 }
 
+TEST_CASE("a template that is full stays so when it is cut") {
+    // A part of a film, which moves to the right at first: to the camera a slide.
+    constexpr int kWidth = 640, kHeight = 360, kPart = 480, kStep = 16, kEnd = 26;
+    cli::Film film("cut", kWidth, kHeight, kEnd, 1, 2);
+    uint64_t vertices = 0;
+    bool was_full = false, was_cut = false;
+    for (const bool only_first : {true, false}) {
+        TrackingSession session(
+            "cpu", 2, [&](defrec_rig_desc& rig_desc, defrec_tracker_desc& desc) {
+                describe_rig(film.scene().rig, kPart, kHeight, rig_desc);
+                desc.format = DEFREC_FORMAT_BGR8;
+                desc.grow = 1;
+                desc.max_vertices = static_cast<uint32_t>(vertices == 0 ? 0 : vertices + 1);
+            });
+        for (int i = 0; i < (only_first ? 1 : kEnd); ++i) {
+            CAPTURE(i);
+            if (only_first || i > 0) film.advance();
+            const size_t skipped = 3 * static_cast<size_t>(std::min(kWidth - kPart, kStep * i));
+            TrackingSession::Frame images;
+            images.left = {film.left_bgr().data() + skipped, nullptr, uint64_t{3} * kWidth};
+            images.right = {film.right_bgr().data() + skipped, nullptr, uint64_t{3} * kWidth};
+            defrec_job job = nullptr;
+            REQUIRE_OK(session.submit(images, &job));
+            REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
+            defrec_result result;
+            DEFREC_INIT(&result);
+            REQUIRE_OK(defrec_job_result(job, &result));
+            vertices = result.vertex_count;
+            const bool is_full = (result.reasons & DEFREC_REASON_TEMPLATE_FULL) != 0;
+            if (was_full) CHECK(is_full);
+            was_full = is_full;
+            if ((result.reasons & DEFREC_REASON_CUT) != 0) was_cut = was_full;
+            defrec_job_release(job);
+        }
+    }
+    CHECK(was_cut);
+}
+
 TEST_CASE("a grown template goes through a file into another tracker, which goes on with it") {
     const TemporaryFolder folder;
     const std::string path = (folder.path() / "map").string();

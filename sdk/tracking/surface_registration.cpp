@@ -340,7 +340,7 @@ bool SurfaceRegistration::release_cut() {
     TemplateData data = surface_.data();
     for (const CutLine& line : tear.lines) data = release_across(std::move(data), line);
     change_template(std::move(data), std::move(motions));
-    growth_.reset();
+    growth_.begin_anew();
     return true;
 }
 

@@ -19,10 +19,15 @@ MapGrowth::MapGrowth(const TrackerSettings& settings)
     : is_on_(settings.grow != 0), max_vertices_(settings.max_vertices) {}
 
 void MapGrowth::reset() {
+    begin_anew();
+    is_full_ = false;
+}
+
+void MapGrowth::begin_anew() {
     if (worker_.joinable()) worker_.join();
     work_ = {};
     keyframe_at_ = due_at_ = not_before_ = pause_ = 0;
-    is_keyframe_ = has_earlier_ = is_full_ = false;
+    is_keyframe_ = has_earlier_ = false;
 }
 
 std::optional<Growth> MapGrowth::begin_frame() {

@@ -20,8 +20,11 @@ class MapGrowth {
     explicit MapGrowth(const TrackerSettings& settings);
     ~MapGrowth() { reset(); }
 
-    // Begins with another template: what is under way is waited for and forgotten.
+    // Begins with another template.
     void reset();
+    // The template has changed otherwise than by growth: what is under way is waited for and
+    // forgotten. One that is full stays so.
+    void begin_anew();
 
     // Once for each frame with a template, before it is followed. What joins the template with this
     // frame, or nothing. Throws what the work threw.
