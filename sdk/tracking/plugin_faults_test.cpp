@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "sdk/testing/cut_film.hpp"
 #include "sdk/testing/test_context.hpp"
 #include "sdk/testing/test_files.hpp"
 #include "sdk/testing/test_frames.hpp"
@@ -623,4 +624,37 @@ TEST_CASE(
         session.release_jobs();
     }
     defrec_template_release(surface);
+}
+
+TEST_CASE("row 80: a cut whose stages cannot be made is released in the next frame") {
+    const CutFilm film;
+    const std::string folder = stub_folder("misbehaving").string();
+    const char* path = folder.c_str();
+    TrackingSession session("misbehaving", 2, film.describe(), [&](defrec_context_desc& desc) {
+        desc.plugin_paths = &path;
+        desc.plugin_path_count = 1;
+    });
+    void* const library = dlopen(library_of("misbehaving").c_str(), RTLD_NOW);
+    REQUIRE(library != nullptr);
+    void* const symbol = dlsym(library, "defrec_misbehave");
+    REQUIRE(symbol != nullptr);
+    const auto misbehave = reinterpret_cast<void (*)(const char*, const char*)>(symbol);
+    film.track_to_cut(session);
+    misbehave("throw", "create");
+    TrackingSession::Frame frame;
+    frame.left.pixels = film.images().left.data();
+    frame.right.pixels = film.images().right.data();
+    defrec_job job = nullptr;
+    REQUIRE_OK(session.submit(frame, &job));
+    CHECK(defrec_job_wait(job, UINT64_MAX) == DEFREC_ERROR_PLUGIN);
+    defrec_job_release(job);
+    misbehave("", "");
+    job = track_images(session, film.images().left, film.images().right);
+    defrec_result result;
+    DEFREC_INIT(&result);
+    REQUIRE_OK(defrec_job_result(job, &result));
+    CHECK((result.reasons & DEFREC_REASON_CUT) != 0);
+    CHECK(result.template_epoch == 2);
+    defrec_job_release(job);
+    dlclose(library);
 }

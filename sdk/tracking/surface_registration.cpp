@@ -334,12 +334,13 @@ void SurfaceRegistration::change_template(TemplateData changed,
 // before showed; false where there is none. Tissue that was about to join is fitted anew.
 bool SurfaceRegistration::release_cut() {
     if (!changes_.found_line()) return false;
-    const Tear tear = changes_.take_lines();
+    const Tear tear = changes_.found_lines();
     std::vector<defrec_motion> motions(surface_.motions().begin(), surface_.motions().end());
     for (const auto& [node, motion] : tear.motions) motions[node] = motion;
     TemplateData data = surface_.data();
     for (const CutLine& line : tear.lines) data = release_across(std::move(data), line);
     change_template(std::move(data), std::move(motions));
+    changes_.end_release();
     growth_.begin_anew();
     return true;
 }

@@ -129,14 +129,12 @@ void LiftedTissue::remember(const TemplateData& data, const FrameOutput& output,
     }
 }
 
-Tear LiftedTissue::take() {
-    Tear tear = std::move(*found_);
-    found_.reset();
-    for (const auto& [node, motion] : tear.motions) {
+void LiftedTissue::end_release() {
+    for (const auto& [node, motion] : found_->motions) {
         if (node >= is_lifted_.size()) is_lifted_.resize(node + 1, 0);
         is_lifted_[node] = 1;
     }
-    return tear;
+    found_.reset();
 }
 
 void LiftedTissue::follow(const TemplateData& data, const FrameOutput& output,

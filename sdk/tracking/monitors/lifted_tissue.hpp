@@ -32,10 +32,10 @@ class LiftedTissue {
     // A frame that is not added: how tissue moves on is not told across it.
     void skip_frame() { seen_.clear(); }
 
-    // Tissue that was lifted, to be parted from the rest; nothing more is looked for until it is
-    // taken.
+    // Tissue that was lifted, to be parted from the rest; nothing more is looked for until it was.
     const std::optional<Tear>& found() const { return found_; }
-    Tear take();
+    // The template was released along what was found.
+    void end_release();
 
     // Per control point, 1: it was parted. Those beyond the end were not; empty: none was.
     std::span<const uint8_t> nodes() const { return is_lifted_; }

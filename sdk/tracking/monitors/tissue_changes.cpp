@@ -42,17 +42,16 @@ void TissueChanges::add_frame(const TemplateData& data, const FrameOutput& outpu
     slips_.reset();
 }
 
-Tear TissueChanges::take_lines() {
-    Tear tear;
-    if (lifted_.found())
-        tear = lifted_.take();
-    else if (slips_.found())
-        tear = {{slips_.found()->line}, slips_.found()->motions};
-    else
-        tear = {{*cuts_.found()}, {}};
+Tear TissueChanges::found_lines() const {
+    if (lifted_.found()) return *lifted_.found();
+    if (slips_.found()) return {{slips_.found()->line}, slips_.found()->motions};
+    return {{*cuts_.found()}, {}};
+}
+
+void TissueChanges::end_release() {
+    if (lifted_.found()) lifted_.end_release();
     cuts_.reset();
     slips_.reset();
-    return tear;
 }
 
 }  // namespace defrec

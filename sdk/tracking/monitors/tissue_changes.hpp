@@ -33,8 +33,10 @@ class TissueChanges {
 
     // Whether there is a line to release.
     bool found_line() const { return cuts_.found() || slips_.found() || lifted_.found(); }
-    // The lines, with the control points that they move; what is found later is another one.
-    Tear take_lines();
+    // The lines, with the control points that they move.
+    Tear found_lines() const;
+    // The template was released along them: what is found later is another one.
+    void end_release();
 
     const DepartedTissue& departed() const { return departed_; }
     const LiftedTissue& lifted() const { return lifted_; }
