@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "sdk/testing/cut_film.hpp"
 #include "sdk/testing/test_files.hpp"
 #include "sdk/testing/test_film.hpp"
 #include "sdk/testing/test_session.hpp"
@@ -98,4 +99,24 @@ TEST_CASE("a cut is noticed, and both of its sides are followed") {
     std::sort(errors.begin(), errors.end());
     CHECK(errors[errors.size() / 2] < 0.15);
     CHECK(errors[errors.size() * 95 / 100] < 0.8);
+}
+
+TEST_CASE("a frame that is lost just as a cut is noticed shows the surface that was cut") {
+    const CutFilm film;
+    TrackingSession session("cpu", 2, film.describe());
+    film.track_to_cut(session);
+    std::vector<uint8_t> noise(film.images().left.size());
+    uint32_t number = 1;
+    for (uint8_t& value : noise) value = static_cast<uint8_t>((number *= 1664525u) >> 24);
+    for (const bool is_first : {true, false}) {
+        defrec_job job = track_images(session, noise, noise);
+        defrec_result result;
+        DEFREC_INIT(&result);
+        REQUIRE_OK(defrec_job_result(job, &result));
+        CHECK(result.state == DEFREC_LOST);
+        CHECK(result.template_epoch == 2);
+        CHECK(((result.reasons & DEFREC_REASON_CUT) != 0) == is_first);
+        CHECK(farthest_from_warped(job) < 1e-3);
+        defrec_job_release(job);
+    }
 }

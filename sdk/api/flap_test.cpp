@@ -131,6 +131,7 @@ TEST_CASE("a flap that moved on while no frame was seen is not thrown on by all 
         CHECK((result_of(job).state == DEFREC_LOST) == is_dark);
         if (i == 0) points.emplace(job, film);
         const FilmPoints::Counts counts = points->count(job, film);
+        if (is_dark) CHECK(farthest_from_warped(job) < 1e-3);
         if (i >= kSeen) {
             REQUIRE(counts.up > 20);
             CHECK(counts.followed > counts.up / 2);

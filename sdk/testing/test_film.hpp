@@ -1,6 +1,7 @@
 // The rig that films a rendered scene, as the C API takes it.
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "include/defrec_c.h"
@@ -42,6 +43,33 @@ inline defrec_job track_film(TrackingSession& session, const cli::Film& film) {
 inline defrec_job track_next(TrackingSession& session, cli::Film& film) {
     film.advance();
     return track_film(session, film);
+}
+
+// The largest distance, mm, of a vertex of a frame's surface from where defrec_job_warp_points()
+// has it: both are of one surface.
+inline double farthest_from_warped(defrec_job job) {
+    defrec_result result;
+    DEFREC_INIT(&result);
+    REQUIRE_OK(defrec_job_result(job, &result));
+    defrec_template surface = nullptr;
+    REQUIRE_OK(defrec_job_get_template(job, &surface));
+    defrec_template_info info;
+    DEFREC_INIT(&info);
+    REQUIRE_OK(defrec_template_get(surface, &info));
+    REQUIRE(info.vertex_count == result.vertex_count);
+    std::vector<double> xyz;
+    for (uint64_t i = 0; i < info.vertex_count; ++i)
+        xyz.insert(xyz.end(), info.vertices[i].position, info.vertices[i].position + 3);
+    std::vector<double> warped(xyz.size());
+    REQUIRE_OK(defrec_job_warp_points(job, xyz.data(), info.vertex_count, warped.data(), nullptr,
+                                      nullptr));
+    defrec_template_release(surface);
+    double farthest = 0;
+    for (size_t i = 0; i < warped.size(); i += 3)
+        farthest = std::max(farthest, std::hypot(warped[i] - double{result.vertices[i]},
+                                                 warped[i + 1] - double{result.vertices[i + 1]},
+                                                 warped[i + 2] - double{result.vertices[i + 2]}));
+    return farthest;
 }
 
 // The film's points that lie on a template's surface.

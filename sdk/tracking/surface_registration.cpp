@@ -327,6 +327,7 @@ void SurfaceRegistration::change_template(TemplateData changed,
     second_memory_.make_room(next.data());
     pipeline_.set_template(next.data());
     surface_.change(std::move(next));
+    placed_.motions.clear();
     rig_monitor_.forget_vertices();
 }
 

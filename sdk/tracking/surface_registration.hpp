@@ -121,6 +121,7 @@ class SurfaceRegistration {
     void conclude(Frame& frame, FrameAttempt& attempt);
     void conclude_found(Frame& frame, FrameAttempt& attempt, const PieceEvidences& pieces);
     void conclude_lost(Frame& frame, FrameAttempt& attempt, const PieceEvidences& pieces);
+    void place_changed();
     void place_unseen(const TrackerJob& job, FrameAttempt& attempt);
     void move_to_placed(std::span<defrec_surface_sample> samples) const;
     void keep_placed(const FrameResult& result);
@@ -155,10 +156,12 @@ class SurfaceRegistration {
         swapped_search_{decisions::RigRows::kLongestPause};
     QualityLevelTimes level_times_;
     DeviceWait wait_;
-    // With what is not seen, in the last frame that was found; empty where lm placed all.
+    // The surface where it was last found, for frames that are lost. Without motions: the template
+    // is another one since, or has changed.
     struct Placed {
-        std::vector<float> vertices, normals;
         std::vector<defrec_motion> motions;
+        bool has_unseen = false;               // lm did not place all
+        std::vector<float> vertices, normals;  // only then
     } placed_;
 };
 

@@ -115,18 +115,22 @@ void SurfaceRegistration::conclude_lost(Frame& frame, FrameAttempt& attempt,
     growth_.end_lost_frame();
     rig_monitor_.skip_frame();
     changes_.skip_frame();
-    std::span<const defrec_motion> motions = surface_.motions();
+    if (placed_.motions.empty()) place_changed();
     const SurfaceSamples samples = surface_.samples();
     std::copy(samples.begin(), samples.end(), output.samples.begin());
-    // A template that has changed since has other counts.
-    if (placed_.motions.size() == motions.size() && placed_.vertices.size() == 3 * samples.size()) {
-        motions = placed_.motions;
-        move_to_placed(output.samples);
-    }
-    std::copy(motions.begin(), motions.end(), output.motions.begin());
+    if (placed_.has_unseen) move_to_placed(output.samples);
+    std::copy(placed_.motions.begin(), placed_.motions.end(), output.motions.begin());
     if (frame.job.input.samples != nullptr)
         pipeline_.leave_samples(output.samples, *frame.job.input.samples);
     attempt.measure_surface(surface_, output);
+}
+
+// A template that was not found since it became what it is.
+void SurfaceRegistration::place_changed() {
+    surface_.move_samples();
+    const std::span<const defrec_motion> motions = surface_.motions();
+    placed_.motions.assign(motions.begin(), motions.end());
+    placed_.has_unseen = false;
 }
 
 // Tissue that is not seen changes in the results alone: the next frame starts from what lm gave.
@@ -134,15 +138,15 @@ void SurfaceRegistration::place_unseen(const TrackerJob& job, FrameAttempt& atte
     FrameResult& result = attempt.result;
     const SurfaceSamples samples = job.memory.output.samples;
     const Services* helpers = job.services()->own_threads();
-    placed_.motions.clear();
-    if (!surface_.place_unseen(samples, result.pieces,
-                               {result.motions, result.vertices, result.normals, result.confidence,
-                                [&](size_t run) { attempt.measure_again(surface_.model(), run); }},
-                               helpers))
-        return;
+    placed_.has_unseen =
+        surface_.place_unseen(samples, result.pieces,
+                              {result.motions, result.vertices, result.normals, result.confidence,
+                               [&](size_t run) { attempt.measure_again(surface_.model(), run); }},
+                              helpers);
+    placed_.motions.assign(result.motions.begin(), result.motions.end());
+    if (!placed_.has_unseen) return;
     place_nodes(surface_.data(), result.motions, result.node_positions);
     attempt.fit_rigid_motion(surface_.model());
-    placed_.motions.assign(result.motions.begin(), result.motions.end());
     placed_.vertices.resize(result.vertices.size());
     placed_.normals.resize(result.normals.size());
     if (job.input.samples == nullptr) return;
@@ -153,7 +157,7 @@ void SurfaceRegistration::place_unseen(const TrackerJob& job, FrameAttempt& atte
 }
 
 void SurfaceRegistration::keep_placed(const FrameResult& result) {
-    if (placed_.motions.empty()) return;
+    if (!placed_.has_unseen) return;
     std::copy(result.vertices.begin(), result.vertices.end(), placed_.vertices.begin());
     std::copy(result.normals.begin(), result.normals.end(), placed_.normals.begin());
 }

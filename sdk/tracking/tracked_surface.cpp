@@ -123,6 +123,14 @@ void TrackedSurface::keep_samples(SurfaceSamples samples) {
     std::copy(samples.begin(), samples.end(), samples_.begin());
 }
 
+void TrackedSurface::move_samples() {
+    for (size_t i = 0; i < samples_.size(); ++i) {
+        const defrec_surface_sample sample = moved(data().vertices[i], motions_);
+        std::copy_n(sample.position, 3, samples_[i].position);
+        std::copy_n(sample.normal, 3, samples_[i].normal);
+    }
+}
+
 void TrackedSurface::search_lost_pieces(std::span<const defrec_match> matches) {
     for (size_t piece = 0; piece < pieces_.pieces().size(); ++piece)
         if (pieces_.pieces()[piece].state == DEFREC_LOST)

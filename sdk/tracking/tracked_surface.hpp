@@ -80,6 +80,8 @@ class TrackedSurface {
     void lost(const PieceEvidences& pieces, bool uses_depth);
     // The same frame's vertices, once nobody reads those before.
     void keep_samples(SurfaceSamples samples);
+    // Moves them to where motions() has them.
+    void move_samples();
     // By the samples that were kept.
     const DepthSpeed& depth_speed() const { return depth_speed_; }
     // The next frame looks for pieces that are lost where their landmarks' matches say.
