@@ -126,6 +126,7 @@ void make_room(VertexConfidence& confidence, size_t vertices) {
     confidence.evidence.resize(vertices);
     confidence.covariance.resize(6 * vertices);
     confidence.expected_error.resize(vertices);
+    confidence.common_mm2.resize(vertices);
 }
 
 // How far a vertex moved in the image, px.
@@ -162,7 +163,9 @@ class RigDoubt {
         rows_ = Share::kRowShare *
                 static_cast<float>(offset * offset + roll * roll + ratio * ratio + corner * corner);
         if (evidence.is_interlaced) rows_ += Share::kInterlaced;
-        rows_ += static_cast<float>(evidence.baseline_drift_px * evidence.baseline_drift_px);
+        const auto drift =
+            static_cast<float>(evidence.baseline_drift_px * evidence.baseline_drift_px);
+        rows_ += drift;
         const double angle = camera_.disparity_offset_px / camera_.fx;
         rows_ += Share::kConvergence * static_cast<float>(angle * angle);
         const double vergence = evidence.rig.vergence,
@@ -171,6 +174,7 @@ class RigDoubt {
                                        std::max(0.0, vergence * vergence - noise * noise));
         const auto left = static_cast<float>(camera_.fx * evidence.rig.corrected_sigma);
         corrected_ = left * left;
+        common_ = drift + vergence_ + corrected_;
         one_view_ = Share::kOneView + vergence_ + corrected_ +
                     evidence.rig.last_depth_px * evidence.rig.last_depth_px;
     }
@@ -178,26 +182,27 @@ class RigDoubt {
         float px2 = 0;
         // Less what might be there and was not seen: what a correction left.
         float shown_px2 = 0;
+        float common_px2 = 0;  // what all vertices share
     };
     Doubt at(const FrameEvidence& evidence, size_t vertex) const {
         if (!evidence.uses_depth) {
             const float px2 = one_view_ + (evidence.depth_speed == nullptr
                                                ? 0
                                                : evidence.depth_speed->unmeasured_px2(vertex));
-            return {px2, px2};
+            return {px2, px2, px2};
         }
         const float still = rows_ + vergence_;
-        if (squared_lag_ == 0) return {still + corrected_, still};
+        if (squared_lag_ == 0) return {still + corrected_, still, common_};
         const ImageStep step =
             image_step(camera_, evidence.last_samples[vertex], evidence.output.samples[vertex]);
         const float late =
             std::max(squared_lag_ * px2_per_lag(step), evidence.rig.lag_px * evidence.rig.lag_px);
-        return {still + corrected_ + late, still + late};
+        return {still + corrected_ + late, still + late, common_ + late};
     }
 
   private:
     const defrec_camera& camera_;
-    float squared_lag_ = 0, rows_, vergence_, corrected_, one_view_;
+    float squared_lag_ = 0, rows_, vergence_, corrected_, common_, one_view_;
 };
 
 // Variances across the ray (both directions together) and along it (of the depth) as a covariance,
@@ -247,6 +252,7 @@ class ConfidenceEstimate {
         RigDoubt::Doubt doubt = rig_.at(evidence_, i);
         add_given_doubt(i, doubt);
         confidence_.rig_px2[i] = doubt.px2;
+        confidence_.common_mm2[i] = doubt.common_px2 * per_px * per_px;
         const unsigned stale =
             evidence_.stale_views.empty() ? 0u : unsigned{evidence_.stale_views[i]};
         const bool is_stale = (stale & (evidence_.uses_depth ? kBothViews : kLeftView)) != 0,
@@ -279,6 +285,7 @@ class ConfidenceEstimate {
         const float sigma = sigma_at(i), error = evidence_.given_error_px;
         doubt.px2 += sigma * sigma - Share::kDisparityShare + error * error;
         doubt.shown_px2 += error * error;
+        doubt.common_px2 += error * error;
     }
     // px; of a vertex where there is no disparity that of the whole image.
     float sigma_at(size_t i) const {
@@ -351,6 +358,7 @@ class ConfidenceEstimate {
         Eigen::Array<float, Eigen::Dynamic, 6, 0, kFew, 6> covariance(count, 6);
         set_covariance(x, y, across, along, covariance);
         const Few trace = covariance.col(0) + covariance.col(3) + covariance.col(5);
+        Eigen::Map<Eigen::ArrayXf>(&confidence_.common_mm2[first], count) *= x * x + y * y + 1;
         for (Eigen::Index k = 0; k < count; ++k)  // Eigen's own root of a vector is not exact
             confidence_.expected_error[first + static_cast<size_t>(k)] = std::sqrt(trace[k]);
         Eigen::Map<Eigen::Array<float, 6, Eigen::Dynamic>>(&confidence_.covariance[6 * first], 6,
@@ -445,6 +453,7 @@ void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertic
     std::fill(confidence.status.begin(), confidence.status.end(), uint8_t{DEFREC_POINT_UNKNOWN});
     std::fill(confidence.evidence.begin(), confidence.evidence.end(), uint8_t{0});
     std::fill(confidence.expected_error.begin(), confidence.expected_error.end(), error);
+    std::fill(confidence.common_mm2.begin(), confidence.common_mm2.end(), 0.0f);
     for (size_t i = 0; i < vertices; ++i) set_isotropic(error, &confidence.covariance[6 * i]);
 }
 
@@ -452,6 +461,7 @@ void forget_vertex(uint32_t age, size_t vertex, VertexConfidence& confidence) {
     confidence.status[vertex] = DEFREC_POINT_UNKNOWN;
     confidence.evidence[vertex] = 0;
     confidence.expected_error[vertex] = error_unknown(age);
+    if (!confidence.common_mm2.empty()) confidence.common_mm2[vertex] = 0;
     set_isotropic(confidence.expected_error[vertex], &confidence.covariance[6 * vertex]);
 }
 

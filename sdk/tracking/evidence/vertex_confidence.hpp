@@ -55,6 +55,11 @@ struct VertexConfidence {
     // expected_error without what add_unseen_lag() added; empty: that added nothing.
     std::vector<float> seen_error;
 
+    // The part of the squared expected error, mm^2, that is alike at all vertices: a mean of many
+    // errs by it as each does. Empty: there is none.
+    std::vector<float> common_mm2;
+
+    float common_at(size_t vertex) const { return common_mm2.empty() ? 0 : common_mm2[vertex]; }
     // Estimates from the surface go by these: a lag errs alike everywhere.
     const std::vector<float>& seen_errors() const {
         return seen_error.empty() ? expected_error : seen_error;

@@ -424,6 +424,37 @@ TEST_CASE("what a correction of the vergence leaves is an error of depth, which 
     CHECK(std::sqrt(added) == doctest::Approx(0.2f * per_px).epsilon(1e-3));
 }
 
+TEST_CASE("of a vertex' error it is told what all vertices share") {
+    Fixture f;
+    const float per_px = depth_per_px(f.data.camera, 80.0f);
+    const auto shared_px = [&](const VertexConfidence& confidence) {
+        return std::sqrt(confidence.common_at(kMiddle)) / per_px;
+    };
+    CHECK(shared_px(f.confidence()) == 0);
+    RigEstimate rows, corrected, turned, late;
+    rows.vertical_offset_px = 1;
+    CHECK(shared_px(f.confidence(rows)) == 0);  // texture decides what it does to depth
+    corrected.corrected_sigma = 0.001f;
+    CHECK(shared_px(f.confidence(corrected)) == doctest::Approx(0.2f).epsilon(1e-3));
+    turned.vergence = 0.002f;
+    CHECK(shared_px(f.confidence(turned)) == doctest::Approx(0.4f).epsilon(1e-3));
+    std::vector<defrec_surface_sample> last = f.samples;
+    for (defrec_surface_sample& sample : last) sample.position[0] -= 2;  // 5 px
+    late.lag_frames = 1;
+    CHECK(shared_px(f.confidence(late, last)) == doctest::Approx(5).epsilon(1e-3));
+    VertexConfidence alone = f.confidence({}, {}, false);
+    CHECK(shared_px(alone) ==
+          doctest::Approx(std::sqrt(decisions::ExpectedError::kOneView)).epsilon(1e-3));
+    const float* corner = f.samples[0].position;
+    const float aside = std::hypot(corner[0], corner[1]) / corner[2];
+    CHECK(alone.common_at(0) ==
+          doctest::Approx(alone.common_at(kMiddle) * (1 + aside * aside)).epsilon(1e-3));
+    forget_vertex(1, kMiddle, alone);
+    CHECK(alone.common_at(kMiddle) == 0);
+    forget_confidence(1, alone, f.data.vertices.size());
+    CHECK(alone.common_at(0) == 0);
+}
+
 TEST_CASE("a lost frame trusts no vertex, and less the longer it lasts") {
     Fixture f;
     VertexConfidence early, late;

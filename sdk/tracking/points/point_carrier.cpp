@@ -253,7 +253,9 @@ SurfaceConfidence beneath_confidence(const CarryingSurface& frame, const DeepPoi
         Share::kChoice * moved.choice_mm2 + Share::kFloor +
         unseen * unseen * (Share::kActivity * moved.activity_mm2 + Share::kUnseen) +
         Share::kBeyond * point.in_body.beyond_mm * point.in_body.beyond_mm;
-    const double of_surface = (frame.is_lost ? 1 : Share::kSurface) * moved.surface_mm2;
+    const auto common = static_cast<double>(frame.confidence.common_at(vertex));
+    const double of_surface =
+        (frame.is_lost ? 1 : Share::kSurface) * std::max(0.0, moved.surface_mm2 - common) + common;
     const double seen = static_cast<double>(frame.confidence.seen_errors()[vertex]),
                  expected = static_cast<double>(frame.confidence.expected_error[vertex]),
                  of_lag = std::max(0.0, expected * expected - seen * seen);

@@ -299,7 +299,9 @@ void UnseenMotion::move_vertices(const Template& surface, const Results& results
         if (results.confidence.status[i] == DEFREC_POINT_UNKNOWN && share.outside <= 0) continue;
         const double squared_step = (as_vector(&results.vertices[3 * i]) - before).squaredNorm(),
                      kept = 1 - share.outside - (1 - Decision::kLmShare) * share.hidden,
-                     own = (share.outside + share.hidden) * piece.variance_mm2(i) +
+                     own = (share.outside + share.hidden) *
+                               (piece.variance_mm2(i) +
+                                static_cast<double>(results.confidence.common_at(i))) +
                            Decision::kStepShare * share.hidden * squared_step;
         float* covariance = &results.confidence.covariance[6 * i];
         for (size_t k = 0; k < 6; ++k)

@@ -72,6 +72,7 @@ struct NotSeen {
     double radius_mm = 0;                     // about the middle it is hidden
     uint8_t evidence = 0;                     // of what is hidden
     Vector3d hidden_off = Vector3d(0, 3, 0);  // mm, by which lm errs there
+    float common_mm2 = 0;                     // of all squared errors
 };
 
 // Frames of the plane as a tracker has them; what it says of vertices out of the image is 6 mm off.
@@ -106,6 +107,7 @@ class Frames {
         confidence_.evidence.assign(count(), DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_PHOTOMETRIC);
         confidence_.expected_error.assign(count(), 0.05f);
         confidence_.covariance.assign(6 * count(), 0);
+        confidence_.common_mm2.assign(count(), not_seen.common_mm2);
         vertices_.clear();
         normals_.assign(3 * count(), 0);
         const auto off = [&](const Vector3d& at) -> Vector3d {
@@ -301,6 +303,19 @@ TEST_CASE("expected errors out of the image hold, before anything is learnt and 
     CHECK(within_1 > 0.55 * static_cast<double>(count));
     CHECK(largest < 2);
     CHECK(within_3 > 0.985 * static_cast<double>(count));
+}
+
+TEST_CASE("an error that all that is seen shares is whole out of the image") {
+    Frames sound, late;
+    for (int i = 0; i < 10; ++i)
+        for (Frames* frames : {&sound, &late}) frames->add(breathing(i));
+    constexpr float kShared = 0.36f;
+    REQUIRE(sound.add(breathing(10), {.right_mm = kRight}));
+    REQUIRE(late.add(breathing(10), {.right_mm = kRight, .common_mm2 = kShared}));
+    sound.for_outside(kRight, [&](size_t i) {
+        CHECK(std::pow(late.expected_mm(i), 2) - std::pow(sound.expected_mm(i), 2) ==
+              doctest::Approx(kShared).epsilon(1e-3));
+    });
 }
 
 TEST_CASE("of a surface that is lost, or of which a strip is seen, nothing is told") {
