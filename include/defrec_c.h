@@ -1091,10 +1091,12 @@ enum {
                                                   times: view_lag_frames
                                                   @effect degraded, expected errors grow; depth is
                                                   not used where the lag spoils it. The lag is 0
-                                                  where one view stands still: then no template,
-                                                  or lost where nothing is tracked
+                                                  where one view stands still, which faulty_views
+                                                  names: then no template, or lost where nothing
+                                                  is tracked
                                                   @remedy synchronise the grabber; pair the views
-                                                  by their times */
+                                                  by their times; check the video input of a view
+                                                  that stands still */
     DEFREC_REASON_CALIBRATION    = 1u << 15, /**< left and right rows do not agree
                                                   (vertical_offset_px, roll_deg, focal_ratio), or
                                                   the right view slipped sideways: the
@@ -1154,6 +1156,14 @@ enum {
                                                   template is captured
                                                   @remedy check that it is of this frame, of the
                                                   rectified left image and in px */
+};
+/** The views of which DEFREC_REASON_DARK, DEFREC_REASON_SATURATED, DEFREC_REASON_NO_TEXTURE,
+ *  DEFREC_REASON_ONE_VIEW and DEFREC_REASON_FROZEN speak, a mask: with DEFREC_REASON_ONE_VIEW the
+ *  one alone that shows nothing; DEFREC_REASON_FROZEN beside it is then of the other one. Without
+ *  these, with DEFREC_REASON_VIEW_LATE: the one view that stands still, where one does. Else 0. */
+enum {
+    DEFREC_VIEW_LEFT  = 1, /**< the left view */
+    DEFREC_VIEW_RIGHT = 2  /**< the right view */
 };
 /** Status of a vertex or point. */
 enum {
@@ -1277,13 +1287,13 @@ typedef struct defrec_result {
                                   0 without a template */
     /** Id of the device that computed the frame. */
     const char         *device_id;
-    const defrec_piece *pieces;      /**< pieces of the surface, see vertex_pieces of
+    const defrec_piece *pieces;       /**< pieces of the surface, see vertex_pieces of
                                           defrec_template_info
                                           @count piece_count */
-    uint64_t            piece_count; /**< pieces; 1 for most templates */
-    uint32_t            body;        /**< DEFREC_BODY_STATE_*: what carries points beneath the
+    uint64_t            piece_count;  /**< pieces; 1 for most templates */
+    uint32_t            body;         /**< DEFREC_BODY_STATE_*: what carries points beneath the
                                           surface, now */
-    uint32_t            reserved2;   /**< 0 */
+    uint32_t            faulty_views; /**< DEFREC_VIEW_*: the views that reasons speak of */
 } defrec_result;
 /** The result of a job that is done: after defrec_job_wait() gave DEFREC_OK.
  *  @errors DEFREC_ERROR_STATE: not done yet. A failed job gives the error that it failed with.

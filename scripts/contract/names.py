@@ -41,6 +41,7 @@ ENUMERATIONS = [
     Enumeration("DEFREC_FIELD_", "Field", "FrameField"),
     Enumeration("DEFREC_INITIALISING", "State", "FrameState"),
     Enumeration("DEFREC_REASON_", "Reason", "Reasons", is_flags=True, zero="None"),
+    Enumeration("DEFREC_VIEW_", "View", "Views", is_flags=True, zero="None"),
     Enumeration("DEFREC_POINT_", "PointStatus", "PointStatus", csharp_type="byte"),
     Enumeration("DEFREC_FOUND_", "Found", "Found", csharp_type="byte"),
     Enumeration(

@@ -380,7 +380,7 @@ int main(void) {
     FIELD(defrec_result, pieces);
     FIELD(defrec_result, piece_count);
     FIELD(defrec_result, body);
-    FIELD(defrec_result, reserved2);
+    FIELD(defrec_result, faulty_views);
     SIZE(defrec_cut_point);
     FIELD(defrec_cut_point, position);
     FIELD(defrec_cut_point, cut);
@@ -693,6 +693,8 @@ int main(void) {
     VALUE(DEFREC_REASON_INTERLACED);
     VALUE(DEFREC_REASON_CONTRADICTED);
     VALUE(DEFREC_REASON_DISPARITY);
+    VALUE(DEFREC_VIEW_LEFT);
+    VALUE(DEFREC_VIEW_RIGHT);
     VALUE(DEFREC_POINT_OBSERVED);
     VALUE(DEFREC_POINT_EXTRAPOLATED);
     VALUE(DEFREC_POINT_UNKNOWN);

@@ -118,6 +118,7 @@ inline std::string take_result(defrec_job job) {
     add(&r.view_lag_frames, offsetof(defrec_result, rig_matches) + sizeof r.rig_matches -
                                 offsetof(defrec_result, view_lag_frames));
     add(&r.template_epoch, sizeof r.template_epoch);
+    add(&r.faulty_views, sizeof r.faulty_views);
     add_array(r.pieces, r.piece_count);
     add_array(r.landmarks, r.landmark_count);
     add_array(r.landmark_matches, r.landmark_count);

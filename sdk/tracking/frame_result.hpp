@@ -26,7 +26,8 @@ struct FrameResult {
     Evidence evidence;
     float observed_share = 0;  // of the vertices inside the image
     RigEstimate rig_estimate;
-    uint32_t state = DEFREC_INITIALISING, reasons = 0, epoch = 0, template_epoch = 0, age = 0;
+    uint32_t state = DEFREC_INITIALISING, reasons = 0, faulty_views = 0;
+    uint32_t epoch = 0, template_epoch = 0, age = 0;
 
     bool is_interlaced() const { return (reasons & DEFREC_REASON_INTERLACED) != 0; }
 
@@ -34,6 +35,7 @@ struct FrameResult {
     void describe(defrec_result& out) const {
         out.state = state;
         out.reasons = reasons;
+        out.faulty_views = faulty_views;
         out.epoch = epoch;
         out.template_epoch = template_epoch;
         out.age = age;

@@ -90,6 +90,7 @@ TEST_CASE("row 55: a left view that freezes beside one that shows nothing is not
             const Session::Frame frame = session.track(pair);
             CHECK(frame.state == DEFREC_DEGRADED);
             CHECK((frame.reasons & DEFREC_REASON_ONE_VIEW) != 0);
+            CHECK(frame.faulty_views == DEFREC_VIEW_RIGHT);
             CHECK(((frame.reasons & DEFREC_REASON_FROZEN) != 0) == (shown > 0));
             const auto unknown =
                 std::count(frame.status.begin(), frame.status.end(), DEFREC_POINT_UNKNOWN);
@@ -159,6 +160,7 @@ TEST_CASE("row 55: in a part of the picture that stands while the rest moves on 
         CAPTURE(i);
         const Session::Frame frame = session.track(frozen_part(render(0.6 * i, 0)));
         CHECK((frame.reasons & DEFREC_REASON_FROZEN) != 0);
+        CHECK(frame.faulty_views == (DEFREC_VIEW_LEFT | DEFREC_VIEW_RIGHT));
         CHECK(frame.state == DEFREC_DEGRADED);
         int observed_there = 0, observed_elsewhere = 0;
         for (size_t v = 0; v < frame.status.size(); ++v) {
@@ -233,6 +235,7 @@ TEST_CASE("row 107: a view that stays late is late in a repeated frame, and in n
         const Session::Frame late = session.track(pair);
         if (i < 12) continue;
         CHECK((late.reasons & DEFREC_REASON_VIEW_LATE) != 0);
+        CHECK(late.faulty_views == 0);
         for (int repeated = 1; repeated <= 2; ++repeated) {
             const Session::Frame again = session.track(pair);
             CHECK((again.reasons & DEFREC_REASON_FROZEN) != 0);
@@ -259,6 +262,7 @@ TEST_CASE("row 76: of a view that stands still nothing is believed, and no templ
         const Session::Frame frame =
             session.track(pair, nullptr, i == 3 ? uint32_t{DEFREC_FRAME_CAPTURE_TEMPLATE} : 0);
         CHECK((frame.reasons & DEFREC_REASON_VIEW_LATE) != 0);
+        CHECK(frame.faulty_views == DEFREC_VIEW_RIGHT);
         CHECK((frame.state == DEFREC_DEGRADED || frame.state == DEFREC_LOST));
         CHECK(frame.epoch == 1);
         CHECK(std::abs(frame.shift[2]) < 1.5);  // 1.5 mm to the side would be 8 mm of depth

@@ -195,6 +195,7 @@ bool SurfaceRegistration::look_at_images(Frame& frame) {
         images_.look_at({job.input.timestamp_ns, job.input.field, {view(0), view(1)}},
                         job.services()->own_threads());
     frame.reasons = finding.reasons;
+    frame.faulty_views = finding.faulty_views;
     if ((frame.reasons & DEFREC_REASON_GAP) != 0) {
         rig_monitor_.begin_anew();
         changes_.skip_frame();
@@ -212,7 +213,7 @@ bool SurfaceRegistration::look_at_images(Frame& frame) {
 // A template keeps the depth that it was captured with: where its own frame shows that the rig
 // wants correction, it is captured again. One that its own frame does not show is none.
 void SurfaceRegistration::capture_and_register(Frame& frame) {
-    const uint32_t reasons = frame.reasons;
+    const uint32_t reasons = frame.reasons, faulty_views = frame.faulty_views;
     auto source = TrackedSurface::Source::kCaptured;
     for (int corrections = 0;; ++corrections) {
         const bool is_captured = capture(frame, source);
@@ -230,6 +231,7 @@ void SurfaceRegistration::capture_and_register(Frame& frame) {
         frame.images.reset();
         frame.images.emplace(pipeline_.observe(task_of(frame.job)));
         frame.reasons = reasons;
+        frame.faulty_views = faulty_views;
         if (is_captured) source = TrackedSurface::Source::kCapturedAgain;
     }
 }
@@ -560,7 +562,7 @@ bool SurfaceRegistration::lag_spoils_depth(const TrackerJob& job) const {
 }
 
 // A part of a picture that stands still while the rest moves on says nothing.
-void SurfaceRegistration::find_stale_parts(const Frame& frame, FrameAttempt& attempt) {
+void SurfaceRegistration::find_stale_parts(Frame& frame, FrameAttempt& attempt) {
     using decisions::FrozenImages;
     const SurfaceSamples samples = frame.job.memory.output.samples;
     const bool repeats =
@@ -578,6 +580,7 @@ void SurfaceRegistration::find_stale_parts(const Frame& frame, FrameAttempt& att
     if (stale_.share() < FrozenImages::kMinStaleShare) return;
     attempt.quality.reasons |= DEFREC_REASON_FROZEN;
     attempt.quality.degraded = true;
+    if ((frame.reasons & DEFREC_REASON_ONE_VIEW) == 0) frame.faulty_views |= stale_.of_views();
 }
 
 // A frame that is lost, without depth, although the exchanged views would have some.

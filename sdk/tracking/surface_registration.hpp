@@ -45,7 +45,8 @@ class SurfaceRegistration {
     // A frame while it is computed.
     struct Frame {
         TrackerJob& job;
-        uint32_t reasons = 0;  // DEFREC_REASON_*, so far
+        uint32_t reasons = 0;       // DEFREC_REASON_*, so far
+        uint32_t faulty_views = 0;  // DEFREC_VIEW_*: of which they speak
         // On the device, unless an attempt has them.
         std::optional<ObservedFrame> images{};
         // What the device is at, or why it is not: an attempt that began before the images were
@@ -114,7 +115,7 @@ class SurfaceRegistration {
     // Disparity of the application against both images.
     void check_given_disparity(Frame& frame, FrameAttempt& attempt);
     bool contradicts_given_disparity(Frame& frame);
-    void find_stale_parts(const Frame& frame, FrameAttempt& attempt);
+    void find_stale_parts(Frame& frame, FrameAttempt& attempt);
     void look_for_swapped_views(Frame& frame);
     bool correct_rig();
 

@@ -47,6 +47,7 @@ void SurfaceRegistration::conclude_without_template(Frame& frame) {
     result.epoch = result.template_epoch = result.age = 0;
     result.rig_estimate = frame.rig_estimate;
     result.reasons = frame.reasons;
+    result.faulty_views = frame.faulty_views;
 }
 
 void SurfaceRegistration::conclude(Frame& frame, FrameAttempt& attempt) {
@@ -67,6 +68,7 @@ void SurfaceRegistration::conclude(Frame& frame, FrameAttempt& attempt) {
     result.age = surface_.age();
     if (growth_.is_full()) frame.reasons |= DEFREC_REASON_TEMPLATE_FULL;
     result.reasons = frame.reasons;
+    result.faulty_views = frame.faulty_views;
     result.rig_estimate = frame.rig_estimate;
     describe_surface(frame.job, attempt);
     const std::span<const defrec_motion> motions = frame.job.memory.output.motions;

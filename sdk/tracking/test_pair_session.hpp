@@ -22,7 +22,7 @@ struct PairSession : TrackingSession {
     }
     // One frame from submission to result; the job is released.
     struct Frame {
-        uint32_t state, reasons, epoch, patches, features, age;
+        uint32_t state, reasons, faulty_views, epoch, patches, features, age;
         float largest_error;  // that is expected, mm
         std::vector<float> vertices;
         std::vector<uint8_t> status;
@@ -38,6 +38,7 @@ struct PairSession : TrackingSession {
         REQUIRE_OK(defrec_job_result(job, &result));
         Frame frame{result.state,
                     result.reasons,
+                    result.faulty_views,
                     result.epoch,
                     result.patches,
                     result.features,

@@ -345,6 +345,23 @@ namespace Defrec
         Disparity = 1u << 25
     }
 
+    /// <summary>
+    /// The views of which Reasons.Dark, Reasons.Saturated, Reasons.NoTexture, Reasons.OneView and
+    /// Reasons.Frozen speak, a mask: with Reasons.OneView the one alone that shows nothing;
+    /// Reasons.Frozen beside it is then of the other one. Without these, with Reasons.ViewLate: the
+    /// one view that stands still, where one does. Else 0.
+    /// </summary>
+    [Flags]
+    public enum Views : uint
+    {
+        /// <summary>None.</summary>
+        None = 0,
+        /// <summary>The left view.</summary>
+        Left = 1u << 0,
+        /// <summary>The right view.</summary>
+        Right = 1u << 1
+    }
+
     /// <summary>Status of a vertex or point.</summary>
     public enum PointStatus : byte
     {

@@ -78,6 +78,8 @@ namespace Defrec
         public int PieceCount { get; }
         /// <summary>What carries points beneath the surface, now.</summary>
         public BodyState Body { get; }
+        /// <summary>The views that reasons speak of.</summary>
+        public Views FaultyViews { get; }
 
         internal unsafe FrameSummary(ref defrec_result result)
         {
@@ -108,6 +110,7 @@ namespace Defrec
             TemplateEpoch = result.template_epoch;
             PieceCount = Check.ArrayLength(result.piece_count, 1);
             Body = result.body;
+            FaultyViews = result.faulty_views;
         }
     }
 

@@ -422,6 +422,7 @@ namespace Defrec.Tests
             new KeyValuePair<string, Type>("PREDICTED_", typeof(PredictionBasis)),
             new KeyValuePair<string, Type>("FRAME_", typeof(FrameFlags)),
             new KeyValuePair<string, Type>("REASON_", typeof(Reasons)),
+            new KeyValuePair<string, Type>("VIEW_", typeof(Views)),
             new KeyValuePair<string, Type>("POINT_", typeof(PointStatus)),
         };
         // Those that C has without a common beginning.

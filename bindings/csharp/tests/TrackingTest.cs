@@ -441,6 +441,25 @@ namespace Defrec.Tests
         }
 
         [Test]
+        public void TheViewThatIsBlackIsNamed()
+        {
+            using (var session = new TrackingSession(null))
+            {
+                using (Job job = session.Track(0))
+                    Assert.That(job.GetSummary().FaultyViews, Is.EqualTo(Views.None));
+                PngImage left = session.Frames.Left;
+                var black = new Image(
+                    new byte[left.Pixels.Length], left.Width, left.Height, PixelFormat.Bgr8);
+                using (Job job = session.Tracker.Submit(
+                           left.View(), black, StereoSequence.TimestampOf(1)))
+                {
+                    job.Wait();
+                    Assert.That(job.GetSummary().FaultyViews, Is.EqualTo(Views.Right));
+                }
+            }
+        }
+
+        [Test]
         public void AFrameInImportedMemory()
         {
             using (var session = new TrackingSession(null))

@@ -87,6 +87,7 @@ from .enums import (
     State,
     Status,
     Verdict,
+    View,
 )
 from .stages import (
     AlignStage,
@@ -236,6 +237,7 @@ __all__ = [
     "Tracker",
     "Tracking",
     "Verdict",
+    "View",
     "WarpParams",
     "WarpStage",
     "WarpedPoints",

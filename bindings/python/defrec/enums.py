@@ -316,6 +316,18 @@ class Reason(IntFlag):
     tissue."""
 
 
+class View(IntFlag):
+    """The views of which Reason.DARK, Reason.SATURATED, Reason.NO_TEXTURE, Reason.ONE_VIEW and
+    Reason.FROZEN speak, a mask: with Reason.ONE_VIEW the one alone that shows nothing;
+    Reason.FROZEN beside it is then of the other one. Without these, with Reason.VIEW_LATE: the one
+    view that stands still, where one does. Else 0."""
+
+    LEFT = 1
+    """The left view."""
+    RIGHT = 2
+    """The right view."""
+
+
 class PointStatus(OpenEnum):
     """Status of a vertex or point."""
 

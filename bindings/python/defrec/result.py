@@ -9,7 +9,7 @@ from typing import NamedTuple, Optional, Tuple
 from . import structs
 from ._arrays import ByteArray, DisparityArray, Float32Array, FloatArray, RecordArray, copied
 from ._library import text
-from .enums import BodyState, Reason, State
+from .enums import BodyState, Reason, State, View
 from .structs import Landmark, Match, Motion, PatchObservation, Piece
 
 
@@ -108,6 +108,8 @@ class Result:
     """(pieces,) Piece: pieces of the surface, see vertex_pieces of TemplateData."""
     body: BodyState
     """What carries points beneath the surface, now."""
+    faulty_views: View
+    """The views that reasons speak of."""
 
 
 def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
@@ -152,4 +154,5 @@ def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
         device_id=text(r.device_id),
         pieces=copied(r.pieces, Piece, (r.piece_count,)),
         body=BodyState(r.body),
+        faulty_views=View(r.faulty_views),
     )

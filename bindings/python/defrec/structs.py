@@ -1042,7 +1042,8 @@ class ResultStruct(Struct):
     """Pieces; 1 for most templates."""
     body: U32
     """BodyState: what carries points beneath the surface, now."""
-    reserved2: U32
+    faulty_views: U32
+    """View: the views that reasons speak of."""
 
 
 @c_struct("defrec_cut_point")

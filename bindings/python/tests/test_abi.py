@@ -36,6 +36,7 @@ PREFIXES = {
     "DEFREC_REGION_": enums.RegionFlag,
     "DEFREC_FRAME_": enums.FrameFlag,
     "DEFREC_REASON_": enums.Reason,
+    "DEFREC_VIEW_": enums.View,
     "DEFREC_POINT_": enums.PointStatus,
     "DEFREC_VERDICT_": enums.Verdict,
     "DEFREC_DEFORMATION_": enums.Deformation,

@@ -45,6 +45,7 @@ from defrec import (
     SurfaceSample,
     Template,
     Tracker,
+    View,
     WarpParams,
     WarpStage,
 )
@@ -260,6 +261,14 @@ class Tracking(LibraryTest):
         tracker.track(left, right, 1, ignore=half)
         xs = [vertex[0] for vertex in tracker.track(left, right, 2).vertices.tolist()]
         self.assertLess(max(xs), plane.DEPTH_MM * 0.2)
+
+    def test_the_view_that_is_black_is_named(self):
+        tracker = self.tracker()
+        left, right = FRAMES[0]
+        self.assertEqual(tracker.track(left, right, 1).faulty_views, View(0))
+        result = tracker.track(left, bytes(len(right)), 2)
+        self.assertEqual(result.faulty_views, View.RIGHT)
+        self.assertTrue(result.reasons & Reason.ONE_VIEW)
 
     @unittest.skipIf(numpy is None, "needs NumPy")
     def test_numbers_of_numpy_as_the_error_of_a_disparity(self):

@@ -67,7 +67,8 @@ struct VertexConfidence {
 };
 
 // Bits of FrameEvidence::stale_views.
-inline constexpr uint8_t kLeftView = 1, kRightView = 2, kBothViews = kLeftView | kRightView;
+inline constexpr uint8_t kLeftView = DEFREC_VIEW_LEFT, kRightView = DEFREC_VIEW_RIGHT,
+                         kBothViews = kLeftView | kRightView;
 // What a frame says of the surface. Disparity is what a rig that is late or out of calibration gets
 // wrong.
 struct FrameEvidence {

@@ -2,6 +2,8 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -29,6 +31,10 @@ class StaleVertices {
 
     // As FrameEvidence::stale_views.
     std::span<const uint8_t> views() const { return views_; }
+    // Those of all vertices together.
+    uint8_t of_views() const {
+        return std::accumulate(views_.begin(), views_.end(), uint8_t{0}, std::bit_or<>());
+    }
     // Share of the vertices in the image.
     double share() const { return share_; }
 

@@ -28,6 +28,19 @@ bool is_frozen(const ImageStatistics& image, uint64_t last_hash) {
 
 bool is_flat(const ImageStatistics& image) { return image.deviation < Images::kMinDeviation; }
 
+uint32_t views(bool left, bool right) {
+    return (left ? DEFREC_VIEW_LEFT : 0) | (right ? DEFREC_VIEW_RIGHT : 0);
+}
+
+uint32_t faulty_views(const StreamCheck::Finding& finding) {
+    constexpr uint32_t kOfBoth = DEFREC_REASON_DARK | DEFREC_REASON_SATURATED |
+                                 DEFREC_REASON_NO_TEXTURE | DEFREC_REASON_FROZEN;
+    const StreamCheck::Finding::View &left = finding.left, &right = finding.right;
+    if ((finding.reasons & DEFREC_REASON_ONE_VIEW) != 0) return views(!left.shows, !right.shows);
+    if ((finding.reasons & kOfBoth) != 0) return views(true, true);
+    return views(left.is_frozen_alone, right.is_frozen_alone);
+}
+
 }  // namespace
 
 StreamCheck::Finding StreamCheck::check(int64_t timestamp_ns, const ImageStatistics& left,
@@ -61,6 +74,7 @@ StreamCheck::Finding StreamCheck::check(int64_t timestamp_ns, const ImageStatist
         if (usual_step_ > 0 && step - usual_step_ > usual_step_) reasons |= DEFREC_REASON_GAP;
         usual_step_ = mean_step(usual_step_, step);
     }
+    finding.faulty_views = faulty_views(finding);
     last_hash[0] = left.hash;
     last_hash[1] = right.hash;
     last_timestamp_ = timestamp_ns;

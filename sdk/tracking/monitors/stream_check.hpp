@@ -12,6 +12,7 @@ class StreamCheck {
         // DEFREC_REASON_*: exposure, rows of two times, whether the stream stands still or has a
         // gap, VIEW_LATE where one view alone stands still, ONE_VIEW where one alone is of use.
         uint32_t reasons = 0;
+        uint32_t faulty_views = 0;  // DEFREC_VIEW_*: of which they speak
         // Whether the view shows anything, and whether it stands still while the other does not.
         struct View {
             bool shows = true, is_frozen_alone = false;

@@ -71,6 +71,31 @@ TEST_CASE("which view shows nothing, or stands still alone, is told") {
     CHECK_FALSE(both.right.is_frozen_alone);
 }
 
+TEST_CASE("the views of which reasons speak are told") {
+    constexpr uint32_t kLeft = DEFREC_VIEW_LEFT, kRight = DEFREC_VIEW_RIGHT;
+    const auto faulty = [](const ImageStatistics& left, const ImageStatistics& right) {
+        return StreamCheck().check(1, left, right).faulty_views;
+    };
+    const ImageStatistics good = image(1), dark = image(2, 1, 0), white = image(3, 255, 0, 1),
+                          flat = image(4, 100, 0);
+    CHECK(faulty(good, good) == 0);
+    for (const ImageStatistics& bad : {dark, white, flat}) {
+        CHECK(faulty(bad, good) == kLeft);
+        CHECK(faulty(good, bad) == kRight);
+        CHECK(faulty(bad, bad) == (kLeft | kRight));
+    }
+    CHECK(faulty(dark, white) == (kLeft | kRight));
+    CHECK(faulty(flat, dark) == kRight);
+    StreamCheck check;
+    check.check(1, image(1), image(2));
+    CHECK(check.check(2, image(1), image(3)).faulty_views == kLeft);
+    CHECK(check.check(3, image(4), image(3)).faulty_views == kRight);
+    CHECK(check.check(4, image(4), image(3)).faulty_views == (kLeft | kRight));
+    CHECK(check.check(5, image(5), image(6, 1)).faulty_views == kRight);
+    // The left one stands still, and the right one is black.
+    CHECK(check.check(6, image(5), image(7, 1)).faulty_views == kRight);
+}
+
 TEST_CASE("rows of two times in either view are a reason") {
     ImageStatistics progressive = image(1), interlaced = image(2);
     progressive.row_ratio = 1;

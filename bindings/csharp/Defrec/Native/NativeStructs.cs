@@ -247,7 +247,7 @@ namespace Defrec.Native
         internal Piece* pieces;
         internal ulong piece_count;
         internal BodyState body;
-        internal uint reserved2;
+        internal Views faulty_views;
     }
 
     [StructLayout(LayoutKind.Sequential)]
