@@ -57,6 +57,10 @@ TEST_CASE("the page shows itself without an error") {
             CHECK(dom.find("data-targets=\"0\"") == std::string::npos);
             CHECK(dom.find("data-targets=") != std::string::npos);
             CHECK(dom.find("class=\"uplot") != std::string::npos);
+            const std::size_t folded = dom.find("<details id=\"engineers\">");
+            REQUIRE(folded != std::string::npos);
+            CHECK(dom.find("<div class=\"u-title\">State</div>") < folded);
+            CHECK(dom.find("<div class=\"u-title\">Residual</div>") == std::string::npos);
             CHECK(dom.find("expected error</option>") != std::string::npos);
             CHECK(dom.find("data-ellipsoids=\"0\"") == std::string::npos);
             CHECK(dom.find("data-ellipsoids=") != std::string::npos);

@@ -48,7 +48,9 @@ export function showPlots({series, summary}, onSelect) {
   const times = series.ms.map((ms) => ms / 1000);
   const states = line('state');
   const container = byId('plots');
+  const engineers = byId('engineers'), engineerPlots = byId('engineer-plots');
   if (!times.length) {
+    engineers.hidden = true;
     container.append(element('p', {class: 'hint'}, 'No frames.'));
     return {mark() {}};
   }
@@ -60,7 +62,7 @@ export function showPlots({series, summary}, onSelect) {
   let marked = 0;
   const width = () => Math.max(300, container.clientWidth - 2);
 
-  function plot(title, label, lines, {height = 150, strip = false} = {}) {
+  function plot(title, label, lines, {height = 150, strip = false, into = container} = {}) {
     const options = {
       title,
       width: width(),
@@ -103,7 +105,7 @@ export function showPlots({series, summary}, onSelect) {
         }],
       },
     };
-    const made = new uPlot(options, [times, ...lines.map((l) => l.values)], container);
+    const made = new uPlot(options, [times, ...lines.map((l) => l.values)], into);
     let pressed = null;
     made.over.addEventListener('mousedown', (event) => {
       pressed = event.clientX;
@@ -120,17 +122,12 @@ export function showPlots({series, summary}, onSelect) {
     for (const each of plots) each.destroy();
     plots = [];
     container.replaceChildren();
+    engineerPlots.replaceChildren();
     const stateName = (_, value) =>
         (value === null ? '–' : wordOfState(summary.state_order[value] ?? 'other'));
     plot(
         'State', '', [{name: 'state', values: states, format: stateName}],
         {height: 66, strip: true});
-    plot(
-        'Residual', 'mm',
-        [{name: 'mean residual', values: line('residual_mm'), format: shown(3, ' mm')}]);
-    plot('Features', 'count', [
-      'features', 'matches', 'inliers'
-    ].map((name) => ({name, values: line(name), format: shown(0, '')})));
     plot('Share of the surface observed', '%', [{
            name: 'observed',
            values: line('observed_share').map((v) => v === null ? null : 100 * v),
@@ -145,6 +142,19 @@ export function showPlots({series, summary}, onSelect) {
           'Followed points that are lost', 'count',
           [{name: 'lost', values: line('points_lost'), format: shown(0, '')}], {height: 110});
     }
+    if (engineers.open) drawForEngineers();
+  }
+
+  function drawForEngineers() {
+    const into = engineerPlots;
+    plot(
+        'Residual', 'mm',
+        [{name: 'mean residual', values: line('residual_mm'), format: shown(3, ' mm')}], {into});
+    plot(
+        'Features', 'count',
+        ['features', 'matches', 'inliers'].map(
+            (name) => ({name, values: line(name), format: shown(0, '')})),
+        {into});
     const stages = [...series.lines.keys()].filter((name) => name.startsWith('stage '));
     const all = line('frame_ms').some((v) => v !== null) ?
         [{name: 'whole frame', values: line('frame_ms'), format: shown(2, ' ms')}] :
@@ -156,10 +166,13 @@ export function showPlots({series, summary}, onSelect) {
           ...stages.map(
               (name) => ({name: name.slice(6), values: line(name), format: shown(2, ' ms')}))
         ],
-        {height: 210});
+        {height: 210, into});
   }
 
   draw();
+  engineers.addEventListener('toggle', () => {
+    if (engineers.open && !engineerPlots.childElementCount) drawForEngineers();
+  });
   let resized = 0;
   addEventListener('resize', () => {
     clearTimeout(resized);

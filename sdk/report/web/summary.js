@@ -56,11 +56,6 @@ function cards(summary) {
         `${milliseconds(time.median)} a frame (median)`));
     result.push(card('Slowest', number(time.p99, 1), 'ms', '99 % of frames are faster'));
   }
-  const residual = summary.residual_mm;
-  if (residual)
-    result.push(card(
-        'Residual', number(residual.median), 'mm',
-        `median; 99 % below ${number(residual.p99)} mm`));
   if (summary.observed_share)
     result.push(
         card('Observed', percent(summary.observed_share.median), '', 'of the surface (median)'));
@@ -117,11 +112,15 @@ function stateLegend(summary) {
 }
 
 function facts(meta, summary) {
-  const rows = [];
+  const rows = [], residual = summary.residual_mm;
   if (meta.backend) rows.push(['Backend', meta.backend]);
   if (meta.device) rows.push(['Device', meta.device]);
   if (meta.version) rows.push(['defrec', meta.version]);
   rows.push(...meta.facts);
+  if (residual)
+    rows.push([
+      'Residual', `${number(residual.median)} mm (median); 99 % below ${number(residual.p99)} mm`
+    ]);
   const list = element('dl', {class: 'fact-list'});
   for (const [name, value] of rows) list.append(element('dt', {}, name), element('dd', {}, value));
   const parts = [list];
