@@ -82,10 +82,14 @@ TEST_CASE("the page shows itself without an error") {
             record.plan.vertices = {0, 0, 85, 8, 0, 85, 0, 8, 85, 2, 2, 95};
             record.plan.status.assign(4, VertexStatus::extrapolated);
             record.plan.expected_error_mm.assign(4, 0.5f);
+            record.plan.targets = {PointEstimate{}};
             report.add(sequence.image(i), record);
         }
         report.finish();
         const std::string dom = browse(page, folder);
+        // As in the live view.
+        CHECK(dom.find("<th scope=\"col\">Not placed</th>") != std::string::npos);
+        CHECK(dom.find("</span>not placed</span>") != std::string::npos);
         if (!is_plain(read_page(page))) {
             CHECK(dom.find("data-plan=\"4\"") != std::string::npos);
             CHECK(dom.find("background: #ec5cf6\"></span>tumour</span>") != std::string::npos);

@@ -214,7 +214,7 @@ const kHints = {
       'The middles of the parts that have a name, and the targets by name or number; errors are ' +
       'those of registration and tracking together. All of it lies beneath the surface, where no ' +
       'camera sees it: its place is computed from the motion of the surface, within the expected ' +
-      'error. Red bands: lost. A part that is known in part has no middle; pictures show what is ' +
+      'error. Red bands: not placed. A part that is known in part has no middle; pictures show what is ' +
       'known of it.'
 };
 const kHeads = {
@@ -225,7 +225,7 @@ const kErrorHeads = ['Status', 'Expected error, mm', 'Median, mm', 'Largest, mm'
 // A soft hyphen, for narrow columns.
 const kShareHeads = {
   points: ['Tracked', 'Extra\u00adpolated', 'Lost'],
-  plan: ['Placed', 'Lost']
+  plan: ['Placed', 'Not placed']
 };
 /** frames: with each status. */
 const sharesOf = (section, [tracked, extrapolated, lost]) =>

@@ -26,9 +26,11 @@ export function statusCell(
 /** Likewise in the words of the files. */
 export const pointStatusCell = (status) => statusCell(status, statuses[status].pointName);
 
-/** Likewise of what lies beneath the surface. cell: of a status that is not the rule there. */
-export const beneathStatusCell = (status, cell = pointStatusCell) =>
-    status === extrapolatedStatus ? element('span', {}, computed.name) : cell(status);
+/** Likewise of what lies beneath the surface; what has no place there is so in the live view. */
+export function beneathStatusCell(status) {
+  if (status === extrapolatedStatus) return element('span', {}, computed.name);
+  return status === unknownStatus ? statusCell(status, 'not placed') : pointStatusCell(status);
+}
 
 function card(name, value, unit, note) {
   const shown = element('dd', {}, value);
@@ -201,7 +203,7 @@ export function showReading() {
   for (const {name, pointName, colour, meaning} of statuses)
     add(element(
             'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}), name),
-        `${meaning}.` + (pointName === name ? '' : ` Of a point or target: ${pointName}.`));
+        `${meaning}.` + (pointName === name ? '' : ` Of a point: ${pointName}.`));
   for (const [state, meaning] of Object.entries(stateMeanings))
     add(stateChip(state), `${meaning}. In the files: ${state}.`);
   add('When frames are lost',
@@ -217,6 +219,9 @@ export function showReading() {
           'far it is from the truth.');
   add('Expected error',
       'The tracker\'s own estimate of how far a point may be off (root mean square).');
+  add('Not placed',
+      'A plan\'s part or a target of which no place is known: its tissue is lost, only one view ' +
+          'shows it, or the expected error would be too large.');
   add('Followed point',
       'A point that was given with --points or by a click. Lost: no claim is made about it in ' +
           'that frame.');
