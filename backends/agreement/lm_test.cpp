@@ -301,6 +301,36 @@ TEST_CASE("matches that preselection left out count by their distance, and outli
     }
 }
 
+TEST_CASE("a frame of nothing but outliers moves nothing, whatever the kernels' widths") {
+    if (!under_test::available()) return;
+    TestSurface surface({});
+    surface.deform(wave);
+    for (auto& match : surface.matches) match.position[0] += 60;
+    for (auto& observation : surface.observations) observation.u += 256 * 200;
+    for (const Maker make : kMakers)
+        for (float width = 0.9f; width < 15; width *= 1.31f) {
+            LmRun run(surface);
+            run.depth = false;
+            run.params.match_tukey_mm = run.params.patch_tukey_px = width;
+            run.params.match_threshold_mm = 1.37f * width;
+            for (size_t i = 0; i < surface.matches.size(); ++i)
+                run.surface.matches[i].weight = i % 2 ? 0.0f : 1.0f;
+            const auto check = [&](const Solved& solved) {
+                CHECK(solved.summary.iterations == 0);
+                CHECK(solved.summary.matches == 0);
+                CHECK(solved.summary.patches == 0);
+                CHECK(solved.summary.match_rms == 0);
+                CHECK(solved.summary.final_cost > 0);
+                for (size_t i = 0; i < run.start.size(); ++i)
+                    for (int c = 0; c < 4; ++c) {
+                        CHECK(solved.motions[i].real[c] == run.start[i].real[c]);
+                        CHECK(solved.motions[i].dual[c] == run.start[i].dual[c]);
+                    }
+            };
+            under_test::on_every_target([&] { check(run(make)); });
+        }
+}
+
 TEST_CASE("numbers that are not finite in a frame are left out and do not spread") {
     if (!under_test::available()) return;
     TestSurface surface({});

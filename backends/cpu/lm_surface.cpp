@@ -177,20 +177,25 @@ HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group,
 
 // ramped_tukey of lm_terms.hpp.
 struct RobustLanes {
+    hn::Mask<D> within;  // elsewhere the weight is 0
     V weight, cost;
 };
 HWY_INLINE RobustLanes ramped_tukey_lanes(V squared, V inverse_a, V inverse_c2) {
     const D d;
     const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
     const V ends = hn::Max(inverse_a, hn::Sqrt(inverse_c2));
-    const V distance = hn::Min(hn::Sqrt(squared), hn::Div(one, ends));
+    const V farthest = hn::Div(one, ends);
+    const auto within = hn::Lt(squared, hn::Mul(farthest, farthest));
+    const V distance = hn::IfThenElse(within, hn::Sqrt(squared), farthest);
     const V d2 = hn::Mul(distance, distance), x = hn::Mul(d2, inverse_c2), left = hn::Sub(one, x);
     const V slant = hn::Mul(distance, inverse_a);
     const V lost = hn::Mul(
         hn::Add(slant, slant),
         hn::MulAdd(x, hn::MulSub(x, hn::Set(d, 1.0f / 7), hn::Set(d, 0.4f)), hn::Set(d, 1.0f / 3)));
     return {
-        hn::Mul(hn::Max(hn::Sub(one, slant), zero), hn::Mul(left, left)),
+        within,
+        hn::IfThenElseZero(within,
+                           hn::Mul(hn::Max(hn::Sub(one, slant), zero), hn::Mul(left, left))),
         hn::Mul(d2, hn::Sub(hn::MulAdd(x, hn::MulSub(x, hn::Set(d, 1.0f / 3), one), one), lost))};
 }
 

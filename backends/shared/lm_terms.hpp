@@ -26,17 +26,20 @@ constexpr Robust<T> tukey(T squared, T inverse_c2) {
 }
 
 // The paper's weight of matches that were not preselected, 1 - d / a up to d = a, times Tukey's;
-// cost its integral.
+// cost its integral. A distance that is no finite number is beyond.
 template <class T>
 constexpr Robust<T> ramped_tukey(T squared, T inverse_a, T inverse_c2) {
-    const T distance =
-        std::min(std::sqrt(squared), std::min(T(1) / inverse_a, T(1) / std::sqrt(inverse_c2)));
+    const T farthest = std::min(T(1) / inverse_a, T(1) / std::sqrt(inverse_c2));
+    // Rounding leaves x short of 1 there, and a tiny weight, by which outliers alone would pull.
+    const bool beyond = !(squared < farthest * farthest);
+    const T distance = beyond ? farthest : std::sqrt(squared);
     const T d2 = distance * distance;
     const T x = d2 * inverse_c2;
     const T rest = T(1) - x;
     const T ramp = T(1) - distance * inverse_a;
     const T lost = T(2) * distance * inverse_a * (T(1) / T(3) - x * (T(2) / T(5)) + x * x / T(7));
-    return {d2 * (T(1) - x + x * x / T(3) - lost), std::max(ramp, T(0)) * rest * rest};
+    return {d2 * (T(1) - x + x * x / T(3) - lost),
+            beyond ? T(0) : std::max(ramp, T(0)) * rest * rest};
 }
 
 // A residual along one direction: value is its size, gradient its derivative by the deformed

@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <limits>
 #include <random>
 
 #include "backends/shared/levenberg_marquardt.hpp"
@@ -55,6 +56,25 @@ TEST_CASE("a kernel's cost is the integral of twice the distance times its weigh
     }
     CHECK(ramped_tukey(4.0, 0.25, 1e-12).weight ==
           doctest::Approx(0.5));  // the paper's 1 - d / (5 H)
+}
+
+TEST_CASE_TEMPLATE("a residual beyond the kernel has no weight, and costs what one at its end does",
+                   T, float, double) {
+    const T infinity = std::numeric_limits<T>::infinity(),
+            nan = std::numeric_limits<T>::quiet_NaN();
+    for (T c = T(0.1); c < T(60); c *= T(1.037)) {
+        const T inverse_c2 = 1 / (c * c);
+        const T beyond = c * c * (1 + 4 * std::numeric_limits<T>::epsilon());
+        for (const T squared : {beyond, 2 * beyond, 1000 * beyond, infinity, nan}) {
+            const auto kernel = ramped_tukey(squared, T(0), inverse_c2);
+            CHECK(kernel.weight == T(0));
+            CHECK(kernel.cost == doctest::Approx(double(c * c / 3)).epsilon(1e-5));
+            // The ramp ends first.
+            const auto ramped = ramped_tukey(squared, 2 / c, inverse_c2);
+            CHECK(ramped.weight == T(0));
+            CHECK(ramped.cost == ramped_tukey(beyond, 2 / c, inverse_c2).cost);
+        }
+    }
 }
 
 TEST_CASE("the gradient of a sighting is the derivative of its residual by the point") {

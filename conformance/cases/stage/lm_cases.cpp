@@ -79,6 +79,20 @@ void add_terms(std::vector<StageCase>& cases) {
     add(cases, "all_outliers", "Every match is far off.", [](Scene& s) {
         for (defrec_match& match : s.surface.matches) match.position[0] += 60;
     });
+    add(cases, "all_outliers_7mm", "Every match is beyond a kernel of 7 mm.", [](Scene& s) {
+        s.given = lm_matches;
+        s.params.match_tukey_mm = 7;
+        for (size_t i = 0; i < s.surface.matches.size(); ++i) {
+            s.surface.matches[i].position[0] += 60;
+            if (i % 3 == 0) s.surface.matches[i].weight = 0;
+        }
+    });
+    add(cases, "patches_60px_off_no_depth", "Every patch is seen far from where it can be.",
+        [](Scene& s) {
+            s.given = lm_patches;
+            for (defrec_patch_observation& observation : s.surface.observations)
+                observation.u += kPatchOne * 60;
+        });
     add(cases, "hidden", "A third of the image shows nothing.",
         [](Scene& s) { s.surface.hide([](double u, double) { return u > 90; }); });
     add(cases, "pieces", "Two pieces of a surface, which nothing connects.", part_in_two);
