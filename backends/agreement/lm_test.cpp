@@ -331,6 +331,30 @@ TEST_CASE("a frame of nothing but outliers moves nothing, whatever the kernels' 
         }
 }
 
+TEST_CASE("a match with next to no depth pulls nothing, and the others go on") {
+    if (!under_test::available()) return;
+    TestSurface surface({});
+    surface.deform(wave);
+    for (const float depth : {1e-38f, 1e-37f, 1e-30f, 1e-10f}) {
+        CAPTURE(depth);
+        LmRun run(surface);
+        for (size_t i = 0; i < run.start.size(); ++i)
+            run.start[i] = apart(load3<double>(&surface.nodes[3 * i]), double(i));
+        for (const size_t i : {3, 4}) {
+            run.surface.matches[i] = {};
+            run.surface.matches[i].position[0] = 10;
+            run.surface.matches[i].position[1] = 5;
+            run.surface.matches[i].position[2] = depth;
+            run.surface.matches[i].weight = i == 3 ? 1.0f : 0.0f;
+        }
+        const Solved expected = run(reference::make_lm), actual = run(under_test::make_lm);
+        check_agreement(surface, actual, expected);
+        CHECK(actual.summary.failed == 0);
+        CHECK(finite(actual));
+        CHECK(at(errors(surface, actual, wave), 0.5) < 0.15);
+    }
+}
+
 TEST_CASE("numbers that are not finite in a frame are left out and do not spread") {
     if (!under_test::available()) return;
     TestSurface surface({});

@@ -238,16 +238,19 @@ HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group,
         const auto exists = hn::Gt(term_weight, zero);
         const auto is_patch = hn::Gt(load(LmGroups::kIsPatch), zero);
         const V weighted = hn::Mul(term_weight, robust.cost);
-        match.add(hn::AndNot(is_patch, exists), weighted, robust.weight, squared);
+        // Beyond the kernel it need not be finite.
+        const V counted = hn::IfThenElseZero(robust.within, squared);
+        match.add(hn::AndNot(is_patch, exists), weighted, robust.weight, counted);
         patch.add(hn::And(is_patch, exists), weighted, robust.weight,
-                  hn::Mul(squared, hn::Mul(px, px)));
+                  hn::Mul(counted, hn::Mul(px, px)));
         if (!task.linearise) continue;
 
         const V weight = hn::Mul(term_weight, robust.weight);
         const V force = hn::Sqrt(weight);
         const Levers levers(task.motions, group.node, rest, blend_weights);
         const auto add_row = [&](const Lanes3<V>& gradient, V residual, size_t count) HWY_ATTR {
-            rows.add(levers, scale(force, gradient), hn::Mul(force, residual), count);
+            rows.add(levers, scale(force, gradient),
+                     hn::IfThenElseZero(robust.within, hn::Mul(force, residual)), count);
         };
         const size_t used = group.sightings - i;
         add_row({uu, uv, hn::Neg(hn::MulAdd(uu, u, hn::Mul(uv, v)))}, r0, used);

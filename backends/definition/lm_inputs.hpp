@@ -135,9 +135,12 @@ inline LmFrame frame_of(const defrec_lm_params& params, const LmBuffers& given) 
             disparity_image(params, given.disparity)};
 }
 
-// A match that says where its landmark is now.
+// A match that says where its landmark is now. In single precision for every backend: whether a
+// direction is finite must not depend on it.
 constexpr bool has_depth(const defrec_match& match) {
-    return match.position[2] > 0 && all_finite(match.position, 3) && std::isfinite(match.weight);
+    const float* p = match.position;
+    return p[2] > 0 && all_finite(p, 3) && std::isfinite(p[0] / p[2]) &&
+           std::isfinite(p[1] / p[2]) && std::isfinite(match.weight);
 }
 constexpr bool preselected(const defrec_match& match) {
     return has_depth(match) && match.weight > 0;

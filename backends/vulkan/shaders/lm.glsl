@@ -49,7 +49,8 @@ bool finite(vec3 v) { return finite(vec4(v, 0)); }
 
 // A match that says where its landmark is now.
 bool has_depth(Match match) {
-    return match.position[2] > 0.0 && finite(vec4(load3(match.position), match.weight));
+    const vec3 p = load3(match.position);
+    return p.z > 0.0 && finite(vec4(p, match.weight)) && finite(vec4(p.xy / p.z, 0, 0));
 }
 bool preselected(Match match) { return has_depth(match) && match.weight > 0.0; }
 

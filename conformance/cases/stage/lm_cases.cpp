@@ -172,6 +172,15 @@ void add_solvers(std::vector<StageCase>& cases) {
     add(cases, "large_damping", "A large first damping.", [](Scene& s) { s.params.damping = 10; });
 }
 
+defrec_match next_to_no_depth(float depth) {
+    defrec_match match{};
+    match.position[0] = 10;
+    match.position[1] = 5;
+    match.position[2] = depth;
+    match.weight = 1;
+    return match;
+}
+
 void add_parameters(std::vector<StageCase>& cases) {
     add(cases, "weights", "Other weights of the terms.", [](Scene& s) {
         s.params.icp_weight = 3;
@@ -207,6 +216,9 @@ void add_parameters(std::vector<StageCase>& cases) {
             s.surface.matches[4].position[1] = nan;
             s.surface.matches[8].position[2] = infinity;
             s.surface.matches[11].weight = nan;
+            // No direction, and one that leads out of everything.
+            s.surface.matches[14] = next_to_no_depth(1e-38f);
+            s.surface.matches[15] = next_to_no_depth(1e-30f);
             s.surface.observations[3].information[0] = nan;
             s.surface.observations[6].information[2] = infinity;
         });
