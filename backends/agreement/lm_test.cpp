@@ -615,6 +615,23 @@ TEST_CASE(
     }
 }
 
+TEST_CASE(
+    "where rotations are far apart, the first of a point's control points decides the signs") {
+    if (!under_test::available()) return;
+    TestSurface surface({});
+    surface.deform(wave);
+    reorder_control_points(surface);
+    LmRun run(surface);
+    run.start = turned_apart(surface);
+    run.depth = false;
+    run.params.match_tukey_mm = 200;
+    run.params.patch_tukey_px = 2000;
+    run.params.iterations = 1;
+    const Solved expected = run(reference::make_lm);
+    under_test::on_every_target(
+        [&] { check_agreement(surface, run(under_test::make_lm), expected); });
+}
+
 TEST_CASE("a frame does not depend on those before it") {
     if (!under_test::available()) return;
     TestSurface surface({});

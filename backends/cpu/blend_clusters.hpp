@@ -3,6 +3,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "backends/shared/motion.hpp"
 #include "backends/shared/stage.hpp"
@@ -20,6 +21,7 @@ inline size_t padded(size_t count, size_t lanes = kLanes) {
 struct BlendWeights {
     std::array<int32_t, kBlendNodes> node;
     std::array<float, kBlendNodes> weight;
+    size_t first;  // where the item's own first entry is now
 
     template <class Item>
     explicit BlendWeights(const Item& item) {
@@ -36,6 +38,7 @@ struct BlendWeights {
                 weight[k - 1] += weight[k];
                 weight[k] = 0;
             }
+        first = size_t(std::find(node.begin(), node.end(), item.node[0]) - node.begin());
     }
 };
 
@@ -63,16 +66,22 @@ struct NodeMotion {
     }
 };
 
-// The motions of a group's control points, all in the hemisphere of the first.
+// The motions of a group's control points, all in the hemisphere of one of them.
 struct GroupMotion {
     float dual_quaternion[kBlendNodes][8];
+    size_t first;
+    bool together;  // no rotation is as far as 90 degrees from the first's: any other one for the
+                    // first gives the same motions
 
-    GroupMotion(const NodeMotion* motions, const std::array<int32_t, kBlendNodes>& node) {
-        const float* first = motions[node[0]].dual_quaternion;
+    GroupMotion(const NodeMotion* motions, const std::array<int32_t, kBlendNodes>& node,
+                size_t whose = 0)
+        : first(whose), together(true) {
+        constexpr float kTogether = 0.7072f;  // above the cosine of half of 90 degrees
+        const float* f = motions[node[first]].dual_quaternion;
         for (size_t k = 0; k < kBlendNodes; ++k) {
             const float* q = motions[node[k]].dual_quaternion;
-            const float cosine =
-                q[0] * first[0] + q[1] * first[1] + q[2] * first[2] + q[3] * first[3];
+            const float cosine = q[0] * f[0] + q[1] * f[1] + q[2] * f[2] + q[3] * f[3];
+            together &= std::abs(cosine) > kTogether;
             for (size_t i = 0; i < 8; ++i) dual_quaternion[k][i] = cosine < 0 ? -q[i] : q[i];
         }
     }

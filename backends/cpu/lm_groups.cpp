@@ -42,9 +42,10 @@ LmGroups::LmGroups(const LmTemplate& surface, const Host& host)
         if (keys[i].list == kPoint) source.push_back(keys[i].index), ++group.points;
         const auto place = [](const auto& item) {
             const BlendWeights blend_weights(item);
-            return Place{item.position[0],        item.position[1],        item.position[2],
-                         blend_weights.weight[0], blend_weights.weight[1], blend_weights.weight[2],
-                         blend_weights.weight[3]};
+            return Place{item.position[0],        item.position[1],
+                         item.position[2],        blend_weights.weight[0],
+                         blend_weights.weight[1], blend_weights.weight[2],
+                         blend_weights.weight[3], float(blend_weights.first)};
         };
         if (keys[i].list == kLandmark) {
             landmark_order_.push_back(keys[i].index), ++group.landmarks;
@@ -68,6 +69,7 @@ LmGroups::LmGroups(const LmTemplate& surface, const Host& host)
         }
         for (size_t k = 0; k < kBlendNodes; ++k)
             points_[(kWeight + k) * point_stride_ + i] = blend_weights.weight[k];
+        points_[size_t(kFirst) * point_stride_ + i] = float(blend_weights.first);
     }
 
     for (LmGroup& group : groups_) {
@@ -85,7 +87,7 @@ void LmGroups::store_sighting(size_t at, const Place& place, const Sighting<floa
     const auto set = [&](int component, float value) {
         sightings_[size_t(component) * sighting_stride_ + at] = value;
     };
-    static_assert(kSeenX == 0 && kSeenWeight == 3);
+    static_assert(kSeenX == 0 && kSeenWeight == 3 && size_t(kSeenU) == Place().size());
     for (int c = 0; c < int(place.size()); ++c) set(c, place[size_t(c)]);
     const float values[] = {seen.u,    seen.v,     seen.uu,       seen.uv,
                             seen.vv,   seen.depth, seen.root,     weight,

@@ -53,14 +53,16 @@ class LmGroups {
         kNormalY,
         kNormalZ,
         kWeight,
-        kPointComponents = kWeight + int(kBlendNodes)
+        kFirst = kWeight + int(kBlendNodes),  // BlendWeights::first
+        kPointComponents
     };
     enum {
         kSeenX,
         kSeenY,
         kSeenZ,
         kSeenWeight,
-        kSeenU = kSeenWeight + int(kBlendNodes),
+        kSeenFirst = kSeenWeight + int(kBlendNodes),
+        kSeenU,
         kSeenV,
         kSeenUU,
         kSeenUV,
@@ -91,7 +93,8 @@ class LmGroups {
     size_t max_rows() const { return max_rows_; }    // of a group, those without weight included
 
   private:
-    using Place = std::array<float, 3 + kBlendNodes>;  // of a landmark or patch: position, weights
+    // Position, weights and BlendWeights::first of a landmark or patch.
+    using Place = std::array<float, 4 + kBlendNodes>;
     void store_sighting(size_t at, const Place& place, const Sighting<float>& seen, float weight,
                         float inverse_a, float inverse_c2, float px_inverse_c2);
     void pad_sightings(LmGroup& group);

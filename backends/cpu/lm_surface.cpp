@@ -139,7 +139,11 @@ HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group,
         const V blend_weights[kBlendNodes] = {load(LmGroups::kWeight), load(LmGroups::kWeight + 1),
                                               load(LmGroups::kWeight + 2),
                                               load(LmGroups::kWeight + 3)};
-        const auto motion = blend_lanes(d, motions, blend_weights);
+        const auto motion =
+            HWY_LIKELY(motions.together)
+                ? blend_lanes(d, motions, blend_weights)
+                : blend_lanes_apart(d, task.motions, group.node, blend_weights,
+                                    groups.point(LmGroups::kFirst) + group.first_point + i);
         const Lanes3<V> rest{load(LmGroups::kX), load(LmGroups::kY), load(LmGroups::kZ)};
         const Lanes3<V> p = motion.point(rest);
         const Lanes3<V> n = motion.direction(Lanes3<V>{
@@ -214,7 +218,11 @@ HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group,
         const V blend_weights[kBlendNodes] = {
             load(LmGroups::kSeenWeight), load(LmGroups::kSeenWeight + 1),
             load(LmGroups::kSeenWeight + 2), load(LmGroups::kSeenWeight + 3)};
-        const auto motion = blend_lanes(d, motions, blend_weights);
+        const auto motion = HWY_LIKELY(motions.together)
+                                ? blend_lanes(d, motions, blend_weights)
+                                : blend_lanes_apart(d, task.motions, group.node, blend_weights,
+                                                    groups.sighting(LmGroups::kSeenFirst) +
+                                                        group.first_sighting + i);
         const Lanes3<V> rest{load(LmGroups::kSeenX), load(LmGroups::kSeenY),
                              load(LmGroups::kSeenZ)};
         const Lanes3<V> p = motion.point(rest);

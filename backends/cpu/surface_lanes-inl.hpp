@@ -86,7 +86,7 @@ HWY_INLINE MotionLanes<V> blend_lanes(D d, const GroupMotion& group, const V wei
         hn::Div(hn::Set(d, 1.0f), hn::Sqrt(hn::IfThenElse(usable, squared, hn::Set(d, 1.0f))));
     for (size_t i = 0; i < 8; ++i)
         sum[i] = hn::IfThenElse(usable, hn::Mul(sum[i], inverse),
-                                hn::Set(d, group.dual_quaternion[0][i]));
+                                hn::Set(d, group.dual_quaternion[group.first][i]));
     // t = 2 dual real*
     const Lanes3<V> axis{sum[1], sum[2], sum[3]}, dual{sum[5], sum[6], sum[7]};
     const Lanes3<V> turn = cross(axis, dual);
@@ -99,6 +99,28 @@ HWY_INLINE MotionLanes<V> blend_lanes(D d, const GroupMotion& group, const V wei
             axis,
             {component(dual.x, axis.x, turn.x), component(dual.y, axis.y, turn.y),
              component(dual.z, axis.z, turn.z)}};
+}
+
+// The same where rotations are far apart: each lane by its own first control point. first: which of
+// the group's that is.
+template <class D, class V = hn::Vec<D>>
+HWY_NOINLINE MotionLanes<V> blend_lanes_apart(D d, const NodeMotion* motions,
+                                              const std::array<int32_t, kBlendNodes>& node,
+                                              const V weight[kBlendNodes], const float* first) {
+    MotionLanes<V> all = blend_lanes(d, GroupMotion(motions, node), weight);
+    for (size_t k = 1; k < kBlendNodes; ++k) {
+        const auto here = hn::Eq(hn::Load(d, first), hn::Set(d, float(k)));
+        const MotionLanes<V> own = blend_lanes(d, GroupMotion(motions, node, k), weight);
+        const auto take = [&](V& to, V from) HWY_ATTR { to = hn::IfThenElse(here, from, to); };
+        take(all.w, own.w);
+        take(all.axis.x, own.axis.x);
+        take(all.axis.y, own.axis.y);
+        take(all.axis.z, own.axis.z);
+        take(all.translation.x, own.translation.x);
+        take(all.translation.y, own.translation.y);
+        take(all.translation.z, own.translation.z);
+    }
+    return all;
 }
 
 // What the disparity image says under points: whether they fall inside, whether there is depth, and

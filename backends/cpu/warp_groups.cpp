@@ -49,7 +49,10 @@ void WarpGroups(const WarpTask& task, size_t first, size_t last) {
             const auto load = [&](size_t c)
                                   HWY_ATTR { return hn::Load(d, points.component(c) + at); };
             const V weight[kBlendNodes] = {load(6), load(7), load(8), load(9)};
-            const auto motion = blend_lanes(d, motions, weight);
+            const auto motion = HWY_LIKELY(motions.together)
+                                    ? blend_lanes(d, motions, weight)
+                                    : blend_lanes_apart(d, task.motions, group.node, weight,
+                                                        points.component(WarpPoints::kFirst) + at);
             const Lanes3<V> p = motion.point(Lanes3<V>{load(0), load(1), load(2)});
             const Lanes3<V> n = motion.direction(Lanes3<V>{load(3), load(4), load(5)});
             V residual;
@@ -107,6 +110,7 @@ void WarpPoints::build(const defrec_surface_point* points, size_t count) {
         }
         for (size_t k = 0; k < kBlendNodes; ++k)
             values[(6 + k) * stride + i] = blend_weights.weight[k];
+        values[kFirst * stride + i] = float(blend_weights.first);
     }
 }
 

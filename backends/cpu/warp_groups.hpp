@@ -11,9 +11,10 @@ struct WarpGroup {
     uint32_t first, count;  // points; first is a multiple of kLanes
 };
 
-// Component c of point i is values[c * stride + i]: x y z, normal x y z, four weights.
+// Component c of point i is values[c * stride + i]: x y z, normal x y z, four weights,
+// BlendWeights::first.
 struct WarpPoints {
-    static constexpr size_t kComponents = 6 + kBlendNodes;
+    static constexpr size_t kFirst = 6 + kBlendNodes, kComponents = kFirst + 1;
     HostVector<float> values;
     HostVector<uint32_t> source;  // where each point stands in the template
     HostVector<WarpGroup> groups;

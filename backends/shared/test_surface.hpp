@@ -2,6 +2,7 @@
 // template, control points, and the disparity image, matches and patch observations of the deformed
 // surface. Exact but for the rounding of disparities to 1/16 px.
 #pragma once
+#include <algorithm>
 #include <functional>
 #include <random>
 #include <vector>
@@ -204,5 +205,31 @@ class TestSurface {
     SurfaceSpec spec_;
     int columns_ = 0, rows_ = 0;
 };
+
+// Names the control points of items in several orders.
+inline void reorder_control_points(TestSurface& surface) {
+    const auto reorder = [](auto& items) {
+        for (size_t i = 0; i < items.size(); ++i) {
+            std::rotate(items[i].node, items[i].node + i % 4, items[i].node + DEFREC_BLEND_NODES);
+            std::rotate(items[i].weight, items[i].weight + i % 4,
+                        items[i].weight + DEFREC_BLEND_NODES);
+        }
+    };
+    reorder(surface.points);
+    reorder(surface.landmarks);
+    reorder(surface.patches);
+}
+
+// Motions that turn control points where they are, by 0, 120 or 240 degrees: which of them comes
+// first decides what lies between them.
+inline std::vector<defrec_motion> turned_apart(const TestSurface& surface) {
+    std::vector<defrec_motion> motions;
+    for (size_t i = 0; i < surface.nodes.size() / 3; ++i) {
+        const Vec3<double> node = load3<double>(&surface.nodes[3 * i]);
+        const auto turn = rotation_from_vector(Vec3<double>{0.02, 0.01, 2.0943951 * double(i % 3)});
+        motions.push_back(from_rigid(turn, node - rotate(turn, node)).store());
+    }
+    return motions;
+}
 
 }  // namespace defrec::test

@@ -222,6 +222,15 @@ void add_parameters(std::vector<StageCase>& cases) {
             s.surface.observations[3].information[0] = nan;
             s.surface.observations[6].information[2] = infinity;
         });
+    add(cases, "turned_apart", "Control points turned by 120 degrees, named in any order.",
+        [](Scene& s) {
+            test::reorder_control_points(s.surface);
+            s.start = test::turned_apart(s.surface);
+            s.given = lm_matches | lm_patches;
+            s.params.match_tukey_mm = 200;
+            s.params.patch_tukey_px = 2000;
+            s.params.iterations = 1;
+        });
 }
 
 }  // namespace

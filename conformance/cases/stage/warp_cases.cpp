@@ -74,6 +74,11 @@ void add_warp_cases(std::vector<StageCase>& cases) {
                 s.motions[i].dual[k] *= 1.5f + 0.01f * float(i);
             }
     });
+    add(cases, "turned_apart", "Control points turned by 120 degrees, named in any order.",
+        [](Scene& s) {
+            test::reorder_control_points(s.surface);
+            s.motions = test::turned_apart(s.surface);
+        });
     add(cases, "opposite_signs", "Quaternions of opposite sign are the same rotation.",
         [](Scene& s) {
             for (size_t i = 0; i < s.motions.size(); i += 2)
