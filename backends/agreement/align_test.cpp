@@ -380,6 +380,29 @@ TEST_CASE("given predictions are handed on, and what lies behind the records sta
     for (const auto& prediction : none.predictions) CHECK(prediction.valid == 7);
 }
 
+TEST_CASE("align refuses a template whose numbers are not finite") {
+    if (!under_test::available()) return;
+    const TestHost host;
+    const AlignScene scene = plane(0);
+    const auto motions = motions_of_six(0.1);
+    const auto refuses = [&](auto number) {
+        for (const auto make : {reference::make_align, under_test::make_align})
+            for (const float wrong : {std::numeric_limits<float>::quiet_NaN(),
+                                      std::numeric_limits<float>::infinity()}) {
+                AlignScene bad = scene;
+                number(bad) = wrong;
+                CHECK_THROWS_WITH_AS(run(*make(bad.params, host.host()), bad, motions),
+                                     doctest::Contains("patch 3"), StageError);
+            }
+    };
+    refuses([](AlignScene& s) -> float& { return s.patches[3].position[1]; });
+    refuses([](AlignScene& s) -> float& { return s.patches[3].weight[3]; });
+    refuses([](AlignScene& s) -> float& { return s.patches[3].tangent_u[0]; });
+    refuses([](AlignScene& s) -> float& { return s.patches[3].tangent_v[2]; });
+    refuses([](AlignScene& s) -> float& { return s.slopes[3].weight_u[1]; });
+    refuses([](AlignScene& s) -> float& { return s.slopes[3].weight_v[2]; });
+}
+
 TEST_CASE("align refuses what it cannot compute") {
     if (!under_test::available()) return;
     const TestHost host;

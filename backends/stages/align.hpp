@@ -93,21 +93,23 @@ struct AlignTemplate {
     const uint8_t* views;
     std::vector<defrec_patch_slope> slopes;  // of each patch; 0 where none were given
 };
-// Throws unless every patch names a view and control points that exist, and slopes, if there are
-// any, are as many.
+// Throws unless every patch names a view and control points that exist, all numbers but its place
+// in the view are finite, and slopes, if there are any, are as many.
 inline AlignTemplate read_template(const defrec_align_params& params,
                                    std::span<const InBuffer> in) {
     const auto given = view_buffers<AlignTemplateBuffers>(params, in);
     const std::span patches(given.patches,
                             std::min<size_t>(params.patches, in[0].size / sizeof(defrec_patch)));
+    check_blended("align: patch", patches.data(), patches.size(), params.nodes);
+    const auto refuse = [](size_t patch, const char* text) {
+        throw StageError(DEFREC_ERROR_ARGUMENT, "align: patch " + std::to_string(patch) + text);
+    };
     for (size_t i = 0; i < patches.size(); ++i) {
-        bool good = patches[i].view >= 0 && uint32_t(patches[i].view) < params.views;
-        for (const int32_t node : patches[i].node)
-            good = good && node >= 0 && uint32_t(node) < params.nodes;
-        if (!good)
-            throw StageError(DEFREC_ERROR_ARGUMENT,
-                             "align: patch " + std::to_string(i) +
-                                 " names a view or a control point that does not exist");
+        const defrec_patch& patch = patches[i];
+        if (patch.view < 0 || uint32_t(patch.view) >= params.views)
+            refuse(i, " names a view that does not exist");
+        if (!all_finite(patch.tangent_u, 3) || !all_finite(patch.tangent_v, 3))
+            refuse(i, " has a tangent that is not finite");
     }
     std::vector<defrec_patch_slope> slopes(patches.size());
     if (given.slopes != nullptr) {
@@ -117,6 +119,10 @@ inline AlignTemplate read_template(const defrec_align_params& params,
                                  std::to_string(in[2].size / sizeof(defrec_patch_slope)) +
                                  " patches, there are " + std::to_string(patches.size()));
         std::copy_n(given.slopes, slopes.size(), slopes.begin());
+        for (size_t i = 0; i < slopes.size(); ++i)
+            if (!all_finite(slopes[i].weight_u, DEFREC_BLEND_NODES) ||
+                !all_finite(slopes[i].weight_v, DEFREC_BLEND_NODES))
+                refuse(i, " has a slope that is not finite");
     }
     return {patches, given.views, std::move(slopes)};
 }

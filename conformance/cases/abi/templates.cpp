@@ -43,7 +43,13 @@ std::vector<Fault> faults_of(uint32_t stage, const StageJob& job) {
             {"a patch of a view too many", 0, kPatch + offsetof(defrec_patch, view), 1},
             {"a patch with control point -1", 0, kPatch + offsetof(defrec_patch, node), kMinusOne},
             {"a patch with a control point too many", 0, kPatch + offsetof(defrec_patch, node) + 8,
-             1}};
+             1},
+            {"a patch whose position is infinite", 0, kPatch + offsetof(defrec_patch, position),
+             infinity},
+            {"a patch whose tangent is not a number", 0,
+             kPatch + offsetof(defrec_patch, tangent_v) + 4, nan},
+            {"a patch whose weight is not a number", 0, kPatch + offsetof(defrec_patch, weight),
+             nan}};
     const uint32_t nodes = static_cast<const defrec_lm_params*>(job.params.get())->nodes;
     constexpr size_t kEdge = 4 * sizeof(defrec_edge);
     uint32_t a = 0;
