@@ -319,8 +319,9 @@ TEST_CASE("the length of a motion's real part does not change what it does") {
         const AlignScene scene = plane(0);
         const auto motions = motions_of_six(turn);
         auto scaled = motions;
+        constexpr float lengths[] = {1, 0.5f, 8, 1e-24f, 1e-30f, 1e25f};
         for (size_t i = 0; i < scaled.size(); ++i) {
-            const float length = i == 0 ? 1.0f : 0.25f * float(1 << i);
+            const float length = lengths[i];
             for (float* part : {scaled[i].real, scaled[i].dual})
                 for (int c = 0; c < 4; ++c) part[c] *= length;
         }

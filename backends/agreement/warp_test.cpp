@@ -238,3 +238,24 @@ TEST_CASE(
         [&] { check_agreement(run(under_test::make_warp, motions, nullptr), expected); });
 }
 
+TEST_CASE("the length of a motion's real part does not change what it does") {
+    if (!under_test::available()) return;
+    TestSurface surface({});
+    const auto unit = turned_apart(surface);
+    for (const Maker make : kMakers) {
+        const auto expected = WarpRun(surface)(make, unit, nullptr);
+        for (const float length : {3.0f, 1e-18f, 1e-24f, 1e-30f, 1e18f, 1e25f, 1e30f}) {
+            CAPTURE(length);
+            auto motions = unit;
+            for (size_t i = 0; i < motions.size(); i += 2)
+                for (float* part : {motions[i].real, motions[i].dual})
+                    for (int c = 0; c < 4; ++c) part[c] *= length;
+            check_agreement(WarpRun(surface)(make, motions, nullptr), expected);
+        }
+        auto none = unit, tiny = unit;
+        none[5] = {};
+        tiny[5] = {{1e-39f, 0, 1e-40f, 0}, {1e-39f, 1e-39f, 0, 0}};
+        check_agreement(WarpRun(surface)(make, tiny, nullptr),
+                        WarpRun(surface)(make, none, nullptr));
+    }
+}

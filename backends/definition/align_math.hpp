@@ -35,16 +35,15 @@ constexpr float reciprocal_sqrt(float x) {
     return y;
 }
 
-// The same motion with a real part of length 1; as it is where that has no length, or one beyond
-// what T holds.
+// The same motion with a real part of length 1; as it is where that has no length or is not finite.
 template <class T>
 constexpr DualQuaternion<T> with_unit_rotation(const DualQuaternion<T>& m) {
-    const T length2 = dot(m.real, m.real);
-    if (std::abs(length2 - T(1)) <= T(kUnitTolerance) || !(length2 > T(0)) ||
-        !std::isfinite(length2))
-        return m;
-    const T scale = T(1) / std::sqrt(length2);
-    return {scale * m.real, scale * m.dual};
+    if (std::abs(dot(m.real, m.real) - T(1)) <= T(kUnitTolerance)) return m;
+    DualQuaternion<T> held = m;
+    T squared{};
+    if (!hold_length(held, squared)) return m;
+    const T scale = T(1) / std::sqrt(squared);
+    return {scale * held.real, scale * held.dual};
 }
 
 // Where a patch is expected, and how the view's pixels map there.

@@ -93,13 +93,21 @@ constexpr Sighting<T> match_sighting(Vec3<T> live) {
 template <class T>
 constexpr bool patch_sighting(const defrec_camera& camera, const defrec_patch_observation& seen,
                               Sighting<T>& sighting) {
-    const T a = T(seen.information[0]), b = T(seen.information[1]), c = T(seen.information[2]);
+    T a = T(seen.information[0]), b = T(seen.information[1]), c = T(seen.information[2]);
+    T one = T(1);
+    constexpr T kLargest = T(kEnlarge / 16);  // squares of numbers beyond may overflow
+    if (!(a <= kLargest && std::abs(b) <= kLargest && c <= kLargest)) {
+        a *= T(kReduce);
+        b *= T(kReduce);
+        c *= T(kReduce);
+        one = T(kReduce);
+    }
     const T half = (a - c) / T(2);
     const T largest = (a + c) / T(2) + std::sqrt(half * half + b * b);
     if (seen.valid != 1 || !std::isfinite(largest) || !(largest > T(0)) || !(a >= T(0)) ||
         !(c >= T(0)))
         return false;
-    const T scale = T(1) / std::max(largest, T(1));
+    const T scale = T(1) / std::max(largest, one);
     const T uu = std::sqrt(a * scale), uv = uu > T(0) ? b * scale / uu : T(0);
     const T vv = std::sqrt(std::max(c * scale - uv * uv, T(0)));
     sighting = {(T(seen.u) / T(kPatchOne) - T(camera.cx)) / T(camera.fx),

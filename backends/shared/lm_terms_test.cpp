@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <limits>
 #include <random>
 
@@ -130,6 +131,22 @@ TEST_CASE(
     }
     seen.information[1] = std::numeric_limits<float>::quiet_NaN();
     CHECK_FALSE(patch_sighting(camera, seen, sighting));
+}
+
+TEST_CASE("information whose square single precision does not hold is scaled down as any other") {
+    const defrec_camera camera{500, 500, 240, 130, 4.6, 0};
+    for (const auto& [a, b, c] : {std::array{1e30f, 0.0f, 1.0f}, std::array{1e19f, 1e19f, 3e19f},
+                                  std::array{3e38f, -2e38f, 3e38f}, std::array{0.0f, 0.0f, 3e38f},
+                                  std::array{4e-30f, 1e-30f, 2e-30f}}) {
+        const defrec_patch_observation seen{0, 0, 0, 1, {a, b, c}, 0};
+        Sighting<double> expected{};
+        Sighting<float> actual{};
+        REQUIRE(patch_sighting(camera, seen, expected));
+        REQUIRE(patch_sighting(camera, seen, actual));
+        CHECK(actual.uu == doctest::Approx(expected.uu));
+        CHECK(actual.uv == doctest::Approx(expected.uv));
+        CHECK(std::abs(double(actual.vv) - expected.vv) < 1e-3);
+    }
 }
 
 TEST_CASE(

@@ -96,12 +96,25 @@ struct DualQuaternion {
     }
 };
 
-// The nearest unit dual quaternion; the identity if |real| is 0 or not finite.
+// Makes the real part's length one whose square single precision holds, by a power of two. False
+// where that is not finite, or less than 2^-126.
 template <class T>
-constexpr DualQuaternion<T> normalise(const DualQuaternion<T>& m) {
-    const T length = std::sqrt(dot(m.real, m.real));
-    if (!(length > T(0)) || !std::isfinite(length)) return DualQuaternion<T>::identity();
-    const T scale = T(1) / length;
+constexpr bool hold_length(DualQuaternion<T>& m, T& squared) {
+    squared = dot(m.real, m.real);
+    if (squared >= T(kLeastFloat) && squared <= T(kLargestFloat)) return true;
+    const T scale = squared < T(1) ? T(kEnlarge) : T(kReduce);
+    m = {scale * m.real, scale * m.dual};
+    squared = dot(m.real, m.real);
+    constexpr T kLeast = T(kLeastFloat * kEnlarge);
+    return squared >= kLeast * kLeast && std::isfinite(squared);
+}
+
+// The nearest unit dual quaternion; the identity if |real| is less than 2^-126 or not finite.
+template <class T>
+constexpr DualQuaternion<T> normalise(DualQuaternion<T> m) {
+    T squared{};
+    if (!hold_length(m, squared)) return DualQuaternion<T>::identity();
+    const T scale = T(1) / std::sqrt(squared);
     const Quaternion<T> real = scale * m.real, dual = scale * m.dual;
     return {real, dual - dot(real, dual) * real};
 }

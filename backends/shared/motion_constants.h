@@ -8,6 +8,12 @@ namespace defrec {
 
 // Length of a blended real part below which the blend has vanished.
 constexpr Real kMinBlendLength = 1e-6;
+// Single precision holds in full what lies between; factors that bring numbers whose squares do not
+// to where they do.
+constexpr Real kLeastFloat = 1.1754943508222875e-38;   // 2^-126
+constexpr Real kLargestFloat = 3.4028234663852886e38;  // 2^128 - 2^104
+constexpr Real kEnlarge = 18446744073709551616.0;      // 2^64
+constexpr Real kReduce = 1.3552527156068805e-20;       // 2^-66
 // Second singular value of the moment of pairs of points below which they fix no rotation, mm^2.
 constexpr Real kMinSpreadMm2 = 1e-2;
 

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <Eigen/Geometry>
+#include <limits>
 
 using namespace defrec;
 
@@ -66,6 +67,24 @@ TEST_CASE("normalise makes a dual quaternion unit and leaves its motion") {
     CHECK(std::abs(dot(again.real, again.dual)) < 1e-12);
     CHECK(distance(apply(again, {1, 2, 3}), apply(unit, {1, 2, 3})) < 1e-12);
     CHECK(normalise(DualQuaternion<double>{}).real.w == 1.0);
+}
+
+TEST_CASE("normalise does so for every length that single precision holds") {
+    const Rigid r = rigid(0.7, {1, 1, 0}, {9, 8, 7});
+    const auto unit = from_rigid(r.rotation, r.t);
+    const auto single = DualQuaternion<float>::load(unit.store());
+    const auto plain = normalise(single);
+    for (const float length :
+         {0x1p-120f, 0x1p-64f, 0x1p-63f, 0x1p-20f, 8.0f, 0x1p62f, 0x1p63f, 0x1p64f, 0x1p120f}) {
+        CAPTURE(length);
+        const auto scaled =
+            normalise(DualQuaternion<float>{length * single.real, length * single.dual});
+        CHECK(std::abs(dot(scaled.real, plain.real) - 1) < 1e-6f);
+        const Vec3<float> t = translation(scaled);
+        CHECK(distance({double(t.x), double(t.y), double(t.z)}, {9, 8, 7}) < 1e-4);
+    }
+    for (const float length : {0.0f, 1e-39f, std::numeric_limits<float>::infinity()})
+        CHECK(normalise(DualQuaternion<float>{{length, 0, 0, 0}, {0, 1, 0, 0}}).dual.x == 0);
 }
 
 TEST_CASE("blending equal motions gives that motion, whatever the signs of the quaternions") {

@@ -268,6 +268,13 @@ std::vector<defrec_motion> loose_motions(const test::TestSurface& surface, uint6
     return motions;
 }
 
+void scale_motions(std::vector<defrec_motion>& motions) {
+    constexpr float kFactors[] = {1, 1e-24f, 1e-30f, 1e25f, 1e30f};
+    for (size_t i = 0; i < motions.size(); ++i)
+        for (float* part : {motions[i].real, motions[i].dual})
+            for (int k = 0; k < 4; ++k) part[k] *= kFactors[i % std::size(kFactors)];
+}
+
 StageJob lm_job(const test::TestSurface& surface, defrec_lm_params params,
                 const std::vector<defrec_motion>& start, int given) {
     const defrec_lm_params own = surface.lm_params();

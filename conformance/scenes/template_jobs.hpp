@@ -62,6 +62,9 @@ void converge(defrec_camera& camera, std::vector<int16_t>& disparity, double off
 std::vector<defrec_motion> loose_motions(const test::TestSurface& surface, uint64_t seed,
                                          double turn = 0.05, double step_mm = 0.8);
 
+// The same motions, by factors from 1e-30 to 1e30.
+void scale_motions(std::vector<defrec_motion>& motions);
+
 enum LmGiven { lm_matches = 1, lm_patches = 2, lm_depth = 4, lm_everything = 7 };
 // params: what is not of the surface.
 StageJob lm_job(const test::TestSurface& surface, defrec_lm_params params,

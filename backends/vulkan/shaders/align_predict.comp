@@ -19,13 +19,14 @@ layout(push_constant) uniform Push {
     AlignRun run;
 };
 
-// The same motion with a real part of length 1; as it is where that has no finite length.
+// The same motion with a real part of length 1; as it is where that has no length or is not finite.
 DualQuaternion with_unit_rotation(DualQuaternion m) {
-    const float length2 = dot(m.real, m.real);
-    if (!finite(vec4(length2)) || !(length2 > 0.0) || abs(length2 - 1.0) <= kUnitTolerance)
-        return m;
-    const float scale = inversesqrt(length2);
-    return DualQuaternion(scale * m.real, scale * m.dual);
+    if (abs(dot(m.real, m.real) - 1.0) <= kUnitTolerance) return m;
+    DualQuaternion held = m;
+    float squared;
+    if (!hold_length(held, squared)) return m;
+    const float scale = inversesqrt(squared);
+    return DualQuaternion(scale * held.real, scale * held.dual);
 }
 
 PatchPrediction predict(int i) {

@@ -29,16 +29,25 @@ vec4 conjugate(vec4 q) { return vec4(-q.xyz, q.w); }
 // Compilers may assume that no NaN occurs; bits cannot be assumed away.
 bool finite(vec4 v) { return all(notEqual(floatBitsToUint(v) & 0x7f800000u, uvec4(0x7f800000u))); }
 
+// Makes the real part's length one whose square is held, by a power of two. False where that is not
+// finite, or less than 2^-126.
+bool hold_length(inout DualQuaternion m, out float squared) {
+    squared = dot(m.real, m.real);
+    if (finite(vec4(squared)) && squared >= kLeastFloat) return true;
+    const float scale = finite(vec4(squared)) ? kEnlarge : kReduce;
+    m = DualQuaternion(scale * m.real, scale * m.dual);
+    squared = dot(m.real, m.real);
+    const float least = kLeastFloat * kEnlarge;
+    return finite(vec4(squared)) && squared >= least * least;
+}
+
 // The nearest unit dual quaternion; the identity where the given one has no finite value or no
 // rotation.
 DualQuaternion normalise_motion(DualQuaternion m) {
-    if (!finite(m.real) || !finite(m.dual)) return kIdentityMotion;
-    const vec4 size = abs(m.real);
-    const float largest = max(max(size.x, size.y), max(size.z, size.w));
-    if (!(largest > 0.0)) return kIdentityMotion;
-    const vec4 direction = m.real / largest;  // so that its square neither overflows nor vanishes
-    const float scale = inversesqrt(dot(direction, direction));
-    const vec4 real = scale * direction, dual = m.dual * (scale / largest);
+    float squared;
+    if (!finite(m.real) || !finite(m.dual) || !hold_length(m, squared)) return kIdentityMotion;
+    const float scale = inversesqrt(squared);
+    const vec4 real = scale * m.real, dual = scale * m.dual;
     return DualQuaternion(real, dual - dot(real, dual) * real);
 }
 DualQuaternion usable_motion(Motion m) { return normalise_motion(load_motion(m)); }

@@ -222,6 +222,14 @@ void add_parameters(std::vector<StageCase>& cases) {
             s.surface.observations[3].information[0] = nan;
             s.surface.observations[6].information[2] = infinity;
         });
+    add(cases, "unusual_scale", "Motions and information far from 1 in size.", [](Scene& s) {
+        s.start = loose_motions(s.surface, 5, 0.01, 0.1);
+        scale_motions(s.start);
+        const float kinds[4][3] = {
+            {1e30f, 0, 1}, {3e38f, 0, 3e38f}, {1e20f, 5e19f, 1e20f}, {1, 0, 1}};
+        for (size_t i = 0; i < s.surface.observations.size(); ++i)
+            std::copy_n(kinds[i % 4], 3, s.surface.observations[i].information);
+    });
     add(cases, "turned_apart", "Control points turned by 120 degrees, named in any order.",
         [](Scene& s) {
             test::reorder_control_points(s.surface);

@@ -74,6 +74,8 @@ void add_warp_cases(std::vector<StageCase>& cases) {
                 s.motions[i].dual[k] *= 1.5f + 0.01f * float(i);
             }
     });
+    add(cases, "unusual_scale", "Motions far from unit length are made so.",
+        [](Scene& s) { scale_motions(s.motions); });
     add(cases, "turned_apart", "Control points turned by 120 degrees, named in any order.",
         [](Scene& s) {
             test::reorder_control_points(s.surface);
