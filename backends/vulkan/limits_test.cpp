@@ -52,6 +52,22 @@ TEST_CASE("row 48: ransac refuses more landmarks than its loops may go through")
           "ransac: 253466 landmarks with that many iterations; this device takes at most 253465");
 }
 
+TEST_CASE("lm refuses more landmarks than it moves rigidly onto matches") {
+    if (!under_test::available()) return;
+    defrec_lm_params p{};
+    p.width = p.height = 64;
+    p.camera = {100, 100, 32, 24, 5, 0};
+    p.presolve = 1;
+    fill_defaults(p);
+    const auto refused = [&] { return refusal([&] { vulkan::make_lm(p, under_test::device()); }); };
+    p.landmarks = 512000;
+    CHECK(refused() == "");
+    ++p.landmarks;
+    CHECK(refused().find("landmarks to move rigidly onto matches") != std::string::npos);
+    p.presolve = 0;
+    CHECK(refused() == "");
+}
+
 TEST_CASE("the shaders of stereo have the shared memory they need for the largest image") {
     if (!under_test::available()) return;
     defrec_stereo_params p{};

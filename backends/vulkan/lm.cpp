@@ -98,11 +98,6 @@ class Lm final : public Stage {
         const Host host(&plain_host());
         LmTemplate surface(host);
         surface.read(p_, in);
-        check_size("lm", "points, landmarks and patches",
-                   uint64_t{p_.points} + p_.landmarks + p_.patches, kMaxItems);
-        if (p_.presolve != 0)
-            check_size("lm", "landmarks to move rigidly onto matches", p_.landmarks,
-                       kMaxPresolveLandmarks);
         const LmBlocks lists(p_, surface);
         check_size(
             "lm", "residuals of a control point", lists.longest,
@@ -278,6 +273,11 @@ std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device,
         throw StageError(DEFREC_ERROR_UNSUPPORTED,
                          "lm: at most " + std::to_string(kMaxDispatches) +
                              " shaders in a run; each iteration has cg_iterations + 7");
+    check_size("lm", "points, landmarks and patches",
+               uint64_t{params.points} + params.landmarks + params.patches, kMaxItems);
+    if (params.presolve != 0)
+        check_size("lm", "landmarks to move rigidly onto matches", params.landmarks,
+                   kMaxPresolveLandmarks);
     return std::make_unique<Lm>(params, device, splits);
 }
 
