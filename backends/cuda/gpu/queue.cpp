@@ -175,13 +175,16 @@ void Queue::drop_pending() noexcept {
 
 // Work that the device does not take is none to wait for; but whoever gathered it must hear of it.
 void Queue::settle() noexcept {
-    const std::lock_guard lock(mutex_);
     const Gpu::Use use(gpu_);
-    try {
-        if (!pending_.empty()) submit();
-    } catch (const std::exception&) {
-        settle_failure_ = std::current_exception();
+    {
+        const std::lock_guard lock(mutex_);
+        try {
+            if (!pending_.empty()) submit();
+        } catch (const std::exception&) {
+            settle_failure_ = std::current_exception();
+        }
     }
+    // Without the lock: a wait by another thread has a time-out to keep.
     cudaStreamSynchronize(stream_);
 }
 

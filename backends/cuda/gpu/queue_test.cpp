@@ -211,6 +211,21 @@ TEST_CASE("waiting: values not signalled, time-outs, any thread's values again")
     CHECK(!queue.wait(second + 1, 1000));
 }
 
+TEST_CASE("a wait keeps its time-out while another thread lets the queue settle") {
+    if (!under_test::available()) return;
+    Queue queue(under_test::device());
+    const Buffer first(under_test::device(), kBytes), second(under_test::device(), kBytes);
+    const auto slow = adding(1000005, 1, first, second, 1);
+    for (int i = 0; i < 2000; ++i) queue.run(slow);
+    const uint64_t value = queue.signal();
+    std::thread settling([&] { queue.settle(); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    int timed_out = 0;
+    while (!queue.wait(value, 10000)) ++timed_out;
+    CHECK(timed_out > 1);
+    settling.join();
+}
+
 TEST_CASE("more sequences of operations than graphs are kept") {
     if (!under_test::available()) return;
     Queue queue(under_test::device());
