@@ -260,7 +260,7 @@ void defrec_job_release(defrec_job job) {
         object->released = true;
         object->job->release();
         // Without its tracker it holds the last of the device's memory.
-        if (object->job.use_count() > 1) return object->job.reset();
+        if (object->job->leave(object->job)) return;
         const std::shared_ptr<const Services> services = object->job->services();
         let_go(std::move(object->job), services, {});
     });

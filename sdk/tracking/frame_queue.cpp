@@ -26,6 +26,12 @@ FrameQueue::FrameQueue(const std::shared_ptr<const Device>& device,
     order_.resize(settings.frames_in_flight);
 }
 
+FrameQueue::~FrameQueue() {
+    const std::lock_guard lock(monitor_->mutex);
+    for (std::shared_ptr<TrackerJob>& job : jobs_)
+        if (job.use_count() > 1) job.reset();
+}
+
 std::shared_ptr<TrackerJob> FrameQueue::submit(FrameInput input) {
     const Reserved reserved = reserve(input.timestamp_ns);
     const std::shared_ptr<TrackerJob>& job = reserved.job;

@@ -21,6 +21,10 @@ class FrameQueue {
     // Has room for settings.frames_in_flight frames, from their submission until their release.
     FrameQueue(const std::shared_ptr<const Device>& device, std::shared_ptr<JobMonitor> monitor,
                const Rig& rig, const TrackerSettings& settings);
+    // Leaves the jobs that applications hold to them: Job::leave.
+    ~FrameQueue();
+    FrameQueue(const FrameQueue&) = delete;
+    FrameQueue& operator=(const FrameQueue&) = delete;
 
     // Copies the images' pixels of the host; returns when the application may use them again. One
     // thread at a time. Throws Error(DEFREC_ERROR_BUSY) when the queue is full,

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <memory>
 #include <thread>
 
 #include "sdk/tracking/test_device.hpp"
@@ -172,4 +173,17 @@ TEST_CASE("row 91: a clock that was set is believed with its second frame") {
     CHECK(queued.refused(1000 * hour) == DEFREC_ERROR_ARGUMENT);  // does not grow
     CHECK(queued.refused(1000 * hour + 1) == DEFREC_OK);
     CHECK(queued.refused(5) == DEFREC_ERROR_ARGUMENT);
+}
+
+TEST_CASE("of the queue and an application that let go of a job, the last is told so") {
+    auto queued = std::make_unique<Queued>();
+    std::shared_ptr<Job> left = queued->submit(), kept = queued->submit();
+    for (int i = 0; i < 2; ++i) queued->frames.take()->finish(DEFREC_OK, "");
+    left->release();
+    CHECK(left->leave(left));
+    CHECK(left == nullptr);
+    kept->release();
+    queued.reset();
+    CHECK_FALSE(kept->leave(kept));
+    CHECK(kept != nullptr);
 }

@@ -122,6 +122,15 @@ void TrackerJob::release() {
     phase = JobPhase::kFree;
 }
 
+// Under the mutex, as the queue lets go: else both could see the other, and one be the last.
+bool TrackerJob::leave(std::shared_ptr<Job>& own) {
+    const std::shared_ptr<JobMonitor> held = monitor;
+    const std::lock_guard lock(held->mutex);
+    if (own.use_count() == 1) return false;
+    own.reset();
+    return true;
+}
+
 void TrackerJob::expect_done() const {
     const std::lock_guard lock(monitor->mutex);
     if (phase != JobPhase::kDone && monitor->is_given_up)

@@ -53,6 +53,7 @@ class TrackerJob final : public Job {
     void move_targets(const PreparedTargets& targets, double* xyz, double* covariance,
                       uint8_t* status, double* expected_error_mm) const override;
     void release() override;
+    bool leave(std::shared_ptr<Job>& own) override;
     std::shared_ptr<const Services> services() const override { return monitor->device.services(); }
 
     // The members below belong to the tracker while the phase is queued or running.

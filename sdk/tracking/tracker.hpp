@@ -39,6 +39,9 @@ class Job {
                               uint8_t* status, double* expected_error_mm) const = 0;
     // Waits if it is running, then gives its place back; the object must not be used afterwards.
     virtual void release() = 0;
+    // Lets go of it. False, and own stays: nobody else has it, and what it holds of the device ends
+    // with it.
+    virtual bool leave(std::shared_ptr<Job>& own) = 0;
     // Services of the context.
     virtual std::shared_ptr<const Services> services() const = 0;
 };
