@@ -43,8 +43,6 @@ constexpr int kMaxWidth = 960;            // of the pictures sent
 constexpr int kJpegQuality = 80;
 constexpr std::size_t kMaxName = 80;      // bytes of a point's name
 constexpr std::size_t kMaxTargets = 500;  // shown, evenly chosen of more
-// Mean gray levels of a picture that is black or white, where just one of the two is.
-constexpr double kBlack = 8, kWhite = 160;
 constexpr std::size_t kMaxOutline = 160;  // points of an outline, evenly chosen of more
 
 struct Shown {
@@ -79,19 +77,8 @@ Json moment_json(const ViewMoment& moment) {
             moment.reasons,
             number(moment.frame_ms),
             number(moment.observed_share),
-            moment.bad_view,
+            moment.faulty_views,
             moment.found};
-}
-
-// Reasons do not say which view is black or white where the other one shows the tissue; the left
-// picture does.
-std::string bad_view(const cv::Mat& left, const std::string& reasons) {
-    const auto is_named = [&](const char* name) { return reasons.find(name) != std::string::npos; };
-    const bool is_dark = is_named("dark");
-    if (!is_named("one-view") || !(is_dark || is_named("saturated"))) return {};
-    const cv::Scalar mean = cv::mean(left);
-    const double level = left.channels() == 1 ? mean[0] : (mean[0] + mean[1] + mean[2]) / 3;
-    return (is_dark ? level < kBlack : level > kWhite) ? "left" : "right";
 }
 
 Json point_json(const ViewPoint& point) {
@@ -505,12 +492,11 @@ void LiveView::set_template(const TemplateRecord& reference) {
 void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<ViewPoint> points,
                    std::size_t dropped_clicks) {
     std::shared_ptr<Shown> shown;
-    std::string view = bad_view(left, frame.reasons);
     {
         const std::lock_guard lock(impl_->mutex);
         std::string state = impl_->shown_state.take(frame.state, frame.reasons, frame.timestamp_ms);
         impl_->remember({frame.index, frame.timestamp_ms, std::move(state), frame.reasons,
-                         frame.frame_ms, frame.observed_share, std::move(view),
+                         frame.frame_ms, frame.observed_share, frame.faulty_views,
                          impl_->shown_state.found()});
         impl_->left_size = left.size();
         if (impl_->waiting == 0) {

@@ -27,8 +27,8 @@ struct ViewMoment {
     double timestamp_ms = 0;
     std::string state, reasons;
     double frame_ms = 0, observed_share = 0;
-    std::string bad_view{};  // "left" or "right", which is black or white; empty: neither or both
-    std::string found{};     // "found" or "relocalised" a moment ago; or empty
+    std::string faulty_views{};  // of which reasons speak, as of FrameRecord
+    std::string found{};         // "found" or "relocalised" a moment ago; or empty
 };
 
 // What a browser asks of the tracking.

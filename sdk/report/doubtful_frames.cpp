@@ -2,6 +2,7 @@
 #include "sdk/report/doubtful_frames.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "sdk/report/reason_words.hpp"
 
@@ -19,39 +20,28 @@ bool is_mild(std::string_view reason) {
     return reason == "few-matches" || reason == "gap" || reason == "fast-motion";
 }
 
-std::string_view main_reason(std::string_view state, std::string_view reasons) {
-    const std::vector<std::string_view> names = reason_names(reasons);
-    const auto has_remedy = [&](std::string_view name) { return !remedy_of(name, state).empty(); };
-    const auto strong = std::find_if(names.begin(), names.end(), [&](std::string_view name) {
-        return has_remedy(name) && !is_mild(name);
-    });
-    if (strong != names.end() || state == "initialising")
-        return strong == names.end() ? std::string_view() : *strong;
-    const auto any = state == "lost" ? std::find_if(names.begin(), names.end(), has_remedy)
-                                     : std::find_if(names.begin(), names.end(), words_of);
-    return any == names.end() ? std::string_view() : *any;
-}
-
-// Which picture a reason speaks of. The left one alone is enough to follow tissue, the right one is
-// not.
-std::string_view picture_of(std::string_view reason, std::string_view state,
-                            std::string_view reasons) {
-    const std::vector<std::string_view> names = reason_names(reasons);
-    const auto has = [&](std::string_view name) {
-        return std::find(names.begin(), names.end(), name) != names.end();
+// What explains a frame's state; null: nothing.
+const ToldReason* main_reason(std::string_view state, const std::vector<ToldReason>& reasons) {
+    const auto first = [&](auto&& is_so) {
+        const auto found = std::find_if(reasons.begin(), reasons.end(), is_so);
+        return found == reasons.end() ? nullptr : &*found;
     };
-    if (has("one-view")) return state == "degraded" ? "the right picture" : std::string_view();
-    return reason == "dark" && !has("saturated") ? "both pictures" : std::string_view();
+    const auto helps = [&](const ToldReason& reason) { return !remedy_of(reason, state).empty(); };
+    const ToldReason* strong =
+        first([&](const ToldReason& reason) { return helps(reason) && !is_mild(reason.name); });
+    if (strong != nullptr || state == "initialising") return strong;
+    if (state == "lost") return first(helps);
+    return first([](const ToldReason& reason) { return words_of(reason.name) != nullptr; });
 }
 
-std::string words_about(const ReasonWords& reason, std::string_view picture) {
-    if (!picture.empty()) {
-        const std::string verb = picture == "both pictures" ? " are " : " is ";
-        if (reason.name == "dark") return std::string(picture) + verb + "black";
-        if (reason.name == "saturated") return std::string(picture) + verb + "white";
-        if (reason.name == "one-view") return std::string(picture) + verb + "missing";
-    }
-    return std::string(reason.words);
+std::string why(std::string_view state, const ToldReason* reason) {
+    const std::vector<ToldReason> unrecognised = told_reasons("few-matches", "");
+    if (reason == nullptr && state == "lost") reason = &unrecognised.front();
+    if (reason == nullptr) return "less is observed than usual";
+    std::string text = reason->words;
+    const std::string_view remedy = remedy_of(*reason, state);
+    if (!remedy.empty()) text.append("; ").append(remedy);
+    return text;
 }
 
 }  // namespace
@@ -62,29 +52,20 @@ std::string DoubtfulFrames::where() const {
     return count == span ? "frames " + ends : std::to_string(count) + " of the frames " + ends;
 }
 
-std::string DoubtfulFrames::why() const {
-    const ReasonWords* words = words_of(reason);
-    if (words == nullptr && state == "lost") words = words_of("few-matches");
-    if (words == nullptr) return "less is observed than usual";
-    std::string text = words_about(*words, picture);
-    const std::string_view remedy = remedy_of(words->name, state);
-    if (!remedy.empty()) text.append("; ").append(remedy);
-    return text;
-}
-
-void DoubtfulFramesList::add(std::int64_t frame, std::string_view state, std::string_view reasons) {
+void DoubtfulFramesList::add(std::int64_t frame, std::string_view state, std::string_view reasons,
+                             std::string_view faulty_views) {
     const std::int64_t at = frames_++;
     if (order_of(state) == kFollowed) return;
-    const std::string_view reason = main_reason(state, reasons);
-    if (state == "initialising" && reason.empty()) return;  // as frames before a template are
-    const std::string_view picture = picture_of(reason, state, reasons);
+    const std::vector<ToldReason> told = told_reasons(reasons, faulty_views);
+    const ToldReason* reason = main_reason(state, told);
+    if (state == "initialising" && reason == nullptr) return;  // as frames before a template are
+    const std::string_view name = reason == nullptr ? std::string_view() : reason->name;
+    std::string text = why(state, reason);
     auto item = std::find_if(items_.begin(), items_.end(), [&](const Item& each) {
-        return each.frames.state == state && each.frames.reason == reason &&
-               each.frames.picture == picture;
+        return each.frames.state == state && each.frames.reason == name && each.frames.why == text;
     });
     if (item == items_.end()) {
-        items_.push_back(
-            {{std::string(state), std::string(reason), std::string(picture), frame}, at});
+        items_.push_back({{std::string(state), std::string(name), std::move(text), frame}, at});
         item = items_.end() - 1;
     }
     item->frames.last = frame;

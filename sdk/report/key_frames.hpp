@@ -12,7 +12,7 @@ namespace defrec::cli {
 struct KeyFrame {
     std::int64_t frame = 0;
     double timestamp_ms = 0;
-    std::string state, reasons;
+    std::string state, reasons, faulty_views;
     bool state_changed = false;
     std::vector<std::uint8_t> jpeg;
 };

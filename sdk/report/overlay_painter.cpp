@@ -146,7 +146,7 @@ void draw_head(cv::Mat& image, const FrameRecord& frame, OverlayDetail detail) {
     }
 
     TextRow last(image, left, baseline + row_height, scale);
-    for (const std::string& reason : reasons_in_words(frame.reasons))
+    for (const std::string& reason : reasons_in_words(frame.reasons, frame.faulty_views))
         last.add(reason, status_colour(VertexStatus::extrapolated));
 }
 

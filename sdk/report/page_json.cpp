@@ -121,6 +121,7 @@ json to_json(const std::vector<KeyFrame>& pictures) {
                           {"ms", picture.timestamp_ms},
                           {"state", picture.state},
                           {"reasons", picture.reasons},
+                          {"faulty_views", picture.faulty_views},
                           {"changed", picture.state_changed},
                           {"jpeg", base64(picture.jpeg)}});
     return result;

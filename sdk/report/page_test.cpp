@@ -33,8 +33,10 @@ TEST_CASE("the page shows itself without an error") {
         meta.notes = {{ReportSeverity::remark, "a remark"}, {ReportSeverity::error, "an error"}};
         sequence.write_report(page, meta);
         const std::string dom = browse(page, folder);
-        CHECK(dom.find("in them. Frames 12 to 13: a picture is black; check light, lens and "
-                       "cable.</li>") != std::string::npos);
+        CHECK(dom.find("in them. Frames 12 to 13: both pictures are black; check light, lens "
+                       "and cable.</li>") != std::string::npos);
+        CHECK(dom.find(" of 20 frames are less sure: errors may be larger in them. ") !=
+              std::string::npos);
         CHECK(dom.find("When frames are lost</dt>") != std::string::npos);
         // Losses, then notes by their weight.
         const std::size_t lost = dom.find(" of 20 frames are lost: nothing is known"),

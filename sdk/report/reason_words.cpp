@@ -2,8 +2,64 @@
 #include "sdk/report/reason_words.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace defrec::cli {
+namespace {
+
+constexpr std::string_view kOfThatInput = "check that video input";
+
+std::vector<std::string_view> sorted_names(std::string_view reasons) {
+    std::vector<std::string_view> names;
+    while (!reasons.empty()) {
+        const std::size_t end = std::min(reasons.find_first_of(",| "), reasons.size());
+        if (end > 0) names.push_back(reasons.substr(0, end));
+        reasons.remove_prefix(std::min(end + 1, reasons.size()));
+    }
+    const auto rank = [](std::string_view name) {
+        const ReasonWords* known = words_of(name);
+        return known == nullptr ? reason_words().size()
+                                : static_cast<std::size_t>(known - reason_words().data());
+    };
+    std::stable_sort(names.begin(), names.end(),
+                     [&](std::string_view a, std::string_view b) { return rank(a) < rank(b); });
+    return names;
+}
+
+bool has(const std::vector<std::string_view>& names, std::string_view name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+// A picture that is black or white has no contrast, is missing, and does not move.
+bool follows_from_others(std::string_view name, const std::vector<std::string_view>& names) {
+    if (!has(names, "dark") && !has(names, "saturated")) return false;
+    return name == "no-texture" || name == "one-view" ||
+           (name == "frozen" && !has(names, "one-view"));
+}
+
+// Which picture a reason speaks of: "left", "right", "both"; empty: not known.
+std::string_view picture_of(std::string_view name, const std::vector<std::string_view>& names,
+                            std::string_view faulty_views) {
+    if (name == "frozen" && has(names, "one-view"))
+        return faulty_views == "left" ? "right" : faulty_views == "right" ? "left" : "";
+    if (name == "view-late" && has(names, "frozen")) return {};
+    const bool is_either = faulty_views == "both" && has(names, "dark") && has(names, "saturated");
+    return is_either ? std::string_view() : faulty_views;
+}
+
+ToldReason told_of(const ReasonWords& reason, std::string_view picture) {
+    const bool is_blank = reason.name == "dark" || reason.name == "saturated";
+    if (is_blank && picture == "both")
+        return {reason.name, "both pictures are" + std::string(reason.of_one.substr(2)),
+                reason.remedy};
+    if (reason.of_one.empty() || (picture != "left" && picture != "right"))
+        return {reason.name, std::string(reason.words), reason.remedy};
+    const bool stands_still = reason.name == "frozen" || reason.name == "view-late";
+    return {reason.name, "the " + std::string(picture) + " picture " + std::string(reason.of_one),
+            stands_still ? kOfThatInput : words_of("one-view")->remedy};
+}
+
+}  // namespace
 
 const std::vector<StateWord>& state_words() {
     static const std::vector<StateWord> words = {
@@ -23,17 +79,18 @@ std::string_view word_of_state(std::string_view name) {
 
 const std::vector<ReasonWords>& reason_words() {
     static const std::vector<ReasonWords> words = {
-        {"dark", "a picture is black", "check light, lens and cable"},
-        {"saturated", "a picture is white", "check light and distance"},
+        {"dark", "a picture is black", "check light, lens and cable", "is black"},
+        {"saturated", "a picture is white", "check light and distance", "is white"},
         {"no-texture", "the pictures show hardly any contrast", "look whether the lens is covered"},
         {"one-view", "one of the two pictures is missing",
-         "check lens, cable and input of that view"},
-        {"frozen", "the picture stands still", "check the video source"},
+         "check lens, cable and input of that view", "is missing"},
+        {"frozen", "the picture stands still", "check the video source", "stands still"},
         {"views-swapped", "left and right look exchanged", "exchange left and right"},
         {"disparity", "the disparity that was given is not that of the pictures",
          "check the files of --disparity"},
         {"interlaced", "the video is interlaced", "run again with --interlaced"},
-        {"view-late", "left and right picture are not of the same time", "synchronise both views"},
+        {"view-late", "left and right picture are not of the same time", "synchronise both views",
+         "stands still"},
         {"calibration", "the calibration does not fit the camera any more",
          "calibrate the cameras again"},
         {"low-contrast", "smoke, blur or a wet lens", "clean the lens, let the smoke clear"},
@@ -65,36 +122,27 @@ const ReasonWords* words_of(std::string_view name) {
     return found == words.end() ? nullptr : &*found;
 }
 
-std::vector<std::string_view> reason_names(std::string_view reasons) {
-    std::vector<std::string_view> names;
-    while (!reasons.empty()) {
-        const std::size_t end = std::min(reasons.find_first_of(",| "), reasons.size());
-        if (end > 0) names.push_back(reasons.substr(0, end));
-        reasons.remove_prefix(std::min(end + 1, reasons.size()));
-    }
-    const auto rank = [](std::string_view name) {
+std::vector<ToldReason> told_reasons(std::string_view reasons, std::string_view faulty_views) {
+    const std::vector<std::string_view> names = sorted_names(reasons);
+    std::vector<ToldReason> told;
+    for (const std::string_view name : names) {
+        if (follows_from_others(name, names)) continue;
         const ReasonWords* known = words_of(name);
-        return known == nullptr ? reason_words().size()
-                                : static_cast<std::size_t>(known - reason_words().data());
-    };
-    std::stable_sort(names.begin(), names.end(),
-                     [&](std::string_view a, std::string_view b) { return rank(a) < rank(b); });
-    return names;
+        told.push_back(known == nullptr ? ToldReason{name, std::string(name), {}}
+                                        : told_of(*known, picture_of(name, names, faulty_views)));
+    }
+    return told;
 }
 
-std::string_view remedy_of(std::string_view reason, std::string_view state) {
-    const ReasonWords* known = words_of(reason);
-    if (known == nullptr || (reason == "few-matches" && state != "lost")) return {};
-    return known->remedy;
+std::vector<std::string> reasons_in_words(std::string_view reasons, std::string_view faulty_views) {
+    std::vector<std::string> words;
+    for (ToldReason& reason : told_reasons(reasons, faulty_views))
+        words.push_back(std::move(reason.words));
+    return words;
 }
 
-std::vector<std::string> reasons_in_words(std::string_view reasons) {
-    std::vector<std::string> result;
-    for (const std::string_view name : reason_names(reasons)) {
-        const ReasonWords* known = words_of(name);
-        result.emplace_back(known == nullptr ? name : known->words);
-    }
-    return result;
+std::string_view remedy_of(const ToldReason& reason, std::string_view state) {
+    return reason.name == "few-matches" && state != "lost" ? std::string_view() : reason.remedy;
 }
 
 }  // namespace defrec::cli

@@ -16,19 +16,28 @@ const std::vector<StateWord>& state_words();
 /// The name of a state that has none.
 std::string_view word_of_state(std::string_view name);
 
-/// A name of DEFREC_REASON_*, what it says, and what to do at the table; empty: nothing.
+/// A name of DEFREC_REASON_*, what it says, and what to do at the table; empty: nothing. of_one:
+/// what it says of a picture that it is known to speak of; empty: it never does.
 struct ReasonWords {
-    std::string_view name, words, remedy;
+    std::string_view name, words, remedy, of_one{};
 };
 /// What explains others comes before them.
 const std::vector<ReasonWords>& reason_words();
 /// null for a name that has none.
 const ReasonWords* words_of(std::string_view name);
+/// One of a frame's reasons as it is said; names that have no words stay.
+struct ToldReason {
+    std::string_view name;
+    std::string words;
+    std::string_view remedy;
+};
+/// In the order of the words, each thing once: that a picture is black says why it has no contrast.
+/// reasons: names with ", " or '|' between them. faulty_views: "left", "right", "both" or empty, as
+/// in frames.csv.
+std::vector<ToldReason> told_reasons(std::string_view reasons, std::string_view faulty_views);
+/// Their words.
+std::vector<std::string> reasons_in_words(std::string_view reasons, std::string_view faulty_views);
 /// What to do in a frame of that state. While tissue is followed, few matches do no harm.
-std::string_view remedy_of(std::string_view reason, std::string_view state);
-/// A frame's names, which have ", " or '|' between them, in the order of the words.
-std::vector<std::string_view> reason_names(std::string_view reasons);
-/// The same in words; names that have none stay, and come last.
-std::vector<std::string> reasons_in_words(std::string_view reasons);
+std::string_view remedy_of(const ToldReason& reason, std::string_view state);
 
 }  // namespace defrec::cli

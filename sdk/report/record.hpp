@@ -92,6 +92,7 @@ struct FrameRecord {
     double timestamp_ms = 0;    ///< since the first frame, of the input's clock
     std::string state;          ///< initialising, tracking, degraded, lost, relocalised
     std::string reasons;        ///< names of the reasons, comma separated; empty if none
+    std::string faulty_views;   ///< "left", "right", "both": of which reasons speak; or empty
     int features = 0;           ///< detected in this frame
     int matches = 0;            ///< matched to the template
     int inliers = 0;            ///< kept by RANSAC

@@ -134,6 +134,29 @@ TEST_CASE("frames in which the picture stands still are told beside the lost one
     CHECK(summary["losses"][0]["where"] == "frames 5 to 6");
 }
 
+TEST_CASE("degraded frames are told with their causes, the picture that fails among them") {
+    const Folder folder;
+    const SyntheticSequence sequence(160, 120, 2);
+    ReportWriter report(folder.path / "report.html", {}, sequence.projector());
+    FrameRecord record = sequence.record(1);
+    for (int i = 0; i < 9; ++i) {
+        record.index = i;
+        record.state = i < 2 ? "tracking" : "degraded";
+        record.reasons = i < 2 ? "occluded" : i < 6 ? "dark, one-view" : "view-late";
+        record.faulty_views = i < 2 ? "" : "right";
+        report.add({}, record);
+    }
+    report.finish();
+    const json data = data_of(read_page(folder.path / "report.html"));
+    CHECK(data["summary"]["losses"].empty());
+    CHECK(data["summary"]["degraded"] ==
+          json({{{"where", "frames 2 to 5"},
+                 {"why", "the right picture is black; check lens, cable and input of that view"}},
+                {{"where", "frames 6 to 8"},
+                 {"why", "the right picture stands still; check that video input"}}}));
+    CHECK(data["summary"]["changes"].back()["faulty_views"] == "right");
+}
+
 TEST_CASE("a plan's parts and targets are listed with their errors, beside the points") {
     const Folder folder;
     const SyntheticSequence sequence(160, 120, 2);

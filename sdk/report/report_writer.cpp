@@ -124,7 +124,7 @@ void ReportWriter::Impl::count(const FrameRecord& frame) {
     last_ms = frame.timestamp_ms;
     ++frames;
     ++frames_by_state[frame.state];
-    doubtful.add(frame.index, frame.state, frame.reasons);
+    doubtful.add(frame.index, frame.state, frame.reasons, frame.faulty_views);
     if (frame.frame_ms > 0) frame_ms.add(frame.frame_ms);
     if (!frame.vertices.empty()) {
         if (std::isfinite(frame.mean_residual_mm)) residual_mm.add(frame.mean_residual_mm);
@@ -169,7 +169,8 @@ void ReportWriter::Impl::note_change(const FrameRecord& frame) {
         changes.push_back({{"frame", frame.index},
                            {"ms", frame.timestamp_ms},
                            {"state", frame.state},
-                           {"reasons", frame.reasons}});
+                           {"reasons", frame.reasons},
+                           {"faulty_views", frame.faulty_views}});
     else
         ++unlisted_changes;
 }
@@ -183,6 +184,7 @@ void ReportWriter::Impl::take_picture(const cv::Mat& left, const FrameRecord& fr
     picture.timestamp_ms = frame.timestamp_ms;
     picture.state = frame.state;
     picture.reasons = frame.reasons;
+    picture.faulty_views = frame.faulty_views;
     picture.jpeg = jpeg(shrunk(canvas, kPictureWidth), 78);
     pictures.add(std::move(picture));
 }
@@ -191,12 +193,12 @@ json ReportWriter::Impl::summary() const {
     json states = json::array();
     for (const auto& [name, number] : frames_by_state)
         states.push_back({{"name", name}, {"frames", number}});
-    json losses = json::array(), frozen = json::array();
+    json losses = json::array(), frozen = json::array(), degraded = json::array();
     for (const DoubtfulFrames& each : doubtful.sorted()) {
-        const bool is_lost = each.state == "lost";
-        json& told = is_lost ? losses : frozen;
-        if ((is_lost || each.reason == "frozen") && told.size() < kDoubtfulFramesSaid)
-            told.push_back({{"where", each.where()}, {"why", each.why()}});
+        if (each.state == "initialising" && each.reason != "frozen") continue;
+        json& told = each.state == "lost" ? losses : each.reason == "frozen" ? frozen : degraded;
+        if (told.size() < kDoubtfulFramesSaid)
+            told.push_back({{"where", each.where()}, {"why", each.why}});
     }
     json stage_list = json::array();
     for (const auto& [name, distribution] : stages)
@@ -206,6 +208,7 @@ json ReportWriter::Impl::summary() const {
             {"states", states},
             {"losses", losses},
             {"frozen", frozen},
+            {"degraded", degraded},
             {"frame_ms", quantiles(frame_ms)},
             {"residual_mm", quantiles(residual_mm)},
             {"observed_share", quantiles(observed_share)},

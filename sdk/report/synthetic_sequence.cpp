@@ -144,6 +144,7 @@ FrameRecord SyntheticSequence::facts(int frame) const {
                                           : "tracking";
     const bool is_lost = result.state == "lost";
     result.reasons = is_lost ? "dark" : result.state == "degraded" ? "instrument-occlusion" : "";
+    result.faulty_views = is_lost ? "both" : "";
     result.mean_residual_mm =
         is_lost ? std::numeric_limits<double>::quiet_NaN() : 0.2 + 0.1 * std::sin(9 * t);
     return result;

@@ -22,6 +22,7 @@ struct FrameNumbers {
 
 struct FrameRow : FrameNumbers {
     std::string state, reasons;  // reasons: names joined by |
+    std::string faulty_views;    // "left", "right", "both": of which they speak; or empty
     std::vector<std::pair<std::string, double>>
         stage_ms;  // in order of execution; a name may come twice
 };
@@ -35,7 +36,7 @@ class FrameLog {
     void add(const FrameRow& row);
 
     struct Row : FrameNumbers {
-        const std::string *state, *reasons;  // of FrameRow
+        const std::string *state, *reasons, *faulty_views;  // of FrameRow
     };
     const std::vector<Row>& rows() const { return rows_; }
     // Each stage that ran, in the order of first appearance.

@@ -50,6 +50,14 @@ void fill_matches(const defrec_result& result, RawProjection& projection,
     }
 }
 
+const char* name_of_views(std::uint32_t views) {
+    constexpr std::uint32_t kBoth = DEFREC_VIEW_LEFT | DEFREC_VIEW_RIGHT;
+    return (views & kBoth) == kBoth           ? "both"
+           : (views & DEFREC_VIEW_LEFT) != 0  ? "left"
+           : (views & DEFREC_VIEW_RIGHT) != 0 ? "right"
+                                              : "";
+}
+
 }  // namespace
 
 VertexStatus vertex_status(std::uint8_t status) {
@@ -81,6 +89,7 @@ FrameRow frame_row(const StereoFrame& frame, const defrec_result& result) {
     row.timestamp_ms = frame.timestamp_ms;
     row.state = state_name(result.state);
     row.reasons = reason_names(result.reasons, "|");
+    row.faulty_views = name_of_views(result.faulty_views);
     row.epoch = result.epoch;
     row.age = result.age;
     row.features = result.features;
@@ -124,6 +133,7 @@ void fill_record(const FrameRow& row, const defrec_result& result,
     record.timestamp_ms = row.timestamp_ms;
     record.state = row.state;
     record.reasons = reason_names(result.reasons, ", ");
+    record.faulty_views = row.faulty_views;
     record.features = static_cast<int>(row.features);
     record.matches = static_cast<int>(row.matches);
     record.inliers = static_cast<int>(row.inliers);

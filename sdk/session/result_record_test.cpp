@@ -23,3 +23,15 @@ TEST_CASE("a frame in which nothing was measured has no residual") {
     CHECK(std::isnan(residual(DEFREC_LOST, 0)));
     CHECK(std::isnan(residual(DEFREC_INITIALISING, 0)));
 }
+
+TEST_CASE("the views of which reasons speak are named in frames.csv and to the pages") {
+    const auto named = [](std::uint32_t views) {
+        defrec_result result{};
+        result.faulty_views = views;
+        return frame_row({}, result).faulty_views;
+    };
+    CHECK(named(0) == "");
+    CHECK(named(DEFREC_VIEW_LEFT) == "left");
+    CHECK(named(DEFREC_VIEW_RIGHT) == "right");
+    CHECK(named(DEFREC_VIEW_LEFT | DEFREC_VIEW_RIGHT) == "both");
+}

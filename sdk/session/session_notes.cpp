@@ -43,6 +43,23 @@ constexpr ReasonNote kReasonNotes[] = {
      NoteSeverity::kError},
 };
 
+// Its view_lag_frames is 0: no clock has to be set.
+bool is_one_view_still(const defrec_result& result) {
+    return (result.reasons & DEFREC_REASON_VIEW_LATE) != 0 &&
+           (result.reasons & DEFREC_REASON_FROZEN) == 0 &&
+           (result.faulty_views == DEFREC_VIEW_LEFT || result.faulty_views == DEFREC_VIEW_RIGHT);
+}
+
+std::string still_view_note(std::uint32_t views) {
+    if (views == 0) return {};
+    const char* which = views == DEFREC_VIEW_LEFT    ? "the left picture"
+                        : views == DEFREC_VIEW_RIGHT ? "the right picture"
+                                                     : "one of the two pictures";
+    return std::string("In some frames ") + which +
+           " stands still while the other one moves; check that video input. See faulty_views in "
+           "frames.csv.";
+}
+
 // In the middle of the left image, so that it takes no longer than a small frame.
 std::optional<int> finest_detail(const StereoFrame& frame) {
     const cv::Mat left = mat_of(frame.left);
@@ -82,7 +99,12 @@ void SessionNotes::add_fields(FieldOrder fields) {
 }
 
 std::string SessionNotes::add_frame(const StereoFrame& frame, const defrec_result& result) {
-    reasons_ |= result.reasons;
+    if (is_one_view_still(result)) {
+        still_views_ |= result.faulty_views;
+        reasons_ |= result.reasons & ~std::uint32_t{DEFREC_REASON_VIEW_LATE};
+    } else {
+        reasons_ |= result.reasons;
+    }
     start_errors_.add(frame.index, result);
     NoteSeverity severity = NoteSeverity::kWarning;
     std::string note = compression_.add(frame, result);
@@ -92,7 +114,8 @@ std::string SessionNotes::add_frame(const StereoFrame& frame, const defrec_resul
         finest_px_ = finest_detail(frame);
         if (finest_px_) {
             note = one_view_note(frame);
-            if (!note.empty()) severity = NoteSeverity::kError;
+            is_one_view_twice_ = !note.empty();
+            if (is_one_view_twice_) severity = NoteSeverity::kError;
         }
         if (note.empty() && finest_px_.value_or(1) > 1) note = detail_note(*finest_px_);
     }
@@ -167,6 +190,7 @@ void SessionNotes::conclude(const PointFollower& points, bool has_template, bool
             NoteSeverity::kError);
     for (const auto& [reason, text, severity] : kReasonNotes)
         if ((reasons_ & reason) != 0) add(text, severity);
+    add(still_view_note(still_views_));
     if (interrupt_requested()) add("Interrupted; the outputs hold the frames tracked until then.");
     // For files alone: what is printed at the end has no expected errors.
     if (const std::string note = start_errors_.note(); !note.empty()) {

@@ -45,6 +45,8 @@ class SessionNotes {
     // At the end of the run, once. has_tracked: any point or target has a position.
     void conclude(const PointFollower& points, bool has_template, bool has_tracked);
 
+    // Left and right show the same picture, as was said.
+    bool is_one_view_twice() const { return is_one_view_twice_; }
     const CompressionWatch& compression() const { return compression_; }
     std::span<const std::string> all() const { return notes_; }
     // One for each of all().
@@ -55,7 +57,9 @@ class SessionNotes {
   private:
     std::vector<std::string> notes_;
     std::vector<NoteSeverity> severities_;
-    std::uint32_t reasons_ = 0;  // of all frames
+    std::uint32_t reasons_ = 0;      // of all frames
+    std::uint32_t still_views_ = 0;  // DEFREC_VIEW_*: that stood still while the other one did not
+    bool is_one_view_twice_ = false;
     CompressionWatch compression_;
     StartErrors start_errors_;
     int looked_at_ = 0;             // frames, for their detail

@@ -161,7 +161,7 @@ void DisplayFile::commit() { file_.commit(); }
 void write_frames(const std::filesystem::path& path, const FrameLog& frames) {
     AtomicFile file(path);
     std::string line =
-        "frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,"
+        "frame,timestamp_ms,state,reasons,faulty_views,epoch,age,features,matches,inliers,patches,"
         "observed_share,mean_residual_mm,view_lag_frames,vertical_offset_px,roll_deg,focal_ratio,"
         "rig_matches,frame_ms";
     for (const FrameLog::Stage& stage : frames.stages()) {
@@ -175,7 +175,8 @@ void write_frames(const std::filesystem::path& path, const FrameLog& frames) {
         line.clear();
         append_integer(line, row.frame);
         append_field(line, row.timestamp_ms, kTimeDecimals);
-        line.append(",").append(*row.state).append(",").append(*row.reasons);
+        for (const std::string* text : {row.state, row.reasons, row.faulty_views})
+            line.append(",").append(*text);
         for (const unsigned count :
              {row.epoch, row.age, row.features, row.matches, row.inliers, row.patches}) {
             append_count(line, count);

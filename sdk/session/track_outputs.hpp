@@ -121,9 +121,9 @@ class DisplayFile {
 };
 
 // frames.csv:
-// frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_share,
-// mean_residual_mm,view_lag_frames,vertical_offset_px,roll_deg,focal_ratio,rig_matches,frame_ms and
-// a column <stage>_ms for each stage, blanks in its name turned into _.
+// frame,timestamp_ms,state,reasons,faulty_views,epoch,age,features,matches,inliers,patches,
+// observed_share,mean_residual_mm,view_lag_frames,vertical_offset_px,roll_deg,focal_ratio,
+// rig_matches,frame_ms and a column <stage>_ms for each stage, blanks in its name turned into _.
 void write_frames(const std::filesystem::path& path, const FrameLog& frames);
 
 // Borrowed; xyz interleaved, mm. normals, status and errors may be null.

@@ -67,6 +67,7 @@ TEST_CASE("frames.csv has a column for each stage that ran in any frame, its run
     second.frame = 1;
     second.state = "lost";
     second.reasons = "dark|no-depth";
+    second.faulty_views = "both";
     second.mean_residual_mm = std::numeric_limits<double>::quiet_NaN();
     second.stage_ms = {{"stereo", 2}, {"lm fine", 3}};
     const TestFolder folder;
@@ -74,14 +75,15 @@ TEST_CASE("frames.csv has a column for each stage that ran in any frame, its run
     frames.add(first);
     frames.add(second);
     write_frames(folder / "frames.csv", frames);
-    CHECK(TestFolder::read(folder / "frames.csv") ==
-          "frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,"
-          "observed_share,mean_residual_mm,view_lag_frames,vertical_offset_px,roll_deg,"
-          "focal_ratio,rig_matches,frame_ms,stereo_ms,align_ms,lm_fine_ms\n"
-          "0,0.000,tracking,,0,0,900,0,0,0,0.0000,0.0000,-0.5000,2.2500,0.3000,1.0012,321,0.000,"
-          "1.500,1.250,0.000\n"
-          "1,0.000,lost,dark|no-depth,0,0,0,0,0,0,0.0000,,0.0000,0.0000,0.0000,1.0000,0,0.000,"
-          "2.000,0.000,3.000\n");
+    CHECK(
+        TestFolder::read(folder / "frames.csv") ==
+        "frame,timestamp_ms,state,reasons,faulty_views,epoch,age,features,matches,inliers,patches,"
+        "observed_share,mean_residual_mm,view_lag_frames,vertical_offset_px,roll_deg,"
+        "focal_ratio,rig_matches,frame_ms,stereo_ms,align_ms,lm_fine_ms\n"
+        "0,0.000,tracking,,,0,0,900,0,0,0,0.0000,0.0000,-0.5000,2.2500,0.3000,1.0012,321,0.000,"
+        "1.500,1.250,0.000\n"
+        "1,0.000,lost,dark|no-depth,both,0,0,0,0,0,0,0.0000,,0.0000,0.0000,0.0000,1.0000,0,0.000,"
+        "2.000,0.000,3.000\n");
 }
 
 TEST_CASE("a PLY file holds what its header says") {

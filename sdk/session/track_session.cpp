@@ -653,12 +653,12 @@ class TrackSession {
             pictures_->finish_report(origin_of_template(), notes);
         });
         for (const std::string& name : pictures_->written()) attempt(name, [] {});
-        nlohmann::ordered_json summary =
-            summarise_track({options_, setup_.device, calibration_, rig_info(setup_.rig), frames_,
-                             points_, beneath_.targets ? &*beneath_.targets : nullptr,
-                             beneath_.plan ? &*beneath_.plan : nullptr, notes_.all(),
-                             setup_.remarks, template_.frame, link_.facts(),
-                             source_.camera_counts(), source_.bag_facts(), source_.fps(), seconds});
+        nlohmann::ordered_json summary = summarise_track(
+            {options_, setup_.device, calibration_, rig_info(setup_.rig), frames_, points_,
+             beneath_.targets ? &*beneath_.targets : nullptr,
+             beneath_.plan ? &*beneath_.plan : nullptr, notes_.all(), notes_.is_one_view_twice(),
+             setup_.remarks, template_.frame, link_.facts(), source_.camera_counts(),
+             source_.bag_facts(), source_.fps(), seconds});
         summary["run"] = folder_.run();
         summary["files"] = files.json();
         // It says that the run was finished, so the disk gets it last.

@@ -105,17 +105,21 @@ Json reasons_json(const std::vector<FrameLog::Row>& rows) {
     return json;
 }
 
-Json doubtful_json(const std::vector<FrameLog::Row>& rows) {
+// That one view given twice has no depth has been said.
+Json doubtful_json(const std::vector<FrameLog::Row>& rows, bool is_one_view_twice) {
     DoubtfulFramesList list;
-    for (const FrameLog::Row& row : rows) list.add(row.frame, *row.state, *row.reasons);
+    for (const FrameLog::Row& row : rows)
+        list.add(row.frame, *row.state, *row.reasons, *row.faulty_views);
     Json json = Json::array();
-    for (const DoubtfulFrames& each : list.sorted())
+    for (const DoubtfulFrames& each : list.sorted()) {
+        if (is_one_view_twice && each.reason == "no-depth") continue;
         json.push_back({{"state", each.state},
                         {"reason", each.reason.empty() ? Json(nullptr) : Json(each.reason)},
                         {"first", each.first},
                         {"last", each.last},
                         {"frames", each.count},
-                        {"text", each.where() + " " + each.state + ": " + each.why()}});
+                        {"text", each.where() + " " + each.state + ": " + each.why}});
+    }
     return json;
 }
 
@@ -281,7 +285,7 @@ Json summarise_track(const TrackFacts& facts) {
     json["template_frame"] = facts.template_frame ? Json(*facts.template_frame) : Json(nullptr);
     json["states"] = states_json(rows);
     json["reasons"] = reasons_json(rows);
-    json["doubtful"] = doubtful_json(rows);
+    json["doubtful"] = doubtful_json(rows, facts.is_one_view_twice);
     json["rig_estimate"] = rig_estimate_json(rows);
     json["points"] = points_json(facts.points);
     json["targets"] = targets_json(facts.targets);

@@ -32,6 +32,7 @@ struct TrackFacts {
     const TargetFollower* targets;  // null without any
     const PlanFollower* plan;       // likewise
     std::span<const std::string> notes;
+    bool is_one_view_twice;  // as notes say
     const LibraryRemarks& library;
     std::optional<std::int64_t> template_frame;
     const std::optional<LinkFacts>& link;  // empty without a live link

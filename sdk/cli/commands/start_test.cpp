@@ -203,6 +203,29 @@ TEST_CASE("one view given as both is named as the cause") {
     CHECK(tracked.code == 8);
     CHECK(tracked.says("Left and right are the same images."));
     CHECK(tracked.says("No frame could give a template; nothing was tracked. defrec doctor"));
+    CHECK(tracked.summary["doubtful"].empty());
+}
+
+TEST_CASE("the view that is black, or stands still alone, is named with what to do") {
+    constexpr std::size_t kFrom = 5;
+    for (const bool is_black : {false, true}) {
+        const TestFolder folder;
+        for (const char* view : {"left", "right"}) fs::copy(sequence() / view, folder / view);
+        const std::vector<fs::path> right = images_of(folder / "right");
+        for (std::size_t i = kFrom; i < right.size(); ++i) {
+            cv::Mat image = cv::imread(right[kFrom - 1].string());
+            if (is_black) image.setTo(0);
+            REQUIRE(cv::imwrite(right[i].string(), image));
+        }
+        const Tracked tracked = track(folder.path().string(), {});
+        REQUIRE_FALSE(tracked.summary["doubtful"].empty());
+        const auto text = tracked.summary["doubtful"][0]["text"].get<std::string>();
+        const char* said = is_black ? "the right picture is black; check lens, cable and input"
+                                    : "the right picture stands still; check that video input";
+        CHECK_MESSAGE(text.find(said) != std::string::npos, text);
+        CHECK_FALSE(tracked.says("view_lag_frames"));
+        CHECK_FALSE(tracked.says("synchronise"));
+    }
 }
 
 TEST_CASE("row 161: a strongly compressed video is told, one that is not is not") {

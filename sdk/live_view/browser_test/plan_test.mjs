@@ -129,7 +129,9 @@ async function lookAtPlan(page, replay) {
   await picture(page, 'one_view');
   assert.equal(oneView.banner, `Plan: 0 of 1 part, 0 of ${kTargets} targets placed`);
   assert.match(oneView.say, /^Plan not placed: only one view shows the tissue/);
+  assert.doesNotMatch(oneView.say, /Nothing of the tissue is seen/);
   assert.match(oneView.say, /Why: the right picture is black/);
+  assert.match(oneView.say, /What.to.do: check lens, cable and input of that view/);
   assert.equal(oneView.badge, 'Plan not placed');
   assert.match(oneView.why, /^Not placed: only one view shows the tissue/);
   for (const row of oneView.rows) assert.equal(row[1], 'not placed');

@@ -63,6 +63,7 @@ export class Replay {
     this.isCut = false;         // all but page and frames
     this.garbled = '';          // of the next frame's answer: "all", or "pictures"
     this.found = '';            // of degraded frames: "found" or "relocalised" a moment ago
+    this.fault = null;          // reasons and views of degraded frames: ["view-late", "right"]
     this.isUnobserved = false;  // neither tissue nor points
     this.isGivenUp = false;     // the template of targets and plan
     this.frame = 1000;
@@ -88,10 +89,12 @@ export class Replay {
     const moments = [...this.missed.splice(0), this.state].map((state) => {
       const [, , , given, frameMs, observed, view] = header.moments.at(-1);
       const isFrozen = state in kFrozen;
-      const reasons = this.of ? given : isFrozen ? 'frozen' : kReasons[state] ?? given;
+      const [fault, faultyViews] = (state === 'degraded' && this.fault) || [];
+      const reasons = fault ?? (this.of ? given : isFrozen ? 'frozen' : kReasons[state] ?? given);
       return [
         ++this.frame, kAnswerMs * this.frame, kFrozen[state] ?? state, reasons, frameMs,
-        isFrozen || this.isUnobserved ? 0 : observed, view, state === 'degraded' ? this.found : ''
+        isFrozen || this.isUnobserved ? 0 : observed, faultyViews ?? view,
+        state === 'degraded' ? this.found : ''
       ];
     });
     const known = this.extrapolated === null ?

@@ -110,12 +110,34 @@ async function clickPicture(page, message) {
   assert.match(said, message);
 }
 
+// Reasons and views of frames in which nothing is observed, and what is said of them.
+const kFaults = [
+  [
+    ['dark, no-texture, one-view', 'right'],
+    /: the right picture is black\. What.to.do: check lens, cable and input of that view\./
+  ],
+  [
+    ['view-late', 'right'],
+    /: the right picture stands still\. What.to.do: check that video input\./
+  ],
+  [['view-late', 'left'], /: the left picture stands still\. What.to.do: check that video input\./],
+];
+
 /** A video that stands still is not of now, also while the picture is paused. */
 async function lookAtFrozen(page, replay) {
   replay.isUnobserved = true;
   const unobserved = await lookAt(replay, [page], 'degraded');
   assert.match(unobserved.say, /^Nothing of the tissue is seen now\. Do not rely/);
   assert.match(unobserved.points, /^Points: \d lost$/);
+  for (const [fault, expected] of kFaults) {
+    await lookAt(replay, [page], 'lost');
+    replay.fault = fault;
+    const {say} = await lookAt(replay, [page], 'degraded');
+    assert.match(say, expected);
+    // The left picture alone is enough to follow tissue.
+    assert.equal(/^Nothing of the tissue is seen/.test(say), fault[1] === 'left');
+  }
+  replay.fault = null;
   replay.isUnobserved = false;
   await lookAt(replay, [page], 'tracking');
   replay.state = 'repeated';

@@ -2,6 +2,7 @@
 // frames or a connection it says that.
 import {byId, element, number, seconds} from '../../report/web/data.js';
 import {stateColour} from '../../report/web/colours.js';
+import {reasonsInWords, remedyOf} from '../../report/web/reasons.js';
 import {Fuse} from './fuse.js';
 import {
   isFollowed,
@@ -11,8 +12,6 @@ import {
   lessSureSince,
   states,
   unseenInWords,
-  whatToDo,
-  whyInWords,
   whyNotPlaced
 } from './words.js';
 
@@ -86,9 +85,9 @@ function setCount(id, text, counts) {
  * " Why: ... What to do: ..." What is noticed of tissue that was found is not why it was; that a
  * video stands still has been said. Spaces in "What to do" do not end a line.
  */
-function because(state, reasons, view) {
-  const why = whyInWords(reasons, view).slice(0, kMaxReasons),
-        remedy = whatToDo(reasons, view, state);
+function because(state, reasons, faultyViews) {
+  const why = reasonsInWords(reasons, faultyViews).slice(0, kMaxReasons),
+        remedy = remedyOf(reasons, faultyViews, isFollowed(state));
   const head = state === 'relocalised' || state === 'found' ? 'Noticed now' : 'Why';
   return (why.length && state !== 'stalled' ? ` ${head}: ${why.join('; ')}.` : '') +
       (remedy ? ` What\u00a0to\u00a0do: ${remedy}.` : '');
@@ -100,7 +99,7 @@ export class State {
     this.changed = changed;
     this.shown = 'connecting';
     this.of = 'connecting';  // of the newest frame, or why there is none
-    this.reasons = this.view = this.found = '';
+    this.reasons = this.faultyViews = this.found = '';
     this.isWritten = false;     // the outputs
     this.beneath = null;        // what the banner counts of targets and plan
     this.isUnobserved = false;  // neither tissue nor points
@@ -139,8 +138,8 @@ export class State {
     const {points, isGivenUp, ...beneath} = followed;
     const now = moments.at(-1);
     if (now) {
-      const [, ms, state, reasons, , observed, view, found] = now;
-      [this.of, this.reasons, this.view, this.found] = [state, reasons, view, found];
+      const [, ms, state, reasons, , observed, faultyViews, found] = now;
+      [this.of, this.reasons, this.faultyViews, this.found] = [state, reasons, faultyViews, found];
       this.isUnobserved = !observed && !points.seen && !points.extrapolated;
       this.movedAt = this.frameAt - (this.frozenFrom === null ? 0 : ms - this.frozenFrom);
     }
@@ -158,7 +157,7 @@ export class State {
   /** Why there are no frames: disconnected, refused, ended. */
   stop(why) {
     this.of = why;
-    this.reasons = this.view = '';
+    this.reasons = this.faultyViews = '';
     for (const id of kCounts) setText(id, '');
     if (why !== 'disconnected') clearInterval(this.timer);
     this.tell();
@@ -207,7 +206,7 @@ export class State {
     setText(
         'state-say',
         (what && `${what}: ${why}. `) + say +
-            (name === 'tracking' ? '' : because(name, reasons, this.view)));
+            (name === 'tracking' ? '' : because(name, reasons, this.faultyViews)));
     document.title = `${word} – defrec`;
     if (name !== 'ended' && name !== 'refused')
       setText('state-since', `for ${duration(performance.now() - this.since)}`);
@@ -222,7 +221,10 @@ export class State {
     const words = states[name] ?? {word: name, say: ''};
     if (!isFollowed(name)) return words;
     if (isFrozen(reasons)) return {...words, say: unseenInWords.frozen};
-    if (this.isUnobserved) return {...words, say: unseenInWords.unobserved};
+    if (this.isUnobserved) {
+      const isSeenLeft = this.faultyViews === 'right';
+      return {...words, say: unseenInWords[isSeenLeft ? 'unmeasured' : 'unobserved']};
+    }
     return name === 'degraded' && this.found ? {...words, say: lessSureSince(this.found)} : words;
   }
 
@@ -250,19 +252,19 @@ export class Changes {
     this.last = null;  // {state, seen, words, why}
   }
 
-  add([frame, ms, state, reasons, , , view]) {
-    const seen = `${reasons} ${view}`;
+  add([frame, ms, state, reasons, , , faultyViews]) {
+    const seen = `${reasons} ${faultyViews}`;
     if (this.last?.state === state) {
       const {words, why, seen: before} = this.last;
       if (seen === before) return;
       this.last.seen = seen;
-      for (const word of whyInWords(reasons, view)) words.add(word);
+      for (const word of reasonsInWords(reasons, faultyViews)) words.add(word);
       why.textContent = [...words].join('; ');
       return;
     }
     const chip = element(
         'span', {class: 'chip', style: `--chip: ${colourOf(state)}`}, states[state]?.word ?? state);
-    const words = new Set(whyInWords(reasons, view));
+    const words = new Set(reasonsInWords(reasons, faultyViews));
     const why = element('span', {}, [...words].join('; '));
     this.last = {state, seen, words, why};
     this.rows.unshift(element(

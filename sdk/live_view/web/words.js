@@ -1,7 +1,6 @@
 // Plain words for states and stages.
 
 import {stateWords} from '../../report/web/colours.js';
-import {reasonsInWords, remedyOf} from '../../report/web/reasons.js';
 
 /** word: the largest on the page. */
 export const states = {
@@ -72,6 +71,7 @@ export const isFrozen = (reasons) => namesOf(reasons).includes('frozen');
 /** Texts for a followed frame that does not show the tissue. */
 export const unseenInWords = {
   frozen: 'The same picture came again: nothing is known of the tissue now.',
+  unmeasured: 'One view does not measure depth. Do not rely on any position.',
   unobserved: 'Nothing of the tissue is seen now. Do not rely on any position.'
 };
 
@@ -107,26 +107,6 @@ export function notPlacedInWords(named, reasons, isGivenUp) {
 }
 
 const namesOf = (reasons) => reasons.split(',').map((name) => name.trim());
-
-/**
- * A frame's reasons in words, each thing once: that a picture is black or white says why it has no
- * contrast, stands still or is missing. view: which of the two it is; empty: neither or both.
- */
-export function whyInWords(reasons, view) {
-  const names = namesOf(reasons);
-  const bad = names.includes('dark') ? 'black' : names.includes('saturated') ? 'white' : '';
-  if (!bad) return reasonsInWords(reasons);
-  const isBoth = !names.includes('one-view') && !names.includes('saturated');
-  const which = view ? `the ${view} picture is ${bad}` :
-      isBoth ? 'both pictures are black' :
-               `a picture is ${bad}`;
-  const said = ['no-texture', 'one-view', 'frozen', bad === 'black' ? 'dark' : 'saturated'];
-  return [which, ...reasonsInWords(names.filter((name) => !said.includes(name)).join(','))];
-}
-
-/** What to do; empty where nothing is known. See whyInWords. */
-export const whatToDo = (reasons, view, state) =>
-    remedyOf(view ? 'one-view' : reasons, isFollowed(state));
 
 const stages = {
   'upload': 'Copy in',

@@ -13,7 +13,9 @@ function caption(picture) {
       stateChip(picture.state));
   if (picture.changed) result.append(' state changed');
   if (picture.reasons)
-    result.append(element('span', {class: 'reasons'}, reasonsInWords(picture.reasons).join('; ')));
+    result.append(element(
+        'span', {class: 'reasons'},
+        reasonsInWords(picture.reasons, picture.faulty_views).join('; ')));
   return result;
 }
 

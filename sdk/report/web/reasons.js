@@ -31,16 +31,14 @@ const reasons = {
   'template-full': 'no further tissue can join',
 };
 
-const rank = Object.fromEntries(Object.keys(reasons).map((name, i) => [name, i]));
-
-const namesOf = (list) => list.split(',')
-                              .map((name) => name.trim())
-                              .filter(Boolean)
-                              .sort((a, b) => (rank[a] ?? Infinity) - (rank[b] ?? Infinity) || 0);
-
-/** The words for a list of names with commas between them. */
-export const reasonsInWords = (names) =>
-    namesOf(names).map((name) => reasons[name] ?? name.replaceAll('-', ' '));
+// What a reason says of a picture that it is known to speak of.
+const ofOne = {
+  'dark': 'is black',
+  'saturated': 'is white',
+  'one-view': 'is missing',
+  'frozen': 'stands still',
+  'view-late': 'stands still',
+};
 
 // Remedies of somebody at the table; docs/api/errors.md has what the application can do.
 const remedies = {
@@ -67,11 +65,67 @@ const remedies = {
   'unchecked': 'use a faster computer or smaller pictures',
 };
 
+const rank = Object.fromEntries(Object.keys(reasons).map((name, i) => [name, i]));
+
+const namesOf = (list) => list.split(',')
+                              .map((name) => name.trim())
+                              .filter(Boolean)
+                              .sort((a, b) => (rank[a] ?? Infinity) - (rank[b] ?? Infinity) || 0);
+
+/** A picture that is black or white has no contrast, is missing, and does not move. */
+function followsFromOthers(name, names) {
+  if (!names.includes('dark') && !names.includes('saturated')) return false;
+  return name === 'no-texture' || name === 'one-view' ||
+      (name === 'frozen' && !names.includes('one-view'));
+}
+
+const otherOf = {
+  left: 'right',
+  right: 'left'
+};
+
+/** Which picture a reason speaks of: left, right, both; empty: not known. */
+function pictureOf(name, names, faultyViews) {
+  if (name === 'frozen' && names.includes('one-view')) return otherOf[faultyViews] ?? '';
+  if (name === 'view-late' && names.includes('frozen')) return '';
+  const isEither = faultyViews === 'both' && names.includes('dark') && names.includes('saturated');
+  return isEither ? '' : faultyViews;
+}
+
+function told(name, picture) {
+  const plain = {name, words: reasons[name] ?? name.replaceAll('-', ' '), remedy: remedies[name]};
+  const isBlank = name === 'dark' || name === 'saturated';
+  if (isBlank && picture === 'both')
+    return {...plain, words: ofOne[name].replace('is', 'both pictures are')};
+  if (!(name in ofOne) || !(picture in otherOf)) return plain;
+  const standsStill = name === 'frozen' || name === 'view-late';
+  return {
+    name,
+    words: `the ${picture} picture ${ofOne[name]}`,
+    remedy: standsStill ? 'check that video input' : remedies['one-view']
+  };
+}
+
+/** Each thing once. */
+function tell(list, faultyViews) {
+  const names = namesOf(list);
+  return names.filter((name) => !followsFromOthers(name, names))
+      .map((name) => told(name, pictureOf(name, names, faultyViews)));
+}
+
+/**
+ * The words for a list of names with commas between them. faultyViews: left, right, both or empty,
+ * as in frames.csv.
+ */
+export const reasonsInWords = (names, faultyViews) =>
+    tell(names, faultyViews).map(({words}) => words);
+
 /**
  * The remedy of the first of the reasons that has one; empty where none has. While tissue is
  * followed, few matches do no harm.
  */
-export const remedyOf = (names, isFollowed) =>
-    remedies[namesOf(names).find(
-        (name) => name in remedies && !(isFollowed && name === 'few-matches'))] ??
+export const remedyOf = (names, faultyViews, isFollowed) =>
+    tell(names, faultyViews)
+        .find(({name, remedy}) => remedy && !(isFollowed && name === 'few-matches'))
+        ?.remedy ??
     '';

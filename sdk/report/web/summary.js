@@ -140,9 +140,9 @@ const severityNames = {
   remark: 'Note',
 };
 
-/** Frames that were lost or stood still, then the notes, which come in their order. */
+/** Frames that were lost, stood still or less sure, then the notes, which come in their order. */
 function notesOf(meta, summary) {
-  const lost = framesIn(summary, 'lost'), notes = [];
+  const lost = framesIn(summary, 'lost'), degraded = framesIn(summary, 'degraded'), notes = [];
   const sentence = ({where, why}) => `${where[0].toUpperCase()}${where.slice(1)}: ${why}.`;
   if (lost)
     notes.push({
@@ -158,6 +158,14 @@ function notesOf(meta, summary) {
       text: [
         'Nothing is known of the tissue while the picture stands still.',
         ...summary.frozen.map(sentence)
+      ].join(' ')
+    });
+  if (summary.degraded.length)
+    notes.push({
+      severity: 'warning',
+      text: [
+        `${degraded} of ${summary.frames} frames are less sure: errors may be larger in them.`,
+        ...summary.degraded.map(sentence)
       ].join(' ')
     });
   return [...notes, ...meta.notes];
@@ -190,7 +198,7 @@ export function showChanges({summary}) {
   const rows = summary.changes.map(
       (c) =>
           [String(c.frame), seconds(c.ms), stateChip(c.state),
-           reasonsInWords(c.reasons).join('; ') || '–']);
+           reasonsInWords(c.reasons, c.faulty_views).join('; ') || '–']);
   byId('changes').append(
       rows.length ? table(['Frame', 'Time', 'State', 'Reasons'], rows) : 'No frames.');
   if (summary.unlisted_changes)
