@@ -12,6 +12,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -79,6 +80,17 @@ Json moment_json(const ViewMoment& moment) {
             number(moment.observed_share),
             moment.faulty_views,
             moment.found};
+}
+
+Support support_of(double seen_share, const std::vector<ViewPoint>& points) {
+    Support support{seen_share, {}, {}};
+    for (const ViewPoint& point : points) {
+        if (!point.is_chosen || point.status == VertexStatus::unknown) continue;
+        const double error = point.expected_error_mm;
+        support.least_error = std::min(support.least_error.value_or(error), error);
+        support.largest_error = std::max(support.largest_error.value_or(error), error);
+    }
+    return support;
 }
 
 Json point_json(const ViewPoint& point) {
@@ -255,7 +267,12 @@ struct LiveView::Impl {
                        {"message", {{"number", messages}, {"text", message}}},
                        {"has_checks", !checks.empty()}};
         header["points"] = Json::array();
-        for (const ViewPoint& point : shown.points) header["points"].push_back(point_json(point));
+        header["never_placed"] = Json::array();
+        for (const ViewPoint& point : shown.points) {
+            header["points"].push_back(point_json(point));
+            if (point.is_chosen && placed.count(point.id) == 0)
+                header["never_placed"].push_back(point.id);
+        }
         header["stages"] = Json::array();
         for (const auto& [name, ms] : shown.record.stage_ms)
             header["stages"].push_back({name, number(ms)});
@@ -436,6 +453,7 @@ struct LiveView::Impl {
     Clock::time_point newest_at;              // of the history
     cv::Size left_size;                       // of the last frame
     ShownState shown_state;
+    std::set<std::int64_t> placed;      // ids of points that users chose, which had a place once
     std::map<std::string, Page> pages;  // by their own ids
     TemplateRecord reference;
     std::uint64_t surface = 0;  // its number, from 1
@@ -494,7 +512,11 @@ void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<Vi
     std::shared_ptr<Shown> shown;
     {
         const std::lock_guard lock(impl_->mutex);
-        std::string state = impl_->shown_state.take(frame.state, frame.reasons, frame.timestamp_ms);
+        std::string state = impl_->shown_state.take(frame.state, frame.reasons, frame.timestamp_ms,
+                                                    support_of(frame.observed_share, points));
+        for (const ViewPoint& point : points)
+            if (point.is_chosen && point.status != VertexStatus::unknown)
+                impl_->placed.insert(point.id);
         impl_->remember({frame.index, frame.timestamp_ms, std::move(state), frame.reasons,
                          frame.frame_ms, frame.observed_share, frame.faulty_views,
                          impl_->shown_state.found()});

@@ -14,6 +14,7 @@
 #include <tuple>
 
 #include "sdk/io/exit_code.hpp"
+#include "sdk/live_view/shown_state.hpp"
 
 using namespace defrec::cli;
 
@@ -284,6 +285,25 @@ TEST_CASE("a page hears that the template of targets was given up") {
     const Packet packet = watched(view, browser, "/frame?after=999", 1001);
     CHECK(packet.header["moments"][0][2] == "given-up");
     CHECK(packet.header["is_given_up"] == true);
+}
+
+TEST_CASE("a page hears of points that never had a place, and of errors that are too large") {
+    LiveView view = made();
+    Browser browser(view);
+    ViewPoint given{7}, clicked{8, VertexStatus::observed, 2, 3, 0, 0, 80, 0.2, "", true};
+    given.is_chosen = true;
+    const Packet first = watched(view, browser, "/frame?after=-1", 0, {given, clicked, {9}});
+    CHECK(first.header["never_placed"] == nlohmann::json{7});
+    CHECK(first.header["moments"].back()[2] == "tracking");
+    given.status = VertexStatus::extrapolated;
+    given.expected_error_mm = ShownState::kMostErrorMm + 1;
+    const Packet placed = watched(view, browser, "/frame?after=999", 1000, {given, clicked});
+    CHECK(placed.header["never_placed"].empty());
+    CHECK(placed.header["moments"].back()[2] == "degraded");
+    given.status = clicked.status = VertexStatus::unknown;
+    const Packet lost = watched(view, browser, "/frame?after=1999", 2000, {given, clicked});
+    CHECK(lost.header["never_placed"].empty());
+    CHECK(lost.header["moments"].back()[2] == "tracking");
 }
 
 TEST_CASE("where nobody waited for the last frame the next is shown, and clicks count") {

@@ -8,6 +8,10 @@ bool is_named(const std::string& reasons, const char* name) {
     return reasons.find(name) != std::string::npos;
 }
 
+bool is_followed(const std::string& said) {
+    return said == "tracking" || said == "degraded" || said == "found" || said == "relocalised";
+}
+
 bool is_lost(const std::string& said) {
     return said == "lost" || said == "unfound" || said == "given-up";
 }
@@ -15,13 +19,33 @@ bool is_lost(const std::string& said) {
 }  // namespace
 
 std::string ShownState::take(const std::string& state, const std::string& reasons,
-                             double timestamp_ms) {
+                             double timestamp_ms, const Support& support) {
     std::string said = state_of_tissue(state, timestamp_ms);
     // Pictures that stay black do not move either; where the tissue is lost, that is why.
     const bool is_black = (is_named(reasons, "dark") || is_named(reasons, "saturated")) &&
                           !is_named(reasons, "one-view");
     const bool is_lost_in_black = is_black && is_lost(said);
-    return stands_still(reasons, timestamp_ms) && !is_lost_in_black ? "stalled" : said;
+    if (stands_still(reasons, timestamp_ms) && !is_lost_in_black) return "stalled";
+    if (!is_followed(said)) {
+        unmeasured_from_ms_.reset();
+        return said;
+    }
+    if (is_unusable(reasons, timestamp_ms, support)) return "unusable";
+    return support.largest_error.value_or(0) > kMostErrorMm ? "degraded" : said;
+}
+
+bool ShownState::is_unusable(const std::string& reasons, double timestamp_ms,
+                             const Support& support) {
+    // A repeated picture tells nothing new.
+    if (is_named(reasons, "frozen") && !is_named(reasons, "one-view"))
+        return unmeasured_from_ms_ && timestamp_ms - *unmeasured_from_ms_ >= kUnmeasuredMs;
+    if (!(support.seen_share < kLeastSeen) && !(support.least_error.value_or(0) > kMostErrorMm)) {
+        unmeasured_from_ms_.reset();
+        return false;
+    }
+    if (!unmeasured_from_ms_ || timestamp_ms < *unmeasured_from_ms_)
+        unmeasured_from_ms_ = timestamp_ms;
+    return timestamp_ms - *unmeasured_from_ms_ >= kUnmeasuredMs;
 }
 
 std::string ShownState::state_of_tissue(const std::string& state, double timestamp_ms) {

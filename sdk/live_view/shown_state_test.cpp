@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 using defrec::cli::ShownState;
+using defrec::cli::Support;
 
 TEST_CASE("found again is said for some seconds of the pictures, and not while it is lost") {
     ShownState state;
@@ -69,4 +70,36 @@ TEST_CASE("a video that stands still for half a second is not of now") {
     CHECK(state.take("degraded", "frozen", 1500) == "degraded");
     CHECK(state.take("degraded", "frozen", 200) == "degraded");  // the recording starts again
     CHECK(state.take("degraded", "frozen", 200 + ShownState::kFrozenMs) == "stalled");
+}
+
+TEST_CASE("positions of tissue that is not seen for half a second are not to be used") {
+    const Support seen{0.7, {}, {}}, unseen{0.001, 0.5, 4.0};
+    ShownState state;
+    CHECK(state.take("tracking", "", 0, seen) == "tracking");
+    CHECK(state.take("degraded", "one-view", 100, unseen) == "degraded");
+    CHECK(state.take("degraded", "one-view", 99 + ShownState::kUnmeasuredMs, unseen) == "degraded");
+    CHECK(state.take("degraded", "one-view", 100 + ShownState::kUnmeasuredMs, unseen) ==
+          "unusable");
+    // A repeated picture tells nothing new.
+    CHECK(state.take("tracking", "frozen", 700, unseen) == "unusable");
+    CHECK(state.take("tracking", "", 800, seen) == "tracking");
+    CHECK(state.take("tracking", "frozen", 900, unseen) == "degraded");
+    CHECK(state.take("tracking", "frozen", 1300, Support{0, {}, {}}) == "tracking");
+    CHECK(state.take("degraded", "", 1400, unseen) == "degraded");
+    CHECK(state.take("lost", "", 1500, unseen) == "lost");
+    CHECK(state.take("relocalised", "", 2000, unseen) == "degraded");
+    CHECK(state.take("tracking", "", 2500, unseen) == "unusable");
+    CHECK(state.take("degraded", "", 100, unseen) == "degraded");  // the recording starts again
+    CHECK(state.take("degraded", "", 600, Support{}) == "degraded");
+}
+
+TEST_CASE("points with large errors are less sure, and not to be used where all have them") {
+    const double large = ShownState::kMostErrorMm + 0.1;
+    ShownState state;
+    CHECK(state.take("tracking", "", 0, Support{0.7, 0.2, 3.0}) == "tracking");
+    CHECK(state.take("tracking", "", 100, Support{0.7, 0.2, large}) == "degraded");
+    CHECK(state.take("tracking", "", 1000, Support{0.7, 0.2, large}) == "degraded");
+    CHECK(state.take("tracking", "", 1100, Support{0.7, large, large}) == "degraded");
+    CHECK(state.take("tracking", "", 1600, Support{0.7, large, large}) == "unusable");
+    CHECK(state.take("tracking", "", 1700, Support{0.7, 0.2, 0.3}) == "tracking");
 }

@@ -72,7 +72,7 @@ async function look(url) {
   const box = await (await page.$('#picture')).boundingBox();
   await listen(page);
   await clickAt(page, box.x + 0.45 * box.width, box.y + 0.55 * box.height);
-  await heard(page, /^Point #\d+ is followed/);
+  await heard(page, /^Point #\d+ is followed, ±\d+\.\d mm\.$/);
   await page.waitForFunction(() => document.documentElement.dataset.clicked === '1');
   await page.waitForFunction(
       () => document.querySelector('#points table')?.textContent.includes('mm'));
@@ -82,7 +82,7 @@ async function look(url) {
   assert.equal(await shown('clicked'), '1');
   assert.match(
       await page.$eval('#state-points', (line) => line.textContent),
-      /^Points: 1 (seen|extrapolated)$/);
+      /^Points: 1 (seen|extrapolated), errors.up.to.\d+\.\d.mm$/);
   await page.type('#points input', 'vessel');
   await page.keyboard.press('Tab');
   await page.waitForFunction(
@@ -101,7 +101,7 @@ async function look(url) {
       (rows) => rows.map((row) => [...row.children].map((cell) => cell.textContent)));
   assert.deepEqual(
       targets.map(([id, depth, status]) => [id, depth, status]),
-      [['7', '–', 'computed'], ['-3', '20.00 mm', 'computed'], ['8', '–', 'not placed']]);
+      [['7', '–', 'placed'], ['-3', '20.0 mm', 'placed'], ['8', '–', 'not placed']]);
   assert.ok(
       targets.slice(0, 2).every((row) => parseFloat(row[4]) > 0),
       `expected errors: ${JSON.stringify(targets)}`);

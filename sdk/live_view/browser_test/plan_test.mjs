@@ -63,7 +63,7 @@ async function look(page, state) {
              return pixels;
            };
            return {
-             banner: element('state-beneath').textContent,
+             banner: element('state-beneath').textContent.replaceAll('\u00a0', ' '),
              say: element('state-say').textContent,
              why: element('plan-why').textContent,
              badge: element('unplaced').checkVisibility() ? element('unplaced').textContent : '',
@@ -95,13 +95,15 @@ async function picture(page, name) {
 async function lookAtPlan(page, replay) {
   const followed = await look(page, 'found');
   await picture(page, 'found');
-  assert.equal(followed.banner, `Plan: 1 of 1 part, ${kTargets} of ${kTargets} targets placed`);
+  const [, placed, largest] = followed.banner.match(/^(.*), errors up to (\d\.\d) mm$/);
+  assert.equal(placed, `Plan: 1 of 1 part, ${kTargets} of ${kTargets} targets placed`);
+  assert.equal(Number(largest), Math.max(...followed.rows.map(([, , mm]) => parseFloat(mm))));
   assert.equal(followed.weight, '400');
   assert.match(followed.label, /^tumour \u00b1\d\.\d mm, \d+\.\d mm deep$/);
   const [part, ...targets] = followed.rows;
   const [name, status, error, depth] = part;
   // Beneath the surface that is the rule, and has no colour beside the part's own.
-  assert.deepEqual([name, status], ['tumour', 'computed']);
+  assert.deepEqual([name, status], ['tumour', 'placed']);
   assert.equal(followed.swatches, 1);
   assert.ok(parseFloat(error) > 0 && parseFloat(error) < 3, error);
   assert.deepEqual(
@@ -150,8 +152,8 @@ async function lookAtPlan(page, replay) {
   [replay.state, replay.of] = ['tracking', 'partly'];
   const partly = await look(page, 'tracking');
   await picture(page, 'partly');
-  assert.equal(
-      partly.banner, `Plan: 1 of 1 part partly known, ${kTargets} of ${kTargets} targets placed`);
+  assert.ok(partly.banner.startsWith(
+      `Plan: 1 of 1 part partly known, ${kTargets} of ${kTargets} targets placed, errors up to `));
   assert.equal(partly.weight, '800');
   assert.match(partly.why, /^1 part partly known: too little/);
   assert.deepEqual(partly.rows[0].slice(0, 2), ['tumour', 'partly known']);
@@ -168,7 +170,7 @@ async function lookAtPlan(page, replay) {
   assert.equal(lost.weight, '800');
   assert.deepEqual([lost.part, lost.targets], [0, 0], 'pixels of the plan');
   for (const [, lostStatus, lostError, lostDepth, place = '–'] of lost.rows)
-    assert.deepEqual([lostStatus, lostError, lostDepth, place], ['lost', '–', '–', '–']);
+    assert.deepEqual([lostStatus, lostError, lostDepth, place], ['not placed', '–', '–', '–']);
   assert.doesNotMatch(lost.say, /not placed/);
   assert.equal(lost.why, '');
   if (lost.is3D) assert.ok(lost.isStale);

@@ -63,9 +63,11 @@ export class Replay {
     this.isCut = false;         // all but page and frames
     this.garbled = '';          // of the next frame's answer: "all", or "pictures"
     this.found = '';            // of degraded frames: "found" or "relocalised" a moment ago
-    this.fault = null;          // reasons and views of degraded frames: ["view-late", "right"]
     this.isUnobserved = false;  // neither tissue nor points
-    this.isGivenUp = false;     // the template of targets and plan
+    this.fault =
+        null;  // reasons and views of frames that are degraded or unusable: ["view-late", "right"]
+    this.isGivenUp = false;  // the template of targets and plan
+    this.neverPlaced = [];   // ids of further points, of users
     this.frame = 1000;
     this.missed = [];   // states of frames before the next one
     this.waiting = [];  // answers that come with release()
@@ -89,7 +91,7 @@ export class Replay {
     const moments = [...this.missed.splice(0), this.state].map((state) => {
       const [, , , given, frameMs, observed, view] = header.moments.at(-1);
       const isFrozen = state in kFrozen;
-      const [fault, faultyViews] = (state === 'degraded' && this.fault) || [];
+      const [fault, faultyViews] = (['degraded', 'unusable'].includes(state) && this.fault) || [];
       const reasons = fault ?? (this.of ? given : isFrozen ? 'frozen' : kReasons[state] ?? given);
       return [
         ++this.frame, kAnswerMs * this.frame, kFrozen[state] ?? state, reasons, frameMs,
@@ -97,9 +99,10 @@ export class Replay {
         state === 'degraded' ? this.found : ''
       ];
     });
-    const known = this.extrapolated === null ?
-        header.points :
-        [...header.points, [901, 1, true, '', 80, 60, 0, 0, 80, this.extrapolated]];
+    const known = [...header.points];
+    if (this.extrapolated !== null)
+      known.push([901, 1, true, '', 80, 60, 0, 0, 80, this.extrapolated]);
+    known.push(...this.neverPlaced.map((id) => [id, 2, true, '']));
     const points = this.isUnobserved || this.state in kFrozen ?
         known.map(([id, , ...rest]) => [id, 2, ...rest]) :
         known;
@@ -115,7 +118,8 @@ export class Replay {
       age_ms: 0,
       waited_ms: kAnswerMs,
       has_checks: true,
-      is_given_up: this.isGivenUp
+      is_given_up: this.isGivenUp,
+      never_placed: this.neverPlaced
     });
     while (Buffer.byteLength(text) % 4) text += ' ';
     const length = Buffer.alloc(4);

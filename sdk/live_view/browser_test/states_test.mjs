@@ -38,8 +38,13 @@ const look = async (page, state) =>
         text: document.body.innerText,
         isStale: document.querySelector('.stage').classList.contains('stale'),
         isPictureGray: getComputedStyle(element('picture')).filter.includes('grayscale'),
-        points: element('state-points').hidden ? '' : element('state-points').textContent,
-        error: element('state-error').hidden ? '' : element('state-error').textContent,
+        points: element('state-points').hidden ?
+            '' :
+            element('state-points').textContent.replaceAll('\u00a0', ' '),
+        paused: element('paused').hidden ? '' : element('paused').textContent,
+        pausedInBanner: element('state-paused').textContent,
+        title: document.title,
+        residual: element('residual').textContent,
         lastSeen: element('last-seen').hidden ? '' : element('last-seen').textContent,
         pictureOpacity: getComputedStyle(element('picture')).opacity,
         sidewaysLists: [...document.querySelectorAll('.scroll')]
@@ -69,6 +74,7 @@ const kWords = {
   found: 'Found',
   unfound: 'Not found yet',
   'given-up': 'Lost',
+  unusable: 'One view only',
   stalled: 'No new picture',
   disconnected: 'No connection',
   ended: 'Ended',
@@ -123,6 +129,48 @@ const kFaults = [
   [['view-late', 'left'], /: the left picture stands still\. What.to.do: check that video input\./],
 ];
 
+/** What is not measured is not to be used, and tells it as a loss does. */
+async function lookAtUnusable(page, replay) {
+  replay.isUnobserved = true;
+  replay.fault = ['dark, one-view', 'right'];
+  const oneView = await lookAt(replay, [page], 'unusable');
+  assert.match(
+      oneView.say, /^Do not use positions: one view does not.* Why: the right picture is black\./);
+  assert.deepEqual([oneView.colour, oneView.isFlashing, oneView.takesPoints], [kRed, true, false]);
+  await clickPicture(page, /^No point was added: positions are not measured/);
+  replay.fault = ['occluded', ''];
+  await page.waitForFunction(
+      () => document.getElementById('state-word').textContent === 'Tissue not seen');
+  replay.fault = null;
+  replay.isUnobserved = false;
+  await lookAt(replay, [page], 'tracking');
+}
+
+/** The page is paused, and the tissue lost: what is shown is old, also once it is found again. */
+async function lookAtPaused(page, replay) {
+  const again = await lookAt(replay, [page], 'relocalised', true);
+  assert.ok(again.isPictureGray, 'the picture is one of before the loss');
+  assert.match(again.paused, /^PAUSED – picture of \d.* s ago$/);
+  assert.match(again.say, /followed again\. Press Go on, then compare one landmark by eye\./);
+  assert.deepEqual(
+      [again.pausedInBanner, again.title],
+      ['Picture paused', 'Found again · picture paused – defrec']);
+  assert.match(again.text, /Now \(the picture is paused\)/);
+  assert.ok((await lookAt(replay, [page], 'tracking', true)).isPictureGray);
+  await page.click('#pause');
+  await page.waitForFunction(
+      () => !getComputedStyle(document.getElementById('picture')).filter.includes('grayscale'));
+  const goesOn = await lookAt(replay, [page], 'tracking');
+  assert.deepEqual([goesOn.isPictureGray, goesOn.pausedInBanner, goesOn.paused], [false, '', '']);
+  assert.doesNotMatch(goesOn.text, /\(the picture is paused\)/);
+  // It is old a while after, also without a loss.
+  await page.click('#pause');
+  await page.waitForFunction(
+      () => document.documentElement.dataset.state === 'tracking' &&
+          getComputedStyle(document.getElementById('picture')).filter.includes('grayscale'),
+      {polling: 50});
+}
+
 /** A video that stands still is not of now, also while the picture is paused. */
 async function lookAtFrozen(page, replay) {
   replay.isUnobserved = true;
@@ -142,7 +190,9 @@ async function lookAtFrozen(page, replay) {
   await lookAt(replay, [page], 'tracking');
   replay.state = 'repeated';
   const repeated = await look(page, 'degraded');
-  assert.match(repeated.say, /^The same picture came again: .* Why: the picture stands still/);
+  assert.match(
+      repeated.say, /^The same picture came again: positions are \d\.\d s old\. Why: one /);
+  assert.match(repeated.say, / one repeated picture\.$/);
   for (const {say} of [unobserved, repeated]) assert.doesNotMatch(say, /followed/);
   for (const isPaused of [false, true]) {
     await lookAt(replay, [page], 'tracking', isPaused);
@@ -188,15 +238,15 @@ async function lookAtFrozen(page, replay) {
 async function lookAtStates(page, other, replay, isPlain) {
   const tracking = await lookAt(replay, [page, other], 'tracking');
   assert.equal(tracking.isPictureGray, false);
-  assert.match(tracking.points, /^Points: 1 seen$/);
-  assert.equal(tracking.error, 'Largest expected error 0.2 mm');
+  assert.equal(tracking.points, 'Points: 1 seen, errors up to 0.2 mm');
+  assert.equal(tracking.pointsWeight, '400');
   await page.waitForFunction(() => Number(document.documentElement.dataset.frame) > 1001);
   // A machine that is busy may draw 3D too slowly.
   const isDrawn = !isPlain && await (await page.waitForFunction(() => {
                                 const {surfaceFrame, surface} = document.documentElement.dataset;
                                 return surfaceFrame ? 'drawn' : surface;
                               })).jsonValue() === 'drawn';
-  assert.match((await look(page, 'tracking')).text, /Measure depth/);
+  assert.match(await page.$eval('#stages', (times) => times.textContent), /Measure depth/);
   assert.equal(tracking.isStale, false);
   assert.doesNotMatch(tracking.text, /not of now/);
   await page.click('#alarm-flash');
@@ -207,7 +257,8 @@ async function lookAtStates(page, other, replay, isPlain) {
   await clickPicture(page, /^No point was added: the tissue is not followed/);
   assert.ok(lost.isFlashing);
   assert.doesNotMatch(lost.text, /No surface yet/);
-  assert.doesNotMatch(lost.text, /0\.00 mm/);
+  assert.match(tracking.residual, /^\d\.\d+ mm$/);
+  assert.equal(lost.residual, '–');
   if (isDrawn) {
     assert.ok(lost.isStale);
     assert.match(lost.lastSeen, /^Last seen \d/);
@@ -230,10 +281,8 @@ async function lookAtStates(page, other, replay, isPlain) {
   await clickPicture(page, /^No point was added: the tissue is not followed/);
   replay.extrapolated = 3.14;
   const degraded = await lookAt(replay, [page], 'degraded');
-  assert.match(degraded.say, /Why: something lies in front/);
-  assert.deepEqual(
-      [degraded.points, degraded.error],
-      ['Points: 1 seen, 1 extrapolated', 'Largest expected error 3.1 mm']);
+  assert.match(degraded.say, /Do not use points above ±3 mm\. Why: something lies in front/);
+  assert.equal(degraded.points, 'Points: 1 seen, 1 extrapolated, errors up to 3.1 mm');
   assert.equal(degraded.pointsWeight, '800', 'what is not seen counts');
   replay.found = 'relocalised';
   await page.waitForFunction(
@@ -254,11 +303,13 @@ async function lookAtStates(page, other, replay, isPlain) {
   assert.ok(pausedLost.isPictureGray, 'what is lost now is not shown as followed');
   assert.ok(pausedLost.isFlashing);
   assert.equal(pausedLost.pictureOpacity, '1', 'a frame that flashes leaves the picture alone');
-  await lookAt(replay, [page], 'tracking', true);
+  await lookAtPaused(page, replay);
   await lookAtResized(page, 700);
   await page.click('#pause');
+  await lookAtUnusable(page, replay);
   await lookAtFrozen(page, replay);
   const stalled = await lookAt(replay, [page], 'stalled');
+  assert.match(stalled.say, /What to do: check the camera, recorder and cables; close other pr/);
   assert.ok(stalled.isPictureGray, 'the picture that is no longer of now is gray');
   assert.equal(stalled.points, '');
   assert.match(stalled.oldPicture, /^Picture of \d.* ago$/);
@@ -402,6 +453,44 @@ async function lookAtHidden(browser, replay) {
   await page.close();
 }
 
+/** Where the picture is does not depend on the state, nor on what is said of it. */
+async function lookAtPlaces(browser, replay) {
+  const errors = [], page = await openPage(browser, errors);
+  await page.goto(replay.url);
+  for (const [width, height] of [[1280, 800], [390, 844]]) {
+    await page.setViewport({width, height});
+    const tops = {};
+    for (const state of ['tracking', 'degraded', 'relocalised', 'lost', 'unusable', 'stalled']) {
+      replay.extrapolated = state === 'degraded' ? 8.5 : null;
+      replay.fault = state === 'unusable' ? ['dark, one-view', 'right'] : null;
+      replay.state = state;
+      await look(page, state);
+      tops[state] = await page.$eval('#picture', (canvas) => canvas.getBoundingClientRect().top);
+      await picture(page, `place_${width}_${state}`);
+    }
+    assert.equal(new Set(Object.values(tops)).size, 1, `${width}: ${JSON.stringify(tops)}`);
+  }
+  [replay.state, replay.extrapolated, replay.fault] = ['tracking', null, null];
+  assert.deepEqual(errors, []);
+  await page.close();
+}
+
+/** Points that never had a place say why. */
+async function lookAtNeverPlaced(browser, replay) {
+  const errors = [], page = await openPage(browser, errors);
+  await page.setViewport({width: 390, height: 844});
+  await page.goto(replay.url);
+  replay.neverPlaced = [902];
+  await page.waitForFunction(
+      () => document.querySelector('#points tr[data-id="902"]')
+                ?.textContent.includes('lostnot seen when it was given'));
+  assert.deepEqual((await look(page, 'tracking')).sidewaysLists, []);
+  await picture(page, 'never_placed');
+  replay.neverPlaced = [];
+  assert.deepEqual(errors, []);
+  await page.close();
+}
+
 /** What was chosen for the alarm holds when the page is loaded again. */
 async function lookAtChoices(browser, replay) {
   const errors = [], page = await openPage(browser, errors);
@@ -474,6 +563,8 @@ try {
   await inTime(lookAtGarbled(browser, replay));
   await inTime(lookAtHidden(browser, replay));
   await inTime(lookAtChoices(browser, replay));
+  await inTime(lookAtPlaces(browser, replay));
+  await inTime(lookAtNeverPlaced(browser, replay));
   await inTime(watchStates(browser, replay));
 } finally {
   program.kill('SIGKILL');

@@ -57,7 +57,7 @@ export class Alarm {
   /** state: that is shown. */
   watch(state) {
     const wasOn = this.isOn;
-    this.isOn = isLost(state) || ['disconnected', 'stalled'].includes(state);
+    this.isOn = isLost(state) || ['disconnected', 'stalled', 'unusable'].includes(state);
     this.flash();
     if (this.isOn && !wasOn) this.beat();
   }

@@ -11,14 +11,12 @@ export function showNow(header, moment, shownPerSecond) {
   // nothing is seen has no residual.
   const known = isFollowed(moment[2]), measured = known && moment[5] > 0;
   const entries = [
-    ['Tissue seen', known ? percent(moment[5]) : '–'],
-    [
-      'Residual', measured && header.residual_mm !== null ? `${number(header.residual_mm)} mm` : '–'
-    ],
-    ['Frame', String(header.frame)], ['Time', seconds(header.timestamp_ms)],
-    ['Time for a frame', milliseconds(moment[4])],
+    ['Tissue seen', known ? percent(moment[5]) : '–'], ['Frame', String(header.frame)],
+    ['Time', seconds(header.timestamp_ms)], ['Time for a frame', milliseconds(moment[4])],
     ['Pictures here', `${number(shownPerSecond, 0)} per s`]
   ];
+  byId('residual').textContent =
+      measured && header.residual_mm !== null ? `${number(header.residual_mm, 1)} mm` : '–';
   byId('cards').replaceChildren(...entries.map(
       ([name, value]) => element('div', {}, element('dt', {}, name), element('dd', {}, value))));
 }

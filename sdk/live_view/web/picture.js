@@ -6,6 +6,7 @@ import {request, tell} from './now.js';
 import {drawPlan} from './plan.js';
 import {labelOf} from './points.js';
 import {drawTargets, labelTargets} from './targets.js';
+import {statusWords} from './words.js';
 
 const kChosenRadius = 6, kGridRadius = 2;  // pixels of the screen
 // A mark's radius is at most this share of the distance between points that are spread evenly: many
@@ -23,8 +24,9 @@ const recognised = {
 };
 
 function showGridLegend() {
+  const named = statuses.map((status, i) => ({...status, name: statusWords[i]}));
   byId('grid-meanings')
-      .replaceChildren(...[...statuses, recognised].flatMap(
+      .replaceChildren(...[...named, recognised].flatMap(
           ({name, colour, meaning}) =>
               [element(
                    'dt', {}, element('span', {class: 'swatch', style: `background: ${colour}`}),
@@ -82,7 +84,7 @@ export class Picture {
     const isAwaited = performance.now() - this.clickedAt < kAnswerMs;
     const added = chosen.find(({id}) => this.known && !this.known.has(id));
     if (isAwaited && added)
-      tell(`Point ${labelOf(added)} is followed from this picture on.`);
+      tell(`Point ${labelOf(added)} is followed, ${plusMinus(added.error)}.`);
     else if (isAwaited && this.dropped !== null && dropped > this.dropped)
       tell('There is no surface there: no point was added.');
     this.known = new Set(chosen.map(({id}) => id));

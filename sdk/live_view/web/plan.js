@@ -4,6 +4,7 @@ import {byId, element, number, table} from '../../report/web/data.js';
 import {kRanks, plusMinus} from './labels.js';
 import {
   hasPlace,
+  largestError,
   lengthCell,
   nameOf,
   placeCell,
@@ -48,7 +49,8 @@ export const isPartlyKnown = (part) => !hasPlace(part) && part.outlines.length >
 export const partsKnown = (parts) => ({
   all: parts.length,
   placed: parts.filter(hasPlace).length,
-  partly: parts.filter(isPartlyKnown).length
+  partly: parts.filter(isPartlyKnown).length,
+  largest: largestError(parts, (part) => part.outlines.length > 0)
 });
 
 /** "9.6 mm deep"; what comes out of the surface has a negative depth. */
@@ -117,8 +119,11 @@ function drawPart(context, part, scale, unit, labels) {
       [plusMinus(error), depthInWords(part)].filter(Boolean).join(', ');
   labels.addBox(
       `part ${name}`, `${name} ${about}`,
-      {box, outline: places, colour: lighter(colour), brief: name},
-      kRanks.part, context.canvas);
+<<<<<<< head
+      {box, outline: places, colour: lighter(colour), brief: name}, kRanks.part, context.canvas);
+=======
+      {box, outline: places, colour: lighter(colour), brief: name}, kRanks.part, context.canvas);
+>>>>>>> now
 }
 
 /** Only what is known of the parts. */
@@ -151,15 +156,14 @@ export function showPlanList(plan, isOfFollowed, why) {
           plan.parts.map(
               (part) =>
                   [element('span', {}, partSwatch(part), part.name), partStatus(part, isOfFollowed),
-                   part.outlines.length ? lengthCell(part.error, 2) : '–',
-                   lengthCell(part.depth, 1)])));
+                   part.outlines.length ? lengthCell(part.error) : '–', lengthCell(part.depth)])));
   byId('plan-targets-list')
       .replaceChildren(table(
           ['Target', ...heads, 'x, y, z in mm'],
           plan.targets.map(
               (target) =>
-                  [nameOf(target), placeCell(target.status, isOfFollowed),
-                   lengthCell(target.error, 2), lengthCell(target.centre ? target.depth : null, 1),
+                  [nameOf(target), placeCell(target.status, isOfFollowed), lengthCell(target.error),
+                   lengthCell(target.centre ? target.depth : null),
                    target.centre ? target.centre.map((value) => number(value, 1)).join(', ') :
                                    '–'])));
 }

@@ -3,6 +3,7 @@ import {byId, element, number} from '../../report/web/data.js';
 import {statusCell} from '../../report/web/summary.js';
 import {request, tell} from './now.js';
 import {hasPlace} from './targets.js';
+import {statusWords} from './words.js';
 
 const kMaxListed = 100;
 const kAskMs = 4000;  // for which a button asks whether a point is to be removed
@@ -11,6 +12,14 @@ const kAskMs = 4000;  // for which a button asks whether a point is to be remove
 export const readPoints = ({points}) => points.map(
     ([id, status, isChosen, name, u, v, x, y, z, error]) =>
         ({id, status, isChosen, name, u: u ?? null, v: v ?? null, x, y, z, error}));
+
+/** A point that was given where no tissue was seen stays lost. */
+function pointCell({id, status}, neverPlaced) {
+  const cell = statusCell(status, statusWords[status]);
+  if (neverPlaced.has(id))
+    cell.append(element('small', {class: 'lost-why'}, 'not seen when it was given'));
+  return cell;
+}
 
 export const labelOf = ({id, name}) => name || `#${id}`;
 
@@ -73,8 +82,11 @@ export class PointList {
     return row;
   }
 
-  /** chosen: points of users. takesMore: a click can follow another one. */
-  show(chosen, takesMore) {
+  /**
+   * chosen: points of users. takesMore: a click can follow another one. neverPlaced: ids of those
+   * which never had a place in the run.
+   */
+  show(chosen, takesMore, neverPlaced) {
     const listed = chosen.slice(0, kMaxListed);
     const ids = new Set(listed.map(({id}) => id));
     for (const [id, {line}] of this.rows) {
@@ -85,7 +97,7 @@ export class PointList {
     for (const point of listed) {
       const {name, cells} = this.rows.get(point.id) ?? this.makeRow(point.id);
       if (document.activeElement !== name) name.value = point.name;
-      cells[1].replaceChildren(statusCell(point.status));
+      cells[1].replaceChildren(pointCell(point, neverPlaced));
       cells[2].textContent = hasPlace(point) ? `${number(point.error, 1)} mm` : '–';
       cells[3].textContent = hasPlace(point) ?
           [point.x, point.y, point.z].map((value) => number(value, 1)).join(', ') :

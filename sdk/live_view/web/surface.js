@@ -16,6 +16,7 @@ import {fetchSurface} from './connection.js';
 import {Pace} from './pace.js';
 import {isPartlyKnown, partSwatch} from './plan.js';
 import {hasPlace, targetColour} from './targets.js';
+import {statusWords} from './words.js';
 
 const kTopErrorMm = 2;
 const kWayColour = '#ffd400';  // of the shortest way from a part to the surface
@@ -262,7 +263,7 @@ class LiveSurface extends Stage {
     byId('legend').replaceChildren(
         ...ofParts, ...ofTargets,
         ...(by === 'status' ?
-                statuses.map(({name, colour}) => element('span', {}, swatch(colour), name)) :
+                statuses.map(({colour}, i) => element('span', {}, swatch(colour), statusWords[i])) :
                 by === 'error' ?
                 [
                   element('span', {}, '0'),

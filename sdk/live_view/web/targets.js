@@ -1,7 +1,7 @@
 // Targets beneath the surface: on the left view, and in a list.
 import {extrapolatedStatus, observedStatus, unknownStatus} from '../../report/web/colours.js';
 import {byId, element, number, table} from '../../report/web/data.js';
-import {beneathStatusCell, statusCell} from '../../report/web/summary.js';
+import {statusCell} from '../../report/web/summary.js';
 import {kRanks, plusMinus} from './labels.js';
 
 export const targetColour = '#c6ff1a';
@@ -30,6 +30,10 @@ export const readTargets = ({targets}) =>
 
 export const hasPlace = ({status}) => status !== unknownStatus;
 export const placedTargets = (targets) => targets.filter(hasPlace);
+
+/** The largest expected error of what is drawn, mm; -1 where nothing is. */
+export const largestError = (things, isDrawn = hasPlace) =>
+    things.filter(isDrawn).reduce((most, {error}) => Math.max(most, error ?? -1), -1);
 
 const isSeen = ({centre, u, v}) => centre && u !== null && v !== null;
 
@@ -85,14 +89,16 @@ export const shareShown = (targets, count) =>
 /** Worse than what is usual beneath the surface, in a frame that is followed. */
 export const warningCell = (word) => statusCell(extrapolatedStatus, word);
 
-/** Tissue that is followed is not lost, but what lies beneath it may have no place. */
-export const placeCell = (status, isOfFollowed) => isOfFollowed && status === unknownStatus ?
-    warningCell('not placed') :
-    beneathStatusCell(status, statusCell);
+/** What has no place is a warning only where the tissue above is followed. */
+export function placeCell(status, isOfFollowed) {
+  if (status === unknownStatus)
+    return isOfFollowed ? warningCell('not placed') : statusCell(status, 'not placed');
+  return status === extrapolatedStatus ? element('span', {}, 'placed') :
+                                         statusCell(status, 'placed');
+}
 
-/** "0.60 mm" */
-export const lengthCell = (value, digits) =>
-    (Number.isFinite(value) ? `${number(value, digits)} mm` : '–');
+/** "0.6 mm" */
+export const lengthCell = (value) => (Number.isFinite(value) ? `${number(value, 1)} mm` : '–');
 
 
 /** Hidden until there is a target. count: of all that are followed. why: see showPlanList. */
@@ -101,9 +107,8 @@ export function showTargetList(targets, count, isOfFollowed, why) {
     for (const id of ['targets', 'target-controls', 'see-through-control']) byId(id).hidden = false;
   const rows = targets.map(
       ({id, depth, status, centre, error}) =>
-          [id, lengthCell(depth, 2), placeCell(status, isOfFollowed),
-           centre ? centre.map((value) => number(value, 1)).join(', ') : '–',
-           lengthCell(error, 2)]);
+          [id, lengthCell(depth), placeCell(status, isOfFollowed),
+           centre ? centre.map((value) => number(value, 1)).join(', ') : '–', lengthCell(error)]);
   byId('targets-count').textContent = shareShown(targets, count);
   byId('targets-why').textContent = why;
   byId('targets-list')

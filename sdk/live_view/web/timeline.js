@@ -1,4 +1,4 @@
-// Frame time and observed share of the last frames.
+// Frame time and share of the tissue that is seen, of the last frames.
 import uPlot from 'uplot';
 import {lineColours} from '../../report/web/colours.js';
 import {byId, paletteColour} from '../../report/web/data.js';
@@ -30,7 +30,7 @@ export class Timeline {
           series: [
             {label: 'Time', value: (_, value) => (value === null ? '–' : `${value.toFixed(2)} s`)},
             {label: 'frame time, ms', scale: 'ms', stroke: lineColours[0], width: 1.6},
-            {label: 'observed, %', scale: 'share', stroke: lineColours[2], width: 1.6},
+            {label: 'tissue seen, %', scale: 'share', stroke: lineColours[2], width: 1.6},
           ],
         },
         this.values, container);

@@ -49,6 +49,6 @@ export class Pause {
   tell() {
     if (this.from !== null)
       byId('paused').textContent =
-          `Paused: picture of ${duration(performance.now() - this.from)} ago`;
+          `PAUSED – picture of ${duration(performance.now() - this.from)} ago`;
   }
 }

@@ -13,11 +13,12 @@ import {Picture} from './picture.js';
 import {partsKnown, readPlan, showPlanList} from './plan.js';
 import {PointList, readPoints} from './points.js';
 import {Changes, duration, isOfNow, State} from './state.js';
-import {hasPlace, placedTargets, readTargets, showTargetList} from './targets.js';
+import {largestError, placedTargets, readTargets, showTargetList} from './targets.js';
 import {listenToFullScreen, Pause} from './tools.js';
-import {isFollowed, isLost, notPlacedInWords} from './words.js';
+import {isFollowed, isLost, isUsable, notPlacedInWords} from './words.js';
 
-const kLateMs = 1000;  // a surface that is so far behind the picture beside it is shown as old
+const kLateMs = 1000;    // a surface that is so far behind the picture beside it is shown as old
+const kPausedMs = 3000;  // for which a paused picture keeps its colours
 
 /** Says how old picture and surface are, and what stands in place of the surface. */
 class AgeNotes {
@@ -26,7 +27,8 @@ class AgeNotes {
     byId('show-surface-control').hidden = !canShow;
     // When the picture came that is drawn, in 3D and beside it, for the first time.
     this.seenAt = this.pictureAt = null;
-    this.isPaused = false;
+    this.pausedAt = null;
+    this.isOld = false;  // a picture that was paused
     this.state = 'connecting';
     setInterval(() => this.tell(), 200);
   }
@@ -38,12 +40,13 @@ class AgeNotes {
   }
 
   pause(on) {
-    this.isPaused = on;
+    this.pausedAt = on ? performance.now() : null;
     this.tell();
   }
 
   showPicture(at) {
     this.pictureAt = at;
+    if (this.pausedAt === null) this.isOld = false;
     this.tell();
   }
 
@@ -53,17 +56,19 @@ class AgeNotes {
   }
 
   tell() {
-    const isOfFollowed = isFollowed(this.state) || !this.isPaused;
+    const isPaused = this.pausedAt !== null, isUsed = isUsable(this.state);
+    // A picture from before a loss stays old when the tissue is found again.
+    if (isPaused && (!isUsed || performance.now() - this.pausedAt > kPausedMs)) this.isOld = true;
     const frame = byId('left').querySelector('.picture-frame');
-    frame.classList.toggle('stale', !isOfFollowed);
-    frame.classList.toggle('held', this.isPaused && isOfFollowed);
-    const isOld = this.pictureAt !== null && !isOfNow(this.state) && !this.isPaused;
+    frame.classList.toggle('stale', this.isOld);
+    frame.classList.toggle('held', isPaused && isUsed);
+    const isOld = this.pictureAt !== null && !isOfNow(this.state) && !isPaused;
     byId('old-picture').hidden = !isOld;
     if (isOld)
       byId('old-picture').textContent =
           `Picture of ${duration(performance.now() - this.pictureAt)} ago`;
     const wasSeen = this.seenAt !== null, behind = this.pictureAt - this.seenAt;
-    const followed = isFollowed(this.state), isNow = followed && behind < kLateMs;
+    const followed = isFollowed(this.state) && !this.isOld, isNow = followed && behind < kLateMs;
     byId('surface').querySelector('.stage').classList.toggle('stale', !isNow && wasSeen);
     byId('last-seen').hidden = isNow || !wasSeen;
     if (!isNow && wasSeen)
@@ -79,18 +84,23 @@ class AgeNotes {
 }
 
 /** What the banner counts: see State.take. */
-function followed(header, chosen, plan) {
+function followed(header, chosen, shown, plan) {
   const {target_count: targets, targets_placed: targetsPlaced, is_given_up: isGivenUp} = header;
   return {
     points: {
       all: chosen.length,
       seen: chosen.filter(({status}) => status === observedStatus).length,
       extrapolated: chosen.filter(({status}) => status === extrapolatedStatus).length,
-      largest: chosen.filter(hasPlace).reduce((most, {error}) => Math.max(most, error), -1)
+      largest: largestError(chosen)
     },
-    targets: {all: targets, placed: targetsPlaced, partly: 0},
+    targets: {all: targets, placed: targetsPlaced, partly: 0, largest: largestError(shown)},
     parts: partsKnown(plan?.parts ?? []),
-    planTargets: {all: plan?.targetCount ?? 0, placed: plan?.targetsPlaced ?? 0, partly: 0},
+    planTargets: {
+      all: plan?.targetCount ?? 0,
+      placed: plan?.targetsPlaced ?? 0,
+      partly: 0,
+      largest: largestError(plan?.targets ?? [])
+    },
     isGivenUp
   };
 }
@@ -101,6 +111,7 @@ export async function watch(surface, timeline) {
   const notes = new AgeNotes(surface !== null);
   const pause = new Pause((on) => {
     notes.pause(on);
+    state.pause(on);
     takePoints();
   }, () => notes.pictureAt);
   const state = new State((name) => {
@@ -122,8 +133,9 @@ export async function watch(surface, timeline) {
     const why = isPaused                        ? 'the picture is paused.' :
         isLost(name) || name === 'initialising' ? 'the tissue is not followed.' :
         name === 'ended'                        ? 'the run has ended.' :
+        name === 'unusable'                     ? 'positions are not measured well enough now.' :
                                                   'the picture is not of now.';
-    picture.take(isFollowed(name) && !isPaused, `No point was added: ${why}`);
+    picture.take(isUsable(name) && !isPaused, `No point was added: ${why}`);
   }
 
   // While there is a program to ask.
@@ -166,17 +178,17 @@ export async function watch(surface, timeline) {
     for (const moment of moments) changes.add(moment);
     if (moments.length) newest = moments.at(-1)[0];
     const targets = readTargets(header), plan = readPlan(header);
-    const counts = followed(header, chosen, plan);
+    const counts = followed(header, chosen, targets, plan);
     state.take(moments, counts, ageMs);
     const now = header.moments.find(([index]) => index === header.frame) ?? header.moments.at(-1);
     if (now) showNow(header, now, rate());
     showStages(header.stages);
     picture.answer(header.dropped_clicks, chosen);
-    list.show(chosen, picture.takesPoints);
     showRecording(header.recording);
     showMessage(header.message);
-    await checks.show(header);
     const isOfFollowed = isFollowed(now?.[2]);
+    list.show(chosen, picture.takesPoints, new Set(isOfFollowed ? header.never_placed : []));
+    await checks.show(header, isOfFollowed);
     const why = (of) => (isOfFollowed ? notPlacedInWords(of, now[3], header.is_given_up) : '');
     showTargetList(targets, header.target_count, isOfFollowed, why({target: counts.targets}));
     showPlanList(plan, isOfFollowed, why({part: counts.parts, target: counts.planTargets}));

@@ -1,6 +1,7 @@
 // Plain words for states and stages.
 
 import {stateWords} from '../../report/web/colours.js';
+import {reasonsInWords, remedyOf} from '../../report/web/reasons.js';
 
 /** word: the largest on the page. */
 export const states = {
@@ -18,12 +19,8 @@ export const states = {
     word: stateWords.relocalised,
     say: 'The tissue was lost, and is followed again. Compare one landmark by eye.'
   },
-  found:
-      {word: 'Found', say: 'The tissue of the template is followed. Compare one landmark by eye.'},
-  unfound: {
-    word: 'Not found yet',
-    say: 'The tissue of the template is looked for. Do not rely on any position.'
-  },
+  found: {word: 'Found', say: 'The tissue is followed. Compare one landmark by eye.'},
+  unfound: {word: 'Not found yet', say: 'The tissue is looked for. Do not rely on any position.'},
   lost: {word: stateWords.lost, say: 'The tissue is not followed. Do not rely on any position.'},
   'given-up': {
     word: stateWords.lost,
@@ -32,7 +29,9 @@ export const states = {
   },
   stalled: {
     word: 'No new picture',
-    say: 'Nothing here is current: the video stands still, or this computer is too slow.'
+    say:
+        'No picture comes any more, and nothing here is current. What\u00a0to\u00a0do: check the ' +
+        'camera, recorder and cables; close other programs on this computer.'
   },
   frozen: {
     word: 'No new picture',
@@ -57,7 +56,10 @@ export const states = {
 
 /** Whether positions of the frame are those of the tissue now. */
 export const isFollowed =
-    (state) => ['tracking', 'degraded', 'relocalised', 'found'].includes(state);
+    (state) => ['tracking', 'degraded', 'relocalised', 'found', 'unusable'].includes(state);
+
+/** Whether these positions are measured well enough to be used. */
+export const isUsable = (state) => isFollowed(state) && state !== 'unusable';
 
 /** Whether tissue was to be followed and is not. */
 export const isLost = (state) => ['lost', 'unfound', 'given-up'].includes(state);
@@ -65,15 +67,45 @@ export const isLost = (state) => ['lost', 'unfound', 'given-up'].includes(state)
 /** Text for a frame that is degraded a moment after tissue was found or found again. */
 export const lessSureSince = (found) => `${states[found].say} Errors may be larger than usual.`;
 
-/** In a frame that repeats the one before. */
-export const isFrozen = (reasons) => namesOf(reasons).includes('frozen');
+/** In a frame that repeats the one before; one view that stands still is another thing. */
+export function isFrozen(reasons) {
+  const names = namesOf(reasons);
+  return names.includes('frozen') && !names.includes('one-view');
+}
 
-/** Texts for a followed frame that does not show the tissue. */
-export const unseenInWords = {
-  frozen: 'The same picture came again: nothing is known of the tissue now.',
-  unmeasured: 'One view does not measure depth. Do not rely on any position.',
-  unobserved: 'Nothing of the tissue is seen now. Do not rely on any position.'
-};
+/** The largest expected error of a usable point; shown_state.hpp has the same, and states why. */
+export const kMostErrorMm = 3;
+
+const kLeastSeen = 0.005;  // of the tissue: less is 0 % in words
+
+/** seen: share of the tissue. */
+export const isUnseen = (seen) => seen !== null && seen < kLeastSeen;
+
+const isOneView = (reasons, faultyViews) =>
+    namesOf(reasons).includes('one-view') || ['left', 'right'].includes(faultyViews);
+
+/** {word, say} for state unusable. seen: share of the tissue. */
+export function unusableInWords(reasons, seen, faultyViews) {
+  if (isUnseen(seen) && isOneView(reasons, faultyViews))
+    return {word: 'One view only', say: 'Do not use positions: one view does not measure depth.'};
+  if (isUnseen(seen))
+    return {word: 'Tissue not seen', say: 'Do not use positions: they are not measured now.'};
+  return {
+    word: 'Large errors',
+    say: `Do not use positions: all points have expected errors above ${kMostErrorMm} mm.`
+  };
+}
+
+/** The state's word in a list of frames. */
+export const wordOf = (state, reasons, seen, faultyViews) =>
+    (state === 'unusable' ? unusableInWords(reasons, seen, faultyViews).word :
+                            states[state]?.word ?? state);
+
+/** Text for a frame of which nothing is seen, for a moment. */
+export const unseenInWords = (faultyViews) =>
+    (faultyViews === 'right' ? 'One view does not measure depth. Do not rely on any position.' :
+                               'Nothing of the tissue is seen now. Do not rely on any position.');
+
 
 /**
  * Why parts and targets have no place in a followed frame (docs/api/beneath.md, expected error), or
@@ -85,6 +117,11 @@ export function whyNotPlaced(counts, reasons, isGivenUp) {
       'only one view shows the tissue, which does not measure depth' :
       'too little is known here of the tissue above, or the expected error would be too large';
 }
+
+/** Words for the head of lists: what they show is not what the picture does. */
+export const headOfLists = (isOfNow, isPaused) => !isOfNow ? 'Of the last picture, not of now' :
+    isPaused                                               ? 'Now (the picture is paused)' :
+                                                             '';
 
 export const isUnknown = ({placed, partly}) => placed + partly === 0;
 
@@ -125,5 +162,8 @@ const stages = {
   'warp': 'Move the surface',
   'download': 'Copy out',
 };
+
+/** By status of a vertex or point: the page's only words for them. */
+export const statusWords = ['seen', 'extrapolated', 'lost'];
 
 export const stageInWords = (name) => stages[name] ?? name;

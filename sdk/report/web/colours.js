@@ -9,6 +9,7 @@ export const stateColours = {
   'found': '#7c3aed',
   'unfound': '#dc2626',
   'given-up': '#dc2626',
+  'unusable': '#dc2626',
 };
 export const stateColour = (state) => stateColours[state] ?? '#94a3b8';
 
