@@ -63,7 +63,7 @@ async function takePictures(page, name) {
 
 async function lookAtGood(page) {
   assert.equal(await foundIn(page), '');
-  assert.equal(await stateOf(page), `Nothing was found in the first ${kRendered} frames.`);
+  assert.equal(await stateOf(page), `At the start (first ${kRendered} frames): nothing was found.`);
   const list = await listOf(page);
   assert.ok(list.length > 10);
   for (const [id, mark, , isSeen] of list) {
@@ -79,11 +79,14 @@ async function lookAtGood(page) {
 
 async function lookAtExchanged(page) {
   assert.equal(await foundIn(page), 'order');
-  assert.equal(await stateOf(page), `1 problem in the first ${kRendered} frames.`);
+  assert.equal(await stateOf(page), `At the start (first ${kRendered} frames): 1 problem.`);
   const list = await listOf(page);
   const [, mark, text, isSeen] = list[0];
   assert.equal(mark, 'error');
   assert.ok(isSeen);
+  assert.equal(
+      await page.$eval('#checks-link', (link) => !link.hidden && link.textContent),
+      '1 problem in video or calibration');
   for (const part
            of ['Problem', 'order of the views', 'the views look exchanged',
                'What to do:', 'Give the recording of --left as --right'])
@@ -111,11 +114,15 @@ async function lookAtMarkup(page, url) {
     return request.respond({
       status: 200,
       contentType: 'application/json',
-      body: JSON.stringify({frames: 12, findings: [finding]})
+      body: JSON.stringify({frames: 12, findings: [finding, {...finding, id: 'exposure'}]})
     });
   });
   await page.goto(url);
-  assert.equal(await foundIn(page), markup);
+  assert.equal(await foundIn(page), `${markup} exposure`);
+  // Pictures of tissue that is followed are not black any more.
+  await page.waitForFunction(
+      () => document.getElementById('checks-link').textContent ===
+          '1 problem in video or calibration');
   assert.equal(await page.$('#checks img'), null);
   assert.equal((await listOf(page))[0][2].split(markup).length, 4);
   assert.notEqual(await page.title(), '1');

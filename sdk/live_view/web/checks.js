@@ -25,36 +25,52 @@ function item(finding) {
 
 const count = (number, name) => `${number} ${name}${number === 1 ? '' : 's'}`;
 
+// What the pictures looked like at the start, of which the state tells the present.
+const kOfPictures = ['exposure', 'black_frames', 'sharpness'];
+
 /** "1 problem, 2 warnings", or that there are none. */
 function summary(found) {
   const errors = found.filter(({severity}) => severity === 'error').length;
   const parts = [];
   if (errors) parts.push(count(errors, 'problem'));
   if (found.length > errors) parts.push(count(found.length - errors, 'warning'));
-  return parts.join(', ') || 'Nothing was found';
+  return parts.join(', ') || 'nothing was found';
 }
 
 export class Checks {
   constructor() {
-    this.isShown = false;
+    this.isShown = this.wasFollowed = false;
+    this.linked = [];  // findings
   }
 
   /** Fetches the findings once the header says that there are any. */
-  async show({has_checks: hasChecks}) {
+  async show({has_checks: hasChecks}, isFollowed) {
+    if (isFollowed && !this.wasFollowed) {
+      this.wasFollowed = true;
+      this.link();
+    }
     if (this.isShown || !hasChecks) return;
     const checks = await fetchChecks();
     if (!checks) return;
     this.isShown = true;
     const of = (verdict) => checks.findings.filter((finding) => finding.verdict === verdict);
     const found = of('found'), unknown = of('unknown'), fine = of('fine');
-    byId('checks-state').textContent = `${summary(found)} in the first ${checks.frames} frames.`;
+    byId('checks-state').textContent =
+        `At the start (first ${checks.frames} frames): ${summary(found)}.`;
     byId('checks-found').replaceChildren(...found.map(item));
     byId('checks-others').replaceChildren(...[...unknown, ...fine].map(item));
     byId('checks-rest-title').textContent = `${fine.length} fine, ${unknown.length} unknown`;
     byId('checks-rest').hidden = false;
+    this.linked = found;
+    this.link();
+    document.documentElement.dataset.found = found.map(({id}) => id).join(' ');
+  }
+
+  /** Tissue that is followed has shown that its pictures are good enough by now. */
+  link() {
+    const found = this.linked.filter(({id}) => !(this.wasFollowed && kOfPictures.includes(id)));
     byId('checks-link').hidden = found.length === 0;
     byId('checks-link').textContent = `${summary(found)} in video or calibration`;
-    document.documentElement.dataset.found = found.map(({id}) => id).join(' ');
   }
 
   /** The run has ended. */
