@@ -119,11 +119,7 @@ function drawPart(context, part, scale, unit, labels) {
       [plusMinus(error), depthInWords(part)].filter(Boolean).join(', ');
   labels.addBox(
       `part ${name}`, `${name} ${about}`,
-<<<<<<< head
       {box, outline: places, colour: lighter(colour), brief: name}, kRanks.part, context.canvas);
-=======
-      {box, outline: places, colour: lighter(colour), brief: name}, kRanks.part, context.canvas);
->>>>>>> now
 }
 
 /** Only what is known of the parts. */

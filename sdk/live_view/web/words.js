@@ -106,6 +106,23 @@ export const unseenInWords = (faultyViews) =>
     (faultyViews === 'right' ? 'One view does not measure depth. Do not rely on any position.' :
                                'Nothing of the tissue is seen now. Do not rely on any position.');
 
+/** The reasons in words: a picture that is repeated is no video that stands still. */
+export const whyInWords = (state, reasons, faultyViews) =>
+    reasonsInWords(reasons, faultyViews)
+        .map(
+            (words) =>
+                (isFrozen(reasons) && state !== 'stalled' && words === frozenInWords ?
+                     'one repeated picture' :
+                     words));
+
+const [frozenInWords] = reasonsInWords('frozen', '');
+
+/** What to do; empty where nothing is known. */
+export const whatToDo = (state, reasons, faultyViews) => remedyOf(
+    isFrozen(reasons) && state !== 'stalled' ?
+        namesOf(reasons).filter((name) => name !== 'frozen').join(',') :
+        reasons,
+    faultyViews, isFollowed(state));
 
 /**
  * Why parts and targets have no place in a followed frame (docs/api/beneath.md, expected error), or
