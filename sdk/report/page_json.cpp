@@ -114,6 +114,13 @@ json to_json(const Series& series) {
             {"lines", lines}};
 }
 
+json to_json(const PictureGaps& gaps) {
+    json listed = json::array();
+    for (const PictureGaps::Gap& gap : gaps.listed())
+        listed.push_back({{"from_ms", gap.from_ms}, {"to_ms", gap.to_ms}});
+    return {{"listed", listed}, {"count", gaps.count()}, {"total_ms", gaps.total_ms()}};
+}
+
 json to_json(const std::vector<KeyFrame>& pictures) {
     json result = json::array();
     for (const KeyFrame& picture : pictures)

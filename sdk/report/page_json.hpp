@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sdk/report/key_frames.hpp"
+#include "sdk/report/picture_gaps.hpp"
 #include "sdk/report/point_history.hpp"
 #include "sdk/report/report.hpp"
 #include "sdk/report/surface_history.hpp"
@@ -24,6 +25,7 @@ std::string base64(const std::vector<T>& values) {
 
 nlohmann::json to_json(const ReportMeta& meta);
 nlohmann::json to_json(const Series& series);
+nlohmann::json to_json(const PictureGaps& gaps);
 nlohmann::json to_json(const std::vector<KeyFrame>& pictures);
 
 /// null where the user chose no points.

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -97,6 +98,26 @@ TEST_CASE("the page shows itself without an error") {
             CHECK(dom.find("background: #ec5cf6\"></span>tumour</span>") != std::string::npos);
             CHECK(dom.find("id=\"plan-control\"><") != std::string::npos);
         }
+    }
+    SUBCASE("no picture for 20 s") {
+        const SyntheticSequence sequence(320, 240, 20);
+        ReportWriter report(page, {}, sequence.projector());
+        for (int i = 0; i < 100; ++i) {
+            FrameRecord record = sequence.record(1);
+            record.index = i;
+            record.timestamp_ms = 100 * i + (i < 80 ? 0 : 20000);
+            record.reasons = i == 80 ? "gap" : "";
+            report.add({}, record);
+        }
+        report.finish();
+        const std::string dom = browse(page, folder);
+        CHECK(dom.find("No picture from 7.9 to 28&nbsp;s: nothing is known") != std::string::npos);
+        CHECK(dom.find("<dd class=\"note-line\">9.80 s of video</dd>") != std::string::npos);
+        CHECK(dom.find("<title>No picture: 8.00 s to 28.00 s</title>") != std::string::npos);
+        // The lines of a point: before the gap and after it.
+        const std::size_t path = dom.find("<path d=\"M", dom.find("aria-label=\"Expected error"));
+        const std::string line = dom.substr(path, dom.find(" fill=", path) - path);
+        CHECK(std::count(line.begin(), line.end(), 'M') == 2);
     }
     SUBCASE("an enlarged key frame lies in its window, be that narrow or low") {
         SyntheticSequence(320, 240, 4).write_report(page, {});

@@ -157,6 +157,25 @@ TEST_CASE("degraded frames are told with their causes, the picture that fails am
     CHECK(data["summary"]["changes"].back()["faulty_views"] == "right");
 }
 
+TEST_CASE("a time without pictures is told, and is no video") {
+    const Folder folder;
+    const SyntheticSequence sequence(160, 120, 2);
+    ReportWriter report(folder.path / "report.html", {}, sequence.projector());
+    FrameRecord record = sequence.record(1);
+    for (int i = 0; i < 100; ++i) {
+        record.index = i;
+        record.timestamp_ms = 40 * i + (i < 50 ? 0 : 20000);
+        record.reasons = i == 50 ? "gap" : "";
+        report.add({}, record);
+    }
+    report.finish();
+    const json summary = data_of(read_page(folder.path / "report.html"))["summary"];
+    CHECK(summary["gaps"] == json({{"count", 1},
+                                   {"total_ms", 20040.0},
+                                   {"listed", {{{"from_ms", 1960.0}, {"to_ms", 22000.0}}}}}));
+    CHECK(summary["duration_ms"] == 99 * 40 - 40);
+}
+
 TEST_CASE("a plan's parts and targets are listed with their errors, beside the points") {
     const Folder folder;
     const SyntheticSequence sequence(160, 120, 2);

@@ -14,6 +14,7 @@
 #include "sdk/report/key_frames.hpp"
 #include "sdk/report/page.hpp"
 #include "sdk/report/page_json.hpp"
+#include "sdk/report/picture_gaps.hpp"
 #include "sdk/report/point_history.hpp"
 #include "sdk/report/report.hpp"
 #include "sdk/report/surface_history.hpp"
@@ -96,6 +97,7 @@ struct ReportWriter::Impl {
 
     std::int64_t frames = 0;
     double first_ms = 0, last_ms = 0;
+    PictureGaps gaps;
     std::map<std::string, std::int64_t> frames_by_state;
     DoubtfulFramesList doubtful;
     Distribution frame_ms, residual_mm, observed_share;
@@ -123,6 +125,7 @@ void ReportWriter::Impl::count(const FrameRecord& frame) {
     if (frames == 0) first_ms = frame.timestamp_ms;
     last_ms = frame.timestamp_ms;
     ++frames;
+    gaps.add(frame.timestamp_ms, frame.reasons);
     ++frames_by_state[frame.state];
     doubtful.add(frame.index, frame.state, frame.reasons, frame.faulty_views);
     if (frame.frame_ms > 0) frame_ms.add(frame.frame_ms);
@@ -204,7 +207,8 @@ json ReportWriter::Impl::summary() const {
     for (const auto& [name, distribution] : stages)
         stage_list.push_back({{"name", name}, {"ms", quantiles(distribution)}});
     return {{"frames", frames},
-            {"duration_ms", last_ms - first_ms},
+            {"duration_ms", last_ms - first_ms - gaps.total_ms()},
+            {"gaps", to_json(gaps)},
             {"states", states},
             {"losses", losses},
             {"frozen", frozen},

@@ -2,6 +2,7 @@
 import uPlot from 'uplot';
 import {lineColours, stateColour, wordOfState} from './colours.js';
 import {byId, element, number, paletteColour} from './data.js';
+import {noPicture, withGaps} from './spans.js';
 
 const shown = (digits, unit) => (_, value) =>
     (value === null ? '–' : `${number(value, digits)}${unit}`);
@@ -30,12 +31,12 @@ function stateBands(states, names) {
     for (let start = 0; start < states.length;) {
       let end = start + 1;
       while (end < states.length && states[end] === states[start]) ++end;
-      const name = names[states[start]] ?? 'other';
+      const isGap = states[start] === null, name = names[states[start]] ?? 'other';
       const left = plot.valToPos(times[start], 'x', true);
       const right =
           end < times.length ? plot.valToPos(times[end], 'x', true) : bbox.left + bbox.width;
       ctx.globalAlpha = plot.stateStrip ? 1 : name === 'tracking' ? 0 : 0.16;
-      ctx.fillStyle = stateColour(name);
+      ctx.fillStyle = isGap ? noPicture.colour : stateColour(name);
       ctx.fillRect(left, bbox.top, Math.max(1, right - left), bbox.height);
       start = end;
     }
@@ -43,7 +44,8 @@ function stateBands(states, names) {
   };
 }
 
-export function showPlots({series, summary}, onSelect) {
+export function showPlots({series: given, summary}, onSelect) {
+  const series = withGaps(given, summary.gaps.listed);
   const line = (name) => series.lines.get(name) ?? [];
   const times = series.ms.map((ms) => ms / 1000);
   const states = line('state');
@@ -82,7 +84,8 @@ export function showPlots({series, summary}, onSelect) {
         {
           label: 'Frame',
           value: (_, value, __, i) =>
-              (i === null || i === undefined ? '–' : `${series.frames[i]} (${number(value, 2)} s)`)
+              (i === null || i === undefined ? '–' :
+                                               `${series.frames[i] ?? '–'} (${number(value, 2)} s)`)
         },
         ...lines.map(({name, format}, i) => ({
                        label: name,
@@ -112,8 +115,8 @@ export function showPlots({series, summary}, onSelect) {
     });
     made.over.addEventListener('click', (event) => {
       const index = made.cursor.idx;
-      if (index !== null && index !== undefined && Math.abs(event.clientX - pressed) < 4)
-        onSelect(series.frames[index]);
+      const frame = series.frames[index] ?? null;
+      if (frame !== null && Math.abs(event.clientX - pressed) < 4) onSelect(frame);
     });
     plots.push(made);
   }
@@ -123,8 +126,10 @@ export function showPlots({series, summary}, onSelect) {
     plots = [];
     container.replaceChildren();
     engineerPlots.replaceChildren();
-    const stateName = (_, value) =>
-        (value === null ? '–' : wordOfState(summary.state_order[value] ?? 'other'));
+    const stateName = (_, value, __, i) => {
+      if (value !== null) return wordOfState(summary.state_order[value] ?? 'other');
+      return i === null || i === undefined ? '–' : noPicture.word;
+    };
     plot(
         'State', '', [{name: 'state', values: states, format: stateName}],
         {height: 66, strip: true});
@@ -184,8 +189,7 @@ export function showPlots({series, summary}, onSelect) {
   return {
     /** Puts the marker at the sample that holds this frame. */
     mark(frame) {
-      let at = 0;
-      while (at + 1 < series.frames.length && series.frames[at + 1] <= frame) ++at;
+      const at = Math.max(0, series.frames.findLastIndex((of) => of !== null && of <= frame));
       if (at === marked) return;
       marked = at;
       for (const each of plots) each.redraw(false);

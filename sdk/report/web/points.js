@@ -2,6 +2,7 @@
 // the template's image, and of one the expected error and the displacement over time.
 import {computed, extrapolatedStatus, statuses, unknownStatus} from './colours.js';
 import {byId, element, number, percent} from './data.js';
+import {isGapBetween, noPicture} from './spans.js';
 import {beneathStatusCell, pointStatusCell} from './summary.js';
 import {svg, tickLabel, ticks} from './svg.js';
 
@@ -41,8 +42,10 @@ function pixelAt(points, moment, i) {
 /** Runs of the same status: {status, pixels}; the first of a run is the last of the one before. */
 function runs(points, i) {
   const result = [];
-  let last = null;
+  let last = null, before = null;
   for (const moment of points.moments) {
+    if (before && isGapBetween(points.gaps, before.ms, moment.ms)) last = null;
+    before = moment;
     const pixel = pixelAt(points, moment, i), status = statusAt(moment, i);
     if (!pixel) {
       last = null;
@@ -56,8 +59,8 @@ function runs(points, i) {
 }
 
 class Map2d {
-  constructor(data, section, onSelect) {
-    const {surface, image: [width, height]} = data, points = data[section];
+  constructor(data, points, section, onSelect) {
+    const {surface, image: [width, height]} = data;
     this.section = section;
     this.points = points;
     this.unit = Math.max(width, 64) / 460;
@@ -117,6 +120,21 @@ class Map2d {
   }
 }
 
+/** Where a point is lost or no picture came: {from, to, colour}, s; end: of the plot. */
+function bands(points, i, end) {
+  const result = [], {moments} = points, first = points.listed[i].first_frame;
+  const gaps =
+      points.gaps.map(({from_ms: from, to_ms: to}) => ({from: from / 1000, to: to / 1000}));
+  moments.forEach((moment, at) => {
+    if (isKnown(moment, i) || moment.frame < first) return;
+    const from = moment.ms / 1000, next = moments[at + 1];
+    const until = next ? next.ms / 1000 : from + (end - moments[0].ms / 1000) / moments.length;
+    const gap = gaps.find((each) => each.from >= from && each.from < until);
+    result.push({from, to: gap?.from ?? until, colour: lostColour});
+  });
+  return [...result, ...gaps.map((gap) => ({...gap, colour: noPicture.colour}))];
+}
+
 /** lines: [{name, colour, values}], a value of each moment, null where there is none. */
 function timePlot(points, title, lines, i, marked) {
   const {left, right, top, bottom} = kMargin;
@@ -134,19 +152,15 @@ function timePlot(points, title, lines, i, marked) {
       {class: 'depth-plot', viewBox: `0 0 ${kWidth} ${kHeight}`, role: 'img', 'aria-label': title});
   const text = (at, from, anchor, label) =>
       svg('text', {x: at, y: from, 'text-anchor': anchor}, label);
-  times.forEach((time, at) => {
-    if (isKnown(points.moments[at], i) || points.moments[at].frame < points.listed[i].first_frame)
-      return;
-    const until = times[at + 1] ?? time + (end - begin) / times.length;
-    plot.append(svg('rect', {
-      x: x(time),
-      y: top,
-      width: Math.max(1, Math.min(x(until), kWidth - right) - x(time)),
-      height: kHeight - top - bottom,
-      fill: lostColour,
-      opacity: 0.22
-    }));
-  });
+  plot.append(
+      ...bands(points, i, end).map(({from, to, colour}) => svg('rect', {
+                                     x: x(from),
+                                     y: top,
+                                     width: Math.max(1, Math.min(x(to), kWidth - right) - x(from)),
+                                     height: kHeight - top - bottom,
+                                     fill: colour,
+                                     opacity: 0.22
+                                   })));
   for (const value of ticks(low, high).values)
     plot.append(
         svg('line', {class: 'grid', x1: left, y1: y(value), x2: kWidth - right, y2: y(value)}),
@@ -157,7 +171,9 @@ function timePlot(points, title, lines, i, marked) {
     let path = '';
     values.forEach((value, at) => {
       if (value === null) return;
-      path += `${at > 0 && values[at - 1] !== null ? 'L' : 'M'}${x(times[at])} ${y(value)}`;
+      const isBroken = at === 0 || values[at - 1] === null ||
+          isGapBetween(points.gaps, points.moments[at - 1].ms, points.moments[at].ms);
+      path += `${isBroken ? 'M' : 'L'}${x(times[at])} ${y(value)}`;
     });
     plot.append(svg('path', {d: path, fill: 'none', stroke: colour, 'stroke-width': 1.6}));
   }
@@ -209,13 +225,13 @@ function detail(points, i, marked, kind) {
 const kHints = {
   points:
       'Select a point in the list or its way in the picture. Colours are those of the status; ' +
-      'red bands: lost.',
+      'red bands: lost; grey bands: no picture.',
   plan:
       'The middles of the parts that have a name, and the targets by name or number; errors are ' +
       'those of registration and tracking together. All of it lies beneath the surface, where no ' +
       'camera sees it: its place is computed from the motion of the surface, within the expected ' +
-      'error. Red bands: not placed. A part that is known in part has no middle; pictures show what is ' +
-      'known of it.'
+      'error. Red bands: not placed; grey bands: no picture. A part that is known in part has no ' +
+      'middle; pictures show what is known of it.'
 };
 const kHeads = {
   points: 'Point',
@@ -256,8 +272,8 @@ function pointRow(points, section, i, moment, selected, onSelect) {
  * frame.
  */
 export function showPoints(data, section) {
-  const points = data[section];
-  if (!points) return {select() {}};
+  if (!data[section]) return {select() {}};
+  const points = {...data[section], gaps: data.summary.gaps.listed};
   byId(section).hidden = false;
   byId(`${section}-hint`).textContent = kHints[section] +
       (points.listed.length < points.count ?
@@ -267,7 +283,7 @@ export function showPoints(data, section) {
   // The first that has a place.
   let selected = Math.max(0, points.listed.findIndex(({median_mm: median}) => median !== null)),
       marked = points.moments.length - 1;
-  const map = new Map2d(data, section, (i) => {
+  const map = new Map2d(data, points, section, (i) => {
     selected = i;
     draw();
   });

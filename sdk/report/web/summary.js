@@ -10,10 +10,12 @@ import {
 } from './colours.js';
 import {byId, element, milliseconds, number, percent, seconds, table} from './data.js';
 import {reasonsInWords} from './reasons.js';
+import {gapsInWords, noPicture, usualStep, withGaps} from './spans.js';
 import {svg} from './svg.js';
 
-export const stateChip = (state) =>
-    element('span', {class: 'chip', style: `--chip: ${stateColour(state)}`}, wordOfState(state));
+const chip = (word, colour) => element('span', {class: 'chip', style: `--chip: ${colour}`}, word);
+
+export const stateChip = (state) => chip(wordOfState(state), stateColour(state));
 
 /** Cell with a status, in the live view's words. */
 export function statusCell(
@@ -67,38 +69,54 @@ function cards(summary) {
 /** Frames with this state. */
 const framesIn = (summary, state) => summary.states.find(({name}) => name === state)?.frames ?? 0;
 
-/** The states over time, from the first frame to the last; lost ones are seen however short. */
-function stateBar(summary, series) {
-  const states = series.lines.get('state') ?? [], least = states.length / 400;
+/** Runs of the same state, {state, frame, from, to}, ms; the state is null without a picture. */
+function runsOf(series, end) {
+  const states = series.lines.get('state') ?? [], runs = [];
+  states.forEach((state, i) => {
+    if (i > 0 && states[i - 1] === state) return;
+    if (runs.length) runs.at(-1).to = series.ms[i];
+    runs.push({state, frame: series.frames[i], from: series.ms[i], to: end});
+  });
+  return runs;
+}
+
+/** Lost ones are seen however short. */
+const isLost = (name) => name === 'lost';
+
+/** The states over time, from the first frame to the last. */
+function stateBar(summary, given) {
+  const series = withGaps(given, summary.gaps.listed);
+  const begin = series.ms[0], end = series.ms.at(-1) + (usualStep(given.ms) || 1);
   const bar = svg('svg', {
     class: 'state-bar',
-    viewBox: `0 0 ${states.length} 1`,
+    viewBox: `0 0 ${end - begin} 1`,
     preserveAspectRatio: 'none',
     role: 'img',
     'aria-label': 'State over time'
   });
-  const runs = [];
-  states.forEach((state, at) => {
-    if (at > 0 && states[at - 1] === state)
-      ++runs.at(-1).length;
-    else
-      runs.push({state, at, length: 1});
+  const runs =
+      runsOf(series, end).map((run) => ({
+                                ...run,
+                                name: run.state === null ? null : summary.state_order[run.state]
+                              }));
+  runs.forEach((run, i) => {
+    run.until = runs.slice(i + 1).find(({frame}) => frame !== null)?.frame ?? 'the end';
   });
-  const nameOfState = (state) => summary.state_order[state] ?? 'other';
-  const isLost = ({state}) => nameOfState(state) === 'lost';
-  for (const run of [...runs.filter((each) => !isLost(each)), ...runs.filter(isLost)]) {
-    const {state, at} = run, name = nameOfState(state);
-    const length = isLost(run) ? Math.max(run.length, least) : run.length;
-    const frames = [series.frames[at], series.frames[at + run.length] ?? 'the end'];
+  for (const {name, frame, from, to, until} of
+           [...runs.filter((run) => !isLost(run.name)),
+            ...runs.filter((run) => isLost(run.name))]) {
+    const width = isLost(name) ? Math.max(to - from, (end - begin) / 400) : to - from;
+    const title = name === null ? `${noPicture.word}: ${seconds(from)} to ${seconds(to)}` :
+                                  `${wordOfState(name ?? 'other')}: frame ${frame} to ${until}`;
     bar.append(
         svg('rect', {
-          x: Math.min(at, states.length - length),
+          x: Math.min(from - begin, end - begin - width),
           y: 0,
-          width: length,
+          width,
           height: 1,
-          fill: stateColour(name)
+          fill: name === null ? noPicture.colour : stateColour(name)
         },
-            svg('title', {}, `${wordOfState(name)}: frame ${frames[0]} to ${frames[1]}`)));
+            svg('title', {}, title)));
   }
   return bar;
 }
@@ -110,6 +128,9 @@ function stateLegend(summary) {
   for (const {name, frames} of order)
     legend.append(
         element('li', {}, stateChip(name), ` ${frames} (${percent(frames / summary.frames)})`));
+  if (summary.gaps.count)
+    legend.append(element(
+        'li', {}, chip(noPicture.word, noPicture.colour), ` ${seconds(summary.gaps.total_ms)}`));
   return legend;
 }
 
@@ -140,6 +161,8 @@ const severityNames = {
   remark: 'Note',
 };
 
+const kGapsSaid = 3;
+
 /** Frames that were lost, stood still or less sure, then the notes, which come in their order. */
 function notesOf(meta, summary) {
   const lost = framesIn(summary, 'lost'), degraded = framesIn(summary, 'degraded'), notes = [];
@@ -151,6 +174,12 @@ function notesOf(meta, summary) {
         `${lost} of ${summary.frames} frames are lost: nothing is known of the tissue in them.`,
         ...summary.losses.map(sentence)
       ].join(' ')
+    });
+  const gaps = gapsInWords(summary.gaps, kGapsSaid);
+  if (gaps)
+    notes.push({
+      severity: 'warning',
+      text: `${gaps}: nothing is known of the tissue there. Check the video source.`
     });
   if (summary.frozen.length)
     notes.push({
@@ -214,6 +243,8 @@ export function showReading() {
         `${meaning}.` + (pointName === name ? '' : ` Of a point: ${pointName}.`));
   for (const [state, meaning] of Object.entries(stateMeanings))
     add(stateChip(state), `${meaning}. In the files: ${state}.`);
+  add(chip(noPicture.word, noPicture.colour),
+      'For a second or longer none came: plots are empty there.');
   add('When frames are lost',
       'Do what the note at the top says; all reasons are under Changes of state. The tissue is ' +
           'found again once it is seen as it was in the template. Where that lasts, run defrec ' +
