@@ -18,13 +18,13 @@
 
 #include "sdk/io/json_text.hpp"
 #include "sdk/live_view/page.hpp"
-#include "sdk/live_view/shown_state.hpp"
 #include "sdk/live_view/surface_depth.hpp"
 #include "sdk/live_view/view_packet.hpp"
 #include "sdk/live_view/view_server.hpp"
 #include "sdk/report/light_plan.hpp"
 #include "sdk/report/overlay.hpp"
 #include "sdk/report/plan_outline.hpp"
+#include "sdk/report/shown_state.hpp"
 #include "sdk/report/target_mark.hpp"
 
 namespace defrec::cli {

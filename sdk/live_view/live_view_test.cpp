@@ -14,7 +14,7 @@
 #include <tuple>
 
 #include "sdk/io/exit_code.hpp"
-#include "sdk/live_view/shown_state.hpp"
+#include "sdk/report/shown_state.hpp"
 
 using namespace defrec::cli;
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "sdk/report/record.hpp"
 
@@ -35,8 +36,8 @@ class OverlayPainter {
     void set_template(const TemplateRecord& reference);
 
     /// Draws on `image` (CV_8UC3, BGR). Geometry whose size differs from the template's is not
-    /// drawn.
-    void draw(cv::Mat& image, const FrameRecord& frame);
+    /// drawn. told: what is said in place of the frame's state, a name of state_words().
+    void draw(cv::Mat& image, const FrameRecord& frame, std::string_view told = {});
     /// Likewise without the text above and below and the frame round a lost one, for a page that
     /// has them beside the picture.
     void draw_without_text(cv::Mat& image, const FrameRecord& frame);

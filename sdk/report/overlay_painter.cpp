@@ -11,6 +11,7 @@
 #include "sdk/report/plan_painter.hpp"
 #include "sdk/report/reason_words.hpp"
 #include "sdk/report/surface_lattice.hpp"
+#include "sdk/report/told_state.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -22,11 +23,11 @@ const cv::Scalar kMuted(190, 190, 190);
 
 constexpr int kNodesPerLine =
     4;  // lattice nodes from one grid line to the next: lines bend with the surface
-cv::Scalar state_colour(const std::string& state) {
+cv::Scalar state_colour(std::string_view state) {
     if (state == "tracking") return {61, 128, 21};
     if (state == "degraded") return {9, 83, 180};
-    if (state == "lost") return {38, 38, 220};
-    if (state == "relocalised") return {237, 58, 124};
+    if (state == "relocalised" || state == "found") return {237, 58, 124};
+    if (doubt_of(state) != Doubt::none) return {38, 38, 220};
     return {105, 85, 71};
 }
 
@@ -120,16 +121,16 @@ int head_height(const cv::Mat& image, const FrameRecord& frame, OverlayDetail de
     return rows * head_row_height(image) + 2;
 }
 
-void draw_head(cv::Mat& image, const FrameRecord& frame, OverlayDetail detail) {
+void draw_head(cv::Mat& image, const FrameRecord& frame, std::string_view told,
+               OverlayDetail detail) {
     const double scale = text_scale(image);
     const int row_height = head_row_height(image), left = cvRound(16 * scale) + 4;
     darken(image, {0, 0, image.cols, head_height(image, frame, detail)}, 0.38);
-    const cv::Scalar state = state_colour(frame.state);
+    const cv::Scalar state = state_colour(told);
     int baseline = cvRound(0.75 * row_height);
 
     TextRow first(image, left, baseline, scale);
-    first.add(frame.state.empty() ? "no state" : std::string(word_of_state(frame.state)), kLight,
-              &state);
+    first.add(told.empty() ? "no state" : std::string(word_of_state(told)), kLight, &state);
     first.add(format("frame %lld", static_cast<long long>(frame.index)), kLight);
     first.add(format("%.3f s", frame.timestamp_ms / 1000), kMuted);
     first.add(points_text(frame.points), kLight);
@@ -171,9 +172,9 @@ void draw_legend(cv::Mat& image, const FrameRecord& frame, OverlayDetail detail)
     row.add("+ control point", kControlPoint);
 }
 
-void frame_lost(cv::Mat& image, const FrameRecord& frame) {
-    if (frame.state == "lost")
-        cv::rectangle(image, cv::Rect(0, 0, image.cols, image.rows), state_colour(frame.state), 3);
+void frame_lost(cv::Mat& image, std::string_view told) {
+    if (doubt_of(told) == Doubt::lost || doubt_of(told) == Doubt::frozen)
+        cv::rectangle(image, cv::Rect(0, 0, image.cols, image.rows), state_colour(told), 3);
 }
 
 }  // namespace
@@ -304,11 +305,12 @@ void OverlayPainter::draw_without_text(cv::Mat& image, const FrameRecord& frame)
     impl_->draw_marks(image, frame);
 }
 
-void OverlayPainter::draw(cv::Mat& image, const FrameRecord& frame) {
+void OverlayPainter::draw(cv::Mat& image, const FrameRecord& frame, std::string_view told) {
+    if (told.empty()) told = frame.state;
     impl_->draw_marks(image, frame);
-    draw_head(image, frame, impl_->detail);
+    draw_head(image, frame, told, impl_->detail);
     draw_legend(image, frame, impl_->detail);
-    frame_lost(image, frame);
+    frame_lost(image, told);
 }
 
 }  // namespace defrec::cli

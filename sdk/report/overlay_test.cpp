@@ -249,6 +249,20 @@ TEST_CASE("a lost frame carries no grid") {
     CHECK(count_near(image(cv::Rect(0, 80, 960, 400)), kObserved, 60) == 0);
 }
 
+TEST_CASE("what is said in place of the state stands above the picture, in its colour") {
+    const SyntheticSequence sequence(960, 540, 40);
+    OverlayPainter painter(sequence.projector());
+    defrec::cli::FrameRecord frame;
+    frame.state = "degraded";
+    const cv::Mat bare(540, 960, CV_8UC3, cv::Scalar::all(90));
+    cv::Mat degraded = bare.clone(), stalled = bare.clone();
+    painter.draw(degraded, frame);
+    painter.draw(stalled, frame, "stalled");
+    const cv::Scalar red(38, 38, 220);
+    CHECK(count_near(degraded, red, 10) == 0);
+    CHECK(count_near(stalled, red, 10) > 2 * (960 + 540));  // with a frame round it
+}
+
 TEST_CASE("geometry of another template, and points that cannot be projected, are left out") {
     const SyntheticSequence sequence(320, 240, 4);
     OverlayPainter painter(sequence.projector());

@@ -99,21 +99,25 @@ TEST_CASE("the page shows itself without an error") {
             CHECK(dom.find("id=\"plan-control\"><") != std::string::npos);
         }
     }
-    SUBCASE("no picture for 20 s") {
-        const SyntheticSequence sequence(320, 240, 20);
+    SUBCASE("a picture that stands still, then none for 20 s") {
+        const SyntheticSequence sequence(320, 240, 100);
         ReportWriter report(page, {}, sequence.projector());
         for (int i = 0; i < 100; ++i) {
             FrameRecord record = sequence.record(1);
             record.index = i;
             record.timestamp_ms = 100 * i + (i < 80 ? 0 : 20000);
-            record.reasons = i == 80 ? "gap" : "";
-            report.add({}, record);
+            record.state = "tracking";
+            record.reasons = i >= 30 && i < 60 ? "frozen" : i == 80 ? "gap" : "";
+            report.add(sequence.image(1), record);
         }
         report.finish();
         const std::string dom = browse(page, folder);
         CHECK(dom.find("No picture from 7.9 to 28&nbsp;s: nothing is known") != std::string::npos);
         CHECK(dom.find("<dd class=\"note-line\">9.80 s of video</dd>") != std::string::npos);
         CHECK(dom.find("<title>No picture: 8.00 s to 28.00 s</title>") != std::string::npos);
+        CHECK(dom.find("<title>No new picture: frame 35 to 60</title>") != std::string::npos);
+        CHECK(dom.find("--chip: #dc2626\">No new picture</span> 25 (25.0 %)") != std::string::npos);
+        CHECK(dom.find("Followed</dt><dd>75.0 %</dd>") != std::string::npos);
         // The lines of a point: before the gap and after it.
         const std::size_t path = dom.find("<path d=\"M", dom.find("aria-label=\"Expected error"));
         const std::string line = dom.substr(path, dom.find(" fill=", path) - path);

@@ -65,7 +65,10 @@ const std::vector<StateWord>& state_words() {
     static const std::vector<StateWord> words = {
         {"initialising", "Starting"},   {"tracking", "Tracking"},
         {"degraded", "Less sure"},      {"lost", "Lost"},
-        {"relocalised", "Found again"},
+        {"relocalised", "Found again"}, {"found", "Found"},
+        {"unfound", "Not found yet"},   {"given-up", "Lost"},
+        {"stalled", "No new picture"},  {"one-view", "One view only"},
+        {"unseen", "Tissue not seen"},  {"large-errors", "Large errors"},
     };
     return words;
 }

@@ -49,7 +49,7 @@ TEST_CASE("reasons have the same words and remedies here and in the pages") {
 TEST_CASE("states have the same words here and in the pages") {
     std::map<std::string, std::string> words;
     for (const StateWord& state : state_words()) words[std::string(state.name)] = state.word;
-    CHECK(words.size() == 5);
+    CHECK(words.size() == 12);
     CHECK(table_of(page_script("colours.js"), "stateWords") == words);
     CHECK(word_of_state("degraded") == "Less sure");
     CHECK(word_of_state("other") == "other");

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <stdexcept>
@@ -42,6 +43,12 @@ json data_of(const std::string& page) {
     const std::string open = "<script type=\"application/json\" id=\"data\">";
     const std::size_t start = page.find(open) + open.size();
     return json::parse(page.substr(start, page.find("</script>", start) - start));
+}
+
+std::map<std::string, int> state_counts(const json& summary) {
+    std::map<std::string, int> counts;
+    for (const json& state : summary["states"]) counts[state["name"]] = state["frames"];
+    return counts;
 }
 
 // The numbers in base64 without line breaks.
@@ -93,8 +100,8 @@ TEST_CASE("a 60 frame report is one file below 4 MB that loads nothing from else
           doctest::Approx(3.2).epsilon(0.01));
     CHECK(data["surface"]["moments"].size() == 60);
     CHECK(data["key_frames"].size() <= 14);
-    // initialising, tracking, degraded, tracking, lost, relocalised, tracking
-    CHECK(data["summary"]["changes"].size() == 7);
+    // initialising, tracking, degraded, tracking, lost, relocalised to the end
+    CHECK(data["summary"]["changes"].size() == 6);
     CHECK_FALSE(data["surface"]["moments"][38].contains("points"));
     CHECK(data["surface"]["moments"][38]["state"] == "lost");
     const std::size_t targets = sequence.record(1).targets.size();
@@ -114,24 +121,93 @@ TEST_CASE("a 60 frame report is one file below 4 MB that loads nothing from else
     CHECK(data["image"] == json({960, 540}));
 }
 
-TEST_CASE("frames in which the picture stands still are told beside the lost ones") {
+TEST_CASE("frames in which the picture stands still are told as the live view tells them") {
     const Folder folder;
     const SyntheticSequence sequence(160, 120, 2);
     ReportWriter report(folder.path / "report.html", {}, sequence.projector());
     FrameRecord record = sequence.record(1);
     for (int i = 0; i < 9; ++i) {
         record.index = i;
+        record.timestamp_ms = 300 * i;
         record.state = i < 2 ? "tracking" : i < 5 ? "degraded" : i < 7 ? "lost" : "degraded";
         record.reasons = i < 2 ? "" : i < 5 ? "frozen" : "few-matches, low-contrast";
+        report.add(cv::Mat(120, 160, CV_8UC3, cv::Scalar::all(90)), record);
+    }
+    report.finish();
+    const json data = data_of(read_page(folder.path / "report.html"));
+    const json& summary = data["summary"];
+    REQUIRE(summary["frozen"].size() == 1);
+    CHECK(summary["frozen"][0]["where"] == "frame 4");
+    CHECK(summary["frozen"][0]["why"] == "the picture stands still; check the video source");
+    REQUIRE(summary["losses"].size() == 1);
+    CHECK(summary["losses"][0]["where"] == "frames 5 to 6");
+    CHECK(
+        state_counts(summary) ==
+        std::map<std::string, int>{{"tracking", 2}, {"degraded", 4}, {"stalled", 1}, {"lost", 2}});
+    CHECK(summary["changes"][2]["frame"] == 4);
+    CHECK(summary["changes"][2]["state"] == "stalled");
+    const json& pictures = data["key_frames"];
+    CHECK(std::any_of(pictures.begin(), pictures.end(),
+                      [](const json& each) { return each["state"] == "stalled"; }));
+}
+
+TEST_CASE("tissue that is found at the start is not found again, and both are said for a while") {
+    const Folder folder;
+    const SyntheticSequence sequence(160, 120, 2);
+    ReportWriter report(folder.path / "report.html", {}, sequence.projector());
+    FrameRecord record = sequence.record(1);
+    for (int i = 0; i < 20; ++i) {
+        record.index = i;
+        record.timestamp_ms = 1000 * i;
+        record.state = i == 0 || i == 10 ? "relocalised" : i == 9 ? "lost" : "tracking";
         report.add({}, record);
     }
     report.finish();
     const json summary = data_of(read_page(folder.path / "report.html"))["summary"];
-    REQUIRE(summary["frozen"].size() == 1);
-    CHECK(summary["frozen"][0]["where"] == "frames 2 to 4");
-    CHECK(summary["frozen"][0]["why"] == "the picture stands still; check the video source");
-    REQUIRE(summary["losses"].size() == 1);
-    CHECK(summary["losses"][0]["where"] == "frames 5 to 6");
+    CHECK(summary["changes"][0]["state"] == "found");
+    CHECK(
+        state_counts(summary) ==
+        std::map<std::string, int>{{"found", 5}, {"relocalised", 5}, {"lost", 1}, {"tracking", 9}});
+}
+
+TEST_CASE("a time without pictures is told, and is no video") {
+    const Folder folder;
+    const SyntheticSequence sequence(160, 120, 2);
+    ReportWriter report(folder.path / "report.html", {}, sequence.projector());
+    FrameRecord record = sequence.record(1);
+    for (int i = 0; i < 100; ++i) {
+        record.index = i;
+        record.timestamp_ms = 40 * i + (i < 50 ? 0 : 20000);
+        record.reasons = i == 50 ? "gap" : "";
+        report.add({}, record);
+    }
+    report.finish();
+    const json summary = data_of(read_page(folder.path / "report.html"))["summary"];
+    CHECK(summary["gaps"] == json({{"count", 1},
+                                   {"total_ms", 20040.0},
+                                   {"listed", {{{"from_ms", 1960.0}, {"to_ms", 22000.0}}}}}));
+    CHECK(summary["duration_ms"] == 99 * 40 - 40);
+}
+
+TEST_CASE("frames whose positions are not measured are told apart from those that are less sure") {
+    const Folder folder;
+    const SyntheticSequence sequence(160, 120, 2);
+    ReportWriter report(folder.path / "report.html", {}, sequence.projector());
+    FrameRecord record = sequence.record(1);
+    record.state = "degraded";
+    record.reasons = "dark, one-view";
+    record.faulty_views = "right";
+    record.observed_share = 0;
+    for (int i = 0; i < 4; ++i) {
+        record.index = i;
+        record.timestamp_ms = 300 * i;
+        report.add({}, record);
+    }
+    report.finish();
+    const json summary = data_of(read_page(folder.path / "report.html"))["summary"];
+    const char* why = "the right picture is black; check lens, cable and input of that view";
+    CHECK(summary["unusable"] == json({{{"where", "frames 2 to 3"}, {"why", why}}}));
+    CHECK(summary["degraded"] == json({{{"where", "frames 0 to 1"}, {"why", why}}}));
 }
 
 TEST_CASE("degraded frames are told with their causes, the picture that fails among them") {
@@ -155,25 +231,6 @@ TEST_CASE("degraded frames are told with their causes, the picture that fails am
                 {{"where", "frames 6 to 8"},
                  {"why", "the right picture stands still; check that video input"}}}));
     CHECK(data["summary"]["changes"].back()["faulty_views"] == "right");
-}
-
-TEST_CASE("a time without pictures is told, and is no video") {
-    const Folder folder;
-    const SyntheticSequence sequence(160, 120, 2);
-    ReportWriter report(folder.path / "report.html", {}, sequence.projector());
-    FrameRecord record = sequence.record(1);
-    for (int i = 0; i < 100; ++i) {
-        record.index = i;
-        record.timestamp_ms = 40 * i + (i < 50 ? 0 : 20000);
-        record.reasons = i == 50 ? "gap" : "";
-        report.add({}, record);
-    }
-    report.finish();
-    const json summary = data_of(read_page(folder.path / "report.html"))["summary"];
-    CHECK(summary["gaps"] == json({{"count", 1},
-                                   {"total_ms", 20040.0},
-                                   {"listed", {{{"from_ms", 1960.0}, {"to_ms", 22000.0}}}}}));
-    CHECK(summary["duration_ms"] == 99 * 40 - 40);
 }
 
 TEST_CASE("a plan's parts and targets are listed with their errors, beside the points") {

@@ -1,5 +1,6 @@
 // Collects what the page shows and writes it.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -8,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "sdk/base/os/atomic_file.hpp"
 #include "sdk/report/doubtful_frames.hpp"
@@ -19,6 +21,7 @@
 #include "sdk/report/report.hpp"
 #include "sdk/report/surface_history.hpp"
 #include "sdk/report/thinning.hpp"
+#include "sdk/report/told_state.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -31,7 +34,12 @@ constexpr int kPictureWidth = 720;
 constexpr std::size_t kMaxStages = 24;
 
 /// Order in which states win when frames are merged in a plot; unknown names come last.
-constexpr const char* kStates[] = {"tracking", "relocalised", "initialising", "degraded", "lost"};
+constexpr const char* kStates[] = {"tracking", "found",        "relocalised", "initialising",
+                                   "degraded", "large-errors", "unseen",      "one-view",
+                                   "stalled",  "unfound",      "given-up",    "lost"};
+
+/// Their lists in the page's data, by Doubt.
+constexpr const char* kDoubts[] = {"losses", "frozen", "unusable", "degraded"};
 
 double severity(const std::string& state) {
     for (std::size_t i = 0; i < std::size(kStates); ++i)
@@ -97,14 +105,15 @@ struct ReportWriter::Impl {
 
     std::int64_t frames = 0;
     double first_ms = 0, last_ms = 0;
+    ToldState told_state;
+    std::string told, last_told;  // of this frame and of the one before
     PictureGaps gaps;
     std::map<std::string, std::int64_t> frames_by_state;
-    DoubtfulFramesList doubtful;
+    std::array<DoubtfulFramesList, std::size(kDoubts)> doubtful;
     Distribution frame_ms, residual_mm, observed_share;
     std::vector<std::pair<std::string, Distribution>> stages;
     json changes = json::array();
     std::int64_t unlisted_changes = 0;
-    std::string last_state;
 
     Impl(const std::filesystem::path& path, ReportMeta given, const Projector& projector,
          OverlayDetail detail)
@@ -115,19 +124,29 @@ struct ReportWriter::Impl {
           plan(projector) {}
 
     void count(const FrameRecord& frame);
+    void count_state(const FrameRecord& frame);
     void plot(const FrameRecord& frame);
     void note_change(const FrameRecord& frame);
     void take_picture(const cv::Mat& left, const FrameRecord& frame);
+    json doubts() const;
     json summary() const;
 };
+
+void ReportWriter::Impl::count_state(const FrameRecord& frame) {
+    ++frames_by_state[told];
+    const auto doubt = static_cast<std::size_t>(doubt_of(told));
+    for (std::size_t i = 0; i < doubtful.size(); ++i) {
+        const char* state = i != doubt ? "tracking" : i == 0 ? "lost" : "degraded";
+        doubtful[i].add(frame.index, state, frame.reasons, frame.faulty_views);
+    }
+}
 
 void ReportWriter::Impl::count(const FrameRecord& frame) {
     if (frames == 0) first_ms = frame.timestamp_ms;
     last_ms = frame.timestamp_ms;
     ++frames;
     gaps.add(frame.timestamp_ms, frame.reasons);
-    ++frames_by_state[frame.state];
-    doubtful.add(frame.index, frame.state, frame.reasons, frame.faulty_views);
+    count_state(frame);
     if (frame.frame_ms > 0) frame_ms.add(frame.frame_ms);
     if (!frame.vertices.empty()) {
         if (std::isfinite(frame.mean_residual_mm)) residual_mm.add(frame.mean_residual_mm);
@@ -148,7 +167,7 @@ void ReportWriter::Impl::plot(const FrameRecord& frame) {
     const auto set = [this](const std::string& name, Worst worst, double value) {
         series.set(series.line(name, worst), value);
     };
-    set("state", Worst::largest, severity(frame.state));
+    set("state", Worst::largest, severity(told));
     set("residual_mm", Worst::largest, frame.mean_residual_mm);
     set("features", Worst::smallest, frame.features);
     set("matches", Worst::smallest, frame.matches);
@@ -166,12 +185,11 @@ void ReportWriter::Impl::plot(const FrameRecord& frame) {
 }
 
 void ReportWriter::Impl::note_change(const FrameRecord& frame) {
-    if (frames > 1 && frame.state == last_state) return;
-    last_state = frame.state;
+    if (frames > 1 && told == last_told) return;
     if (changes.size() < kListedChanges)
         changes.push_back({{"frame", frame.index},
                            {"ms", frame.timestamp_ms},
-                           {"state", frame.state},
+                           {"state", told},
                            {"reasons", frame.reasons},
                            {"faulty_views", frame.faulty_views}});
     else
@@ -179,47 +197,50 @@ void ReportWriter::Impl::note_change(const FrameRecord& frame) {
 }
 
 void ReportWriter::Impl::take_picture(const cv::Mat& left, const FrameRecord& frame) {
-    if (left.empty() || !pictures.wants(frame.index, frame.state)) return;
+    if (left.empty() || !pictures.wants(frame.index, told)) return;
     cv::Mat canvas = colour_copy(left);
-    painter.draw(canvas, frame);
+    painter.draw(canvas, frame, told);
     KeyFrame picture;
     picture.frame = frame.index;
     picture.timestamp_ms = frame.timestamp_ms;
-    picture.state = frame.state;
+    picture.state = told;
     picture.reasons = frame.reasons;
     picture.faulty_views = frame.faulty_views;
     picture.jpeg = jpeg(shrunk(canvas, kPictureWidth), 78);
     pictures.add(std::move(picture));
 }
 
+json ReportWriter::Impl::doubts() const {
+    json result = json::object();
+    for (std::size_t i = 0; i < doubtful.size(); ++i) {
+        json& told_of = result[kDoubts[i]] = json::array();
+        for (const DoubtfulFrames& each : doubtful[i].sorted())
+            if (told_of.size() < kDoubtfulFramesSaid)
+                told_of.push_back({{"where", each.where()}, {"why", each.why}});
+    }
+    return result;
+}
+
 json ReportWriter::Impl::summary() const {
     json states = json::array();
     for (const auto& [name, number] : frames_by_state)
         states.push_back({{"name", name}, {"frames", number}});
-    json losses = json::array(), frozen = json::array(), degraded = json::array();
-    for (const DoubtfulFrames& each : doubtful.sorted()) {
-        if (each.state == "initialising" && each.reason != "frozen") continue;
-        json& told = each.state == "lost" ? losses : each.reason == "frozen" ? frozen : degraded;
-        if (told.size() < kDoubtfulFramesSaid)
-            told.push_back({{"where", each.where()}, {"why", each.why}});
-    }
     json stage_list = json::array();
     for (const auto& [name, distribution] : stages)
         stage_list.push_back({{"name", name}, {"ms", quantiles(distribution)}});
-    return {{"frames", frames},
-            {"duration_ms", last_ms - first_ms - gaps.total_ms()},
-            {"gaps", to_json(gaps)},
-            {"states", states},
-            {"losses", losses},
-            {"frozen", frozen},
-            {"degraded", degraded},
-            {"frame_ms", quantiles(frame_ms)},
-            {"residual_mm", quantiles(residual_mm)},
-            {"observed_share", quantiles(observed_share)},
-            {"stages", stage_list},
-            {"changes", changes},
-            {"unlisted_changes", unlisted_changes},
-            {"state_order", kStates}};
+    json result = doubts();
+    result.update({{"frames", frames},
+                   {"duration_ms", last_ms - first_ms - gaps.total_ms()},
+                   {"gaps", to_json(gaps)},
+                   {"states", states},
+                   {"frame_ms", quantiles(frame_ms)},
+                   {"residual_mm", quantiles(residual_mm)},
+                   {"observed_share", quantiles(observed_share)},
+                   {"stages", stage_list},
+                   {"changes", changes},
+                   {"unlisted_changes", unlisted_changes},
+                   {"state_order", kStates}});
+    return result;
 }
 
 ReportWriter::ReportWriter(const std::filesystem::path& path, ReportMeta meta, Projector projector,
@@ -246,10 +267,11 @@ void ReportWriter::change_template(const TemplateRecord& reference) {
 }
 
 void ReportWriter::add(const cv::Mat& left_bgr, const FrameRecord& frame) {
+    impl_->last_told = std::exchange(impl_->told, impl_->told_state.take(frame));
     impl_->count(frame);
     impl_->plot(frame);
     impl_->note_change(frame);
-    impl_->surface.add(frame);
+    impl_->surface.add(frame, impl_->told);
     impl_->points.add(frame.index, frame.timestamp_ms, frame.points);
     impl_->plan.add(frame.index, frame.timestamp_ms, points_of_plan(frame.plan));
     impl_->take_picture(left_bgr, frame);

@@ -109,12 +109,12 @@ void SurfaceHistory::change_template(const TemplateRecord& reference) {
     lattice_.part_like(SurfaceLattice(kept, step_));
 }
 
-void SurfaceHistory::add(const FrameRecord& frame) {
+void SurfaceHistory::add(const FrameRecord& frame, const std::string& state) {
     if (!moments_.offer()) return;
     SurfaceMoment moment;
     moment.frame = frame.index;
     moment.timestamp_ms = frame.timestamp_ms;
-    moment.state = frame.state;
+    moment.state = state;
     moment.reasons = frame.reasons;
     moment.rigid = frame.rigid;
     if (vertices_ > 0 && frame.vertices.size() >= 3 * vertices_ &&

@@ -64,7 +64,8 @@ class SurfaceHistory {
     /// The same with tissue that joined it, whose vertices come last and are left out, or parted by
     /// a cut, which shows in all moments.
     void change_template(const TemplateRecord& reference);
-    void add(const FrameRecord& frame);
+    /// state: as it is said.
+    void add(const FrameRecord& frame, const std::string& state);
 
     const SurfaceLattice& lattice() const { return lattice_; }
     const QuantisedPoints& rest() const { return rest_; }

@@ -143,7 +143,7 @@ TEST_CASE("nothing goes on across a step between pieces, nor across a cut") {
 TEST_CASE("a surface that is parted later keeps its nodes, and is drawn parted in all frames") {
     SurfaceHistory history;
     history.set_template(plane());
-    history.add(frame_of(plane()));
+    history.add(frame_of(plane()), "tracking");
     const std::size_t nodes = history.lattice().size(),
                       whole = history.lattice().triangles().size();
     // Tissue that joined at the same time is not drawn.

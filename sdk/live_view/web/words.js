@@ -19,8 +19,9 @@ export const states = {
     word: stateWords.relocalised,
     say: 'The tissue was lost, and is followed again. Compare one landmark by eye.'
   },
-  found: {word: 'Found', say: 'The tissue is followed. Compare one landmark by eye.'},
-  unfound: {word: 'Not found yet', say: 'The tissue is looked for. Do not rely on any position.'},
+  found: {word: stateWords.found, say: 'The tissue is followed. Compare one landmark by eye.'},
+  unfound:
+      {word: stateWords.unfound, say: 'The tissue is looked for. Do not rely on any position.'},
   lost: {word: stateWords.lost, say: 'The tissue is not followed. Do not rely on any position.'},
   'given-up': {
     word: stateWords.lost,
@@ -87,11 +88,14 @@ const isOneView = (reasons, faultyViews) =>
 /** {word, say} for state unusable. seen: share of the tissue. */
 export function unusableInWords(reasons, seen, faultyViews) {
   if (isUnseen(seen) && isOneView(reasons, faultyViews))
-    return {word: 'One view only', say: 'Do not use positions: one view does not measure depth.'};
+    return {
+      word: stateWords['one-view'],
+      say: 'Do not use positions: one view does not measure depth.'
+    };
   if (isUnseen(seen))
-    return {word: 'Tissue not seen', say: 'Do not use positions: they are not measured now.'};
+    return {word: stateWords.unseen, say: 'Do not use positions: they are not measured now.'};
   return {
-    word: 'Large errors',
+    word: stateWords['large-errors'],
     say: `Do not use positions: all points have expected errors above ${kMostErrorMm} mm.`
   };
 }

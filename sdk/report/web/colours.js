@@ -5,11 +5,15 @@ export const stateColours = {
   initialising: '#475569',
   degraded: '#b45309',
   lost: '#dc2626',
-  // The live view's alone, before anything was followed, and while another template is taken.
+  // What is said in place of a state (shown_state.hpp).
   'found': '#7c3aed',
   'unfound': '#dc2626',
   'given-up': '#dc2626',
+  'stalled': '#dc2626',
   'unusable': '#dc2626',
+  'one-view': '#dc2626',
+  'unseen': '#dc2626',
+  'large-errors': '#dc2626',
 };
 export const stateColour = (state) => stateColours[state] ?? '#94a3b8';
 
@@ -20,6 +24,13 @@ export const stateWords = {
   'degraded': 'Less sure',
   'lost': 'Lost',
   'relocalised': 'Found again',
+  'found': 'Found',
+  'unfound': 'Not found yet',
+  'given-up': 'Lost',
+  'stalled': 'No new picture',
+  'one-view': 'One view only',
+  'unseen': 'Tissue not seen',
+  'large-errors': 'Large errors',
 };
 export const wordOfState = (state) => stateWords[state] ?? (state || 'no state');
 
@@ -28,7 +39,24 @@ export const stateMeanings = {
   tracking: 'the surface is followed',
   degraded: 'followed, with less support than usual: expect larger errors',
   lost: 'not followed: no geometry is handed out',
-  relocalised: 'found again after having been lost',
+  relocalised: 'found again after having been lost; said for five seconds',
+  found: 'found for the first time with a template of before; said for five seconds',
+  unfound: 'with a template of before, which is not found yet: no geometry is handed out',
+  stalled: 'the picture has stood still for half a second or longer: nothing is of that time',
+  'one-view': 'one view does not measure depth: do not use positions',
+  unseen: 'positions are not measured: do not use them',
+  'large-errors': 'all points have expected errors above 3 mm: do not use them',
+};
+
+/** The state in the files where that has another name. */
+export const statesInFiles = {
+  found: 'relocalised, then tracking',
+  relocalised: 'relocalised, then tracking',
+  unfound: 'lost',
+  stalled: 'any state with the reason frozen',
+  'one-view': 'degraded with the reason one-view or view-late',
+  unseen: 'tracking or degraded',
+  'large-errors': 'tracking or degraded',
 };
 
 // Indexed by VertexStatus, as DEFREC_POINT_* of the C API. pointName: of points and targets, as in

@@ -1,11 +1,11 @@
 // The key frames and their enlarged view.
+import {wordOfState} from './colours.js';
 import {stateChip} from './summary.js';
 import {byId, element, seconds} from './data.js';
 import {reasonsInWords} from './reasons.js';
 
 const source = (picture) => `data:image/jpeg;base64,${picture.jpeg}`;
-const describe = (picture) =>
-    `Overlay of frame ${picture.frame}, state ${picture.state || 'unknown'}`;
+const describe = (picture) => `Overlay of frame ${picture.frame}, ${wordOfState(picture.state)}`;
 
 function caption(picture) {
   const result = element(

@@ -4,6 +4,7 @@ import {
   extrapolatedStatus,
   stateColour,
   stateMeanings,
+  statesInFiles,
   statuses,
   unknownStatus,
   wordOfState
@@ -42,17 +43,16 @@ function card(name, value, unit, note) {
   return result;
 }
 
+const followedStates = ['tracking', 'degraded', 'relocalised', 'found'];
+
 function cards(summary) {
-  const followed =
-      summary.states
-          .filter((s) => s.name === 'tracking' || s.name === 'degraded' || s.name === 'relocalised')
-          .reduce((sum, s) => sum + s.frames, 0);
+  const followed = framesIn(summary, ...followedStates);
   const result =
       [card('Frames', String(summary.frames), '', `${seconds(summary.duration_ms)} of video`)];
   if (summary.frames)
     result.push(card(
         'Followed', percent(followed / summary.frames), '',
-        'of all frames, the surface as a whole: observed or extrapolated'));
+        'of all frames, the surface as a whole, with positions that may be used'));
   const time = summary.frame_ms;
   if (time) {
     result.push(card(
@@ -66,8 +66,9 @@ function cards(summary) {
   return result;
 }
 
-/** Frames with this state. */
-const framesIn = (summary, state) => summary.states.find(({name}) => name === state)?.frames ?? 0;
+/** Frames with one of these states. */
+const framesIn = (summary, ...states) => summary.states.filter(({name}) => states.includes(name))
+                                             .reduce((sum, {frames}) => sum + frames, 0);
 
 /** Runs of the same state, {state, frame, from, to}, ms; the state is null without a picture. */
 function runsOf(series, end) {
@@ -81,7 +82,7 @@ function runsOf(series, end) {
 }
 
 /** Lost ones are seen however short. */
-const isLost = (name) => name === 'lost';
+const isLost = (name) => ['lost', 'unfound', 'given-up'].includes(name);
 
 /** The states over time, from the first frame to the last. */
 function stateBar(summary, given) {
@@ -122,15 +123,19 @@ function stateBar(summary, given) {
 }
 
 function stateLegend(summary) {
-  const order = [...summary.states].sort(
-      (a, b) => summary.state_order.indexOf(a.name) - summary.state_order.indexOf(b.name));
   const legend = element('ul', {class: 'share-legend'});
-  for (const {name, frames} of order)
-    legend.append(
-        element('li', {}, stateChip(name), ` ${frames} (${percent(frames / summary.frames)})`));
+  const add = (...parts) => legend.append(element('li', {}, ...parts));
+  // Two states may have the same word.
+  const words = new Map();
+  for (const state of summary.state_order) {
+    const frames = framesIn(summary, state);
+    const same = words.get(wordOfState(state));
+    if (frames) words.set(wordOfState(state), {state, frames: frames + (same?.frames ?? 0)});
+  }
+  for (const {state, frames} of words.values())
+    add(stateChip(state), ` ${frames} (${percent(frames / summary.frames)})`);
   if (summary.gaps.count)
-    legend.append(element(
-        'li', {}, chip(noPicture.word, noPicture.colour), ` ${seconds(summary.gaps.total_ms)}`));
+    add(chip(noPicture.word, noPicture.colour), ` ${seconds(summary.gaps.total_ms)}`);
   return legend;
 }
 
@@ -163,40 +168,51 @@ const severityNames = {
 
 const kGapsSaid = 3;
 
-/** Frames that were lost, stood still or less sure, then the notes, which come in their order. */
-function notesOf(meta, summary) {
-  const lost = framesIn(summary, 'lost'), degraded = framesIn(summary, 'degraded'), notes = [];
+/** "36 of 264 frames are lost and 4 not found yet" */
+function lostInWords(summary) {
+  const counts = [
+    [framesIn(summary, 'lost', 'given-up'), 'lost'], [framesIn(summary, 'unfound'), 'not found yet']
+  ].filter(([count]) => count);
+  return counts
+      .map(
+          ([count, word], i) =>
+              i ? `${count} ${word}` : `${count} of ${summary.frames} frames are ${word}`)
+      .join(' and ');
+}
+
+/** {severity, text} of frames that are told of together: head, then where and why. */
+function noteOf(severity, head, told) {
   const sentence = ({where, why}) => `${where[0].toUpperCase()}${where.slice(1)}: ${why}.`;
+  return {severity, text: [head, ...told.map(sentence)].join(' ')};
+}
+
+/** What was lost, stood still or is less sure, then the notes, which come in their order. */
+function notesOf(meta, summary) {
+  const {frames} = summary, notes = [], gaps = gapsInWords(summary.gaps, kGapsSaid);
+  const lost = framesIn(summary, 'lost', 'given-up', 'unfound');
   if (lost)
-    notes.push({
-      severity: 2 * lost > summary.frames ? 'error' : 'warning',
-      text: [
-        `${lost} of ${summary.frames} frames are lost: nothing is known of the tissue in them.`,
-        ...summary.losses.map(sentence)
-      ].join(' ')
-    });
-  const gaps = gapsInWords(summary.gaps, kGapsSaid);
+    notes.push(noteOf(
+        2 * lost > frames ? 'error' : 'warning',
+        `${lostInWords(summary)}: nothing is known of the tissue in them.`, summary.losses));
   if (gaps)
-    notes.push({
-      severity: 'warning',
-      text: `${gaps}: nothing is known of the tissue there. Check the video source.`
-    });
+    notes.push(noteOf(
+        'warning', `${gaps}: nothing is known of the tissue there. Check the video source.`, []));
   if (summary.frozen.length)
-    notes.push({
-      severity: 'warning',
-      text: [
-        'Nothing is known of the tissue while the picture stands still.',
-        ...summary.frozen.map(sentence)
-      ].join(' ')
-    });
+    notes.push(noteOf(
+        'warning', 'Nothing is known of the tissue while the picture stands still.',
+        summary.frozen));
+  if (summary.unusable.length)
+    notes.push(noteOf(
+        'warning',
+        `In ${framesIn(summary, 'one-view', 'unseen', 'large-errors')} of ${frames} frames ` +
+            'positions are not to be used: they are not measured, or their errors are large.',
+        summary.unusable));
   if (summary.degraded.length)
-    notes.push({
-      severity: 'warning',
-      text: [
-        `${degraded} of ${summary.frames} frames are less sure: errors may be larger in them.`,
-        ...summary.degraded.map(sentence)
-      ].join(' ')
-    });
+    notes.push(noteOf(
+        'warning',
+        `${framesIn(summary, 'degraded')} of ${frames} frames are less sure: errors may be ` +
+            'larger in them.',
+        summary.degraded));
   return [...notes, ...meta.notes];
 }
 
@@ -242,7 +258,7 @@ export function showReading() {
             'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}), name),
         `${meaning}.` + (pointName === name ? '' : ` Of a point: ${pointName}.`));
   for (const [state, meaning] of Object.entries(stateMeanings))
-    add(stateChip(state), `${meaning}. In the files: ${state}.`);
+    add(stateChip(state), `${meaning}. In the files: ${statesInFiles[state] ?? state}.`);
   add(chip(noPicture.word, noPicture.colour),
       'For a second or longer none came: plots are empty there.');
   add('When frames are lost',

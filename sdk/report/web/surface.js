@@ -1,6 +1,6 @@
 // The surface in 3D: turned with the mouse, stepped through time with the slider.
 import * as THREE from 'three';
-import {partColour, rampGradient, statuses, unknownStatus} from './colours.js';
+import {partColour, rampGradient, statuses, unknownStatus, wordOfState} from './colours.js';
 import {
   byId,
   decodeEllipsoids,
@@ -249,9 +249,10 @@ function readout(moment) {
       element('span', {}, seconds(moment.ms)),
       element('span', {}, `residual ${number(moment.residual_mm)} mm`));
   byId('moment-label').textContent = `frame ${moment.frame} · ${seconds(moment.ms)}`;
-  byId('moment').setAttribute('aria-valuetext', `frame ${moment.frame}, ${moment.state}`);
+  byId('moment').setAttribute(
+      'aria-valuetext', `frame ${moment.frame}, ${wordOfState(moment.state)}`);
   byId('no-surface').hidden = Boolean(moment.xyz);
-  byId('no-surface').textContent = `No surface in this frame (${moment.state})`;
+  byId('no-surface').textContent = `No surface in this frame: ${wordOfState(moment.state)}`;
 }
 
 export async function showSurface({surface}, onMoment) {

@@ -1,5 +1,5 @@
 // See shown_state.hpp.
-#include "sdk/live_view/shown_state.hpp"
+#include "sdk/report/shown_state.hpp"
 
 namespace defrec::cli {
 namespace {

@@ -1,4 +1,4 @@
-#include "sdk/live_view/shown_state.hpp"
+#include "sdk/report/shown_state.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,0 +1,26 @@
+// The state of a frame as the report says it: as the live view said it in that frame.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "sdk/report/record.hpp"
+#include "sdk/report/shown_state.hpp"
+
+namespace defrec::cli {
+
+class ToldState {
+  public:
+    /// Of one frame after the other: a name of state_words().
+    std::string take(const FrameRecord& frame);
+
+  private:
+    ShownState shown_;
+};
+
+/// Which frames the top of the page tells of together, in this order.
+enum class Doubt { lost, frozen, unusable, degraded, none };
+/// state: as ToldState says it.
+Doubt doubt_of(std::string_view state);
+
+}  // namespace defrec::cli
