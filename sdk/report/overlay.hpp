@@ -65,8 +65,8 @@ class OverlayWriter {
     void set_template(const TemplateRecord& reference);
 
     /// left_bgr: CV_8UC3 (or CV_8UC1) of the size given; not changed. Paints; waits if encoding is
-    /// 4 frames behind.
-    void add(const cv::Mat& left_bgr, const FrameRecord& frame);
+    /// 4 frames behind. told: as OverlayPainter::draw.
+    void add(const cv::Mat& left_bgr, const FrameRecord& frame, std::string_view told = {});
 
     /// Whether add() would wait.
     bool is_behind() const;

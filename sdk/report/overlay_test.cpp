@@ -62,6 +62,25 @@ TEST_CASE("the video reads back with every frame and the grid on it") {
     CHECK(video.get(cv::CAP_PROP_FPS) == doctest::Approx(25));
 }
 
+TEST_CASE("the video says what is said in place of the state") {
+    const Folder folder;
+    const SyntheticSequence sequence(480, 270, 2);
+    OverlayWriter overlay(folder.path / "overlay.mp4", 480, 270, 25, sequence.projector());
+    defrec::cli::FrameRecord frame;
+    frame.state = "degraded";
+    for (const char* told : {"", "stalled"})
+        overlay.add(cv::Mat(270, 480, CV_8UC3, cv::Scalar::all(90)), frame, told);
+    overlay.finish();
+    cv::VideoCapture video(overlay.path().string());
+    cv::Mat degraded, stalled;
+    REQUIRE(video.read(degraded));
+    degraded = degraded.clone();
+    REQUIRE(video.read(stalled));
+    const cv::Scalar red(38, 38, 220);
+    CHECK(count_near(degraded, red, 30) == 0);
+    CHECK(count_near(stalled, red, 30) > 500);
+}
+
 TEST_CASE("odd sizes and gray images are taken") {
     const Folder folder;
     const SyntheticSequence sequence(161, 121, 3);

@@ -39,7 +39,7 @@ struct OverlayWriter::Impl {
 
     Impl(Projector projector, OverlayDetail detail) : painter(std::move(projector), detail) {}
     void open(const std::filesystem::path& path, double fps);
-    cv::Mat painted(const cv::Mat& left, const FrameRecord& frame);
+    cv::Mat painted(const cv::Mat& left, const FrameRecord& frame, std::string_view told);
     void check_readable() const;
 };
 
@@ -66,14 +66,15 @@ void OverlayWriter::Impl::open(const std::filesystem::path& path, double fps) {
         "--no-overlay goes without");
 }
 
-cv::Mat OverlayWriter::Impl::painted(const cv::Mat& left, const FrameRecord& frame) {
+cv::Mat OverlayWriter::Impl::painted(const cv::Mat& left, const FrameRecord& frame,
+                                     std::string_view told) {
     cv::Mat canvas = encoder->blank();
     cv::Mat picture = canvas(cv::Rect(cv::Point(0, 0), image_size));
     if (left.channels() == 1)
         cv::cvtColor(left, picture, cv::COLOR_GRAY2BGR);
     else
         left.copyTo(picture);
-    painter.draw(picture, frame);
+    painter.draw(picture, frame, told);
     const cv::Size odd = video_size - image_size;
     if (odd.width)
         picture.col(picture.cols - 1).copyTo(canvas.col(picture.cols).rowRange(0, picture.rows));
@@ -108,7 +109,7 @@ void OverlayWriter::set_template(const TemplateRecord& reference) {
     impl_->painter.set_template(reference);
 }
 
-void OverlayWriter::add(const cv::Mat& left_bgr, const FrameRecord& frame) {
+void OverlayWriter::add(const cv::Mat& left_bgr, const FrameRecord& frame, std::string_view told) {
     Impl& impl = *impl_;
     if (left_bgr.size() != impl.image_size ||
         (left_bgr.type() != CV_8UC3 && left_bgr.type() != CV_8UC1))
@@ -118,7 +119,7 @@ void OverlayWriter::add(const cv::Mat& left_bgr, const FrameRecord& frame) {
                                  std::to_string(impl.image_size.width) + " x " +
                                  std::to_string(impl.image_size.height) + " was expected");
     try {
-        impl.encoder->push(impl.painted(left_bgr, frame));
+        impl.encoder->push(impl.painted(left_bgr, frame, told));
     } catch (const std::exception& error) {
         throw std::runtime_error("cannot write '" + path().string() + "': " + error.what());
     }

@@ -97,11 +97,12 @@ void SessionPictures::change_template(const TemplateRecord& record) {
 }
 
 void SessionPictures::add(const cv::Mat& left, const FrameRecord& record) {
+    const std::string told = told_state_.take(record);
     as_output([&] {
-        if (overlay_) overlay_->add(left, record);
+        if (overlay_) overlay_->add(left, record, told);
         if (report_) report_->add(left, record);
     });
-    recordings_.add(left, record);
+    recordings_.add(left, record, told);
     ++frames_;
 }
 

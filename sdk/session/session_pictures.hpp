@@ -14,6 +14,7 @@
 
 #include "sdk/live_view/live_view.hpp"
 #include "sdk/report/report.hpp"
+#include "sdk/report/told_state.hpp"
 #include "sdk/session/input_checks.hpp"
 #include "sdk/session/session_notes.hpp"
 #include "sdk/session/view_recordings.hpp"
@@ -85,6 +86,7 @@ class SessionPictures {
     std::unique_ptr<LiveView> view_;          // null where none was asked for
     std::unique_ptr<InputChecks> checks_;     // for the view; ends before it
     ViewRecordings recordings_;
+    ToldState told_state_;
     std::int64_t frames_ = 0;  // given so far: without any there is no file
     std::vector<std::string> written_;
     std::optional<TemplateRecord> template_;  // the present one, for recordings; only with a view

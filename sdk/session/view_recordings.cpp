@@ -47,14 +47,14 @@ void ViewRecordings::set_template(const TemplateRecord& reference) {
     if (made_) guard([&] { made_->video->set_template(reference); });
 }
 
-void ViewRecordings::add(const cv::Mat& left, const FrameRecord& record) {
+void ViewRecordings::add(const cv::Mat& left, const FrameRecord& record, std::string_view told) {
     if (!made_) return;
     if (leaves_out_ && made_->video->is_behind()) {
         ++made_->left_out;
         return;
     }
     guard([&] {
-        made_->video->add(left, record);
+        made_->video->add(left, record, told);
         ++made_->pictures;
     });
 }

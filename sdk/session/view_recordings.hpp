@@ -11,6 +11,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sdk/report/overlay.hpp"
@@ -31,7 +32,8 @@ class ViewRecordings {
     void stop();
     // Nothing where none is made.
     void set_template(const TemplateRecord& reference);
-    void add(const cv::Mat& left, const FrameRecord& record);
+    // told: as OverlayPainter::draw.
+    void add(const cv::Mat& left, const FrameRecord& record, std::string_view told = {});
     // The file of the recording that is made; empty: none is.
     std::string name() const;
 
