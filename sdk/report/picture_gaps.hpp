@@ -18,7 +18,7 @@ class PictureGaps {
         double from_ms = 0, to_ms = 0;  ///< of the pictures before and after it
     };
 
-    /// Of one frame after the other. reasons: names with ", " or '|' between them.
+    /// Takes one frame after the other. reasons: names with ", " or '|' between them.
     void add(double timestamp_ms, std::string_view reasons);
 
     /// The first ones.

@@ -11,7 +11,7 @@ namespace defrec::cli {
 
 class ToldState {
   public:
-    /// Of one frame after the other: a name of state_words().
+    /// Takes one frame after the other; returns a name of state_words().
     std::string take(const FrameRecord& frame);
 
   private:
