@@ -459,8 +459,9 @@ FrameAttempt& SurfaceRegistration::attempt_widely(Frame& frame, FrameAttempt& be
                                                      before.result.evidence.confirmed_share();
     wide_search_.end(is_better);
     if (is_better) {
-        wide.quality.reasons |=
-            before.quality.reasons & (DEFREC_REASON_LOW_CONTRAST | kReasonsOfRig);
+        wide.quality.reasons |= before.quality.reasons & kReasonsOfRig;
+        if (before.result.evidence.confirms_few())
+            wide.quality.reasons |= DEFREC_REASON_LOW_CONTRAST;
         wide.quality.degraded = true;
         return wide;
     }

@@ -195,10 +195,11 @@ FrameQuality classify(const TemplateData& data, const Evidence& evidence,
     const double min_share = FrameFound::kMinPatchShare.after(was_found);
     // An image as rich in features as the template's that shows none of them shows other tissue.
     const bool has_few_matches = evidence.inliers < FrameFound::kFewMatches;
+    const bool is_rich = FrameFound::kOtherTissueFeatures.denominator * evidence.features >=
+                             FrameFound::kOtherTissueFeatures.numerator * data.landmarks.size() &&
+                         !data.landmarks.empty();
     const bool is_other_tissue =
-        FrameFound::kOtherTissueFeatures.denominator * evidence.features >=
-            FrameFound::kOtherTissueFeatures.numerator * data.landmarks.size() &&
-        !data.landmarks.empty() && has_few_matches && confirmed < FrameFound::kOtherTissueShare;
+        is_rich && has_few_matches && confirmed < FrameFound::kOtherTissueShare;
     const bool patches_agree = evidence.patches_confirmed >= min_patches && confirmed >= min_share;
     const bool features_agree = evidence.patches_confirmed >= FrameFound::kMinPatchesWithMatches &&
                                 confirmed >= min_share &&
@@ -207,7 +208,9 @@ FrameQuality classify(const TemplateData& data, const Evidence& evidence,
                     (observed >= FrameFound::kMinDepthShare || !uses_depth) &&
                     inside_share >= FrameFound::kMinInsideShare;
 
-    if (evidence.confirms_few()) quality.add(DEFREC_REASON_LOW_CONTRAST);
+    // Neither smoke nor blur leave so many features: the surface is not where it is looked for.
+    const bool is_elsewhere = is_rich && !quality.found;
+    if (evidence.confirms_few() && !is_elsewhere) quality.add(DEFREC_REASON_LOW_CONTRAST);
     if (has_few_matches) quality.add(DEFREC_REASON_FEW_MATCHES);
     const double inside = std::max(1u, evidence.vertices_inside);
     if (evidence.vertices_occluded / inside > settings.occluded_share)

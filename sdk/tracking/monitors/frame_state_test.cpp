@@ -159,6 +159,20 @@ TEST_CASE(
     CHECK_FALSE(f.quality(false).found);
 }
 
+TEST_CASE("an image rich in features that shows the surface nowhere is neither smoke nor blur") {
+    Fixture f;
+    f.data.landmarks.resize(100);
+    for (defrec_patch_observation& observation : f.output.observations) observation.valid = 0;
+    f.summary.ransac.inliers = 0;
+    f.summary.features = 49;
+    CHECK_FALSE(f.quality().found);
+    CHECK((f.quality().reasons & DEFREC_REASON_LOW_CONTRAST) != 0);
+    f.summary.features = 50;
+    CHECK_FALSE(f.quality().found);
+    CHECK((f.quality().reasons & DEFREC_REASON_LOW_CONTRAST) == 0);
+    CHECK((f.quality().reasons & DEFREC_REASON_FEW_MATCHES) != 0);
+}
+
 TEST_CASE(
     "where depth is noisy in a frame, the template's was, and every vertex may be wrong by it") {
     Fixture f;
