@@ -138,27 +138,26 @@ struct FrameSource::Impl {
     cv::Size size;
     int channels = 3;
 
+    [[noreturn]] void fail_at_begin() const {
+        throw CliError(ExitCode::kInput, !fault.empty() ? fault
+                                         : position > 0
+                                             ? source_name() + ": there is no frame " +
+                                                   std::to_string(options.range.first) +
+                                                   ", there are only " + std::to_string(position) +
+                                                   ", counted from 0."
+                                             : source_name() + ": not one frame could be read.");
+    }
+
     void open() {
         read_times();
         if (options.fields == FieldOrder::kAuto && !is_live()) options.fields = recorded_fields();
         open_sources();
         const std::int64_t of_image = frames_of_image();
         for (; position + of_image <= options.range.first; position += of_image) {
-            if (!skip()) {
-                throw CliError(ExitCode::kInput,
-                               !fault.empty()
-                                   ? fault
-                                   : source_name() + ": --frames begins at frame " +
-                                         std::to_string(options.range.first) +
-                                         " but there are only " + std::to_string(position) + ".");
-            }
+            if (!skip()) fail_at_begin();
         }
         Pair pair;
-        if (!read_pair(pair)) {
-            throw CliError(ExitCode::kInput, fault.empty()
-                                                 ? source_name() + ": not one frame could be read."
-                                                 : fault);
-        }
+        if (!read_pair(pair)) fail_at_begin();
         if (pair.left.size() != pair.right.size()) {
             throw CliError(ExitCode::kInput, "the left image is " + size_text(pair.left) +
                                                  " and the right image " + size_text(pair.right) +

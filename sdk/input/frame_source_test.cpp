@@ -105,7 +105,9 @@ TEST_CASE("--frames A:B keeps the frame's own number") {
     options.range = parse_frame_range(":2");
     CHECK(read_all(options).left == std::vector<int>{10, 11});
     options.range = parse_frame_range("9:");
-    CHECK_SAYS(refusal(options), "there are only 6");
+    CHECK_SAYS(refusal(options), "there is no frame 9, there are only 6, counted from 0");
+    options.range = parse_frame_range("6:");
+    CHECK_SAYS(refusal(options), "there is no frame 6, there are only 6, counted from 0");
     for (const char* text : {"", "3", "4:2", "3:3", "-1:2", "a:b", "1:2:3", "1.5:2"}) {
         CAPTURE(text);
         CHECK_THROWS_AS(parse_frame_range(text), CliError);
