@@ -1,8 +1,10 @@
 // See output_checks.hpp.
 #include "sdk/session/output_checks.hpp"
 
+#include <array>
 #include <filesystem>
 #include <fstream>
+#include <string_view>
 #include <vector>
 
 #include "sdk/io/exit_code.hpp"
@@ -15,6 +17,9 @@ namespace defrec::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+// How files begin that `--save-template` and `--trace` write.
+constexpr std::string_view kTemplateBegin = "defrecT", kTraceBegin = "{\"displayTime";
 
 std::vector<fs::path> results_in(const TrackOptions& options) {
     std::vector<fs::path> names = {kPointsFile, kFramesFile, kSummaryFile, kTemplateFile,
@@ -62,14 +67,15 @@ bool holds_recording(const fs::path& folder, const std::string& source) {
            (is_same(folder, parent) || is_same(folder, folder_of(parent)));
 }
 
+bool is_in_recording(const fs::path& folder, const SourceOptions& source) {
+    return holds_recording(folder, source.left) || holds_recording(folder, source.right) ||
+           holds_recording(folder, source.stereo) || holds_recording(folder, source.bag.path);
+}
+
 void keep_files_of_others(const TrackOptions& options, const std::vector<fs::path>& results) {
-    const SourceOptions& source = options.source;
     const fs::path out(options.out);
     std::error_code error;
-    if (fs::exists(out / kSummaryFile, error) ||
-        !(holds_recording(out, source.left) || holds_recording(out, source.right) ||
-          holds_recording(out, source.stereo) || holds_recording(out, source.bag.path)))
-        return;
+    if (fs::exists(out / kSummaryFile, error) || !is_in_recording(out, options.source)) return;
     for (const fs::path& result : results)
         if (fs::exists(result, error))
             throw CliError(ExitCode::kUsage,
@@ -95,17 +101,33 @@ void keep_points_to_follow(const TrackOptions& options) {
     }
 }
 
-// Files that are named one by one: they replace none of the images of a folder.
-void keep_images(const TrackOptions& options, const fs::path& output) {
+// A template or a trace, as an earlier run left it.
+bool is_of_a_run(const fs::path& file) {
+    std::array<char, 16> begin{};
+    std::ifstream stream(file, std::ios::binary);
+    stream.read(begin.data(), begin.size());
+    const std::string_view text(begin.data(), static_cast<std::size_t>(stream.gcount()));
+    return text.starts_with(kTemplateBegin) || text.starts_with(kTraceBegin);
+}
+
+// Files that are named one by one: they replace none of the images of a folder, nor what else lies
+// in the recording's own.
+void keep_recording(const TrackOptions& options, const fs::path& output) {
     std::error_code error;
     if (output.empty() || !fs::exists(output, error)) return;
-    for (const std::string& source :
-         {options.source.left, options.source.right, options.source.stereo, options.source.bag.path,
-          options.source.disparity})
-        if (fs::is_directory(source, error) && is_same(output.parent_path(), source))
+    const fs::path folder = output.parent_path();
+    const SourceOptions& source = options.source;
+    for (const std::string& images :
+         {source.left, source.right, source.stereo, source.bag.path, source.disparity})
+        if (fs::is_directory(images, error) && is_same(folder, images))
             throw CliError(ExitCode::kUsage, output.string() +
                                                  ": this file lies among the images of the "
                                                  "recording; choose another output.");
+    if (is_in_recording(folder, source) && !is_of_a_run(output))
+        throw CliError(ExitCode::kUsage,
+                       output.string() +
+                           ": this file lies in the recording's own folder, no run left it there, "
+                           "and it would be overwritten; choose another output.");
 }
 
 // A folder of meshes is emptied of meshes first.
@@ -129,8 +151,8 @@ void check_outputs(const TrackOptions& options) {
     keep_apart(files_read(options), outputs);
     if (!options.plan.file.empty() && options.plan.mesh_every > 0)
         keep_meshes_apart(options, fs::path(options.out) / kPlanFolder);
-    keep_images(options, options.recordings.trace);
-    keep_images(options, options.surface.save);
+    keep_recording(options, options.recordings.trace);
+    keep_recording(options, options.surface.save);
     keep_files_of_others(options, results);
     keep_points_to_follow(options);
 }

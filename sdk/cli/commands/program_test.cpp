@@ -666,8 +666,14 @@ TEST_CASE("row 115: the program ends with exit code 2, and the input is as it wa
     CHECK(track(folder.path().string(), {"--points", folder / "points.csv"}) == 2);
     CHECK(track(folder / "out", {"--save-template", folder / "calibration.yaml"}) == 2);
     CHECK(track(folder / "out", {"--trace", folder / "out/points.csv"}) == 2);
+    CHECK(track(folder / "out", {"--trace", folder / "truth.csv"}) == 2);
+    CHECK(track(folder / "out", {"--save-template", folder / "truth.csv"}) == 2);
     CHECK_FALSE(fs::exists(folder / "out"));
     REQUIRE(track(folder / "out", {}) == 0);
+    // Their own files are replaced.
+    for (int run = 0; run < 2; ++run)
+        CHECK(track(folder / "out", {"--save-template", folder / "organ.template", "--trace",
+                                     folder / "trace.json"}) == 0);
     CHECK(run({"score", folder / "out", "--truth", folder / "truth.csv", "--report",
                folder / "truth.csv"}) == 2);
     CHECK(run({"score", folder / "out", "--truth", folder / "truth.csv", "--report",
