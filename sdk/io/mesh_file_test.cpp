@@ -94,6 +94,9 @@ TEST_CASE("OBJ: faces of every form, and groups, which may go on later") {
     CHECK(mesh.vertices.size() == 12);
     CHECK(mesh.triangles == std::vector<std::uint32_t>{0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3});
     CHECK(mesh.parts.empty());
+    const MeshFile one = read("model.obj", "v 0 0 0\nv 9 0 0\nv 0 9 0\ng organ\nf 1 2 3\n");
+    REQUIRE(one.parts.size() == 1);
+    CHECK(one.part("organ").triangles == std::vector<std::uint32_t>{0, 1, 2});
     const MeshFile parts = read("model.OBJ",
                                 "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\ng organ right\nf 1 2 3\no "
                                 "tumour\nf 1 2 4\ng organ right\nf 2 3 4 1\n");

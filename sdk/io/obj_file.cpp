@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 #include "sdk/io/decisions.hpp"
 #include "sdk/io/mesh_formats.hpp"
@@ -13,6 +14,8 @@ namespace defrec::cli {
 namespace {
 
 using decisions::MeshFiles;
+
+constexpr std::string_view kUnnamed = "default";  // a group without a name
 
 class Reader {
   public:
@@ -47,7 +50,7 @@ class Reader {
     std::size_t vertex_count() const { return mesh_.vertices.size() / 3; }
 
     void begin_part(std::string_view line) {
-        const std::string part(line.empty() ? "default" : line);
+        const std::string part(line.empty() ? kUnnamed : line);
         const auto known = std::find(names_.begin(), names_.end(), part);
         part_ = static_cast<std::size_t>(known - names_.begin());
         if (known == names_.end()) {
@@ -76,7 +79,7 @@ class Reader {
     void read_face(std::string_view line) {
         std::array<std::uint32_t, 3> corner{};
         std::size_t count = 0;
-        if (names_.empty()) names_.emplace_back("default");
+        if (names_.empty()) names_.emplace_back(kUnnamed);
         for (std::string_view word = WordReader::take_word(line); !word.empty();
              word = WordReader::take_word(line), ++count) {
             if (count >= MeshFiles::kMaxCorners)
@@ -106,7 +109,7 @@ class Reader {
         }
         for (std::size_t i = 0; i < parts_.size(); ++i)
             std::copy_n(&mesh_.triangles[3 * i], 3, &made.triangles[3 * next[parts_[i]]++]);
-        if (made.parts.size() == 1) made.parts.clear();
+        if (made.parts.size() == 1 && made.parts.front().name == kUnnamed) made.parts.clear();
         return made;
     }
 

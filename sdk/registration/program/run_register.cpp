@@ -103,7 +103,7 @@ struct Compared {
 MeshFile seen_part(const MeshFile& file, const RegisterOptions& options,
                    RegisterFindings& findings) {
     findings.notes = file.notes;
-    if (file.parts.empty() && options.part.empty()) return file;
+    if (file.parts.size() <= 1 && options.part.empty()) return file;
     if (options.part.empty()) {
         std::string names;
         for (const MeshPart& part : file.parts)
