@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "sdk/cli/commands/commands.hpp"
+#include "sdk/evaluation/data_sets/data_set.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/terminal.hpp"
 #include "sdk/scenes/writing/render_command.hpp"
@@ -22,6 +23,7 @@ struct OptionWords {
     std::vector<std::string> values;  // one of which it takes; empty: any, or none
     std::string meaning;              // one line
     bool has_value = false;
+    bool has_file = false;  // as its value
 };
 struct CommandWords {
     std::string name, meaning;
@@ -47,16 +49,28 @@ std::vector<std::string> members_of(const std::string& type) {
 }
 
 std::vector<std::string> values_of(const CLI::Option& option) {
-    if (!option.check_lname("scene") && !option.check_sname("scene") &&
-        option.get_name(true) != "scene")
-        return members_of(option.get_type_name());
-    return scene_names();
+    const auto is = [&](const char* name) {
+        return option.check_lname(name) || option.check_sname(name) ||
+               option.get_name(true) == name;
+    };
+    if (is("scene")) return scene_names();
+    if (is("backend")) return {"auto", "cpu", "cuda", "vulkan", "reference"};
+    if (!is("dataset")) return members_of(option.get_type_name());
+    std::vector<std::string> names;
+    for (const auto& data_set : data_sets()) names.push_back(data_set->name());
+    return names;
 }
 
+bool takes_file(const CLI::Option& option) {
+    const std::string type = option.get_type_name();
+    return type == "DIR" || type == "P" || type == "F" || type.compare(0, 2, "F.") == 0;
+}
+
+// Without the characters that shells read as their own.
 std::string first_sentence(const std::string& text) {
-    std::string line = text.substr(0, text.find_first_of(";:\n"));
-    for (char& c : line)
-        if (c == '\'' || c == '`' || c == '"' || c == '[' || c == ']') c = ' ';
+    std::string line;
+    for (const char c : text.substr(0, text.find_first_of(";:\n")))
+        if (std::string_view("'`\"[]").find(c) == std::string_view::npos) line += c;
     return line;
 }
 
@@ -69,7 +83,7 @@ std::vector<CommandWords> words_of(const CLI::App& app) {
             for (const std::string& name : option->get_lnames())
                 words.options.push_back({"--" + name, values_of(*option),
                                          first_sentence(option->get_description()),
-                                         option->get_expected_max() != 0});
+                                         option->get_expected_max() != 0, takes_file(*option)});
         }
         commands.push_back(words);
     }
@@ -96,6 +110,8 @@ std::string bash(const std::vector<CommandWords>& commands) {
                 values += "    " + command.name + ":" + option.name +
                           ") COMPREPLY=($(compgen -W '" + joined(option.values) +
                           "' -- \"$word\")); return ;;\n";
+            else if (option.has_value && !option.has_file)
+                values += "    " + command.name + ":" + option.name + ") return ;;\n";
         }
         cases += "    " + command.name + ") options='" + options + "' values='" +
                  joined(command.values) + "' ;;\n";
@@ -135,7 +151,7 @@ std::string zsh(const std::vector<CommandWords>& commands) {
             if (!option.values.empty())
                 cases += ":value:(" + joined(option.values) + ")";
             else if (option.has_value)
-                cases += ":value:_files";
+                cases += option.has_file ? ":value:_files" : ":value: ";
             cases += "' \\\n";
         }
         if (!command.values.empty())
@@ -173,7 +189,7 @@ std::string fish(const std::vector<CommandWords>& commands) {
             if (!option.values.empty())
                 text += " -x -a '" + joined(option.values) + "'";
             else if (option.has_value)
-                text += " -r";
+                text += option.has_file ? " -r -F" : " -x";
             text += "\n";
         }
     }

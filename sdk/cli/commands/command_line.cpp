@@ -48,7 +48,11 @@ int carry_out(CLI::App& app, const std::function<int()>& run, int typed_count,
             std::fputs(("defrec: " + missing + "\n").c_str(), stderr);
             return static_cast<int>(ExitCode::kUsage);
         } catch (const CLI::ParseError& error) {
-            return static_cast<int>(app.exit(error) == 0 ? ExitCode::kOk : ExitCode::kUsage);
+            if (error.get_exit_code() != 0)
+                throw CliError(ExitCode::kUsage,
+                               std::string(error.what()) + ". --help says what is taken.");
+            app.exit(error);
+            return static_cast<int>(ExitCode::kOk);
         }
         return run();
     } catch (const CliError& error) {

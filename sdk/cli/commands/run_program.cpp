@@ -81,6 +81,9 @@ void add_commands(CLI::App& app, std::function<int()>& run) {
     add_bench_command(app, run, load_frames);
     add_demo_command(app, run);
     add_completion_command(app, run);
+    for (CLI::App* command : app.get_subcommands({}))
+        for (CLI::Option* option : command->get_options())
+            if (option->get_expected_max() == 0) option->disable_flag_override();
 }
 
 int run_program(int argc, const char* const* argv) {

@@ -313,6 +313,10 @@ TEST_CASE("shells take the completion, and it completes commands, options and va
     CHECK(completed("defrec track --cal", 2) == "--calibration\n");
     CHECK(completed("defrec track --layout to", 3) == "top-bottom\n");
     CHECK(completed("defrec render heartb", 2) == "heartbeat\n");
+    CHECK(completed("defrec track --backend vul", 3) == "vulkan\n");
+    CHECK(completed("defrec evaluate --dataset ham", 3) == "hamlyn\n");
+    CHECK(completed("defrec track --device /", 3) == "\n");
+    CHECK(completed("defrec track --points /us", 3) == "/usr\n");
     CHECK(completed("defrec bench --scene heartb", 3) == "heartbeat\n");
     CHECK(completed("defrec completion z", 2) == "zsh\n");
     CHECK(completed("defrec he", 1) == "help\n");
@@ -324,6 +328,7 @@ TEST_CASE("shells take the completion, and it completes commands, options and va
         const std::string text = TestFolder::read(script);
         CHECK(text.find("calibration") != std::string::npos);
         CHECK(text.find("heartbeat") != std::string::npos);
+        CHECK(text.find("  defrec") == std::string::npos);
         const std::string check = std::string("command -v ") + shell + " >/dev/null 2>&1";
         if (std::system(check.c_str()) == 0)
             CHECK(std::system((std::string(shell) + " -n " + script).c_str()) == 0);
