@@ -117,11 +117,6 @@ struct DoctorImages {
     static constexpr double kBlack = 6;
     // ranges | of black frames that are named | a line has room for them
     static constexpr std::size_t kNamedRanges = 4;
-    // gray levels | between neighbours; a larger step counts as one of these: an edge | set by hand
-    static constexpr int kMaxStep = 20;
-    // times the median over the phases of 8 px | the gradient at the borders of blocks, from which
-    //   compression is a finding | [doctor]
-    static constexpr double kBlockRatio = 1.25;
 };
 
 // Bars beside the picture, or above and below it.

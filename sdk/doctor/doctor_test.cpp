@@ -246,6 +246,7 @@ TEST_CASE("row 161: blocks copied by a codec whose filter leaves no borders of b
     CHECK(finding->what.find("copies of the frame before") != std::string::npos);
     CHECK(finding->what.find("beyond use") == std::string::npos);
     CHECK(finding->unit == "%");
+    CHECK(finding->severity == Severity::kWarning);
 }
 
 TEST_CASE("row 161: a video that is compressed beyond use") {
@@ -257,6 +258,19 @@ TEST_CASE("row 161: a video that is compressed beyond use") {
     CHECK(finding->verdict == Verdict::kFound);
     CHECK_MESSAGE(finding->what.find("beyond use") != std::string::npos, finding->what);
     CHECK(finding->what.find("there is no depth in") != std::string::npos);
+    CHECK(finding->severity == Severity::kError);
+}
+
+TEST_CASE("row 161: depth that rows cost is not laid to compression") {
+    const Diagnosis diagnosis = diagnose_spoiled("heartbeat", [](Recording& r) {
+        for_each_image(r, [](cv::Mat& image) { compress(image, 40); });
+        r.calibration.right.cy += 1.5;
+    });
+    CHECK(found_in(diagnosis) == "compression rows");
+    const auto finding = std::find_if(diagnosis.findings.begin(), diagnosis.findings.end(),
+                                      [](const Finding& each) { return each.id == "compression"; });
+    CHECK_MESSAGE(finding->what.find("strongly compressed") != std::string::npos, finding->what);
+    CHECK(finding->severity == Severity::kWarning);
 }
 
 TEST_CASE("a view that is late") {

@@ -5,23 +5,18 @@
 #include <utility>
 
 #include "sdk/doctor/decisions.hpp"
-#include "sdk/input/compression/copied_blocks.hpp"
-#include "sdk/input/compression/decisions.hpp"
 #include "sdk/input/view_image.hpp"
 
 namespace defrec::cli {
 namespace {
 
-// The larger share of the two views.
-std::optional<double> share_copied(const std::vector<StereoFrame>& frames) {
-    CopiedBlocks left, right;
-    const std::size_t count =
-        std::min<std::size_t>(frames.size(), decisions::CompressedVideo::kFrames);
-    for (std::size_t i = 0; i < count; ++i) {
-        left.add(gray_of(frames[i].left));
-        right.add(gray_of(frames[i].right));
+CompressionSigns signs_of_compression(const std::vector<StereoFrame>& frames) {
+    CompressionMeter meter;
+    for (const StereoFrame& frame : frames) {
+        if (meter.is_complete()) break;
+        meter.add(gray_of(frame.left), gray_of(frame.right));
     }
-    return std::max(left.share(), right.share());
+    return meter.signs();
 }
 
 FieldOrder fields_of(const StereoFrame& frame) {
@@ -135,7 +130,7 @@ void add_calibration(StereoCalibration calibration, std::string refusal, Evidenc
 Evidence collect_evidence(const std::vector<StereoFrame>& frames, StereoCalibration calibration,
                           std::string refusal) {
     Evidence evidence = begin_evidence(frames.front());
-    evidence.copied = share_copied(frames);
+    evidence.compression = signs_of_compression(frames);
     evidence.frame_count = frames.size();
     for (const StereoFrame& frame : frames)
         if (const BlackFrame black = black_views(frame); black.left || black.right)

@@ -3,13 +3,13 @@
 
 #include <cstdint>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "include/defrec_c.h"
 #include "sdk/doctor/rig_trial.hpp"
 #include "sdk/doctor/view_matches.hpp"
+#include "sdk/input/compression/compression_signs.hpp"
 #include "sdk/input/frame_source.hpp"
 #include "sdk/io/calibration.hpp"
 #include "sdk/io/field_order.hpp"
@@ -55,7 +55,7 @@ struct Evidence {
     std::size_t frame_count = 0;                   // that are looked at
     std::vector<BlackFrame> black_frames;          // where a view is: by their numbers, ascending
     std::vector<GrayPair> pairs;                   // some of the frames
-    std::optional<double> copied;    // share of the blocks, from the frame before; empty: unknown
+    CompressionSigns compression;
     StereoCalibration calibration;   // as the files have it, T in mm
     std::string refusal;             // why it is not taken; empty: it is
     bool has_other_size = false;     // the calibration names another size than the frames'
@@ -76,8 +76,8 @@ std::size_t frames_to_look_at(int width, int height);
 // Whose views are matched, of so many frames that are looked at: ascending.
 std::vector<std::size_t> frames_to_match(std::size_t count);
 
-// Evidence is gathered in this order: the first frame, views, the calibration. `copied`, `probe`,
-// `frame_count` and `black_frames` are the caller's.
+// Evidence is gathered in this order: the first frame, views, the calibration. `compression`,
+// `probe`, `frame_count` and `black_frames` are the caller's.
 Evidence begin_evidence(const StereoFrame& first);
 // Which views are black as DEFREC_REASON_DARK means it.
 BlackFrame black_views(const StereoFrame& frame);

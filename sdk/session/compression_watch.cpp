@@ -7,34 +7,39 @@
 #include "sdk/io/text.hpp"
 
 namespace defrec::cli {
+namespace {
 
-using decisions::CompressedVideo;
+// They cost depth without any compression.
+constexpr std::uint32_t kOtherCauses = DEFREC_REASON_CALIBRATION | DEFREC_REASON_VIEW_LATE |
+                                       DEFREC_REASON_VIEWS_SWAPPED | DEFREC_REASON_INTERLACED;
+
+}  // namespace
 
 std::string CompressionWatch::add(const StereoFrame& frame, const defrec_result& result) {
-    if (frames_ == CompressedVideo::kFrames) return {};
-    left_.add(gray_of(frame.left));
-    right_.add(gray_of(frame.right));
+    if (meter_.is_complete()) return {};
+    meter_.add(gray_of(frame.left), gray_of(frame.right));
     without_depth_ += 1 - depth_share(result);
+    reasons_ |= result.reasons;
     ++frames_;
-    return frames_ == CompressedVideo::kFrames ? sentence() : std::string();
+    return meter_.is_complete() ? sentence() : std::string();
 }
 
 std::string CompressionWatch::conclude() {
-    return frames_ < CompressedVideo::kFrames ? sentence() : std::string();
+    return meter_.is_complete() ? std::string() : sentence();
 }
 
 std::string CompressionWatch::sentence() const {
-    const std::optional<double> share = copied();
-    if (!share || *share <= CompressedVideo::kMostCopied) return {};
+    const CompressionSigns signs = meter_.signs();
+    if (!signs.are_strong()) return {};
     const double without_depth = without_depth_ / frames_;
-    const bool is_of_no_use = without_depth >= CompressedVideo::kMostWithoutDepth;
-    std::string text = is_of_no_use ? "The video is compressed beyond use: no depth in " +
-                                          format_fixed(100 * without_depth, 0) + " % of the surface"
-                                    : "The video is strongly compressed, and depth errs by more "
-                                      "than it would without";
-    return text + " (" + format_fixed(100 * *share, 1) +
-           " % of the blocks of its first frames are copies of the frame before); record at a "
-           "higher rate or quality, with FFmpeg -crf 17 or less.";
+    const bool is_of_no_use = without_depth >= decisions::CompressedVideo::kMostWithoutDepth &&
+                              (reasons_ & kOtherCauses) == 0;
+    const std::string text =
+        is_of_no_use ? "The video is compressed beyond use: no depth in " +
+                           format_fixed(100 * without_depth, 0) + " % of the surface"
+                     : "The video is strongly compressed, and depth errs by more than it would "
+                       "without";
+    return text + " (" + signs.seen() + "). " + kCompressionRemedy;
 }
 
 }  // namespace defrec::cli

@@ -2,12 +2,10 @@
 // tracked: a user need not wait for the end to record anew.
 #pragma once
 
-#include <algorithm>
-#include <optional>
 #include <string>
 
 #include "include/defrec_c.h"
-#include "sdk/input/compression/copied_blocks.hpp"
+#include "sdk/input/compression/compression_signs.hpp"
 #include "sdk/input/frame_source.hpp"
 
 namespace defrec::cli {
@@ -19,16 +17,16 @@ class CompressionWatch {
     std::string add(const StereoFrame& frame, const defrec_result& result);
     // The same at the end of a recording that has fewer frames.
     std::string conclude();
-    // The share of blocks that are copies in what was looked at, of the view that has more of them;
-    // empty where too little tells.
-    std::optional<double> copied() const { return std::max(left_.share(), right_.share()); }
+    // What was looked at shows.
+    CompressionSigns signs() const { return meter_.signs(); }
 
   private:
     std::string sentence() const;
 
-    CopiedBlocks left_, right_;
+    CompressionMeter meter_;
     int frames_ = 0;
-    double without_depth_ = 0;  // share of the surface, the sum over the frames
+    double without_depth_ = 0;   // share of the surface, the sum over the frames
+    std::uint32_t reasons_ = 0;  // of all of them
 };
 
 }  // namespace defrec::cli

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -86,6 +87,34 @@ TEST_CASE("row 161: strong compression is said once, after the first frames or a
         CHECK(says(text, "2.0 % of the blocks"));
         CHECK(text.find("The video") == text.rfind("The video"));
     }
+}
+
+TEST_CASE("row 161: depth that the calibration or a late view costs is not laid to compression") {
+    for (const std::uint32_t reason : {DEFREC_REASON_CALIBRATION, DEFREC_REASON_VIEW_LATE}) {
+        defrec_result result = result_with(DEFREC_TRACKING, kFew);
+        result.reasons = reason;
+        const std::string text = said(50, result);
+        CHECK(says(text, "strongly compressed"));
+        CHECK_FALSE(says(text, "beyond use"));
+    }
+}
+
+TEST_CASE("row 161: borders of blocks tell of a codec that encodes each frame by itself") {
+    const auto result = result_with(DEFREC_TRACKING, kFew);
+    CompressionWatch watch;
+    std::string text;
+    Film film(0);
+    for (int i = 0; i < kFrames; ++i) {
+        StereoFrame frame = film.next();
+        cv::Mat image(kHeight, kWidth, CV_8U, const_cast<std::uint8_t*>(frame.left.pixels));
+        std::vector<std::uint8_t> bytes;
+        cv::GaussianBlur(image, image, {}, 3);
+        cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, 10});
+        cv::imdecode(bytes, cv::IMREAD_GRAYSCALE).copyTo(image);
+        text += watch.add(frame, result);
+    }
+    CHECK(says(text, "compressed beyond use: no depth in 75 % of the surface"));
+    CHECK(says(text, "from one block of 8 px to the next"));
 }
 
 TEST_CASE("row 161: a video without depth is compressed beyond use, and the share is told") {

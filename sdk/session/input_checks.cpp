@@ -28,12 +28,12 @@ void InputChecks::add(const StereoFrame& frame, const defrec_result& result,
         thread_.add(
             [this, views = gray_views(frame)] { attempt([&] { add_views(views, evidence_); }); });
     if (++next_ < count_) return;
-    thread_.add([this, probe = record_.probe(true, camera_), copied = compression.copied()] {
+    thread_.add([this, probe = record_.probe(true, camera_), compression = compression.signs()] {
         attempt([&] {
             evidence_.frame_count = count_;
             evidence_.black_frames = black_frames_;
             evidence_.probe = probe;
-            evidence_.copied = copied;
+            evidence_.compression = compression;
             add_calibration(calibration_, {}, evidence_);
         });
         conclude();

@@ -3,6 +3,8 @@
 // docs/experiments.
 #pragma once
 
+#include <cstddef>
+
 namespace defrec::decisions {
 
 // A block that a codec copied from the frame before.
@@ -26,10 +28,21 @@ struct CopiedBlock {
     static constexpr int kMinBlocks = 200;
 };
 
+// The borders of blocks that a codec rounded each by itself.
+struct BlockBorder {
+    // px | the side of a block, and of the grid on which it lies | JPEG's, MPEG's
+    static constexpr std::size_t kSide = 8;
+    // gray levels | between neighbours; a larger step counts as one of these: an edge | set by hand
+    static constexpr int kMaxStep = 20;
+};
+
 // A video of which a codec left too little.
 struct CompressedVideo {
     // frames | the first ones, which are looked at | half a second
     static constexpr int kFrames = 12;
+    // times the median over the places in a block | the change of gray levels at its border, above
+    //   which a video is strongly compressed | [doctor]
+    static constexpr double kBorderRatio = 1.25;
     // share of the blocks with texture | more that are copies: strongly compressed | 0 without a
     //   codec; 0.003 at rate factor 18, 0.007 to 0.017 at 23, [compressed]
     static constexpr double kMostCopied = 0.005;

@@ -1,0 +1,38 @@
+// See block_borders.hpp.
+#include "sdk/input/compression/block_borders.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace defrec::cli {
+
+using decisions::BlockBorder;
+
+void BlockBorders::add(const cv::Mat& gray) {
+    add_differences(gray, along_rows_);
+    add_differences(gray.t(), along_columns_);
+}
+
+double BlockBorders::ratio() const {
+    return std::max(ratio_of(along_rows_), ratio_of(along_columns_));
+}
+
+void BlockBorders::add_differences(const cv::Mat& gray, Phases& sums) {
+    constexpr int kMost = BlockBorder::kMaxStep;
+    for (int y = 0; y < gray.rows; ++y) {
+        const auto* row = gray.ptr<std::uint8_t>(y);
+        for (int x = 1; x < gray.cols; ++x)
+            sums[static_cast<std::size_t>(x % BlockBorder::kSide)] +=
+                std::min(std::abs(row[x] - row[x - 1]), kMost);
+    }
+}
+
+double BlockBorders::ratio_of(const Phases& sums) {
+    Phases sorted = sums;
+    std::sort(sorted.begin(), sorted.end());
+    constexpr std::size_t kMiddle = BlockBorder::kSide / 2;
+    const double median = 0.5 * (sorted[kMiddle - 1] + sorted[kMiddle]);
+    return median > 0 ? sorted.back() / median : 1;
+}
+
+}  // namespace defrec::cli
