@@ -16,7 +16,8 @@ struct DoctorSample {
     static constexpr std::int64_t kMinFrames = 12;
     // frames | that are tracked, at most | 1 to 2 s of video
     static constexpr std::int64_t kMaxFrames = 40;
-    // frames | without a template, after which no more are tracked: each takes long | set by hand
+    // lit frames | without a template, after which no more are tracked: each takes long | set by
+    // hand
     static constexpr int kMostWaiting = 4;
     // frames | whose views are matched, spread over those that are tracked | set by hand
     static constexpr int kMatchedFrames = 5;
@@ -115,7 +116,12 @@ struct DoctorImages {
     static constexpr double kMinLit = 0.2;
     // gray levels | a view with a lower mean is black | as Images
     static constexpr double kBlack = 6;
-    // ranges | of black frames that are named | a line has room for them
+    // share of the pixels | a view with more saturated ones is white | as Images
+    static constexpr double kWhite = 0.6;
+    // share of the frames | in more of them a view is black or white: a problem, and the lit ones
+    //   are too few | set by hand
+    static constexpr double kMostBlank = 0.5;
+    // ranges | of frames that are named | a line has room for them
     static constexpr std::size_t kNamedRanges = 4;
 };
 

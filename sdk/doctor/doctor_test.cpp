@@ -59,6 +59,27 @@ Eigen::Map<Eigen::Vector3d> translation_of(StereoCalibration& rig) {
     return Eigen::Map<Eigen::Vector3d>(rig.translation.data());
 }
 
+Finding finding_of(const Diagnosis& diagnosis, const char* id) {
+    for (const Finding& finding : diagnosis.findings)
+        if (finding.id == id) return finding;
+    return {};
+}
+
+// Frames of the right view that are black or white from edge to edge.
+Spoil blanked_right(std::size_t first, std::size_t last, double gray) {
+    return [=](Recording& r) {
+        for (std::size_t i = first; i <= last; ++i)
+            r.right[i] = cv::Mat(r.right[i].size(), r.right[i].type(), cv::Scalar::all(gray));
+    };
+}
+
+Spoil blanked(std::size_t first, std::size_t last, double gray) {
+    return [=](Recording& r) {
+        blanked_right(first, last, gray)(r);
+        for (std::size_t i = first; i <= last; ++i) r.left[i] = r.right[i];
+    };
+}
+
 }  // namespace
 
 TEST_CASE("nothing is found where nothing is wrong: rectified and raw views") {
@@ -188,38 +209,51 @@ TEST_CASE("exposure") {
 }
 
 TEST_CASE("black frames are named, and what to do about them") {
-    const auto blacken = [](std::size_t first, std::size_t last) {
-        return [=](Recording& r) {
-            for (std::size_t i = first; i <= last; ++i)
-                r.left[i] = r.right[i] = cv::Mat::zeros(r.left[i].size(), r.left[i].type());
-        };
-    };
-    const auto finding = [](const Diagnosis& diagnosis, const char* id) {
-        return *std::find_if(diagnosis.findings.begin(), diagnosis.findings.end(),
-                             [&](const Finding& each) { return each.id == id; });
-    };
-    const Diagnosis few = diagnose_spoiled("heartbeat", blacken(4, 5));
+    const Diagnosis few = diagnose_spoiled("heartbeat", blanked(4, 5, 0));
     CHECK(found_in(few) == "black_frames");
-    const Finding black = finding(few, "black_frames");
+    const Finding black = finding_of(few, "black_frames");
     CHECK(black.what.find("in 2 of 12 frames both views are black, and nothing") == 0);
     CHECK(black.what.find(": frames 4 to 5.") != std::string::npos);
     CHECK_SAYS(black.remedy, "leave them in: the surface is found again");
     CHECK_SAYS(black.remedy, "by --frames 6:, with points chosen in those frames");
-    const Diagnosis right = diagnose_spoiled("heartbeat", [](Recording& r) {
-        r.right[7] = cv::Mat::zeros(r.right[7].size(), r.right[7].type());
-    });
-    CHECK(finding(right, "black_frames").what.find("in 1 of 12 frames the right view is black") ==
-          0);
-    const Diagnosis begun = diagnose_spoiled("heartbeat", blacken(0, 0));
-    CHECK(finding(begun, "black_frames").what.find(": frame 0.") != std::string::npos);
-    CHECK_SAYS(finding(begun, "black_frames").remedy, "begin behind them by --frames 1:");
-
-    const Diagnosis all = diagnose_spoiled("heartbeat", blacken(0, 11));
+    const Diagnosis right = diagnose_spoiled("heartbeat", blanked_right(7, 7, 0));
+    CHECK(finding_of(right, "black_frames").what.find("in 1 of 12 frames the right view is") == 0);
+    const Diagnosis all = diagnose_spoiled("heartbeat", blanked(0, 11, 0));
     CHECK(found_in(all) == "exposure");
-    CHECK(finding(all, "exposure").what ==
+    CHECK(finding_of(all, "exposure").what ==
           "the left view is black: 100 % of it is no brighter than gray level 6 of 255.");
     for (const char* id : {"black_frames", "interlacing"})
-        CHECK(finding(all, id).verdict == Verdict::kUnknown);
+        CHECK(finding_of(all, id).verdict == Verdict::kUnknown);
+}
+
+TEST_CASE("black frames at an end: begin behind the first ones, nothing comes after the last") {
+    const Diagnosis begun = diagnose_spoiled("heartbeat", [](Recording& r) {
+        blanked(0, 4, 0)(r);
+        blanked(9, 9, 0)(r);
+    });
+    CHECK(found_in(begun) == "black_frames");
+    CHECK_SAYS(finding_of(begun, "black_frames").what, ": frames 0 to 4, 9.");
+    CHECK_SAYS(finding_of(begun, "black_frames").remedy, "begin behind them by --frames 5:");
+    const Diagnosis ended = diagnose_spoiled("heartbeat", blanked_right(9, 11, 0));
+    CHECK(finding_of(ended, "black_frames").remedy == "Check light, shutter and cable.");
+}
+
+TEST_CASE("black frames are a problem where they are most, and the others are looked at") {
+    const Diagnosis some = diagnose_spoiled("heartbeat", blanked_right(3, 7, 0));
+    CHECK(found_in(some) == "black_frames");
+    CHECK(finding_of(some, "black_frames").severity == Severity::kWarning);
+    for (const char* id : {"bars", "sharpness", "one_view_twice", "common_content"})
+        CHECK(finding_of(some, id).verdict == Verdict::kFine);
+    const Diagnosis most = diagnose_spoiled("heartbeat", blanked_right(3, 11, 0));
+    CHECK(found_in(most) == "black_frames");
+    CHECK(finding_of(most, "black_frames").severity == Severity::kError);
+}
+
+TEST_CASE("white frames are counted, and not averaged with the others") {
+    const Diagnosis diagnosis = diagnose_spoiled("heartbeat", blanked_right(4, 6, 255));
+    CHECK(found_in(diagnosis) == "white_frames");
+    CHECK(finding_of(diagnosis, "white_frames").what ==
+          "in 3 of 12 frames the right view is white, and no depth is measured: frames 4 to 6.");
 }
 
 TEST_CASE("a recording that cannot be read to the end is refused") {

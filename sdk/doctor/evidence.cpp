@@ -19,6 +19,15 @@ CompressionSigns signs_of_compression(const std::vector<StereoFrame>& frames) {
     return meter.signs();
 }
 
+BlankFrame::Look look_of(const ImageView& view) {
+    using Decision = decisions::DoctorImages;
+    const cv::Mat gray = gray_of(view);
+    if (cv::mean(gray)[0] < Decision::kBlack) return BlankFrame::kBlack;
+    const int saturated = cv::countNonZero(gray >= Decision::kSaturated);
+    return saturated > Decision::kWhite * static_cast<double>(gray.total()) ? BlankFrame::kWhite
+                                                                            : BlankFrame::kLit;
+}
+
 FieldOrder fields_of(const StereoFrame& frame) {
     if (frame.field == DEFREC_FIELD_NONE) return FieldOrder::kProgressive;
     const bool is_bottom = frame.field == DEFREC_FIELD_BOTTOM;
@@ -43,16 +52,32 @@ StereoCalibration scaled(const StereoCalibration& calibration, int width, int he
 
 }  // namespace
 
+bool TrackedFrame::is_lit() const {
+    return (reasons & (DEFREC_REASON_DARK | DEFREC_REASON_SATURATED)) == 0;
+}
+
 std::size_t TrackProbe::frames_with(std::uint32_t reasons) const {
     return static_cast<std::size_t>(
         std::count_if(frames.begin(), frames.end(),
                       [&](const TrackedFrame& frame) { return (frame.reasons & reasons) != 0; }));
 }
 
+std::size_t TrackProbe::lit_frames_with(std::uint32_t reasons) const {
+    return static_cast<std::size_t>(
+        std::count_if(frames.begin(), frames.end(), [&](const TrackedFrame& frame) {
+            return frame.is_lit() && (frame.reasons & reasons) != 0;
+        }));
+}
+
 double TrackProbe::share_without_depth() const {
     double sum = 0;
-    for (const TrackedFrame& frame : frames) sum += 1 - frame.depth_share;
-    return sum / static_cast<double>(std::max<std::size_t>(frames.size(), 1));
+    std::size_t count = 0;
+    for (const TrackedFrame& frame : frames) {
+        if (!frame.is_lit()) continue;
+        sum += 1 - frame.depth_share;
+        ++count;
+    }
+    return sum / static_cast<double>(std::max<std::size_t>(count, 1));
 }
 
 const RigTrial& Evidence::without(Mistake mistake) const {
@@ -72,13 +97,22 @@ std::size_t frames_to_look_at(int width, int height) {
                    Decision::kMinFrames, Decision::kMaxFrames));
 }
 
-std::vector<std::size_t> frames_to_match(std::size_t count) {
+FramesToMatch::FramesToMatch(std::size_t count) : count_(count) {
     const std::size_t matched =
         std::min<std::size_t>(count, decisions::DoctorSample::kMatchedFrames);
-    std::vector<std::size_t> frames;
     for (std::size_t i = 0; i < matched; ++i)
-        frames.push_back(matched > 1 ? i * (count - 1) / (matched - 1) : 0);
-    return frames;
+        planned_.push_back(matched > 1 ? i * (count - 1) / (matched - 1) : 0);
+}
+
+bool FramesToMatch::takes(bool is_blank) {
+    const std::size_t frame = next_++;
+    const bool is_due = taken_ < planned_.size() && planned_[taken_] <= frame;
+    const bool is_last_chance = taken_ == 0 && next_ == count_;
+    if (is_last_chance || (is_due && !is_blank)) {
+        ++taken_;
+        return true;
+    }
+    return false;
 }
 
 Evidence begin_evidence(const StereoFrame& first) {
@@ -90,11 +124,8 @@ Evidence begin_evidence(const StereoFrame& first) {
     return evidence;
 }
 
-BlackFrame black_views(const StereoFrame& frame) {
-    const auto is_black = [](const ImageView& view) {
-        return cv::mean(gray_of(view))[0] < decisions::DoctorImages::kBlack;
-    };
-    return {frame.index, is_black(frame.left), is_black(frame.right)};
+BlankFrame look_of(const StereoFrame& frame) {
+    return {frame.index, look_of(frame.left), look_of(frame.right)};
 }
 
 GrayPair gray_views(const StereoFrame& frame) {
@@ -131,12 +162,14 @@ Evidence collect_evidence(const std::vector<StereoFrame>& frames, StereoCalibrat
                           std::string refusal) {
     Evidence evidence = begin_evidence(frames.front());
     evidence.compression = signs_of_compression(frames);
+    evidence.last_frame = frames.back().index;
     evidence.frame_count = frames.size();
-    for (const StereoFrame& frame : frames)
-        if (const BlackFrame black = black_views(frame); black.left || black.right)
-            evidence.black_frames.push_back(black);
-    for (const std::size_t i : frames_to_match(frames.size()))
-        add_views(gray_views(frames[i]), evidence);
+    FramesToMatch to_match(frames.size());
+    for (const StereoFrame& frame : frames) {
+        const BlankFrame look = look_of(frame);
+        if (look.is_blank()) evidence.blank_frames.push_back(look);
+        if (to_match.takes(look.is_blank())) add_views(gray_views(frame), evidence);
+    }
     add_calibration(std::move(calibration), std::move(refusal), evidence);
     return evidence;
 }

@@ -27,6 +27,8 @@ struct TrackedFrame {
     float view_lag_frames = 0;
     double depth_share = 0;  // of the surface
     bool has_rows = false;   // the tracker measured in which rows the right view shows the tissue
+
+    bool is_lit() const;  // neither view is black or white
 };
 
 // The frames tracked.
@@ -39,22 +41,30 @@ struct TrackProbe {
     double least_disparity = 0, largest_disparity = -1;
 
     std::size_t frames_with(std::uint32_t reasons) const;
-    // The mean over the frames, of the surface.
+    // That are neither black nor white.
+    std::size_t lit_frames_with(std::uint32_t reasons) const;
+    // The mean over the frames that are neither black nor white, of the surface.
     double share_without_depth() const;
 };
 
-struct BlackFrame {
+// A frame of which a view shows nothing.
+struct BlankFrame {
+    enum Look { kLit, kBlack, kWhite };
     std::int64_t number = 0;
-    bool left = false, right = false;  // which view is black
+    Look left = kLit, right = kLit;
+
+    bool is_blank() const { return left != kLit || right != kLit; }
+    bool is(Look look) const { return left == look || right == look; }
 };
 
 struct Evidence {
     int width = 0, height = 0;
     FieldOrder fields = FieldOrder::kProgressive;  // of the images; otherwise frames are fields
-    std::int64_t first_frame = 0;                  // its number
+    std::int64_t first_frame = 0, last_frame = 0;  // their numbers
     std::size_t frame_count = 0;                   // that are looked at
-    std::vector<BlackFrame> black_frames;          // where a view is: by their numbers, ascending
-    std::vector<GrayPair> pairs;                   // some of the frames
+    std::vector<BlankFrame> blank_frames;          // by their numbers, ascending
+    std::vector<GrayPair> pairs;                   // some of the frames, none of them blank where
+                                                   // others are not
     CompressionSigns compression;
     StereoCalibration calibration;   // as the files have it, T in mm
     std::string refusal;             // why it is not taken; empty: it is
@@ -73,14 +83,25 @@ struct Evidence {
 
 // How many frames of this size are looked at, where there are as many.
 std::size_t frames_to_look_at(int width, int height);
-// Whose views are matched, of so many frames that are looked at: ascending.
-std::vector<std::size_t> frames_to_match(std::size_t count);
+
+// Which frames' views are matched, of so many that are looked at: spread over them, and none that
+// is blank, for which the next one stands in.
+class FramesToMatch {
+  public:
+    explicit FramesToMatch(std::size_t count);
+    // The frames in order. None is taken in all: the last one is.
+    bool takes(bool is_blank);
+
+  private:
+    std::vector<std::size_t> planned_;  // ascending
+    std::size_t count_ = 0, next_ = 0, taken_ = 0;
+};
 
 // Evidence is gathered in this order: the first frame, views, the calibration. `compression`,
-// `probe`, `frame_count` and `black_frames` are the caller's.
+// `probe`, `last_frame`, `frame_count` and `blank_frames` are the caller's.
 Evidence begin_evidence(const StereoFrame& first);
-// Which views are black as DEFREC_REASON_DARK means it.
-BlackFrame black_views(const StereoFrame& frame);
+// Which views are black or white as DEFREC_REASON_DARK and DEFREC_REASON_SATURATED mean it.
+BlankFrame look_of(const StereoFrame& frame);
 // Memory of their own.
 GrayPair gray_views(const StereoFrame& frame);
 void add_views(GrayPair views, Evidence& evidence);

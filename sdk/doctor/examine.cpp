@@ -20,6 +20,7 @@ const std::vector<Step>& steps() {
     static const std::vector<Step> all = {
         {look_at_exposure, {}},
         {look_at_black_frames, {}},
+        {look_at_white_frames, {}},
         {look_at_bars, {"exposure"}},
         {look_at_interlacing, {}},
         {look_at_compression, {}},

@@ -1,4 +1,4 @@
-// Whether the views are lit: neither white nor black.
+// Whether the views are lit, in frames in which they show anything: neither white nor black.
 #include <opencv2/imgproc.hpp>
 
 #include "include/defrec_c.h"
@@ -86,12 +86,11 @@ Finding look_at_exposure(const Evidence& evidence) {
     }
     const double frames = static_cast<double>(evidence.probe.frames.size());
     const std::size_t unusable =
-        evidence.probe.frames_with(DEFREC_REASON_DARK | DEFREC_REASON_SATURATED |
-                                   DEFREC_REASON_NO_TEXTURE | DEFREC_REASON_ONE_VIEW);
+        evidence.probe.lit_frames_with(DEFREC_REASON_NO_TEXTURE | DEFREC_REASON_ONE_VIEW);
     if (static_cast<double>(unusable) > Decision::kReasonShare * frames)
         return look.measured(100 * static_cast<double>(unusable) / frames, "%")
             .found("in " + of_frames(unusable, evidence.probe.frames.size()) +
-                       " a view is black, white or without contrast.",
+                       " a view is without contrast.",
                    "Check light, lens, cable and video input.");
     return look.measured(100 * worst, "%")
         .fine("at most " + percent(worst) + " of a view is white");

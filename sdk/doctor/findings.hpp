@@ -9,6 +9,7 @@ namespace defrec::cli {
 // The images alone.
 Finding look_at_exposure(const Evidence& evidence);
 Finding look_at_black_frames(const Evidence& evidence);
+Finding look_at_white_frames(const Evidence& evidence);
 Finding look_at_bars(const Evidence& evidence);
 Finding look_at_interlacing(const Evidence& evidence);
 Finding look_at_compression(const Evidence& evidence);

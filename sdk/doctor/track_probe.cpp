@@ -93,13 +93,14 @@ TrackProbe track_frames(const ProbeOptions& options, const std::vector<StereoFra
             "creating the tracker");
     const Tracker tracker(handle);
     ProbeRecord record;
-    int waiting = 0;  // frames without a template
+    int waiting = 0;  // lit frames without a template
     for (const StereoFrame& frame : frames) {
         throw_if_interrupted();
         const Job job = submit(tracker, frame);
         const defrec_result result = result_of(job, frame.index);
         record.add(result, frame.left.width, frame.left.height);
-        waiting = result.state == DEFREC_INITIALISING ? waiting + 1 : 0;
+        const bool is_lit = record.last().is_lit();
+        waiting = result.state == DEFREC_INITIALISING ? waiting + (is_lit ? 1 : 0) : 0;
         if (waiting == decisions::DoctorSample::kMostWaiting) break;
     }
     return record.probe(calibration != nullptr && refusal.empty(), rig_info(rig).camera);

@@ -22,6 +22,7 @@ class ProbeRecord {
   public:
     // The tracker keeps disparities; its images have this size.
     void add(const defrec_result& result, int width, int height);
+    const TrackedFrame& last() const { return frames_.back(); }
     // All that was added, together. camera: of the rectified views.
     TrackProbe probe(bool has_rig, const defrec_camera& camera) const;
 

@@ -1,7 +1,6 @@
 // See input_checks.hpp.
 #include "sdk/session/input_checks.hpp"
 
-#include <algorithm>
 #include <exception>
 #include <utility>
 
@@ -19,19 +18,22 @@ void InputChecks::add(const StereoFrame& frame, const defrec_result& result,
     if (next_ == 0) {
         evidence_ = begin_evidence(frame);
         count_ = frames_to_look_at(evidence_.width, evidence_.height);
-        to_match_ = frames_to_match(count_);
+        to_match_ = FramesToMatch(count_);
     }
     if (next_ == count_) return;
     record_.add(result, frame.left.width, frame.left.height);
-    if ((result.reasons & DEFREC_REASON_DARK) != 0) black_frames_.push_back(black_views(frame));
-    if (std::binary_search(to_match_.begin(), to_match_.end(), next_))
+    const BlankFrame look = record_.last().is_lit() ? BlankFrame() : look_of(frame);
+    if (look.is_blank()) blank_frames_.push_back(look);
+    if (to_match_.takes(look.is_blank()))
         thread_.add(
             [this, views = gray_views(frame)] { attempt([&] { add_views(views, evidence_); }); });
     if (++next_ < count_) return;
-    thread_.add([this, probe = record_.probe(true, camera_), compression = compression.signs()] {
+    thread_.add([this, last = frame.index, probe = record_.probe(true, camera_),
+                 compression = compression.signs()] {
         attempt([&] {
+            evidence_.last_frame = last;
             evidence_.frame_count = count_;
-            evidence_.black_frames = black_frames_;
+            evidence_.blank_frames = blank_frames_;
             evidence_.probe = probe;
             evidence_.compression = compression;
             add_calibration(calibration_, {}, evidence_);

@@ -41,10 +41,10 @@ class InputChecks {
     const StereoCalibration calibration_;
     const defrec_camera camera_;
     const std::function<void(std::string)> show_;
-    std::size_t count_ = 0, next_ = 0;   // frames to look at, from the first one on; the next one
-    std::vector<std::size_t> to_match_;  // of them
+    std::size_t count_ = 0, next_ = 0;  // frames to look at, from the first one on; the next one
+    FramesToMatch to_match_{0};         // of them
     ProbeRecord record_;
-    std::vector<BlackFrame> black_frames_;
+    std::vector<BlankFrame> blank_frames_;
     Evidence evidence_;        // the thread's, once it has begun
     std::string failure_;      // likewise; empty: none
     BackgroundThread thread_;  // ends first
