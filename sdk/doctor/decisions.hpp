@@ -125,6 +125,18 @@ struct DoctorImages {
     static constexpr std::size_t kNamedRanges = 4;
 };
 
+// Views that stand still.
+struct DoctorRepeats {
+    // rows | of an image, of which one is compared with the frame before | set by hand
+    static constexpr int kRows = 8;
+    // gray levels | a view that differs by less on average repeats the one before | 1.7 and more
+    //   between frames of the public data sets
+    static constexpr double kMaxDifference = 0.1;
+    // frames | in a row that repeat both views, at least; a recorder of more frames than the camera
+    //   gives repeats fewer; one view alone counts always | set by hand
+    static constexpr std::size_t kMinRun = 3;
+};
+
 // Bars beside the picture, or above and below it.
 struct DoctorBars {
     // gray levels | darker pixels are no tissue but a border | as DoctorMatches

@@ -256,6 +256,29 @@ TEST_CASE("white frames are counted, and not averaged with the others") {
           "in 3 of 12 frames the right view is white, and no depth is measured: frames 4 to 6.");
 }
 
+TEST_CASE("frames that repeat the ones before: of one view, or of both for long") {
+    const auto frozen = [](std::vector<cv::Mat>& images, std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i <= last; ++i) images[i] = images[first - 1];
+    };
+    const Diagnosis right =
+        diagnose_spoiled("heartbeat", [&](Recording& r) { frozen(r.right, 5, 6); });
+    CHECK(finding_of(right, "repeated_frames").verdict == Verdict::kFound);
+    CHECK(finding_of(right, "repeated_frames").what ==
+          "in 2 of 12 frames the right view repeats the one before, and depth is wrong: frames 5 "
+          "to 6.");
+    const auto of_both = [&](std::size_t first, std::size_t last) {
+        return finding_of(diagnose_spoiled("heartbeat",
+                                           [&](Recording& r) {
+                                               frozen(r.left, first, last);
+                                               frozen(r.right, first, last);
+                                           }),
+                          "repeated_frames");
+    };
+    CHECK(of_both(4, 7).what.find("in 4 of 12 frames both views repeat those before") == 0);
+    // As of a recorder of more frames than the camera gives.
+    CHECK(of_both(4, 5).verdict == Verdict::kFine);
+}
+
 TEST_CASE("a recording that cannot be read to the end is refused") {
     const TestFolder folder;
     write_recording(rendered("heartbeat"), folder.path());

@@ -165,9 +165,14 @@ Evidence collect_evidence(const std::vector<StereoFrame>& frames, StereoCalibrat
     evidence.last_frame = frames.back().index;
     evidence.frame_count = frames.size();
     FramesToMatch to_match(frames.size());
+    RepeatMeter repeats;
     for (const StereoFrame& frame : frames) {
         const BlankFrame look = look_of(frame);
-        if (look.is_blank()) evidence.blank_frames.push_back(look);
+        const RepeatedFrame repeated = repeats.add(frame);
+        if (look.is_blank())
+            evidence.blank_frames.push_back(look);
+        else if (repeated.is_repeated())
+            evidence.repeated_frames.push_back(repeated);
         if (to_match.takes(look.is_blank())) add_views(gray_views(frame), evidence);
     }
     add_calibration(std::move(calibration), std::move(refusal), evidence);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "include/defrec_c.h"
+#include "sdk/doctor/repeated_frames.hpp"
 #include "sdk/doctor/rig_trial.hpp"
 #include "sdk/doctor/view_matches.hpp"
 #include "sdk/input/compression/compression_signs.hpp"
@@ -63,6 +64,7 @@ struct Evidence {
     std::int64_t first_frame = 0, last_frame = 0;  // their numbers
     std::size_t frame_count = 0;                   // that are looked at
     std::vector<BlankFrame> blank_frames;          // by their numbers, ascending
+    std::vector<RepeatedFrame> repeated_frames;    // likewise
     std::vector<GrayPair> pairs;                   // some of the frames, none of them blank where
                                                    // others are not
     CompressionSigns compression;
@@ -98,7 +100,7 @@ class FramesToMatch {
 };
 
 // Evidence is gathered in this order: the first frame, views, the calibration. `compression`,
-// `probe`, `last_frame`, `frame_count` and `blank_frames` are the caller's.
+// `probe`, `last_frame`, `frame_count`, `blank_frames` and `repeated_frames` are the caller's.
 Evidence begin_evidence(const StereoFrame& first);
 // Which views are black or white as DEFREC_REASON_DARK and DEFREC_REASON_SATURATED mean it.
 BlankFrame look_of(const StereoFrame& frame);

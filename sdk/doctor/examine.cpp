@@ -21,6 +21,7 @@ const std::vector<Step>& steps() {
         {look_at_exposure, {}},
         {look_at_black_frames, {}},
         {look_at_white_frames, {}},
+        {look_at_repeated_frames, {}},
         {look_at_bars, {"exposure"}},
         {look_at_interlacing, {}},
         {look_at_compression, {}},

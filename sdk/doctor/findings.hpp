@@ -10,6 +10,7 @@ namespace defrec::cli {
 Finding look_at_exposure(const Evidence& evidence);
 Finding look_at_black_frames(const Evidence& evidence);
 Finding look_at_white_frames(const Evidence& evidence);
+Finding look_at_repeated_frames(const Evidence& evidence);
 Finding look_at_bars(const Evidence& evidence);
 Finding look_at_interlacing(const Evidence& evidence);
 Finding look_at_compression(const Evidence& evidence);

@@ -22,8 +22,12 @@ void InputChecks::add(const StereoFrame& frame, const defrec_result& result,
     }
     if (next_ == count_) return;
     record_.add(result, frame.left.width, frame.left.height);
+    const RepeatedFrame repeated = repeats_.add(frame);
     const BlankFrame look = record_.last().is_lit() ? BlankFrame() : look_of(frame);
-    if (look.is_blank()) blank_frames_.push_back(look);
+    if (look.is_blank())
+        blank_frames_.push_back(look);
+    else if (repeated.is_repeated())
+        repeated_frames_.push_back(repeated);
     if (to_match_.takes(look.is_blank()))
         thread_.add(
             [this, views = gray_views(frame)] { attempt([&] { add_views(views, evidence_); }); });
@@ -34,6 +38,7 @@ void InputChecks::add(const StereoFrame& frame, const defrec_result& result,
             evidence_.last_frame = last;
             evidence_.frame_count = count_;
             evidence_.blank_frames = blank_frames_;
+            evidence_.repeated_frames = repeated_frames_;
             evidence_.probe = probe;
             evidence_.compression = compression;
             add_calibration(calibration_, {}, evidence_);

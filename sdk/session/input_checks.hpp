@@ -45,6 +45,8 @@ class InputChecks {
     FramesToMatch to_match_{0};         // of them
     ProbeRecord record_;
     std::vector<BlankFrame> blank_frames_;
+    RepeatMeter repeats_;
+    std::vector<RepeatedFrame> repeated_frames_;
     Evidence evidence_;        // the thread's, once it has begun
     std::string failure_;      // likewise; empty: none
     BackgroundThread thread_;  // ends first

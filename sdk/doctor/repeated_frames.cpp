@@ -1,0 +1,83 @@
+// See repeated_frames.hpp.
+#include "sdk/doctor/repeated_frames.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "sdk/doctor/decisions.hpp"
+#include "sdk/doctor/findings.hpp"
+#include "sdk/doctor/sentence.hpp"
+#include "sdk/input/view_image.hpp"
+
+namespace defrec::cli {
+namespace {
+
+using Decision = decisions::DoctorRepeats;
+
+cv::Mat some_rows(const ImageView& view) {
+    const cv::Mat image = mat_of(view);
+    cv::Mat rows;
+    for (int y = 0; y < image.rows; y += Decision::kRows) rows.push_back(image.row(y));
+    return rows;
+}
+
+bool repeats(const ImageView& view, cv::Mat& before) {
+    const cv::Mat last = std::exchange(before, some_rows(view));
+    if (last.empty()) return false;
+    const auto values = static_cast<double>(last.total()) * last.channels();
+    return cv::norm(last, before, cv::NORM_L1) <= Decision::kMaxDifference * values;
+}
+
+// A recorder of more frames than the camera gives repeats both views now and then.
+std::vector<RepeatedFrame> faults_in(const std::vector<RepeatedFrame>& frames) {
+    std::vector<RepeatedFrame> faults;
+    for (std::size_t i = 0, end = 0; i < frames.size(); i = end) {
+        const auto is_of_both = [&](std::size_t at) { return frames[at].left && frames[at].right; };
+        end = i + 1;
+        while (end < frames.size() && frames[end].number == frames[end - 1].number + 1 &&
+               is_of_both(end) == is_of_both(i))
+            ++end;
+        if (!is_of_both(i) || end - i >= Decision::kMinRun)
+            faults.insert(faults.end(), frames.begin() + static_cast<std::ptrdiff_t>(i),
+                          frames.begin() + static_cast<std::ptrdiff_t>(end));
+    }
+    return faults;
+}
+
+// "the right view repeats the one before"; "a view" where that differs.
+std::string what_repeats(const std::vector<RepeatedFrame>& frames) {
+    const auto all = [&](bool left, bool right) {
+        return std::all_of(frames.begin(), frames.end(), [&](const RepeatedFrame& each) {
+            return each.left == left && each.right == right;
+        });
+    };
+    return all(true, true)    ? "both views repeat those before, and the tissue is not seen"
+           : all(true, false) ? "the left view repeats the one before, and depth is wrong"
+           : all(false, true) ? "the right view repeats the one before, and depth is wrong"
+                              : "a view repeats the one before, and depth may be wrong";
+}
+
+}  // namespace
+
+RepeatedFrame RepeatMeter::add(const StereoFrame& frame) {
+    return {frame.index, repeats(frame.left, left_), repeats(frame.right, right_)};
+}
+
+Finding look_at_repeated_frames(const Evidence& evidence) {
+    const std::vector<RepeatedFrame> faults = faults_in(evidence.repeated_frames);
+    const auto count = static_cast<double>(faults.size());
+    const bool are_most =
+        count > decisions::DoctorImages::kMostBlank * static_cast<double>(evidence.frame_count);
+    Look look("repeated_frames", "repeated frames",
+              are_most ? Severity::kError : Severity::kWarning);
+    look.measured(count, "frames");
+    if (faults.empty()) return look.fine("no view stands still");
+    std::vector<std::int64_t> numbers;
+    for (const RepeatedFrame& frame : faults) numbers.push_back(frame.number);
+    return look.found("in " + of_frames(faults.size(), evidence.frame_count) + " " +
+                          what_repeats(faults) + ": " + frame_ranges(numbers) + ".",
+                      "Check camera, cable and recorder of what stands still. In a recording, "
+                      "leave these frames in, and do not rely on what is said of them.");
+}
+
+}  // namespace defrec::cli
