@@ -137,6 +137,15 @@ struct DoctorRepeats {
     static constexpr std::size_t kMinRun = 3;
 };
 
+// Whether the surface is followed.
+struct DoctorFollowed {
+    // share of the lit frames | in more of them the surface is lost or has no template: a finding |
+    //   as kReasonShare of the images
+    static constexpr double kMaxMissed = 0.2;
+    // share of the lit frames | more are a problem | set by hand
+    static constexpr double kMostMissed = 0.5;
+};
+
 // Bars beside the picture, or above and below it.
 struct DoctorBars {
     // gray levels | darker pixels are no tissue but a border | as DoctorMatches

@@ -362,6 +362,53 @@ TEST_CASE("rows that disagree by what degrades frames, and no more, are a warnin
     CHECK(rows.what.find("Frames are tracked, degraded") != std::string::npos);
 }
 
+TEST_CASE("rows that the tracker finds to disagree are a warning, whatever the matches say") {
+    Evidence evidence;
+    evidence.width = 640;
+    evidence.height = 360;
+    evidence.probe.has_rig = true;
+    evidence.probe.frames.assign(10, {DEFREC_TRACKING, 0, 0, 1, true});
+    evidence.trials.emplace_back();
+    evidence.trials.front().front_share = 1;
+    for (int i = 0; i < 40; ++i)
+        evidence.trials.front().matches.push_back({10.0 * (i % 8), 10.0 * (i / 8), 0.38, 20, 80});
+    CHECK(look_at_rows(evidence).verdict == Verdict::kFine);
+    for (int i = 0; i < 3; ++i) {
+        evidence.probe.frames[i].state = DEFREC_DEGRADED;
+        evidence.probe.frames[i].reasons = DEFREC_REASON_CALIBRATION;
+    }
+    const Finding rows = look_at_rows(evidence);
+    CHECK(rows.verdict == Verdict::kFound);
+    CHECK(rows.severity == Severity::kWarning);
+    CHECK_SAYS(rows.what, "differ by 0.38 px");
+    CHECK_SAYS(rows.what, "The tracker says so of 3 of 10 frames.");
+}
+
+TEST_CASE("a surface that is lost is told with the reasons and with what helps") {
+    Evidence evidence;
+    evidence.probe.has_rig = true;
+    evidence.probe.frames.assign(17, {DEFREC_TRACKING, DEFREC_REASON_FEW_MATCHES, 0, 1, true});
+    const auto lose = [&](std::size_t first, std::size_t last, std::uint32_t reasons) {
+        for (std::size_t i = first; i <= last; ++i)
+            evidence.probe.frames[i] = {DEFREC_LOST, reasons, 0, 0, false};
+    };
+    lose(4, 6, DEFREC_REASON_LOW_CONTRAST);
+    CHECK(look_at_followed(evidence).verdict == Verdict::kFine);
+    lose(7, 12, DEFREC_REASON_LOW_CONTRAST | DEFREC_REASON_FEW_MATCHES);
+    lose(13, 15, DEFREC_REASON_FEW_MATCHES);
+    const Finding followed = look_at_followed(evidence);
+    CHECK(followed.verdict == Verdict::kFound);
+    CHECK(followed.severity == Severity::kError);
+    CHECK(followed.what ==
+          "in 12 of 17 frames the surface was lost: smoke, blur or a wet lens (9); little of the "
+          "tissue is recognised (3).");
+    CHECK_SAYS(followed.remedy, "Clean the lens, let the smoke clear. Move the camera back to");
+    CHECK_SAYS(followed.remedy, "where frames of the recording are left out");
+    // Black frames are another finding's.
+    evidence.probe.frames.assign(17, {DEFREC_LOST, DEFREC_REASON_DARK, 0, 0, false});
+    CHECK(look_at_followed(evidence).verdict == Verdict::kUnknown);
+}
+
 TEST_CASE("disparities that are not searched") {
     const TestFolder folder;
     const std::string config = folder.write("config.yaml", "disparities: 16\n");

@@ -39,6 +39,9 @@ const std::vector<Step>& steps() {
         {look_at_disparity_range,
          {"one_view_twice", "interlacing", "resolution", "order", "pose", "units", "baseline"}},
         {look_at_calibration, {"resolution", "order", "pose", "units", "baseline"}},
+        {look_at_followed,
+         {"exposure", "interlacing", "one_view_twice", "common_content", "resolution", "order",
+          "pose", "units", "baseline", "lag", "disparity_range", "calibration"}},
     };
     return all;
 }

@@ -29,6 +29,7 @@ Finding look_at_calibration(const Evidence& evidence);
 // The tracker's results.
 Finding look_at_lag(const Evidence& evidence);
 Finding look_at_disparity_range(const Evidence& evidence);
+Finding look_at_followed(const Evidence& evidence);
 
 // All of them, in the order in which they are to be mended. What follows from another finding is
 // not found a second time.

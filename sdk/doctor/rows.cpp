@@ -2,10 +2,12 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <cmath>
+#include <string>
 
 #include "include/defrec_c.h"
 #include "sdk/doctor/decisions.hpp"
 #include "sdk/doctor/findings.hpp"
+#include "sdk/doctor/row_error.hpp"
 #include "sdk/doctor/sentence.hpp"
 
 namespace defrec::cli {
@@ -40,15 +42,17 @@ Finding look_at_rows(const Evidence& evidence) {
         return Look("rows", "rows", Severity::kError)
             .unknown("the views do not fit the calibration");
     const Eigen::Vector3d fit = fit_rows(evidence.as_given().matches);
-    // A linear step over the image.
-    const double error = std::hypot(fit[0], fit[1] * evidence.width / std::sqrt(12),
-                                    fit[2] * evidence.height / std::sqrt(12));
+    const double error = row_error(fit[0], fit[1], fit[2], evidence.width, evidence.height);
+    const std::size_t all = evidence.probe.frames.size(),
+                      told = evidence.probe.frames_with(DEFREC_REASON_CALIBRATION);
+    const bool is_told = static_cast<double>(told) >
+                         decisions::DoctorImages::kReasonShare * static_cast<double>(all);
     const bool is_bad = error > Decision::kMaxRowError;
     Look look("rows", "rows", is_bad ? Severity::kError : Severity::kWarning);
     look.measured(error, "px");
     const std::string text =
         "rows of the rectified views differ by " + format_fixed(error, 2) + " px";
-    if (error <= Decision::kToldRowError) return look.fine(text);
+    if (error <= Decision::kToldRowError && !is_told) return look.fine(text);
     constexpr double kDegrees = 57.29577951308232;
     return look.found(
         text + ": the right view is " + format_fixed(std::abs(fit[0]), 1) + " px too " +
@@ -57,7 +61,8 @@ Finding look_at_rows(const Evidence& evidence) {
             format_fixed(std::abs(kDegrees * fit[1]), 2) + " degrees, and " +
             format_fixed(std::abs(100 * fit[2]), 2) + " % too " +
             (fit[2] > 0 ? "large." : "small.") +
-            (is_bad ? "" : " Frames are tracked, degraded, and expected errors grow."),
+            (is_bad ? "" : " Frames are tracked, degraded, and expected errors grow.") +
+            (is_told ? " The tracker says so of " + of_frames(told, all) + "." : ""),
         "Calibrate anew, at this zoom and focus; until then self_calibration: correct in --config "
         "of `defrec track` mends it.");
 }
