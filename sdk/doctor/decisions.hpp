@@ -193,7 +193,7 @@ struct DoctorDetail {
 struct DoctorViews {
     // px RMS | rows that disagree by more are a warning: frames are degraded | as RigRows
     static constexpr double kToldRowError = 0.4;
-    // px RMS | and by more than this a problem | set by hand, [doctor]
+    // px RMS | and by more than this a problem: most of the surface has no depth | [row-errors]
     static constexpr double kMaxRowError = 0.6;
     // px | width of Tukey's kernel in the fit of rows, first to last | set by hand
     static constexpr std::array<double, 5> kTukeyWidths = {12, 6, 3, 1.5, 1.5};

@@ -382,6 +382,7 @@ TEST_CASE("rows that the tracker finds to disagree are a warning, whatever the m
     CHECK(rows.severity == Severity::kWarning);
     CHECK_SAYS(rows.what, "differ by 0.38 px");
     CHECK_SAYS(rows.what, "The tracker says so of 3 of 10 frames.");
+    CHECK_SAYS(rows.remedy, "may help");
 }
 
 TEST_CASE("a surface that is lost is told with the reasons and with what helps") {

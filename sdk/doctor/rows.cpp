@@ -61,10 +61,10 @@ Finding look_at_rows(const Evidence& evidence) {
             format_fixed(std::abs(kDegrees * fit[1]), 2) + " degrees, and " +
             format_fixed(std::abs(100 * fit[2]), 2) + " % too " +
             (fit[2] > 0 ? "large." : "small.") +
-            (is_bad ? "" : " Frames are tracked, degraded, and expected errors grow.") +
+            (is_bad ? " Most of the surface has no depth."
+                    : " Frames are tracked, degraded, and expected errors grow.") +
             (is_told ? " The tracker says so of " + of_frames(told, all) + "." : ""),
-        "Calibrate anew, at this zoom and focus; until then self_calibration: correct in --config "
-        "of `defrec track` mends it.");
+        std::string("Calibrate anew, at this zoom and focus. ") + kSelfCalibrationHelp);
 }
 
 }  // namespace defrec::cli

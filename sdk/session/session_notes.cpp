@@ -32,10 +32,6 @@ constexpr ReasonNote kReasonNotes[] = {
      "In some frames the rows of an image are of two times, as those of interlaced video; if all "
      "images are so, give --interlaced top-first or --interlaced bottom-first.",
      NoteSeverity::kWarning},
-    {DEFREC_REASON_CALIBRATION,
-     "The calibration has drifted; calibrate anew, or set self_calibration: correct in "
-     "--config. See rig_estimate in summary.json.",
-     NoteSeverity::kError},
     {DEFREC_REASON_DISPARITY,
      "In some frames the images contradict the disparity of --disparity, whose depth was not used "
      "there. Its files must be of these frames, and in px of the rectified left image: x in the "
@@ -105,6 +101,7 @@ std::string SessionNotes::add_frame(const StereoFrame& frame, const defrec_resul
     } else {
         reasons_ |= result.reasons;
     }
+    if ((result.reasons & DEFREC_REASON_CALIBRATION) != 0) drift_.add(frame, result);
     start_errors_.add(frame.index, result);
     NoteSeverity severity = NoteSeverity::kWarning;
     std::string note = compression_.add(frame, result);
@@ -190,6 +187,8 @@ void SessionNotes::conclude(const PointFollower& points, bool has_template, bool
             NoteSeverity::kError);
     for (const auto& [reason, text, severity] : kReasonNotes)
         if ((reasons_ & reason) != 0) add(text, severity);
+    add(drift_.note(may_correct_),
+        drift_.is_mild() ? NoteSeverity::kWarning : NoteSeverity::kError);
     add(still_view_note(still_views_));
     if (interrupt_requested()) add("Interrupted; the outputs hold the frames tracked until then.");
     // For files alone: what is printed at the end has no expected errors.

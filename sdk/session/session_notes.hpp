@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sdk/io/field_order.hpp"
+#include "sdk/session/calibration_drift.hpp"
 #include "sdk/session/compression_watch.hpp"
 #include "sdk/session/point_follower.hpp"
 #include "sdk/session/start_errors.hpp"
@@ -26,6 +27,10 @@ class SessionNotes {
         if (note.empty()) return;
         notes_.push_back(std::move(note));
         severities_.push_back(severity);
+    }
+    // DEFREC_SELF_CALIBRATION_*, as the run has it.
+    void add_self_calibration(std::uint32_t setting) {
+        may_correct_ = setting != DEFREC_SELF_CALIBRATION_CORRECT;
     }
     // The frames in order, each with its result. Returns a note that is to be said at once, since
     // it is of the recording as a whole; mostly it is empty.
@@ -60,6 +65,8 @@ class SessionNotes {
     std::uint32_t reasons_ = 0;      // of all frames
     std::uint32_t still_views_ = 0;  // DEFREC_VIEW_*: that stood still while the other one did not
     bool is_one_view_twice_ = false;
+    CalibrationDrift drift_;
+    bool may_correct_ = true;  // the calibration, where it has drifted
     CompressionWatch compression_;
     StartErrors start_errors_;
     int looked_at_ = 0;             // frames, for their detail

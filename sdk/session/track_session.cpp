@@ -237,6 +237,7 @@ class TrackSession {
                   std::move(followed_.points), setup_.rig, setup_.projection) {
         options_.source.fields = source_.fields();
         notes_.add_fields(source_.fields());
+        notes_.add_self_calibration(desc_.self_calibration);
         if (!followed_.targets.empty())
             beneath_.targets.emplace(folder_ / kTargetsFile, std::move(followed_.targets),
                                      setup_.projection);
