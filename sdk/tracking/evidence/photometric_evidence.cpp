@@ -129,12 +129,24 @@ int32_t required_zncc(float region_share) {
            static_cast<int32_t>(contradicted * (Confidence::kMinZnccAlone - Confidence::kMinZncc));
 }
 
+// The share of the checks in a vertex' region that are located.
+float region_share(const defrec_surface_point& vertex, const PhotometricEvidence& evidence) {
+    const Eigen::Array2f sum = sums_at(vertex, evidence.regions);
+    return mean(sum[0], sum[1]);
+}
+
 // Whether a score is what the vertex' region asks for.
 bool suits_region(const defrec_surface_point& vertex, int32_t score,
                   const PhotometricEvidence& evidence) {
-    if (score >= Confidence::kMinZnccAlone) return true;
-    const Eigen::Array2f sum = sums_at(vertex, evidence.regions);
-    return score >= required_zncc(mean(sum[0], sum[1]));
+    return score >= Confidence::kMinZnccAlone ||
+           score >= required_zncc(region_share(vertex, evidence));
+}
+
+// Where most checks fail one that was located poorly may be another part of the tissue's texture.
+bool may_be_chance(const defrec_surface_point& vertex, const defrec_patch_observation& found,
+                   const PhotometricEvidence& evidence) {
+    return has_peak(found) && least_information(found) < Confidence::kMinInformation &&
+           region_share(vertex, evidence) < Confidence::kMostFail;
 }
 
 // From the sums.
@@ -157,7 +169,9 @@ void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t 
         return;
     const auto most_are = [&](Checks such) { return share(such) >= Confidence::kMinFittingShare; };
     evidence.is_located[vertex] = evidence.is_check_located[check] != 0 && most_are(kLocated);
-    if (evidence.does_check_fit[check] == 0 || !most_are(kFitting)) return;
+    if (evidence.does_check_fit[check] == 0 || !most_are(kFitting) ||
+        may_be_chance(point, found, evidence))
+        return;
     evidence.is_confirmed[vertex] = 1;
     evidence.refuted[vertex] = 0;
     evidence.check_px2[vertex] =
@@ -170,6 +184,12 @@ void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t 
 bool lies_elsewhere(const defrec_camera& camera, const defrec_surface_sample& sample) {
     const float per_px = depth_per_px(camera, sample.position[2]);
     return std::abs(sample.residual) > decisions::Departure::kMinPx * per_px;
+}
+
+float least_information(const defrec_patch_observation& found) {
+    const float* of = found.information;
+    const float half = (of[0] - of[2]) / 2;
+    return (of[0] + of[2]) / 2 - std::sqrt(half * half + of[1] * of[1]);
 }
 
 CheckedVertices::CheckedVertices(const TemplateData& data)

@@ -19,6 +19,10 @@ Depth depth_per_px(const defrec_camera& camera, const Depth& z) {
 // Whether live depth lies farther from the surface than disparity errs in poor images.
 bool lies_elsewhere(const defrec_camera& camera, const defrec_surface_sample& sample);
 
+// 1 / (0.1 px)^2: how well a check's place is known in its worst direction; 0 where it was not
+// located.
+float least_information(const defrec_patch_observation& found);
+
 // Which vertices lie in the windows of a template's checks, worked out once.
 struct CheckedVertices {
     explicit CheckedVertices(const TemplateData& data);

@@ -95,6 +95,19 @@ TEST_CASE("what is required rises as fewer checks of the region fit") {
     CHECK(more.confirms_middle(Confidence::kMinZnccAlone));
 }
 
+TEST_CASE("where most of a region fails a check must have been located well") {
+    const auto confirms = [](int failing, float information) {
+        Surface surface;
+        surface.fail_round_middle(failing);
+        Surface::fit(surface.checks[Surface::kMiddle], Confidence::kMinZnccAlone);
+        surface.checks[Surface::kMiddle].information[2] = information;
+        return surface.confirms_middle();
+    };
+    CHECK(confirms(4, Confidence::kMinInformation / 2));
+    CHECK(confirms(5, Confidence::kMinInformation));
+    CHECK_FALSE(confirms(5, Confidence::kMinInformation / 2));
+}
+
 TEST_CASE("a check that was found elsewhere must fit better, the farther off") {
     Surface surface;
     const auto confirms_at = [&](double px, int32_t score) {

@@ -9,14 +9,25 @@
 
 namespace defrec {
 
-// Worked out once for a template's frames.
+// How much the surface is drawn out one way over the other: kPossible, as tissue may be but seldom
+// is; kCertain, as it is between sides that slide.
+enum class Shear : uint8_t { kNone, kPossible, kCertain };
+
+// Worked out once for a template's frames. samples: of all vertices.
 class SurfaceShear {
   public:
     explicit SurfaceShear(const TemplateData& data);
 
-    // Whether the surface is drawn out one way over the other at a vertex, by more than tissue is.
-    // A check beside it then says nothing of it. samples: of all vertices.
-    bool is_sheared(size_t vertex, std::span<const defrec_surface_sample> samples) const;
+    // At a vertex.
+    Shear at(size_t vertex, std::span<const defrec_surface_sample> samples) const;
+    // Per vertex, the most of those round it. sheared: at() of all vertices. Tissue that joined has
+    // none.
+    void spread(const TemplateData& data, std::span<const Shear> sheared,
+                std::span<Shear> beside) const;
+    // mm by which a vertex is off that moves with neither of the sides round it: half of what
+    // these moved otherwise.
+    float error_between(const TemplateData& data, size_t vertex,
+                        std::span<const defrec_surface_sample> samples) const;
 
   private:
     // A vertex of the grid with one beside it in its row and one in its column, on its side of all
@@ -24,8 +35,10 @@ class SurfaceShear {
     struct Corner {
         uint32_t in_row = 0, in_column = 0;
         float row2 = 0, column2 = 0, product = 0, area2 = 0;  // mm; area2 0: there are none
+        int x = 0, y = 0;                                     // its cell of the grid
     };
     std::vector<Corner> corners_;  // per vertex
+    int reach_ = 1;                // cells
 };
 
 class CutSides {

@@ -246,6 +246,11 @@ class ConfidenceEstimate {
               std::max(0.0f, evidence.rig.shared_noise_px2 - Share::kUsualSharedNoise)),
           confidence_(confidence) {}
 
+    void look_for_shear(size_t i) const { confidence_.sheared[i] = model_.shear.at(i, samples_); }
+    void spread_shear() const {
+        model_.shear.spread(*model_.data, confidence_.sheared, confidence_.beside_sheared);
+    }
+
     // What is seen of a vertex itself.
     void look_at(size_t i) const {
         const float per_px = depth_per_px(camera_, samples_[i].position[2]);
@@ -260,12 +265,15 @@ class ConfidenceEstimate {
                             (samples_[i].observation == DEFREC_OBSERVED ||
                              (!evidence_.uses_depth && samples_[i].observation != DEFREC_OUTSIDE)),
                    is_confirmed = photometric_.is_confirmed[i] != 0 && (stale & kLeftView) == 0 &&
-                                  !model_.shear.is_sheared(i, samples_),
+                                  says_where(i),
                    has_depth = evidence_.uses_depth && !evidence_.is_interlaced && agrees &&
                                doubt.shown_px2 * per_px * per_px <= max_doubt_ * max_doubt_;
         confidence_.evidence[i] =
             static_cast<uint8_t>((has_depth ? DEFREC_EVIDENCE_DEPTH : 0) |
                                  (is_confirmed ? DEFREC_EVIDENCE_PHOTOMETRIC : 0));
+        confidence_.between_mm[i] = is_confirmed || confidence_.sheared[i] == Shear::kNone
+                                        ? 0
+                                        : model_.shear.error_between(*model_.data, i, samples_);
         if (is_confirmed) set_known(confidence_.to_photometric[model_.grids.cell(i)]);
         if (is_confirmed && agrees) set_known(confidence_.to_observed[model_.grids.cell(i)]);
     }
@@ -278,6 +286,18 @@ class ConfidenceEstimate {
     }
 
   private:
+    // Whether the check that confirms a vertex tells where it is. Between sides that slide none
+    // does: the surface moves with neither. Beside them the surface is drawn along, and what shows
+    // little texture looks alike elsewhere.
+    bool says_where(size_t i) const {
+        if (confidence_.beside_sheared[i] == Shear::kNone) return true;
+        if (confidence_.sheared[i] == Shear::kCertain) return false;
+        const auto check = static_cast<size_t>(model_.data->check_of_vertex[i]);
+        const float information = least_information(evidence_.output.checks[check]);
+        return confidence_.beside_sheared[i] == Shear::kCertain
+                   ? information >= Confidence::kMinInformation
+                   : information > 0;
+    }
     // Disparity of the application leaves this open in place of that of stage stereo.
     void add_given_doubt(size_t i, RigDoubt::Doubt& doubt) const {
         const KeptDisparity& given = evidence_.given_disparity;
@@ -351,8 +371,10 @@ class ConfidenceEstimate {
             Share::kFarObserved * far_observed * far_observed +
             Share::kSupportShare * support * support + Share::kBorderShare * border * border +
             Share::kResidualShare * residual * residual + astray * astray + noise_;
+        Few between = values(confidence_.between_mm);
         if (first + given <= evidence_.slip_doubts.size())
-            across += Values(&evidence_.slip_doubts[first], count).square();
+            between = between.max(Values(&evidence_.slip_doubts[first], count));
+        across += between.square();
         x /= z;
         y /= z;
         Eigen::Array<float, Eigen::Dynamic, 6, 0, kFew, 6> covariance(count, 6);
@@ -401,6 +423,9 @@ void begin_confidence(const SurfaceModel& model, VertexConfidence& confidence) {
     make_room(confidence, count);
     confidence.rig_px2.resize(count);
     confidence.cut_side_mm.resize(count);
+    confidence.sheared.resize(count);
+    confidence.beside_sheared.resize(count);
+    confidence.between_mm.resize(count);
     confidence.seen_error.reserve(count);
     for (std::vector<float>* distance : {&confidence.to_photometric, &confidence.to_observed})
         distance->assign(model.grids.cells(), 1e6f);
@@ -415,17 +440,22 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
     model.cut_sides.expect(*model.data, evidence.output.samples, confidence.cut_side_mm);
     std::vector<float>* const distances[2] = {&confidence.to_photometric, &confidence.to_observed};
     const ConfidenceEstimate estimate(model, evidence, confidence);
-    enum : size_t { kLooks, kSpreads, kConcludes };
+    enum : size_t { kShears, kSpreadsShear, kLooks, kSpreads, kConcludes };
     const size_t parts = vertex_parts(helpers, count);
-    for_phases<3>(helpers, {parts, 3, parts}, [&](size_t phase, size_t index) {
+    for_phases<5>(helpers, {parts, 1, parts, 3, parts}, [&](size_t phase, size_t index) {
         if (phase == kSpreads) {
             if (index == 2) return beside();
             return model.grids.spread(*distances[index], confidence.spreading[index]);
         }
+        if (phase == kSpreadsShear) return estimate.spread_shear();
         const ArrayPart part{index, parts};
         const size_t begin = part.begin(count), end = part.end(count);
         if (phase == kConcludes) return estimate.conclude(begin, end);
-        for (size_t i = begin; i < end; ++i) estimate.look_at(i);
+        for (size_t i = begin; i < end; ++i)
+            if (phase == kShears)
+                estimate.look_for_shear(i);
+            else
+                estimate.look_at(i);
     });
 }
 

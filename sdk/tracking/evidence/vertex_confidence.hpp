@@ -52,6 +52,10 @@ struct VertexConfidence {
     MapGrids::Workspace spreading[2];
     std::vector<float> rig_px2;  // working memory, per vertex: disparity that the rig gets wrong
     std::vector<float> cut_side_mm;  // working memory, per vertex: CutSides::expect()
+    // Working memory, per vertex: SurfaceShear's at(), spread(), and error_between() where nothing
+    // shows where it is.
+    std::vector<Shear> sheared, beside_sheared;
+    std::vector<float> between_mm;
     // expected_error without what add_unseen_lag() added; empty: that added nothing.
     std::vector<float> seen_error;
 

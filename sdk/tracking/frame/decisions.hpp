@@ -466,6 +466,19 @@ struct Confidence {
     // of the smaller stretch | is the larger one, at most: a surface that is drawn out by more lies
     //   between sides that slide, and a check beside a vertex says nothing of it | [beside-lines]
     static constexpr float kMaxShear = 1.8f;
+    // of the smaller stretch | is the larger one, from there on: a vertex without photometric
+    //   evidence may move with neither of the sides round it | [weak-checks]
+    static constexpr float kMayShear = 1.5f;
+    // spacings of control points | along rows and columns of the grid, round a vertex that is
+    //   sheared: a check there tells where its tissue is only if it was located, and beyond
+    //   `max_shear` only with the least information | [weak-checks]
+    static constexpr float kShearReach = 1.5f;
+    // 1 / (0.1 px)^2 | information on a check's place in its worst direction, at least, beside
+    //   sides that slide | [weak-checks]
+    static constexpr float kMinInformation = 0.5f;
+    // share of the checks in the region | where fewer are located one that is must have as much
+    //   information, too | most fail there, [weak-checks]
+    static constexpr float kMostFail = 0.5f;
     // spacings of control points | standard deviation of the place of a cut | [beside-lines]
     static constexpr float kLineSigma = 0.33f;
     // mm | expected error, at most, from the side of a cut that a vertex may be on: with more it is

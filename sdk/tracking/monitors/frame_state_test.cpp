@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "backends/shared/motion.hpp"
 #include "sdk/base/os/services.hpp"
@@ -337,6 +338,49 @@ TEST_CASE("where the surface is sheared a check is no evidence, however the came
     CHECK(moved(sheared(0.5)) == still.status);  // stretches of 1.28 and 0.78
     for (const uint8_t status : moved(turned * sheared(1.5)))
         CHECK(status != DEFREC_POINT_OBSERVED);
+}
+
+TEST_CASE("beside sides that slide a check is evidence only where it was located well") {
+    Fixture f;
+    f.data.node_grid.spacing_u = f.data.node_grid.spacing_v = 40;  // px, two steps of the grid
+    const auto slid = [&](float mm, float information) {
+        for (size_t i = 0; i < f.samples.size(); ++i) {
+            f.samples[i].position[1] = f.data.vertices[i].position[1] + (i % 11 > 5 ? mm : 0);
+            f.checks[i].information[0] = f.checks[i].information[2] = information;
+        }
+        return f.confidence();
+    };
+    const auto observed_columns = [&](const VertexConfidence& confidence) {
+        std::vector<size_t> columns;
+        for (size_t i = 44; i < 55; ++i)
+            if (confidence.status[i] == DEFREC_POINT_OBSERVED) columns.push_back(i % 11);
+        return columns;
+    };
+    using Columns = std::vector<size_t>;
+    // A step of the grid is 8 mm: column 5 is drawn out by 4.0, 1.6 and 1.3.
+    constexpr float kSlid = 12, kMaySlide = 3.8f, kBends = 2;
+    CHECK(observed_columns(slid(kSlid, 0.6f)) == Columns{0, 1, 2, 3, 4, 6, 7, 8, 9, 10});
+    CHECK(observed_columns(slid(kSlid, 0.4f)) == Columns{0, 1, 9, 10});
+    CHECK(observed_columns(slid(kMaySlide, 0.1f)).size() == 11);
+    CHECK(observed_columns(slid(kMaySlide, 0)) == Columns{0, 1, 9, 10});
+    CHECK(observed_columns(slid(kBends, 0)).size() == 11);
+}
+
+TEST_CASE("between sides that slide a vertex may be off by half of what they slid") {
+    Fixture f;
+    const auto error_of = [&](float mm, size_t vertex) {
+        for (size_t i = 0; i < f.samples.size(); ++i) {
+            f.samples[i].position[1] = f.data.vertices[i].position[1] + (i % 11 > 5 ? mm : 0);
+            f.checks[i].valid = i % 11 == 5 || i % 11 == 4 ? 0 : 1;
+        }
+        return f.confidence().expected_error[vertex];
+    };
+    for (const size_t vertex : {size_t{44 + 5}, size_t{44 + 4}}) {
+        const float together = error_of(0, vertex), apart = error_of(10, vertex),
+                    between = vertex % 11 == 5 ? 5 : 0;
+        CHECK(apart * apart - together * together ==
+              doctest::Approx(between * between).epsilon(0.01));
+    }
 }
 
 TEST_CASE("beside a cut a vertex may be on the other side, as far as that moves otherwise") {
