@@ -267,7 +267,7 @@ const kQuestions = {
   'minimum depth': 'program_track/What it reads',
   'image format png jpg': 'program_track/What it reads',
   'depth of each pixel': 'questions/Depth map and point cloud',
-  'first frame is bad choose another frame': "program_track/The template's frame",
+  'first frame is bad choose another frame': 'program_track/The template\'s frame',
   'save video with overlay': 'program_track/The other files',
   'password for the live view': 'program_live_view/Security',
   'covariance meaning': ['api_coordinates/Uncertainty', 'program_register/The covariance'],

@@ -75,8 +75,8 @@ class Calibration:
 
 
 CalibrationLike = Union[Calibration, Camera, Mapping[str, Any], str, "os.PathLike[str]"]
-"""A Calibration, or the Camera of rectified images; a mapping with M1 D1 M2 D2 R T and, where they are
-known, image_width image_height, or a file with them."""
+"""A Calibration, or the Camera of rectified images; a mapping with M1 D1 M2 D2 R T and, where they
+are known, image_width image_height, or a file with them."""
 
 
 def rig_of(context: Context, calibration: CalibrationLike, width: int, height: int) -> Rig:

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "sdk/cli/commands/commands.hpp"
-#include "sdk/evaluation/data_sets/data_set.hpp"
+#include "sdk/evaluation/evaluate.hpp"
 #include "sdk/io/exit_code.hpp"
 #include "sdk/io/terminal.hpp"
 #include "sdk/scenes/writing/render_command.hpp"
