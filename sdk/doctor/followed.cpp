@@ -23,8 +23,9 @@ struct Cause {
 // The first of a frame's reasons against which something helps.
 const ReasonWords& main_reason(std::uint32_t reasons) {
     const std::string names = reason_names(reasons, "|");
-    for (const std::string_view name : reason_names(names))
-        if (const ReasonWords* words = words_of(name); words != nullptr && !words->remedy.empty())
+    for (const ToldReason& told : told_reasons(names, {}))
+        if (const ReasonWords* words = words_of(told.name);
+            words != nullptr && !words->remedy.empty())
             return *words;
     return *words_of("few-matches");
 }
