@@ -133,8 +133,11 @@ struct DoctorRepeats {
     //   between frames of the public data sets
     static constexpr double kMaxDifference = 0.1;
     // frames | in a row that repeat both views, at least; a recorder of more frames than the camera
-    //   gives repeats fewer; one view alone counts always | set by hand
+    //   gives repeats fewer | set by hand
     static constexpr std::size_t kMinRun = 3;
+    // frames | in a row that repeat one view alone, at least; tissue may stand still for one, and a
+    //   view be late | set by hand
+    static constexpr std::size_t kMinRunOfOne = 2;
 };
 
 // Whether the surface is followed.

@@ -459,7 +459,7 @@ TEST_CASE("a calibration that is refused for another reason") {
     const Diagnosis diagnosis =
         diagnose_spoiled("heartbeat", [](Recording& r) { rotation_of(r.calibration)(0, 0) = 1.2; });
     CHECK(found_in(diagnosis) == "calibration");
-    CHECK(diagnosis.findings.back().what.find("R is not a rotation") != std::string::npos);
+    CHECK_SAYS(finding_of(diagnosis, "calibration").what, "R is not a rotation");
 }
 
 TEST_CASE("the last line says that nothing was found, or warnings alone") {

@@ -28,16 +28,17 @@ bool repeats(const ImageView& view, cv::Mat& before) {
     return cv::norm(last, before, cv::NORM_L1) <= Decision::kMaxDifference * values;
 }
 
-// A recorder of more frames than the camera gives repeats both views now and then.
+// Tissue may stand still for a frame, and a recorder of more frames than the camera gives repeats
+// both views now and then.
 std::vector<RepeatedFrame> faults_in(const std::vector<RepeatedFrame>& frames) {
     std::vector<RepeatedFrame> faults;
     for (std::size_t i = 0, end = 0; i < frames.size(); i = end) {
-        const auto is_of_both = [&](std::size_t at) { return frames[at].left && frames[at].right; };
+        const RepeatedFrame& first = frames[i];
         end = i + 1;
         while (end < frames.size() && frames[end].number == frames[end - 1].number + 1 &&
-               is_of_both(end) == is_of_both(i))
+               frames[end].left == first.left && frames[end].right == first.right)
             ++end;
-        if (!is_of_both(i) || end - i >= Decision::kMinRun)
+        if (end - i >= (first.left && first.right ? Decision::kMinRun : Decision::kMinRunOfOne))
             faults.insert(faults.end(), frames.begin() + static_cast<std::ptrdiff_t>(i),
                           frames.begin() + static_cast<std::ptrdiff_t>(end));
     }
