@@ -87,12 +87,14 @@ void add_terms(std::vector<StageCase>& cases) {
             if (i % 3 == 0) s.surface.matches[i].weight = 0;
         }
     });
+    cases.back().since = 11;
     add(cases, "patches_60px_off_no_depth", "Every patch is seen far from where it can be.",
         [](Scene& s) {
             s.given = lm_patches;
             for (defrec_patch_observation& observation : s.surface.observations)
                 observation.u += kPatchOne * 60;
         });
+    cases.back().since = 11;
     add(cases, "hidden", "A third of the image shows nothing.",
         [](Scene& s) { s.surface.hide([](double u, double) { return u > 90; }); });
     add(cases, "pieces", "Two pieces of a surface, which nothing connects.", part_in_two);
@@ -230,6 +232,7 @@ void add_parameters(std::vector<StageCase>& cases) {
         for (size_t i = 0; i < s.surface.observations.size(); ++i)
             std::copy_n(kinds[i % 4], 3, s.surface.observations[i].information);
     });
+    cases.back().since = 11;
     add(cases, "turned_apart", "Control points turned by 120 degrees, named in any order.",
         [](Scene& s) {
             test::reorder_control_points(s.surface);
@@ -239,6 +242,7 @@ void add_parameters(std::vector<StageCase>& cases) {
             s.params.patch_tukey_px = 2000;
             s.params.iterations = 1;
         });
+    cases.back().since = 11;
 }
 
 }  // namespace

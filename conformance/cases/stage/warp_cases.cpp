@@ -76,11 +76,13 @@ void add_warp_cases(std::vector<StageCase>& cases) {
     });
     add(cases, "unusual_scale", "Motions far from unit length are made so.",
         [](Scene& s) { scale_motions(s.motions); });
+    cases.back().since = 11;
     add(cases, "turned_apart", "Control points turned by 120 degrees, named in any order.",
         [](Scene& s) {
             test::reorder_control_points(s.surface);
             s.motions = test::turned_apart(s.surface);
         });
+    cases.back().since = 11;
     add(cases, "opposite_signs", "Quaternions of opposite sign are the same rotation.",
         [](Scene& s) {
             for (size_t i = 0; i < s.motions.size(); i += 2)
