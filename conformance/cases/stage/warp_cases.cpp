@@ -37,34 +37,7 @@ void spoil(std::vector<defrec_motion>& motions) {
     motions[20].dual[0] = nan;
 }
 
-}  // namespace
-
-void add_warp_cases(std::vector<StageCase>& cases) {
-    add(cases, "plain", "Points of a surface, each control point moved on its own.", {});
-    add(cases, "identity", "Motions that move nothing.",
-        [](Scene& s) { s.motions = s.surface.rest(); });
-    add(cases, "no_depth_given", "Without a disparity image no point has depth.",
-        [](Scene& s) { s.depth = false; });
-    add(cases, "no_valid_depth", "A disparity image without any disparity.", [](Scene& s) {
-        s.surface.disparity.assign(s.surface.disparity.size(), int16_t(DEFREC_DISPARITY_NONE));
-    });
-    add(cases, "holes_and_steps",
-        "Holes and steps of disparity, across which nothing is interpolated.", [](Scene& s) {
-            Random random(6);
-            for (size_t i = 0; i < s.surface.disparity.size(); ++i) {
-                if (i / 7 % 5 == 0) s.surface.disparity[i] = int16_t(s.surface.disparity[i] + 40);
-                if (random.below(6) == 0)
-                    s.surface.disparity[i] =
-                        random.below(2) == 0 ? int16_t(DEFREC_DISPARITY_NONE) : int16_t{0};
-            }
-        });
-    add(
-        cases, "padded_stride", "Bytes between rows are not looked at.",
-        [](Scene& s) { s.params.stride = 171; }, 97, 71);
-    add(cases, "converging", "Views that converge: disparities have an offset.",
-        [](Scene& s) { converge(s.surface.camera, s.surface.disparity, 11.3); });
-    add(cases, "tolerance", "A small tolerance: few points are observed.",
-        [](Scene& s) { s.params.tolerance_mm = 0.2f; });
+void add_motions(std::vector<StageCase>& cases) {
     add(cases, "not_finite", "Motions that are not finite, or no rotation, count as none.",
         [](Scene& s) { spoil(s.motions); });
     add(cases, "not_unit", "Motions that are not of unit length are made so.", [](Scene& s) {
@@ -102,6 +75,37 @@ void add_warp_cases(std::vector<StageCase>& cases) {
                         .store();
             }
         });
+}
+
+}  // namespace
+
+void add_warp_cases(std::vector<StageCase>& cases) {
+    add(cases, "plain", "Points of a surface, each control point moved on its own.", {});
+    add(cases, "identity", "Motions that move nothing.",
+        [](Scene& s) { s.motions = s.surface.rest(); });
+    add(cases, "no_depth_given", "Without a disparity image no point has depth.",
+        [](Scene& s) { s.depth = false; });
+    add(cases, "no_valid_depth", "A disparity image without any disparity.", [](Scene& s) {
+        s.surface.disparity.assign(s.surface.disparity.size(), int16_t(DEFREC_DISPARITY_NONE));
+    });
+    add(cases, "holes_and_steps",
+        "Holes and steps of disparity, across which nothing is interpolated.", [](Scene& s) {
+            Random random(6);
+            for (size_t i = 0; i < s.surface.disparity.size(); ++i) {
+                if (i / 7 % 5 == 0) s.surface.disparity[i] = int16_t(s.surface.disparity[i] + 40);
+                if (random.below(6) == 0)
+                    s.surface.disparity[i] =
+                        random.below(2) == 0 ? int16_t(DEFREC_DISPARITY_NONE) : int16_t{0};
+            }
+        });
+    add(
+        cases, "padded_stride", "Bytes between rows are not looked at.",
+        [](Scene& s) { s.params.stride = 171; }, 97, 71);
+    add(cases, "converging", "Views that converge: disparities have an offset.",
+        [](Scene& s) { converge(s.surface.camera, s.surface.disparity, 11.3); });
+    add(cases, "tolerance", "A small tolerance: few points are observed.",
+        [](Scene& s) { s.params.tolerance_mm = 0.2f; });
+    add_motions(cases);
     add(cases, "camera_size", "A surface of 640 x 480.", {}, 640, 480, false);
 }
 
