@@ -12,7 +12,8 @@ void FrameLog::add(const FrameRow& row) {
         runs.ms.back() += static_cast<float>(milliseconds);
     }
     const auto kept = [this](const std::string& text) { return &*texts_.insert(text).first; };
-    rows_.push_back({row, kept(row.state), kept(row.reasons), kept(row.faulty_views)});
+    const FrameNumbers& numbers = row;
+    rows_.push_back({numbers, kept(row.state), kept(row.reasons), kept(row.faulty_views)});
     for (Stage& each : stages_) each.ms.resize(rows_.size(), 0);
 }
 
