@@ -120,6 +120,15 @@ struct Rows {
     }
 };
 
+// first: which of the group's control points each item names first.
+HWY_INLINE MotionLanes<V> motion_of(const LmGroupTask& task, const LmGroup& group,
+                                    const GroupMotion& motions, const V weight[kBlendNodes],
+                                    const float* first) {
+    return HWY_LIKELY(motions.together)
+               ? blend_lanes(D(), motions, weight)
+               : blend_lanes_apart(D(), task.motions, group.node, weight, first);
+}
+
 // Point to plane.
 HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group,
                              const GroupMotion& motions, Rows& rows, LmGroupSums& sums) {
@@ -139,11 +148,8 @@ HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group,
         const V blend_weights[kBlendNodes] = {load(LmGroups::kWeight), load(LmGroups::kWeight + 1),
                                               load(LmGroups::kWeight + 2),
                                               load(LmGroups::kWeight + 3)};
-        const auto motion =
-            HWY_LIKELY(motions.together)
-                ? blend_lanes(d, motions, blend_weights)
-                : blend_lanes_apart(d, task.motions, group.node, blend_weights,
-                                    groups.point(LmGroups::kFirst) + group.first_point + i);
+        const auto motion = motion_of(task, group, motions, blend_weights,
+                                      groups.point(LmGroups::kFirst) + group.first_point + i);
         const Lanes3<V> rest{load(LmGroups::kX), load(LmGroups::kY), load(LmGroups::kZ)};
         const Lanes3<V> p = motion.point(rest);
         const Lanes3<V> n = motion.direction(Lanes3<V>{
@@ -218,11 +224,9 @@ HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group,
         const V blend_weights[kBlendNodes] = {
             load(LmGroups::kSeenWeight), load(LmGroups::kSeenWeight + 1),
             load(LmGroups::kSeenWeight + 2), load(LmGroups::kSeenWeight + 3)};
-        const auto motion = HWY_LIKELY(motions.together)
-                                ? blend_lanes(d, motions, blend_weights)
-                                : blend_lanes_apart(d, task.motions, group.node, blend_weights,
-                                                    groups.sighting(LmGroups::kSeenFirst) +
-                                                        group.first_sighting + i);
+        const auto motion =
+            motion_of(task, group, motions, blend_weights,
+                      groups.sighting(LmGroups::kSeenFirst) + group.first_sighting + i);
         const Lanes3<V> rest{load(LmGroups::kSeenX), load(LmGroups::kSeenY),
                              load(LmGroups::kSeenZ)};
         const Lanes3<V> p = motion.point(rest);
@@ -253,16 +257,14 @@ HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group,
                   hn::Mul(counted, hn::Mul(px, px)));
         if (!task.linearise) continue;
 
-        const V weight = hn::Mul(term_weight, robust.weight);
-        const V force = hn::Sqrt(weight);
+        const V weight = hn::Mul(term_weight, robust.weight), force = hn::Sqrt(weight);
         const Levers levers(task.motions, group.node, rest, blend_weights);
         const auto add_row = [&](const Lanes3<V>& gradient, V residual, size_t count) HWY_ATTR {
             rows.add(levers, scale(force, gradient),
                      hn::IfThenElseZero(robust.within, hn::Mul(force, residual)), count);
         };
-        const size_t used = group.sightings - i;
-        add_row({uu, uv, hn::Neg(hn::MulAdd(uu, u, hn::Mul(uv, v)))}, r0, used);
-        add_row({zero, vv, hn::Neg(hn::Mul(vv, v))}, r1, used);
+        add_row({uu, uv, hn::Neg(hn::MulAdd(uu, u, hn::Mul(uv, v)))}, r0, group.sightings - i);
+        add_row({zero, vv, hn::Neg(hn::Mul(vv, v))}, r1, group.sightings - i);
         // Only matches have depth.
         if (i < group.matches) add_row({zero, zero, root}, r2, group.matches - i);
         rows.add_data(blend_weights, weight);
