@@ -56,6 +56,15 @@ TEST_CASE("row 55: from the third repeated frame on nothing is seen, until the s
 
 namespace {
 
+// A picture is believed until it has been repeated for the third time. shown: how often it has.
+void check_trust(const Session::Frame& frame, int shown) {
+    const auto unknown = std::count(frame.status.begin(), frame.status.end(), DEFREC_POINT_UNKNOWN);
+    if (shown < 3)
+        CHECK(2 * unknown < std::ssize(frame.status));
+    else
+        CHECK(unknown == std::ssize(frame.status));
+}
+
 // A right view that shows nothing: black, or a dark sensor's noise.
 std::vector<uint8_t> dark_view(int most, uint64_t seed) {
     std::vector<uint8_t> gray(size_t{kWidth} * kHeight);
@@ -92,12 +101,7 @@ TEST_CASE("row 55: a left view that freezes beside one that shows nothing is not
             CHECK((frame.reasons & DEFREC_REASON_ONE_VIEW) != 0);
             CHECK(frame.faulty_views == DEFREC_VIEW_RIGHT);
             CHECK(((frame.reasons & DEFREC_REASON_FROZEN) != 0) == (shown > 0));
-            const auto unknown =
-                std::count(frame.status.begin(), frame.status.end(), DEFREC_POINT_UNKNOWN);
-            if (shown < 3)
-                CHECK(2 * unknown < std::ssize(frame.status));
-            else
-                CHECK(unknown == std::ssize(frame.status));
+            check_trust(frame, shown);
         }
     }
 }
@@ -112,12 +116,7 @@ TEST_CASE("row 55: a pair of interlaced images that freezes is not believed") {
         CHECK(frame.state == DEFREC_DEGRADED);
         CHECK((frame.reasons & DEFREC_REASON_INTERLACED) != 0);
         CHECK(((frame.reasons & DEFREC_REASON_FROZEN) != 0) == (shown > 0));
-        const auto unknown =
-            std::count(frame.status.begin(), frame.status.end(), DEFREC_POINT_UNKNOWN);
-        if (shown < 3)
-            CHECK(2 * unknown < std::ssize(frame.status));
-        else
-            CHECK(unknown == std::ssize(frame.status));
+        check_trust(frame, shown);
     }
 }
 
