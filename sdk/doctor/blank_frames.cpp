@@ -1,7 +1,4 @@
 // Which frames show nothing: a view is black, or white.
-#include <algorithm>
-
-#include "sdk/doctor/decisions.hpp"
 #include "sdk/doctor/findings.hpp"
 #include "sdk/doctor/sentence.hpp"
 
@@ -19,16 +16,15 @@ constexpr Kind kWhite = {BlankFrame::kWhite, "white_frames", "white frames", "wh
 
 // In which view all of them are so; "a view" where that differs.
 std::string what_is_blank(const std::vector<BlankFrame>& frames, const Kind& kind) {
-    const auto all = [&](bool left, bool right) {
-        return std::all_of(frames.begin(), frames.end(), [&](const BlankFrame& each) {
-            return (each.left == kind.look) == left && (each.right == kind.look) == right;
-        });
-    };
     const std::string word = kind.word;
-    return all(true, true)    ? "both views are " + word + ", and nothing is tracked"
-           : all(true, false) ? "the left view is " + word + ", and nothing is tracked"
-           : all(false, true) ? "the right view is " + word + ", and no depth is measured"
-                              : "a view is " + word + ", and nothing or less is tracked";
+    return phrase_of(frames,
+                     {"both views are " + word + ", and nothing is tracked",
+                      "the left view is " + word + ", and nothing is tracked",
+                      "the right view is " + word + ", and no depth is measured",
+                      "a view is " + word + ", and nothing or less is tracked"},
+                     [&](const BlankFrame& frame, bool is_left) {
+                         return (is_left ? frame.left : frame.right) == kind.look;
+                     });
 }
 
 std::string remedy_for(const std::vector<std::int64_t>& blank, const Evidence& evidence) {
@@ -54,11 +50,9 @@ Finding look_at(const Evidence& evidence, const Kind& kind) {
         frames.push_back(frame);
         numbers.push_back(frame.number);
     }
-    const auto count = static_cast<double>(frames.size());
-    const bool are_most =
-        count > decisions::DoctorImages::kMostBlank * static_cast<double>(evidence.frame_count);
-    Look look(kind.id, kind.title, are_most ? Severity::kError : Severity::kWarning);
-    look.measured(count, "frames");
+    Look look(kind.id, kind.title,
+              evidence.are_most(frames.size()) ? Severity::kError : Severity::kWarning);
+    look.measured(static_cast<double>(frames.size()), "frames");
     const std::string word = kind.word;
     if (frames.empty()) return look.fine("in no frame is a view " + word);
     if (frames.size() == evidence.frame_count)

@@ -85,6 +85,11 @@ const RigTrial& Evidence::without(Mistake mistake) const {
                          [&](const RigTrial& trial) { return trial.mistake == mistake; });
 }
 
+bool Evidence::are_most(std::size_t frames) const {
+    return static_cast<double>(frames) >
+           decisions::DoctorImages::kMostBlank * static_cast<double>(frame_count);
+}
+
 bool Evidence::has_depth() const {
     return has_trials() && as_given().front_share >= decisions::DoctorOrder::kMinFront;
 }

@@ -76,6 +76,8 @@ struct Evidence {
                                      // any; empty: too few matches, or R is no rotation
     TrackProbe probe;
 
+    // So many frames that show nothing new are a problem, fewer are not.
+    bool are_most(std::size_t frames) const;
     bool has_trials() const { return !trials.empty(); }
     const RigTrial& as_given() const { return trials.front(); }
     const RigTrial& without(Mistake mistake) const;

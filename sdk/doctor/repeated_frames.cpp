@@ -1,7 +1,6 @@
 // See repeated_frames.hpp.
 #include "sdk/doctor/repeated_frames.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "sdk/doctor/decisions.hpp"
@@ -47,15 +46,14 @@ std::vector<RepeatedFrame> faults_in(const std::vector<RepeatedFrame>& frames) {
 
 // "the right view repeats the one before"; "a view" where that differs.
 std::string what_repeats(const std::vector<RepeatedFrame>& frames) {
-    const auto all = [&](bool left, bool right) {
-        return std::all_of(frames.begin(), frames.end(), [&](const RepeatedFrame& each) {
-            return each.left == left && each.right == right;
-        });
-    };
-    return all(true, true)    ? "both views repeat those before, and the tissue is not seen"
-           : all(true, false) ? "the left view repeats the one before, and depth is wrong"
-           : all(false, true) ? "the right view repeats the one before, and depth is wrong"
-                              : "a view repeats the one before, and depth may be wrong";
+    return phrase_of(frames,
+                     {"both views repeat those before, and the tissue is not seen",
+                      "the left view repeats the one before, and depth is wrong",
+                      "the right view repeats the one before, and depth is wrong",
+                      "a view repeats the one before, and depth may be wrong"},
+                     [](const RepeatedFrame& frame, bool is_left) {
+                         return is_left ? frame.left : frame.right;
+                     });
 }
 
 }  // namespace
@@ -66,12 +64,9 @@ RepeatedFrame RepeatMeter::add(const StereoFrame& frame) {
 
 Finding look_at_repeated_frames(const Evidence& evidence) {
     const std::vector<RepeatedFrame> faults = faults_in(evidence.repeated_frames);
-    const auto count = static_cast<double>(faults.size());
-    const bool are_most =
-        count > decisions::DoctorImages::kMostBlank * static_cast<double>(evidence.frame_count);
     Look look("repeated_frames", "repeated frames",
-              are_most ? Severity::kError : Severity::kWarning);
-    look.measured(count, "frames");
+              evidence.are_most(faults.size()) ? Severity::kError : Severity::kWarning);
+    look.measured(static_cast<double>(faults.size()), "frames");
     if (faults.empty()) return look.fine("no view stands still");
     std::vector<std::int64_t> numbers;
     for (const RepeatedFrame& frame : faults) numbers.push_back(frame.number);
