@@ -42,7 +42,7 @@ struct TrackProbe {
     double least_disparity = 0, largest_disparity = -1;
 
     std::size_t frames_with(std::uint32_t reasons) const;
-    // That are neither black nor white.
+    // Neither black nor white.
     std::size_t lit_frames_with(std::uint32_t reasons) const;
     // The mean over the frames that are neither black nor white, of the surface.
     double share_without_depth() const;

@@ -30,7 +30,7 @@ const ReasonWords& main_reason(std::uint32_t reasons) {
     return *words_of("few-matches");
 }
 
-// Those of most frames first.
+// The causes of most frames first.
 std::vector<Cause> causes_of(const std::vector<TrackedFrame>& frames) {
     std::vector<Cause> causes;
     for (const TrackedFrame& frame : frames) {

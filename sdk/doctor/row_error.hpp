@@ -18,7 +18,7 @@ inline bool only_degrades(double row_error_px) {
     return row_error_px > Decision::kToldRowError && row_error_px <= Decision::kMaxRowError;
 }
 
-// What helps until the cameras are calibrated anew: 1.5 mm of 80, docs/experiments, row-errors.
+// It helps until the cameras are calibrated anew: 1.5 mm of 80, docs/experiments, row-errors.
 inline constexpr char kSelfCalibrationHelp[] =
     "Until then, self_calibration: correct in --config of `defrec track` may help: more of the "
     "surface is tracked, and all depth may be off alike, by up to 2 %.";

@@ -20,7 +20,7 @@ bool is_mild(std::string_view reason) {
     return reason == "few-matches" || reason == "gap" || reason == "fast-motion";
 }
 
-// What explains a frame's state; null: nothing.
+// The reason that explains a frame's state; null: none does.
 const ToldReason* main_reason(std::string_view state, const std::vector<ToldReason>& reasons) {
     const auto first = [&](auto&& is_so) {
         const auto found = std::find_if(reasons.begin(), reasons.end(), is_so);

@@ -9,7 +9,7 @@
 
 namespace defrec::cli {
 
-// What the positions of a frame rest on.
+// The evidence on which the positions of a frame rest.
 struct Support {
     double seen_share = 1;  // of the tissue; NaN: not known
     // The smallest and the largest expected error of points that users chose and that have a

@@ -1,4 +1,4 @@
-// What a run says of a calibration that is not that of the cameras any more.
+// A run's words on a calibration that is not that of the cameras any more.
 #pragma once
 
 #include <string>

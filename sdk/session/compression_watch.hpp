@@ -17,7 +17,7 @@ class CompressionWatch {
     std::string add(const StereoFrame& frame, const defrec_result& result);
     // The same at the end of a recording that has fewer frames.
     std::string conclude();
-    // What was looked at shows.
+    // Signs in what was looked at.
     CompressionSigns signs() const { return meter_.signs(); }
 
   private:

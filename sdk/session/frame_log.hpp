@@ -1,4 +1,4 @@
-// What frames.csv and the summary say of each frame of a run. It is kept until the end, since a
+// Rows of frames.csv and the summary, of each frame of a run. They are kept until the end, since a
 // stage that runs late gets a column, and small, since a run of cameras goes on for hours.
 #pragma once
 

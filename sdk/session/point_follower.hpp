@@ -53,7 +53,7 @@ class PointFollower {
     std::size_t dropped_clicks() const { return dropped_clicks_; }
     // All that were given, with those that were removed since.
     std::size_t count() const { return points_.size() + removed_.size(); }
-    // Those that have a place on the template, which add_frame() follows.
+    // Points that have a place on the template, which add_frame() follows.
     std::size_t count_on_surface() const { return place_.size(); }
     // Counts of all rows written so far.
     const StatusCounts& rows() const { return rows_; }

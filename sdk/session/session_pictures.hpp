@@ -67,7 +67,7 @@ class SessionPictures {
     }
 
     void finish_recording();
-    // What became of recordings since the last call; the view tells it as well.
+    // The fate of recordings since the last call; the view tells it as well.
     std::vector<std::string> take_notes();
     // Names of the files that were finished.
     const std::vector<std::string>& written() const { return written_; }

@@ -105,7 +105,7 @@ Json reasons_json(const std::vector<FrameLog::Row>& rows) {
     return json;
 }
 
-// That one view given twice has no depth has been said.
+// The run has said that one view given twice has no depth.
 Json doubtful_json(const std::vector<FrameLog::Row>& rows, bool is_one_view_twice) {
     DoubtfulFramesList list;
     for (const FrameLog::Row& row : rows)

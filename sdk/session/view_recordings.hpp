@@ -1,4 +1,4 @@
-// What is recorded from the live view: recording_001.mp4 and so on. A recording that fails is told
+// Recordings from the live view: recording_001.mp4 and so on. A recording that fails is told
 // of and ends; the run goes on.
 #pragma once
 
@@ -41,7 +41,7 @@ class ViewRecordings {
     void finish();
     // Names of the files that were finished, after finish().
     const std::vector<std::string>& written() const { return written_; }
-    // What failed, or is missing, since the last call.
+    // Failures, and pictures that are missing, since the last call.
     std::vector<std::string> take_notes();
 
   private:

@@ -39,7 +39,7 @@ class CutFilm {
         for (size_t i = 0; i + 1 < frames_.size(); ++i)
             defrec_job_release(track_images(session, frames_[i].left, frames_[i].right));
     }
-    // That frame.
+    // The same frame.
     const Images& images() const { return frames_.back(); }
 
   private:

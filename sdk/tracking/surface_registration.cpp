@@ -370,7 +370,7 @@ FrameAttempt& SurfaceRegistration::register_surface(Frame& frame) {
         attempt = &attempt_whole_map(frame, attempt->plan());
     check_given_disparity(frame, *attempt);
     commit_rig(frame, *attempt);
-    // That of a repeated frame is as spoilt as it was.
+    // Depth of a repeated frame is as spoilt as it was.
     is_depth_spoilt_ = !frame.spoils_rows && surface_.is_tracking() &&
                        (is_frozen(frame.reasons) ? is_depth_spoilt_ : lag_spoils_depth(frame.job));
     if (is_depth_spoilt_ && attempt->plan().uses_depth && !frame.captures)

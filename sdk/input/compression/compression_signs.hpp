@@ -9,7 +9,7 @@
 
 namespace defrec::cli {
 
-// What to do.
+// The remedy.
 inline constexpr char kCompressionRemedy[] =
     "Record at a higher rate or quality, or without loss: by `defrec record` without --format "
     "h264, by FFmpeg with -crf 17 or less.";

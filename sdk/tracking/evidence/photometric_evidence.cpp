@@ -142,7 +142,7 @@ bool suits_region(const defrec_surface_point& vertex, int32_t score,
            score >= required_zncc(region_share(vertex, evidence));
 }
 
-// Where most checks fail one that was located poorly may be another part of the tissue's texture.
+// A check that was located poorly among others that fail may be another part of the texture.
 bool may_be_chance(const defrec_surface_point& vertex, const defrec_patch_observation& found,
                    const PhotometricEvidence& evidence) {
     return has_peak(found) && least_information(found) < Confidence::kMinInformation &&

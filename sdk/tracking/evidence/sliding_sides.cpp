@@ -121,7 +121,7 @@ float SurfaceShear::error_between(const TemplateData& data, size_t vertex,
         const int32_t ahead = vertex_beside(data, corner.x, corner.y, right, down),
                       behind = vertex_beside(data, corner.x, corner.y, -right, -down);
         if (ahead < 0 && behind < 0) continue;
-        // Where one is missing, what the vertex and the other differ by counts as half.
+        // One that is missing leaves half: by how much the vertex and the other differ.
         const Eigen::Vector3f own = moved(vertex),
                               one = ahead < 0 ? own : moved(static_cast<size_t>(ahead)),
                               other = behind < 0 ? own : moved(static_cast<size_t>(behind));

@@ -31,7 +31,7 @@ class StaleVertices {
 
     // As FrameEvidence::stale_views.
     std::span<const uint8_t> views() const { return views_; }
-    // Those of all vertices together.
+    // The views of all vertices together.
     uint8_t of_views() const {
         return std::accumulate(views_.begin(), views_.end(), uint8_t{0}, std::bit_or<>());
     }
