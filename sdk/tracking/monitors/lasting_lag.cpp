@@ -159,14 +159,13 @@ RowKnowledge LastingLag::rows_of(std::span<const RowMatch> matches, const Motion
 
 // A lag that has begun or ended is measured anew.
 void LastingLag::restart_where_other(const Estimate& now, bool is_sure) {
-    const bool is_other = is_sure && is_significant({now.lag - lag_, now.sigma}, Decision::kChange,
-                                                    decisions::ViewLag::kSignificance);
-    if (is_other && !was_other_) {
-        rows_ = {};
-        break_off();
-        lag_ = 0;
-    }
-    was_other_ = is_other;
+    if (!is_sure || !is_significant({now.lag - begun_, now.sigma}, Decision::kChange,
+                                    decisions::ViewLag::kSignificance))
+        return;
+    rows_ = {};
+    break_off();
+    lag_ = 0;
+    begun_ = now.lag;
 }
 
 void LastingLag::add_course(const Motion& motion) {
@@ -235,15 +234,17 @@ void LastingLag::judge() {
     const bool shows_in_rows =
         is_significant(rows, decisions::ViewLag::kMinLag, decisions::ViewLag::kSignificance);
     if (shows_in_rows || rows.sigma <= Decision::kSeenByRows) {
-        lag_ = shows_in_rows ? rows.lag : 0;
-        is_seen_ = true;
-        return;
+        return decide(shows_in_rows ? rows.lag : 0);
     }
     unseen_ = plausible_lag(rows);
     const Estimate depth = by_depth();
     if (depth.sigma > Decision::kSeenByDepth) return;
-    lag_ = is_significant(depth, Decision::kMinByDepth, Decision::kSignificanceByDepth) ? depth.lag
-                                                                                        : 0;
+    decide(is_significant(depth, Decision::kMinByDepth, Decision::kSignificanceByDepth) ? depth.lag
+                                                                                        : 0);
+}
+
+void LastingLag::decide(double lag) {
+    lag_ = begun_ = lag;
     is_seen_ = true;
 }
 

@@ -75,15 +75,16 @@ class LastingLag {
     Estimate by_rows() const;
     Estimate by_depth() const;
     void judge();
+    void decide(double lag);
 
     RowKnowledge rows_;
     // The last of these frames_, at frame % kWindow.
     std::array<Course, decisions::LastingLag::kWindow> course_{};
     size_t frames_ = 0;
     double lag_ = 0;
+    double begun_ = 0;  // the lag, or until it is decided that of the frame that began another
     double unseen_ = decisions::LastingLag::kUnseen;  // unless is_seen_
     bool is_seen_ = false;
-    bool was_other_ = false;  // the last frame's own lag than this
 };
 
 }  // namespace defrec

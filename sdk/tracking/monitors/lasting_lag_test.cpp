@@ -154,3 +154,17 @@ TEST_CASE("row 107: a lag stays while nothing says otherwise") {
     frames_to_lag(lag, {.lag = 1, .speed = 0.01}, 20);
     CHECK(lag.lag() == doctest::Approx(1).epsilon(0.1));
 }
+
+TEST_CASE("row 107: a single late frame is none of a lag that lasts") {
+    const RowValues sigma(0.05, 0.001, 0.001, 0.001, 1.5);
+    const RowKnowledge known{sigma.cwiseAbs2().cwiseInverse().asDiagonal(), RowValues::Zero()};
+    const Tissue late({.lag = 1, .angle = 1}), in_time({.angle = 1});
+    LastingLag lag;
+    for (int i = 0; i < 20; ++i)
+        lag.add_frame(in_time.frame(i, static_cast<uint32_t>(i)), known, RowValues::Zero(), false);
+    lag.add_frame(late.frame(20, 20), known, RowValues::Unit(4), true);
+    for (int i = 21; i < 40; ++i) {
+        lag.add_frame(in_time.frame(i, static_cast<uint32_t>(i)), known, RowValues::Zero(), false);
+        CHECK(lag.lag() == 0);
+    }
+}
