@@ -101,7 +101,7 @@ struct DualQuaternion {
 template <class T>
 constexpr bool hold_length(DualQuaternion<T>& m, T& squared) {
     squared = dot(m.real, m.real);
-    if (squared >= T(kLeastFloat) && squared <= T(kLargestFloat)) return true;
+    if (squared >= T(kLeastSquares) && squared <= T(kLargestFloat)) return true;
     const T scale = squared < T(1) ? T(kEnlarge) : T(kReduce);
     m = {scale * m.real, scale * m.dual};
     squared = dot(m.real, m.real);

@@ -33,7 +33,7 @@ bool finite(vec4 v) { return all(notEqual(floatBitsToUint(v) & 0x7f800000u, uvec
 // finite, or less than 2^-126.
 bool hold_length(inout DualQuaternion m, out float squared) {
     squared = dot(m.real, m.real);
-    if (finite(vec4(squared)) && squared >= kLeastFloat) return true;
+    if (finite(vec4(squared)) && squared >= kLeastSquares) return true;
     const float scale = finite(vec4(squared)) ? kEnlarge : kReduce;
     m = DualQuaternion(scale * m.real, scale * m.dual);
     squared = dot(m.real, m.real);
