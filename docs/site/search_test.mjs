@@ -11,6 +11,7 @@ const [index, {stem}, {find, marks, excerpt, wholeWords}] =
     new Function(`${kScripts.map(read).join('')}
                   return [fullText, fullTextWords, fullTextRank];`)();
 
+const kLost = 'deployment_operating_room/When it is lost';
 // Typed: the page, and where it matters the heading on it, '' for its beginning. First or second.
 const kWords = {
   'registration': 'program_register',
@@ -90,8 +91,19 @@ const kWords = {
   'remote': 'program_live_view/From another computer',
   'calibrate with a wooden checkerboard': 'program_calibrating',
   'defrec_job_warp_points': 'group__tracking',
+  'fiducials': 'program_register',
+  'landmark': 'program_register',
+  'fisheye': 'questions/Fisheye lenses',
+  'GIL': 'languages_python/Threads',
+  'asyncio': 'languages_python/Threads',
+  'pinvoke': 'languages_csharp',
+  'RealSense': 'questions/Depth cameras: RealSense, ZED, Kinect, lidar',
+  'kinect': 'questions/Depth cameras: RealSense, ZED, Kinect, lidar',
+  'android': 'questions/Does it run on Windows, macOS, ARM, Jetson?',
+  'first steps': 'index/A first program',
+  'heartbeat': 'program_reference_sequences',
+  'resume tracking': kLost,
 };
-const kLost = 'deployment_operating_room/When it is lost';
 const kDisplay = 'deployment_operating_room/The display';
 const kHidden = 'questions/Smoke, blood, instruments in front';
 const kHelp = 'questions/Where do I ask for help, or report a fault?';
