@@ -460,7 +460,8 @@ FrameAttempt& SurfaceRegistration::attempt_widely(Frame& frame, FrameAttempt& be
     wide_search_.end(is_better);
     if (is_better) {
         wide.quality.reasons |= before.quality.reasons & kReasonsOfRig;
-        if (before.result.evidence.confirms_few())
+        if (before.result.evidence.confirms_few() &&
+            (wide.quality.reasons & DEFREC_REASON_OCCLUDED) == 0)
             wide.quality.reasons |= DEFREC_REASON_LOW_CONTRAST;
         wide.quality.degraded = true;
         return wide;

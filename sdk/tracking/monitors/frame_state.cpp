@@ -210,12 +210,18 @@ FrameQuality classify(const TemplateData& data, const Evidence& evidence,
 
     // Neither smoke nor blur leave so many features: the surface is not where it is looked for.
     const bool is_elsewhere = is_rich && !quality.found;
-    if (evidence.confirms_few() && !is_elsewhere) quality.add(DEFREC_REASON_LOW_CONTRAST);
+    const double inside = std::max(1u, evidence.vertices_inside),
+                 occluded = evidence.vertices_occluded / inside,
+                 without_depth = evidence.vertices_without_depth / inside;
+    // What is nearer than the search range, or has no texture, has no depth.
+    const bool is_covered = is_rich && quality.found && uses_depth && evidence.confirms_few() &&
+                            confirmed >= decisions::Reasons::kCoveredConfirmed * observed &&
+                            occluded + without_depth > settings.occluded_share;
+    if (evidence.confirms_few() && !is_elsewhere && !is_covered)
+        quality.add(DEFREC_REASON_LOW_CONTRAST);
     if (has_few_matches) quality.add(DEFREC_REASON_FEW_MATCHES);
-    const double inside = std::max(1u, evidence.vertices_inside);
-    if (evidence.vertices_occluded / inside > settings.occluded_share)
-        quality.add(DEFREC_REASON_OCCLUDED);
-    if (uses_depth && evidence.vertices_without_depth / inside > settings.no_depth_share)
+    if (is_covered || occluded > settings.occluded_share) quality.add(DEFREC_REASON_OCCLUDED);
+    if (uses_depth && !is_covered && without_depth > settings.no_depth_share)
         quality.add(DEFREC_REASON_NO_DEPTH);
     if (evidence.mean_residual_mm > settings.large_residual)
         quality.add(DEFREC_REASON_LARGE_RESIDUAL);

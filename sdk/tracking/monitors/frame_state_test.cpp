@@ -174,6 +174,27 @@ TEST_CASE("an image rich in features that shows the surface nowhere is neither s
     CHECK((f.quality().reasons & DEFREC_REASON_FEW_MATCHES) != 0);
 }
 
+TEST_CASE("row 59: tissue under something without depth is occluded where the rest is seen well") {
+    Fixture f;
+    f.data.landmarks.resize(100);
+    f.summary.features = 100;
+    const auto hide = [&](bool has_depth) {
+        for (size_t i = 0; i < f.output.samples.size(); ++i)
+            if (i % 11 < 7) {
+                f.output.samples[i].observation = has_depth ? DEFREC_OBSERVED : DEFREC_NO_DEPTH;
+                f.output.observations[i].valid = 0;
+            }
+        const FrameQuality quality = f.quality();
+        CHECK(quality.found);
+        CHECK(quality.degraded);
+        return quality.reasons;
+    };
+    CHECK(hide(false) == DEFREC_REASON_OCCLUDED);
+    CHECK(hide(true) == DEFREC_REASON_LOW_CONTRAST);  // blurred along the motion
+    f.summary.features = 49;                          // smoke
+    CHECK(hide(false) == (DEFREC_REASON_LOW_CONTRAST | DEFREC_REASON_NO_DEPTH));
+}
+
 TEST_CASE(
     "where depth is noisy in a frame, the template's was, and every vertex may be wrong by it") {
     Fixture f;
