@@ -224,8 +224,11 @@ std::uint32_t format_of_channels(int channels) {
 
 Template load_template(const Context& context, const std::string& path) {
     defrec_template handle = nullptr;
-    require(defrec_template_load(context.get(), path.c_str(), &handle), ExitCode::kInput,
-            "reading the template");
+    const defrec_status status = defrec_template_load(context.get(), path.c_str(), &handle);
+    if (status < 0 && std::string_view(defrec_last_error()).ends_with("does not begin as one"))
+        throw CliError(ExitCode::kInput,
+                       path + ": this is no template; `defrec track --save-template` writes one.");
+    require(status, ExitCode::kInput, "reading the template");
     return Template(handle);
 }
 

@@ -19,6 +19,29 @@ struct RegisterInputs {
     static constexpr std::size_t kMaxPoseBytes = 100000000;
 };
 
+// What is said of units and axes where a registration fails.
+struct LikelyCauses {
+    // factor | lengths whose ratio is a unit but for it differ by that unit | set by hand
+    static constexpr double kSameLength = 1.5;
+    // of the surface's longest side | a model that is smaller has another unit | what is seen of an
+    //   organ is a part of it; outliers lie beside it
+    static constexpr double kLeastShare = 0.4;
+    // of the surface's longest side | a model that is larger has another unit, or the surface has |
+    //   a tenth of an organ is the least that is registered
+    static constexpr double kMostTimes = 20;
+    // times | nearer are pairs with an axis turned round, if that is the cause | set by hand
+    static constexpr double kFarBetter = 4;
+    // mm | pairs that are nearer fit as they are | as `--max-residual` of pairs
+    static constexpr double kLeastOff = 5;
+    // of the model's longest side | pairs that are nearer to its vertices are of it | set by hand
+    static constexpr double kBesideModel = 0.05;
+    // of the model's longest side | pairs that are farther from its vertices are not of it | set by
+    //   hand: landmarks lie beside an organ as well
+    static constexpr double kFarFromModel = 0.3;
+    // pairs | that are looked at | each is compared with all vertices
+    static constexpr long kMostPairs = 200;
+};
+
 // Pairs as evidence beside a surface.
 struct PairsWithSurface {
     // pairs | of fewer none is left out | the other four still show whether they agree

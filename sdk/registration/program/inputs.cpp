@@ -244,7 +244,7 @@ std::vector<ModelTarget> read_model_targets(const std::filesystem::path& path) {
     return targets;
 }
 
-std::array<double, 12> read_pose_file(const std::filesystem::path& path) {
+PoseFile read_pose_file(const std::filesystem::path& path) {
     const std::string name = path.string();
     Eigen::Matrix<double, 3, 4> rows;
     if (path.extension() == ".json") {
@@ -262,7 +262,10 @@ std::array<double, 12> read_pose_file(const std::filesystem::path& path) {
                     fail_mesh(name, "transform: rows of four numbers were expected.");
                 rows(row, column) = line[static_cast<size_t>(column)].get<double>();
             }
-        return checked_pose(rows, name);
+        const auto verdict = json.find("verdict");
+        return {checked_pose(rows, name), verdict != json.end() && verdict->is_string()
+                                              ? verdict->get<std::string>()
+                                              : std::string()};
     }
     CsvReader csv(path, {"x", "y", "z", "t"});
     for (int row = 0; row < 3; ++row) {
@@ -272,7 +275,7 @@ std::array<double, 12> read_pose_file(const std::filesystem::path& path) {
     }
     if (csv.next() && !(csv.number(3) == 1 && csv.number(0) == 0))
         csv.fail("three rows of [R | t] were expected, or a fourth one 0, 0, 0, 1.");
-    return checked_pose(rows, name);
+    return {checked_pose(rows, name), {}};
 }
 
 }  // namespace defrec::cli

@@ -40,8 +40,11 @@ struct ModelTarget {
 // Columns id, x, y, z.
 std::vector<ModelTarget> read_model_targets(const std::filesystem::path& path);
 
+struct PoseFile {
+    std::array<double, 12> pose{};  // 3x4 row-major
+    std::string verdict;            // of a registration.json; or empty
+};
 // Columns x, y, z, t: the three rows of [R | t], mm; or the transform of a registration.json.
-// 3x4 row-major.
-std::array<double, 12> read_pose_file(const std::filesystem::path& path);
+PoseFile read_pose_file(const std::filesystem::path& path);
 
 }  // namespace defrec::cli

@@ -13,6 +13,7 @@
 #include "sdk/io/terminal.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/registration/program/inputs.hpp"
+#include "sdk/registration/program/likely_causes.hpp"
 #include "sdk/registration/program/pairs_and_surface.hpp"
 #include "sdk/registration/program/placed_model.hpp"
 #include "sdk/registration/program/plan_output.hpp"
@@ -99,10 +100,14 @@ struct Compared {
     SurfaceFile surface;
 };
 
+void add_notes(const std::vector<std::string>& notes, RegisterFindings& findings) {
+    findings.notes.insert(findings.notes.end(), notes.begin(), notes.end());
+}
+
 // The part whose surface is seen; the others become targets: their middles.
 MeshFile seen_part(const MeshFile& file, const RegisterOptions& options,
                    RegisterFindings& findings) {
-    findings.notes = file.notes;
+    add_notes(file.notes, findings);
     if (file.parts.size() <= 1 && options.part.empty()) return file;
     if (options.part.empty()) {
         std::string names;
@@ -229,6 +234,40 @@ void make_plan(const RegisterOptions& options, const Template& seen, const Compa
     for (const ModelTarget& target : targets) findings.plan_targets.push_back(target.name);
 }
 
+Template seen_template(const Context& context, const std::string& path) {
+    try {
+        return load_template(context, path);
+    } catch (const CliError& error) {
+        const fs::path ending = fs::path(path).extension();
+        if (ending != ".ply" && ending != ".csv") throw;
+        throw CliError(error.code(),
+                       std::string(error.what()) +
+                           " A surface that was seen, as template.ply is one, goes to --surface.");
+    }
+}
+
+Transform start_of(const std::string& path, std::vector<std::string>& notes) {
+    const PoseFile file = read_pose_file(path);
+    if (!file.verdict.empty() && file.verdict != name_of_verdict(DEFREC_VERDICT_ACCEPTED))
+        notes.push_back("The registration that the search begins with, " + path +
+                        ", has the verdict " + printable(file.verdict) +
+                        ": it may lie far from the true one.");
+    return file.pose;
+}
+
+// Whatever units and axes tell of a registration that there is not.
+void add_causes(const RegisterOptions& options, const Compared& compared, const PairsFile& pairs,
+                RegisterFindings& findings) {
+    GivenPlaces given;
+    std::optional<MeshFile> part;
+    if (compared.model)
+        part = options.part.empty() ? *compared.model : compared.model->part(options.part);
+    if (part) given.model = &*part;
+    given.surface = compared.surface.places;
+    if (!options.pairs.empty()) given.pairs = &pairs;
+    add_notes(likely_causes(given), findings);
+}
+
 // Files that are wrong leave no folder behind.
 void write_outputs(const RegisterFindings& findings, const Compared& compared, bool is_deformed,
                    const OutputFolder& out, const std::string& json) {
@@ -255,12 +294,13 @@ int run_register(const RegisterOptions& options) {
     RegisterFindings findings;
     const Context context = open_library(options);
     Template seen;
-    if (!options.seen_template.empty()) seen = load_template(context, options.seen_template);
+    if (!options.seen_template.empty()) seen = seen_template(context, options.seen_template);
     Transform start{};
-    if (!options.start.empty()) start = read_pose_file(options.start);
+    if (!options.start.empty()) start = start_of(options.start, findings.notes);
     std::optional<PairsEvidence> pairs;
+    PairsFile file;
     if (!options.pairs.empty()) {
-        const PairsFile file = read_pairs_file(options.pairs);
+        file = read_pairs_file(options.pairs);
         take_pairs(file, register_by_pairs(file, options), findings);
         if (compares_surfaces(options)) {
             pairs = evidence_of(file, options);
@@ -274,10 +314,11 @@ int run_register(const RegisterOptions& options) {
         compared = compare(options, start, context, seen, pairs ? &*pairs : nullptr, findings);
     if (options.is_by_pairs_alone && !options.model.empty()) {
         compared.model = read_model(options);
-        findings.notes = compared.model->notes;
+        add_notes(compared.model->notes, findings);
     }
     if (compares_surfaces(options) && !has_start)
         findings.notes.emplace_back("The surface was not looked at: the pairs give no start.");
+    if (!findings.is_registered()) add_causes(options, compared, file, findings);
     std::vector<ModelTarget> targets;
     if (!options.targets.empty()) targets = read_model_targets(options.targets);
     findings.targets.insert(findings.targets.end(), targets.begin(), targets.end());

@@ -218,6 +218,30 @@ TEST_CASE("row 193: --deform of a model that is not closed names its file") {
     CHECK_SAYS(refusal, "open.obj: the model is not closed");
 }
 
+TEST_CASE("a file that is no template names what writes one, and where a surface goes") {
+    RegisterOptions options = scene().options("no_template");
+    options.seen_template = scene().folder.write("template.ply", "ply\nformat ascii 1.0\n");
+    options.surface.clear();
+    const std::string refusal = refusal_of([&] { run_register(options); });
+    CHECK_SAYS(refusal, "this is no template; `defrec track --save-template` writes one");
+    CHECK_SAYS(refusal, "goes to --surface");
+}
+
+TEST_CASE("a registration that failed says what sizes tell, and is no start without a note") {
+    RegisterOptions options = scene().options("small");
+    TestMesh mesh = organ_mesh(4);
+    for (float& value : mesh.vertices) value *= 0.1f;
+    options.model = scene().folder.write("small.obj", obj_of(mesh));
+    CHECK(run_register(options) == 9);
+    CHECK_SAYS(scene().result("small")["notes"].dump(), "may be in another unit; see --unit");
+    RegisterOptions again = scene().options("again");
+    again.start = scene().folder / "small/registration.json";
+    run_register(again);
+    CHECK_SAYS(scene().result("again")["notes"].dump(), "has the verdict failed");
+    CHECK(run_register(scene().options("again")) == 0);
+    CHECK(scene().result("again")["notes"].dump().find("verdict") == std::string::npos);
+}
+
 TEST_CASE("pairs alone, and as the start of a surface") {
     RegisterOptions options;
     options.pairs = scene().folder.write("pairs.csv", pairs_csv(scene().truth, 0));
