@@ -20,19 +20,20 @@ const kWidth = 640, kHeight = 360, kLetter = 8;
 
 /** What is drawn: texts {text, x, y} by their left end and base line, and lines of two ends. */
 class Context {
-  constructor() {
-    this.canvas = {width: kWidth, height: kHeight};
+  constructor(letter = kLetter, canvas = {width: kWidth, height: kHeight}, unit = 1) {
+    this.canvas = canvas;
+    [this.letter, this.height] = [letter, 14 * unit];
     this.texts = new Map();
     this.lines = [];
     this.colours = [];  // of strokes
   }
   measureText(text) {
-    return {width: kLetter * text.length};
+    return {width: this.letter * text.length};
   }
   strokeText() {}
   fillText(text, x, y) {
-    this.texts.set(
-        text, {x, y, right: x + kLetter * text.length, top: y - 14, colour: this.fillStyle});
+    const right = x + this.letter * text.length;
+    this.texts.set(text, {x, y, right, top: y - this.height, colour: this.fillStyle});
   }
   beginPath() {}
   stroke() {
@@ -87,12 +88,12 @@ const partOf = (box) => ({
   colour: kViolet
 });
 const crowd = (labels, canvas) => {
-  labels.addBox('tumour', 'tumour 0.6 mm, 5.6 mm deep', partOf(tumour), kRanks.part, canvas);
-  labels.add('centre', 'centre 0.6 mm', 300, 200, kRanks.namedTarget);
-  labels.add('landmark', 'landmark A 0.1 mm', 335, 165, kRanks.named);
+  labels.addBox('tumour', ['tumour 0.6 mm, 5.6 mm deep'], partOf(tumour), kRanks.part, canvas);
+  labels.add('centre', ['centre 0.6 mm'], 300, 200, kRanks.namedTarget);
+  labels.add('landmark', ['landmark A 0.1 mm'], 335, 165, kRanks.named);
   for (let i = 0; i < 30; ++i)
     labels.add(
-        `${i}`, `#${i}`, 300 + (30 + 2 * i) * Math.cos(i), 200 + (30 + 2 * i) * Math.sin(i),
+        `${i}`, [`#${i}`], 300 + (30 + 2 * i) * Math.cos(i), 200 + (30 + 2 * i) * Math.sin(i),
         kRanks.point);
 };
 const crowded = draw(new Labels(), crowd);
@@ -117,16 +118,16 @@ for (const line of crowded.lines)
 
 // A followed point keeps its label where the part's would have room in its place alone.
 const beside = draw(new Labels(), (labels, canvas) => {
-  labels.addBox('tumour', 'tumour 0.6 mm, 5.6 mm deep', partOf(tumour), kRanks.part, canvas);
+  labels.addBox('tumour', ['tumour 0.6 mm, 5.6 mm deep'], partOf(tumour), kRanks.part, canvas);
   for (const [x, y] of [[300, 232], [300, 160], [262, 200], [338, 200]])
-    labels.add(`${x} ${y}`, `#${x}${y}`, x, y, kRanks.point);
+    labels.add(`${x} ${y}`, [`#${x}${y}`], x, y, kRanks.point);
 });
 assert.equal(beside.texts.size, 5);
 
 // It keeps it also in the middle of a part, among targets.
 const among = draw(new Labels(), (labels, canvas) => {
-  labels.addBox('tumour', 'tumour', partOf(tumour), kRanks.part, canvas);
-  labels.add('5', '#5', 300, 200, kRanks.point);
+  labels.addBox('tumour', ['tumour'], partOf(tumour), kRanks.part, canvas);
+  labels.add('5', ['#5'], 300, 200, kRanks.point);
   for (let i = 0; i < 24; ++i) labels.avoid(300 + 14 * Math.cos(i), 200 + 14 * Math.sin(i));
 });
 assert.ok(among.texts.has('#5'));
@@ -137,9 +138,9 @@ small.canvas = {
   width: 330,
   height: 185
 };
-smallLabels.addBox('scan', 'scan 1.9 mm, 9.6 mm deep', partOf(scan), kRanks.part, small.canvas);
+smallLabels.addBox('scan', ['scan 1.9 mm, 9.6 mm deep'], partOf(scan), kRanks.part, small.canvas);
 const points = [[67, 20], [24, 48], [296, 68], [252, 100], [200, 128], [153, 152]];
-for (const [x, y] of points) smallLabels.add(`${x}`, `#${x} 0.1 mm`, x, y, kRanks.point);
+for (const [x, y] of points) smallLabels.add(`${x}`, [`#${x} 0.1 mm`], x, y, kRanks.point);
 for (let i = 0; i < 16; ++i)
   smallLabels.avoid(150 + 40 * Math.cos(0.4 * i), 108 + 40 * Math.sin(0.4 * i));
 smallLabels.draw(small, 1);
@@ -151,9 +152,9 @@ assert.ok(small.texts.size > 4, `${small.texts.size} labels`);
 
 // Labels that have room touch their marks and need no line, but for those of parts.
 const alone = draw(new Labels(), (labels, canvas) => {
-  labels.addBox('tumour', 'tumour', partOf(tumour), kRanks.part, canvas);
-  labels.add('vessel', 'vessel', 500, 60, kRanks.named);
-  labels.add('edge', 'at the edge', kWidth - 10, 300, kRanks.named);
+  labels.addBox('tumour', ['tumour'], partOf(tumour), kRanks.part, canvas);
+  labels.add('vessel', ['vessel'], 500, 60, kRanks.named);
+  labels.add('edge', ['at the edge'], kWidth - 10, 300, kRanks.named);
 });
 assert.equal(alone.texts.size, 3);
 assert.equal(alone.lines.length, 1, 'a part always has a line, to its outline');
@@ -169,7 +170,7 @@ assert.ok(alone.texts.get('at the edge').right <= kWidth);
 const places = [[206, 253], [334, 233], [503, 338], [634, 181], [560, 291], [573, 287], [345, 250]];
 const near = draw(new Labels(), (labels) => {
   for (const [i, [x, y]] of places.entries())
-    labels.add(`${i}`, `#${i} 0.1 mm`, x, y, i < 5 ? kRanks.point : kRanks.namedTarget, `#${i}`);
+    labels.add(`${i}`, [`#${i} 0.1 mm`], x, y, i < 5 ? kRanks.point : kRanks.namedTarget);
 });
 assert.equal(near.texts.size, places.length);
 for (const [name, text] of near.texts) {
@@ -187,26 +188,101 @@ for (const lines of [near.lines, crowded.lines])
       assert.ok(!meet(line, other), `${line} and ${other} cross`);
 assert.ok(meet(...pairs), 'lines that cross are noticed');
 
-// Where there is no room for all of it, a name stands without its error.
+// Where there is no room for a name its number stands there, with the error.
 const narrow = new Context(), narrowLabels = new Labels();
 narrow.canvas = {
   width: 150,
   height: 90
 };
-for (const [name, y] of [['first', 14], ['second', 45], ['third', 76]])
-  narrowLabels.add(name, `${name} 0.1 mm`, 75, y, kRanks.namedTarget, name);
+for (const [i, y] of [14, 45, 76].entries())
+  narrowLabels.add(`${i}`, [`a long name ${i} 0.1 mm`, `T${i} 0.1`], 75, y, kRanks.namedTarget);
 narrowLabels.draw(narrow, 1);
-for (const name of ['first', 'second', 'third'])
-  assert.ok([...narrow.texts.keys()].some((text) => text.startsWith(name)), `${name} is named`);
-assert.ok(narrow.texts.has('second'), [...narrow.texts.keys()].join());
+assert.deepEqual([...narrow.texts.keys()].sort(), ['T0 0.1', 'T1 0.1', 'T2 0.1']);
+
+// A plan among points on a picture of 640x360 pixels that is shown in some widths: each mark keeps
+// a label with its error, and lines keep off the marks of others.
+const kPoints = [
+  ['Tumour margin N', 300, 177], ['Vessel clip', 408, 210], ['Landmark liver edge', 207, 233],
+  ['P3', 145, 126], ['P4', 522, 106], ['P5', 334, 310], ['', 412, 325]
+];
+const kTargets =
+    [['tumour centre', 346, 190], ['deep margin', 347, 188], ['vein branch', 214, 122]];
+const kParts = [
+  ['tumour', 348, 190, 50, '\u00b10.7 mm', '2.9 mm deep'],
+  ['portal vein', 214, 122, 31, '\u00b10.8 mm', '7.5 mm deep']
+];
+const circle = (x, y, radius) => Array.from(
+    {length: 40},
+    (_,
+     i) => [x + radius * Math.cos((i * Math.PI) / 20), y + radius * Math.sin((i * Math.PI) / 20)]);
+
+/** by: how far it is moved to the right. */
+function addScene(labels, canvas, by) {
+  for (const [name, x, y, radius, error, depth] of kParts)
+    labels.addBox(
+        name, [`${name} ${error}, ${depth}`, `${name} ${error}`, error],
+        {box: boxRound(x + by, y, radius), outline: circle(x + by, y, radius), colour: kViolet},
+        kRanks.part, canvas);
+  for (const [i, [name, x, y]] of kTargets.entries())
+    labels.add(
+        name, [`${name} \u00b10.7 mm`, `T${i + 1} \u00b10.7 mm`], x + by, y, kRanks.namedTarget);
+  for (const [i, [name, x, y]] of kPoints.entries())
+    labels.add(
+        `#${i}`, [`${name || `#${i}`} \u00b10.1 mm`, `#${i} \u00b10.1 mm`], x + by, y,
+        name ? kRanks.named : kRanks.point);
+}
+
+/** marks: [x, y] of points and targets. */
+function checkScene({texts: shown, lines}, marks, unit) {
+  const told = [...shown.keys()];
+  assert.equal(told.length, kParts.length + kTargets.length + kPoints.length, `${told}`);
+  for (const text of told) assert.match(text, /\u00b1\d\.\d mm/);
+  for (const [x, y] of marks)
+    for (const [name, text] of shown)
+      assert.ok(distance(text, boxRound(x, y, 5 * unit)) > 0, `${name} hides the mark ${x}, ${y}`);
+  for (const [begin, end] of lines) {
+    const way = ([x, y]) => Math.hypot(end[0] - x, end[1] - y);
+    const [ownX, ownY] = marks.reduce((a, b) => (way(b) < way(a) ? b : a));
+    for (const [x, y] of marks)
+      if (Math.hypot(x - ownX, y - ownY) > 9 * unit) {
+        const half = 6 * unit;
+        const mark = {x: x - half, right: x + half, top: y - half, y: y + half};
+        assert.ok(!runsThrough([begin, end], mark), `${begin} to ${end} runs over ${x}, ${y}`);
+      }
+  }
+}
+
+for (const shown of [340, 420, 600, 950]) {
+  const unit = 640 / shown, moved = new Labels();
+  for (const by of [0, 3, -4, 12, 30, 0, -20]) {
+    const context = new Context(kLetter * unit, {width: 640, height: 360}, unit);
+    moved.begin();
+    addScene(moved, context.canvas, by);
+    moved.draw(context, unit);
+    checkScene(context, [...kPoints, ...kTargets].map(([, x, y]) => [x + by, y]), unit);
+    if (shown === 950)
+      for (const [name] of [...kParts, ...kTargets, ...kPoints])
+        assert.ok([...context.texts.keys()].some((text) => text.startsWith(name)), name);
+  }
+}
+
+// A label that said less says more once there has been room for that for a while.
+const grows = new Labels();
+const single = (all) =>
+    all.add('a', ['a long name \u00b10.1 mm', '#1 \u00b10.1 mm'], 300, 200, kRanks.named);
+draw(grows, single);
+grows.forms.set('a', 1);
+assert.ok(draw(grows, single).texts.has('#1 \u00b10.1 mm'), 'it does not flicker');
+for (let i = 0; i < 30; ++i) draw(grows, single);
+assert.ok(draw(grows, single).texts.has('a long name \u00b10.1 mm'));
 
 // A name takes the place of a number that was drawn before.
 const numbers = new Labels();
-const number = (labels) => labels.add('1', '#1 and more', 100, 112, kRanks.point);
+const number = (labels) => labels.add('1', ['#1 and more'], 100, 112, kRanks.point);
 draw(numbers, number);
 const both = draw(numbers, (labels) => {
   number(labels);
-  labels.add('name', 'a name', 100, 100, kRanks.named);
+  labels.add('name', ['a name'], 100, 100, kRanks.named);
 });
 const {x: nameX, y: nameY} = both.texts.get('a name');
 assert.ok(nameX > 100 && nameY < 100, 'the name stands where it does alone');
@@ -216,8 +292,8 @@ const labels = new Labels(), sides = new Set();
 for (let frame = 0; frame < 40; ++frame) {
   const y = 200 + 5 * Math.sin(frame), x = 300 + 5 * Math.cos(1.7 * frame);
   const {texts: shown} = draw(labels, (all, canvas) => {
-    all.addBox('tumour', 'tumour', partOf(boxRound(x, y, 30)), kRanks.part, canvas);
-    all.add('point', '', 300, 140 + (frame % 2), kRanks.target);
+    all.addBox('tumour', ['tumour'], partOf(boxRound(x, y, 30)), kRanks.part, canvas);
+    all.add('point', [''], 300, 140 + (frame % 2), kRanks.target);
   });
   sides.add(Math.sign(shown.get('tumour').y - y));
 }

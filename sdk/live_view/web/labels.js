@@ -1,15 +1,20 @@
 // Labels on the left view, as many as have room beside each other.
 import {number} from '../../report/web/data.js';
+import {kMostErrorMm} from './words.js';
 
 const kHeight = 14, kBelow = 4;  // of a line; of it beneath the base line
 const kMostKept = 0.1;           // of the picture, in a box that no label hides
 const kMark = 6;                 // half of a mark's side, on which no other one's label lies
+const kCross = 3;                // of a target: so near to its middle a line ends
 const kMargin = 4;               // free round a place that is new, so that a label does not jump
-const kGaps = [3, 14, 30, 50, 76, 110];  // from mark to label
-const kLineFrom = 8;                     // a label that is farther off has a line to its mark
-const kApart = 10;                       // so much nearer than others is the mark of one without
-const kFirstOfPart = 1;                  // of the gaps, so that the line to a part can be seen
-const kMostOfPoint = 3;                  // gaps for a point without a name
+const kGaps = [3, 14, 30, 50, 76, 110, 150, 200];  // from mark to label
+const kLineFrom = 8;     // a label that is farther off has a line to its mark
+const kBesideLine = 3;   // free between a line and another mark
+const kApart = 10;       // so much nearer than others is the mark of one without
+const kFirstOfPart = 1;  // of the gaps, so that the line to a part can be seen
+const kNear = 160;       // where a label has no room, those so near to it say less
+const kMostPasses = 4;   // of placing labels again that say less
+const kRoomyDraws = 20;  // one after the other with room for more, before a label says more
 
 /** Which labels come first where there is not room for all: those of the plan. */
 export const kRanks = {
@@ -20,20 +25,48 @@ export const kRanks = {
   target: 0
 };
 
-// On which side of its mark a label stands, in the order of preference: [across, down].
+// On which side of its mark a label stands, in the order of preference: [across, down]; a half:
+// with an edge of the label at that of the mark.
 const kCorners = [[1, -1], [1, 1], [-1, -1], [-1, 1]], kSides = [[0, -1], [0, 1], [1, 0], [-1, 0]];
 const kBesidePoint = [...kCorners, [1, 0], [-1, 0], [0, -1], [0, 1]];
 const kBesideBox = [...kSides, ...kCorners];
+const kHalf = [0.5, -0.5], kWhole = [1, -1];
+const kBetween = kHalf.flatMap((half) => kWhole.flatMap((whole) => [[half, whole], [whole, half]]));
+
+// What a label may lie on, and its line run over, where there is no room otherwise. It hides no
+// marks of points and of targets with a label; at last a line to what has a name may run over them.
+const kHidden = [[], [kRanks.part], [kRanks.part, undefined]], kLastLevel = kHidden.length;
+const kNearby = 14, kMostGap = 0.16;  // of the gaps; as a share of the picture's width
+
+// How a place is looked for, until there is one: less: how much shorter the text is than it may be;
+// level: of kHidden; reach: of the line.
+const kAttempts = [
+  ...[0, 1, 2].flatMap((less) => ['near', 'middle'].map((reach) => ({less, level: 0, reach}))),
+  ...[1, 2, 3].flatMap((level) => [0, 1, 2].map((less) => ({less, level, reach: 'far'})))
+];
 
 const kInk = '#ffffff';
+const kTooLarge = '\u26a0\ufe0e\u00a0';  // a warning sign before an expected error
 
 /** The expected error, which could be taken for a size without the sign. */
-export const plusMinus = (error) => `\u00b1${number(error, 1)} mm`;
+export const plusMinus = (error) =>
+    `${error > kMostErrorMm ? kTooLarge : ''}\u00b1${number(error, 1)} mm`;
+
+/** What a label says, from long to short. */
+export const textsOf = ([name, number], error) => {
+  const short = `${number} ${plusMinus(error)}`;
+  return [`${name} ${plusMinus(error)}`, short, short.replace(' mm', '')];
+};
 
 export class Labels {
   constructor() {
     this.begin();
-    this.places = new Map();  // where each was drawn last, by its key
+    this.forget();
+  }
+
+  /** Where each label was drawn last, which form of it, and how often there was room for more. */
+  forget() {
+    [this.places, this.forms, this.roomy] = [new Map(), new Map(), new Map()];
   }
 
   /** A picture without labels. */
@@ -47,9 +80,12 @@ export class Labels {
     this.avoided.push({x, y});
   }
 
-  /** Beside a mark at x, y. The higher rank comes first. brief: the text where there is no room. */
-  add(key, text, x, y, rank, brief = text) {
-    this.wanted.push({key, text, brief, x, y, rank});
+  /**
+   * Beside a mark at x, y. The higher rank comes first. texts: what it says, and what where there
+   * is no room for that, from long to short.
+   */
+  add(key, texts, x, y, rank) {
+    this.wanted.push({key, texts, x, y, rank});
   }
 
   /**
@@ -57,7 +93,7 @@ export class Labels {
    * label hides that unless it is a large share of the picture: then it stands beside its upper
    * end.
    */
-  addBox(key, text, {box, outline, colour, brief = text}, rank, {width, height}) {
+  addBox(key, texts, {box, outline, colour}, rank, {width, height}) {
     const inside = {
       left: Math.max(0, box.left),
       right: Math.min(width, box.right),
@@ -67,7 +103,7 @@ export class Labels {
     const area = (inside.right - inside.left) * (inside.bottom - inside.top);
     const x = (inside.left + inside.right) / 2;
     if (!(area > 0)) return;
-    const label = {key, text, brief, x, y: inside.top, rank, outline, colour};
+    const label = {key, texts, x, y: inside.top, rank, outline, colour};
     this.wanted.push(area < kMostKept * width * height ? {...label, box: inside} : label);
   }
 
@@ -75,105 +111,151 @@ export class Labels {
    * unit: a pixel of the screen. A label that is drawn stays, and stays on its side, if it can.
    */
   draw(context, unit) {
-    const before = this.places, taken = [], drawn = [], lines = [];
-    this.places = new Map();
+    const {width, height} = context.canvas, size = width / unit;
+    if (size !== this.size) this.forget();
+    this.size = size;
     context.font = `600 ${kHeight * unit}px system-ui, sans-serif`;
     context.lineJoin = 'round';
-    const rankOf = ({key, rank}) => 2 * rank + (before.has(key) ? 1 : 0);
-    const {width, height} = context.canvas;
     const seen = this.wanted.filter(({x, y}) => x >= 0 && x <= width && y >= 0 && y <= height);
     const marks = [...seen, ...this.avoided].map(
-        (mark) => ({key: mark.key, rank: mark.rank, ...markOf(mark, unit)}));
-    const inOrder = seen.sort((a, b) => rankOf(b) - rankOf(a));
-    const isPart = ({rank}) => rank === kRanks.part;
-    const parts = inOrder.filter(isPart), rest = inOrder.filter((label) => !isPart(label));
-    // Whoever has no room gets what is left; a part does so before others choose.
-    for (const [labels, isLast] of [[parts, false], [parts, true], [rest, false], [rest, true]])
-      for (const label of labels) {
-        if (this.places.has(label.key)) continue;
-        const others = marks.filter(({key}) => key !== label.key);
-        const find = (text, isForced) => choose(
-            {...label, text}, before.get(label.key), {taken, lines, others, isForced}, context,
-            unit);
-        const place = isLast ? squeezeText(label, find) : find(label.text, false);
-        if (!place) continue;
-        taken.push(place.box);
-        if (place.line) lines.push(place.line);
-        drawn.push({label, ...place});
-        this.places.set(label.key, place);
-      }
-    for (const {label, line} of drawn)
-      if (line) drawLine(context, line, label.colour ?? kInk, unit);
-    context.lineWidth = 3.5 * unit;
-    context.strokeStyle = '#0f172a';
-    for (const {label, text, box} of drawn) {
-      context.fillStyle = label.colour ?? kInk;
-      context.strokeText(text, box.left, box.bottom - kBelow * unit);
-      context.fillText(text, box.left, box.bottom - kBelow * unit);
+        (mark) =>
+            ({key: mark.key, rank: mark.rank, centre: [mark.x, mark.y], ...markOf(mark, unit)}));
+    const rankOf = ({key, rank}) => 2 * rank + (this.places.has(key) ? 1 : 0);
+    let inOrder = seen.sort((a, b) => rankOf(b) - rankOf(a)), drawn = new Map();
+    const forms = new Map(inOrder.map(({key}) => [key, this.forms.get(key) ?? 0]));
+    for (let pass = 0; pass < kMostPasses; ++pass) {
+      drawn = placeAll(inOrder, forms, {marks, before: this.places}, context, unit);
+      const without = inOrder.filter(({key, rank}) => !drawn.has(key) && rank !== kRanks.target);
+      if (!without.length) break;
+      shorten(inOrder, forms, without, drawn, unit);
+      inOrder = [...without, ...inOrder.filter((label) => !without.includes(label))];
+    }
+    this.keep(inOrder, drawn, marks, context, unit);
+    drawAll(drawn.values(), context, unit);
+  }
+
+  /** Remembers the places; a label that has had room for more for a while says more again. */
+  keep(labels, drawn, marks, context, unit) {
+    this.places = drawn;
+    this.forms = new Map([...drawn].map(([key, {form}]) => [key, form]));
+    for (const label of labels) {
+      const {key} = label, form = this.forms.get(key);
+      if (!form) continue;
+      const rest = [...drawn].filter(([other]) => other !== key).map(([, place]) => place);
+      const longer = choose(
+          label, form - 1, drawn.get(key),
+          {...surroundings(rest), others: marks.filter((mark) => mark.key !== key)},
+          {level: 0, reach: 'middle'}, context, unit);
+      const draws = longer ? (this.roomy.get(key) ?? 0) + 1 : 0;
+      this.roomy.set(key, draws % kRoomyDraws);
+      if (draws === kRoomyDraws) this.forms.set(key, form - 1);
     }
   }
 }
 
-/**
- * The place of a label that has none yet. A name alone is better than one that hides marks; a
- * point's error is worth a line, and hides nothing.
- */
-const squeezeText = ({text, brief, rank}, find) =>
-    (rank === kRanks.point ? undefined : find(brief, false)) ?? find(text, true) ??
-    find(brief, true);
+/** What labels that have a place take of the picture. */
+const surroundings = (drawn) =>
+    ({taken: drawn.map(({box}) => box), lines: drawn.flatMap(({line}) => (line ? [line] : []))});
+
+/** {key: {label, form, ...place}} of the labels that have room; forms: the longest of each. */
+function placeAll(labels, forms, {marks, before}, context, unit) {
+  const drawn = new Map();
+  const tryAll = (some, attempt) => {
+    for (const label of some) {
+      const {key, texts} = label, form = Math.min(forms.get(key) + attempt.less, texts.length - 1);
+      if (drawn.has(key)) continue;
+      const others = marks.filter((mark) => mark.key !== key);
+      const around = {...surroundings([...drawn.values()]), others};
+      const place = choose(label, form, before.get(key), around, attempt, context, unit);
+      if (place) drawn.set(key, {label, form, ...place});
+    }
+  };
+  const isPart = ({rank}) => rank === kRanks.part;
+  const isNamed = ({rank}) => !isPart({rank}) && rank >= kRanks.named;
+  // What has a name takes what is left before others choose.
+  for (const isOfKind of [isPart, isNamed, ({rank}) => rank < kRanks.named])
+    for (const attempt of kAttempts) tryAll(labels.filter(isOfKind), attempt);
+  return drawn;
+}
+
+/** Lets labels near one that has no room say less; a part keeps its name if it can. */
+function shorten(labels, forms, without, drawn, unit) {
+  for (const {x, y} of without)
+    for (const {key, rank, texts, ...other} of labels) {
+      if (distance([x, y], [other.x, other.y]) > kNear * unit) continue;
+      const form = Math.max(forms.get(key), drawn.get(key)?.form ?? 0);
+      const last = rank === kRanks.part ? Math.min(1, texts.length - 1) : texts.length - 1;
+      if (form < last) forms.set(key, form + 1);
+    }
+}
 
 /**
  * A place {text, box, line, side, far} of the label, or undefined. last: where it was drawn before.
- * taken, lines: labels that were drawn, which it keeps off; others: marks that it does not hide.
- * isForced: where there is no room, it may.
+ * around: {taken, lines, others}: labels that were drawn and their lines, which it keeps off, and
+ * marks; attempt: see kAttempts.
  */
-function choose(label, last, {taken, lines, others, isForced}, context, unit) {
-  const own = markOf(label, unit), length = context.measureText(label.text).width + 4 * unit;
-  const placesAt = (sides, gaps) => gaps.flatMap((gap, far) => sides.map((side) => {
-    const box = boxBeside(own, side, gap * unit, length, context.canvas, unit);
-    return {text: label.text, side, far, box, line: lineOf(box, own, label.outline, unit)};
-  }));
-  const find = (places, marks, margin) => places.find(
+function choose(label, form, last, {taken, lines, others}, {level, reach}, context, unit) {
+  const own = markOf(label, unit), text = label.texts[form];
+  const length = context.measureText(text).width + 4 * unit;
+  const isLast = level === kLastLevel && label.rank >= kRanks.named;
+  const marks = others.filter(({rank}) => !kHidden[Math.min(level, kLastLevel - 1)].includes(rank));
+  const placesAt = (sides, gaps) => gaps.flatMap((gap) => {
+    const far = kGaps.indexOf(gap), all = far > 0 ? [...sides, ...kBetween] : sides;
+    return all.map((side) => {
+      const box = boxBeside(own, side, gap * unit, length, context.canvas, unit);
+      return {text, side, far, box, line: lineOf(box, label, unit)};
+    });
+  });
+  const find = (places, margin) => places.find(
       ({box, line}) => box.top >= 0 && box.bottom <= context.canvas.height &&
           isFree(box, [own], 0) && isFree(box, [...taken, ...marks], margin * unit) &&
           !lines.some((other) => crosses(other, box)) &&
-          (line ? isClearLine(line, taken, lines) : isClearly(box, own, others, unit)));
-  // Only what has a name of its own is worth a line, unless there is no room.
-  const gaps = label.rank === kRanks.target || label.rank === kRanks.point ? kGaps.slice(0, 1) :
-      label.outline ? kGaps.slice(kFirstOfPart) :
-                      kGaps;
+          (line ? isClearLine(line, label, {taken, lines, marks: isLast ? [] : marks}, unit) :
+                  isClearly(box, own, others, unit)));
+  const middle = Math.max(kGaps[2], (kMostGap * context.canvas.width) / unit);
+  const most = {near: kNearby, middle, far: Infinity}[reach];
+  const near = kGaps.filter((gap) => gap <= most);
+  const gaps = label.rank === kRanks.target ? near.slice(0, 1) :
+      label.outline                         ? near.slice(kFirstOfPart) :
+                                              near;
   const all = placesAt(label.box ? kBesideBox : kBesidePoint, gaps);
-  if (isForced) {
-    const farther =
-        placesAt([...(last ? [last.side] : []), ...kBesidePoint], kGaps.slice(0, kMostOfPoint));
-    return squeeze(label.rank, find, all, farther, others);
-  }
-  const stays = last ? placesAt([last.side], gaps) : [];
-  return find(stays.slice(0, last?.far), others, kMargin) ??
-      find(stays.slice(last?.far, last?.far + 2), others, 0) ?? find(all, others, kMargin) ??
-      find(all, others, 0);
+  const stays = last ? all.filter(({side}) => String(side) === String(last.side)) : [];
+  return find(stays.filter(({far}) => far < last.far), kMargin) ??
+      find(stays.filter(({far}) => far === last.far || far === last.far + 1), 0) ??
+      find(all, kMargin) ?? find(all, 0);
 }
 
-/** Whether the line meets no other one and no label. */
-const isClearLine = (line, taken, lines) =>
-    !taken.some((other) => crosses(line, other)) && !lines.some((other) => meet(line, other));
+/** Whether the line meets no other one, no label, and no mark but its own. */
+function isClearLine(line, {x, y}, {taken, lines, marks}, unit) {
+  const [, end] = line;
+  return !taken.some((other) => crosses(line, other)) &&
+      !lines.some((other) => meet(line, other)) && marks.every(({rank, centre, ...mark}) => {
+        if (rank === kRanks.part) return true;
+        // A line between marks that lie on each other leads to the one that is its own.
+        if (distance([x, y], centre) < (kMark + kBesideLine) * unit)
+          return distance(end, [x, y]) < distance(end, centre);
+        return !crosses(line, grown(mark, kBesideLine * unit));
+      });
+}
+
+const grown = ({left, right, top, bottom}, by) =>
+    ({left: left - by, right: right + by, top: top - by, bottom: bottom + by});
 
 /** Whether nobody takes a label without a line for another mark's. */
 const isClearly = (box, own, others, unit) => others.every(
     (other) => other.rank === kRanks.part || apart(box, other) >= apart(box, own) + kApart * unit);
 
-/** A place where there is no room without a line, or without hiding marks; or undefined. */
-function squeeze(rank, find, all, farther, others) {
-  if (rank === kRanks.target) return undefined;
-  const marksOf = (...ranks) => others.filter((mark) => ranks.includes(mark.rank));
-  // A name is worth more than marks, and what is said of a followed point more than those of other
-  // things.
-  if (rank === kRanks.part)
-    return find(all, marksOf(kRanks.named, kRanks.point), 0) ?? find(all, [], 0);
-  if (rank !== kRanks.point) return find(all, [], 0);
-  return find(farther, others, 0) ??
-      find(all, marksOf(kRanks.named, kRanks.point, kRanks.part), 0) ??
-      find(all, marksOf(kRanks.named, kRanks.point), 0);
+function drawAll(drawn, context, unit) {
+  const labels = [...drawn];
+  for (const {label, line} of labels)
+    if (line) drawLine(context, line, label.colour ?? kInk, unit);
+  context.lineWidth = 3.5 * unit;
+  context.strokeStyle = '#0f172a';
+  for (const {label, text, box} of labels) {
+    context.fillStyle = label.colour ?? kInk;
+    context.strokeText(text, box.left, box.bottom - kBelow * unit);
+    context.fillText(text, box.left, box.bottom - kBelow * unit);
+  }
 }
 
 /** What the label belongs to. */
@@ -188,6 +270,8 @@ const markOf = ({x, y, box}, unit) => box ?? {
 function boxBeside(mark, [across, down], gap, length, {width}, unit) {
   const height = (kHeight + kBelow) * unit;
   const place = (way, from, to, size) => way === 0 ? (from + to - size) / 2 :
+      way === 0.5                                  ? from :
+      way === -0.5                                 ? to - size :
       way > 0                                      ? to + gap :
                                                      from - gap - size;
   const left =
@@ -204,16 +288,19 @@ const nearestIn =
 const distance = ([x, y], [u, v]) => Math.hypot(x - u, y - v);
 
 /**
- * [begin, end] from a label to its mark, or null where that is beside it; to an outline always, to
- * where it is nearest.
+ * [begin, end] from a label to the edge of its mark, or null where that is beside it; to an outline
+ * always, to where it is nearest.
  */
-function lineOf(box, mark, outline, unit) {
-  const middle = [(box.left + box.right) / 2, (box.top + box.bottom) / 2];
+function lineOf(box, {x, y, rank, outline}, unit) {
   const gap = (place) => distance(place, nearestIn(box, place));
-  const end =
-      outline ? outline.reduce((a, b) => (gap(b) < gap(a) ? b : a)) : nearestIn(mark, middle);
-  const begin = nearestIn(box, end);
-  return outline || distance(begin, end) >= kLineFrom * unit ? [begin, end] : null;
+  const aim = outline ? outline.reduce((a, b) => (gap(b) < gap(a) ? b : a)) : [x, y];
+  const begin = nearestIn(box, aim);
+  if (outline) return [begin, aim];
+  const isTarget = rank === kRanks.target || rank === kRanks.namedTarget;
+  const edge = (isTarget ? kCross : kMark) * unit, way = distance(begin, aim);
+  if (way < kLineFrom * unit + edge) return null;
+  const along = (k) => aim[k] + ((begin[k] - aim[k]) * edge) / way;
+  return [begin, [along(0), along(1)]];
 }
 
 const apart = (a, b) => Math.hypot(

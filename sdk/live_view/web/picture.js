@@ -1,11 +1,18 @@
 // The left view with the followed points, the targets and the plan; a click follows another point.
-import {matchColour, observedStatus, statuses} from '../../report/web/colours.js';
+import {
+  extrapolatedStatus,
+  matchColour,
+  observedStatus,
+  stateColours,
+  stateWords,
+  statuses
+} from '../../report/web/colours.js';
 import {byId, element} from '../../report/web/data.js';
-import {kRanks, Labels, plusMinus} from './labels.js';
+import {kRanks, Labels, plusMinus, textsOf} from './labels.js';
 import {request, tell} from './now.js';
 import {drawPlan} from './plan.js';
-import {labelOf} from './points.js';
-import {drawTargets, labelTargets} from './targets.js';
+import {labelOf, numberOf} from './points.js';
+import {drawTargets, labelTargets, targetColour} from './targets.js';
 import {statusWords} from './words.js';
 
 const kChosenRadius = 6, kGridRadius = 2;  // pixels of the screen
@@ -13,7 +20,10 @@ const kChosenRadius = 6, kGridRadius = 2;  // pixels of the screen
 // of them do not hide the tissue.
 const kMarkShare = 0.15;
 
-const kMostWidth = 1000;   // of the picture, pixels of the screen, for marks of one size
+// Widths, pixels of the screen: of the picture, below and above which marks are smaller and larger;
+// of a window whose text is larger.
+const kLeastWidth = 480, kMostWidth = 1000, kMostWindow = 1800;
+const kSmaller = 0.85;
 const kMostPixels = 1920;  // of a picture's width that is drawn finer than it came
 const kAnswerMs = 10000;   // within which a click is answered
 
@@ -40,9 +50,24 @@ function showGridLegend() {
   tell();
 }
 
+/** In one line, for full screen. */
+function showColours() {
+  const entry = (shape, colour, text) => element(
+      'span', {}, element('span', {class: `swatch ${shape}`, style: `background: ${colour}`}),
+      text);
+  const red = stateColours.lost, states = ['tracking', 'degraded', 'relocalised'];
+  byId('colours').replaceChildren(
+      ...[observedStatus, extrapolatedStatus].map(
+          (status) => entry('round', statuses[status].colour, `point ${statusWords[status]}`)),
+      entry('cross', targetColour, 'target, in its error'),
+      ...states.map((state) => entry('', stateColours[state], stateWords[state])),
+      entry('', red, 'do not use'));
+}
+
 export class Picture {
   constructor() {
     showGridLegend();
+    showColours();
     this.canvas = byId('picture');
     this.context = this.canvas.getContext('2d');
     this.size = [1, 1];
@@ -137,9 +162,12 @@ export class Picture {
     this.size = [header.width, header.height];
     this.context.drawImage(bitmap, 0, 0, this.canvas.width, this.canvas.height);
     const scale = this.canvas.width / header.width;
-    // Marks keep their size on the screen where the picture is shown smaller; on a large screen,
-    // which is looked at from afar, they grow with it.
-    this.unit = fine * Math.min(3, bitmap.width / Math.min(shown, kMostWidth));
+    // Marks keep their size on the screen where the picture is shown smaller, but on a telephone;
+    // on a large screen, which is looked at from afar, they grow with it.
+    const size = shown < kLeastWidth ?
+        kSmaller :
+        Math.max(1, shown / kMostWidth, window.innerWidth / kMostWindow);
+    this.unit = fine * Math.min(3, (size * bitmap.width) / shown);
     this.labels.begin();
     if (plan && byId('show-plan').checked) {
       drawPlan(this.context, plan, scale, this.unit, this.labels);
@@ -162,8 +190,8 @@ export class Picture {
     for (const point of placed)
       if (point.isChosen)
         this.labels.add(
-            `point ${point.id}`, `${labelOf(point)} ${plusMinus(point.error)}`, point.x, point.y,
-            point.name ? kRanks.named : kRanks.point, labelOf(point));
+            `point ${point.id}`, textsOf([labelOf(point), numberOf(point)], point.error), point.x,
+            point.y, point.name ? kRanks.named : kRanks.point);
   }
 
   drawMarks(points) {

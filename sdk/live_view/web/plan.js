@@ -6,7 +6,7 @@ import {
   hasPlace,
   largestError,
   lengthCell,
-  nameOf,
+  nameCell,
   placeCell,
   readTargets,
   shareShown,
@@ -113,13 +113,12 @@ function drawPart(context, part, scale, unit, labels) {
     top: side(1, Math.min),
     bottom: side(1, Math.max)
   };
-  // Error and depth of what is known are not those of the part.
-  const about = isPartlyKnown(part) ?
-      'partly known' :
-      [plusMinus(error), depthInWords(part)].filter(Boolean).join(', ');
+  // Error and depth of what is known are not those of the part. Its colour tells which it is.
+  const about = isPartlyKnown(part) ? ['partly known'] : [plusMinus(error), depthInWords(part)];
+  const texts = [`${name} ${about.filter(Boolean).join(', ')}`, `${name} ${about[0]}`, about[0]];
   labels.addBox(
-      `part ${name}`, `${name} ${about}`,
-      {box, outline: places, colour: lighter(colour), brief: name}, kRanks.part, context.canvas);
+      `part ${name}`, texts, {box, outline: places, colour: lighter(colour)}, kRanks.part,
+      context.canvas);
 }
 
 /** Only what is known of the parts. */
@@ -158,8 +157,8 @@ export function showPlanList(plan, isOfFollowed, why) {
           ['Target', ...heads, 'x, y, z in mm'],
           plan.targets.map(
               (target) =>
-                  [nameOf(target), placeCell(target.status, isOfFollowed), lengthCell(target.error),
-                   lengthCell(target.centre ? target.depth : null),
+                  [nameCell(target), placeCell(target.status, isOfFollowed),
+                   lengthCell(target.error), lengthCell(target.centre ? target.depth : null),
                    target.centre ? target.centre.map((value) => number(value, 1)).join(', ') :
                                    '–'])));
 }

@@ -21,7 +21,8 @@ function pointCell({id, status}, neverPlaced) {
   return cell;
 }
 
-export const labelOf = ({id, name}) => name || `#${id}`;
+export const numberOf = ({id}) => `#${id}`;
+export const labelOf = (point) => point.name || numberOf(point);
 
 /**
  * A button that removes the point when it is pressed a second time: its rows end for good. label():
@@ -74,9 +75,11 @@ export class PointList {
             name.value ? `Point #${id} is called ${name.value}.` :
                          `Point #${id} has no name any more.`));
     const cells = Array.from({length: 5}, () => element('td'));
-    cells[0].append(name);
+    // By which its label in the picture calls it where there is no room for the name.
+    const number = element('span', {class: 'number'}, numberOf({id}));
+    cells[0].append(element('div', {class: 'named'}, number, name));
     cells[4].append(removeButton(id, () => labelOf({id, name: name.value})));
-    const row = {name, cells, line: element('tr', {'data-id': `${id}`}, ...cells)};
+    const row = {name, number, cells, line: element('tr', {'data-id': `${id}`}, ...cells)};
     this.body.append(row.line);
     this.rows.set(id, row);
     return row;
@@ -95,8 +98,9 @@ export class PointList {
       this.rows.delete(id);
     }
     for (const point of listed) {
-      const {name, cells} = this.rows.get(point.id) ?? this.makeRow(point.id);
+      const {name, number: shown, cells} = this.rows.get(point.id) ?? this.makeRow(point.id);
       if (document.activeElement !== name) name.value = point.name;
+      shown.hidden = !point.name;
       cells[1].replaceChildren(pointCell(point, neverPlaced));
       cells[2].textContent = hasPlace(point) ? `${number(point.error, 1)} mm` : '–';
       cells[3].textContent = hasPlace(point) ?

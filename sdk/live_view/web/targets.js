@@ -2,7 +2,7 @@
 import {extrapolatedStatus, observedStatus, unknownStatus} from '../../report/web/colours.js';
 import {byId, element, number, table} from '../../report/web/data.js';
 import {statusCell} from '../../report/web/summary.js';
-import {kRanks, plusMinus} from './labels.js';
+import {kRanks, textsOf} from './labels.js';
 
 export const targetColour = '#c6ff1a';
 const kArm = 3.5;        // of a mark, pixels of the screen
@@ -12,21 +12,35 @@ const kMostNumbers = 6;  // of targets without a name of their own whose labels 
 const isNumber = (id) => /^-?\d+$/.test(id);
 export const nameOf = ({id}) => (isNumber(id) ? `target ${id}` : id);
 
+/** "T3" for each, where names have no room: of target 3, or the next that no other one has. */
+function numbersOf(ids) {
+  const taken = new Set(ids.filter(isNumber)), numbers = [];
+  let next = 1;
+  for (const id of ids) {
+    while (!isNumber(id) && taken.has(String(next))) ++next;
+    numbers.push(`T${isNumber(id) ? id : next++}`);
+  }
+  return numbers;
+}
+
 /**
  * The header's. id: the name of a plan's target that has one. What is lost has neither centre nor
  * pixel; radius: of the expected error, pixels.
  */
-export const readTargets = ({targets}) =>
-    targets.map(([id, depth, status, u, v, radius, x, y, z, error]) => ({
-                  id: String(id),
-                  depth,
-                  status,
-                  u,
-                  v,
-                  radius,
-                  error,
-                  centre: status === unknownStatus ? null : [x, y, z]
-                }));
+export function readTargets({targets}) {
+  const numbers = numbersOf(targets.map(([id]) => String(id)));
+  return targets.map(([id, depth, status, u, v, radius, x, y, z, error], i) => ({
+                       id: String(id),
+                       number: numbers[i],
+                       depth,
+                       status,
+                       u,
+                       v,
+                       radius,
+                       error,
+                       centre: status === unknownStatus ? null : [x, y, z]
+                     }));
+}
 
 export const hasPlace = ({status}) => status !== unknownStatus;
 export const placedTargets = (targets) => targets.filter(hasPlace);
@@ -77,10 +91,16 @@ export function labelTargets(labels, targets, of, scale) {
       labels.avoid(x, y);
     else
       labels.add(
-          `${of} ${target.id}`, `${nameOf(target)} ${plusMinus(target.error)}`, x, y,
-          isNumber(target.id) ? kRanks.target : kRanks.namedTarget, nameOf(target));
+          `${of} ${target.id}`, textsOf([nameOf(target), target.number], target.error), x, y,
+          isNumber(target.id) ? kRanks.target : kRanks.namedTarget);
   }
 }
+
+/** A name, after the number by which a label calls it where there is no room for that. */
+export const nameCell = (target) =>
+    (isNumber(target.id) ?
+         element('span', {}, nameOf(target)) :
+         element('span', {}, element('span', {class: 'number'}, target.number), nameOf(target)));
 
 /** Whether the header has all of them. */
 export const shareShown = (targets, count) =>
