@@ -512,12 +512,14 @@ void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<Vi
     std::shared_ptr<Shown> shown;
     {
         const std::lock_guard lock(impl_->mutex);
-        std::string state = impl_->shown_state.take(frame.state, frame.reasons, frame.timestamp_ms,
-                                                    support_of(frame.observed_share, points));
+        const Support support = support_of(frame.observed_share, points);
+        std::string state =
+            impl_->shown_state.take(frame.state, frame.reasons, frame.timestamp_ms, support);
+        std::string reasons = reasons_of(state, frame.reasons, support);
         for (const ViewPoint& point : points)
             if (point.is_chosen && point.status != VertexStatus::unknown)
                 impl_->placed.insert(point.id);
-        impl_->remember({frame.index, frame.timestamp_ms, std::move(state), frame.reasons,
+        impl_->remember({frame.index, frame.timestamp_ms, std::move(state), std::move(reasons),
                          frame.frame_ms, frame.observed_share, frame.faulty_views,
                          impl_->shown_state.found()});
         impl_->left_size = left.size();

@@ -11,8 +11,10 @@ namespace {
 
 constexpr int kFollowed = 3;
 
+bool is_lost(std::string_view state) { return state == "lost" || state == "unfound"; }
+
 int order_of(std::string_view state) {
-    return state == "lost" ? 0 : state == "initialising" ? 1 : state == "degraded" ? 2 : kFollowed;
+    return is_lost(state) ? 0 : state == "initialising" ? 1 : state == "degraded" ? 2 : kFollowed;
 }
 
 // They are set in frames as well that are tracked well: another reason explains more.
@@ -30,13 +32,13 @@ const ToldReason* main_reason(std::string_view state, const std::vector<ToldReas
     const ToldReason* strong =
         first([&](const ToldReason& reason) { return helps(reason) && !is_mild(reason.name); });
     if (strong != nullptr || state == "initialising") return strong;
-    if (state == "lost") return first(helps);
+    if (is_lost(state)) return first(helps);
     return first([](const ToldReason& reason) { return words_of(reason.name) != nullptr; });
 }
 
 std::string why(std::string_view state, const ToldReason* reason) {
     const std::vector<ToldReason> unrecognised = told_reasons("few-matches", "");
-    if (reason == nullptr && state == "lost") reason = &unrecognised.front();
+    if (reason == nullptr && is_lost(state)) reason = &unrecognised.front();
     if (reason == nullptr) return "less is observed than usual";
     std::string text = reason->words;
     const std::string_view remedy = remedy_of(*reason, state);
@@ -61,6 +63,7 @@ void DoubtfulFramesList::add(std::int64_t frame, std::string_view state, std::st
     if (state == "initialising" && reason == nullptr) return;  // as frames before a template are
     const std::string_view name = reason == nullptr ? std::string_view() : reason->name;
     std::string text = why(state, reason);
+    if (is_lost(state)) state = "lost";
     auto item = std::find_if(items_.begin(), items_.end(), [&](const Item& each) {
         return each.frames.state == state && each.frames.reason == name && each.frames.why == text;
     });

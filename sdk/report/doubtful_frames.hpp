@@ -29,6 +29,7 @@ struct DoubtfulFrames {
 /// Collects them, frame by frame.
 class DoubtfulFramesList {
   public:
+    /// state: "unfound" for a lost frame before any that was followed, which is listed as lost.
     /// reasons, faulty_views: as in told_reasons().
     void add(std::int64_t frame, std::string_view state, std::string_view reasons,
              std::string_view faulty_views);

@@ -106,3 +106,15 @@ TEST_CASE("nothing is in doubt where all is followed") {
           std::vector<std::string>{
               "frame 2 initialising: too little depth is measured; check focus and distance"});
 }
+
+TEST_CASE("tissue that was never followed is not to be looked for where it was followed last") {
+    DoubtfulFramesList list;
+    list.add(0, "unfound", "few-matches", "");
+    list.add(1, "unfound", "few-matches", "");
+    list.add(2, "unfound", "dark", "both");
+    CHECK(words_of_list(list) ==
+          std::vector<std::string>{
+              "frames 0 to 1 lost: little of the tissue is recognised; see whether it is the "
+              "tissue of the template",
+              "frame 2 lost: both pictures are black; check light, lens and cable"});
+}

@@ -116,16 +116,16 @@ std::vector<bool> labelled(const std::vector<PointEstimate>& points) {
 int head_row_height(const cv::Mat& image) { return cvRound(44 * text_scale(image)); }
 
 // A row each for the state, for the numbers behind it where they are asked for, and for reasons.
-int head_height(const cv::Mat& image, const FrameRecord& frame, OverlayDetail detail) {
-    const int rows = 1 + (detail == OverlayDetail::all ? 1 : 0) + (frame.reasons.empty() ? 0 : 1);
+int head_height(const cv::Mat& image, const std::string& reasons, OverlayDetail detail) {
+    const int rows = 1 + (detail == OverlayDetail::all ? 1 : 0) + (reasons.empty() ? 0 : 1);
     return rows * head_row_height(image) + 2;
 }
 
-void draw_head(cv::Mat& image, const FrameRecord& frame, std::string_view told,
-               OverlayDetail detail) {
+void draw_head(cv::Mat& image, const FrameRecord& frame, const std::string& told,
+               const std::string& reasons, OverlayDetail detail) {
     const double scale = text_scale(image);
     const int row_height = head_row_height(image), left = cvRound(16 * scale) + 4;
-    darken(image, {0, 0, image.cols, head_height(image, frame, detail)}, 0.38);
+    darken(image, {0, 0, image.cols, head_height(image, reasons, detail)}, 0.38);
     const cv::Scalar state = state_colour(told);
     int baseline = cvRound(0.75 * row_height);
 
@@ -139,15 +139,15 @@ void draw_head(cv::Mat& image, const FrameRecord& frame, std::string_view told,
     if (detail == OverlayDetail::all) {
         TextRow second(image, left, baseline += row_height, scale);
         second.add(std::isfinite(frame.mean_residual_mm)
-                       ? format("residual %.2f mm", frame.mean_residual_mm)
-                       : "residual -",
+                       ? format("mean residual %.2f mm", frame.mean_residual_mm)
+                       : "mean residual -",
                    kLight);
         second.add(format("inliers %d of %d", frame.inliers, frame.matches), kLight);
         if (frame.frame_ms > 0) second.add(format("%.1f ms", frame.frame_ms), kMuted);
     }
 
     TextRow last(image, left, baseline + row_height, scale);
-    for (const std::string& reason : reasons_in_words(frame.reasons, frame.faulty_views))
+    for (const std::string& reason : reasons_in_words(reasons, frame.faulty_views))
         last.add(reason, status_colour(VertexStatus::extrapolated));
 }
 
@@ -194,7 +194,7 @@ struct OverlayPainter::Impl {
     void draw_control_points(cv::Mat& image, const FrameRecord& frame);
     void draw_points(cv::Mat& image, const FrameRecord& frame, Labels& labels) const;
     void draw_targets(cv::Mat& image, const FrameRecord& frame) const;
-    void draw_marks(cv::Mat& image, const FrameRecord& frame);
+    void draw_marks(cv::Mat& image, const FrameRecord& frame, const std::string& reasons);
 };
 
 void OverlayPainter::Impl::collect_lines() {
@@ -290,7 +290,8 @@ void OverlayPainter::set_template(const TemplateRecord& reference) {
     impl_->collect_lines();
 }
 
-void OverlayPainter::Impl::draw_marks(cv::Mat& image, const FrameRecord& frame) {
+void OverlayPainter::Impl::draw_marks(cv::Mat& image, const FrameRecord& frame,
+                                      const std::string& reasons) {
     draw_grid(image, frame);
     draw_matches(image, frame);
     draw_control_points(image, frame);
@@ -298,19 +299,20 @@ void OverlayPainter::Impl::draw_marks(cv::Mat& image, const FrameRecord& frame) 
     draw_plan(image, frame.plan, projector, labels);
     draw_points(image, frame, labels);
     draw_targets(image, frame);
-    labels.draw(image, head_height(image, frame, detail));
+    labels.draw(image, head_height(image, reasons, detail));
 }
 
 void OverlayPainter::draw_without_text(cv::Mat& image, const FrameRecord& frame) {
-    impl_->draw_marks(image, frame);
+    impl_->draw_marks(image, frame, frame.reasons);
 }
 
 void OverlayPainter::draw(cv::Mat& image, const FrameRecord& frame, std::string_view told) {
-    if (told.empty()) told = frame.state;
-    impl_->draw_marks(image, frame);
-    draw_head(image, frame, told, impl_->detail);
+    const std::string state = told.empty() ? frame.state : std::string(told),
+                      reasons = reasons_told(frame, state);
+    impl_->draw_marks(image, frame, reasons);
+    draw_head(image, frame, state, reasons, impl_->detail);
     draw_legend(image, frame, impl_->detail);
-    frame_lost(image, told);
+    frame_lost(image, state);
 }
 
 }  // namespace defrec::cli

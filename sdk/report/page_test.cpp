@@ -99,6 +99,35 @@ TEST_CASE("the page shows itself without an error") {
             CHECK(dom.find("id=\"plan-control\"><") != std::string::npos);
         }
     }
+    SUBCASE("a plan with a part inside another one") {
+        const SyntheticSequence sequence(480, 270, 2);
+        const auto model = std::make_shared<PlanModel>();
+        model->triangles = {0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0, 4, 5, 6, 4, 7, 5, 5, 7, 6, 6, 7, 4};
+        model->parts = {{"organ", 0, 4}, {"tumour", 4, 4}};
+        ReportWriter report(page, {}, sequence.projector());
+        report.set_template(sequence.reference(), sequence.image(0));
+        FrameRecord record = sequence.record(0);
+        record.plan.model = model;
+        record.plan.vertices = {0, 0, 80, 24, 0, 80, 0, 24, 80, 6, 6, 98,
+                                4, 4, 83, 8,  4, 83, 4, 8,  83, 6, 6, 87};
+        record.plan.status.assign(8, VertexStatus::extrapolated);
+        record.plan.expected_error_mm.assign(8, 0.5f);
+        report.add(sequence.image(0), record);
+        report.finish();
+        std::string text = read_page(page);
+        if (!is_plain(text)) {
+            const std::string dom = browse(page, folder);
+            CHECK(dom.find("data-plan=\"8\" data-outer=\"4\"") != std::string::npos);
+            CHECK(dom.find("background: #ec5cf6\"></span>organ</span></label>") !=
+                  std::string::npos);
+            text.insert(text.rfind("</body>"), R"(<script>addEventListener('load', () =>
+                setTimeout(() => document.querySelector('#plan-parts input').click(), 300));
+            </script>)");
+            std::ofstream(folder / "hidden.html") << text;
+            CHECK(browse(folder / "hidden.html", folder).find("data-plan=\"4\" data-outer=\"0\"") !=
+                  std::string::npos);
+        }
+    }
     SUBCASE("a picture that stands still, then none for 20 s") {
         const SyntheticSequence sequence(320, 240, 100);
         ReportWriter report(page, {}, sequence.projector());

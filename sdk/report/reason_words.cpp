@@ -102,6 +102,7 @@ const std::vector<ReasonWords>& reason_words() {
         {"out-of-view", "much of the tissue is out of the picture", "move the camera back"},
         {"large-residual", "the tissue changed its shape beyond what is modelled",
          "where it lasts, take a new template"},
+        {"point-error", "a chosen point has an expected error above 3 mm", ""},
         {"contradicted", "some of the tissue does not look as expected", ""},
         {"cut", "the tissue came apart", ""},
         {"piece-lost", "a part of the tissue is not found", ""},
@@ -145,7 +146,8 @@ std::vector<std::string> reasons_in_words(std::string_view reasons, std::string_
 }
 
 std::string_view remedy_of(const ToldReason& reason, std::string_view state) {
-    return reason.name == "few-matches" && state != "lost" ? std::string_view() : reason.remedy;
+    if (reason.name != "few-matches" || state == "lost") return reason.remedy;
+    return state == "unfound" ? "see whether it is the tissue of the template" : std::string_view();
 }
 
 }  // namespace defrec::cli

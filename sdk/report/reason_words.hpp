@@ -16,8 +16,9 @@ const std::vector<StateWord>& state_words();
 /// The name of a state that has none.
 std::string_view word_of_state(std::string_view name);
 
-/// A name of DEFREC_REASON_*, what it says, and what to do at the table; empty: nothing. of_one:
-/// what it says of a picture that it is known to speak of; empty: it never does.
+/// A name of DEFREC_REASON_* or kPointErrorReason, what it says, and what to do at the table;
+/// empty: nothing. of_one: what it says of a picture that it is known to speak of; empty: it never
+/// does.
 struct ReasonWords {
     std::string_view name, words, remedy, of_one{};
 };
@@ -37,7 +38,8 @@ struct ToldReason {
 std::vector<ToldReason> told_reasons(std::string_view reasons, std::string_view faulty_views);
 /// Their words.
 std::vector<std::string> reasons_in_words(std::string_view reasons, std::string_view faulty_views);
-/// What to do in a frame of that state. While tissue is followed, few matches do no harm.
+/// What to do in a frame of that state. While tissue is followed, few matches do no harm; where it
+/// is "unfound" it was never followed.
 std::string_view remedy_of(const ToldReason& reason, std::string_view state);
 
 }  // namespace defrec::cli

@@ -210,6 +210,34 @@ TEST_CASE("frames whose positions are not measured are told apart from those tha
     CHECK(summary["degraded"] == json({{{"where", "frames 0 to 1"}, {"why", why}}}));
 }
 
+TEST_CASE("frames are less sure by errors of points, and say so, whatever else is noticed") {
+    const Folder folder;
+    const SyntheticSequence sequence(160, 120, 2);
+    ReportWriter report(folder.path / "report.html", {}, sequence.projector());
+    FrameRecord record = sequence.record(1);
+    REQUIRE(record.points.size() > 1);
+    for (auto& point : record.points) {
+        point.status = defrec::cli::VertexStatus::observed;
+        point.is_chosen = true;
+        point.covariance = {0.1f, 0, 0, 0.1f, 0, 0.1f};
+    }
+    record.state = "tracking";
+    record.reasons = "fast-motion, contradicted";
+    for (int i = 0; i < 3; ++i) {
+        record.index = i;
+        record.points[1].covariance[0] = i > 0 ? 16.0f : 0.1f;
+        report.add(sequence.image(1), record);
+    }
+    report.finish();
+    const json data = data_of(read_page(folder.path / "report.html"));
+    CHECK(state_counts(data["summary"]) ==
+          std::map<std::string, int>{{"tracking", 1}, {"degraded", 2}});
+    CHECK(data["summary"]["degraded"] ==
+          json({{{"where", "frames 1 to 2"},
+                 {"why", "a chosen point has an expected error above 3 mm"}}}));
+    CHECK(data["summary"]["changes"].back()["reasons"] == "fast-motion, contradicted, point-error");
+}
+
 TEST_CASE("degraded frames are told with their causes, the picture that fails among them") {
     const Folder folder;
     const SyntheticSequence sequence(160, 120, 2);

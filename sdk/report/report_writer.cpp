@@ -135,9 +135,13 @@ struct ReportWriter::Impl {
 void ReportWriter::Impl::count_state(const FrameRecord& frame) {
     ++frames_by_state[told];
     const auto doubt = static_cast<std::size_t>(doubt_of(told));
+    const char* lost = told == "unfound" ? "unfound" : "lost";
+    // The tracker's own reasons do not explain a state that it does not have.
+    const bool is_by_points = told == "degraded" && frame.state != "degraded";
+    const std::string reasons = is_by_points ? kPointErrorReason : reasons_told(frame, told);
     for (std::size_t i = 0; i < doubtful.size(); ++i) {
-        const char* state = i != doubt ? "tracking" : i == 0 ? "lost" : "degraded";
-        doubtful[i].add(frame.index, state, frame.reasons, frame.faulty_views);
+        const char* state = i != doubt ? "tracking" : i == 0 ? lost : "degraded";
+        doubtful[i].add(frame.index, state, reasons, frame.faulty_views);
     }
 }
 
@@ -190,7 +194,7 @@ void ReportWriter::Impl::note_change(const FrameRecord& frame) {
         changes.push_back({{"frame", frame.index},
                            {"ms", frame.timestamp_ms},
                            {"state", told},
-                           {"reasons", frame.reasons},
+                           {"reasons", reasons_told(frame, told)},
                            {"faulty_views", frame.faulty_views}});
     else
         ++unlisted_changes;
@@ -204,7 +208,7 @@ void ReportWriter::Impl::take_picture(const cv::Mat& left, const FrameRecord& fr
     picture.frame = frame.index;
     picture.timestamp_ms = frame.timestamp_ms;
     picture.state = told;
-    picture.reasons = frame.reasons;
+    picture.reasons = reasons_told(frame, told);
     picture.faulty_views = frame.faulty_views;
     picture.jpeg = jpeg(shrunk(canvas, kPictureWidth), 78);
     pictures.add(std::move(picture));

@@ -78,4 +78,11 @@ bool ShownState::stands_still(const std::string& reasons, double timestamp_ms) {
     return timestamp_ms - *frozen_from_ms_ >= kFrozenMs;
 }
 
+std::string reasons_of(const std::string& said, const std::string& reasons,
+                       const Support& support) {
+    if (said != "degraded" || !(support.largest_error.value_or(0) > ShownState::kMostErrorMm))
+        return reasons;
+    return reasons + (reasons.empty() ? "" : ", ") + kPointErrorReason;
+}
+
 }  // namespace defrec::cli

@@ -52,4 +52,9 @@ class ShownState {
     std::optional<double> frozen_from_ms_, unmeasured_from_ms_;
 };
 
+// The reason by which large errors of points alone make a frame "degraded"; the tracker has none.
+inline constexpr char kPointErrorReason[] = "point-error";
+// The reasons of a frame that is said to be in this state, that one among them where it holds.
+std::string reasons_of(const std::string& said, const std::string& reasons, const Support& support);
+
 }  // namespace defrec::cli

@@ -30,6 +30,10 @@ std::string ToldState::take(const FrameRecord& frame) {
     return is_one_view ? "one-view" : "unseen";
 }
 
+std::string reasons_told(const FrameRecord& frame, const std::string& told) {
+    return reasons_of(told, frame.reasons, support_of(frame));
+}
+
 Doubt doubt_of(std::string_view state) {
     if (state == "lost" || state == "unfound" || state == "given-up") return Doubt::lost;
     if (state == "stalled") return Doubt::frozen;

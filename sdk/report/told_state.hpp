@@ -18,6 +18,10 @@ class ToldState {
     ShownState shown_;
 };
 
+/// The frame's reasons, and that errors of points are large where this makes it "degraded". told:
+/// as ToldState says it.
+std::string reasons_told(const FrameRecord& frame, const std::string& told);
+
 /// Which frames the top of the page tells of together, in this order.
 enum class Doubt { lost, frozen, unusable, degraded, none };
 /// state: as ToldState says it.

@@ -55,3 +55,24 @@ TEST_CASE("positions that are not to be used are told with what they lack") {
     CHECK(doubt_of("large-errors") == Doubt::unusable);
     CHECK(doubt_of("found") == Doubt::none);
 }
+
+TEST_CASE("a frame that large errors of points make less sure has them among its reasons") {
+    FrameRecord record = frame("tracking", "contradicted", 0);
+    record.points.resize(2);
+    for (PointEstimate& point : record.points) {
+        point.status = VertexStatus::extrapolated;
+        point.is_chosen = true;
+        point.covariance[0] = 0.25f;
+    }
+    CHECK(reasons_told(record, ToldState().take(record)) == "contradicted");
+    record.points[1].covariance[0] = 16;
+    ToldState told;
+    CHECK(told.take(record) == "degraded");
+    CHECK(reasons_told(record, "degraded") == "contradicted, point-error");
+    CHECK(reasons_in_words("contradicted, point-error", "").at(0) ==
+          "a chosen point has an expected error above 3 mm");
+    CHECK(ShownState::kMostErrorMm == 3);  // as the words have it
+    record.reasons.clear();
+    CHECK(reasons_told(record, "degraded") == "point-error");
+    CHECK(reasons_told(record, "found").empty());
+}

@@ -126,7 +126,7 @@ export const whatToDo = (state, reasons, faultyViews) => remedyOf(
     isFrozen(reasons) && state !== 'stalled' ?
         namesOf(reasons).filter((name) => name !== 'frozen').join(',') :
         reasons,
-    faultyViews, isFollowed(state));
+    faultyViews, {isFollowed: isFollowed(state), isUnfound: state === 'unfound'});
 
 /**
  * Why parts and targets have no place in a followed frame (docs/api/beneath.md, expected error), or

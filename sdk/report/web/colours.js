@@ -37,7 +37,8 @@ export const wordOfState = (state) => stateWords[state] ?? (state || 'no state')
 export const stateMeanings = {
   initialising: 'no template yet: nothing is followed',
   tracking: 'the surface is followed',
-  degraded: 'followed, with less support than usual: expect larger errors',
+  degraded: 'followed, with less support than usual, or with an expected error above 3 mm of a ' +
+      'chosen point: expect larger errors',
   lost: 'not followed: no geometry is handed out',
   relocalised: 'found again after having been lost; said for five seconds',
   found: 'found for the first time with a template of before; said for five seconds',
@@ -50,13 +51,14 @@ export const stateMeanings = {
 
 /** The state in the files where that has another name. */
 export const statesInFiles = {
+  degraded: 'degraded; tracking or relocalised where the error of a chosen point is the reason',
   found: 'relocalised, then tracking',
   relocalised: 'relocalised, then tracking',
   unfound: 'lost',
   stalled: 'any state with the reason frozen',
   'one-view': 'degraded with the reason one-view or view-late',
-  unseen: 'tracking or degraded',
-  'large-errors': 'tracking or degraded',
+  unseen: 'tracking, degraded or relocalised',
+  'large-errors': 'tracking, degraded or relocalised',
 };
 
 // Indexed by VertexStatus, as DEFREC_POINT_* of the C API. pointName: of points and targets, as in

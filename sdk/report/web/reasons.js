@@ -18,6 +18,7 @@ const reasons = {
   'no-depth': 'too little depth is measured',
   'out-of-view': 'much of the tissue is out of the picture',
   'large-residual': 'the tissue changed its shape beyond what is modelled',
+  'point-error': 'a chosen point has an expected error above 3 mm',
   'contradicted': 'some of the tissue does not look as expected',
   'cut': 'the tissue came apart',
   'piece-lost': 'a part of the tissue is not found',
@@ -122,10 +123,12 @@ export const reasonsInWords = (names, faultyViews) =>
 
 /**
  * The remedy of the first of the reasons that has one; empty where none has. While tissue is
- * followed, few matches do no harm.
+ * followed, few matches do no harm; where it is unfound it was never followed.
  */
-export const remedyOf = (names, faultyViews, isFollowed) =>
-    tell(names, faultyViews)
-        .find(({name, remedy}) => remedy && !(isFollowed && name === 'few-matches'))
-        ?.remedy ??
-    '';
+export function remedyOf(names, faultyViews, {isFollowed, isUnfound}) {
+  const found = tell(names, faultyViews)
+                    .find(({name, remedy}) => remedy && !(isFollowed && name === 'few-matches'));
+  return isUnfound && found?.name === 'few-matches' ?
+      'see whether it is the tissue of the template' :
+      found?.remedy ?? '';
+}

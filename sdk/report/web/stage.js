@@ -80,10 +80,10 @@ export class Stage {
 }
 
 /** Shows what lies behind a material, or does not. */
-export function seeThrough(material, on) {
+export function seeThrough(material, on, opacity = 0.4) {
   if (material.transparent === on) return;
   material.transparent = on;
-  material.opacity = on ? 0.4 : 1;
+  material.opacity = on ? opacity : 1;
   material.depthWrite = !on;
   material.needsUpdate = true;
 }

@@ -147,7 +147,8 @@ function facts(meta, summary) {
   rows.push(...meta.facts);
   if (residual)
     rows.push([
-      'Residual', `${number(residual.median)} mm (median); 99 % below ${number(residual.p99)} mm`
+      'Mean residual',
+      `${number(residual.median)} mm (median); 99 % below ${number(residual.p99)} mm`
     ]);
   const list = element('dl', {class: 'fact-list'});
   for (const [name, value] of rows) list.append(element('dt', {}, name), element('dd', {}, value));
@@ -268,7 +269,7 @@ export function showReading() {
   add('Units',
       'Lengths are millimetres in the left rectified camera (x right, y down, z ' +
           'away from it); times are milliseconds.');
-  add('Residual',
+  add('Mean residual',
       'Mean difference in depth between the deformed surface and what stereo measured ' +
           'in that frame, over the vertices whose depth agrees: how well the model fits, not how ' +
           'far it is from the truth.');

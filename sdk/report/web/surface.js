@@ -102,6 +102,20 @@ function vertexColour(coloring, moment, vertex) {
 const swatch = (colour, name) =>
     element('span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}), name);
 
+/**
+ * A box for each part of a plan that has several. Returns whether a part is shown, by its place.
+ */
+function partBoxes(parts, onChange) {
+  if (parts.length < 2) return () => true;
+  const boxes = parts.map(({name}, i) => {
+    const box = element('input', {type: 'checkbox', checked: ''});
+    box.addEventListener('change', onChange);
+    byId('plan-parts').append(element('label', {}, box, ' ', swatch(partColour(i), name)));
+    return box;
+  });
+  return (i) => boxes[i].checked;
+}
+
 function showLegend(coloring, enlarged, withTargets, parts) {
   const legend = byId('legend');
   legend.replaceChildren();
@@ -109,7 +123,7 @@ function showLegend(coloring, enlarged, withTargets, parts) {
     legend.append(element(
         'span', {}, `ellipsoids: one standard deviation${enlarged > 1 ? `, ${enlarged} ×` : ''}`));
   if (withTargets) legend.append(element('span', {}, 'targets: one standard deviation, true size'));
-  if (coloring.key !== 'error')
+  if (coloring.key !== 'error' && parts.length === 1)
     parts.forEach(({name}, i) => legend.append(swatch(partColour(i), name)));
   if (coloring.key === 'status')
     for (const {name, colour} of statuses) legend.append(swatch(colour, name));
@@ -207,10 +221,13 @@ class Scene extends Stage {
     this.render();
   }
 
-  showPlan(moment, shown, coloring, holdStill) {
+  /** isShown: of a part, by its place. */
+  showPlan(moment, shown, coloring, holdStill, isShown) {
     if (!this.plan) return;
-    const triangles = this.plan.show(shown && moment.xyz ? moment : null, coloring, holdStill);
+    const triangles =
+        this.plan.show(shown && moment.xyz ? moment : null, coloring, holdStill, isShown);
     this.canvas.dataset.plan = triangles;
+    this.canvas.dataset.outer = this.plan.seenThrough;
     this.render();
   }
 
@@ -247,7 +264,7 @@ function readout(moment) {
   byId('readout').replaceChildren(
       stateChip(moment.state), element('span', {}, `frame ${moment.frame}`),
       element('span', {}, seconds(moment.ms)),
-      element('span', {}, `residual ${number(moment.residual_mm)} mm`));
+      element('span', {}, `mean residual ${number(moment.residual_mm)} mm`));
   byId('moment-label').textContent = `frame ${moment.frame} · ${seconds(moment.ms)}`;
   byId('moment').setAttribute(
       'aria-valuetext', `frame ${moment.frame}, ${wordOfState(moment.state)}`);
@@ -284,12 +301,15 @@ export async function showSurface({surface}, onMoment) {
     scene.show(moment, surface.triangles, coloring, holdStill);
     scene.showEllipsoids(moment, enlarged, holdStill);
     scene.showTargets(moment, withTargets, holdStill);
-    scene.showPlan(moment, withPlan, coloring, holdStill);
+    scene.showPlan(moment, withPlan, coloring, holdStill, isPartShown);
+    byId('plan-parts').hidden = !withPlan;
+    byId('plan-parts').classList.toggle('without-colours', coloring.key === 'error');
     showLegend(coloring, enlarged, withTargets, withPlan ? surface.plan.parts : []);
     readout(moment);
     onMoment(moment.frame);
   };
 
+  const isPartShown = partBoxes(surface.plan?.parts ?? [], () => update());
   let timer = 0;
   const stop = () => {
     clearInterval(timer);
