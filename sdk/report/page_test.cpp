@@ -152,6 +152,22 @@ TEST_CASE("the page shows itself without an error") {
         const std::string line = dom.substr(path, dom.find(" fill=", path) - path);
         CHECK(std::count(line.begin(), line.end(), 'M') == 2);
     }
+    SUBCASE("what is followed is told apart from what is less sure, in the live view's words") {
+        const SyntheticSequence sequence(320, 240, 4);
+        ReportWriter report(page, {}, sequence.projector());
+        for (int i = 0; i < 4; ++i) {
+            FrameRecord record = sequence.record(i);
+            record.state = i == 3 ? "degraded" : "tracking";
+            report.add(sequence.image(i), record);
+        }
+        report.finish();
+        const std::string dom = browse(page, folder);
+        CHECK(dom.find("<dt>Followed</dt><dd>100 %</dd><dd class=\"note-line\">of all frames: "
+                       "75.0 % as usual, 25.0 % less sure") != std::string::npos);
+        CHECK(dom.find("<dt>Seen</dt>") != std::string::npos);
+        for (const char* word : {">Observed<", ">computed<", ">tracked<", ">Tracked<"})
+            CHECK(dom.find(word) == std::string::npos);
+    }
     SUBCASE("an enlarged key frame lies in its window, be that narrow or low") {
         SyntheticSequence(320, 240, 4).write_report(page, {});
         std::string text = read_page(page);

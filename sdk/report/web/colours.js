@@ -61,24 +61,23 @@ export const statesInFiles = {
   'large-errors': 'tracking, degraded or relocalised',
 };
 
-// Indexed by VertexStatus, as DEFREC_POINT_* of the C API. pointName: of points and targets, as in
-// points.csv.
+// Indexed by VertexStatus, as DEFREC_POINT_* of the C API. inFiles: what files call it.
 export const statuses = [
   {
-    name: 'observed',
-    pointName: 'tracked',
+    name: 'seen',
+    inFiles: 'observed, of a point tracked',
     colour: '#2dd4bf',
     meaning: 'seen in this frame, in depth and in the image'
   },
   {
     name: 'extrapolated',
-    pointName: 'extrapolated',
+    inFiles: 'extrapolated',
     colour: '#fbbf24',
     meaning: 'hidden, without data or not recognised: moved along by the model'
   },
   {
-    name: 'unknown',
-    pointName: 'lost',
+    name: 'lost',
+    inFiles: 'unknown, of a point lost',
     colour: '#9ca3af',
     meaning: 'no claim is made about this place'
   },
@@ -89,11 +88,12 @@ const kPartColours = ['#ec5cf6', '#5ae6a0', '#5ab4fa', '#fb8040', '#ff78b4', '#f
 export const partColour = (part) => kPartColours[part % kPartColours.length];
 
 /**
- * Tissue beneath the surface is not seen: its place is computed, which is the rule there, so
- * that neither word nor colour are those of a warning. In the files it is extrapolated.
+ * Tissue beneath the surface is not seen: it is placed by the motion of the surface, which is the
+ * rule there, so that neither word nor colour are those of a warning. In the files it is
+ * extrapolated.
  */
-export const computed = {
-  name: 'computed',
+export const placedBeneath = {
+  name: 'placed',
   colour: '#dbe4f0',
 };
 

@@ -133,8 +133,8 @@ export function showPlots({series: given, summary}, onSelect) {
     plot(
         'State', '', [{name: 'state', values: states, format: stateName}],
         {height: 66, strip: true});
-    plot('Share of the surface observed', '%', [{
-           name: 'observed',
+    plot('Share of the surface that is seen', '%', [{
+           name: 'seen',
            values: line('observed_share').map((v) => v === null ? null : 100 * v),
            format: shown(1, ' %')
          }]);

@@ -1,9 +1,9 @@
 // The points that the user chose, or a plan's parts and targets: a list of them, their ways over
 // the template's image, and of one the expected error and the displacement over time.
-import {computed, extrapolatedStatus, statuses, unknownStatus} from './colours.js';
+import {extrapolatedStatus, placedBeneath, statuses, unknownStatus} from './colours.js';
 import {byId, element, number, percent} from './data.js';
 import {isGapBetween, noPicture} from './spans.js';
-import {beneathStatusCell, pointStatusCell} from './summary.js';
+import {beneathStatusCell, statusCell} from './summary.js';
 import {svg, tickLabel, ticks} from './svg.js';
 
 const kWidth = 460, kHeight = 170, kMargin = {
@@ -20,8 +20,9 @@ const nameOf = ({id, name}) => name || `${id}`;
 /** "Point", or of a plan "Part" or "Target". The ids of parts are negative (points_of_plan). */
 const kindOf = (section, {id}) => section === 'points' ? 'Point' : id < 0 ? 'Part' : 'Target';
 const statusAt = (moment, i) => moment.status[i] ?? unknownStatus;
-const colourOf = (section, status) =>
-    section === 'plan' && status === extrapolatedStatus ? computed.colour : statuses[status].colour;
+const colourOf = (section, status) => section === 'plan' && status === extrapolatedStatus ?
+    placedBeneath.colour :
+    statuses[status].colour;
 const isKnown = (moment, i) => statusAt(moment, i) !== unknownStatus;
 
 function errorAt(points, moment, i) {
@@ -229,8 +230,8 @@ const kHints = {
   plan:
       'The middles of the parts that have a name, and the targets by name or number; errors are ' +
       'those of registration and tracking together. All of it lies beneath the surface, where no ' +
-      'camera sees it: its place is computed from the motion of the surface, within the expected ' +
-      'error. Red bands: not placed; grey bands: no picture. A part that is known in part has no ' +
+      'camera sees it: it is placed by the motion of the surface, within the expected error. ' +
+      'Red bands: not placed; grey bands: no picture. A part that is known in part has no ' +
       'middle; pictures show what is known of it.'
 };
 const kHeads = {
@@ -240,12 +241,12 @@ const kHeads = {
 const kErrorHeads = ['Status', 'Expected error, mm', 'Median, mm', 'Largest, mm'];
 // A soft hyphen, for narrow columns.
 const kShareHeads = {
-  points: ['Tracked', 'Extra\u00adpolated', 'Lost'],
+  points: ['Seen', 'Extra\u00adpolated', 'Lost'],
   plan: ['Placed', 'Not placed']
 };
 /** frames: with each status. */
-const sharesOf = (section, [tracked, extrapolated, lost]) =>
-    section === 'plan' ? [tracked + extrapolated, lost] : [tracked, extrapolated, lost];
+const sharesOf = (section, [seen, extrapolated, lost]) =>
+    section === 'plan' ? [seen + extrapolated, lost] : [seen, extrapolated, lost];
 const headsOf = (section) => [kHeads[section], ...kErrorHeads, ...kShareHeads[section]];
 
 function pointRow(points, section, i, moment, selected, onSelect) {
@@ -253,7 +254,7 @@ function pointRow(points, section, i, moment, selected, onSelect) {
   const all = point.frames.reduce((sum, count) => sum + count, 0) || 1;
   const button = element('button', {type: 'button', class: 'link'}, nameOf(point));
   button.addEventListener('click', () => onSelect(i));
-  const statusCellOf = section === 'plan' ? beneathStatusCell : pointStatusCell;
+  const statusCellOf = section === 'plan' ? beneathStatusCell : statusCell;
   const cells = [
     button, statusCellOf(statusAt(moment, i)), number(errorAt(points, moment, i)),
     number(point.median_mm), number(point.median_mm === null ? null : point.largest_mm),

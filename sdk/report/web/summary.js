@@ -1,7 +1,7 @@
 // The head of the page, the list of state changes, how to read it, and the licences.
 import {
-  computed,
   extrapolatedStatus,
+  placedBeneath,
   stateColour,
   stateMeanings,
   statesInFiles,
@@ -19,20 +19,16 @@ const chip = (word, colour) => element('span', {class: 'chip', style: `--chip: $
 export const stateChip = (state) => chip(wordOfState(state), stateColour(state));
 
 /** Cell with a status, in the live view's words. */
-export function statusCell(
-    status, word = status === unknownStatus ? 'lost' : statuses[status].name) {
+export function statusCell(status, word = statuses[status].name) {
   const {colour} = statuses[status];
   return element(
       'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}), word);
 }
 
-/** Likewise in the words of the files. */
-export const pointStatusCell = (status) => statusCell(status, statuses[status].pointName);
-
 /** Likewise of what lies beneath the surface; what has no place there is so in the live view. */
 export function beneathStatusCell(status) {
-  if (status === extrapolatedStatus) return element('span', {}, computed.name);
-  return status === unknownStatus ? statusCell(status, 'not placed') : pointStatusCell(status);
+  if (status === extrapolatedStatus) return element('span', {}, placedBeneath.name);
+  return status === unknownStatus ? statusCell(status, 'not placed') : statusCell(status);
 }
 
 function card(name, value, unit, note) {
@@ -46,13 +42,16 @@ function card(name, value, unit, note) {
 const followedStates = ['tracking', 'degraded', 'relocalised', 'found'];
 
 function cards(summary) {
-  const followed = framesIn(summary, ...followedStates);
+  const followed = framesIn(summary, ...followedStates), less = framesIn(summary, 'degraded');
+  const of = (frames) => percent(frames / summary.frames);
   const result =
       [card('Frames', String(summary.frames), '', `${seconds(summary.duration_ms)} of video`)];
   if (summary.frames)
     result.push(card(
-        'Followed', percent(followed / summary.frames), '',
-        'of all frames, the surface as a whole, with positions that may be used'));
+        'Followed', of(followed), '',
+        less ? `of all frames: ${of(followed - less)} as usual, ${of(less)} less sure, with ` +
+                'errors that may be larger' :
+               'of all frames'));
   const time = summary.frame_ms;
   if (time) {
     result.push(card(
@@ -61,8 +60,9 @@ function cards(summary) {
     result.push(card('Slowest', number(time.p99, 1), 'ms', '99 % of frames are faster'));
   }
   if (summary.observed_share)
-    result.push(
-        card('Observed', percent(summary.observed_share.median), '', 'of the surface (median)'));
+    result.push(card(
+        'Seen', percent(summary.observed_share.median), '',
+        'of the surface (median); the rest is extrapolated or lost'));
   return result;
 }
 
@@ -254,10 +254,10 @@ export function showChanges({summary}) {
 export function showReading() {
   const list = element('dl', {class: 'reading'});
   const add = (term, text) => list.append(element('dt', {}, term), element('dd', {}, text));
-  for (const {name, pointName, colour, meaning} of statuses)
+  for (const {name, inFiles, colour, meaning} of statuses)
     add(element(
             'span', {}, element('span', {class: 'swatch', style: `background: ${colour}`}), name),
-        `${meaning}.` + (pointName === name ? '' : ` Of a point: ${pointName}.`));
+        `${meaning}. In the files: ${inFiles}.`);
   for (const [state, meaning] of Object.entries(stateMeanings))
     add(stateChip(state), `${meaning}. In the files: ${statesInFiles[state] ?? state}.`);
   add(chip(noPicture.word, noPicture.colour),
@@ -286,10 +286,11 @@ export function showReading() {
           'chosen.');
   add('Target',
       'A place beneath the surface that was given in the template\'s frame. A ring in ' +
-          'the overlay is as wide as its expected error, dashed where its place is computed.');
-  add('Computed',
-      'Beneath the surface, where no camera sees it: the place is computed from the motion of ' +
-          'the surface, within the expected error. In the files: extrapolated.');
+          'the overlay is as wide as its expected error, dashed where it is placed by the motion ' +
+          'of the surface.');
+  add('Placed',
+      'Beneath the surface, where no camera sees it: by the motion of the surface, within the ' +
+          'expected error. In the files: extrapolated.');
   add('Deformation', 'Displacement from the template with the rigid motion taken out.');
   add('Overlay',
       'Grid: the surface\'s lines in the colours above. Blue: recognised details of the ' +
