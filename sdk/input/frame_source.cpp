@@ -94,6 +94,27 @@ void require_pairs(const ImageStream& left, const ImageStream& right) {
     }
 }
 
+// Cameras may count from different starts; or images are missing at the start of one side and at
+// the end of the other.
+std::string remark_on_numbers(const ImageStream& left, const ImageStream& right) {
+    const auto& a = left.files();
+    const auto& b = right.files();
+    if (a.size() < 2 || a.size() != b.size()) return {};
+    const auto of_left = numbers_of(a), of_right = numbers_of(b);
+    std::int64_t offset = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        if (!of_left[i] || !of_right[i]) return {};
+        const std::int64_t here = *of_right[i] - *of_left[i];
+        if (here == 0 || (i > 0 && here != offset)) return {};
+        offset = here;
+    }
+    return "The numbers in the names of left and right images differ by " +
+           std::to_string(std::abs(offset)) + ": " + a[0].filename().string() +
+           " was paired with " + b[0].filename().string() +
+           ", and so on. If both cameras count from the same start, these are pictures of "
+           "different times.";
+}
+
 }  // namespace
 
 FrameRange parse_frame_range(const std::string& text) {
@@ -127,7 +148,7 @@ struct FrameSource::Impl {
     std::optional<double> first_ms;            // time of the first frame, of cameras and bags
     std::int64_t position = 0;                 // index of the next frame
     double fps = kDefaultFps;                  // of frames
-    std::string fault;
+    std::string fault, pairing_remark;
     std::deque<Pair> ahead;             // read at opening, to know the size and the fields
     std::shared_ptr<const Pair> begun;  // whose later field is the next frame
     std::optional<double> last_ms;      // time of the last frame, of cameras and bags
@@ -291,6 +312,7 @@ struct FrameSource::Impl {
         if (is_one) return;
         right = ImageStream::open(names.back());
         require_pairs(*left, *right);
+        pairing_remark = remark_on_numbers(*left, *right);
         require_one_rate();
     }
 
@@ -473,6 +495,8 @@ std::optional<CameraCounts> FrameSource::camera_counts() const {
 std::optional<BagFacts> FrameSource::bag_facts() const {
     return impl_->bag ? std::optional(impl_->bag->facts()) : std::nullopt;
 }
+
+const std::string& FrameSource::pairing_remark() const { return impl_->pairing_remark; }
 
 std::string FrameSource::disparity_remark() const {
     if (!impl_->disparity) return {};

@@ -99,6 +99,8 @@ class FrameSource {
     // A sentence that users are to be told of the files of disparity: which frames had none, and
     // how many were of no frame that was delivered. Empty where each had its own.
     std::string disparity_remark() const;
+    // That the numbers in the names of left and right images differ, alike in all pairs; or empty.
+    const std::string& pairing_remark() const;
     // See CameraSource.
     void set_notice_handler(std::function<void(const std::string&)> handler);
     // How many frames next() should deliver by what the source claims.

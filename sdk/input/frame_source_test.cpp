@@ -265,6 +265,22 @@ TEST_CASE("row 51: images that do not pair up are refused before anything is tra
     CHECK_SAYS(refusal(two(folder / "l/%d.png", folder / "r/%d.png")), "number 3 is missing");
 }
 
+TEST_CASE("numbers of left and right images that differ alike in all pairs are told") {
+    const TestFolder folder;
+    const auto remark = [](const SourceOptions& options) {
+        return FrameSource(options).pairing_remark();
+    };
+    const std::string left = write_images(folder / "l", 4, 10),
+                      right = write_images(folder / "r", 6, 50);
+    std::filesystem::remove(folder / "r/0.png");
+    std::filesystem::remove(folder / "r/1.png");
+    CHECK_SAYS(remark(two(left, right)), "differ by 2: 0.png was paired with 2.png");
+    CHECK(remark(two(left, write_images(folder / "same", 4, 50))).empty());
+    CHECK(remark(two(write_images(folder / "a", 4, 10, "cam1_"),
+                     write_images(folder / "b", 4, 50, "cam2_")))
+              .empty());
+}
+
 TEST_CASE("row 125: views of different rates are refused when they are opened") {
     const TestFolder folder;
     const std::string slow = write_video(folder / "slow.avi", 5),

@@ -35,6 +35,18 @@ struct FollowedPoints {
     static constexpr double kNearest = 1e-3;
 };
 
+// Targets that lie where no tissue of the template can be.
+struct TargetPlaces {
+    // mm | nearer to the camera than all of the surface: in front of the tissue | set by hand: what
+    //   registrations are off by, and more
+    static constexpr double kInFront = 20;
+    // mm | farther from the surface: of no tissue that is followed | set by hand: a liver is not as
+    //   deep
+    static constexpr double kFarAway = 150;
+    // vertices | of the surface, at most, that each target is compared with | set by hand
+    static constexpr std::size_t kVertices = 1000;
+};
+
 // Expected errors that are large after the start, said in notes.
 struct StartErrors {
     // frames | in which the surface is found, from the first on, that are looked at | set by hand

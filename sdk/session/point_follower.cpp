@@ -12,11 +12,6 @@ namespace {
 
 using Decision = decisions::FollowedPoints;
 
-std::size_t count_none(const std::vector<std::uint8_t>& found) {
-    return static_cast<std::size_t>(
-        std::count(found.begin(), found.end(), std::uint8_t{DEFREC_FOUND_NONE}));
-}
-
 // covariance: xx, xy, xz, yy, yz, zz.
 double trace_of(const double* covariance) { return covariance[0] + covariance[3] + covariance[5]; }
 
@@ -39,6 +34,12 @@ std::vector<double> PointFollower::rectified_pixels(const std::vector<std::size_
     require(defrec_rig_rectify_pixels(rig_.get(), pixels.data(), places.size(), pixels.data()),
             ExitCode::kInternal, "rectifying the points to follow");
     return pixels;
+}
+
+void PointFollower::note_without_surface(const std::vector<std::size_t>& places,
+                                         const std::vector<std::uint8_t>& found) {
+    for (std::size_t i = 0; i < places.size(); ++i)
+        if (found[i] == DEFREC_FOUND_NONE) without_surface_.push_back(points_[places[i]].id);
 }
 
 void PointFollower::keep_found(const std::vector<std::size_t>& places,
@@ -105,7 +106,7 @@ void PointFollower::lift(const Template& surface, std::int64_t frame, bool may_g
             xyz.erase(xyz.begin() + 3 * at, xyz.begin() + 3 * at + 3);
         }
     }
-    without_surface_ += count_none(found);
+    note_without_surface(places, found);
     keep_found(places, xyz, found);
 }
 
@@ -125,7 +126,7 @@ void PointFollower::forget_template() {
     lift_covariance_.clear();
     beside_.clear();
     pieces_.clear();
-    without_surface_ = 0;
+    without_surface_.clear();
     has_forgotten_ = true;
     make_room();
 }
@@ -206,7 +207,7 @@ void PointFollower::lift_in(std::int64_t frame, defrec_job job) {
     require(defrec_job_lift_points(job, pixels.data(), places.size(), xyz.data(), found.data()),
             ExitCode::kInternal, "finding the surface under the points to follow");
     drop_clicks(places, xyz, found);
-    without_surface_ += count_none(found);
+    note_without_surface(places, found);
     if (!sure_from_ || frame >= *sure_from_) return keep_found(places, xyz, found);
     const std::size_t before = place_.size();
     const std::vector<double> covariance = judge_lifts(job, xyz, found);

@@ -57,9 +57,10 @@ class PointFollower {
     std::size_t count_on_surface() const { return place_.size(); }
     // Counts of all rows written so far.
     const StatusCounts& rows() const { return rows_; }
-    // Points whose frame has come: those of pixels without surface, and those of a frame in which
-    // the surface was not followed, or not closely. Without those of a template that was given up.
-    std::size_t points_without_surface() const { return without_surface_; }
+    // Points whose frame has come: ids of those of pixels without surface, and how many are of a
+    // frame in which the surface was not followed, or not closely. Without those of a template that
+    // was given up.
+    const std::vector<std::int64_t>& points_without_surface() const { return without_surface_; }
     std::size_t points_of_lost_frames() const { return of_lost_frames_; }
     // Points that were given in a frame behind the last one; after finish().
     std::size_t points_never_reached() const { return never_reached_; }
@@ -69,6 +70,8 @@ class PointFollower {
     // The places in points_ of those given in the frame; none: without a frame.
     std::vector<std::size_t> given_in(std::optional<std::int64_t> frame) const;
     std::vector<double> rectified_pixels(const std::vector<std::size_t>& places) const;
+    void note_without_surface(const std::vector<std::size_t>& places,
+                              const std::vector<std::uint8_t>& found);
     void keep_found(const std::vector<std::size_t>& places, const std::vector<double>& xyz,
                     const std::vector<std::uint8_t>& found);
     void make_room();
@@ -101,7 +104,8 @@ class PointFollower {
     std::vector<double> lift_covariance_;  // of the points that were found; 0: of the template
     std::optional<std::int64_t> sure_from_;
     StatusCounts rows_;
-    std::size_t without_surface_ = 0, of_lost_frames_ = 0, never_reached_ = 0, dropped_clicks_ = 0;
+    std::vector<std::int64_t> without_surface_;  // ids
+    std::size_t of_lost_frames_ = 0, never_reached_ = 0, dropped_clicks_ = 0;
     bool has_forgotten_ = false;          // a template
     std::optional<std::int64_t> newest_;  // frame of the last rows
 };

@@ -1,6 +1,7 @@
 // points.csv as input.
 #include "sdk/session/points.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <set>
 
@@ -45,6 +46,17 @@ std::int64_t free_id(const std::vector<FollowedPoint>& points,
     std::int64_t id = 0;
     while (taken.contains(id)) ++id;
     return id;
+}
+
+std::string first_ids(const std::vector<std::int64_t>& ids) {
+    constexpr std::size_t kMost = 5;
+    const std::size_t named = std::min(ids.size(), kMost);
+    std::string text = ids.size() == 1 ? "id " : "ids ";
+    for (std::size_t i = 0; i < named; ++i) {
+        const bool is_last = i + 1 == ids.size();
+        text += (i == 0 ? "" : is_last ? " and " : ", ") + std::to_string(ids[i]);
+    }
+    return text + (ids.size() > named ? ", ..." : "");
 }
 
 std::vector<FollowedPoint> grid_points(int width, int height) {

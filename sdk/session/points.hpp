@@ -29,6 +29,9 @@ std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int wi
 std::int64_t free_id(const std::vector<FollowedPoint>& points,
                      std::span<const std::int64_t> removed = {});
 
+// "id 3", "ids 3, 7 and 9"; of many the first few.
+std::string first_ids(const std::vector<std::int64_t>& ids);
+
 // A grid over the middle 90 % of the image, ids row by row from 0.
 std::vector<FollowedPoint> grid_points(int width, int height);
 

@@ -100,3 +100,10 @@ TEST_CASE("row 124: a point more gets a free id, whatever ids there are") {
     CHECK(free_id({{INT64_MAX, 0, 0, {}}, {0, 0, 0, {}}, {-1, 0, 0, {}}, {2, 0, 0, {}}}) == 1);
     CHECK(free_id({{INT64_MAX - 1, 0, 0, {}}}) == INT64_MAX);
 }
+
+TEST_CASE("of many ids the first few are named") {
+    CHECK(first_ids({7}) == "id 7");
+    CHECK(first_ids({7, -3, 9}) == "ids 7, -3 and 9");
+    CHECK(first_ids({1, 2, 3, 4, 5}) == "ids 1, 2, 3, 4 and 5");
+    CHECK(first_ids({1, 2, 3, 4, 5, 6}) == "ids 1, 2, 3, 4, 5, ...");
+}

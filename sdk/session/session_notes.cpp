@@ -159,8 +159,7 @@ void SessionNotes::add_given_up(std::int64_t template_frame, std::int64_t frame)
         NoteSeverity::kError);
 }
 
-void SessionNotes::conclude(const PointFollower& points, bool has_template, bool has_tracked) {
-    add(compression_.conclude());
+void SessionNotes::add_points(const PointFollower& points) {
     const bool is_half_lost =
         2 * points.rows().share(PointStatus::kLost) > 1 && points.rows().any_position();
     if (is_half_lost)
@@ -169,9 +168,9 @@ void SessionNotes::conclude(const PointFollower& points, bool has_template, bool
                 " % of their rows: what is said of the surface is not true of them.",
             NoteSeverity::kError);
     const std::string all = " of " + std::to_string(points.count()) + " points to follow ";
-    if (const std::size_t count = points.points_without_surface(); count > 0)
-        add(std::to_string(count) + all +
-            "lie where the template has no surface; they are lost in every frame.");
+    if (const auto& ids = points.points_without_surface(); !ids.empty())
+        add(std::to_string(ids.size()) + all + "lie where the template has no surface (" +
+            first_ids(ids) + "); they are lost in every frame.");
     if (const std::size_t count = points.points_of_lost_frames(); count > 0)
         add(std::to_string(count) + all +
             "were given in a frame in which the surface was not followed, or not closely; they "
@@ -180,11 +179,37 @@ void SessionNotes::conclude(const PointFollower& points, bool has_template, bool
     if (const std::size_t count = points.points_never_reached(); count > 0)
         add(std::to_string(count) + all +
             "are of frames that the run did not reach; they have one row each, and are lost.");
-    if (!has_tracked)
-        add(has_template ? kNothingTracked
-                         : "No frame could give a template; nothing was tracked. defrec doctor, "
-                           "with the same images and calibration, looks for the cause.",
+}
+
+void SessionNotes::add_targets(const TargetFollower& targets, bool has_tracked) {
+    const TargetPlacesNote& places = targets.places();
+    add(places.text, places.is_most ? NoteSeverity::kError : NoteSeverity::kWarning);
+    if (has_tracked && !places.is_most && !targets.rows().any_position())
+        add("The targets are lost in every frame, though the surface is followed: they lie too far "
+            "from what is seen of it.",
             NoteSeverity::kError);
+}
+
+void SessionNotes::add_untracked(const Ending& ending) {
+    if (!ending.unfound_template.empty())
+        add("The template of " + ending.unfound_template +
+                " was found in no frame: it may be of other tissue, of another recording, or of "
+                "another calibration.",
+            NoteSeverity::kError);
+    if (!ending.has_tracked)
+        add(ending.has_template ? kNothingTracked
+                                : "No frame could give a template; nothing was tracked. defrec "
+                                  "doctor, with the same images and calibration, looks for the "
+                                  "cause.",
+            NoteSeverity::kError);
+}
+
+void SessionNotes::conclude(const PointFollower& points, const TargetFollower* targets,
+                            const Ending& ending) {
+    add(compression_.conclude());
+    add_points(points);
+    if (targets != nullptr) add_targets(*targets, ending.has_tracked);
+    add_untracked(ending);
     for (const auto& [reason, text, severity] : kReasonNotes)
         if ((reasons_ & reason) != 0) add(text, severity);
     add(drift_.note(may_correct_),

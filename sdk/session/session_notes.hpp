@@ -12,6 +12,7 @@
 #include "sdk/session/compression_watch.hpp"
 #include "sdk/session/point_follower.hpp"
 #include "sdk/session/start_errors.hpp"
+#include "sdk/session/target_follower.hpp"
 
 namespace defrec::cli {
 
@@ -47,8 +48,13 @@ class SessionNotes {
     void add_late_template(const LateTemplate& late);
     // The template of that frame was given up in this one.
     void add_given_up(std::int64_t template_frame, std::int64_t frame);
-    // At the end of the run, once. has_tracked: any point or target has a position.
-    void conclude(const PointFollower& points, bool has_template, bool has_tracked);
+    // What a run came to.
+    struct Ending {
+        bool has_template = false, has_tracked = false;  // any point or target has a position
+        std::string unfound_template;  // file that was given, and is found in no frame; or empty
+    };
+    // At the end of the run, once. targets: null without any.
+    void conclude(const PointFollower& points, const TargetFollower* targets, const Ending& ending);
 
     // Left and right show the same picture, as was said.
     bool is_one_view_twice() const { return is_one_view_twice_; }
@@ -60,6 +66,10 @@ class SessionNotes {
     std::vector<std::string> left_to_say() const;
 
   private:
+    void add_points(const PointFollower& points);
+    void add_targets(const TargetFollower& targets, bool has_tracked);
+    void add_untracked(const Ending& ending);
+
     std::vector<std::string> notes_;
     std::vector<NoteSeverity> severities_;
     std::uint32_t reasons_ = 0;      // of all frames

@@ -1,6 +1,8 @@
 // Follows targets beneath the surface and writes targets.csv.
 #include "sdk/session/target_follower.hpp"
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 namespace defrec::cli {
@@ -14,6 +16,11 @@ TargetFollower::TargetFollower(const std::filesystem::path& path, std::vector<Ta
 }
 
 void TargetFollower::prepare(const Template& surface) {
+    const defrec_template_info info = info_of(surface);
+    std::vector<std::array<float, 3>> vertices(info.vertex_count);
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+        std::copy_n(info.vertices[i].position, 3, vertices[i].begin());
+    places_ = note_on_places(targets_, vertices);
     defrec_targets made = nullptr;
     require(defrec_targets_create(surface.get(), template_xyz_.data(), targets_.size(), &made),
             ExitCode::kInternal, "preparing the targets");

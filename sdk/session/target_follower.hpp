@@ -32,6 +32,8 @@ class TargetFollower {
 
     std::size_t count() const { return targets_.size(); }
     const StatusCounts& rows() const { return rows_; }
+    // Where they lie beside the template's surface; empty before prepare().
+    const TargetPlacesNote& places() const { return places_; }
 
   private:
     void move(defrec_job job);
@@ -42,6 +44,7 @@ class TargetFollower {
     std::vector<double> template_xyz_;
     Targets prepared_;
     MovedPoints moved_;
+    TargetPlacesNote places_;
     StatusCounts rows_;
 };
 

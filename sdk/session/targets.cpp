@@ -1,12 +1,34 @@
 // targets.csv as input.
 #include "sdk/session/targets.hpp"
 
+#include <algorithm>
+#include <limits>
 #include <string>
 
 #include "sdk/io/csv.hpp"
 #include "sdk/io/text.hpp"
+#include "sdk/session/decisions.hpp"
+#include "sdk/session/points.hpp"
 
 namespace defrec::cli {
+namespace {
+
+using decisions::TargetPlaces;
+
+bool is_far_away(const Target& target, const std::vector<std::array<float, 3>>& surface) {
+    const std::size_t step = 1 + (surface.size() - 1) / TargetPlaces::kVertices;
+    for (std::size_t i = 0; i < surface.size(); i += step) {
+        double squared = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double difference = target.xyz[axis] - double{surface[i][axis]};
+            squared += difference * difference;
+        }
+        if (squared <= TargetPlaces::kFarAway * TargetPlaces::kFarAway) return false;
+    }
+    return true;
+}
+
+}  // namespace
 
 std::vector<Target> read_targets(const std::filesystem::path& path) {
     CsvReader csv(path, {"id", "x", "y", "z"}, {"depth"});
@@ -22,12 +44,44 @@ std::vector<Target> read_targets(const std::filesystem::path& path) {
         ids.add(csv, target.id);
         if (target.xyz[2] <= 0) {
             csv.fail("z is " + format_fixed(target.xyz[2], 2) +
-                     "; more than 0 was expected, in front of the camera.");
+                     "; more than 0 was expected, in front of the camera. Places of a model have "
+                     "to be registered first: see `defrec register`.");
         }
         targets.push_back(target);
     }
     if (targets.empty()) csv.fail("the file names no target.");
     return targets;
+}
+
+TargetPlacesNote note_on_places(const std::vector<Target>& targets,
+                                const std::vector<std::array<float, 3>>& surface) {
+    if (surface.empty()) return {};
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const std::array<float, 3>& vertex : surface)
+        nearest = std::min(nearest, double{vertex[2]});
+    std::vector<std::int64_t> in_front, far_away;
+    for (const Target& target : targets) {
+        if (target.xyz[2] < nearest - TargetPlaces::kInFront)
+            in_front.push_back(target.id);
+        else if (is_far_away(target, surface))
+            far_away.push_back(target.id);
+    }
+    if (in_front.empty() && far_away.empty()) return {};
+    std::string text;
+    const auto add = [&](const std::vector<std::int64_t>& ids, double mm, const char* where) {
+        if (ids.empty()) return;
+        text += (text.empty() ? "" : ", ") + std::to_string(ids.size()) + " of " +
+                std::to_string(targets.size()) + " targets lie more than " + format_fixed(mm, 0) +
+                " mm " + where + " (" + first_ids(ids) + ")";
+    };
+    add(in_front, TargetPlaces::kInFront, "in front of the whole surface");
+    add(far_away, TargetPlaces::kFarAway, "away from the surface");
+    const bool is_most = 2 * (in_front.size() + far_away.size()) > targets.size();
+    text += is_most ? ". They may be in metres, or in the frame of a model that is not registered: "
+                      "give mm in the left rectified camera of the template's frame, as `defrec "
+                      "register --targets` finds them."
+                    : ": no tissue that is followed is there.";
+    return {std::move(text), is_most};
 }
 
 }  // namespace defrec::cli

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace defrec::cli {
@@ -23,5 +24,14 @@ inline constexpr std::size_t kMaxTargets = 100'000;
 // line for duplicate ids, for numbers that are not finite, for places that are not in front of the
 // camera and for more than kMaxTargets.
 std::vector<Target> read_targets(const std::filesystem::path& path);
+
+// What is said of targets that cannot lie in the tissue that is followed.
+struct TargetPlacesNote {
+    std::string text;      // empty: all may
+    bool is_most = false;  // of them; so that their unit or frame is doubtful
+};
+// surface: the template's vertices, mm, in the frame of the targets.
+TargetPlacesNote note_on_places(const std::vector<Target>& targets,
+                                const std::vector<std::array<float, 3>>& surface);
 
 }  // namespace defrec::cli

@@ -52,3 +52,31 @@ TEST_CASE("more targets than are followed are refused") {
     CHECK_SAYS(refusal(text + "-1,0,0,1\n"),
                "targets.csv:100002: the file has more than 100000 targets");
 }
+
+TEST_CASE("targets in metres or in another frame are told by where they lie beside the surface") {
+    std::vector<std::array<float, 3>> surface;
+    for (int i = 0; i < 5000; ++i)
+        surface.push_back({float(i % 100) - 50, float(i / 100) - 25, 80 + float(i % 7)});
+    std::vector<Target> beneath, in_metres;
+    for (int i = 0; i < 8; ++i) {
+        beneath.push_back({i, {5.0 * i, -2.0 * i, 90 + 5.0 * i}});
+        in_metres.push_back({i, {5e-3 * i, -2e-3 * i, 0.09 + 5e-3 * i}});
+    }
+    CHECK(note_on_places(beneath, surface).text.empty());
+    CHECK(note_on_places(in_metres, {}).text.empty());
+    const TargetPlacesNote metres = note_on_places(in_metres, surface);
+    CHECK(metres.is_most);
+    CHECK_SAYS(metres.text,
+               "8 of 8 targets lie more than 20 mm in front of the whole surface (ids 0, 1, 2, 3, "
+               "4, ...). They may be in metres, or in the frame of a model");
+    std::vector<Target> of_model = beneath;
+    for (Target& target : of_model) target.xyz[1] += 300;
+    CHECK_SAYS(note_on_places(of_model, surface).text,
+               "8 of 8 targets lie more than 150 mm away from the surface");
+    beneath[3].xyz[2] = 20;
+    const TargetPlacesNote one = note_on_places(beneath, surface);
+    CHECK_FALSE(one.is_most);
+    CHECK(one.text ==
+          "1 of 8 targets lie more than 20 mm in front of the whole surface (id 3): no tissue that "
+          "is followed is there.");
+}

@@ -237,6 +237,7 @@ class TrackSession {
                   std::move(followed_.points), setup_.rig, setup_.projection) {
         options_.source.fields = source_.fields();
         notes_.add_fields(source_.fields());
+        notes_.add(source_.pairing_remark());
         notes_.add_self_calibration(desc_.self_calibration);
         if (!followed_.targets.empty())
             beneath_.targets.emplace(folder_ / kTargetsFile, std::move(followed_.targets),
@@ -633,7 +634,9 @@ class TrackSession {
             }
         };
         attempt("", [&] { points_.finish(); });
-        notes_.conclude(points_, template_.frame.has_value(), has_tracked());
+        notes_.conclude(points_, beneath_.targets ? &*beneath_.targets : nullptr,
+                        {template_.frame.has_value(), has_tracked(),
+                         is_loaded() && !template_.has_grid ? options_.surface.load : ""});
         attempt(kPointsFile, [&] { points_.commit(); });
         if (beneath_.targets) attempt(kTargetsFile, [&] { beneath_.targets->commit(); });
         if (beneath_.plan) attempt(kPlanFile, [&] { beneath_.plan->commit(); });
@@ -658,8 +661,8 @@ class TrackSession {
             {options_, setup_.device, calibration_, rig_info(setup_.rig), frames_, points_,
              beneath_.targets ? &*beneath_.targets : nullptr,
              beneath_.plan ? &*beneath_.plan : nullptr, notes_.all(), notes_.is_one_view_twice(),
-             setup_.remarks, template_.frame, link_.facts(), source_.camera_counts(),
-             source_.bag_facts(), source_.fps(), seconds});
+             setup_.remarks, is_loaded() ? std::nullopt : template_.frame, link_.facts(),
+             source_.camera_counts(), source_.bag_facts(), source_.fps(), seconds});
         summary["run"] = folder_.run();
         summary["files"] = files.json();
         // It says that the run was finished, so the disk gets it last.

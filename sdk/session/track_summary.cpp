@@ -108,8 +108,13 @@ Json reasons_json(const std::vector<FrameLog::Row>& rows) {
 // The run has said that one view given twice has no depth.
 Json doubtful_json(const std::vector<FrameLog::Row>& rows, bool is_one_view_twice) {
     DoubtfulFramesList list;
-    for (const FrameLog::Row& row : rows)
-        list.add(row.frame, *row.state, *row.reasons, *row.faulty_views);
+    bool was_followed = false;
+    for (const FrameLog::Row& row : rows) {
+        const bool is_lost = *row.state == "lost";
+        was_followed = was_followed || (!is_lost && *row.state != "initialising");
+        list.add(row.frame, is_lost && !was_followed ? "unfound" : *row.state, *row.reasons,
+                 *row.faulty_views);
+    }
     Json json = Json::array();
     for (const DoubtfulFrames& each : list.sorted()) {
         if (is_one_view_twice && each.reason == "no-depth") continue;
@@ -142,7 +147,7 @@ void add_shares(const StatusCounts& rows, Json& json) {
 
 Json points_json(const PointFollower& points) {
     Json json{{"count", points.count()},
-              {"without_surface", points.points_without_surface()},
+              {"without_surface", points.points_without_surface().size()},
               {"of_lost_frames", points.points_of_lost_frames()},
               {"never_reached", points.points_never_reached()}};
     add_shares(points.rows(), json);
@@ -283,6 +288,8 @@ Json summarise_track(const TrackFacts& facts) {
     json["first_frame"] = rows.empty() ? Json(nullptr) : Json(rows.front().frame);
     json["last_frame"] = rows.empty() ? Json(nullptr) : Json(rows.back().frame);
     json["template_frame"] = facts.template_frame ? Json(*facts.template_frame) : Json(nullptr);
+    const std::string& loaded = facts.options.surface.load;
+    json["template_file"] = loaded.empty() ? Json(nullptr) : Json(loaded);
     json["states"] = states_json(rows);
     json["reasons"] = reasons_json(rows);
     json["doubtful"] = doubtful_json(rows, facts.is_one_view_twice);
@@ -319,7 +326,9 @@ std::string summary_text(const Json& summary, const std::filesystem::path& folde
     }
     text.back() = '\n';
     text += doubtful_text(summary["doubtful"]);
-    if (const Json& frame = summary["template_frame"]; !frame.is_null())
+    if (const Json& file = summary["template_file"]; !file.is_null())
+        text += "template of " + file.get<std::string>() + "\n";
+    else if (const Json& frame = summary["template_frame"]; !frame.is_null())
         text += "template of frame " + std::to_string(frame.get<std::int64_t>()) + "\n";
     text += shares_text(summary["points"], "point");
     if (!summary["targets"].is_null()) text += shares_text(summary["targets"], "target");

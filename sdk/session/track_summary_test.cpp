@@ -23,6 +23,7 @@ Json summary_of(std::size_t count) {
     summary["device"] = {{"id", "cpu"}};
     summary["states"] = {{"tracking", count}, {"lost", 0}};
     summary["doubtful"] = Json::array();
+    summary["template_file"] = nullptr;
     summary["template_frame"] = 0;
     summary["points"] = summary["targets"] = shares(count);
     summary["plan"] = {{"targets", shares(count)}, {"parts", shares(count)}};
@@ -64,4 +65,13 @@ TEST_CASE("the end text says of a plan's part without a middle how much of it is
     CHECK(summary_text(summary, "out")
               .find("1 part of the plan: 25.0 % placed, 50.0 % partly known (98.0 % of the "
                     "vertices), 25.0 % lost\n") != std::string::npos);
+}
+
+TEST_CASE("the end text names the file of a template that was given, and no frame") {
+    Json summary = summary_of(1);
+    summary["template_file"] = "organ.template";
+    summary["template_frame"] = nullptr;
+    const std::string text = summary_text(summary, "out");
+    CHECK(text.find("\ntemplate of organ.template\n") != std::string::npos);
+    CHECK(text.find("template of frame") == std::string::npos);
 }

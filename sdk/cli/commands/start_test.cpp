@@ -196,6 +196,36 @@ TEST_CASE("row 152: a recording of black frames is not done") {
     CHECK(tracked.says("No frame could give a template"));
 }
 
+TEST_CASE("a template that is given is named by its file, and told where no frame shows it") {
+    const TestFolder folder;
+    const std::string saved = folder / "tissue.template";
+    const Tracked made =
+        track(sequence().path().string(), {"--frames", ":2", "--save-template", saved});
+    CHECK(made.summary["template_frame"] == 0);
+    CHECK(made.summary["template_file"].is_null());
+    const Tracked found =
+        track(sequence().path().string(), {"--frames", ":2", "--from-template", saved});
+    CHECK(found.summary["template_frame"].is_null());
+    CHECK(found.summary["template_file"] == saved);
+    CHECK_FALSE(found.says("was found in no frame"));
+    spoil(folder, 0);
+    const Tracked unfound =
+        track(folder.path().string(), {"--frames", ":2", "--from-template", saved});
+    CHECK(unfound.code == 8);
+    CHECK(unfound.says("was found in no frame: it may be of other tissue, of another recording"));
+}
+
+TEST_CASE("targets in metres are followed, and a note tells where they lie") {
+    const TestFolder folder;
+    const std::string targets =
+        folder.write("targets.csv", "id,x,y,z\n1,0,0,0.09\n2,0.004,0.002,0.1\n");
+    const Tracked tracked =
+        track(sequence().path().string(), {"--frames", ":2", "--targets", targets});
+    CHECK(
+        tracked.says("2 of 2 targets lie more than 20 mm in front of the whole surface (ids 1 "
+                     "and 2). They may be in metres"));
+}
+
 TEST_CASE("one view given as both is named as the cause") {
     const TestFolder folder;
     for (const char* view : {"left", "right"}) fs::copy(sequence() / "left", folder / view);
