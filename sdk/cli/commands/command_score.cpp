@@ -43,7 +43,12 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  defrec score result --truth sequence/truth.csv\n"
     "  defrec score result --truth sequence/truth.csv --max-median 0.3 --max-p95 1.5 && echo "
-    "good enough";
+    "good enough\n"
+    "\n"
+    "Exit codes: 0 done, also where the truth is in doubt, 2 usage, 3 input unreadable, or surely "
+    "the "
+    "truth of something\n"
+    "else, 6 done, but worse than a limit, 7 output failed.";
 
 struct ScoreOptions {
     std::string folder, truth, truth_deep, report;
@@ -130,6 +135,7 @@ std::string doubts_of(const Scores& scores) {
 std::string text_of(const Scores& scores, bool is_brief) {
     std::string verdict;
     if (scores.points) verdict = score_verdict(*scores.points);
+    if (scores.targets) verdict += target_verdict(*scores.targets);
     for (const std::string& note : notes_beside_doubts(scores))
         verdict += "Note: " + printable(note) + "\n";
     std::string text;
@@ -139,7 +145,7 @@ std::string text_of(const Scores& scores, bool is_brief) {
     add(doubts_of(scores));
     add(verdict);
     if (scores.points && !is_brief) add(score_tables(*scores.points));
-    if (scores.targets) add(target_table(*scores.targets));
+    if (scores.targets && !is_brief) add(target_table(*scores.targets));
     return text;
 }
 
@@ -277,8 +283,7 @@ CLI::App* add_score_command(CLI::App& app, std::function<int()>& run) {
     command->add_flag("--all-points", options->all_points,
                       "Count points of the truth without a row in any frame as lost");
     command->add_flag("--json", options->json, "Print JSON instead of a table");
-    command->add_flag("--brief", options->brief,
-                      "Print of points a sentence and notes, without tables");
+    command->add_flag("--brief", options->brief, "Print a sentence and the notes, without tables");
     command->add_flag("--quiet", options->quiet, "Print nothing but what exceeds a limit");
     command->footer(kFooter);
     command->callback([options, &run] { run = [options] { return run_score(*options); }; });

@@ -527,6 +527,12 @@ TEST_CASE("targets are followed from the template's frame, and scored by their d
     CHECK(TestFolder::read(folder / "score.html").find("Targets: error over depth") !=
           std::string::npos);
     CHECK(run({"score", out, "--truth-deep", deep, "--max-deep-p95", "0.000001", "--quiet"}) == 6);
+    const int text = ::open((folder / "brief").c_str(), O_CREAT | O_WRONLY, 0600);
+    ChildProgram brief({"score", out, "--truth-deep", deep, "--brief"}, text);
+    CHECK(brief.exit_code() == 0);
+    ::close(text);
+    CHECK(lines_of(folder / "brief") == 1);
+    CHECK(TestFolder::read(folder / "brief").find("f the targets ") != std::string::npos);
     // Found beside the truth.
     fs::copy(sequence() / "truth.csv", folder / "truth.csv");
     CHECK(run({"score", out, "--truth", folder / "truth.csv", "--max-deep-median", "0.000001",

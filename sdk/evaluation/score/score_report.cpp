@@ -168,8 +168,11 @@ std::string score_page(const Scores& scores, const std::string& folder, const st
                        "</h1><p class=\"from\">scored against " + escaped(truth) + "</p>";
     if (scores.points) page += doubt_of(scores.points->doubt);
     if (scores.targets) page += doubt_of(scores.targets->doubt);
-    if (scores.points)
-        page += "<p class=\"verdict\">" + escaped(score_verdict(*scores.points)) + "</p>\n";
+    const auto add_verdict = [&page](const std::string& verdict) {
+        page += "<p class=\"verdict\">" + escaped(verdict) + "</p>\n";
+    };
+    if (scores.points) add_verdict(score_verdict(*scores.points));
+    if (scores.targets) add_verdict(target_verdict(*scores.targets));
     page += list_of(notes_beside_doubts(scores));
     if (scores.points) page += key_of(*scores.points);
     page += "</header>\n<main>\n";

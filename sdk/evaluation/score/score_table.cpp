@@ -1,6 +1,4 @@
 // Scores as text.
-#include <cmath>
-
 #include "sdk/evaluation/score/score.hpp"
 #include "sdk/evaluation/score/table_line.hpp"
 #include "sdk/io/counted.hpp"
@@ -9,17 +7,6 @@
 
 namespace defrec::cli {
 namespace {
-
-// Rounded up, so that "within" holds.
-std::string within_text(double mm) {
-    return "within " + format_fixed(std::ceil(100 * mm - 1e-9) / 100, 2) + " mm";
-}
-
-std::string lost_text(double share) {
-    constexpr double kLeast = 0.001;
-    if (share > 0 && share < kLeast) return "less than 0.1 %";
-    return format_fixed(100 * share, share > 0 && share < 1 ? 1 : 0) + " %";
-}
 
 TableLine errors_line(const std::string& name, const ErrorSummary& summary) {
     TableLine line(name);
@@ -100,13 +87,7 @@ std::string score_verdict(const Score& score) {
     const ScoreGroup& all = score.all;
     if (all.visible_points == 0) return "No point was visible, so there is nothing to compare.\n";
     if (all.visible.count == 0) return "All visible points were lost.\n";
-    const std::string median =
-        within_text(all.visible.median) + " of the truth, 95 % " + within_text(all.visible.p95);
-    const std::string lost = lost_text(all.lost_share());
-    if (all.lost_visible == 0)
-        return "Half of the visible points were " + median + "; " + lost + " were lost.\n";
-    return "Of the visible points " + lost + " were lost; half of the others were " + median +
-           ".\n";
+    return verdict_on("visible points", all.visible, all.lost_visible, all.visible_points);
 }
 
 std::string score_tables(const Score& score) {

@@ -83,7 +83,7 @@ ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::file
         if (visible != 0 && visible != 1) csv.fail("visible: 0 or 1 was expected.");
         const Xyz true_xyz{csv.number(2), csv.number(3), csv.number(4)};
         const bool is_scored = is_within(range, key.frame);
-        check.add(key, true_xyz, visible == 1, is_scored);
+        if (!check.add(key, true_xyz, visible == 1, is_scored)) csv.fail(repeated(key));
         if (!is_scored) continue;
         ScoredRow row;
         row.frame = key.frame;
@@ -98,7 +98,9 @@ ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::file
         }
         scored.rows.push_back(std::move(row));
     }
-    if (scored.rows.empty()) csv.fail("the truth holds no row of the frames asked for.");
+    check.finish();
+    if (scored.rows.empty())
+        throw CliError(ExitCode::kInput, check.no_row_of(truth.string(), range));
     if (unfollowed == Unfollowed::kLeftOut) leave_out_unfollowed(scored.rows);
     scored.not_followed = check.not_followed();
     scored.notes = check.notes(truth.string(), "points.csv");

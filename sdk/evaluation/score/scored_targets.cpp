@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "sdk/evaluation/score/rigid_fit.hpp"
@@ -60,10 +61,11 @@ struct TrueTarget {
 std::vector<TrueTarget> read_truth(const fs::path& path) {
     CsvReader csv(path, {"frame", "id", "depth", "x", "y", "z"});
     std::vector<TrueTarget> truth;
+    std::unordered_set<FrameAndId, FrameAndIdHash> keys;
     while (csv.next()) {
-        truth.push_back({{csv.integer(0), csv.integer(1)},
-                         csv.number(2),
-                         {csv.number(3), csv.number(4), csv.number(5)}});
+        const FrameAndId key{csv.integer(0), csv.integer(1)};
+        if (!keys.insert(key).second) csv.fail(repeated(key));
+        truth.push_back({key, csv.number(2), {csv.number(3), csv.number(4), csv.number(5)}});
     }
     if (truth.empty()) csv.fail("the truth holds no row.");
     return truth;
@@ -108,10 +110,9 @@ ScoredTargets read_scored_targets(const fs::path& tracked, const fs::path& truth
         }
         scored.rows.push_back(std::move(row));
     }
-    if (scored.rows.empty()) {
-        throw CliError(ExitCode::kInput,
-                       truth.string() + ": the truth holds no row of the frames asked for.");
-    }
+    check.finish();
+    if (scored.rows.empty())
+        throw CliError(ExitCode::kInput, check.no_row_of(truth.string(), range));
     if (unfollowed == Unfollowed::kLeftOut) leave_out_unfollowed(scored.rows);
     scored.not_followed = check.not_followed();
     scored.notes = check.notes(truth.string(), tracked.filename().string());

@@ -38,4 +38,29 @@ std::string table_header(const std::string& name, const std::vector<std::string>
     return line.end();
 }
 
+namespace {
+
+// Rounded up, so that "within" holds.
+std::string within_text(double mm) {
+    return "within " + format_fixed(std::ceil(100 * mm - 1e-9) / 100, 2) + " mm";
+}
+
+std::string lost_text(double share) {
+    constexpr double kLeast = 0.001;
+    if (share > 0 && share < kLeast) return "less than 0.1 %";
+    return format_fixed(100 * share, share > 0 && share < 1 ? 1 : 0) + " %";
+}
+
+}  // namespace
+
+std::string verdict_on(const std::string& what, const ErrorSummary& errors, std::size_t lost,
+                       std::size_t rows) {
+    const std::string median =
+        within_text(errors.median) + " of the truth, 95 % " + within_text(errors.p95);
+    const std::string share = lost_text(static_cast<double>(lost) / static_cast<double>(rows));
+    if (lost == 0)
+        return "Half of the " + what + " were " + median + "; " + share + " were lost.\n";
+    return "Of the " + what + " " + share + " were lost; half of the others were " + median + ".\n";
+}
+
 }  // namespace defrec::cli

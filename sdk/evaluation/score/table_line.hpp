@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "sdk/evaluation/score/error_summary.hpp"
+
 namespace defrec::cli {
 
 // A name on the left, then columns on their right edges. NaN is shown as -.
@@ -22,5 +24,10 @@ class TableLine {
 };
 
 std::string table_header(const std::string& name, const std::vector<std::string>& columns);
+
+// In a sentence. what: "visible points"; of `rows` of them so many have no position, and at least
+// one has.
+std::string verdict_on(const std::string& what, const ErrorSummary& errors, std::size_t lost,
+                       std::size_t rows);
 
 }  // namespace defrec::cli

@@ -48,6 +48,8 @@ TargetScore target_score_of(const ScoredTargets& targets);
 // Each status at each depth, named by both.
 std::vector<StatusConfidence> confidences_of(const TargetScore& score);
 
+// The score in a sentence.
+std::string target_verdict(const TargetScore& score);
 std::string target_table(const TargetScore& score);
 nlohmann::ordered_json target_json(const TargetScore& score);
 

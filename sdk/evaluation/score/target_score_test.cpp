@@ -57,6 +57,17 @@ ScoredTarget target_of(double depth, double error, double expected, const char* 
 
 }  // namespace
 
+TEST_CASE("a sentence says how far targets are off and how many are lost") {
+    const TestFolder folder;
+    write_all(folder);
+    CHECK(target_verdict(target_score_of(rows_of(folder))) ==
+          "Of the targets 25.0 % were lost; half of the others were within 1.00 mm of the truth, "
+          "95 % within 3.70 mm.\n");
+    ScoredTargets lost = rows_of(folder);
+    for (ScoredTarget& target : lost.rows) target.error_mm.reset();
+    CHECK(target_verdict(target_score_of(lost)) == "All targets were lost.\n");
+}
+
 TEST_CASE("targets are scored by depth, beside a rigid fit of the visible surface") {
     const TestFolder folder;
     write_all(folder);

@@ -28,6 +28,12 @@ std::string depth_lines(const std::string& name, const DepthScore& depth) {
 
 }  // namespace
 
+std::string target_verdict(const TargetScore& score) {
+    const DepthScore& all = score.all;
+    if (all.all.errors.count == 0) return "All targets were lost.\n";
+    return verdict_on("targets", all.all.errors, all.lost, all.rows);
+}
+
 std::string target_table(const TargetScore& score) {
     std::string table = table_header("targets by depth, mm",
                                      {"points", "median", "p95", "max", "expected", "within 1",

@@ -17,6 +17,11 @@ double not_negative(const CsvReader& csv, std::size_t column) {
 
 }  // namespace
 
+std::string repeated(const FrameAndId& key) {
+    return "frame " + std::to_string(key.frame) + ", id " + std::to_string(key.id) +
+           " stands here again.";
+}
+
 double distance(const Xyz& a, const Xyz& b) {
     return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
@@ -33,10 +38,7 @@ TrackedPositions read_tracked(const std::filesystem::path& path) {
             if (!csv.is_empty(6)) tracked->expected_mm = not_negative(csv, 6);
         }
         const FrameAndId key{csv.integer(0), csv.integer(1)};
-        if (!positions.emplace(key, std::move(tracked)).second) {
-            csv.fail("frame " + std::to_string(key.frame) + ", id " + std::to_string(key.id) +
-                     " stands here again.");
-        }
+        if (!positions.emplace(key, std::move(tracked)).second) csv.fail(repeated(key));
     }
     return positions;
 }

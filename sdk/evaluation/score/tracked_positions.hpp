@@ -28,6 +28,9 @@ struct FrameAndIdHash {
     }
 };
 
+// The message on a row that stands twice.
+std::string repeated(const FrameAndId& key);
+
 using Xyz = std::array<double, 3>;  // mm
 double distance(const Xyz& a, const Xyz& b);
 

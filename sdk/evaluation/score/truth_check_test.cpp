@@ -8,6 +8,8 @@
 
 #include "sdk/evaluation/score/score.hpp"
 #include "sdk/evaluation/score/score_report.hpp"
+#include "sdk/evaluation/score/scored_targets.hpp"
+#include "sdk/io/exit_code.hpp"
 #include "sdk/io/test_folder.hpp"
 
 using namespace defrec::cli;
@@ -49,11 +51,13 @@ TEST_CASE("a truth of other points is told by its ids") {
     CHECK(
         notes_of(Tracked(8), 8, 2, 3) ==
         Notes{"points.csv lacks 3 of the 8 points of truth.csv (the first is id 8), which are not "
-              "measured."});
+              "measured.",
+              "truth.csv lacks 3 of the 8 points of points.csv, which are not measured."});
     CHECK(
         notes_of(Tracked(8), 8, 2, 3, Unfollowed::kLost) ==
         Notes{"points.csv lacks 3 of the 8 points of truth.csv (the first is id 8), which count as "
-              "lost."});
+              "lost.",
+              "truth.csv lacks 3 of the 8 points of points.csv, which are not measured."});
     CHECK(notes_of(Tracked(8), 7, 2) ==
           Notes{"truth.csv lacks 1 of the 8 points of points.csv, which are not measured."});
 }
@@ -68,6 +72,57 @@ TEST_CASE("frames that the truth or the tracked points lack are told") {
         notes_of(Tracked(8), 8, 1) ==
         Notes{"truth.csv lacks 1 of the 2 frames of points.csv, which are not measured: is it the "
               "truth of another sequence?"});
+}
+
+TEST_CASE("frames that either lacks are told of both") {
+    const Tracked tracked(8);
+    TruthCheck check(tracked.positions, "point", Unfollowed::kLeftOut);
+    for (const int frame : {1, 2, 3})
+        for (int id = 0; id < 8; ++id) check.add({frame, id}, {10.0 * id, 0, 80}, true, true);
+    check.finish();
+    const Notes notes = check.notes("truth.csv", "points.csv");
+    REQUIRE(notes.size() == 2);
+    CHECK(notes[0].find("points.csv lacks 2 of the 3 frames of truth.csv (the first is 2)") == 0);
+    CHECK(notes[1].find("truth.csv lacks 1 of the 2 frames of points.csv") == 0);
+}
+
+TEST_CASE("a truth in another unit is told by its scale") {
+    const auto question_of = [](double per_mm) {
+        const Tracked tracked(8);
+        TruthCheck check(tracked.positions, "point", Unfollowed::kLeftOut);
+        for (int id = 0; id < 8; ++id)
+            check.add({0, id}, {10.0 * id * per_mm, 0, 80 * per_mm}, true, true);
+        return check.doubt("truth.csv", "points.csv").note;
+    };
+    CHECK(question_of(0.001).find("truth.csv seems to be in metres, and mm are expected.") !=
+          std::string::npos);
+    CHECK(question_of(0.1).find("seems to be in centimetres") != std::string::npos);
+    CHECK(question_of(1000).find("seems to be in micrometres") != std::string::npos);
+    CHECK(question_of(0.5).find("or in another unit?") != std::string::npos);
+}
+
+TEST_CASE("a row of the truth that stands twice is refused with its line") {
+    const TestFolder folder;
+    folder.write("points.csv", "frame,id,x,y,z,status,expected_error_mm\n0,1,0,0,80,tracked,0.1\n");
+    folder.write("truth.csv", "frame,id,x,y,z,visible\n0,1,0,0,80,1\n0,2,0,0,80,1\n0,1,0,0,80,1\n");
+    folder.write("deep.csv", "frame,id,depth,x,y,z\n0,1,5,0,0,80\n0,1,5,0,0,80\n");
+    CHECK_THROWS_WITH_AS(read_scored_rows(folder.path(), folder / "truth.csv", {}),
+                         (folder / "truth.csv:4: frame 0, id 1 stands here again.").c_str(),
+                         CliError);
+    CHECK_THROWS_WITH_AS(read_scored_targets(folder / "points.csv", folder / "deep.csv", {}, {}),
+                         (folder / "deep.csv:3: frame 0, id 1 stands here again.").c_str(),
+                         CliError);
+}
+
+TEST_CASE("frames that are asked for and not in the truth are named") {
+    const TestFolder folder;
+    folder.write("points.csv", "frame,id,x,y,z,status,expected_error_mm\n0,1,0,0,80,tracked,0.1\n");
+    folder.write("truth.csv", "frame,id,x,y,z,visible\n0,1,0,0,80,1\n1,1,0,0,80,1\n");
+    CHECK_THROWS_WITH_AS(read_scored_rows(folder.path(), folder / "truth.csv", {100, 200}),
+                         (folder / "truth.csv: the truth has no row of frames 100 to 199, which "
+                                   "--frames asks for; its frames are 0 to 1.")
+                             .c_str(),
+                         CliError);
 }
 
 TEST_CASE("a truth of another sequence is told by the first frame with positions") {
@@ -95,7 +150,8 @@ TEST_CASE("a truth that cannot be of what was tracked is told from one that may 
     CHECK(doubt_of(Tracked(8), 0, 0).note.empty());
     CHECK(doubt_of(Tracked(8), 4, 0).note.empty());
     CHECK(doubt_of(Tracked(8), 8, 0).is_certain);
-    CHECK(doubt_of(Tracked(8), 0, 2).note == "no frame of truth.csv is in points.csv.");
+    CHECK(doubt_of(Tracked(8), 0, 2).note ==
+          "no frame of truth.csv (2) is in points.csv (0 to 1).");
     CHECK(doubt_of(Tracked(8), 0, 2).is_certain);
     const TruthDoubt far = doubt_of(Tracked(8, 3), 0, 0);
     CHECK(far.note.find("in frame 0, ") == 0);

@@ -22,14 +22,23 @@ fs::path found(const fs::path& path) {
     return error ? fs::path() : canonical;
 }
 
-// The left views that were tracked.
-fs::path tracked_left(const Json& summary) {
-    const Json::json_pointer folder("/folder"), left("/input/left");
-    if (!summary.contains(left) || !summary[left].is_string()) return {};
-    const fs::path path = summary[left].get<std::string>();
+std::string text_at(const Json& summary, const char* pointer) {
+    const Json::json_pointer place(pointer);
+    return summary.contains(place) && summary[place].is_string() ? summary[place].get<std::string>()
+                                                                 : std::string();
+}
+
+// What was tracked: the left views, the file or folder of both, or the bag.
+fs::path tracked_source(const Json& summary) {
+    fs::path path;
+    for (const char* input : {"/input/left", "/input/stereo", "/input/bag"})
+        if (path.empty()) path = text_at(summary, input);
+    // The folder of a pattern.
+    if (path.filename().string().find('%') != std::string::npos) path = path.parent_path() / ".";
+    if (path.empty()) return {};
     if (path.is_absolute()) return found(path);
-    if (!summary.contains(folder) || !summary[folder].is_string()) return {};
-    return found(fs::path(summary[folder].get<std::string>()) / path);
+    const std::string folder = text_at(summary, "/folder");
+    return folder.empty() ? fs::path() : found(fs::path(folder) / path);
 }
 
 }  // namespace
@@ -41,9 +50,10 @@ Contradiction contradiction_of(const fs::path& folder, const fs::path& truth, bo
         Json::parse(read_text_file(path, kLargestFile, ExitCode::kInput), nullptr, false);
     if (!summary.is_object()) return {};
     const fs::path own = found(truth.parent_path().empty() ? "." : truth.parent_path());
-    const fs::path beside = found(own / "left"), left = tracked_left(summary);
-    if (!own.empty() && !beside.empty() && !left.empty() && left.parent_path() != own) {
-        return {folder.string() + " was tracked in " + left.string() + ", and " + truth.string() +
+    const fs::path beside = found(own / "left"), source = tracked_source(summary);
+    if (!own.empty() && !beside.empty() && !source.empty() && source != own &&
+        source.parent_path() != own) {
+        return {folder.string() + " was tracked in " + source.string() + ", and " + truth.string() +
                     " is beside another recording",
                 "Where it is the right truth after all, put it into a folder without a recording."};
     }

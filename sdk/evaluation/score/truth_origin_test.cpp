@@ -52,6 +52,29 @@ TEST_CASE("a truth beside another recording contradicts the result, one beside i
     CHECK_FALSE(folders.against("b/truth.csv").empty());
 }
 
+TEST_CASE("both views in one file, a pattern or a bag contradict as the left views do") {
+    const Folders folders;
+    const auto against = [&](const char* input, const std::string& path, const char* truth) {
+        folders.folder.write("out/summary.json",
+                             nlohmann::json{{"folder", folders.folder.path().string()},
+                                            {"input", {{input, path}, {"points", "points.csv"}}}}
+                                 .dump());
+        return folders.against(truth);
+    };
+    folders.folder.write("a/both.mp4", "");
+    folders.folder.write("a/run.bag", "");
+    for (const auto& [input, path] : {std::pair{"stereo", "a/both.mp4"},
+                                      {"stereo", "a"},
+                                      {"bag", "a/run.bag"},
+                                      {"left", "a/left/%06d.png"},
+                                      {"left", "a/left_%06d.png"}}) {
+        CAPTURE(path);
+        CHECK(against(input, path, "a/truth.csv").empty());
+        CHECK(against(input, path, "truths/truth.csv").empty());
+        CHECK(against(input, path, "b/truth.csv").find("was tracked in ") != std::string::npos);
+    }
+}
+
 TEST_CASE("points that were not given are not those of a truth") {
     const Folders folders;
     folders.summarise("a/left", nullptr);
