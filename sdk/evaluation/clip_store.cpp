@@ -57,7 +57,9 @@ void write_score(const fs::path& folder, const ClipScore& score) {
     const Json json = {{"frames", score.frames},
                        {"frame_ms", score.frame_ms.median},
                        {"frame_p95_ms", score.frame_ms.p95},
-                       {"remark", score.remark}};
+                       {"remark", score.remark},
+                       {"doubt", score.doubt},
+                       {"notes", score.notes}};
     write_atomically(folder / kScoreFile, json_text(json, 2) + "\n");
 }
 
@@ -117,6 +119,8 @@ std::optional<Outcome> ClipStore::outcome(const ClipName& name) const {
         outcome.frame_ms = {number_or_nan(score.at("frame_ms")),
                             number_or_nan(score.at("frame_p95_ms"))};
         outcome.remark = score.at("remark").get<std::string>();
+        outcome.doubt = score.value("doubt", "");  // none where an older version ran it
+        outcome.notes = score.value("notes", "");
         return outcome;
     } catch (const Json::exception& fault) {
         throw CliError(ExitCode::kInput, path.string() + ": this is not a clip's result (" +

@@ -23,6 +23,12 @@ struct Outcome {
     std::int64_t frames = 0;
     FrameTimes frame_ms;
     std::string remark;
+    std::string doubt;  // by which its truth is of something else; empty: none
+    std::string notes;  // what else of its truth does not fit
+
+    bool is_done() const { return failure.empty(); }
+    // Whether it is in the metrics of all clips.
+    bool counts() const { return is_done() && doubt.empty(); }
 };
 
 // DIR/clips/<variant>/<clip>/, the clip's name as one path component.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <list>
 #include <map>
@@ -20,7 +21,9 @@
 #include "sdk/evaluation/clip_inputs.hpp"
 #include "sdk/evaluation/clip_process.hpp"
 #include "sdk/evaluation/clip_store.hpp"
+#include "sdk/evaluation/result_files.hpp"
 #include "sdk/evaluation/results.hpp"
+#include "sdk/io/counted.hpp"
 #include "sdk/io/interrupt.hpp"
 #include "sdk/io/json_text.hpp"
 #include "sdk/io/output_folder.hpp"
@@ -42,6 +45,18 @@ struct Variant {
     std::string description;  // of everything on which its results depend
 };
 
+const char* name_of(LengthUnit units) {
+    switch (units) {
+        case LengthUnit::kMillimetre:
+            return "mm";
+        case LengthUnit::kMetre:
+            return "m";
+        case LengthUnit::kGuarded:
+            break;
+    }
+    return "";
+}
+
 const char* name_of(Method method) {
     switch (method) {
         case Method::kOpenCv:
@@ -56,13 +71,11 @@ const char* name_of(Method method) {
 
 std::string description_of(const DataSet& data_set, const RunSettings& settings) {
     constexpr std::size_t kLargestConfig = 1'000'000;
-    nlohmann::ordered_json json = {{"defrec", defrec_version_string()},
-                                   {"data_set", data_set.name()},
-                                   {"method", name_of(settings.method)},
-                                   {"backend", settings.backend},
-                                   {"device", settings.device},
-                                   {"seed", settings.seed},
-                                   {"video", settings.video}};
+    nlohmann::ordered_json json = {
+        {"defrec", defrec_version_string()},  {"data_set", data_set.name()},
+        {"method", name_of(settings.method)}, {"backend", settings.backend},
+        {"device", settings.device},          {"seed", settings.seed},
+        {"units", name_of(settings.units)},   {"video", settings.video}};
     json["config"] = settings.config.empty()
                          ? ""
                          : read_text_file(settings.config, kLargestConfig, ExitCode::kUsage);
@@ -142,6 +155,9 @@ class Evaluation {
     bool run() {
         create_output_folder(options_.out);
         queue();
+        check_result_files(options_.out);
+        say_what_is_replaced();
+        remove_result_files(options_.out);
         ProgressBar progress(options_.quiet);
         const auto total = static_cast<std::int64_t>(waiting_.size());
         std::int64_t done = 0;
@@ -169,31 +185,19 @@ class Evaluation {
     int merge() {
         Results results{
             data_set_.name(), options_.root, data_set_.metrics(), {}, data_set_.depth_metrics()};
-        std::size_t quarantined = 0;
-        for (const Variant& variant : variants_) {
-            results.variants.push_back(results_of(variant));
-            quarantined += results.variants.back().quarantined();
-        }
-        const fs::path out(options_.out);
-        write_atomically(out / "results.csv", results_csv(results));
-        write_atomically(out / "summary.csv", summary_csv(results));
-        if (results.has_depths()) {
-            write_atomically(out / "results_by_depth.csv", results_by_depth_csv(results));
-            write_atomically(out / "summary_by_depth.csv", summary_by_depth_csv(results));
-        }
-        write_atomically(out / "times.csv", times_csv(results));
-        if (variants_.size() > 1) write_atomically(out / "effects.csv", effects_csv(results));
-        write_atomically(out / "evaluation.html", results_page(results));
+        find_doubts();
+        for (const Variant& variant : variants_) results.variants.push_back(results_of(variant));
+        check_result_files(options_.out);
+        remove_result_files(options_.out);
+        write_tables(results);
         for (const VariantResults& variant : results.variants)
             for (const std::string& file : data_set_.prediction_files())
                 join_predictions(variant, file);
         if (!options_.quiet) {
-            print(results_text(results) + "page: " + (out / "evaluation.html").string() + "\n");
+            print(results_text(results) +
+                  "page: " + (fs::path(options_.out) / "evaluation.html").string() + "\n");
         }
-        if (quarantined == 0) return static_cast<int>(ExitCode::kOk);
-        print_notice(std::to_string(quarantined) +
-                     " clips are in quarantine; results.csv and the page have the reasons.");
-        return static_cast<int>(ExitCode::kBelowThreshold);
+        return say_what_does_not_count(results);
     }
 
   private:
@@ -208,6 +212,63 @@ class Evaluation {
         Clock::time_point start;
         std::unique_ptr<ClipProcess> process;
     };
+
+    void write_tables(const Results& results) const {
+        const fs::path out(options_.out);
+        write_atomically(out / "results.csv", results_csv(results));
+        write_atomically(out / "summary.csv", summary_csv(results));
+        if (results.has_depths()) {
+            write_atomically(out / "results_by_depth.csv", results_by_depth_csv(results));
+            write_atomically(out / "summary_by_depth.csv", summary_by_depth_csv(results));
+        }
+        write_atomically(out / "times.csv", times_csv(results));
+        if (variants_.size() > 1) write_atomically(out / "effects.csv", effects_csv(results));
+        write_atomically(out / "evaluation.html", results_page(results));
+    }
+
+    // Returns the exit code.
+    static int say_what_does_not_count(const Results& results) {
+        constexpr std::size_t kMostNamed = 5;
+        std::size_t quarantined = 0, doubtful = 0;
+        for (const VariantResults& variant : results.variants) {
+            quarantined += variant.quarantined();
+            for (const ClipResult& clip : variant.clips) {
+                if (clip.outcome.doubt.empty() || ++doubtful > kMostNamed) continue;
+                print_notice("doubtful: " + clip.clip + " (" + variant.variant +
+                             "): " + printable(clip.outcome.doubt));
+            }
+        }
+        if (doubtful > 0)
+            print_notice(counted(doubtful, "result") + (doubtful == 1 ? " is" : " are") +
+                         " doubtful and in no summary; results.csv and the page have the reasons.");
+        if (quarantined > 0)
+            print_notice(counted(quarantined, "clip") + (quarantined == 1 ? " is" : " are") +
+                         " in quarantine; results.csv and the page have the reasons.");
+        return static_cast<int>(quarantined + doubtful == 0 ? ExitCode::kOk
+                                                            : ExitCode::kBelowThreshold);
+    }
+
+    void say_what_is_replaced() const {
+        const auto replaced = static_cast<std::size_t>(
+            std::count_if(waiting_.begin(), waiting_.end(), [&](const Waiting& clip) {
+                std::error_code error;
+                return fs::exists(store_.folder(clip.name), error);
+            }));
+        if (replaced == 0 || options_.resume || options_.quiet) return;
+        print_notice(options_.out + ": " + counted(replaced, "result") +
+                     " of an earlier evaluation " + (replaced == 1 ? "is" : "are") +
+                     " replaced; --resume keeps those of the same options and data.");
+    }
+
+    // Baselines state no expected errors, by which a truth of something else shows.
+    void find_doubts() {
+        for (const Variant& variant : variants_) {
+            if (variant.settings.method != Method::kDefrec) continue;
+            for (const std::string& clip : clips_)
+                if (const auto outcome = outcome_of({variant.name, clip}, variant); outcome)
+                    if (std::string& doubt = doubts_[clip]; doubt.empty()) doubt = outcome->doubt;
+        }
+    }
 
     bool is_mine(std::size_t clip) const {
         return clip % options_.shard.count == options_.shard.number - 1;
@@ -274,6 +335,7 @@ class Evaluation {
         add("--device", settings.device);
         add("--config", settings.config);
         add("--video", settings.video);
+        add("--units", name_of(settings.units));
         running_.push_back(
             {clip.name, clip.variant, folder, Clock::now(),
              std::make_unique<ClipProcess>(arguments, folder / "log.txt",
@@ -304,18 +366,20 @@ class Evaluation {
         std::vector<std::string> missing;
         for (const std::string& clip : clips_) {
             const ClipName name{variant.name, clip};
-            const auto outcome = outcome_of(name, variant);
+            auto outcome = outcome_of(name, variant);
             if (!outcome) {
                 missing.push_back(clip);
                 continue;
             }
+            if (variant.settings.method != Method::kDefrec && outcome->counts())
+                outcome->doubt = doubts_[clip];
             ClipResult result{clip, *outcome, {}, store_.folder(name)};
-            if (outcome->failure.empty()) {
+            if (outcome->is_done()) {
                 Samples samples(data_set_.sample_columns());
                 samples.read(result.folder / kSamplesFile);
                 result.values = data_set_.summarise(samples);
                 result.depths = data_set_.by_depth(samples);
-                all.append(samples);
+                if (outcome->counts()) all.append(samples);
             }
             results.clips.push_back(std::move(result));
         }
@@ -327,7 +391,9 @@ class Evaluation {
                     " have not been run with these options and this data, the first is " +
                     missing.front() + "; run the rest with --resume.");
         }
-        results.pooled = data_set_.summarise(all);
+        const bool any_counts = results.quarantined() + results.doubtful() < results.clips.size();
+        results.pooled = any_counts ? data_set_.summarise(all)
+                                    : std::vector<double>(data_set_.metrics().size(), NAN);
         results.depths = data_set_.by_depth(all);
         return results;
     }
@@ -352,6 +418,7 @@ class Evaluation {
     std::vector<Variant> variants_;
     ClipStore store_;
     std::map<std::string, std::string> inputs_;  // of clips, as inputs_of() found them
+    std::map<std::string, std::string> doubts_;  // of clips, by their truth
     std::list<Waiting> waiting_;
     std::list<Running> running_;
 };
@@ -380,6 +447,9 @@ Shard parse_shard(const std::string& text) {
 
 int run_evaluate(const EvaluateOptions& options) {
     const DataSet& data_set = data_set_of(options.data_set);
+    if (options.settings.units != LengthUnit::kGuarded && !data_set.has_units())
+        throw CliError(ExitCode::kUsage,
+                       "--units: data set " + data_set.name() + " fixes the unit.");
     if (!options.clip.empty()) return run_clip(options, data_set);
     Evaluation evaluation(options, data_set);
     if (options.list) {

@@ -34,7 +34,8 @@ struct EvaluateOptions {
     std::string clip;  // not empty: this clip, in this process, into `out`
 };
 
-// Returns the exit code: 0; 6 when clips are in quarantine, but for a shard; 130 when interrupted.
+// Returns the exit code: 0; 6 when clips are in quarantine or doubtful, but
+// for a shard; 130 when interrupted.
 // Throws CliError.
 int run_evaluate(const EvaluateOptions& options);
 

@@ -232,6 +232,126 @@ TEST_CASE("a clip with a file that is absent or cut is in quarantine, and the ot
     CHECK(TestFolder::read(out / "evaluation.html").find("In quarantine") != std::string::npos);
 }
 
+// The calibration with T in metres.
+std::string in_metres(const std::string& text) {
+    const std::size_t begin = text.find("data: [", text.find("\nT:")) + 7;
+    const std::size_t end = text.find(',', begin);
+    return text.substr(0, begin) + " " + exact(std::stod(text.substr(begin, end - begin)) / 1000) +
+           text.substr(end);
+}
+
+// Clips of the sequence, each with a truth of its own.
+class OtherTruths {
+  public:
+    // The rows of the truth, with their numbers of frame and lengths changed.
+    void add(const std::string& clip, std::int64_t added, double factor) const {
+        const TestFolder& sequence = rendered_sequence<4>();
+        fs::create_directories(root_.path() / clip);
+        for (const char* name : {"left", "right", "calibration.yaml", "points.csv"})
+            fs::create_symlink(sequence.path() / name, root_.path() / clip / name);
+        std::string text = "frame,id,x,y,z,visible\n";
+        CsvReader rows(sequence.path() / "truth.csv", {"frame", "id", "x", "y", "z", "visible"});
+        while (rows.next()) {
+            const std::int64_t frame = rows.integer(0) + added;
+            if (frame < 0) continue;
+            text += std::to_string(frame) + "," + std::to_string(rows.integer(1));
+            for (std::size_t column = 2; column < 5; ++column)
+                text += "," + exact(rows.number(column) * factor);
+            text += "," + std::to_string(rows.integer(5)) + "\n";
+        }
+        root_.write(clip + "/truth.csv", text);
+    }
+    const TestFolder& root() const { return root_; }
+    int evaluate(const fs::path& out, const std::vector<std::string>& more = {}) const {
+        std::vector<std::string> arguments{"--dataset", "defrec",     root_.path().string(),
+                                           "--out",     out.string(), "--backend",
+                                           "cpu",       "--quiet"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run(arguments);
+    }
+
+  private:
+    TestFolder root_;
+};
+
+TEST_CASE("a clip whose truth contradicts what was tracked is doubtful, and not among all") {
+    const OtherTruths truths;
+    truths.add("good", 0, 1);
+    const TestFolder alone, out;
+    REQUIRE(truths.evaluate(alone.path()) == 0);
+    truths.add("metres", 0, 0.001);
+    REQUIRE(truths.evaluate(out.path(), {"--method", "defrec", "--method", "still"}) == 6);
+    std::map<std::string, std::string> status;
+    CsvReader results(out.path() / "results.csv", {"variant", "clip", "status", "reason"});
+    while (results.next()) {
+        const std::string name =
+            std::string(results.field(0)) + " " + std::string(results.field(1));
+        status[name] = results.field(2);
+        const bool is_doubtful = results.field(1) == "metres";
+        CHECK(results.is_empty(3) == !is_doubtful);
+        if (!is_doubtful) continue;
+        const std::string reason(results.field(3));
+        CHECK(reason.find(": truth.csv seems to be in metres; and mm are expected.") !=
+              std::string::npos);
+    }
+    CHECK(status == std::map<std::string, std::string>{{"defrec good", "done"},
+                                                       {"defrec metres", "doubtful"},
+                                                       {"still good", "done"},
+                                                       {"still metres", "doubtful"}});
+    const auto median_in = [](const TestFolder& folder) {
+        CsvReader summary(folder.path() / "summary.csv", {"median_mm"});
+        REQUIRE(summary.next());
+        return summary.number(0);
+    };
+    CHECK(median_in(out) == median_in(alone));
+    CHECK(TestFolder::read(out / "evaluation.html").find("<p class=\"doubt\">") !=
+          std::string::npos);
+    CHECK(truths.evaluate(out.path(), {"--method", "defrec", "--method", "still", "--merge"}) == 6);
+}
+
+TEST_CASE("a truth with frames that the recording lacks is in quarantine, and its file named") {
+    const OtherTruths truths;
+    const TestFolder out;
+    truths.add("late", 3, 1);
+    REQUIRE(truths.evaluate(out.path()) == 6);
+    const std::string reason = reasons_of(out.path()).at("late");
+    INFO(reason);
+    CHECK(reason.find("late/truth.csv: it asks for frame 4; and the recording has 4 frames; "
+                      "counted from 0: ") != std::string::npos);
+    CsvReader summary(out.path() / "summary.csv", {"median_mm", "lost_share"});
+    REQUIRE(summary.next());
+    CHECK(summary.is_empty(0));
+    CHECK(summary.is_empty(1));
+}
+
+TEST_CASE("a calibration in metres is refused, and taken with --units m") {
+    const OtherTruths truths;
+    const TestFolder out;
+    truths.add("clip", 0, 1);
+    const std::string text = TestFolder::read(truths.root() / "clip/calibration.yaml");
+    fs::remove(truths.root().path() / "clip/calibration.yaml");
+    truths.root().write("clip/calibration.yaml", in_metres(text));
+    REQUIRE(truths.evaluate(out.path()) == 6);
+    CHECK(reasons_of(out.path()).at("clip").find("pass --units m.") != std::string::npos);
+    CHECK(truths.evaluate(out.path(), {"--units", "m"}) == 0);
+    CHECK(run({"--dataset", "stir", truths.root().path().string(), "--out", out.path().string(),
+               "--units", "m"}) == 2);
+}
+
+TEST_CASE("files of an earlier evaluation are removed, and those of others are kept") {
+    const TestFolder out;
+    const std::string effects = out.write("effects.csv", "variant,metric,value\nold,x,1\n");
+    REQUIRE(run(with_out(out.path(), {"--subset", "two"})) == 0);
+    CHECK_FALSE(fs::exists(effects));
+    REQUIRE(fs::exists(out / "summary.csv"));
+    REQUIRE(run(with_out(out.path(), {"--subset", "two", "--shard", "1/1"})) == 0);
+    CHECK_FALSE(fs::exists(out / "summary.csv"));  // what it was of is replaced
+    const std::string mine = out.write("results.csv", "mine\n");
+    CHECK(run(with_out(out.path(), {"--subset", "two"})) == 2);
+    CHECK(run(with_out(out.path(), {"--subset", "two", "--merge"})) == 2);
+    CHECK(TestFolder::read(mine) == "mine\n");
+}
+
 #ifdef DEFREC_FAULTY_PLUGINS
 TEST_CASE("clips of a plugin that fails or hangs are in quarantine") {
     const auto reason_with = [](const char* plugin, const char* time_limit) {

@@ -35,7 +35,7 @@ inline int run_evaluate_program(const std::vector<std::string>& arguments) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-// The reason of each clip in quarantine, empty for the others.
+// The reason of each clip in quarantine or doubtful, empty for the others.
 inline std::map<std::string, std::string> reasons_of(const std::filesystem::path& out) {
     std::map<std::string, std::string> reasons;
     CsvReader results(out / "results.csv", {"clip", "reason"});

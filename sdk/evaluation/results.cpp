@@ -68,6 +68,11 @@ double frame_ms_of(const ClipResult& clip) {
     return clip.outcome.failure.empty() ? clip.outcome.frame_ms.median : kNone;
 }
 
+const char* status_of(const Outcome& outcome) {
+    if (!outcome.is_done()) return "quarantined";
+    return outcome.counts() ? "done" : "doubtful";
+}
+
 template <class ValueOf>
 PairedChange change_by_clip(const VariantResults& first, const VariantResults& second,
                             const ValueOf& value_of) {
@@ -87,7 +92,7 @@ PairedChange change_by_clip(const VariantResults& first, const VariantResults& s
 PairedChange change_of(const VariantResults& first, const VariantResults& second,
                        std::size_t metric) {
     return change_by_clip(first, second, [metric](const ClipResult& clip) {
-        return metric < clip.values.size() ? clip.values[metric] : kNone;
+        return clip.outcome.counts() && metric < clip.values.size() ? clip.values[metric] : kNone;
     });
 }
 
@@ -95,6 +100,12 @@ std::size_t VariantResults::quarantined() const {
     return static_cast<std::size_t>(
         std::count_if(clips.begin(), clips.end(),
                       [](const ClipResult& clip) { return !clip.outcome.failure.empty(); }));
+}
+
+std::size_t VariantResults::doubtful() const {
+    return static_cast<std::size_t>(std::count_if(
+        clips.begin(), clips.end(),
+        [](const ClipResult& clip) { return clip.outcome.is_done() && !clip.outcome.counts(); }));
 }
 
 double VariantResults::frame_ms() const {
@@ -126,15 +137,16 @@ bool is_worse(const Metric& metric, double a, double b) {
 std::string results_csv(const Results& results) {
     Fields header{"variant", "clip", "status", "frames"};
     add_names(results.metrics, header);
-    header.emplace_back("reason");
+    header.insert(header.end(), {"reason", "notes"});
     std::string text = line_of(header);
     for (const VariantResults& variant : results.variants) {
         for (const ClipResult& clip : variant.clips) {
-            const bool is_done = clip.outcome.failure.empty();
-            Fields fields{field(variant.variant), field(clip.clip),
-                          is_done ? "done" : "quarantined", std::to_string(clip.outcome.frames)};
+            const Outcome& outcome = clip.outcome;
+            Fields fields{field(variant.variant), field(clip.clip), status_of(outcome),
+                          std::to_string(outcome.frames)};
             add_values(results.metrics, clip.values, fields);
-            fields.push_back(field(clip.outcome.failure));
+            fields.push_back(field(outcome.is_done() ? outcome.doubt : outcome.failure));
+            fields.push_back(field(outcome.notes));
             text += line_of(fields);
         }
     }
@@ -142,12 +154,12 @@ std::string results_csv(const Results& results) {
 }
 
 std::string summary_csv(const Results& results) {
-    Fields header{"variant", "clips", "quarantined"};
+    Fields header{"variant", "clips", "quarantined", "doubtful"};
     add_names(results.metrics, header);
     std::string text = line_of(header);
     for (const VariantResults& variant : results.variants) {
         Fields fields{field(variant.variant), std::to_string(variant.clips.size()),
-                      std::to_string(variant.quarantined())};
+                      std::to_string(variant.quarantined()), std::to_string(variant.doubtful())};
         add_values(results.metrics, variant.pooled, fields);
         text += line_of(fields);
     }
@@ -222,6 +234,7 @@ std::string results_text(const Results& results) {
     };
     add("clips", [](const VariantResults& v) { return std::to_string(v.clips.size()); });
     add("quarantined", [](const VariantResults& v) { return std::to_string(v.quarantined()); });
+    add("doubtful", [](const VariantResults& v) { return std::to_string(v.doubtful()); });
     const auto number = [](double value, int decimals) {
         return std::isnan(value) ? std::string("-") : format_fixed(value, decimals);
     };

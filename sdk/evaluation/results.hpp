@@ -22,10 +22,11 @@ struct ClipResult {
 struct VariantResults {
     std::string variant;
     std::vector<ClipResult> clips;      // in name order
-    std::vector<double> pooled;         // the metrics of all samples together
+    std::vector<double> pooled;         // the metrics of all samples of clips that count together
     std::vector<DepthValues> depths{};  // likewise
 
     std::size_t quarantined() const;
+    std::size_t doubtful() const;  // done, with a truth in doubt
     // The median over clips of their frames' median; NaN where none is known.
     double frame_ms() const;
     double seconds() const;  // of all processes

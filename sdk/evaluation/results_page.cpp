@@ -8,6 +8,7 @@
 #include "sdk/evaluation/results.hpp"
 #include "sdk/evaluation/score/plot.hpp"
 #include "sdk/evaluation/score/plot_page.hpp"
+#include "sdk/io/counted.hpp"
 #include "sdk/io/text.hpp"
 #include "sdk/report/page_json.hpp"
 
@@ -63,11 +64,12 @@ std::string overall_table(const Results& results) {
     };
     add("clips", [](const VariantResults& v) { return std::to_string(v.clips.size()); });
     add("in quarantine", [](const VariantResults& v) { return std::to_string(v.quarantined()); });
+    add("doubtful", [](const VariantResults& v) { return std::to_string(v.doubtful()); });
     for (std::size_t i = 0; i < results.metrics.size(); ++i)
         add(results.metrics[i].name, [&](const VariantResults& v) { return number(v.pooled[i]); });
     return page_section("All clips",
-                        "Metrics of the samples of all clips together; those of each clip are in "
-                        "results.csv.",
+                        "Metrics of the samples of all clips together, but of those in quarantine "
+                        "and doubtful ones; those of each clip are in results.csv.",
                         table + "</table>");
 }
 
@@ -135,7 +137,7 @@ std::string distribution(const Results& results, std::size_t metric) {
     for (std::size_t v = 0; v < results.variants.size(); ++v) {
         std::vector<double> values;
         for (const ClipResult& clip : results.variants[v].clips)
-            if (!clip.values.empty() && std::isfinite(clip.values[metric]))
+            if (clip.outcome.counts() && std::isfinite(clip.values[metric]))
                 values.push_back(clip.values[metric]);
         if (values.empty()) continue;
         std::sort(values.begin(), values.end());
@@ -167,7 +169,7 @@ std::string image_of(const fs::path& path) {
 std::string worst_clips(const Results& results, const VariantResults& variant) {
     std::vector<const ClipResult*> clips;
     for (const ClipResult& clip : variant.clips)
-        if (!clip.values.empty()) clips.push_back(&clip);
+        if (clip.outcome.counts()) clips.push_back(&clip);
     const Metric& metric = results.metrics.front();
     std::stable_sort(clips.begin(), clips.end(), [&](const auto* a, const auto* b) {
         return is_worse(metric, a->values.front(), b->values.front());
@@ -186,19 +188,43 @@ std::string worst_clips(const Results& results, const VariantResults& variant) {
            ", each with its worst frame.</p><div class=\"worst\">" + figures + "</div></section>\n";
 }
 
-std::string quarantine(const Results& results) {
+// The clips of which text_of() says something.
+template <class TextOf>
+std::string remarks(const Results& results, const std::string& title, const std::string& hint,
+                    const TextOf& text_of) {
     std::string rows;
     for (const VariantResults& variant : results.variants) {
         for (const ClipResult& clip : variant.clips) {
-            if (clip.outcome.failure.empty()) continue;
+            const std::string& text = text_of(clip.outcome);
+            if (text.empty()) continue;
             rows += "<tr><td>" + escaped(clip.clip) + "</td><td>" + escaped(variant.variant) +
-                    "</td><td class=\"text\">" + escaped(clip.outcome.failure) + "</td></tr>\n";
+                    "</td><td class=\"text\">" + escaped(text) + "</td></tr>\n";
         }
     }
     if (rows.empty()) return {};
-    return "<section class=\"wide\"><h2>In quarantine</h2><p class=\"hint\">These clips did not "
-           "come to an end and are in no metric.</p><table>" +
-           rows + "</table></section>\n";
+    return "<section class=\"wide\"><h2>" + title + "</h2><p class=\"hint\">" + hint +
+           "</p><table>" + rows + "</table></section>\n";
+}
+
+std::string remarks_on_clips(const Results& results) {
+    using Text = const std::string&;
+    return remarks(results, "In quarantine",
+                   "These clips did not come to an end and are in no metric.",
+                   [](const Outcome& outcome) -> Text { return outcome.failure; }) +
+           remarks(results, "Doubtful",
+                   "The truth of these clips contradicts what was tracked. Their numbers probably "
+                   "mean nothing: they are in results.csv and in no metric of all clips.",
+                   [](const Outcome& outcome) -> Text { return outcome.doubt; }) +
+           remarks(results, "Notes", "What else of a truth does not fit. These clips count.",
+                   [](const Outcome& outcome) -> Text { return outcome.notes; });
+}
+
+std::string doubtful_banner(const Results& results) {
+    std::size_t count = 0;
+    for (const VariantResults& variant : results.variants) count += variant.doubtful();
+    if (count == 0) return {};
+    return "<p class=\"doubt\"><strong>" + counted(count, "clip") + (count == 1 ? " is" : " are") +
+           " doubtful:</strong> the truth contradicts what was tracked.</p>\n";
 }
 
 }  // namespace
@@ -211,8 +237,8 @@ std::string results_page(const Results& results) {
         page +=
             "<li class=\"" + colour_of(v) + "\">" + escaped(results.variants[v].variant) + "</li>";
     }
-    page += "</ul></header>\n<main>\n" + quarantine(results) + overall_table(results) +
-            effects_table(results) + depth_table(results);
+    page += "</ul>" + doubtful_banner(results) + "</header>\n<main>\n" + remarks_on_clips(results) +
+            overall_table(results) + effects_table(results) + depth_table(results);
     for (std::size_t i = 0; i < results.metrics.size(); ++i) page += distribution(results, i);
     for (const VariantResults& variant : results.variants) page += worst_clips(results, variant);
     return page + "</main>\n</body>\n</html>\n";

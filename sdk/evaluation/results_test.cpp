@@ -43,13 +43,13 @@ Results two_variants() {
 TEST_CASE("tables have a row for each clip and for each variant") {
     const Results results = two_variants();
     CHECK(results_csv(results) ==
-          "variant,clip,status,frames,error_mm,share,reason\n"
-          "one,a,done,2,0.5,1,\n"
-          "one,b,done,2,2,0.25,\n"
-          "one,c,quarantined,0,,,no file; none at all\n"
-          "two,a,done,2,1,,\n");
+          "variant,clip,status,frames,error_mm,share,reason,notes\n"
+          "one,a,done,2,0.5,1,,\n"
+          "one,b,done,2,2,0.25,,\n"
+          "one,c,quarantined,0,,,no file; none at all,\n"
+          "two,a,done,2,1,,,\n");
     CHECK(summary_csv(results) ==
-          "variant,clips,quarantined,error_mm,share\none,3,1,1,0.5\ntwo,1,0,1.5,\n");
+          "variant,clips,quarantined,doubtful,error_mm,share\none,3,1,0,1,0.5\ntwo,1,0,0,1.5,\n");
     CHECK(times_csv(results).find("one,b,2,20,40,1.000\n") != std::string::npos);
     CHECK(effects_csv(results) ==
           "variant,metric,value,first,change,clips,clip_change,low,high\n"
@@ -77,6 +77,29 @@ TEST_CASE(
         CAPTURE(raw);
         CHECK(text.find(raw) == std::string::npos);
     }
+}
+
+TEST_CASE("a doubtful clip has its numbers and its reason, and is in nothing of all clips") {
+    Results results = two_variants();
+    results.variants[0].clips[0].outcome.notes = "a frame is missing, the last";
+    Outcome& worst = results.variants[0].clips[1].outcome;
+    worst.doubt = "it is in <metres>, not mm";
+    CHECK(results.variants[0].doubtful() == 1);
+    CHECK(results.variants[0].quarantined() == 1);
+    const std::string table = results_csv(results);
+    CHECK(table.find("one,a,done,2,0.5,1,,a frame is missing; the last\n") != std::string::npos);
+    CHECK(table.find("one,b,doubtful,2,2,0.25,it is in <metres>; not mm,\n") != std::string::npos);
+    CHECK(summary_csv(results).find("one,3,1,1,1,0.5\n") != std::string::npos);
+    CHECK(effects_csv(results).find("one,error_mm,1,1,0,1,0,,\n") != std::string::npos);
+    const std::string page = results_page(results);
+    CHECK(page.find("<p class=\"doubt\"><strong>1 clip is doubtful:</strong>") !=
+          std::string::npos);
+    CHECK(page.find("<h2>Doubtful</h2>") != std::string::npos);
+    CHECK(page.find("<td class=\"text\">it is in &lt;metres&gt;, not mm</td>") !=
+          std::string::npos);
+    CHECK(page.find("<td class=\"text\">a frame is missing, the last</td>") != std::string::npos);
+    CHECK(page.find("<b>b</b>") == std::string::npos);  // it is none of the worst clips
+    CHECK(results_page(two_variants()).find("doubtful:") == std::string::npos);
 }
 
 TEST_CASE("targets have a row for each depth, and a table only where there are any") {
@@ -152,7 +175,7 @@ TEST_CASE("a clip's folder is one component, appears whole, and replaces an earl
     CHECK_FALSE(store.outcome(name));
     const std::filesystem::path partial = store.begin(name);
     CHECK(partial != store.folder(name));
-    ClipScore score{Samples({"x"}), 7, {2.5, 3.5}, "jpeg", "a remark"};
+    ClipScore score{Samples({"x"}), 7, {2.5, 3.5}, "jpeg", "a remark", "a doubt", "notes"};
     score.samples.add({1});
     write_score(partial, score);
     CHECK_FALSE(store.outcome(name));
@@ -166,6 +189,9 @@ TEST_CASE("a clip's folder is one component, appears whole, and replaces an earl
     CHECK(read->frame_ms.median == 2.5);
     CHECK(read->frame_ms.p95 == 3.5);
     CHECK(read->remark == "a remark");
+    CHECK(read->doubt == "a doubt");
+    CHECK(read->notes == "notes");
+    CHECK_FALSE(read->counts());
     CHECK(read->seconds == 1.5);
     CHECK(std::filesystem::exists(store.folder(name) / kPictureFile));
 

@@ -67,6 +67,7 @@ void add_run_options(CLI::App& command, EvaluateOptions& options) {
                     "Names of the videos in a clip, for data sets that do not fix them "
                     "(stir-2026: left.mp4,right.mp4)")
         ->type_name("NAMES");
+    add_units_option(command, options.settings.units);
     command.add_option("--jobs", options.jobs, "Clips at the same time")
         ->type_name("N")
         ->check(CLI::Range(1, 1024))
@@ -117,7 +118,11 @@ CLI::App* add_evaluate_command(CLI::App& app, std::function<int()>& run_later) {
     command->footer(
         "Every clip is run in a process of its own. One that fails, crashes or does not end is put "
         "in quarantine with its\n"
-        "reason; --resume tries it again.\n"
+        "reason; --resume tries it again. One whose truth contradicts what was tracked is "
+        "doubtful, "
+        "and in no summary.\n"
+        "Tables, page and clips of an earlier evaluation in DIR are replaced; --resume keeps the "
+        "clips.\n"
         "Results in DIR: results.csv (a row for each clip), summary.csv (all clips together), "
         "times.csv, evaluation.html,\n"
         "with several --config effects.csv, and clips/, what each clip left.\n"
@@ -128,8 +133,8 @@ CLI::App* add_evaluate_command(CLI::App& app, std::function<int()>& run_later) {
         "  defrec evaluate --dataset defrec sequences/ --out results --merge\n"
         "\n"
         "Exit codes: 0 done, 2 usage, 3 the data set is not as expected, 6 done, but clips are in "
-        "quarantine (0 with\n"
-        "--shard), 7 output failed, 130 interrupted.");
+        "quarantine or doubtful\n"
+        "(0 with --shard), 7 output failed, 130 interrupted.");
     command->callback([options, &run_later] { run_later = [options] { return run(*options); }; });
     return command;
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "sdk/evaluation/data_sets/samples.hpp"
+#include "sdk/io/calibration.hpp"
 
 namespace defrec::cli {
 
@@ -28,6 +29,7 @@ struct RunSettings {
     std::string backend = "auto", device;
     unsigned threads = 0;  // 0: one per core
     std::uint64_t seed = 0;
+    LengthUnit units = LengthUnit::kGuarded;  // of the calibrations, where has_units()
     std::string video;  // its name in a clip, where the data set leaves it open; empty: the usual
 };
 
@@ -50,6 +52,8 @@ struct ClipScore {
     FrameTimes frame_ms;
     std::string picture;  // JPEG; empty: none
     std::string remark;   // what the picture shows
+    std::string doubt{};  // by which the truth is of something else; empty: none
+    std::string notes{};  // what else of the truth does not fit
 };
 
 // Metrics of the targets of one depth, or of a range of depths.
@@ -68,6 +72,8 @@ class DataSet {
     virtual std::string layout() const = 0;
     // Whether a folder under the root is a clip. What it lacks shows when it is run.
     virtual bool is_clip(const std::filesystem::path& folder) const = 0;
+    // Whether its clips have calibrations whose unit --units may tell.
+    virtual bool has_units() const { return false; }
     // Files and folders that the clip's result depends on, also those that are not there.
     virtual std::vector<std::filesystem::path> inputs_of(const std::filesystem::path& clip) const {
         return {clip};

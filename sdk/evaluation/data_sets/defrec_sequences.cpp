@@ -5,6 +5,7 @@
 #include <map>
 
 #include "sdk/evaluation/data_sets/data_set.hpp"
+#include "sdk/evaluation/data_sets/opencv_method.hpp"
 #include "sdk/evaluation/data_sets/tracked_clip.hpp"
 #include "sdk/evaluation/score/score.hpp"
 #include "sdk/evaluation/score/target_score.hpp"
@@ -118,9 +119,9 @@ WorstFrame worst_frame(const Samples& samples) {
 }
 
 std::vector<MarkedPoint> marked_points(const fs::path& clip, const fs::path& out,
-                                       const SourceOptions& source, std::int64_t frame) {
-    StereoCalibration calibration = load_calibration((clip / "calibration.yaml").string());
-    const FrameSource reader(source);
+                                       const TrackOptions& options, std::int64_t frame) {
+    StereoCalibration calibration = load_calibration(options.calibration, options.units);
+    const FrameSource reader(options.source);
     fit_to_frames(calibration, reader.width(), reader.height());
     const Context context = open_context({1, true, {}});
     const Rig rig = make_rig(context, calibration);
@@ -147,9 +148,61 @@ std::vector<MarkedPoint> marked_points(const fs::path& clip, const fs::path& out
     return result;
 }
 
+// The clip's files by their names in it: where the root lies changes no result.
+std::string within_clip(std::string text, const fs::path& clip) {
+    const std::string folder = (clip / "").string();
+    for (std::size_t at = text.find(folder); at != std::string::npos; at = text.find(folder, at))
+        text.erase(at, folder.size());
+    return text;
+}
+
+// What of a truth does not fit, for the clip's score.
+class TruthRemarks {
+  public:
+    explicit TruthRemarks(const fs::path& clip) : clip_(clip) {}
+
+    void add(const std::vector<std::string>& notes, const TruthDoubt& doubt) {
+        append(doubt.note, doubt_);
+        for (const std::string& note : notes) {
+            print_notice(note);  // into the clip's log
+            if (note != doubt.note) append(note, notes_);
+        }
+    }
+    const std::string& doubt() const { return doubt_; }
+    const std::string& notes() const { return notes_; }
+
+  private:
+    void append(const std::string& note, std::string& text) const {
+        if (!note.empty()) text.append(text.empty() ? "" : " ").append(within_clip(note, clip_));
+    }
+
+    const fs::path& clip_;
+    std::string doubt_, notes_;
+};
+
+// Throws where the truth has a frame that the recording does not.
+void refuse_frames_beyond(const ScoredRows& scored, const fs::path& truth, const fs::path& out) {
+    std::error_code error;
+    const fs::path frames = out / kFramesFile;
+    CsvReader csv(fs::exists(frames, error) ? frames : out / kFrameTimesFile, {"frame"});
+    std::int64_t last = -1;
+    while (csv.next()) last = std::max(last, csv.integer(0));
+    const auto beyond =
+        std::find_if(scored.rows.begin(), scored.rows.end(),
+                     [last](const ScoredRow& row) { return row.frame < 0 || row.frame > last; });
+    if (beyond == scored.rows.end()) return;
+    throw CliError(
+        ExitCode::kInput,
+        truth.string() + ": it asks for frame " + std::to_string(beyond->frame) +
+            ", and the recording has " + std::to_string(last + 1) + " frames, counted from 0: " +
+            (scored.doubt.note.empty() ? std::string("is it the truth of another recording?")
+                                       : within_clip(scored.doubt.note, truth.parent_path())));
+}
+
 class DefrecSequences : public DataSet {
   public:
     std::string name() const override { return "defrec"; }
+    bool has_units() const override { return true; }
     std::string summary() const override {
         return "sequences as `defrec render` writes them: 3D points with visibility";
     }
@@ -230,6 +283,7 @@ class DefrecSequences : public DataSet {
         options.source.left = (clip / "left").string();
         options.source.right = (clip / "right").string();
         options.calibration = (clip / "calibration.yaml").string();
+        options.units = task.settings.units;
         options.points = (clip / "points.csv").string();
         std::error_code error;
         const bool has_targets =
@@ -238,18 +292,23 @@ class DefrecSequences : public DataSet {
         track_clip(task, options);
         const ScoredRows scored =
             read_scored_rows(task.out, clip / "truth.csv", {}, Unfollowed::kLost);
-        for (const std::string& note : scored.notes) print_notice(note);  // into the clip's log
+        TruthRemarks remarks(clip);
+        remarks.add(scored.notes, scored.doubt);
+        refuse_frames_beyond(scored, clip / "truth.csv", task.out);
         ClipScore score{samples_of(scored, sample_columns()), 0, {}, {}, {}};
         if (fs::exists(task.out / kTargetsFile, error)) {
-            add_targets(read_scored_targets(task.out / kTargetsFile, clip / kDeepTruthFile,
-                                            clip / "truth.csv", {}, Unfollowed::kLost)
-                            .rows,
-                        score.samples);
+            const ScoredTargets targets =
+                read_scored_targets(task.out / kTargetsFile, clip / kDeepTruthFile,
+                                    clip / "truth.csv", {}, Unfollowed::kLost);
+            remarks.add(targets.notes, targets.doubt);
+            add_targets(targets.rows, score.samples);
         }
+        score.doubt = remarks.doubt();
+        score.notes = remarks.notes();
         set_times(task.out, score);
         const WorstFrame worst = worst_frame(score.samples);
         score.picture = picture_of(options.source, worst.frame,
-                                   marked_points(clip, task.out, options.source, worst.frame));
+                                   marked_points(clip, task.out, options, worst.frame));
         const std::string median = std::isfinite(worst.median_mm)
                                        ? "median " + format_fixed(worst.median_mm, 2) + " mm"
                                        : "no median";

@@ -82,6 +82,7 @@ double read_phase(const fs::path& folder) {
 class HeartPhantom : public DataSet {
   public:
     std::string name() const override { return "heart-phantom"; }
+    bool has_units() const override { return true; }
     std::string summary() const override {
         return "Hamlyn heart phantom: depth, against a CT scan's";
     }
@@ -119,7 +120,8 @@ class HeartPhantom : public DataSet {
         for (int map = 0; map < kHeartPhantomMaps; ++map)
             maps.push_back(read_map(map_path(folder, map), size));
         const double phase = read_phase(folder);
-        StereoCalibration rig = load_calibration((folder / kCalibration).string());
+        StereoCalibration rig =
+            load_calibration((folder / kCalibration).string(), task.settings.units);
         fit_to_frames(rig, size.width, size.height);
         DepthClip clip(task, *this);
         clip.begin(rig, source.channels());

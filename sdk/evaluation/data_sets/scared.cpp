@@ -66,8 +66,8 @@ std::map<std::int64_t, fs::path> truth_files(const fs::path& folder) {
     return files;
 }
 
-StereoCalibration read_calibration(const fs::path& file, cv::Size size) {
-    StereoCalibration calibration = load_calibration(file.string());
+StereoCalibration read_calibration(const fs::path& file, LengthUnit units, cv::Size size) {
+    StereoCalibration calibration = load_calibration(file.string(), units);
     fit_to_frames(calibration, size.width, size.height);
     return calibration;
 }
@@ -89,6 +89,7 @@ void add_frame(DepthClip& clip, const StereoFrame& frame, const cv::Mat& truth) 
 class Scared : public DataSet {
   public:
     std::string name() const override { return "scared"; }
+    bool has_units() const override { return true; }
     std::string summary() const override { return "SCARED: depth of the left image"; }
     std::string layout() const override {
         return "dataset_D/keyframe_K/ with endoscope_calibration.yaml, Left_Image.png, "
@@ -133,14 +134,15 @@ class Scared : public DataSet {
     ClipScore run(const ClipTask& task) const override {
         DepthClip clip(task, *this);
         if (is_sequence(task.folder))
-            run_sequence(task.folder, clip);
+            run_sequence(task, clip);
         else
-            run_keyframe(task.folder, clip);
+            run_keyframe(task, clip);
         return clip.finish();
     }
 
   private:
-    static void run_keyframe(const fs::path& folder, DepthClip& clip) {
+    static void run_keyframe(const ClipTask& task, DepthClip& clip) {
+        const fs::path& folder = task.folder;
         require_entries(folder, {{kCalibration, "OpenCV stereo YAML, M1 D1 M2 D2 R T in mm"},
                                  {"Left_Image.png", "the left image"},
                                  {"Right_Image.png", "the right image"},
@@ -151,12 +153,14 @@ class Scared : public DataSet {
             throw CliError(ExitCode::kInput, (folder / "Right_Image.png").string() +
                                                  ": the right image has not the left one's size.");
         }
-        clip.begin(read_calibration(folder / kCalibration, left.size()), left.channels());
+        clip.begin(read_calibration(folder / kCalibration, task.settings.units, left.size()),
+                   left.channels());
         add_frame(clip, frame_of(left, right, 0),
                   read_truth(folder / "left_depth_map.tiff", left.size(), false));
     }
 
-    static void run_sequence(const fs::path& folder, DepthClip& clip) {
+    static void run_sequence(const ClipTask& task, DepthClip& clip) {
+        const fs::path& folder = task.folder;
         require_entries(folder,
                         {{"rgb.mp4", "video of both views, the left one on top"},
                          {"scene_points", "what scene_points.tar.gz holds, unpacked", true}});
@@ -166,7 +170,8 @@ class Scared : public DataSet {
         options.layout = Layout::kTopBottom;
         FrameSource source(options);
         const cv::Size size(source.width(), source.height());
-        clip.begin(read_calibration(folder.parent_path() / kCalibration, size), source.channels());
+        clip.begin(read_calibration(folder.parent_path() / kCalibration, task.settings.units, size),
+                   source.channels());
         StereoFrame frame;
         while (source.next(frame)) {
             const auto file = files.find(frame.index);

@@ -91,6 +91,7 @@ std::int64_t frame_of(const std::map<std::int64_t, std::int64_t>& frames, std::i
 class SuPer : public DataSet {
   public:
     std::string name() const override { return "super"; }
+    bool has_units() const override { return true; }
     std::string summary() const override { return "SuPer: points in 2D in some of the frames"; }
     std::string layout() const override {
         return "a folder with rgb/000000-left.png and -right.png, rgb/left_pts.json, which "
@@ -143,7 +144,8 @@ class SuPer : public DataSet {
                         {{kTruth, "made of left_pts.npy by scripts/convert_super_truth.py"},
                          {kCalibration, "OpenCV stereo YAML of the images, M1 M2 R T in mm"}});
         PointClip clip;
-        clip.calibration = load_calibration((task.folder / kCalibration).string());
+        clip.calibration =
+            load_calibration((task.folder / kCalibration).string(), task.settings.units);
         clip.source.left = (task.folder / "rgb" / "%06d-left.png").string();
         clip.source.right = (task.folder / "rgb" / "%06d-right.png").string();
         const Labels labels = read_labels(task.folder / kTruth);

@@ -453,6 +453,7 @@ Scores scores_of(const Samples& samples) {
 class Surgt : public DataSet {
   public:
     std::string name() const override { return "surgt"; }
+    bool has_units() const override { return true; }
     std::string summary() const override { return "SurgT: boxes of tissue in both views"; }
     std::string layout() const override {
         return "{validation,test}/CASE/SAMPLE/ with info.yaml, calibration.yaml, the video and the "
@@ -498,7 +499,8 @@ class Surgt : public DataSet {
             require_entries(folder, {{file, "the truth that info.yaml names"}});
             truth.push_back(read_truth(folder / file));
         }
-        StereoCalibration calibration = load_calibration((folder / kCalibration).string());
+        StereoCalibration calibration =
+            load_calibration((folder / kCalibration).string(), task.settings.units);
         fit_to_frames(calibration, info.size.width, info.size.height);
         PointClip clip;
         clip.source.stereo = (folder / info.video).string();
