@@ -24,7 +24,12 @@ constexpr const char* kFooter =
     "  defrec bench --threads 2 --json > before.json\n"
     "  defrec bench --threads 2 --compare before.json --limit 5\n"
     "  defrec bench --size 360x288 --backend reference --frames 20\n"
-    "  defrec bench --scene slide --filmed 45 --warm-up 180 --config grow.yaml";
+    "  defrec bench --scene slide --filmed 45 --warm-up 180 --config grow.yaml\n"
+    "\n"
+    "Exit codes: 0 done, 1 a fault, 2 usage, 3 input unreadable, 4 calibration invalid, 5 no "
+    "device, 6 "
+    "slower than the\n"
+    "run of --compare, 130 interrupted.";
 
 struct Given {
     BenchOptions bench;

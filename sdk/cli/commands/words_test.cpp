@@ -16,6 +16,7 @@
 #include "sdk/cli/commands/track_like.hpp"
 #include "sdk/io/test_folder.hpp"
 #include "sdk/io/test_refusal.hpp"
+#include "sdk/scenes/writing/render_command.hpp"
 
 using namespace defrec::cli;
 
@@ -76,6 +77,19 @@ TEST_CASE("help keeps to its width, whole words, and says ranges and defaults in
     CHECK(help.find("required") != std::string::npos);
     CHECK(wrapped("one two three", 7, 2) == "one\n  two\n  three");
     CHECK(wrapped_paragraphs("a b\nc\n\n  as it is\nd", 20) == "a b c\n\n  as it is\nd\n");
+}
+
+TEST_CASE("the help of commands that fail by a result has their exit codes") {
+    CLI::App app{"a program"};
+    std::function<int()> run;
+    add_score_command(app, run);
+    add_evaluate_command(app, run);
+    add_bench_command(app, run, {});
+    add_render_command(app, run, {});
+    for (const CLI::App* command : app.get_subcommands({})) {
+        CAPTURE(command->get_name());
+        CHECK(command->get_footer().find("\n\nExit codes: 0 ") != std::string::npos);
+    }
 }
 
 TEST_CASE("a command or an option that does not exist is answered with the one that was meant") {

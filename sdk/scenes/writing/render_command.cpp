@@ -153,7 +153,11 @@ CLI::App* add_render_command(CLI::App& app, std::function<int()>& run, const Sto
     command->add_flag("--list", arguments->list, "Name the scenes with their parameters and stop");
     command->add_flag("--quiet", arguments->quiet, "No progress");
     command->footer(
-        "Example: defrec render heartbeat --out /tmp/heartbeat --size 960x540 --frames 60");
+        "Example: defrec render heartbeat --out /tmp/heartbeat --size 960x540 --frames 60\n"
+        "\n"
+        "Exit codes: 0 written, 2 usage, 7 output failed, 130 interrupted; the frames until then "
+        "are "
+        "whole.");
     command->callback([&run, arguments, stop] {
         run = [arguments, stop] { return run_render(*arguments, stop); };
     });
