@@ -21,11 +21,11 @@ bool is_lost(const std::string& said) {
 std::string ShownState::take(const std::string& state, const std::string& reasons,
                              double timestamp_ms, const Support& support) {
     std::string said = state_of_tissue(state, timestamp_ms);
-    // Pictures that stay black do not move either; where the tissue is lost, that is why.
+    // Pictures that stay black do not move either; where nothing is followed, that is why.
     const bool is_black = (is_named(reasons, "dark") || is_named(reasons, "saturated")) &&
                           !is_named(reasons, "one-view");
-    const bool is_lost_in_black = is_black && is_lost(said);
-    if (stands_still(reasons, timestamp_ms) && !is_lost_in_black) return "stalled";
+    const bool is_unseen_in_black = is_black && (is_lost(said) || said == "initialising");
+    if (stands_still(reasons, timestamp_ms) && !is_unseen_in_black) return "stalled";
     if (!is_followed(said)) {
         unmeasured_from_ms_.reset();
         return said;

@@ -72,6 +72,14 @@ TEST_CASE("a video that stands still for half a second is not of now") {
     CHECK(state.take("degraded", "frozen", 200 + ShownState::kFrozenMs) == "stalled");
 }
 
+TEST_CASE("pictures that are black before anything is followed are said to be black") {
+    ShownState state;
+    CHECK(state.take("initialising", "dark, no-texture", 0) == "initialising");
+    CHECK(state.take("initialising", "dark, frozen, no-texture", 100) == "initialising");
+    CHECK(state.take("initialising", "dark, frozen, no-texture", 900) == "initialising");
+    CHECK(state.take("initialising", "frozen", 1000) == "stalled");
+}
+
 TEST_CASE("positions of tissue that is not seen for half a second are not to be used") {
     const Support seen{0.7, {}, {}}, unseen{0.001, 0.5, 4.0};
     ShownState state;
