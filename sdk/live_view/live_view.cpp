@@ -17,7 +17,9 @@
 #include <utility>
 
 #include "sdk/io/json_text.hpp"
+#include "sdk/live_view/doubts.hpp"
 #include "sdk/live_view/page.hpp"
+#include "sdk/live_view/steady_state.hpp"
 #include "sdk/live_view/surface_depth.hpp"
 #include "sdk/live_view/view_packet.hpp"
 #include "sdk/live_view/view_server.hpp"
@@ -32,7 +34,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::chrono::seconds kPatience{5};  // of a browser that waits for a frame
+// Patience of a browser that waits for a frame; then it hears that there is none. A hidden page may
+// have nothing else to tell the time by.
+constexpr std::chrono::milliseconds kPatience{1200};
 // After the end of a run, for pages that are between two requests and have not heard of it.
 constexpr std::chrono::milliseconds kEndPatience{2000};
 constexpr std::chrono::seconds kIsWatched{15};  // since a page last asked, also one that is slow
@@ -71,6 +75,18 @@ float hundredths(float value) { return std::round(value * 100) / 100; }
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
+// [names, expected errors, count] of each kind; null where there is none.
+Json doubts_json(const ViewDoubts& doubts) {
+    if (doubts.is_empty()) return nullptr;
+    const auto named = [](const ViewDoubts::Named& what) {
+        return Json{what.names, what.errors_mm, what.count};
+    };
+    return {{"large", named(doubts.large)},
+            {"targets", named(doubts.targets)},
+            {"lost", named(doubts.lost)},
+            {"never", named(doubts.never)}};
+}
+
 Json moment_json(const ViewMoment& moment) {
     return {moment.index,
             moment.timestamp_ms,
@@ -79,7 +95,11 @@ Json moment_json(const ViewMoment& moment) {
             number(moment.frame_ms),
             number(moment.observed_share),
             moment.faulty_views,
-            moment.found};
+            moment.found,
+            moment.is_held,
+            moment.held_reasons,
+            doubts_json(moment.doubts),
+            moment.gap_ms};
 }
 
 Support support_of(double seen_share, const std::vector<ViewPoint>& points) {
@@ -263,6 +283,7 @@ struct LiveView::Impl {
                        {"is_given_up", shown_state.is_given_up()},
                        {"residual_mm", number(shown.record.mean_residual_mm)},
                        {"age_ms", milliseconds_since(newest_at)},
+                       {"outage_ms", outage_limit.ms()},
                        {"recording", recording},
                        {"message", {{"number", messages}, {"text", message}}},
                        {"has_checks", !checks.empty()}};
@@ -283,14 +304,45 @@ struct LiveView::Impl {
         return header;
     }
 
+    // mutex is held. The moment of a frame that has come.
+    ViewMoment moment_of(const FrameRecord& frame, const std::vector<ViewPoint>& points) {
+        for (const ViewPoint& point : points)
+            if (point.is_chosen && point.status != VertexStatus::unknown) placed.insert(point.id);
+        const Support support = support_of(frame.observed_share, points);
+        std::string said =
+            shown_state.take(frame.state, frame.reasons, frame.timestamp_ms, support);
+        const bool is_unseen = frame.observed_share < ShownState::kLeastSeen;
+        ViewDoubts doubts;  // where nothing is seen no point has a place, which says enough
+        if (!is_unseen) doubts = doubts_of(points, frame.targets, placed);
+        const bool is_good = said == "tracking" || said == "found" || said == "relocalised";
+        if (is_good && !doubts.is_empty()) said = "degraded";
+        ViewMoment moment{frame.index,
+                          frame.timestamp_ms,
+                          {},
+                          reasons_of(said, frame.reasons, support),
+                          frame.frame_ms,
+                          frame.observed_share,
+                          frame.faulty_views,
+                          shown_state.found()};
+        moment.state = steady_state.take(said, moment.found, frame.timestamp_ms, is_unseen);
+        moment.gap_ms = steady_state.gap_ms();
+        if (moment.found.empty() && steady_state.is_resumed()) moment.found = "resumed";
+        if (said == "degraded") last_doubt = {moment.reasons, doubts};
+        moment.is_held = steady_state.is_held();
+        if (moment.is_held) moment.held_reasons = last_doubt.first;
+        moment.doubts = moment.is_held ? last_doubt.second : std::move(doubts);
+        return moment;
+    }
+
     // mutex is held.
     void remember(ViewMoment moment) {
+        if (newest_at != Clock::time_point()) outage_limit.add(milliseconds_since(newest_at));
         newest_at = Clock::now();
         history.push_back(std::move(moment));
         if (history.size() <= kMaxHistory) return;
         ViewMoment& old = history.front();
         if (changes.empty() || changes.back().state != old.state ||
-            changes.back().reasons != old.reasons)
+            changes.back().reasons != old.reasons || old.gap_ms > 0)
             changes.push_back(std::move(old));
         if (changes.size() > kMaxChanges) changes.pop_front();
         history.pop_front();
@@ -451,8 +503,12 @@ struct LiveView::Impl {
     std::shared_ptr<Shown> spare;             // to be filled again once nobody reads it
     std::deque<ViewMoment> changes, history;  // changes: before the history
     Clock::time_point newest_at;              // of the history
+    OutageLimit outage_limit;                 // of frames as they come here
     cv::Size left_size;                       // of the last frame
     ShownState shown_state;
+    SteadyState steady_state;
+    std::pair<std::string, ViewDoubts>
+        last_doubt;                     // reasons, of the last frame that was "degraded"
     std::set<std::int64_t> placed;      // ids of points that users chose, which had a place once
     std::map<std::string, Page> pages;  // by their own ids
     TemplateRecord reference;
@@ -512,16 +568,7 @@ void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<Vi
     std::shared_ptr<Shown> shown;
     {
         const std::lock_guard lock(impl_->mutex);
-        const Support support = support_of(frame.observed_share, points);
-        std::string state =
-            impl_->shown_state.take(frame.state, frame.reasons, frame.timestamp_ms, support);
-        std::string reasons = reasons_of(state, frame.reasons, support);
-        for (const ViewPoint& point : points)
-            if (point.is_chosen && point.status != VertexStatus::unknown)
-                impl_->placed.insert(point.id);
-        impl_->remember({frame.index, frame.timestamp_ms, std::move(state), std::move(reasons),
-                         frame.frame_ms, frame.observed_share, frame.faulty_views,
-                         impl_->shown_state.found()});
+        impl_->remember(impl_->moment_of(frame, points));
         impl_->left_size = left.size();
         if (impl_->waiting == 0) {
             // A page that comes now would take the frame before for that of now.

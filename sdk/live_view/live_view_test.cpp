@@ -154,7 +154,8 @@ TEST_CASE("a browser gets the page, and frames with pictures, surface and points
     CHECK(packet.header["points"] ==
           nlohmann::json({{4, 0, true, "vessel", 10, 20, 1, 2, 80, 0.125}, {5, 2, false, ""}}));
     CHECK(packet.header["stages"].dump() == R"([["align",1.5],["lm",2.0],["align",0.25]])");
-    CHECK(packet.header["moments"][0] == nlohmann::json({3, 0, "tracking", "", 20, 0.5, "", ""}));
+    CHECK(packet.header["moments"][0].dump() ==
+          R"([3,0.0,"tracking","",20.0,0.5,"","",false,"",null,0.0])");
     for (const char* name : {"left", "overlay"}) {
         const std::string& bytes = packet.sections.at(name);
         const cv::Mat image = cv::imdecode(std::vector<char>(bytes.begin(), bytes.end()), 1);
@@ -294,16 +295,78 @@ TEST_CASE("a page hears of points that never had a place, and of errors that are
     given.is_chosen = true;
     const Packet first = watched(view, browser, "/frame?after=-1", 0, {given, clicked, {9}});
     CHECK(first.header["never_placed"] == nlohmann::json{7});
-    CHECK(first.header["moments"].back()[2] == "tracking");
+    CHECK(first.header["moments"].back()[2] == "degraded");
+    CHECK(first.header["moments"].back()[10]["never"] == nlohmann::json::parse(R"([["#7"],[],1])"));
     given.status = VertexStatus::extrapolated;
     given.expected_error_mm = ShownState::kMostErrorMm + 1;
     const Packet placed = watched(view, browser, "/frame?after=999", 1000, {given, clicked});
     CHECK(placed.header["never_placed"].empty());
     CHECK(placed.header["moments"].back()[2] == "degraded");
+    CHECK(placed.header["moments"].back()[10]["large"] ==
+          nlohmann::json::parse(R"([["#7"],[4.0],1])"));
     given.status = clicked.status = VertexStatus::unknown;
     const Packet lost = watched(view, browser, "/frame?after=1999", 2000, {given, clicked});
     CHECK(lost.header["never_placed"].empty());
-    CHECK(lost.header["moments"].back()[2] == "tracking");
+    CHECK(lost.header["moments"].back()[2] == "degraded");
+    CHECK(lost.header["moments"].back()[10]["lost"] ==
+          nlohmann::json::parse(R"([["#7","#8"],[],2])"));
+}
+
+TEST_CASE("targets with errors that are too large are less sure, and named, the worst first") {
+    LiveView view = made();
+    Browser browser(view);
+    std::vector<TargetEstimate> targets(2);
+    for (TargetEstimate& target : targets) {
+        target.id = 16 + (&target - targets.data());
+        target.status = VertexStatus::extrapolated;
+        target.covariance[0] = 4;
+    }
+    const Packet good = watched(view, browser, "/frame?after=-1", 0, {}, {}, targets);
+    CHECK(good.header["moments"].back()[2] == "tracking");
+    CHECK(good.header["moments"].back()[10].is_null());
+    targets[0].covariance[0] = 16;
+    targets[1].covariance[0] = 25;
+    targets[1].name = "vessel";
+    LiveView other = made();
+    Browser second(other);
+    const Packet bad = watched(other, second, "/frame?after=-1", 0, {}, {}, targets);
+    CHECK(bad.header["moments"].back()[2] == "degraded");
+    CHECK(bad.header["moments"].back()[10]["targets"] ==
+          nlohmann::json::parse(R"([["vessel","target 16"],[5.0,4.0],2])"));
+}
+
+TEST_CASE("a page hears of outages, and of what is still shown for the sake of frames before") {
+    LiveView view = made();
+    Browser browser(view);
+    double ms = 0;
+    int index = 0;
+    const auto add = [&](const char* state, const char* reasons) {
+        FrameRecord record = frame(index++);
+        record.timestamp_ms = ms += 100;
+        record.state = state;
+        record.reasons = reasons;
+        view.add(cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(90)), record, {});
+    };
+    for (int i = 0; i < 9; ++i) add("tracking", "");
+    for (int i = 0; i < 5; ++i) add("degraded", "occluded");
+    add("tracking", "");
+    ms += 5000;
+    add("tracking", "");
+    auto answer = std::async(std::launch::async, [&] { return browser.get("/frame?after=-1"); });
+    while (answer.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready)
+        add("tracking", "");
+    const Packet packet(answer.get()->body);
+    const nlohmann::json& moments = packet.header["moments"];
+    CHECK(moments[12][2] == "tracking");  // it is less sure for a while first
+    CHECK(moments[13][2] == "degraded");
+    CHECK(moments[13][8] == false);
+    CHECK(moments[14][2] == "degraded");
+    CHECK(moments[14][8] == true);
+    CHECK(moments[14][9] == "occluded");
+    CHECK(moments[15][2] == "relocalised");
+    CHECK(moments[15][7] == "resumed");
+    CHECK(moments[15][11] == 5100);
+    CHECK(packet.header["outage_ms"].get<double>() >= 1000);
 }
 
 TEST_CASE("where nobody waited for the last frame the next is shown, and clicks count") {
@@ -328,6 +391,9 @@ TEST_CASE("nobody without the token, from another host's name or another origin 
         REQUIRE(refused);
         CHECK(refused->status == 403);
         CHECK(refused->body.find(browser.token()) == std::string::npos);
+        // The page's address is opened by people.
+        const bool is_page = std::string(path).size() == 1 || path[1] == '?';
+        CHECK((refused->body.find("What to do: open the address") != std::string::npos) == is_page);
     }
     CHECK(browser.client().Get("/surface", {{"X-Token", browser.token() + "0"}})->status == 403);
     for (const char* host : {"evil.example", "evil.example:80", "127.0.0.2"})

@@ -1,6 +1,7 @@
 // What the live view shows of one frame: plain values.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -21,6 +22,20 @@ struct ViewPoint {
     bool is_chosen = false;  // by the user, not of the grid
 };
 
+// Points and targets of users that make a followed frame less sure.
+struct ViewDoubts {
+    static constexpr std::size_t kMostNames = 3;
+    struct Named {
+        std::vector<std::string> names{};  // the first ones
+        std::vector<double> errors_mm{};   // theirs, where they are too large
+        std::size_t count = 0;             // of all
+    };
+    Named large{}, targets{};  // errors that are too large
+    Named lost{}, never{};     // points without a place: which had one, and which never had
+
+    bool is_empty() const { return large.count + targets.count + lost.count + never.count == 0; }
+};
+
 // One of every frame, kept for browsers that ask later.
 struct ViewMoment {
     std::int64_t index = 0;
@@ -28,7 +43,13 @@ struct ViewMoment {
     std::string state, reasons;
     double frame_ms = 0, observed_share = 0;
     std::string faulty_views{};  // of which reasons speak, as of FrameRecord
-    std::string found{};         // "found" or "relocalised" a moment ago; or empty
+    // "found" or "relocalised" a moment ago, or "resumed" after an outage; or empty.
+    std::string found{};
+    // Reasons of a frame before, where "degraded" is still shown for its sake; or empty.
+    std::string held_reasons{};
+    bool is_held = false;
+    ViewDoubts doubts{};  // likewise, of that frame
+    double gap_ms = 0;    // without a picture before this one, in an outage
 };
 
 // What a browser asks of the tracking.

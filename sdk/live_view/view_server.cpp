@@ -37,6 +37,27 @@ constexpr milliseconds kPauseOfAccepting(100);
 constexpr int kAcceptedAtOnce = 64;
 constexpr std::size_t kMaxPageName = 32;
 
+// Answer to an old address of the page, which is opened in the operating room as well.
+constexpr char kNoAccess[] = R"(<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>No access – defrec</title>
+<style>
+body { margin: 0; padding: 5vw; font: 20px/1.5 system-ui, sans-serif; color: #fff; background: #1f2937; }
+h1 { margin: 0; font-size: clamp(44px, 7.5vw, 120px); line-height: 1.1; }
+</style>
+</head>
+<body>
+<h1>No access</h1>
+<p>This address lacks its token, or belongs to a run that has ended: each run has a new one.</p>
+<p>What to do: open the address that <b>defrec track</b> printed last, all of it, with
+<b>?token=</b> and what follows.</p>
+</body>
+</html>
+)";
+
 // Takes as long wherever they differ.
 bool is_same(std::string_view a, std::string_view b) {
     if (a.size() != b.size()) return false;
@@ -126,8 +147,13 @@ class ViewServer::Impl {
             return refuse(403, "another origin");
         const std::string_view given =
             request.path == "/" ? request.parameter("token") : std::string_view(request.token);
-        if (!is_same(given, token_))
+        if (!is_same(given, token_)) {
+            if (request.path == "/") {
+                answer = {403, kNoAccess, "text/html; charset=utf-8"};
+                return nullptr;
+            }
             return refuse(403, "the token is missing or wrong: open the address as printed");
+        }
         const std::pair<const char*, const Handler*> routes[] = {
             {"GET /", &handlers_.page},           {"GET /frame", &handlers_.frame},
             {"GET /surface", &handlers_.surface}, {"GET /checks", &handlers_.checks},

@@ -8,7 +8,7 @@ import {join} from 'node:path';
 import {inTime, launch, openPage, render, scratch, screenshot, track} from './common.mjs';
 import {answersOf, Replay} from './replay.mjs';
 
-const kStalledMs = 3000;  // of state.js
+const kStalledMs = 3000;  // of the replay
 
 /** The pictures that the browser composes, without the page's help: {next, stop}. */
 async function watchScreen(page) {
@@ -122,11 +122,15 @@ async function lookAtBlocked(browser, replay) {
   assert.deepEqual(
       (await page.evaluate(() => shownStates)).filter((state) => state !== 'stalled'), [],
       'an old answer is no state of now');
+  // The program has said that there is no newer frame.
+  await page.waitForFunction(
+      () => document.querySelector('#changes .chip').textContent === 'No new picture');
   replay.missed = ['lost', 'relocalised'];
   replay.state = 'tracking';
   await page.waitForFunction(() => document.documentElement.dataset.state === 'tracking');
   const words = await page.$$eval('#changes .chip', (chips) => chips.map((c) => c.textContent));
-  assert.deepEqual(words.slice(0, 4), ['Tracking', 'Found again', 'Lost', 'Tracking']);
+  assert.deepEqual(
+      words.slice(0, 5), ['Tracking', 'Found again', 'Lost', 'No new picture', 'Tracking']);
   assert.deepEqual(errors, []);
   await page.close();
 }

@@ -68,6 +68,8 @@ export class Replay {
         null;  // reasons and views of frames that are degraded or unusable: ["view-late", "right"]
     this.isGivenUp = false;  // the template of targets and plan
     this.neverPlaced = [];   // ids of further points, of users
+    this.outageMs = 3000;    // without a frame, after which the source has stopped
+    this.gapMs = 0;          // of the next frame: without a picture before it
     this.frame = 1000;
     this.missed = [];   // states of frames before the next one
     this.waiting = [];  // answers that come with release()
@@ -83,6 +85,29 @@ export class Replay {
     for (const response of this.waiting.splice(0)) response.end();
   }
 
+  /** "resumed" is Found again after an outage. */
+  foundIn(state) {
+    return state === 'degraded' || this.found === 'resumed' ? this.found : '';
+  }
+
+  /** Doubts of a frame that is less sure; see view_frame.hpp. */
+  doubts() {
+    const isLarge = this.extrapolated > 3, never = this.neverPlaced;
+    if (!isLarge && !never.length) return null;
+    return {
+      large: isLarge ? [['#901'], [this.extrapolated], 1] : [[], [], 0],
+      targets: [[], [], 0],
+      lost: [[], [], 0],
+      never: [never.slice(0, 3).map((id) => `#${id}`), [], never.length]
+    };
+  }
+
+  takeGap() {
+    const {gapMs} = this;
+    this.gapMs = 0;
+    return gapMs;
+  }
+
   /** hasOverlay: else the picture with the grid has no name. */
   packet(hasOverlay) {
     const isLost = this.state === 'lost' && this.answers.lost;
@@ -95,8 +120,8 @@ export class Replay {
       const reasons = fault ?? (this.of ? given : isFrozen ? 'frozen' : kReasons[state] ?? given);
       return [
         ++this.frame, kAnswerMs * this.frame, kFrozen[state] ?? state, reasons, frameMs,
-        isFrozen || this.isUnobserved ? 0 : observed, faultyViews ?? view,
-        state === 'degraded' ? this.found : ''
+        isFrozen || this.isUnobserved ? 0 : observed, faultyViews ?? view, this.foundIn(state),
+        false, '', state === 'degraded' ? this.doubts() : null, this.takeGap()
       ];
     });
     const known = [...header.points];
@@ -116,6 +141,7 @@ export class Replay {
       frame,
       moments,
       age_ms: 0,
+      outage_ms: this.outageMs,
       waited_ms: kAnswerMs,
       has_checks: true,
       is_given_up: this.isGivenUp,

@@ -177,6 +177,7 @@ async function lookAtFrozen(page, replay) {
   const unobserved = await lookAt(replay, [page], 'degraded');
   assert.match(unobserved.say, /^Nothing of the tissue is seen now\. Do not rely/);
   assert.match(unobserved.points, /^Points: \d lost$/);
+  assert.ok(!unobserved.takesPoints, 'a click would follow what is not measured');
   for (const [fault, expected] of kFaults) {
     await lookAt(replay, [page], 'lost');
     replay.fault = fault;
@@ -191,8 +192,10 @@ async function lookAtFrozen(page, replay) {
   replay.state = 'repeated';
   const repeated = await look(page, 'degraded');
   assert.match(
-      repeated.say, /^The same picture came again: positions are \d\.\d s old\. Why: one /);
-  assert.match(repeated.say, / one repeated picture\.$/);
+      repeated.say,
+      /^The same picture comes again: all positions are of the last new one, \d.* s ago\. Why: /);
+  assert.match(repeated.say, / Why: repeated pictures\.$/);
+  assert.equal(repeated.points, 'Points: not of this picture');
   for (const {say} of [unobserved, repeated]) assert.doesNotMatch(say, /followed/);
   for (const isPaused of [false, true]) {
     await lookAt(replay, [page], 'tracking', isPaused);
@@ -281,7 +284,12 @@ async function lookAtStates(page, other, replay, isPlain) {
   await clickPicture(page, /^No point was added: the tissue is not followed/);
   replay.extrapolated = 3.14;
   const degraded = await lookAt(replay, [page], 'degraded');
-  assert.match(degraded.say, /Do not use points above ±3 mm\. Why: something lies in front/);
+  assert.match(
+      degraded.say,
+      /Do not use points above ±3 mm\. Why: #901 ±3\.1 mm; something lies in front/);
+  assert.deepEqual(
+      await page.$$eval('.too-large', (cells) => cells.map(({textContent}) => textContent)),
+      ['3.1 mm'], 'the row is marked');
   assert.equal(degraded.points, 'Points: 1 seen, 1 extrapolated, errors up to 3.1 mm');
   assert.equal(degraded.pointsWeight, '800', 'what is not seen counts');
   replay.found = 'relocalised';
@@ -289,7 +297,8 @@ async function lookAtStates(page, other, replay, isPlain) {
       () => document.getElementById('state-say').textContent.startsWith('The tissue was lost'));
   const unsure = await lookAt(replay, [page], 'degraded');
   replay.found = '';
-  assert.match(unsure.say, /was lost, and is followed again.*Errors may be larger.*Why: something/);
+  assert.match(
+      unsure.say, /was lost, and is followed again.*Errors may be larger.*Why: .*something/);
   replay.extrapolated = null;
   assert.deepEqual(degraded.sidewaysLists, [], 'lists fit a narrow page');
   await page.click('#pause');
@@ -320,8 +329,9 @@ async function lookAtStates(page, other, replay, isPlain) {
   await lookAt(replay, [page], 'tracking');
   for (const isBehindProxy of [false, true]) {
     replay.isBehindProxy = isBehindProxy;
-    const {colour, canAsk} = await lookAt(replay, [page], 'disconnected');
+    const {colour, canAsk, say} = await lookAt(replay, [page], 'disconnected');
     assert.equal(colour, kRed);
+    assert.match(say, /What to do: use no position; look at the terminal/);
     assert.deepEqual(canAsk, [false, false, false, false], 'nobody hears what is asked');
     const waiting = await lookAt(replay, [page], 'stalled');
     assert.deepEqual(waiting.canAsk, [true, true, true, true], 'it answers, without a frame');
@@ -338,9 +348,12 @@ async function lookAtStates(page, other, replay, isPlain) {
   }
   replay.state = 'tracking';
   await look(page, 'tracking');
+  await page.waitForFunction(() => document.getElementById('strip').dataset.end === 'now');
   const ended = await lookAt(replay, [page, other], 'ended');
+  await page.waitForFunction(
+      () => /^ended \d.* s ago$/.test(document.getElementById('strip').dataset.end));
   assert.match(ended.say, /Nothing is followed.*outputs are being written/);
-  assert.match(ended.text, /Of the last picture, not of now/);
+  assert.match(ended.text, /All lists: of the last picture, not of now/);
   assert.deepEqual(ended.canAsk, [false, false, false, false]);
   await lookAtResized(page, 1200);
   replay.state = 'disconnected';  // the program has gone, and the page goes on saying "Ended"
@@ -475,6 +488,44 @@ async function lookAtPlaces(browser, replay) {
   await page.close();
 }
 
+/**
+ * A picture says its age before it is too old to be used; the strip and the list tell the outage
+ * that follows, and the tissue after it is found again.
+ */
+async function lookAtOutage(browser, replay) {
+  const errors = [], page = await openPage(browser, errors);
+  await page.setViewport({width: 1000, height: 700});
+  await page.goto(replay.url);
+  replay.outageMs = 8000;
+  await look(page, 'tracking');
+  replay.state = 'stalled';
+  const aging = await (await page.waitForFunction(() => {
+                  const age = document.getElementById('old-picture');
+                  return !age.hidden && [document.documentElement.dataset.state, age.textContent];
+                }, {polling: 50})).jsonValue();
+  assert.equal(aging[0], 'tracking');
+  assert.match(aging[1], /^Picture of \d.* ago$/);
+  await look(page, 'stalled');
+  await page.waitForFunction(
+      () => document.getElementById('strip').dataset.spans.endsWith('stalled') &&
+          document.querySelector('#changes .chip').textContent === 'No new picture');
+  assert.match(
+      await page.$eval('#strip', ({dataset}) => dataset.end), /^now$/, 'the outage is of now');
+  [replay.outageMs, replay.gapMs, replay.found] = [3000, 12000, 'resumed'];
+  replay.state = 'relocalised';
+  const resumed = await look(page, 'relocalised');
+  assert.equal(resumed.word, 'Found again');
+  assert.match(resumed.say, /^No new picture came for a while.* Compare one landmark by eye\./);
+  await picture(page, 'resumed');
+  const rows = await page.$$eval(
+      '#changes tbody tr', (lines) => lines.slice(0, 2).map(({textContent}) => textContent));
+  assert.match(rows[0], /Found again/);
+  assert.match(rows[1], /No new pictureno picture came for 12 s/);
+  [replay.state, replay.found] = ['tracking', ''];
+  assert.deepEqual(errors, []);
+  await page.close();
+}
+
 /** Points that never had a place say why. */
 async function lookAtNeverPlaced(browser, replay) {
   const errors = [], page = await openPage(browser, errors);
@@ -485,7 +536,22 @@ async function lookAtNeverPlaced(browser, replay) {
       () => document.querySelector('#points tr[data-id="902"]')
                 ?.textContent.includes('lostnot seen when it was given'));
   assert.deepEqual((await look(page, 'tracking')).sidewaysLists, []);
+  replay.state = 'degraded';
+  const never = await look(page, 'degraded');
+  assert.match(never.say, /#902 has no place: click it again\. Why: #902 not seen when given;/);
+  assert.ok(never.takesPoints);
   await picture(page, 'never_placed');
+  replay.state = 'tracking';
+  // Names are as long as the program takes them, and what is longer is told.
+  const told = await page.$eval('#points tr[data-id="902"] input', (field) => {
+    field.value = 'ä'.repeat(40);
+    field.dispatchEvent(new Event('input'));
+    const {textContent: fits} = document.getElementById('message');
+    field.value += 'b';
+    field.dispatchEvent(new Event('input'));
+    return [fits, document.getElementById('message').textContent];
+  });
+  assert.deepEqual(told, ['', 'A name has at most 80 bytes: make it shorter.']);
   replay.neverPlaced = [];
   assert.deepEqual(errors, []);
   await page.close();
@@ -565,6 +631,7 @@ try {
   await inTime(lookAtChoices(browser, replay));
   await inTime(lookAtPlaces(browser, replay));
   await inTime(lookAtNeverPlaced(browser, replay));
+  await inTime(lookAtOutage(browser, replay));
   await inTime(watchStates(browser, replay));
 } finally {
   program.kill('SIGKILL');

@@ -4,12 +4,12 @@
 import {byId, element} from '../../report/web/data.js';
 
 const kLongMs = 1e8;
-const kAges = 120;  // seconds that are told one by one
+const kLightMs = 60000;  // of the animations, at which it comes
+const kAges = 120;       // seconds that are told one by one
 
 export class Fuse {
-  /** ms: from the newest frame until it comes. */
-  constructor(ms) {
-    const offset = ms / kLongMs, forever = {duration: kLongMs, fill: 'both'};
+  constructor() {
+    const offset = kLightMs / kLongMs, forever = {duration: kLongMs, fill: 'both'};
     const show = (id, [off, on]) =>
         byId(id).animate([off, {...off, offset}, {...on, offset}, on], forever);
     // The veil that grays the page is out of the picture until then, and costs nothing.
@@ -18,22 +18,23 @@ export class Fuse {
     byId('fuse-ages')
         .append(...[...ages, 'Picture of over 2 min ago'].map((age) => element('span', {}, age)));
     const end = `translateY(${(-100 * kAges) / (kAges + 1)}%)`;
+    this.ages = byId('fuse-ages').animate([{transform: 'none'}, {transform: end}], {
+      duration: 1000 * kAges,
+      fill: 'both',
+      easing: `steps(${kAges})`
+    });
     this.animations = [
       show('fuse', [{opacity: 0}, {opacity: 1}]), show('picture-fuse', veil),
-      show('page-fuse', veil), byId('fuse-ages').animate([{transform: 'none'}, {transform: end}], {
-        duration: 1000 * kAges,
-        fill: 'both',
-        easing: `steps(${kAges})`
-      })
+      show('page-fuse', veil), this.ages
     ];
     this.out();
   }
 
-  /** ageMs: of the newest frame. */
-  light(ageMs) {
+  /** ageMs: of the newest frame; limitMs: from its coming until this is said. */
+  light(ageMs, limitMs) {
     for (const animation of this.animations) {
       animation.play();
-      animation.currentTime = ageMs;
+      animation.currentTime = animation === this.ages ? ageMs : ageMs + kLightMs - limitMs;
     }
   }
 

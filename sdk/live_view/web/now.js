@@ -3,16 +3,16 @@ import {byId, element, milliseconds, number, percent, seconds} from '../../repor
 import {post} from './connection.js';
 import {isFollowed, stageInWords} from './words.js';
 
-/** Shows a followed frame. moment: [frame, ms, state, reasons, frame_ms, observed_share] */
+/** Shows a frame. moment: see readMoment(). */
 export function showNow(header, moment, shownPerSecond) {
   byId('sequence').textContent = header.sequence;
   byId('lead').textContent = `${header.device}; defrec ${header.version}`;
   // A surface that is not followed has neither residual nor a share that is seen; one of which
   // nothing is seen has no residual.
-  const known = isFollowed(moment[2]), measured = known && moment[5] > 0;
+  const known = isFollowed(moment.state), measured = known && moment.seen > 0;
   const entries = [
-    ['Tissue seen', known ? percent(moment[5]) : '–'], ['Frame', String(header.frame)],
-    ['Time', seconds(header.timestamp_ms)], ['Time for a frame', milliseconds(moment[4])],
+    ['Tissue seen', known ? percent(moment.seen) : '–'], ['Frame', String(header.frame)],
+    ['Time', seconds(header.timestamp_ms)], ['Time for a frame', milliseconds(moment.frameMs)],
     ['Pictures here', `${number(shownPerSecond, 0)} per s`]
   ];
   byId('residual').textContent =

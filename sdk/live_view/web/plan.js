@@ -3,6 +3,7 @@ import {partColour} from '../../report/web/colours.js';
 import {byId, element, number, table} from '../../report/web/data.js';
 import {kRanks, plusMinus} from './labels.js';
 import {
+  errorCell,
   hasPlace,
   largestError,
   lengthCell,
@@ -151,14 +152,14 @@ export function showPlanList(plan, isOfFollowed, why) {
           plan.parts.map(
               (part) =>
                   [element('span', {}, partSwatch(part), part.name), partStatus(part, isOfFollowed),
-                   part.outlines.length ? lengthCell(part.error) : '–', lengthCell(part.depth)])));
+                   errorCell(part.outlines.length ? part.error : null), lengthCell(part.depth)])));
   byId('plan-targets-list')
       .replaceChildren(table(
           ['Target', ...heads, 'x, y, z in mm'],
           plan.targets.map(
               (target) =>
                   [nameCell(target), placeCell(target.status, isOfFollowed),
-                   lengthCell(target.error), lengthCell(target.centre ? target.depth : null),
+                   errorCell(target.error), lengthCell(target.centre ? target.depth : null),
                    target.centre ? target.centre.map((value) => number(value, 1)).join(', ') :
                                    '–'])));
 }

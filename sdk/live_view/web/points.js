@@ -2,16 +2,19 @@
 import {byId, element, number} from '../../report/web/data.js';
 import {statusCell} from '../../report/web/summary.js';
 import {request, tell} from './now.js';
-import {hasPlace} from './targets.js';
+import {errorCell, hasPlace} from './targets.js';
 import {statusWords} from './words.js';
 
 const kMaxListed = 100;
+const kMaxName = 80;  // bytes; live_view.cpp refuses more
 const kAskMs = 4000;  // for which a button asks whether a point is to be removed
 
 /** The header's; a lost one has neither pixel nor place. */
 export const readPoints = ({points}) => points.map(
     ([id, status, isChosen, name, u, v, x, y, z, error]) =>
         ({id, status, isChosen, name, u: u ?? null, v: v ?? null, x, y, z, error}));
+
+const isTooLong = (name) => new TextEncoder().encode(name).length > kMaxName;
 
 /** A point that was given where no tissue was seen stays lost. */
 function pointCell({id, status}, neverPlaced) {
@@ -65,15 +68,20 @@ export class PointList {
   }
 
   makeRow(id) {
-    const name = element(
-        'input',
-        {type: 'text', maxlength: '24', placeholder: `#${id}`, 'aria-label': `Name of ${id}`});
-    name.addEventListener(
-        'change',
-        () => request(
-            '/points', {id, name: name.value},
-            name.value ? `Point #${id} is called ${name.value}.` :
-                         `Point #${id} has no name any more.`));
+    const name =
+        element('input', {type: 'text', placeholder: `#${id}`, 'aria-label': `Name of ${id}`});
+    let isTold = '';
+    name.addEventListener('input', () => {
+      isTold = isTooLong(name.value) ? 'A name has at most 80 bytes: make it shorter.' : '';
+      tell(isTold);
+    });
+    name.addEventListener('change', () => {
+      if (isTold) return tell('The name was not changed: it has more than 80 bytes.');
+      return request(
+          '/points', {id, name: name.value},
+          name.value ? `Point #${id} is called ${name.value}.` :
+                       `Point #${id} has no name any more.`);
+    });
     const cells = Array.from({length: 5}, () => element('td'));
     // By which its label in the picture calls it where there is no room for the name.
     const number = element('span', {class: 'number'}, numberOf({id}));
@@ -102,7 +110,7 @@ export class PointList {
       if (document.activeElement !== name) name.value = point.name;
       shown.hidden = !point.name;
       cells[1].replaceChildren(pointCell(point, neverPlaced));
-      cells[2].textContent = hasPlace(point) ? `${number(point.error, 1)} mm` : '–';
+      cells[2].replaceChildren(errorCell(hasPlace(point) ? point.error : null));
       cells[3].textContent = hasPlace(point) ?
           [point.x, point.y, point.z].map((value) => number(value, 1)).join(', ') :
           '–';

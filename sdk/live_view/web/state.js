@@ -1,9 +1,12 @@
 // The state: the largest thing on the page. It never says more than is known now: without new
 // frames or a connection it says that.
-import {byId, element, number, seconds} from '../../report/web/data.js';
-import {stateColour} from '../../report/web/colours.js';
+import {byId, number} from '../../report/web/data.js';
 import {Fuse} from './fuse.js';
+import {Strip} from './strip.js';
 import {
+  causesInWords,
+  doubtsToDo,
+  duration,
   headOfLists,
   isFollowed,
   isFrozen,
@@ -12,34 +15,23 @@ import {
   isUnseen,
   isUsable,
   kMostErrorMm,
-  lessSureSince,
+  lessSureInWords,
+  repeatedInWords,
   states,
   unseenInWords,
   unusableInWords,
   whatToDo,
-  whyInWords,
-  whyNotPlaced,
-  wordOf
+  whyNotPlaced
 } from './words.js';
 
-const kStalledMs = 3000;  // without a frame
-const kStripMoments = 240, kStripHeight = 16;
+const kStalledMs = 3000;  // without a frame, until the program says what is usual
 const kRepeatedMs = 200;  // for which pictures repeat one before that is told
 const kCounts = ['state-points', 'state-beneath'];  // lines of the banner
-const kMaxReasons = 2;                              // in the banner; the list of changes has all
-
-/** "4.2 s", "2 min 5 s". */
-export function duration(ms) {
-  if (ms < 60000) return `${(ms / 1000).toFixed(ms < 10000 ? 1 : 0)} s`;
-  return `${Math.floor(ms / 60000)} min ${Math.floor((ms % 60000) / 1000)} s`;
-}
+const kMaxReasons = 3;                              // in the banner; the list of changes has all
 
 function setText(id, text) {
   if (byId(id).textContent !== text) byId(id).textContent = text;
 }
-
-/** For the strip and the list of changes: a video that stands still is as bad as being lost. */
-const colourOf = (state) => stateColour(state === 'stalled' ? 'lost' : state);
 
 /** Whether the state is that of a frame of now: not of a page without frames, or with old ones. */
 export const isOfNow = (state) => isFollowed(state) || isLost(state) || state === 'initialising';
@@ -82,8 +74,10 @@ function unplaced({targets, parts, planTargets}, reasons, isGivenUp) {
 }
 
 /** "Points: 5 seen, 3 extrapolated, errors up to 0.4 mm"; empty without points. */
-function pointsInWords(points) {
+function pointsInWords(points, isRepeated) {
   const {all, seen, extrapolated} = points;
+  // They are not lost: a picture that is the last one again tells nothing of them.
+  if (all && isRepeated && !(seen + extrapolated)) return 'Points: not of this picture';
   const counts =
       [[seen, 'seen'], [extrapolated, 'extrapolated'], [all - seen - extrapolated, 'lost']];
   const words = counts.filter(([count]) => count).map(([count, word]) => `${count} ${word}`);
@@ -102,35 +96,48 @@ function setCount(id, text, counts) {
  * " Why: ... What to do: ..." What is noticed of tissue that was found is not why it was; that a
  * video stands still has been said. Spaces in "What to do" do not end a line.
  */
-function because(state, reasons, faultyViews) {
-  const why = whyInWords(state, reasons, faultyViews).slice(0, kMaxReasons),
-        remedy = whatToDo(state, reasons, faultyViews);
-  const head = state === 'relocalised' || state === 'found' ? 'Noticed now' : 'Why';
+function because(state, moment) {
+  const {reasons, heldReasons, faultyViews, isHeld} = moment;
+  const why = causesInWords({...moment, state}, true).slice(0, kMaxReasons),
+        remedy = whatToDo(state, reasons || heldReasons, faultyViews);
+  const head = state === 'relocalised' || state === 'found' ? 'Noticed now' :
+      isHeld                                                ? 'Why, a moment ago' :
+                                                              'Why';
   return (why.length && state !== 'stalled' ? ` ${head}: ${why.join('; ')}.` : '') +
       (remedy ? ` What\u00a0to\u00a0do: ${remedy}.` : '');
 }
+
+const kNoMoment = {
+  reasons: '',
+  heldReasons: '',
+  faultyViews: '',
+  found: '',
+  isHeld: false,
+  doubts: null,
+  seen: null
+};
 
 export class State {
   /** changed: called with the name of the state that is shown. */
   constructor(changed) {
     this.changed = changed;
     this.shown = 'connecting';
-    this.of = 'connecting';  // of the newest frame, or why there is none
-    this.reasons = this.faultyViews = this.found = '';
-    this.isWritten = false;  // the outputs
-    this.isPaused = false;   // the picture
-    this.beneath = null;     // what the banner counts of targets and plan
-    this.seen = null;        // share of the tissue
-    this.largest = -1;       // expected error of points, mm
-    this.frozenFrom = null;  // ms of the pictures, of the first that repeats the one before
-    this.movedMs = null;     // likewise, of the last one that does not
-    this.repeatsMs = 0;      // how long pictures have repeated that one
-    this.moments = [];       // {state, ms}
-    this.frameAt = null;     // when the newest frame came
-    this.movedAt = null;     // when one came last that did not repeat the one before
-    this.hasNone = false;    // the program's last answer was that there is no newer one
+    this.of = 'connecting';   // of the newest frame, or why there is none
+    this.moment = kNoMoment;  // of the newest frame, see readMoment()
+    this.isWritten = false;   // the outputs
+    this.isPaused = false;    // the picture
+    this.beneath = null;      // what the banner counts of targets and plan
+    this.frozenFrom = null;   // ms of the pictures, of the first that repeats the one before
+    this.movedMs = null;      // likewise, of the last one that does not
+    this.repeatsMs = 0;       // how long pictures have repeated that one
+    this.strip = new Strip();
+    this.limitMs = kStalledMs;  // without a frame
+    this.endedAt = null;
+    this.frameAt = null;   // when the newest frame came
+    this.movedAt = null;   // when one came last that did not repeat the one before
+    this.hasNone = false;  // the program's last answer was that there is no newer one
     this.since = performance.now();
-    this.fuse = new Fuse(kStalledMs);
+    this.fuse = new Fuse();
     this.timer = setInterval(() => this.tell(), 200);
     addEventListener('resize', () => this.drawStrip());
     // A heading that is scrolled to does not lie beneath what stays in sight.
@@ -146,40 +153,42 @@ export class State {
    * moments: of the frames since the last call. followed: points, {all, seen, extrapolated,
    * largest} with the largest expected error, -1 where there is none; targets, parts and
    * planTargets, {all, placed, partly, largest} each; isGivenUp: their template. ageMs: of the
-   * newest frame; old where the page was kept from taking it.
+   * newest frame; old where the page was kept from taking it. limitMs: after which time without a
+   * frame the source has stopped.
    */
-  take(moments, followed, ageMs) {
+  take(moments, followed, ageMs, limitMs) {
+    this.limitMs = limitMs ?? kStalledMs;
     this.frameAt = performance.now() - ageMs;
     this.hasNone = false;
-    for (const [, ms, state, reasons] of moments) {
-      this.moments.push({state, ms});
+    for (const moment of moments) {
+      const {ms, reasons} = moment;
+      this.strip.add(moment);
       this.frozenFrom = isFrozen(reasons) ? this.frozenFrom ?? ms : null;
       if (this.frozenFrom === null) this.movedMs = ms;
       this.repeatsMs = ms - (this.movedMs ?? ms);
     }
-    this.moments.splice(0, Math.max(0, this.moments.length - kStripMoments));
     const {points, isGivenUp, ...beneath} = followed;
     const now = moments.at(-1);
     if (now) {
-      const [, ms, state, reasons, , seen, faultyViews, found] = now;
-      [this.of, this.reasons, this.faultyViews, this.found] = [state, reasons, faultyViews, found];
-      [this.seen, this.largest] = [seen, points.largest];
-      this.movedAt = this.frameAt - (this.frozenFrom === null ? 0 : ms - this.frozenFrom);
+      [this.moment, this.of] = [now, now.state];
+      this.movedAt = this.frameAt - (this.frozenFrom === null ? 0 : now.ms - this.frozenFrom);
     }
-    setCount('state-points', pointsInWords(points), [{...points, placed: points.seen}]);
+    setCount(
+        'state-points', pointsInWords(points, this.frozenFrom !== null),
+        [{...points, placed: points.seen}]);
     [this.beneath, this.isGivenUp] = [beneath, isGivenUp];
     setCount('state-beneath', beneathInWords(beneath), Object.values(beneath));
-    this.drawStrip();
     this.tell();
-    if (isOfNow(this.shown)) this.fuse.light(ageMs);
+    if (isOfNow(this.shown)) this.fuse.light(ageMs, this.limitMs);
   }
 
   /** Why there are no frames: disconnected, refused, ended. */
   stop(why) {
     this.of = why;
-    this.reasons = this.faultyViews = '';
+    this.moment = kNoMoment;
+    if (why === 'ended') this.endedAt = performance.now();
     for (const id of kCounts) setText(id, '');
-    if (why !== 'disconnected') clearInterval(this.timer);
+    if (why === 'refused') clearInterval(this.timer);
     this.tell();
   }
 
@@ -211,7 +220,7 @@ export class State {
   tell() {
     // A page that is hidden may be kept from taking frames: there the program's word counts.
     const isSilent = this.frameAt !== null && (this.hasNone || !document.hidden) &&
-        performance.now() - this.frameAt > kStalledMs;
+        performance.now() - this.frameAt > this.limitMs;
     const name = isSilent && isOfNow(this.of) ? 'stalled' : this.of;
     if (name !== this.shown) {
       this.shown = name;
@@ -222,18 +231,19 @@ export class State {
       for (const id of kCounts) byId(id).hidden = !isOfNow(name);
       this.changed(name);
     }
-    const reasons = name === this.of && !isSilent ? this.reasons : '';
-    const {word, say} = this.wordsOf(name, reasons);
+    const moment = name === this.of && !isSilent ? this.moment : kNoMoment;
+    const {word, say} = this.wordsOf(name, moment);
     for (const id of ['state-word', 'picture-state']) setText(id, word);
     const {what, why} = name === this.of && isFollowed(name) && this.beneath ?
-        unplaced(this.beneath, this.reasons, this.isGivenUp) :
+        unplaced(this.beneath, this.moment.reasons, this.isGivenUp) :
         {what: '', why: ''};
     setText('unplaced', what);
     setText(
         'state-say',
         (what && isUsable(name) ? `${what}: ${why}. ` : '') +
             (this.isPaused ? say.replace('Compare', 'Press Go on, then compare') : say) +
-            (name === 'tracking' ? '' : because(name, reasons, this.faultyViews)));
+            (name === 'tracking' ? '' : because(name, moment)));
+    this.drawStrip();
     this.tellPause(word);
     if (name !== 'ended' && name !== 'refused')
       setText('state-since', `for ${duration(performance.now() - this.since)}`);
@@ -248,86 +258,36 @@ export class State {
     const head = headOfLists(isOfNow(this.shown), this.isPaused);
     for (const note of document.querySelectorAll('.of-before'))
       if (note.textContent !== head) note.textContent = head;
+    setText('of-lists', head && `All lists: ${head[0].toLowerCase()}${head.slice(1)}`);
   }
 
-  /** {word, say}; reasons: of the frame that has the state. */
-  wordsOf(name, reasons) {
+  /** {word, say}; moment: of the frame that has the state. */
+  wordsOf(name, moment) {
+    const {reasons, faultyViews, seen, found, doubts} = moment;
     if (name === 'ended' && this.isWritten) return states.written;
     if (name === 'stalled' && isFrozen(reasons)) return states.frozen;
     const words = states[name] ?? {word: name, say: ''};
     if (!isFollowed(name)) return words;
-    if (name === 'unusable') return unusableInWords(reasons, this.seen, this.faultyViews);
+    if (name === 'unusable') return unusableInWords(reasons, seen, faultyViews);
     const say = (text) => ({...words, say: text});
     if (isFrozen(reasons))
-      return this.repeatsMs < kRepeatedMs ?
-          words :
-          say(`The same picture came again: positions are ${duration(this.repeatsMs)} old.`);
-    if (isUnseen(this.seen)) return say(unseenInWords(this.faultyViews));
+      return this.repeatsMs < kRepeatedMs ? words : say(repeatedInWords(this.repeatsMs));
+    if (isUnseen(seen)) return say(unseenInWords(faultyViews));
+    if (name === 'relocalised' && found === 'resumed') return say(states.resumed.say);
     if (name !== 'degraded') return words;
-    const less = this.found ? lessSureSince(this.found) : words.say;
-    return say(
-        this.largest > kMostErrorMm ? `${less} Do not use points above \u00b1${kMostErrorMm} mm.` :
-                                      less);
+    return say([lessSureInWords(moment), doubtsToDo(doubts)].filter(Boolean).join(' '));
+  }
+
+  /** Whether positions of the newest frame are measured. */
+  isSeen() {
+    return !isUnseen(this.moment.seen);
   }
 
   drawStrip() {
-    const canvas = byId('strip');
-    const width = Math.max(1, Math.round(canvas.clientWidth));
-    if (canvas.width !== width) canvas.width = width;
-    canvas.height = kStripHeight;
-    const context = canvas.getContext('2d');
-    const step = width / kStripMoments, first = kStripMoments - this.moments.length;
-    this.moments.forEach(({state}, i) => {
-      context.fillStyle = colourOf(state);
-      context.fillRect(Math.floor((first + i) * step), 0, Math.ceil(step), kStripHeight);
-    });
-    if (this.moments.length < 2) return;
-    // The time is that of the pictures.
-    const ago = this.moments.at(-1).ms - this.moments[0].ms;
-    context.font = `bold ${kStripHeight - 3}px sans-serif`;
-    context.textBaseline = 'middle';
-    context.fillStyle = '#ffffff';
-    const text = `${duration(ago)} ago`, left = Math.floor(first * step) + 8;
-    if (ago > 0 && left + context.measureText(text).width < 0.8 * width)
-      context.fillText(text, left, kStripHeight / 2);
-    context.textAlign = 'right';
-    context.fillText('now', width - 8, kStripHeight / 2);
-  }
-}
-
-const kMaxChanges = 600;
-
-/** The list of changes; a state that lasts has one row, with all reasons that were given in it. */
-export class Changes {
-  constructor() {
-    this.rows = [];
-    this.last = null;  // {state, seen, words, why}
-  }
-
-  add([frame, ms, state, reasons, , share, faultyViews]) {
-    const seen = `${reasons} ${faultyViews}`;
-    if (this.last?.state === state) {
-      const {words, why, seen: before} = this.last;
-      if (seen === before) return;
-      this.last.seen = seen;
-      for (const word of whyInWords(state, reasons, faultyViews)) words.add(word);
-      why.textContent = [...words].join('; ');
-      return;
-    }
-    const chip = element(
-        'span', {class: 'chip', style: `--chip: ${colourOf(state)}`},
-        wordOf(state, reasons, share, faultyViews));
-    const words = new Set(whyInWords(state, reasons, faultyViews));
-    const why = element('span', {}, [...words].join('; '));
-    this.last = {state, seen, words, why};
-    this.rows.unshift(element(
-        'tr', {},
-        ...[String(frame), seconds(ms), chip, why].map((cell) => element('td', {}, cell))));
-    this.rows.length = Math.min(this.rows.length, kMaxChanges);
-    const heads =
-        ['Frame', 'Time', 'State', 'Why'].map((text) => element('th', {scope: 'col'}, text));
-    byId('changes').replaceChildren(element(
-        'table', {}, element('thead', {}, element('tr', {}, ...heads)),
-        element('tbody', {}, ...this.rows)));
+    const now = performance.now(), isOver = this.endedAt !== null;
+    // Pictures that stand still come, and have the state of an outage themselves.
+    const ageMs = this.frameAt === null ? 0 : (this.endedAt ?? now) - this.frameAt;
+    this.strip.draw(
+        ageMs > this.limitMs ? ageMs : 0, this.limitMs, isOver ? now - this.endedAt : null);
   }
 }

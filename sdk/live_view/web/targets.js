@@ -3,6 +3,7 @@ import {extrapolatedStatus, observedStatus, unknownStatus} from '../../report/we
 import {byId, element, number, table} from '../../report/web/data.js';
 import {statusCell} from '../../report/web/summary.js';
 import {kRanks, textsOf} from './labels.js';
+import {kMostErrorMm} from './words.js';
 
 export const targetColour = '#c6ff1a';
 const kArm = 3.5;        // of a mark, pixels of the screen
@@ -120,6 +121,10 @@ export function placeCell(status, isOfFollowed) {
 /** "0.6 mm" */
 export const lengthCell = (value) => (Number.isFinite(value) ? `${number(value, 1)} mm` : '–');
 
+/** An expected error, marked where it is too large for the place to be used. */
+export const errorCell = (error) => element(
+    'span', error > kMostErrorMm ? {class: 'too-large', title: `above ${kMostErrorMm} mm`} : {},
+    lengthCell(error));
 
 /** Hidden until there is a target. count: of all that are followed. why: see showPlanList. */
 export function showTargetList(targets, count, isOfFollowed, why) {
@@ -128,7 +133,7 @@ export function showTargetList(targets, count, isOfFollowed, why) {
   const rows = targets.map(
       ({id, depth, status, centre, error}) =>
           [id, lengthCell(depth), placeCell(status, isOfFollowed),
-           centre ? centre.map((value) => number(value, 1)).join(', ') : '–', lengthCell(error)]);
+           centre ? centre.map((value) => number(value, 1)).join(', ') : '–', errorCell(error)]);
   byId('targets-count').textContent = shareShown(targets, count);
   byId('targets-why').textContent = why;
   byId('targets-list')

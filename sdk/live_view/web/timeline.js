@@ -38,7 +38,7 @@ export class Timeline {
   }
 
   add(moments) {
-    for (const [, ms, , , frameMs, share] of moments) {
+    for (const {ms, frameMs, seen: share} of moments) {
       this.values[0].push(ms / 1000);
       this.values[1].push(frameMs);
       this.values[2].push(share === null ? null : 100 * share);

@@ -1,6 +1,6 @@
 // Full screen, and the pause of the pictures. The state goes on while they pause.
 import {byId} from '../../report/web/data.js';
-import {duration} from './state.js';
+import {duration} from './words.js';
 
 export function listenToFullScreen() {
   const button = byId('full-screen');

@@ -12,10 +12,11 @@ import {painted} from './pace.js';
 import {Picture} from './picture.js';
 import {partsKnown, readPlan, showPlanList} from './plan.js';
 import {PointList, readPoints} from './points.js';
-import {Changes, duration, isOfNow, State} from './state.js';
+import {Changes} from './changes.js';
+import {isOfNow, State} from './state.js';
 import {largestError, placedTargets, readTargets, showTargetList} from './targets.js';
 import {listenToFullScreen, Pause} from './tools.js';
-import {isFollowed, isLost, isUsable, notPlacedInWords} from './words.js';
+import {duration, isFollowed, isLost, isUsable, notPlacedInWords, readMoment} from './words.js';
 
 const kLateMs = 1000;    // a surface that is so far behind the picture beside it is shown as old
 const kPausedMs = 3000;  // for which a paused picture keeps its colours
@@ -30,6 +31,8 @@ class AgeNotes {
     this.pausedAt = null;
     this.isOld = false;  // a picture that was paused
     this.state = 'connecting';
+    this.newestAt = null;    // as pictureAt, of the newest frame
+    this.mostMs = Infinity;  // its age that is not told
     setInterval(() => this.tell(), 200);
   }
 
@@ -62,11 +65,12 @@ class AgeNotes {
     const frame = byId('left').querySelector('.picture-frame');
     frame.classList.toggle('stale', this.isOld);
     frame.classList.toggle('held', isPaused && isUsed);
-    const isOld = this.pictureAt !== null && !isOfNow(this.state) && !isPaused;
+    const ageMs = this.pictureAt === null ? 0 : performance.now() - this.pictureAt;
+    const isOld = this.pictureAt !== null && !isPaused &&
+        (!isOfNow(this.state) ||
+         (this.state !== 'initialising' && performance.now() - this.newestAt > this.mostMs));
     byId('old-picture').hidden = !isOld;
-    if (isOld)
-      byId('old-picture').textContent =
-          `Picture of ${duration(performance.now() - this.pictureAt)} ago`;
+    if (isOld) byId('old-picture').textContent = `Picture of ${duration(ageMs)} ago`;
     const wasSeen = this.seenAt !== null, behind = this.pictureAt - this.seenAt;
     const followed = isFollowed(this.state) && !this.isOld, isNow = followed && behind < kLateMs;
     byId('surface').querySelector('.stage').classList.toggle('stale', !isNow && wasSeen);
@@ -133,9 +137,9 @@ export async function watch(surface, timeline) {
     const why = isPaused                        ? 'the picture is paused.' :
         isLost(name) || name === 'initialising' ? 'the tissue is not followed.' :
         name === 'ended'                        ? 'the run has ended.' :
-        name === 'unusable'                     ? 'positions are not measured well enough now.' :
+        isFollowed(name)                        ? 'positions are not measured well enough now.' :
                                                   'the picture is not of now.';
-    picture.take(isUsable(name) && !isPaused, `No point was added: ${why}`);
+    picture.take(isUsable(name) && state.isSeen() && !isPaused, `No point was added: ${why}`);
   }
 
   // While there is a program to ask.
@@ -174,22 +178,24 @@ export async function watch(surface, timeline) {
     const {header} = frame;
     const points = readPoints(header);
     const chosen = points.filter(({isChosen}) => isChosen);
-    const moments = header.moments.filter(([index]) => index > newest);
+    const moments = header.moments.map(readMoment).filter(({frame: index}) => index > newest);
     for (const moment of moments) changes.add(moment);
-    if (moments.length) newest = moments.at(-1)[0];
+    if (moments.length) newest = moments.at(-1).frame;
     const targets = readTargets(header), plan = readPlan(header);
     const counts = followed(header, chosen, targets, plan);
-    state.take(moments, counts, ageMs);
-    const now = header.moments.find(([index]) => index === header.frame) ?? header.moments.at(-1);
+    state.take(moments, counts, ageMs, header.outage_ms);
+    [notes.newestAt, notes.mostMs] = [state.movedAt, state.limitMs / 2];
+    takePoints();
+    const now = moments.find(({frame: index}) => index === header.frame) ?? moments.at(-1);
     if (now) showNow(header, now, rate());
     showStages(header.stages);
     picture.answer(header.dropped_clicks, chosen);
     showRecording(header.recording);
     showMessage(header.message);
-    const isOfFollowed = isFollowed(now?.[2]);
+    const isOfFollowed = isFollowed(now?.state);
     list.show(chosen, picture.takesPoints, new Set(isOfFollowed ? header.never_placed : []));
     await checks.show(header, isOfFollowed);
-    const why = (of) => (isOfFollowed ? notPlacedInWords(of, now[3], header.is_given_up) : '');
+    const why = (of) => (isOfFollowed ? notPlacedInWords(of, now.reasons, header.is_given_up) : '');
     showTargetList(targets, header.target_count, isOfFollowed, why({target: counts.targets}));
     showPlanList(plan, isOfFollowed, why({part: counts.parts, target: counts.planTargets}));
     if (!pause.isOn()) await draw(frame, points, targets, plan);
@@ -205,7 +211,10 @@ export async function watch(surface, timeline) {
       ready();
       state.resume();
     },
-    silent: () => state.silent(),
+    silent: () => {
+      state.silent();
+      if (state.shown === 'stalled') changes.addOutage();
+    },
     disconnected: () => state.stop('disconnected')
   });
   state.stop(why);

@@ -1,7 +1,36 @@
 // Plain words for states and stages.
 
 import {stateWords} from '../../report/web/colours.js';
+import {number} from '../../report/web/data.js';
 import {reasonsInWords, remedyOf} from '../../report/web/reasons.js';
+
+/** "4.2 s", "2 min 5 s". */
+export function duration(ms) {
+  if (ms < 60000) return `${(ms / 1000).toFixed(ms < 10000 ? 1 : 0)} s`;
+  return `${Math.floor(ms / 60000)} min ${Math.floor((ms % 60000) / 1000)} s`;
+}
+
+/**
+ * The header's. seen: share of the tissue; isHeld: less sure for the sake of a frame before, whose
+ * reasons and doubts (see doubtsInWords) come with it; gapMs: without a picture before this one,
+ * where that was an outage.
+ */
+export const readMoment = ([
+  frame, ms, state, reasons, frameMs, seen, faultyViews, found, isHeld, heldReasons, doubts, gapMs
+]) => ({
+  frame,
+  ms,
+  state,
+  reasons,
+  frameMs,
+  seen,
+  faultyViews,
+  found,
+  isHeld,
+  heldReasons,
+  doubts,
+  gapMs
+});
 
 /** word: the largest on the page. */
 export const states = {
@@ -18,6 +47,12 @@ export const states = {
   relocalised: {
     word: stateWords.relocalised,
     say: 'The tissue was lost, and is followed again. Compare one landmark by eye.'
+  },
+  // Said as relocalised, after an outage.
+  resumed: {
+    word: stateWords.relocalised,
+    say: 'No new picture came for a while; the tissue is followed again. Compare one landmark by ' +
+        'eye.'
   },
   found: {word: stateWords.found, say: 'The tissue is followed. Compare one landmark by eye.'},
   unfound:
@@ -41,9 +76,15 @@ export const states = {
   disconnected: {
     word: 'No connection',
     say: 'The program does not answer: it has ended, or the way to it is broken. Nothing here is ' +
-        'current.'
+        'current. What\u00a0to\u00a0do: use no position; look at the terminal of defrec track and ' +
+        'at the network.'
   },
-  refused: {word: 'No access', say: 'This address belongs to another run. Open the new one.'},
+  refused: {
+    word: 'No access',
+    say:
+        'This address belongs to another run. What\u00a0to\u00a0do: open the address that defrec ' +
+        'track printed last.'
+  },
   ended: {
     word: 'Ended',
     say: 'Nothing is followed any more. The outputs are being written: do not switch off yet.'
@@ -65,8 +106,19 @@ export const isUsable = (state) => isFollowed(state) && state !== 'unusable';
 /** Whether tissue was to be followed and is not. */
 export const isLost = (state) => ['lost', 'unfound', 'given-up'].includes(state);
 
-/** Text for a frame that is degraded a moment after tissue was found or found again. */
-export const lessSureSince = (found) => `${states[found].say} Errors may be larger than usual.`;
+/**
+ * Text for a frame that is degraded, also a moment after tissue was found. Points with large
+ * errors, or without a place, say nothing of the rest.
+ */
+export function lessSureInWords({reasons, heldReasons, doubts, found}) {
+  const isOfPoints = doubts && !reasons && !heldReasons;
+  if (!found) return isOfPoints ? states.tracking.say : states.degraded.say;
+  return isOfPoints ? states[found].say : `${states[found].say} Errors may be larger than usual.`;
+}
+
+/** Text for frames that have repeated one for some time. */
+export const repeatedInWords = (ms) =>
+    `The same picture comes again: all positions are of the last new one, ${duration(ms)} ago.`;
 
 /** In a frame that repeats the one before; one view that stands still is another thing. */
 export function isFrozen(reasons) {
@@ -110,14 +162,73 @@ export const unseenInWords = (faultyViews) =>
     (faultyViews === 'right' ? 'One view does not measure depth. Do not rely on any position.' :
                                'Nothing of the tissue is seen now. Do not rely on any position.');
 
-/** The reasons in words: a picture that is repeated is no video that stands still. */
+/** The reasons in words: pictures that are repeated are no video that stands still. */
 export const whyInWords = (state, reasons, faultyViews) =>
     reasonsInWords(reasons, faultyViews)
         .map(
             (words) =>
                 (isFrozen(reasons) && state !== 'stalled' && words === frozenInWords ?
-                     'one repeated picture' :
+                     'repeated pictures' :
                      words));
+
+/** "P4, P5 and 2 more"; how(i): what follows a name. */
+function listed([names, , count], how = () => '') {
+  const words = names.map((name, i) => `${name}${how(i)}`), more = count - names.length;
+  if (more > 0) return `${words.join(', ')} and ${more} more`;
+  return [words.slice(0, -1).join(', '), words.at(-1)].filter(Boolean).join(' and ');
+}
+
+const isOne = ([, , count]) => count === 1;
+
+/** "P4 has no place" */
+const placeless = (named) => `${listed(named)} ${isOne(named) ? 'has' : 'have'} no place`;
+
+/**
+ * Why points and targets make a frame less sure. doubts: the moment's, {large, targets, lost,
+ * never}, [names, expected errors, count] each; null: none. withErrors: else the names alone, which
+ * stay from one frame to the next.
+ */
+export function doubtsInWords(doubts, withErrors) {
+  if (!doubts) return [];
+  const {large, targets, lost, never} = doubts, words = [];
+  const errors = (named) =>
+      (withErrors ? listed(named, (i) => ` \u00b1${number(named[1][i], 1)}\u00a0mm`) :
+                    `large expected error of ${listed(named)}`);
+  if (large[2]) words.push(errors(large));
+  if (targets[2]) words.push(errors(targets));
+  if (lost[2]) words.push(placeless(lost));
+  if (never[2]) words.push(`${listed(never)} not seen when given`);
+  return words;
+}
+
+/** What to do about them, for the text of the banner; empty: nothing. */
+export function doubtsToDo(doubts) {
+  if (!doubts) return '';
+  const {large, targets, never} = doubts, words = [];
+  if (never[2]) {
+    const many = never[2] > never[0].length ? `${never[2]} points have no place` : placeless(never);
+    words.push(`${many}: click ${isOne(never) ? 'it' : 'them'} again.`);
+  }
+  const what = [[large, 'points'], [targets, 'targets']].filter(([named]) => named[2]);
+  if (what.length)
+    words.push(`Do not use ${what.map(([, name]) => name).join(' and ')} above \u00b1${
+        kMostErrorMm}\u00a0mm.`);
+  return words.join(' ');
+}
+
+// The doubts name the points.
+const kOfPoints = 'point-error';
+
+/** Why the state is what it is; never empty for one that is less sure. */
+export function causesInWords({state, reasons, faultyViews, heldReasons, doubts}, withErrors) {
+  const given = [reasons, heldReasons].filter(Boolean).join(',');
+  const names = [...new Set(namesOf(given))].filter((name) => name !== kOfPoints || !doubts);
+  const words = [
+    ...(state === 'degraded' ? doubtsInWords(doubts, withErrors) : []),
+    ...whyInWords(state, names.join(','), faultyViews)
+  ];
+  return state === 'degraded' && !words.length ? ['less is observed than usual'] : words;
+}
 
 const [frozenInWords] = reasonsInWords('frozen', '');
 
@@ -134,6 +245,7 @@ export const whatToDo = (state, reasons, faultyViews) => remedyOf(
  */
 export function whyNotPlaced(counts, reasons, isGivenUp) {
   if (isGivenUp) return 'all places belong to a template that was given up';
+  if (isFrozen(reasons)) return 'the same picture comes again, and nothing is measured in it';
   return counts.every(isUnknown) && namesOf(reasons).includes('one-view') ?
       'only one view shows the tissue, which does not measure depth' :
       'too little is known here of the tissue above, or the expected error would be too large';

@@ -1,0 +1,53 @@
+// See doubts.hpp.
+#include "sdk/live_view/doubts.hpp"
+
+#include <algorithm>
+
+#include "sdk/base/util/error.hpp"
+#include "sdk/report/shown_state.hpp"
+
+namespace defrec::cli {
+namespace {
+
+void add_name(std::string name, ViewDoubts::Named& named) {
+    if (named.names.size() < ViewDoubts::kMostNames) named.names.push_back(std::move(name));
+    ++named.count;
+}
+
+// The largest errors first.
+void add_errors(std::vector<std::pair<double, std::string>> errors, ViewDoubts::Named& named) {
+    std::stable_sort(errors.begin(), errors.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    for (auto& [error, name] : errors) {
+        if (named.names.size() < ViewDoubts::kMostNames) named.errors_mm.push_back(error);
+        add_name(std::move(name), named);
+    }
+}
+
+}  // namespace
+
+ViewDoubts doubts_of(const std::vector<ViewPoint>& points,
+                     const std::vector<TargetEstimate>& targets,
+                     const std::set<std::int64_t>& placed) {
+    ViewDoubts doubts;
+    std::vector<std::pair<double, std::string>> errors, target_errors;
+    for (const ViewPoint& point : points) {
+        if (!point.is_chosen) continue;
+        std::string name = point.name.empty() ? concat("#", point.id) : point.name;
+        if (point.status == VertexStatus::unknown)
+            add_name(std::move(name), placed.count(point.id) > 0 ? doubts.lost : doubts.never);
+        else if (point.expected_error_mm > ShownState::kMostErrorMm)
+            errors.emplace_back(point.expected_error_mm, std::move(name));
+    }
+    for (const TargetEstimate& target : targets) {
+        const auto error = static_cast<double>(expected_error(target));
+        if (target.status == VertexStatus::unknown || !(error > ShownState::kMostErrorMm)) continue;
+        target_errors.emplace_back(
+            error, target.name.empty() ? concat("target ", target.id) : target.name);
+    }
+    add_errors(std::move(errors), doubts.large);
+    add_errors(std::move(target_errors), doubts.targets);
+    return doubts;
+}
+
+}  // namespace defrec::cli
