@@ -30,8 +30,8 @@ TEST_CASE("frames of a state are named with their main reason and its remedy") {
               "frames 12 to 14 lost: both pictures are black; check light, lens and cable",
               "frame 16 lost: little of the tissue is recognised; move the camera back to where "
               "the tissue was last followed",
-              "2 of the frames 11 to 17 degraded: something lies in front of the tissue; move the "
-              "instrument aside"});
+              "2 of the frames 11 to 17 degraded: something lies in front of the tissue; move it "
+              "aside"});
 }
 
 TEST_CASE("frames without a reason that explains their state are named as well") {
@@ -91,8 +91,10 @@ TEST_CASE("what follows from smoke or blur does not hide it") {
     list.add(2, "degraded", "few-matches", "");
     CHECK(words_of_list(list) ==
           std::vector<std::string>{
-              "frame 0 lost: smoke, blur or a wet lens; clean the lens, let the smoke clear",
-              "frame 1 degraded: smoke, blur or a wet lens; clean the lens, let the smoke clear",
+              "frame 0 lost: smoke, blur, a wet or covered lens; clean the lens, let the smoke "
+              "clear",
+              "frame 1 degraded: smoke, blur, a wet or covered lens; clean the lens, let the smoke "
+              "clear",
               "frame 2 degraded: little of the tissue is recognised"});
 }
 
@@ -104,7 +106,8 @@ TEST_CASE("nothing is in doubt where all is followed") {
     list.add(2, "initialising", "no-depth", "");
     CHECK(words_of_list(list) ==
           std::vector<std::string>{
-              "frame 2 initialising: too little depth is measured; check focus and distance"});
+              "frame 2 initialising: too little depth is measured; look whether something covers "
+              "the tissue, check focus and distance"});
 }
 
 TEST_CASE("tissue that was never followed is not to be looked for where it was followed last") {
