@@ -65,6 +65,11 @@ struct DoctorOrder {
     static constexpr double kMinFront = 0.75;
     // share of the matches | in front of the cameras, at most, where they stand behind | mismatches
     static constexpr double kMaxFront = 0.25;
+    // matches | of a pair of images: with fewer its rows do not count | set by hand
+    static constexpr std::size_t kMinMatches = 8;
+    // share of the matches | at either end of depths and disparities, that does not count |
+    //   mismatches
+    static constexpr double kOutliers = 0.05;
     // px | median by which rows differ, from which another calibration is tried | set by hand
     static constexpr double kMinRowError = 0.8;
     // share of that median | left by a calibration that is better | set by hand
@@ -204,6 +209,9 @@ struct DoctorViews {
     static constexpr double kLateShare = 0.12;
     // frames | median of their lags, at least | set by hand
     static constexpr double kMinLag = 0.25;
+    // px | by which the steps of the rows differ from frame to frame, at least: no calibration does
+    //   that | set by hand
+    static constexpr double kMovingRows = 0.6;
     // share of the left view | that the right one sees, at least | 0.75 of in-vivo recordings
     static constexpr double kMinOverlap = 0.6;
     // share of the matches | outside of the disparities that are searched: a finding | a round
@@ -213,6 +221,29 @@ struct DoctorViews {
     static constexpr double kBeyond = 3;
     // gray levels | views that differ by less on average are one and the same | noise of a camera
     static constexpr double kSameView = 0.4;
+};
+
+// Whether other pairs of frames than those given are of one time.
+struct DoctorPairings {
+    // frames | by which the views are shifted against each other, at most | set by hand
+    static constexpr int kMostFrames = 3;
+    // frames | whose views are matched in each pairing, spread over those that are tracked | set by
+    //   hand
+    static constexpr std::size_t kMatchedFrames = 7;
+    // matches | of a pair of images: with fewer its rows do not count | set by hand
+    static constexpr std::size_t kMinMatches = 8;
+    // px | median by which rows differ, from which pairings are tried | four times a camera's noise
+    static constexpr double kMinRowMotion = 0.2;
+    // share of what the pairs as they are have | of rows that differ otherwise than in all frames,
+    //   at most: the pairing is the right one | set by hand
+    static constexpr double kBetter = 0.5;
+    // px | by which it is less, at least | set by hand
+    static constexpr double kLess = 0.1;
+    // px | by which rows of a frame may agree worse | set by hand
+    static constexpr double kWorse = 0.15;
+    // frames | by which a lag is off a whole number, at most: whole frames can be left out | set by
+    //   hand
+    static constexpr double kWhole = 0.3;
 };
 
 }  // namespace defrec::decisions

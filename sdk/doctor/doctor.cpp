@@ -6,6 +6,7 @@
 
 #include "sdk/client/library.hpp"
 #include "sdk/doctor/findings.hpp"
+#include "sdk/doctor/pairings.hpp"
 #include "sdk/input/bag_calibration.hpp"
 #include "sdk/io/interrupt.hpp"
 #include "sdk/io/json_text.hpp"
@@ -84,6 +85,7 @@ Diagnosis diagnose(const DoctorOptions& options) {
         track_frames(options.probe, frames, is_accepted ? &accepted : nullptr, refusal);
     Evidence evidence = collect_evidence(frames, read_calibration(written, options.units), refusal);
     evidence.probe = std::move(probe);
+    try_pairings(frames, evidence);
     return {frames.size(), evidence.width, evidence.height, look_at_everything(evidence)};
 }
 

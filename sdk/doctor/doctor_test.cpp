@@ -9,7 +9,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "sdk/doctor/findings.hpp"
+#include "sdk/doctor/pairings.hpp"
 #include "sdk/doctor/test_recordings.hpp"
+#include "sdk/io/statistics.hpp"
 #include "sdk/io/test_refusal.hpp"
 #include "sdk/scenes/writing/render_command.hpp"
 
@@ -80,6 +82,18 @@ Spoil blanked(std::size_t first, std::size_t last, double gray) {
     };
 }
 
+// px, of the first frame.
+double median_disparity(const std::string& scene) {
+    const Recording& recording = rendered(scene);
+    cv::Mat left, right;
+    cv::cvtColor(recording.left.front(), left, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(recording.right.front(), right, cv::COLOR_BGR2GRAY);
+    std::vector<double> disparities;
+    for (const ViewMatch& match : match_views(left, right))
+        disparities.push_back(match.left.x - match.right.x);
+    return nearest_rank(disparities, 0.5);
+}
+
 }  // namespace
 
 TEST_CASE("nothing is found where nothing is wrong: rectified and raw views") {
@@ -136,6 +150,31 @@ TEST_CASE("exchanged views, cameras and names") {
               translation_of(r.calibration) =
                   (-(rotation_of(r.calibration) * translation_of(r.calibration))).eval();
           }) == "order");
+}
+
+TEST_CASE("a view that is shifted to the side is not taken for exchanged ones without a word") {
+    const auto shifted = [](int px) {
+        return finding_of(diagnose_spoiled("heartbeat",
+                                           [=](Recording& r) {
+                                               const int width = r.calibration.width - px;
+                                               crop(r.left, px, width);
+                                               crop(r.right, 0, width);
+                                               r.calibration.width = width;
+                                               r.calibration.left.cx -= px / 2.0;
+                                               r.calibration.right.cx -= px / 2.0;
+                                           }),
+                          "order");
+    };
+    // By about the disparity of the tissue.
+    const double disparity = median_disparity("heartbeat");
+    const Finding part = shifted(static_cast<int>(disparity));
+    CHECK(part.verdict == Verdict::kFound);
+    CHECK_SAYS(part.what, "disparities are shifted, they run from -");
+    CHECK_SAYS(part.remedy, "See whether one view was cropped");
+    // By more than all of it: exchanged views look like that.
+    const Finding all = shifted(static_cast<int>(1.8 * disparity));
+    CHECK_SAYS(all.what, "with left and right exchanged the tissue lies ");
+    CHECK_SAYS(all.remedy, "If the tissue was elsewhere, the disparities are shifted");
 }
 
 TEST_CASE("R and T of the wrong direction") {
@@ -199,9 +238,14 @@ TEST_CASE("interlaced video") {
 TEST_CASE("exposure") {
     for (const double gain : {6.0, 0.05}) {
         CAPTURE(gain);
-        CHECK(found("heartbeat", [&](Recording& r) {
-                  for_each_image(r, [&](cv::Mat& image) { image *= gain; });
-              }) == "exposure");
+        const Diagnosis diagnosis = diagnose_spoiled("heartbeat", [&](Recording& r) {
+            for_each_image(r, [&](cv::Mat& image) { image *= gain; });
+        });
+        CHECK(found_in(diagnosis) == "exposure");
+        const Finding exposure = finding_of(diagnosis, "exposure");
+        CHECK_SAYS(exposure.what, gain > 1 ? "both views are overexposed" : "both views are ");
+        CHECK_SAYS(exposure.remedy, "the light, the gain or the exposure time");
+        CHECK(exposure.remedy.find("cable") == std::string::npos);
     }
     CHECK(found("heartbeat", [](Recording& r) {
               for (cv::Mat& image : r.right) image = cv::Scalar::all(0);
@@ -221,7 +265,7 @@ TEST_CASE("black frames are named, and what to do about them") {
     const Diagnosis all = diagnose_spoiled("heartbeat", blanked(0, 11, 0));
     CHECK(found_in(all) == "exposure");
     CHECK(finding_of(all, "exposure").what ==
-          "the left view is black: 100 % of it is no brighter than gray level 6 of 255.");
+          "both views are black: 100 % of each is no brighter than gray level 6 of 255.");
     for (const char* id : {"black_frames", "interlacing"})
         CHECK(finding_of(all, id).verdict == Verdict::kUnknown);
 }
@@ -289,6 +333,15 @@ TEST_CASE("a recording that cannot be read to the end is refused") {
     CHECK_SAYS(refusal_of([&] { diagnose(options); }), "times.csv");
 }
 
+TEST_CASE("black bars whose edges lie on the grid of blocks are no compression") {
+    CHECK(found("heartbeat", [](Recording& r) {
+              for_each_image(r, [](cv::Mat& image) {
+                  image.rowRange(0, 40) = cv::Scalar::all(0);
+                  image.rowRange(image.rows - 38, image.rows) = cv::Scalar::all(0);
+              });
+          }) == "bars");
+}
+
 TEST_CASE("strong compression") {
     CHECK(found("heartbeat", [](Recording& r) {
               for_each_image(r, [](cv::Mat& image) { compress(image, 15); });
@@ -330,11 +383,81 @@ TEST_CASE("row 161: depth that rows cost is not laid to compression") {
     CHECK(finding->severity == Severity::kWarning);
 }
 
-TEST_CASE("a view that is late") {
-    CHECK(found("heartbeat", [](Recording& r) {
-              r.left.erase(r.left.begin());
-              r.right.pop_back();
-          }) == "lag");
+TEST_CASE("a view that is late, and which images to leave out: the first ones of that view") {
+    const auto leave_out = [](std::vector<cv::Mat>& first, std::vector<cv::Mat>& last, int count) {
+        first.erase(first.begin(), first.begin() + count);
+        last.erase(last.end() - count, last.end());
+    };
+    for (const int frames : {1, 2}) {
+        CAPTURE(frames);
+        const Spoil late = [&](Recording& r) { leave_out(r.left, r.right, frames); };
+        const Diagnosis right = diagnose_spoiled("heartbeat", late);
+        CHECK(found_in(right) == "lag");
+        CHECK(finding_of(right, "lag").value == frames);
+        CHECK_SAYS(finding_of(right, "lag").what, frames == 1 ? "1 frame late" : "2 frames late");
+        const std::string images = frames == 1 ? "image" : "2 images";
+        CHECK_SAYS(finding_of(right, "lag").remedy, "the first " + images + " of the right view");
+        CHECK(found("heartbeat", [&](Recording& r) {
+                  late(r);
+                  leave_out(r.right, r.left, frames);
+              }) == "");
+        const Diagnosis left = diagnose_spoiled(
+            "heartbeat", [&](Recording& r) { leave_out(r.right, r.left, frames); });
+        CHECK(found_in(left) == "lag");
+        CHECK(finding_of(left, "lag").value == -frames);
+        CHECK_SAYS(finding_of(left, "lag").remedy, "the first " + images + " of the left view");
+    }
+}
+
+TEST_CASE("first images are left out of the late view where the lag is whole and constant alone") {
+    Evidence evidence;
+    evidence.probe.has_rig = true;
+    evidence.probe.frames.assign(12, {DEFREC_DEGRADED, DEFREC_REASON_VIEW_LATE, -0.9f, 1, true});
+    // Rows tell nothing of it.
+    CHECK_SAYS(look_at_lag(evidence).remedy, "leave out the first image of the left view");
+    evidence.pairings = {{-1, 0.05, true}, {0, 0.06, true}, {1, 0.05, true}};
+    CHECK_SAYS(look_at_lag(evidence).remedy, "leave out the first image of the left view");
+    // It begins later: in some of the frames rows agree as they are.
+    evidence.pairings = {{-1, 0.5, false}, {0, 0.6, true}, {1, 1.1, false}};
+    CHECK_SAYS(look_at_lag(evidence).remedy, "does not mend it");
+    evidence.pairings.clear();
+    for (TrackedFrame& frame : evidence.probe.frames) frame.view_lag_frames = 0.5f;
+    CHECK_SAYS(look_at_lag(evidence).what, "0.5 frames late");
+    CHECK_SAYS(look_at_lag(evidence).remedy, "does not mend it");
+}
+
+TEST_CASE("other pairings are taken where rows agree in each frame, and clearly better") {
+    std::vector<Pairing> pairings = {{-1, 2.0, false}, {0, 1.0, true}, {1, 0.1, true}};
+    REQUIRE(better_pairing(pairings) != nullptr);
+    CHECK(better_pairing(pairings)->later == 1);
+    CHECK_FALSE(is_of_no_pairing(pairings));
+    pairings[2].is_never_worse = false;
+    CHECK(better_pairing(pairings) == nullptr);
+    CHECK(is_of_no_pairing(pairings));
+    pairings[2] = {1, 0.7, true};
+    CHECK(better_pairing(pairings) == nullptr);
+    CHECK(better_pairing({}) == nullptr);
+    CHECK_FALSE(is_of_no_pairing({}));
+}
+
+TEST_CASE("rows that differ otherwise from frame to frame are not laid to the calibration alone") {
+    Evidence evidence;
+    evidence.width = 640;
+    evidence.height = 360;
+    evidence.trials.emplace_back();
+    evidence.trials.front().front_share = 1;
+    const auto add = [&](int pair, double step) {
+        for (int i = 0; i < 40; ++i)
+            evidence.trials.front().matches.push_back(
+                {10.0 * (i % 8), 10.0 * (i / 8), step, 20, 80, pair});
+    };
+    add(0, 2);
+    add(1, 2.1);
+    CHECK_SAYS(look_at_rows(evidence).remedy, "Calibrate anew");
+    add(2, 3);
+    const Finding rows = look_at_rows(evidence);
+    CHECK_SAYS(rows.what, "from 2.0 to 3.0 px, which no calibration does");
+    CHECK(rows.remedy.find("Calibrate anew") == std::string::npos);
 }
 
 TEST_CASE("a lag is unknown where the tracker measures none") {
@@ -401,7 +524,8 @@ TEST_CASE("a surface that is lost is told with the reasons and with what helps")
     CHECK(followed.verdict == Verdict::kFound);
     CHECK(followed.severity == Severity::kError);
     CHECK(followed.what ==
-          "in 12 of 17 frames the surface was lost: smoke, blur or a wet lens (9); little of the "
+          "in 12 of 17 frames the surface was lost: smoke, blur, a wet or covered lens (9); little "
+          "of the "
           "tissue is recognised (3).");
     CHECK_SAYS(followed.remedy, "Clean the lens, let the smoke clear. Move the camera back to");
     CHECK_SAYS(followed.remedy, "where frames of the recording are left out");

@@ -94,6 +94,11 @@ bool Evidence::has_depth() const {
     return has_trials() && as_given().front_share >= decisions::DoctorOrder::kMinFront;
 }
 
+StereoCalibration fitting_calibration(const Evidence& evidence) {
+    return evidence.has_other_size ? scaled(evidence.calibration, evidence.width, evidence.height)
+                                   : evidence.calibration;
+}
+
 std::size_t frames_to_look_at(int width, int height) {
     using Decision = decisions::DoctorSample;
     const double pixels = static_cast<double>(width) * height;
@@ -102,9 +107,8 @@ std::size_t frames_to_look_at(int width, int height) {
                    Decision::kMinFrames, Decision::kMaxFrames));
 }
 
-FramesToMatch::FramesToMatch(std::size_t count) : count_(count) {
-    const std::size_t matched =
-        std::min<std::size_t>(count, decisions::DoctorSample::kMatchedFrames);
+FramesToMatch::FramesToMatch(std::size_t count, std::size_t most) : count_(count) {
+    const std::size_t matched = std::min(count, most);
     for (std::size_t i = 0; i < matched; ++i)
         planned_.push_back(matched > 1 ? i * (count - 1) / (matched - 1) : 0);
 }
@@ -141,8 +145,10 @@ GrayPair gray_views(const StereoFrame& frame) {
 }
 
 void add_views(GrayPair views, Evidence& evidence) {
-    const std::vector<ViewMatch> found = match_views(views.left, views.right);
-    evidence.matches.insert(evidence.matches.end(), found.begin(), found.end());
+    for (ViewMatch match : match_views(views.left, views.right)) {
+        match.pair = static_cast<int>(evidence.pairs.size());
+        evidence.matches.push_back(match);
+    }
     evidence.pairs.push_back(std::move(views));
 }
 
@@ -154,9 +160,7 @@ void add_calibration(StereoCalibration calibration, std::string refusal, Evidenc
     if (evidence.matches.size() < decisions::DoctorMatches::kMinMatches ||
         !has_pose(evidence.calibration))
         return;
-    const StereoCalibration fitting =
-        evidence.has_other_size ? scaled(evidence.calibration, evidence.width, evidence.height)
-                                : evidence.calibration;
+    const StereoCalibration fitting = fitting_calibration(evidence);
     for (const Mistake mistake :
          {Mistake::kNone, Mistake::kPoseInverted, Mistake::kRotationTurned,
           Mistake::kTranslationTurned, Mistake::kImagesExchanged, Mistake::kCamerasExchanged})

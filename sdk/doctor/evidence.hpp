@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "include/defrec_c.h"
+#include "sdk/doctor/decisions.hpp"
 #include "sdk/doctor/repeated_frames.hpp"
 #include "sdk/doctor/rig_trial.hpp"
 #include "sdk/doctor/view_matches.hpp"
@@ -58,6 +59,13 @@ struct BlankFrame {
     bool is(Look look) const { return left == look || right == look; }
 };
 
+// Left views paired with right ones of other frames, all of them by one number of frames.
+struct Pairing {
+    int later = 0;             // the right view's frame less the left's
+    double row_motion_px = 0;  // median by which rows differ beyond what all frames have in common
+    bool is_never_worse = true;  // in no frame do rows agree worse than in the pairs as they are
+};
+
 struct Evidence {
     int width = 0, height = 0;
     FieldOrder fields = FieldOrder::kProgressive;  // of the images; otherwise frames are fields
@@ -75,6 +83,7 @@ struct Evidence {
     std::vector<RigTrial> trials;    // of the calibration without each mistake, the first without
                                      // any; empty: too few matches, or R is no rotation
     TrackProbe probe;
+    std::vector<Pairing> pairings;  // that were tried, with the pairs as they are; empty: none
 
     // So many frames that show nothing new are a problem, fewer are not.
     bool are_most(std::size_t frames) const;
@@ -85,6 +94,9 @@ struct Evidence {
     bool has_depth() const;
 };
 
+// The calibration, for images of the size that the frames have.
+StereoCalibration fitting_calibration(const Evidence& evidence);
+
 // How many frames of this size are looked at, where there are as many.
 std::size_t frames_to_look_at(int width, int height);
 
@@ -92,7 +104,8 @@ std::size_t frames_to_look_at(int width, int height);
 // is blank, for which the next one stands in.
 class FramesToMatch {
   public:
-    explicit FramesToMatch(std::size_t count);
+    explicit FramesToMatch(std::size_t count,
+                           std::size_t most = decisions::DoctorSample::kMatchedFrames);
     // The frames in order. None is taken in all: the last one is.
     bool takes(bool is_blank);
 

@@ -51,39 +51,71 @@ Light mean_light(const Evidence& evidence, cv::Mat GrayPair::*view) {
     return mean;
 }
 
+enum Fault { kNoFault, kBlackView, kDarkView, kWhiteView };
+
+Fault fault_of(const Light& light) {
+    return light.lit < Decision::kMinLit               ? kBlackView
+           : light.bright < Decision::kDark            ? kDarkView
+           : light.saturated > Decision::kMaxSaturated ? kWhiteView
+                                                       : kNoFault;
+}
+
+Look& measured(Look& look, Fault fault, const Light& light) {
+    return fault == kBlackView  ? look.measured(100 * (1 - light.lit), "%")
+           : fault == kDarkView ? look.measured(light.bright, "gray levels")
+                                : look.measured(100 * light.saturated, "%");
+}
+
+// What is wrong with a view, or with the better one of two; it: "it", "each".
+std::string words_of(Fault fault, const Light& light, const std::string& it) {
+    if (fault == kBlackView)
+        return "black: " + percent(1 - light.lit) + " of " + it +
+               " is no brighter than gray level " + format_fixed(Decision::kBorder, 0) + " of 255.";
+    if (fault == kDarkView)
+        return "dark: " + percent(Decision::kBrightShare) + " of " + it +
+               " is brighter than gray level " + format_fixed(light.bright, 0) + " of 255, and " +
+               percent(1 - light.lit) + " of " + it + " is black.";
+    return "overexposed: " + percent(light.saturated) + " of " + it +
+           " is white, where nothing can be followed.";
+}
+
+constexpr char kLessLight[] =
+    "Lower the light, the gain or the exposure time, or let the camera meter the whole view.";
+
+Finding found_in_one(Look& look, Fault fault, const Light& light, const char* name) {
+    return measured(look, fault, light)
+        .found(std::string("the ") + name + " view is " + words_of(fault, light, "it"),
+               fault == kWhiteView ? kLessLight
+                                   : "Check light, shutter, cable and video input of this view.");
+}
+
+// A cable or an input is one view's: what both have in common is the light.
+Finding found_in_both(Look& look, Fault fault, const Light& left, const Light& right) {
+    Light light = left;
+    if (fault == kBlackView) light.lit = std::max(left.lit, right.lit);
+    if (fault == kDarkView && right.bright > left.bright) light = right;
+    if (fault == kWhiteView) light.saturated = std::min(left.saturated, right.saturated);
+    return measured(look, fault, light)
+        .found("both views are " + words_of(fault, light, "each"),
+               fault == kWhiteView
+                   ? kLessLight
+                   : "Raise the light, the gain or the exposure time, and see that the lens is not "
+                     "covered and that the recording begins once the light is on.");
+}
+
 }  // namespace
 
 Finding look_at_exposure(const Evidence& evidence) {
     Look look("exposure", "exposure", Severity::kError);
-    struct View {
-        const char* name;
-        Light light;
-    };
-    const View views[] = {{"left", mean_light(evidence, &GrayPair::left)},
-                          {"right", mean_light(evidence, &GrayPair::right)}};
-    double worst = 0;
-    for (const auto& [name, light] : views) {
-        const std::string view = std::string("the ") + name + " view";
-        worst = std::max(worst, light.saturated);
-        if (light.lit < Decision::kMinLit)
-            return look.measured(100 * (1 - light.lit), "%")
-                .found(view + " is black: " + percent(1 - light.lit) +
-                           " of it is no brighter than gray level " +
-                           format_fixed(Decision::kBorder, 0) + " of 255.",
-                       "Check light, shutter, cable and video input of this view.");
-        if (light.bright < Decision::kDark)
-            return look.measured(light.bright, "gray levels")
-                .found(view + " is dark: " + percent(Decision::kBrightShare) +
-                           " of it are brighter than gray level " + format_fixed(light.bright, 0) +
-                           " of 255, and " + percent(1 - light.lit) + " of it are black.",
-                       "Check light, shutter, cable and video input of this view.");
-        if (light.saturated > Decision::kMaxSaturated)
-            return look.measured(100 * light.saturated, "%")
-                .found(view + " is overexposed: " + percent(light.saturated) +
-                           " of it is white, where nothing can be followed.",
-                       "Lower the light, the gain or the exposure time, or let the camera meter "
-                       "the whole view.");
+    const Light left = mean_light(evidence, &GrayPair::left),
+                right = mean_light(evidence, &GrayPair::right);
+    for (const Fault fault : {kBlackView, kDarkView, kWhiteView}) {
+        const bool is_left = fault_of(left) == fault, is_right = fault_of(right) == fault;
+        if (is_left && is_right) return found_in_both(look, fault, left, right);
+        if (is_left || is_right)
+            return found_in_one(look, fault, is_left ? left : right, is_left ? "left" : "right");
     }
+    const double worst = std::max(left.saturated, right.saturated);
     const double frames = static_cast<double>(evidence.probe.frames.size());
     const std::size_t unusable =
         evidence.probe.lit_frames_with(DEFREC_REASON_NO_TEXTURE | DEFREC_REASON_ONE_VIEW);

@@ -6,6 +6,12 @@
 
 namespace defrec::cli {
 
+// What to do about a source whose right view comes first.
+inline constexpr char kHalvesExchanged[] =
+    "Of one source with both views no --layout has the right view first: cut its images into two, "
+    "with FFmpeg by -vf crop=iw/2:ih:iw/2:0 for the left view and crop=iw/2:ih:0:0 for the right "
+    "one where they stand side by side, and give both as --left and --right.";
+
 // The images alone.
 Finding look_at_exposure(const Evidence& evidence);
 Finding look_at_black_frames(const Evidence& evidence);

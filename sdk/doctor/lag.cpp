@@ -1,19 +1,79 @@
 // Whether the views are of one time.
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "include/defrec_c.h"
 #include "sdk/doctor/decisions.hpp"
 #include "sdk/doctor/findings.hpp"
+#include "sdk/doctor/pairings.hpp"
 #include "sdk/doctor/sentence.hpp"
 #include "sdk/io/statistics.hpp"
 
 namespace defrec::cli {
+namespace {
+
+constexpr char kTrigger[] = "With cameras, trigger both together. ";
+constexpr char kOfTimes[] =
+    "Where both views have times, write the images that belong together into two folders, and "
+    "leave out those without a partner; else record anew.";
+
+// The images of the late view are those of earlier times: its first ones have no partner.
+std::string leave_out(int frames, bool is_right_late) {
+    const std::string images = frames == 1 ? "image" : std::to_string(frames) + " images";
+    return "leave out the first " + images + " of the " + (is_right_late ? "right" : "left") +
+           " view, the late one, and none of the other; one source with both views has to be cut "
+           "into two for that. This is right where the lag is the same from the recording's first "
+           "frame on.";
+}
+
+// The right view's lag, frames.
+std::string lag_of(double frames, int decimals) {
+    const std::string number = format_fixed(std::abs(frames), decimals);
+    return "the right view is " + number + (number == "1" ? " frame " : " frames ") +
+           (frames > 0 ? "late" : "early");
+}
+
+Finding found_by_pairing(Look look, const Pairing& better, const Evidence& evidence) {
+    double given_px = 0;
+    for (const Pairing& pairing : evidence.pairings)
+        if (pairing.later == 0) given_px = pairing.row_motion_px;
+    const int frames = std::abs(better.later);
+    const bool is_late = better.later > 0;
+    return look.measured(better.later, "frames")
+        .found(lag_of(better.later, 0) + ": rows of the two views move against each other by " +
+                   format_fixed(given_px, 2) + " px, and by " +
+                   format_fixed(better.row_motion_px, 2) +
+                   " px where each left image is paired with the right one that stands " +
+                   std::to_string(frames) + (frames == 1 ? " frame " : " frames ") +
+                   (is_late ? "later." : "earlier."),
+               kTrigger + ("In a recording, " + leave_out(frames, is_late)));
+}
+
+// What the tracker measured as a lag. Rows may not tell by how many whole frames: pairings tell
+// nothing then, or that none of whole frames is right.
+std::string remedy_for(double lag, const Evidence& evidence) {
+    const double whole = std::round(std::abs(lag));
+    const bool is_whole =
+        whole > 0 && std::abs(std::abs(lag) - whole) <= decisions::DoctorPairings::kWhole;
+    if (!is_whole || is_of_no_pairing(evidence.pairings))
+        return std::string(kTrigger) +
+               "In a recording, leaving out first images of a view does not mend it: the lag is no "
+               "whole number of frames, or changes. " +
+               kOfTimes;
+    return kTrigger + ("In a recording, " + leave_out(static_cast<int>(whole), lag > 0)) +
+           " Where it is not: w" + (kOfTimes + 1);
+}
+
+}  // namespace
 
 Finding look_at_lag(const Evidence& evidence) {
     using Decision = decisions::DoctorViews;
     Look look("lag", "lag", Severity::kError);
     if (!evidence.probe.has_rig)
         return look.unknown("it is measured once the calibration is right");
+    if (const Pairing* better = better_pairing(evidence.pairings))
+        return found_by_pairing(look, *better, evidence);
     const std::size_t all = evidence.probe.frames.size();
     std::vector<double> lags;
     std::size_t followed = 0, measured = 0;
@@ -30,11 +90,8 @@ Finding look_at_lag(const Evidence& evidence) {
     if (static_cast<double>(lags.size()) < Decision::kLateShare * static_cast<double>(all) ||
         std::abs(lag) < Decision::kMinLag)
         return look.fine("no lag of a view shows");
-    return look.found("in " + of_frames(lags.size(), all) + " the right view is " +
-                          format_fixed(std::abs(lag), 1) + " frames " +
-                          (lag > 0 ? "late" : "early") + ".",
-                      "Trigger both cameras together, or pair the views by their times; in a "
-                      "recording, leave out frames of the view that is early.");
+    return look.found("in " + of_frames(lags.size(), all) + " " + lag_of(lag, 1) + ".",
+                      remedy_for(lag, evidence));
 }
 
 }  // namespace defrec::cli

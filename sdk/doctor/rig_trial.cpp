@@ -111,7 +111,8 @@ RigTrial try_rig(const StereoCalibration& given, std::span<const ViewMatch> matc
         const double disparity = a.x() - b.x();
         const double depth = -rectification.baseline_mm / disparity;
         trial.matches.push_back({focal_length * a.x(), focal_length * a.y(),
-                                 focal_length * (b.y() - a.y()), focal_length * disparity, depth});
+                                 focal_length * (b.y() - a.y()), focal_length * disparity, depth,
+                                 matches[i].pair});
         steps.push_back(std::abs(trial.matches.back().row_step));
         if (depth > 0) depths.push_back(depth);
     }

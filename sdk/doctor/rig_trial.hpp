@@ -25,6 +25,7 @@ struct RectifiedMatch {
     double row_step;   // row in the right view less that in the left, px
     double disparity;  // px; towards 0 at infinity
     double depth_mm;   // below 0: behind the cameras
+    int pair = 0;      // as of the ViewMatch
 };
 
 struct RigTrial {

@@ -1,6 +1,4 @@
 // Whether a piece of tissue lies in the same row of both rectified views.
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
 #include <cmath>
 #include <string>
 
@@ -8,6 +6,7 @@
 #include "sdk/doctor/decisions.hpp"
 #include "sdk/doctor/findings.hpp"
 #include "sdk/doctor/row_error.hpp"
+#include "sdk/doctor/row_fit.hpp"
 #include "sdk/doctor/sentence.hpp"
 
 namespace defrec::cli {
@@ -15,24 +14,14 @@ namespace {
 
 using Decision = decisions::DoctorViews;
 
-// Step of the rows at the middle, px, and its growth along x and y: offset, roll, and what the
-// focal lengths differ by.
-Eigen::Vector3d fit_rows(const std::vector<RectifiedMatch>& matches) {
-    Eigen::Vector3d fit = Eigen::Vector3d::Zero();
-    for (const double width : Decision::kTukeyWidths) {
-        Eigen::Matrix3d normal = 1e-9 * Eigen::Matrix3d::Identity();
-        Eigen::Vector3d right = Eigen::Vector3d::Zero();
-        for (const RectifiedMatch& match : matches) {
-            const Eigen::Vector3d row(1, match.x, match.y);
-            const double residual = (match.row_step - row.dot(fit)) / width;
-            if (std::abs(residual) >= 1) continue;
-            const double root = 1 - residual * residual;
-            normal += root * root * row * row.transpose();
-            right += root * root * match.row_step * row;
-        }
-        fit = normal.ldlt().solve(right);
-    }
-    return fit;
+// Steps that are not the same in all frames are no error of a calibration.
+std::string words_on_motion(const std::vector<RectifiedMatch>& matches) {
+    const auto [least, most] = range_of_steps(matches);
+    if (most - least < Decision::kMovingRows) return {};
+    return " From frame to frame they differ by other amounts, from " + format_fixed(least, 1) +
+           " to " + format_fixed(most, 1) +
+           " px, which no calibration does: the views may be of different times, or one camera "
+           "moves against the other.";
 }
 
 }  // namespace
@@ -41,8 +30,10 @@ Finding look_at_rows(const Evidence& evidence) {
     if (!evidence.has_depth())
         return Look("rows", "rows", Severity::kError)
             .unknown("the views do not fit the calibration");
-    const Eigen::Vector3d fit = fit_rows(evidence.as_given().matches);
-    const double error = row_error(fit[0], fit[1], fit[2], evidence.width, evidence.height);
+    const std::vector<RectifiedMatch>& matches = evidence.as_given().matches;
+    const RowFit fit = fit_rows(matches);
+    const double error =
+        row_error(fit.step, fit.along_x, fit.along_y, evidence.width, evidence.height);
     const std::size_t all = evidence.probe.frames.size(),
                       told = evidence.probe.frames_with(DEFREC_REASON_CALIBRATION);
     const bool is_told = static_cast<double>(told) >
@@ -54,17 +45,21 @@ Finding look_at_rows(const Evidence& evidence) {
         "rows of the rectified views differ by " + format_fixed(error, 2) + " px";
     if (error <= Decision::kToldRowError && !is_told) return look.fine(text);
     constexpr double kDegrees = 57.29577951308232;
+    const std::string motion = words_on_motion(matches);
     return look.found(
-        text + ": the right view is " + format_fixed(std::abs(fit[0]), 1) + " px too " +
-            (fit[0] > 0 ? "low" : "high") + ", turned " +
-            (fit[1] > 0 ? "clockwise by " : "anticlockwise by ") +
-            format_fixed(std::abs(kDegrees * fit[1]), 2) + " degrees, and " +
-            format_fixed(std::abs(100 * fit[2]), 2) + " % too " +
-            (fit[2] > 0 ? "large." : "small.") +
+        text + ": the right view is " + format_fixed(std::abs(fit.step), 1) + " px too " +
+            (fit.step > 0 ? "low" : "high") + ", turned " +
+            (fit.along_x > 0 ? "clockwise by " : "anticlockwise by ") +
+            format_fixed(std::abs(kDegrees * fit.along_x), 2) + " degrees, and " +
+            format_fixed(std::abs(100 * fit.along_y), 2) + " % too " +
+            (fit.along_y > 0 ? "large." : "small.") +
             (is_bad ? " Most of the surface has no depth."
                     : " Frames are tracked, degraded, and expected errors grow.") +
-            (is_told ? " The tracker says so of " + of_frames(told, all) + "." : ""),
-        std::string("Calibrate anew, at this zoom and focus. ") + kSelfCalibrationHelp);
+            (is_told ? " The tracker says so of " + of_frames(told, all) + "." : "") + motion,
+        motion.empty()
+            ? std::string("Calibrate anew, at this zoom and focus. ") + kSelfCalibrationHelp
+            : "Trigger both cameras together and see that every image of one view has its partner "
+              "of the other; then look again whether the calibration is right.");
 }
 
 }  // namespace defrec::cli

@@ -9,6 +9,7 @@ namespace defrec::cli {
 // Pixels of the images as the cameras delivered them.
 struct ViewMatch {
     cv::Point2d left, right;
+    int pair = 0;  // which of several pairs of images it is of
 };
 
 // Gray images of one size.

@@ -7,6 +7,7 @@
 
 #include "sdk/doctor/decisions.hpp"
 #include "sdk/doctor/row_error.hpp"
+#include "sdk/doctor/sentence.hpp"
 #include "sdk/io/text.hpp"
 
 namespace defrec::cli {
@@ -22,13 +23,24 @@ double CalibrationDrift::mean_row_error() const { return row_errors_ / std::max(
 
 bool CalibrationDrift::is_mild() const { return only_degrades(mean_row_error()); }
 
-std::string CalibrationDrift::note(bool may_correct) const {
+std::string CalibrationDrift::note(int frames, bool may_correct) const {
     if (frames_ == 0) return {};
-    const std::string frames = std::to_string(frames_) + (frames_ == 1 ? " frame " : " frames ");
-    std::string text = "The calibration has drifted: in " + frames;
-    text += mean_row_error() > decisions::DoctorViews::kToldRowError
-                ? "rows of the two views differ by " + format_fixed(mean_row_error(), 2) + " px"
-                : "the right view has slipped or turned sideways, and lengths are wrong";
+    const bool has_rows = mean_row_error() > decisions::DoctorViews::kToldRowError;
+    const std::string rows =
+        "rows of the two views differ by " + format_fixed(mean_row_error(), 2) + " px";
+    if (frames < decisions::DoctorSample::kMinFrames && has_rows)
+        return (frames == 1 ? "In its only frame "
+                            : "In " +
+                                  of_frames(static_cast<std::size_t>(frames_),
+                                            static_cast<std::size_t>(frames)) +
+                                  " ") +
+               rows +
+               ": the calibration may have drifted, or the views are of different times, which "
+               "more frames tell.";
+    std::string text = "The calibration has drifted: in " + std::to_string(frames_) +
+                       (frames_ == 1 ? " frame " : " frames ");
+    text +=
+        has_rows ? rows : "the right view has slipped or turned sideways, and lengths are wrong";
     text += is_mild() ? "; they are degraded, and expected errors grow. " : ". ";
     text += "Calibrate anew, at this zoom and focus. ";
     if (may_correct) text += std::string(kSelfCalibrationHelp) + " ";

@@ -12,8 +12,10 @@ class CalibrationDrift {
   public:
     // A frame with DEFREC_REASON_CALIBRATION.
     void add(const StereoFrame& frame, const defrec_result& result);
-    // Empty for no frame. may_correct: self_calibration could be asked to.
-    std::string note(bool may_correct) const;
+    // Empty for no frame. frames: of the run; in few of them a view that is late looks alike.
+    // may_correct: self_calibration could be asked to.
+    std::string note(int frames, bool may_correct) const;
+    int frames() const { return frames_; }
     // Frames are tracked, degraded: what the doctor warns of, and no problem.
     bool is_mild() const;
 

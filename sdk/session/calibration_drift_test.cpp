@@ -31,17 +31,25 @@ bool says(const std::string& text, const char* part) {
 TEST_CASE("rows that only degrade frames are a warning of the run, as they are of the doctor") {
     const CalibrationDrift mild = drift_of(-0.5f);
     CHECK(mild.is_mild());
-    CHECK(says(mild.note(true), "in 4 frames rows of the two views differ by 0.50 px; they are"));
+    CHECK(
+        says(mild.note(40, true), "in 4 frames rows of the two views differ by 0.50 px; they are"));
     CHECK_FALSE(drift_of(0.7f).is_mild());
     // The right view slipped sideways, which rows do not show.
     CHECK_FALSE(drift_of(0).is_mild());
-    CHECK(says(drift_of(0).note(true), "in 4 frames the right view has slipped"));
-    CHECK(CalibrationDrift().note(true).empty());
+    CHECK(says(drift_of(0).note(40, true), "in 4 frames the right view has slipped"));
+    CHECK(CalibrationDrift().note(40, true).empty());
 }
 
 TEST_CASE("a run that corrects the calibration is not advised to") {
-    CHECK(says(drift_of(0.5f).note(true), "self_calibration: correct in --config"));
-    const std::string corrected = drift_of(0.5f).note(false);
+    CHECK(says(drift_of(0.5f).note(40, true), "self_calibration: correct in --config"));
+    const std::string corrected = drift_of(0.5f).note(40, false);
     CHECK_FALSE(says(corrected, "self_calibration"));
     CHECK(says(corrected, "Calibrate anew"));
+}
+
+TEST_CASE("of a few frames with rows that differ no drift is told: a late view looks alike") {
+    CHECK(drift_of(2).note(1, true).find("In its only frame rows of the two views differ") == 0);
+    CHECK(drift_of(2).note(6, true).find("In 4 of 6 frames rows of the two views differ") == 0);
+    CHECK_FALSE(says(drift_of(2).note(6, true), "Calibrate anew"));
+    CHECK(says(drift_of(2).note(12, true), "Calibrate anew"));
 }

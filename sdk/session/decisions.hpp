@@ -47,6 +47,13 @@ struct TargetPlaces {
     static constexpr std::size_t kVertices = 1000;
 };
 
+// A view that is late so often that rows tell nothing of the calibration.
+struct LastingViewLag {
+    // share of the frames in which rows speak against the calibration | in which a view is late, at
+    //   least | set by hand: a lag is measured some frames after it shows in rows
+    static constexpr double kShareOfDrifted = 0.3;
+};
+
 // Expected errors that are large after the start, said in notes.
 struct StartErrors {
     // frames | in which the surface is found, from the first on, that are looked at | set by hand

@@ -7,6 +7,7 @@
 #include "include/defrec_c.h"
 #include "sdk/doctor/decisions.hpp"
 #include "sdk/doctor/detail.hpp"
+#include "sdk/doctor/findings.hpp"
 #include "sdk/doctor/one_view_twice.hpp"
 #include "sdk/input/compression/decisions.hpp"
 #include "sdk/input/view_image.hpp"
@@ -22,12 +23,6 @@ struct ReasonNote {
     NoteSeverity severity;
 };
 constexpr ReasonNote kReasonNotes[] = {
-    {DEFREC_REASON_VIEWS_SWAPPED, "The two images look swapped; exchange --left and --right.",
-     NoteSeverity::kError},
-    {DEFREC_REASON_VIEW_LATE,
-     "In some frames left and right view were taken at different times; see "
-     "view_lag_frames in frames.csv.",
-     NoteSeverity::kWarning},
     {DEFREC_REASON_INTERLACED,
      "In some frames the rows of an image are of two times, as those of interlaced video; if all "
      "images are so, give --interlaced top-first or --interlaced bottom-first.",
@@ -94,7 +89,16 @@ void SessionNotes::add_fields(FieldOrder fields) {
         NoteSeverity::kRemark);
 }
 
+void SessionNotes::add_source(const SourceOptions& source) {
+    if (!source.stereo.empty() || source.bag.has_stereo_images)
+        swapped_note_ =
+            std::string("The two halves of the images look swapped. ") + kHalvesExchanged;
+    else if (source.bag.is_given())
+        swapped_note_ = "The two images look swapped; exchange --left-topic and --right-topic.";
+}
+
 std::string SessionNotes::add_frame(const StereoFrame& frame, const defrec_result& result) {
+    lag_.add(result, is_one_view_still(result));
     if (is_one_view_still(result)) {
         still_views_ |= result.faulty_views;
         reasons_ |= result.reasons & ~std::uint32_t{DEFREC_REASON_VIEW_LATE};
@@ -204,6 +208,17 @@ void SessionNotes::add_untracked(const Ending& ending) {
             NoteSeverity::kError);
 }
 
+void SessionNotes::add_rig() {
+    if ((reasons_ & DEFREC_REASON_VIEWS_SWAPPED) != 0) add(swapped_note_, NoteSeverity::kError);
+    const bool is_late = lag_.is_lasting(drift_.frames());
+    add(lag_.note(drift_.frames()),
+        is_late && lag_.is_in_most() ? NoteSeverity::kError : NoteSeverity::kWarning);
+    if (is_late) return;
+    const bool is_mild = drift_.is_mild() || lag_.frames() < decisions::DoctorSample::kMinFrames;
+    add(drift_.note(lag_.frames(), may_correct_),
+        is_mild ? NoteSeverity::kWarning : NoteSeverity::kError);
+}
+
 void SessionNotes::conclude(const PointFollower& points, const TargetFollower* targets,
                             const Ending& ending) {
     add(compression_.conclude());
@@ -212,8 +227,7 @@ void SessionNotes::conclude(const PointFollower& points, const TargetFollower* t
     add_untracked(ending);
     for (const auto& [reason, text, severity] : kReasonNotes)
         if ((reasons_ & reason) != 0) add(text, severity);
-    add(drift_.note(may_correct_),
-        drift_.is_mild() ? NoteSeverity::kWarning : NoteSeverity::kError);
+    add_rig();
     add(still_view_note(still_views_));
     if (interrupt_requested()) add("Interrupted; the outputs hold the frames tracked until then.");
     // For files alone: what is printed at the end has no expected errors.

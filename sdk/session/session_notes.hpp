@@ -13,6 +13,7 @@
 #include "sdk/session/point_follower.hpp"
 #include "sdk/session/start_errors.hpp"
 #include "sdk/session/target_follower.hpp"
+#include "sdk/session/view_lag.hpp"
 
 namespace defrec::cli {
 
@@ -33,6 +34,7 @@ class SessionNotes {
     void add_self_calibration(std::uint32_t setting) {
         may_correct_ = setting != DEFREC_SELF_CALIBRATION_CORRECT;
     }
+    void add_source(const SourceOptions& source);
     // The frames in order, each with its result. Returns a note that is to be said at once, since
     // it is of the recording as a whole; mostly it is empty.
     std::string add_frame(const StereoFrame& frame, const defrec_result& result);
@@ -66,6 +68,8 @@ class SessionNotes {
     std::vector<std::string> left_to_say() const;
 
   private:
+    // Whether the views fit each other and the calibration.
+    void add_rig();
     void add_points(const PointFollower& points);
     void add_targets(const TargetFollower& targets, bool has_tracked);
     void add_untracked(const Ending& ending);
@@ -75,7 +79,9 @@ class SessionNotes {
     std::uint32_t reasons_ = 0;      // of all frames
     std::uint32_t still_views_ = 0;  // DEFREC_VIEW_*: that stood still while the other one did not
     bool is_one_view_twice_ = false;
+    std::string swapped_note_ = "The two images look swapped; exchange --left and --right.";
     CalibrationDrift drift_;
+    ViewLag lag_;
     bool may_correct_ = true;  // the calibration, where it has drifted
     CompressionWatch compression_;
     StartErrors start_errors_;

@@ -237,6 +237,7 @@ class TrackSession {
                   std::move(followed_.points), setup_.rig, setup_.projection) {
         options_.source.fields = source_.fields();
         notes_.add_fields(source_.fields());
+        notes_.add_source(options_.source);
         notes_.add(source_.pairing_remark());
         notes_.add_self_calibration(desc_.self_calibration);
         if (!followed_.targets.empty())

@@ -18,12 +18,16 @@ class BlockBorders {
     double ratio() const;
 
   private:
-    using Phases = std::array<double, decisions::BlockBorder::kSide>;
+    // Differences of neighbours that stand at one place in their blocks.
+    struct Phase {
+        double sum = 0, count = 0;
+    };
+    using Phases = std::array<Phase, decisions::BlockBorder::kSide>;
 
-    static void add_differences(const cv::Mat& gray, Phases& sums);
-    static double ratio_of(const Phases& sums);
+    static void add_differences(const cv::Mat& gray, Phases& phases);
+    static double ratio_of(const Phases& phases);
 
-    // Differences of neighbours, by the place in a block at which they stand.
+    // By the place in a block.
     Phases along_rows_{}, along_columns_{};
 };
 

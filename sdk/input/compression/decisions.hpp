@@ -34,6 +34,10 @@ struct BlockBorder {
     static constexpr std::size_t kSide = 8;
     // gray levels | between neighbours; a larger step counts as one of these: an edge | set by hand
     static constexpr int kMaxStep = 20;
+    // gray levels | a darker pixel is no tissue but a bar or a border, whose own edge may lie on
+    // the
+    //   grid | as CopiedBlock
+    static constexpr int kMinGray = 10;
 };
 
 // A video of which a codec left too little.
