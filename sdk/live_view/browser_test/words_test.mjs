@@ -30,15 +30,18 @@ const doubts = {
 };
 const less = (given, reasons = '', isHeld = false, heldReasons = '') =>
     readMoment([7, 0, 'degraded', reasons, 20, 0.7, '', '', isHeld, heldReasons, given, 0]);
-const causes = (moment, withErrors = true) => causesInWords(moment, withErrors).map(plain);
+const causes = (moment, ofMany = false) => causesInWords(moment, ofMany).map(plain);
 
-// Points are named where their errors are why; the list of changes has the names alone.
+// Points are named where their errors are why; in the list of changes each has the same words in
+// all frames.
 const large = {
   ...doubts,
   large: [['P4', '#5', 'P6'], [4.04, 3.6, 3.2], 5]
 };
 assert.deepEqual(causes(less(large)), ['P4 ±4.0 mm, #5 ±3.6 mm, P6 ±3.2 mm and 2 more']);
-assert.deepEqual(causes(less(large), false), ['large expected error of P4, #5, P6 and 2 more']);
+const ofMany = 'P4, #5, P6, further points'.split(', ');
+assert.deepEqual(
+    causes(less(large), true), ofMany.map((name) => `large expected error of ${name}`));
 assert.deepEqual(
     causes(less({...doubts, large: [['P4', 'P6'], [4, 3.2], 2]}, 'point-error, occluded')),
     ['P4 ±4.0 mm and P6 ±3.2 mm', 'something lies in front of the tissue']);
@@ -54,6 +57,7 @@ const targets = {
   targets: [['target 17'], [3.3], 1]
 };
 assert.deepEqual(causes(less(targets)), ['target 17 ±3.3 mm']);
+assert.deepEqual(causes(less(targets), true), ['large expected errors of targets']);
 assert.equal(plain(doubtsToDo(targets)), 'Do not use targets above ±3 mm.');
 
 // Points without a place.

@@ -21,7 +21,7 @@ export class Changes {
           [`no picture came for ${duration(gapMs)}`]);
     this.newest = moment;
     this.put(
-        state, frame, ms, wordOf(state, reasons, seen, faultyViews), causesInWords(moment, false));
+        state, frame, ms, wordOf(state, reasons, seen, faultyViews), causesInWords(moment, true));
   }
 
   /** No picture comes any more; the program says so. */

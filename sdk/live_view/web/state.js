@@ -98,7 +98,7 @@ function setCount(id, text, counts) {
  */
 function because(state, moment) {
   const {reasons, heldReasons, faultyViews, isHeld} = moment;
-  const why = causesInWords({...moment, state}, true).slice(0, kMaxReasons),
+  const why = causesInWords({...moment, state}, false).slice(0, kMaxReasons),
         remedy = whatToDo(state, reasons || heldReasons, faultyViews);
   const head = state === 'relocalised' || state === 'found' ? 'Noticed now' :
       isHeld                                                ? 'Why, a moment ago' :

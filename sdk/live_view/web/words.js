@@ -184,16 +184,30 @@ const isOne = ([, , count]) => count === 1;
 const placeless = (named) => `${listed(named)} ${isOne(named) ? 'has' : 'have'} no place`;
 
 /**
- * Why points and targets make a frame less sure. doubts: the moment's, {large, targets, lost,
- * never}, [names, expected errors, count] each; null: none. withErrors: else the names alone, which
- * stay from one frame to the next.
+ * The doubts for a list that has those of many frames: words that stay from one frame to the next,
+ * each of one point.
  */
-export function doubtsInWords(doubts, withErrors) {
+function doubtsOfMany({large, targets, lost, never}) {
+  const each =
+      ([names, , count],
+       tell) => [...names, ...(count > names.length ? ['further points'] : [])].map(tell);
+  return [
+    ...each(large, (name) => `large expected error of ${name}`),
+    ...(targets[2] ? ['large expected errors of targets'] : []),
+    ...each(lost, (name) => `no place of ${name}`),
+    ...each(never, (name) => `${name} not seen when given`)
+  ];
+}
+
+/**
+ * Why points and targets make a frame less sure. doubts: the moment's, {large, targets, lost,
+ * never}, [names, expected errors, count] each; null: none. ofMany: see doubtsOfMany.
+ */
+export function doubtsInWords(doubts, ofMany) {
   if (!doubts) return [];
+  if (ofMany) return doubtsOfMany(doubts);
   const {large, targets, lost, never} = doubts, words = [];
-  const errors = (named) =>
-      (withErrors ? listed(named, (i) => ` \u00b1${number(named[1][i], 1)}\u00a0mm`) :
-                    `large expected error of ${listed(named)}`);
+  const errors = (named) => listed(named, (i) => ` \u00b1${number(named[1][i], 1)}\u00a0mm`);
   if (large[2]) words.push(errors(large));
   if (targets[2]) words.push(errors(targets));
   if (lost[2]) words.push(placeless(lost));
@@ -220,11 +234,11 @@ export function doubtsToDo(doubts) {
 const kOfPoints = 'point-error';
 
 /** Why the state is what it is; never empty for one that is less sure. */
-export function causesInWords({state, reasons, faultyViews, heldReasons, doubts}, withErrors) {
+export function causesInWords({state, reasons, faultyViews, heldReasons, doubts}, ofMany) {
   const given = [reasons, heldReasons].filter(Boolean).join(',');
   const names = [...new Set(namesOf(given))].filter((name) => name !== kOfPoints || !doubts);
   const words = [
-    ...(state === 'degraded' ? doubtsInWords(doubts, withErrors) : []),
+    ...(state === 'degraded' ? doubtsInWords(doubts, ofMany) : []),
     ...whyInWords(state, names.join(','), faultyViews)
   ];
   return state === 'degraded' && !words.length ? ['less is observed than usual'] : words;
