@@ -242,6 +242,64 @@ async function contrastOf3D(page, eye) {
   }, data);
 }
 
+/** Pixels of the 3D view that are violet as the part is, and the brightest level of their red. */
+async function partIn3D(page, eye) {
+  const stage = await page.$('.stage');
+  const data = await stage.screenshot({encoding: 'base64'});
+  return eye.evaluate(async (png) => {
+    const bitmap =
+        await createImageBitmap(await (await fetch(`data:image/png;base64,${png}`)).blob());
+    const {width, height} = bitmap;
+    const context = new OffscreenCanvas(width, height).getContext('2d');
+    context.drawImage(bitmap, 0, 0);
+    const {data: levels} = context.getImageData(0, 0, width, height);
+    let pixels = 0, brightest = 0;
+    for (let i = 0; i < levels.length; i += 4) {
+      const [red, green, blue] = levels.slice(i, i + 3);
+      if (Math.min(red, blue) < green + 20) continue;
+      ++pixels;
+      brightest = Math.max(brightest, red);
+    }
+    return {pixels, brightest};
+  }, data);
+}
+
+/** A part that is not of now keeps a tint of its colour, darker, and alike in all palettes. */
+async function lookAtOldPart(page, replay, eye) {
+  const is3D = () => page.evaluate(() => {
+    const {surface, surfaceFrame, plain} = document.documentElement.dataset;
+    return Boolean(surfaceFrame) && surface !== 'off' && plain === undefined;
+  });
+  const isDim = (wanted) => page.waitForFunction(
+      (dim) => document.documentElement.dataset.surface === 'off' ||
+          document.getElementById('view').classList.contains('dimmed') === dim,
+      {polling: 50}, wanted);
+  if (!(await is3D())) return;
+  await isDim(false);
+  await page.waitForFunction(
+      () => document.documentElement.dataset.surface === 'off' ||
+          Number(document.getElementById('view').dataset.plan) > 0,
+      {polling: 50});
+  const live = await partIn3D(page, eye);
+  replay.state = 'lost';
+  await look(page, 'lost');
+  await isDim(true);
+  const old = {};
+  for (const value of ['light', 'dark']) {
+    await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value}]);
+    old[value] = await partIn3D(page, eye);
+  }
+  await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'light'}]);
+  if (await is3D()) {
+    const told = JSON.stringify({live, ...old});
+    assert.ok(old.light.pixels > 0.3 * live.pixels, told);
+    assert.ok(old.light.brightest < 0.85 * live.brightest, told);
+    assert.deepEqual(old.dark, old.light, told);
+  }
+  replay.state = 'found';
+  await look(page, 'found');
+}
+
 /** Also where it is dark, and gray because it is not of now. */
 async function lookAtStale(page, replay, eye) {
   const isPlain = await page.evaluate(() => document.documentElement.dataset.plain !== undefined);
@@ -333,6 +391,8 @@ async function watchPlan(browser, replay) {
   await page.goto(replay.url);
   await page.bringToFront();
   await lookAtPlan(page, replay);
+  await page.click('#show-plan');
+  await lookAtOldPart(page, replay, eye);
   await lookAtPlace(page, replay, 'place');
   await lookAtMore(page);
   await lookAtFullScreen(page, replay, eye);

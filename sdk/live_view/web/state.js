@@ -10,6 +10,7 @@ import {
   headOfLists,
   isFollowed,
   isFrozen,
+  isLeftStill,
   isLost,
   isUnknown,
   isUnseen,
@@ -130,6 +131,8 @@ export class State {
     this.frozenFrom = null;   // ms of the pictures, of the first that repeats the one before
     this.movedMs = null;      // likewise, of the last one that does not
     this.repeatsMs = 0;       // how long pictures have repeated that one
+    this.stillFrom = null;    // as frozenFrom, of the left view alone
+    this.stillMs = 0;         // for which it has stood still
     this.strip = new Strip();
     this.limitMs = kStalledMs;  // without a frame
     this.endedAt = null;
@@ -166,12 +169,14 @@ export class State {
       this.frozenFrom = isFrozen(reasons) ? this.frozenFrom ?? ms : null;
       if (this.frozenFrom === null) this.movedMs = ms;
       this.repeatsMs = ms - (this.movedMs ?? ms);
+      this.stillFrom = isLeftStill(moment) ? this.stillFrom ?? ms : null;
+      this.stillMs = ms - (this.stillFrom ?? ms);
     }
     const {points, isGivenUp, ...beneath} = followed;
     const now = moments.at(-1);
     if (now) {
       [this.moment, this.of] = [now, now.state];
-      this.movedAt = this.frameAt - (this.frozenFrom === null ? 0 : now.ms - this.frozenFrom);
+      this.movedAt = this.frameAt - this.stillMs;
     }
     setCount(
         'state-points', pointsInWords(points, this.frozenFrom !== null),
@@ -276,6 +281,11 @@ export class State {
     if (name === 'relocalised' && found === 'resumed') return say(states.resumed.say);
     if (name !== 'degraded') return words;
     return say([lessSureInWords(moment), doubtsToDo(doubts)].filter(Boolean).join(' '));
+  }
+
+  /** Whether the left view has shown the same picture for a moment. */
+  isStill() {
+    return this.stillMs >= kRepeatedMs;
   }
 
   /** Whether positions of the newest frame are measured. */

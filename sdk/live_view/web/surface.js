@@ -36,6 +36,36 @@ function leaveOutBeyondImage(material) {
   };
 }
 
+/**
+ * What is not of now is dim: colours keep the share tint of what they were. shown: {value}, 1 where
+ * it is not of now, else 0.
+ */
+function dimWhenOld(material, shown, {tint, light, base = 0}) {
+  const before = material.onBeforeCompile;
+  material.onBeforeCompile = (shader) => {
+    before.call(material, shader);
+    shader.uniforms.isOld = shown;
+    const head = 'uniform float isOld;\nvoid main() {', end = '#include <colorspace_fragment>';
+    shader.fragmentShader =
+        shader.fragmentShader.replace('void main() {', head).replace(end, `${end}
+        gl_FragColor.rgb = min(gl_FragColor.rgb, 1.0);
+        vec3 grayed = vec3(dot(gl_FragColor.rgb, vec3(0.3, 0.59, 0.11)));
+        grayed = ${light.toFixed(2)} * mix(grayed, gl_FragColor.rgb, ${tint.toFixed(2)});
+        gl_FragColor.rgb = mix(gl_FragColor.rgb, grayed + ${base.toFixed(2)}, isOld);`);
+  };
+  material.customProgramCacheKey = () => `dim ${tint} ${light} ${base}`;
+}
+
+const kOldSurface = {
+  tint: 0,
+  light: 0.8,
+  base: 0.38
+};
+const kOldThings = {
+  tint: 0.9,
+  light: 0.5
+};  // parts and targets: they are still told apart
+
 class LiveSurface extends Stage {
   constructor(canvas) {
     super(canvas);
@@ -44,12 +74,14 @@ class LiveSurface extends Stage {
     this.isDrawing = false;  // the last picture is not on the screen yet
     this.isWaiting = false;  // another one is wanted
     this.number = -1;
+    this.isOld = {value: 0};
     this.isPlaced = false;
     this.geometry = new THREE.BufferGeometry();
     this.texture = new THREE.CanvasTexture(document.createElement('canvas'));
     this.texture.colorSpace = THREE.SRGBColorSpace;
     this.material = new THREE.MeshLambertMaterial({vertexColors: true, side: THREE.DoubleSide});
     leaveOutBeyondImage(this.material);
+    dimWhenOld(this.material, this.isOld, kOldSurface);
     this.wires = new THREE.Mesh(
         this.geometry,
         new THREE.MeshBasicMaterial(
@@ -62,6 +94,7 @@ class LiveSurface extends Stage {
     this.ways = new THREE.LineSegments(
         new THREE.BufferGeometry(),
         new THREE.LineBasicMaterial({color: kWayColour, depthTest: false, transparent: true}));
+    dimWhenOld(this.ways.material, this.isOld, kOldThings);
     this.ways.renderOrder = 1;  // over the surface and the part, whichever lies before them
     this.ways.frustumCulled = false;
     this.group.add(this.ways);
@@ -98,6 +131,7 @@ class LiveSurface extends Stage {
     const begin = performance.now(), wasHidden = document.hidden;
     this.isDrawing = true;
     super.render();
+    this.canvas.classList.toggle('dimmed', this.isOld.value > 0);
     const gl = this.renderer.getContext();
     const mark = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     gl.flush();
@@ -119,6 +153,13 @@ class LiveSurface extends Stage {
     if (this.pace.add(ms) && this.isOn) this.turn(false, '3D is off: too slow on this computer.');
   }
 
+  /** on: what is shown is not of now. */
+  dim(on) {
+    if (this.isOld.value === Number(on)) return;
+    this.isOld.value = Number(on);
+    this.render();
+  }
+
   /** Whether the triangles are that surface's now. */
   async take(number) {
     const surface = await fetchSurface();
@@ -130,6 +171,8 @@ class LiveSurface extends Stage {
     if (!this.plan && triangles.length) {
       const parts = header.plan_parts.map(([first, count]) => ({first, count}));
       this.plan = new PlanMesh({triangles, parts});
+      for (const material of [this.plan.mesh.material].flat())
+        dimWhenOld(material, this.isOld, kOldThings);
       this.group.add(this.plan.mesh);
       this.isPlaced = false;  // the view is to have room for it
     }
@@ -154,6 +197,8 @@ class LiveSurface extends Stage {
     }
     this.marks = copies(new THREE.OctahedronGeometry(0.5), room, 1);
     this.errors = copies(new THREE.SphereGeometry(1, 16, 12), room, 0.35);
+    for (const {material} of [this.marks, this.errors])
+      dimWhenOld(material, this.isOld, kOldThings);
     this.group.add(this.marks, this.errors);
   }
 

@@ -18,18 +18,20 @@ import {largestError, placedTargets, readTargets, showTargetList} from './target
 import {listenToFullScreen, Pause} from './tools.js';
 import {duration, isFollowed, isLost, isUsable, notPlacedInWords, readMoment} from './words.js';
 
-const kLateMs = 1000;    // a surface that is so far behind the picture beside it is shown as old
-const kPausedMs = 3000;  // for which a paused picture keeps its colours
+const kLateMs = 1000;  // a surface that is so far behind the picture beside it is shown as old
 
 /** Says how old picture and surface are, and what stands in place of the surface. */
 class AgeNotes {
-  constructor(canShow) {
-    this.canShow = canShow;
-    byId('show-surface-control').hidden = !canShow;
+  constructor(surface) {
+    this.surface = surface;
+    byId('show-surface-control').hidden = !surface;
     // When the picture came that is drawn, in 3D and beside it, for the first time.
     this.seenAt = this.pictureAt = null;
-    this.pausedAt = null;
-    this.isOld = false;  // a picture that was paused
+    this.held = null;         // while paused: {picture, surface}, whether each was one of now
+    this.isHeld = false;      // no new picture is taken
+    this.isStill = false;     // the left view shows what it did a moment ago
+    this.isMeasured = false;  // positions of the newest frame
+    this.isSurfaceNow = false;
     this.state = 'connecting';
     this.newestAt = null;    // as pictureAt, of the newest frame
     this.mostMs = Infinity;  // its age that is not told
@@ -43,13 +45,21 @@ class AgeNotes {
   }
 
   pause(on) {
-    this.pausedAt = on ? performance.now() : null;
+    const isOfVideo = isOfNow(this.state) && !this.isStill;
+    // What is held stays marked until the next picture.
+    if (on) this.held = {picture: isOfVideo, surface: this.isSurfaceNow};
+    this.isHeld = on;
+    this.tell();
+  }
+
+  measure(isStill, isMeasured) {
+    [this.isStill, this.isMeasured] = [isStill, isMeasured];
     this.tell();
   }
 
   showPicture(at) {
     this.pictureAt = at;
-    if (this.pausedAt === null) this.isOld = false;
+    this.held = null;
     this.tell();
   }
 
@@ -58,34 +68,46 @@ class AgeNotes {
     this.tell();
   }
 
+  tellSurface() {
+    const {held, seenAt} = this, wasSeen = seenAt !== null, behind = this.pictureAt - seenAt;
+    const isUsed = isUsable(this.state) && this.isMeasured && !this.isStill;
+    this.isSurfaceNow = wasSeen && (held ? held.surface : isUsed && behind < kLateMs);
+    const stage = byId('surface').querySelector('.stage'), isStale = wasSeen && !this.isSurfaceNow;
+    stage.classList.toggle('stale', isStale);
+    stage.classList.toggle('held', held !== null && this.isSurfaceNow);
+    this.surface?.dim(isStale);
+    byId('last-seen').hidden = !wasSeen || (this.isSurfaceNow && !held);
+    if (byId('last-seen').hidden) return;
+    const age = `${duration(performance.now() - seenAt)} ago`;
+    byId('last-seen').textContent = this.isSurfaceNow ? `PAUSED – ${age}` :
+        isUsed && !held ? `3D is ${duration(behind)} behind` :
+                          `Last seen ${age}`;
+  }
+
   tell() {
-    const isPaused = this.pausedAt !== null, isUsed = isUsable(this.state);
-    // A picture from before a loss stays old when the tissue is found again.
-    if (isPaused && (!isUsed || performance.now() - this.pausedAt > kPausedMs)) this.isOld = true;
+    if (!this.isHeld && !isOfNow(this.state)) this.held = null;
+    const {held, isStill} = this, isPaused = held !== null;
     const frame = byId('left').querySelector('.picture-frame');
-    frame.classList.toggle('stale', this.isOld);
-    frame.classList.toggle('held', isPaused && isUsed);
+    frame.classList.toggle('stale', isPaused ? !held.picture : isStill);
+    frame.classList.toggle('held', isPaused);
     const ageMs = this.pictureAt === null ? 0 : performance.now() - this.pictureAt;
     const isOld = this.pictureAt !== null && !isPaused &&
-        (!isOfNow(this.state) ||
+        (!isOfNow(this.state) || isStill ||
          (this.state !== 'initialising' && performance.now() - this.newestAt > this.mostMs));
     byId('old-picture').hidden = !isOld;
     if (isOld) byId('old-picture').textContent = `Picture of ${duration(ageMs)} ago`;
-    const wasSeen = this.seenAt !== null, behind = this.pictureAt - this.seenAt;
-    const followed = isFollowed(this.state) && !this.isOld, isNow = followed && behind < kLateMs;
-    byId('surface').querySelector('.stage').classList.toggle('stale', !isNow && wasSeen);
-    byId('last-seen').hidden = isNow || !wasSeen;
-    if (!isNow && wasSeen)
-      byId('last-seen').textContent = followed ?
-          `3D is ${duration(behind)} behind` :
-          `Last seen ${duration(performance.now() - this.seenAt)} ago`;
-    if (!this.canShow) return;
+    this.tellSurface();
+    if (!this.surface) return;
+    const wasSeen = this.seenAt !== null;
     byId('no-surface').hidden = wasSeen;
     byId('no-surface').textContent = isLost(this.state) ? 'Lost: there is no surface to show' :
         this.state === 'ended'                          ? 'There was no surface' :
                                                           'No surface yet';
   }
 }
+
+/** Red: it does not wait for the picture. */
+const isRed = (state) => isLost(state) || state === 'unusable' || state === 'stalled';
 
 /** What the banner counts: see State.take. */
 function followed(header, chosen, shown, plan) {
@@ -112,7 +134,7 @@ function followed(header, chosen, shown, plan) {
 export async function watch(surface, timeline) {
   const picture = new Picture(), changes = new Changes(), checks = new Checks();
   const list = new PointList(), alarm = new Alarm();
-  const notes = new AgeNotes(surface !== null);
+  const notes = new AgeNotes(surface);
   const pause = new Pause((on) => {
     notes.pause(on);
     state.pause(on);
@@ -154,19 +176,24 @@ export async function watch(surface, timeline) {
     return shown.length > 1 ? (1000 * (shown.length - 1)) / (shown.at(-1) - shown[0]) : NaN;
   }
 
-  async function draw({header, sections}, points, targets, plan) {
+  /** {left, overlay}; null while the picture is paused. */
+  async function decode(sections) {
+    if (pause.isOn()) return null;
     const [left, overlay] = await Promise.all([sections.left, sections.overlay].map(
         (jpeg) => jpeg && createImageBitmap(new Blob([jpeg], {type: 'image/jpeg'}))));
-    picture.show({left, overlay}, header, points, targets, plan);
+    return {left, overlay};
+  }
+
+  async function drawSurface({header, sections}, left, targets, plan) {
     const at = state.movedAt;
-    notes.showPicture(at);
     // 3D waits for the screen, which never comes where the page is hidden.
     if (!surface || document.hidden || !sections.xyz.byteLength || !isOfNow(state.of)) return;
     const withPlan = plan && byId('show-plan').checked, parts = withPlan ? plan.parts : [];
     const placed = placedTargets(
         [...(byId('show-targets').checked ? targets : []), ...(withPlan ? plan.targets : [])]);
     surface.showLegend(placed.length > 0, parts);
-    if (surface.isDue()) {
+    // What is not measured is no surface of now: that which was seen last stays.
+    if (surface.isDue() && isUsable(state.of) && state.isSeen()) {
       await painted();  // what the page says of the frame does not wait for 3D
       if (!(await surface.show(header, sections, left, placed, parts))) return;
       notes.see(at);
@@ -174,8 +201,17 @@ export async function watch(surface, timeline) {
     }
   }
 
+  function showHeader(header, now, chosen) {
+    if (now) showNow(header, now, rate());
+    showStages(header.stages);
+    picture.answer(header.dropped_clicks, chosen);
+    showRecording(header.recording);
+    showMessage(header.message);
+  }
+
+  /** What the page says of a frame, and its picture: all of it at once. */
   async function show(frame, ageMs) {
-    const {header} = frame;
+    const {header} = frame, cameAt = performance.now() - ageMs;
     const points = readPoints(header);
     const chosen = points.filter(({isChosen}) => isChosen);
     const moments = header.moments.map(readMoment).filter(({frame: index}) => index > newest);
@@ -183,23 +219,31 @@ export async function watch(surface, timeline) {
     if (moments.length) newest = moments.at(-1).frame;
     const targets = readTargets(header), plan = readPlan(header);
     const counts = followed(header, chosen, targets, plan);
-    state.take(moments, counts, ageMs, header.outage_ms);
-    [notes.newestAt, notes.mostMs] = [state.movedAt, state.limitMs / 2];
-    takePoints();
     const now = moments.find(({frame: index}) => index === header.frame) ?? moments.at(-1);
-    if (now) showNow(header, now, rate());
-    showStages(header.stages);
-    picture.answer(header.dropped_clicks, chosen);
-    showRecording(header.recording);
-    showMessage(header.message);
     const isOfFollowed = isFollowed(now?.state);
-    list.show(chosen, picture.takesPoints, new Set(isOfFollowed ? header.never_placed : []));
-    await checks.show(header, isOfFollowed);
-    const why = (of) => (isOfFollowed ? notPlacedInWords(of, now.reasons, header.is_given_up) : '');
-    showTargetList(targets, header.target_count, isOfFollowed, why({target: counts.targets}));
-    showPlanList(plan, isOfFollowed, why({part: counts.parts, target: counts.planTargets}));
-    if (!pause.isOn()) await draw(frame, points, targets, plan);
+    const tellAll = () => {
+      state.take(moments, counts, performance.now() - cameAt, header.outage_ms);
+      [notes.newestAt, notes.mostMs] = [state.movedAt, state.limitMs / 2];
+      notes.measure(state.isStill(), state.isSeen());
+      takePoints();
+      showHeader(header, now, chosen);
+      list.show(chosen, picture.takesPoints, new Set(isOfFollowed ? header.never_placed : []));
+      const why = (of) =>
+          (isOfFollowed ? notPlacedInWords(of, now.reasons, header.is_given_up) : '');
+      showTargetList(targets, header.target_count, isOfFollowed, why({target: counts.targets}));
+      showPlanList(plan, isOfFollowed, why({part: counts.parts, target: counts.planTargets}));
+    };
+    const isUrgent = isRed(moments.at(-1)?.state);
+    if (isUrgent) tellAll();
+    const bitmaps = await decode(frame.sections);
+    if (!isUrgent) tellAll();
     timeline?.add(moments);
+    if (bitmaps && !pause.isOn()) {
+      picture.show(bitmaps, header, points, targets, plan);
+      notes.showPicture(state.movedAt);
+      await drawSurface(frame, bitmaps.left, targets, plan);
+    }
+    await checks.show(header, isOfFollowed);
     document.documentElement.dataset.frame = header.frame;
     document.documentElement.dataset.clicked = chosen.length;
   }

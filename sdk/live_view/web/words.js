@@ -126,6 +126,15 @@ export function isFrozen(reasons) {
   return names.includes('frozen') && !names.includes('one-view');
 }
 
+/** Whether the left view shows what it did in the frame before, whatever the right one does. */
+export function isLeftStill({reasons, faultyViews}) {
+  const names = namesOf(reasons);
+  // One that is black looks the same in each frame.
+  if (isFrozen(reasons)) return !names.includes('dark') && !names.includes('saturated');
+  return names.includes('frozen') ? faultyViews === 'right' :
+                                    names.includes('view-late') && faultyViews === 'left';
+}
+
 /** The largest expected error of a usable point; shown_state.hpp has the same, and states why. */
 export const kMostErrorMm = 3;
 
