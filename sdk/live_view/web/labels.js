@@ -14,6 +14,7 @@ const kApart = 10;       // so much nearer than others is the mark of one withou
 const kFirstOfPart = 1;  // of the gaps, so that the line to a part can be seen
 const kNear = 160;       // where a label has no room, those so near to it say less
 const kMostPasses = 4;   // of placing labels again that say less
+const kMany = 40;        // labels, for which no other places are looked for than beside their marks
 const kRoomyDraws = 20;  // one after the other with room for more, before a label says more
 
 /** Which labels come first where there is not room for all: those of the plan. */
@@ -44,6 +45,7 @@ const kAttempts = [
   ...[0, 1, 2].flatMap((less) => ['near', 'middle'].map((reach) => ({less, level: 0, reach}))),
   ...[1, 2, 3].flatMap((level) => [0, 1, 2].map((less) => ({less, level, reach: 'far'})))
 ];
+const kNearAttempts = kAttempts.filter(({reach}) => reach === 'near');
 
 const kInk = '#ffffff';
 const kTooLarge = '\u26a0\ufe0e\u00a0';  // a warning sign before an expected error
@@ -123,7 +125,7 @@ export class Labels {
     const rankOf = ({key, rank}) => 2 * rank + (this.places.has(key) ? 1 : 0);
     let inOrder = seen.sort((a, b) => rankOf(b) - rankOf(a)), drawn = new Map();
     const forms = new Map(inOrder.map(({key}) => [key, this.forms.get(key) ?? 0]));
-    for (let pass = 0; pass < kMostPasses; ++pass) {
+    for (let pass = 0; pass < (inOrder.length > kMany ? 1 : kMostPasses); ++pass) {
       drawn = placeAll(inOrder, forms, {marks, before: this.places}, context, unit);
       const without = inOrder.filter(({key, rank}) => !drawn.has(key) && rank !== kRanks.target);
       if (!without.length) break;
@@ -140,7 +142,7 @@ export class Labels {
     this.forms = new Map([...drawn].map(([key, {form}]) => [key, form]));
     for (const label of labels) {
       const {key} = label, form = this.forms.get(key);
-      if (!form) continue;
+      if (!form || labels.length > kMany) continue;
       const rest = [...drawn].filter(([other]) => other !== key).map(([, place]) => place);
       const longer = choose(
           label, form - 1, drawn.get(key),
@@ -172,9 +174,10 @@ function placeAll(labels, forms, {marks, before}, context, unit) {
   };
   const isPart = ({rank}) => rank === kRanks.part;
   const isNamed = ({rank}) => !isPart({rank}) && rank >= kRanks.named;
+  const attempts = labels.length > kMany ? kNearAttempts : kAttempts;
   // What has a name takes what is left before others choose.
   for (const isOfKind of [isPart, isNamed, ({rank}) => rank < kRanks.named])
-    for (const attempt of kAttempts) tryAll(labels.filter(isOfKind), attempt);
+    for (const attempt of attempts) tryAll(labels.filter(isOfKind), attempt);
   return drawn;
 }
 
