@@ -45,7 +45,13 @@ constexpr char kNoAccess[] = R"(<!doctype html>
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>No access – defrec</title>
 <style>
-body { margin: 0; padding: 5vw; font: 20px/1.5 system-ui, sans-serif; color: #fff; background: #1f2937; }
+body {
+  margin: 0;
+  padding: 5vw;
+  font: 20px/1.5 system-ui, sans-serif;
+  color: #fff;
+  background: #1f2937;
+}
 h1 { margin: 0; font-size: clamp(44px, 7.5vw, 120px); line-height: 1.1; }
 </style>
 </head>

@@ -89,7 +89,7 @@ async function lookAtExchanged(page) {
       '1 problem in video or calibration');
   for (const part
            of ['Problem', 'order of the views', 'the views look exchanged',
-               'What to do:', 'Give the recording of --left as --right'])
+               'What to do:', 'give the recording of --left as --right'])
     assert.ok(text.includes(part), `"${part}" in "${text}"`);
   for (const [id, , , isOpen] of list.slice(1)) assert.equal(isOpen, false, id);
   // It cannot be told while the views are exchanged.

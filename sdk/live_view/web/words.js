@@ -75,9 +75,9 @@ export const states = {
   },
   disconnected: {
     word: 'No connection',
-    say: 'The program does not answer: it has ended, or the way to it is broken. Nothing here is ' +
-        'current. What\u00a0to\u00a0do: use no position; look at the terminal of defrec track and ' +
-        'at the network.'
+    say: 'The program does not answer: it has ended, or the way to it is broken. Nothing here ' +
+        'is current. What\u00a0to\u00a0do: use no position; look at the terminal of ' +
+        'defrec track and at the network.'
   },
   refused: {
     word: 'No access',

@@ -137,7 +137,8 @@ std::vector<std::string> likely_causes(const GivenPlaces& given) {
         if (!text.empty()) causes.push_back(std::move(text));
     };
     Places of_pairs, seen, model;
-    if (given.pairs != nullptr && given.pairs->ids.size() >= 3) {
+    constexpr std::size_t kLeastPairs = 3;  // that fix a rigid motion
+    if (given.pairs != nullptr && given.pairs->ids.size() >= kLeastPairs) {
         of_pairs = places_of(given.pairs->model_xyz);
         seen = places_of(given.pairs->seen_xyz);
         add(sizes_of_pairs(of_pairs, seen));
