@@ -72,7 +72,7 @@ std::array<double, 2> squares_left(const Places& model, const Places& seen) {
     const Places a = centred(model), b = centred(seen);
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(a * b.transpose(),
                                                 Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Eigen::Vector3d s = svd.singularValues();
+    const Eigen::Vector3d& s = svd.singularValues();
     const double sign = svd.matrixU().determinant() * svd.matrixV().determinant();
     const double all = a.squaredNorm() + b.squaredNorm(), last = sign > 0 ? s[2] : -s[2];
     return {std::max(0.0, all - 2 * (s[0] + s[1] + last)),
