@@ -140,7 +140,9 @@ bool usable_information(float given[3], out vec3 abc) {
     const float size = max(max(information.x, abs(information.y)), information.z);
     if (!finite(information) || !(size > 0.0) || !(information.x >= 0.0) || !(information.z >= 0.0))
         return false;
-    const vec3 unit = information / size;  // so that squares do not overflow
+    // Vulkan divides by no more than 2^126, and squares are not to overflow.
+    const float scale = size > kLargestFloat * kReduce ? kReduce : 1.0;
+    const vec3 unit = (scale * information) / (scale * size);
     const float half_difference = 0.5 * (unit.x - unit.z);
     const float largest =
         0.5 * (unit.x + unit.z) + sqrt(half_difference * half_difference + unit.y * unit.y);
