@@ -50,4 +50,20 @@ ViewDoubts doubts_of(const std::vector<ViewPoint>& points,
     return doubts;
 }
 
+ViewDoubts doubts_that_stay(ViewDoubts doubts, std::vector<ViewPoint> given,
+                            const std::vector<ViewPoint>& points,
+                            const std::set<std::int64_t>& placed) {
+    std::set<std::int64_t> ids;
+    for (const ViewPoint& point : points) ids.insert(point.id);
+    if (std::erase_if(given, [&](const auto& point) { return ids.count(point.id) == 0; }) == 0)
+        return doubts;
+    const auto count = [](const ViewDoubts& of) {
+        return of.large.count + of.lost.count + of.never.count;
+    };
+    ViewDoubts rest = doubts_of(given, {}, placed);
+    rest.targets = std::move(doubts.targets);
+    rest.removed = count(doubts) - std::min(count(doubts), count(rest));
+    return rest;
+}
+
 }  // namespace defrec::cli

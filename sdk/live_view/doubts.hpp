@@ -17,4 +17,10 @@ ViewDoubts doubts_of(const std::vector<ViewPoint>& points,
                      const std::vector<TargetEstimate>& targets,
                      const std::set<std::int64_t>& placed);
 
+// The doubts of a frame before, where they are still shown; given: all points of that frame. What
+// is not among the points of now was removed, and is no longer named.
+ViewDoubts doubts_that_stay(ViewDoubts doubts, std::vector<ViewPoint> given,
+                            const std::vector<ViewPoint>& points,
+                            const std::set<std::int64_t>& placed);
+
 }  // namespace defrec::cli

@@ -62,6 +62,13 @@ struct Shown {
 
 using Clock = std::chrono::steady_clock;
 
+// The last frame that was "degraded".
+struct Doubted {
+    std::string reasons;
+    ViewDoubts doubts;
+    std::vector<ViewPoint> points;
+};
+
 struct Page {
     Clock::time_point asked;  // last
     bool knows_end = false;
@@ -84,7 +91,8 @@ Json doubts_json(const ViewDoubts& doubts) {
     return {{"large", named(doubts.large)},
             {"targets", named(doubts.targets)},
             {"lost", named(doubts.lost)},
-            {"never", named(doubts.never)}};
+            {"never", named(doubts.never)},
+            {"removed", doubts.removed}};
 }
 
 Json moment_json(const ViewMoment& moment) {
@@ -327,10 +335,12 @@ struct LiveView::Impl {
         moment.state = steady_state.take(said, moment.found, frame.timestamp_ms, is_unseen);
         moment.gap_ms = steady_state.gap_ms();
         if (moment.found.empty() && steady_state.is_resumed()) moment.found = "resumed";
-        if (said == "degraded") last_doubt = {moment.reasons, doubts};
+        if (said == "degraded") last_doubt = {moment.reasons, doubts, points};
         moment.is_held = steady_state.is_held();
-        if (moment.is_held) moment.held_reasons = last_doubt.first;
-        moment.doubts = moment.is_held ? last_doubt.second : std::move(doubts);
+        moment.doubts = std::move(doubts);
+        if (!moment.is_held) return moment;
+        moment.held_reasons = last_doubt.reasons;
+        moment.doubts = doubts_that_stay(last_doubt.doubts, last_doubt.points, points, placed);
         return moment;
     }
 
@@ -507,8 +517,7 @@ struct LiveView::Impl {
     cv::Size left_size;                       // of the last frame
     ShownState shown_state;
     SteadyState steady_state;
-    std::pair<std::string, ViewDoubts>
-        last_doubt;                     // reasons, of the last frame that was "degraded"
+    Doubted last_doubt;
     std::set<std::int64_t> placed;      // ids of points that users chose, which had a place once
     std::map<std::string, Page> pages;  // by their own ids
     TemplateRecord reference;

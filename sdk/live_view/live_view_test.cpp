@@ -369,6 +369,32 @@ TEST_CASE("a page hears of outages, and of what is still shown for the sake of f
     CHECK(packet.header["outage_ms"].get<double>() >= 1000);
 }
 
+TEST_CASE("points that are removed are not named where their frame is still told of") {
+    LiveView view = made();
+    Browser browser(view);
+    ViewPoint seen{8, VertexStatus::observed, 2, 3, 0, 0, 80, 0.2, "", true}, first{6}, second{7};
+    first.is_chosen = second.is_chosen = true;
+    double ms = 0;
+    int index = 0;
+    const auto add = [&](std::vector<ViewPoint> points) {
+        FrameRecord record = frame(index++);
+        record.timestamp_ms = ms += 100;
+        view.add(cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(90)), record, std::move(points));
+    };
+    for (int i = 0; i < 3; ++i) add({seen, first, second});
+    add({seen, second});
+    add({seen});
+    auto answer = std::async(std::launch::async, [&] { return browser.get("/frame?after=-1"); });
+    while (answer.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready) add({seen});
+    const nlohmann::json moments = Packet(answer.get()->body).header["moments"];
+    CHECK(moments[2][10]["never"] == nlohmann::json::parse(R"([["#6","#7"],[],2])"));
+    CHECK(moments[3][10]["never"] == nlohmann::json::parse(R"([["#7"],[],1])"));
+    CHECK(moments[4][2] == "degraded");
+    CHECK(moments[4][8] == true);
+    CHECK(moments[4][10]["never"] == nlohmann::json::parse("[[],[],0]"));
+    CHECK(moments[4][10]["removed"] == 1);
+}
+
 TEST_CASE("where nobody waited for the last frame the next is shown, and clicks count") {
     LiveView view = made();
     Browser browser(view), later(view);

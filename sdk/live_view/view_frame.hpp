@@ -32,8 +32,11 @@ struct ViewDoubts {
     };
     Named large{}, targets{};  // errors that are too large
     Named lost{}, never{};     // points without a place: which had one, and which never had
+    std::size_t removed = 0;   // further points, which users have removed since
 
-    bool is_empty() const { return large.count + targets.count + lost.count + never.count == 0; }
+    bool is_empty() const {
+        return large.count + targets.count + lost.count + never.count + removed == 0;
+    }
 };
 
 // One of every frame, kept for browsers that ask later.

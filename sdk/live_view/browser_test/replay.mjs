@@ -161,6 +161,16 @@ export class Replay {
     return garbled ? packet.fill(0, 4 + packet.readUInt32LE(0)) : packet;
   }
 
+  /** A point that is removed. */
+  async change(request, response) {
+    const chunks = [];
+    for await (const chunk of request) chunks.push(chunk);
+    const {id, removed} = JSON.parse(Buffer.concat(chunks));
+    if (removed) this.neverPlaced = this.neverPlaced.filter((each) => each !== id);
+    response.statusCode = 202;
+    response.end('taken');
+  }
+
   answer(request, response) {
     const isFrame = request.url.startsWith('/frame'), isPage = request.url.startsWith('/?');
     if (this.state === 'disconnected' || (this.isCut && !isFrame && !isPage)) {
@@ -172,6 +182,7 @@ export class Replay {
       response.setHeader('Content-Type', 'text/html');
       return response.end(this.answers.page);
     }
+    if (request.url === '/points') return this.change(request, response);
     if (request.url === '/wait') return this.waiting.push(response);
     if (request.url === '/surface') return response.end(this.answers.surface);
     if (request.url === '/checks') return response.end(JSON.stringify(kChecks));

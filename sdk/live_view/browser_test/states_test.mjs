@@ -523,6 +523,42 @@ async function lookAtOutage(browser, replay) {
   await page.close();
 }
 
+/** One button removes all points that never had a place, also in full screen. */
+async function removeUnplaced(page, replay) {
+  const button = '#remove-unplaced:not([hidden])';
+  for (const isFull of [false, true]) {
+    if (isFull) {
+      await page.setViewport({width: 1280, height: 800});
+      await page.click('#full-screen');
+      await page.waitForFunction(() => document.body.classList.contains('full'));
+    }
+    [replay.neverPlaced, replay.state] = [[902, 903, 904, 905], 'degraded'];
+    await page.waitForFunction(
+        () => document.getElementById('remove-unplaced').textContent ===
+            'Remove points without a place (4)');
+    const {say} = await look(page, 'degraded');
+    assert.match(say, /4 points have no place: click on them again, then remove the old ones\./);
+    await picture(page, `remove_${isFull}`);
+    const asked = await page.$eval(button, (each) => {
+      each.click();
+      const message = document.getElementById('message').textContent;
+      const told = [each.textContent, each.classList.contains('asks'), message];
+      each.click();
+      const lists = document.getElementById('lists');
+      const {right} = each.getBoundingClientRect();
+      return [...told, right <= innerWidth && lists.scrollWidth <= lists.clientWidth];
+    });
+    assert.deepEqual(
+        asked, ['Remove 4?', true, 'Press again to remove 4 points without a place.', true]);
+    await page.waitForFunction(() => document.getElementById('remove-unplaced').hidden);
+    assert.deepEqual(replay.neverPlaced, []);
+    replay.state = 'tracking';
+    await look(page, 'tracking');
+  }
+  await page.click('#full-screen');
+  await page.waitForFunction(() => !document.body.classList.contains('full'));
+}
+
 /** Points that never had a place say why. */
 async function lookAtNeverPlaced(browser, replay) {
   const errors = [], page = await openPage(browser, errors);
@@ -531,11 +567,13 @@ async function lookAtNeverPlaced(browser, replay) {
   replay.neverPlaced = [902];
   await page.waitForFunction(
       () => document.querySelector('#points tr[data-id="902"]')
-                ?.textContent.includes('lostnot seen when it was given'));
+                ?.textContent.includes('lostnot seen when it was given: click on it again, then'));
   assert.deepEqual((await look(page, 'tracking')).sidewaysLists, []);
   replay.state = 'degraded';
   const never = await look(page, 'degraded');
-  assert.match(never.say, /#902 has no place: click it again\. Why: #902 not seen when given;/);
+  assert.match(
+      never.say,
+      /#902 has no place: click on it again, then remove.*one\. Why: #902 not seen when given;/);
   assert.ok(never.takesPoints);
   await picture(page, 'never_placed');
   replay.state = 'tracking';
@@ -549,7 +587,7 @@ async function lookAtNeverPlaced(browser, replay) {
     return [fits, document.getElementById('message').textContent];
   });
   assert.deepEqual(told, ['', 'A name has at most 80 bytes: make it shorter.']);
-  replay.neverPlaced = [];
+  await removeUnplaced(page, replay);
   assert.deepEqual(errors, []);
   await page.close();
 }

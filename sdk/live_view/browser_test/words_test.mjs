@@ -65,9 +65,16 @@ const never = {
   ...doubts,
   never: [['a', 'b', 'c'], [], 6]
 };
-assert.equal(doubtsToDo(never), '6 points have no place: click them again.');
-assert.equal(doubtsToDo({...doubts, never: [['a'], [], 1]}), 'a has no place: click it again.');
+assert.equal(
+    doubtsToDo(never), '6 points have no place: click on them again, then remove the old ones.');
+assert.equal(
+    doubtsToDo({...doubts, never: [['a'], [], 1]}),
+    'a has no place: click on it again, then remove the old one.');
 assert.deepEqual(causes(less(never)), ['a, b, c and 3 more not seen when given']);
+for (const ofMany of [false, true])
+  assert.deepEqual(
+      causes(less({...doubts, removed: 6}, '', true, 'point-error'), ofMany),
+      ['points that are removed now']);
 const lost = {
   ...doubts,
   lost: [['P4', 'P5'], [], 2]

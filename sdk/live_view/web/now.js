@@ -62,10 +62,14 @@ export function showMessage(message) {
   messagesSeen = message.number;
 }
 
-/** Asks the program, and says done where it does what it is asked for, else why not. */
+/**
+ * Asks the program, and says done where it does what it is asked for, else why not; returns whether
+ * it does.
+ */
 export async function request(path, value, done) {
   const {isTaken, text} = await post(path, value);
   tell(isTaken ? done : text);
+  return isTaken;
 }
 
 export function listenToRecord() {

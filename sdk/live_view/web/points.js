@@ -3,7 +3,7 @@ import {byId, element, number} from '../../report/web/data.js';
 import {statusCell} from '../../report/web/summary.js';
 import {request, tell} from './now.js';
 import {errorCell, hasPlace} from './targets.js';
-import {statusWords} from './words.js';
+import {endOfUnplaced, statusWords} from './words.js';
 
 const kMaxListed = 100;
 const kMaxName = 80;  // bytes; live_view.cpp refuses more
@@ -20,7 +20,8 @@ const isTooLong = (name) => new TextEncoder().encode(name).length > kMaxName;
 function pointCell({id, status}, neverPlaced) {
   const cell = statusCell(status, statusWords[status]);
   if (neverPlaced.has(id))
-    cell.append(element('small', {class: 'lost-why'}, 'not seen when it was given'));
+    cell.append(element(
+        'small', {class: 'lost-why'}, `not seen when it was given: ${endOfUnplaced(true)}`));
   return cell;
 }
 
@@ -28,35 +29,78 @@ export const numberOf = ({id}) => `#${id}`;
 export const labelOf = (point) => point.name || numberOf(point);
 
 /**
- * A button that removes the point when it is pressed a second time: its rows end for good. label():
- * of the point.
+ * Lets a button do what it says when it is pressed a second time. what(): "point P4"; show: called
+ * with whether it asks. Returns what ends its question.
  */
-function removeButton(id, label) {
-  const button = element('button', {type: 'button', class: 'remove'});
+function askFirst(button, what, show, done) {
   let timer = null;
   const ask = (on) => {
     clearTimeout(timer);
     timer = on ? setTimeout(() => ask(false), kAskMs) : null;
     button.classList.toggle('asks', on);
-    button.setAttribute(
-        'aria-label', on ? `Remove point ${id}? Press again to remove it` : `Remove point ${id}`);
+    show(on);
   };
   button.addEventListener('click', ({detail}) => {
     if (timer === null) {
       ask(true);
-      tell(`Press again to remove point ${label()}.`);
+      tell(`Press again to remove ${what()}.`);
     } else if (detail < 2) {  // not the second half of a double click
       ask(false);
-      request('/points', {id, removed: true}, `Point ${label()} removed.`);
+      done();
     }
   });
   ask(false);
+  return () => ask(false);
+}
+
+/** Removes the point: its rows end for good. label(): of the point. */
+function removeButton(id, label) {
+  const button = element('button', {type: 'button', class: 'remove'});
+  const show = (asks) => button.setAttribute(
+      'aria-label', asks ? `Remove point ${id}? Press again to remove it` : `Remove point ${id}`);
+  askFirst(
+      button, () => `point ${label()}`, show,
+      () => request('/points', {id, removed: true}, `Point ${label()} removed.`));
   return button;
+}
+
+const pointsInWords = (count) => `${count} point${count === 1 ? '' : 's'} without a place`;
+
+/** Removes all points that never had a place. */
+class RemoveUnplaced {
+  constructor() {
+    this.ids = [];
+    this.button = byId('remove-unplaced');
+    this.end = askFirst(
+        this.button, () => pointsInWords(this.ids.length), (asks) => this.write(asks),
+        () => this.remove());
+  }
+
+  write(asks) {
+    const count = this.ids.length;
+    this.button.textContent =
+        asks ? `Remove ${count}?` : `Remove points without a place (${count})`;
+  }
+
+  show(ids) {
+    this.button.hidden = !ids.length;
+    if (ids.join() === this.ids.join()) return;
+    this.ids = ids;
+    this.end();  // what was asked was of others
+  }
+
+  /** One after the other, up to one that is refused, of which the page tells. */
+  async remove() {
+    const {ids} = this, done = `${pointsInWords(ids.length)} removed.`;
+    for (const id of ids)
+      if (!(await request('/points', {id, removed: true}, done))) return;
+  }
 }
 
 export class PointList {
   constructor() {
     this.rows = new Map();  // by id
+    this.unplaced = new RemoveUnplaced();
     this.more = element('p', {class: 'hint'});
     this.body = element('tbody');
     const heads = ['Point', 'Status', 'Expected error', 'x, y, z in mm', ''].map(
@@ -98,6 +142,7 @@ export class PointList {
    * which never had a place in the run.
    */
   show(chosen, takesMore, neverPlaced) {
+    this.unplaced.show(chosen.map(({id}) => id).filter((id) => neverPlaced.has(id)));
     const listed = chosen.slice(0, kMaxListed);
     const ids = new Set(listed.map(({id}) => id));
     for (const [id, {line}] of this.rows) {
@@ -125,6 +170,7 @@ export class PointList {
 
   /** Whether names can be given, and points removed. */
   enable(on) {
+    this.unplaced.button.disabled = !on;
     for (const field of this.body.querySelectorAll('input, button')) field.disabled = !on;
   }
 }

@@ -192,11 +192,14 @@ const isOne = ([, , count]) => count === 1;
 /** "P4 has no place" */
 const placeless = (named) => `${listed(named)} ${isOne(named) ? 'has' : 'have'} no place`;
 
+/** Points that have gone since have no names. */
+const removedInWords = (count) => (count ? ['points that are removed now'] : []);
+
 /**
  * The doubts for a list that has those of many frames: words that stay from one frame to the next,
  * each of one point.
  */
-function doubtsOfMany({large, targets, lost, never}) {
+function doubtsOfMany({large, targets, lost, never, removed}) {
   const each =
       ([names, , count],
        tell) => [...names, ...(count > names.length ? ['further points'] : [])].map(tell);
@@ -204,25 +207,31 @@ function doubtsOfMany({large, targets, lost, never}) {
     ...each(large, (name) => `large expected error of ${name}`),
     ...(targets[2] ? ['large expected errors of targets'] : []),
     ...each(lost, (name) => `no place of ${name}`),
-    ...each(never, (name) => `${name} not seen when given`)
+    ...each(never, (name) => `${name} not seen when given`), ...removedInWords(removed)
   ];
 }
 
 /**
  * Why points and targets make a frame less sure. doubts: the moment's, {large, targets, lost,
- * never}, [names, expected errors, count] each; null: none. ofMany: see doubtsOfMany.
+ * never}, [names, expected errors, count] each, and removed, the number of points that have gone
+ * since; null: none. ofMany: see doubtsOfMany.
  */
 export function doubtsInWords(doubts, ofMany) {
   if (!doubts) return [];
   if (ofMany) return doubtsOfMany(doubts);
-  const {large, targets, lost, never} = doubts, words = [];
+  const {large, targets, lost, never, removed} = doubts, words = [];
   const errors = (named) => listed(named, (i) => ` \u00b1${number(named[1][i], 1)}\u00a0mm`);
   if (large[2]) words.push(errors(large));
   if (targets[2]) words.push(errors(targets));
   if (lost[2]) words.push(placeless(lost));
   if (never[2]) words.push(`${listed(never)} not seen when given`);
+  words.push(...removedInWords(removed));
   return words;
 }
+
+/** What ends that points have no place, which they never had. */
+export const endOfUnplaced = (isOfOne) => isOfOne ? 'click on it again, then remove the old one' :
+                                                    'click on them again, then remove the old ones';
 
 /** What to do about them, for the text of the banner; empty: nothing. */
 export function doubtsToDo(doubts) {
@@ -230,7 +239,7 @@ export function doubtsToDo(doubts) {
   const {large, targets, never} = doubts, words = [];
   if (never[2]) {
     const many = never[2] > never[0].length ? `${never[2]} points have no place` : placeless(never);
-    words.push(`${many}: click ${isOne(never) ? 'it' : 'them'} again.`);
+    words.push(`${many}: ${endOfUnplaced(isOne(never))}.`);
   }
   const what = [[large, 'points'], [targets, 'targets']].filter(([named]) => named[2]);
   if (what.length)
