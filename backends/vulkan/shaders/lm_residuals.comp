@@ -142,7 +142,8 @@ bool usable_information(float given[3], out vec3 abc) {
         return false;
     // Vulkan divides by no more than 2^126, and squares are not to overflow.
     const float scale = size > kLargestFloat * kReduce ? kReduce : 1.0;
-    const vec3 unit = (scale * information) / (scale * size);
+    precise const vec3 smaller = scale * information;
+    precise const vec3 unit = smaller / (scale * size);
     const float half_difference = 0.5 * (unit.x - unit.z);
     const float largest =
         0.5 * (unit.x + unit.z) + sqrt(half_difference * half_difference + unit.y * unit.y);

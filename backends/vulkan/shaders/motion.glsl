@@ -35,8 +35,11 @@ bool hold_length(inout DualQuaternion m, out float squared) {
     squared = dot(m.real, m.real);
     if (finite(vec4(squared)) && squared >= kLeastSquares) return true;
     const float scale = finite(vec4(squared)) ? kEnlarge : kReduce;
-    m = DualQuaternion(scale * m.real, scale * m.dual);
-    squared = dot(m.real, m.real);
+    // Not the square of the factor times that of the length.
+    precise const vec4 real = scale * m.real;
+    precise const float held = dot(real, real);
+    m = DualQuaternion(real, scale * m.dual);
+    squared = held;
     const float least = kLeastFloat * kEnlarge;
     return finite(vec4(squared)) && squared >= least * least;
 }
