@@ -396,7 +396,9 @@ TEST_CASE("a view that is late, and which images to leave out: the first ones of
         CHECK(finding_of(right, "lag").value == frames);
         CHECK_SAYS(finding_of(right, "lag").what, frames == 1 ? "1 frame late" : "2 frames late");
         const std::string images = frames == 1 ? "image" : "2 images";
+        const std::string lasts = frames == 1 ? "the last one" : "the last 2";
         CHECK_SAYS(finding_of(right, "lag").remedy, "the first " + images + " of the right view");
+        CHECK_SAYS(finding_of(right, "lag").remedy, lasts + " of the left, so that both have");
         CHECK(found("heartbeat", [&](Recording& r) {
                   late(r);
                   leave_out(r.right, r.left, frames);

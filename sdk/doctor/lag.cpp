@@ -18,13 +18,19 @@ constexpr char kOfTimes[] =
     "Where both views have times, write the images that belong together into two folders, and "
     "leave out those without a partner; else record anew.";
 
-// The images of the late view are those of earlier times: its first ones have no partner.
+// The images of the late view are those of earlier times: its first ones have no partner, nor have
+// the last ones of the other view.
 std::string leave_out(int frames, bool is_right_late) {
-    const std::string images = frames == 1 ? "image" : std::to_string(frames) + " images";
+    const std::string number = std::to_string(frames);
+    const std::string images = frames == 1 ? "image" : number + " images";
+    const std::string lasts = frames == 1 ? "the last one" : "the last " + number;
     return "leave out the first " + images + " of the " + (is_right_late ? "right" : "left") +
-           " view, the late one, and none of the other; one source with both views has to be cut "
-           "into two for that. This is right where the lag is the same from the recording's first "
-           "frame on.";
+           " view, the late one, and " + lasts + " of the " + (is_right_late ? "left" : "right") +
+           ", so that both have as many; one source with both views has to be cut into two for "
+           "that. A note that the numbers in the names differ by " +
+           number +
+           " is right then; renumber the images to be rid of it. This holds where the lag is the "
+           "same from the recording's first frame on.";
 }
 
 // The right view's lag, frames.

@@ -71,6 +71,13 @@ cv::Mat picture_of_field(const cv::Mat& image, bool is_bottom) {
     return picture;
 }
 
+std::string way_out(std::size_t left, std::size_t right) {
+    const std::size_t more = std::max(left, right) - std::min(left, right);
+    const std::string images = more == 1 ? "image" : std::to_string(more) + " images";
+    return "Leave out the last " + images + " of the " + (left > right ? "left" : "right") +
+           " view, or its first where it began earlier.";
+}
+
 // Files are paired by their place in the order; a file lost on one side would pair all that follow
 // wrongly.
 void require_pairs(const ImageStream& left, const ImageStream& right) {
@@ -87,10 +94,10 @@ void require_pairs(const ImageStream& left, const ImageStream& right) {
                            ": an image is missing on one side. Remove its partner.");
     }
     if (a.size() != b.size()) {
-        throw CliError(ExitCode::kInput, "there are " + std::to_string(a.size()) +
-                                             " images on the left (" + left.source() + ") and " +
-                                             std::to_string(b.size()) + " on the right (" +
-                                             right.source() + "); they must pair up.");
+        throw CliError(ExitCode::kInput,
+                       "there are " + std::to_string(a.size()) + " images on the left (" +
+                           left.source() + ") and " + std::to_string(b.size()) + " on the right (" +
+                           right.source() + "); they must pair up. " + way_out(a.size(), b.size()));
     }
 }
 
@@ -379,7 +386,9 @@ struct FrameSource::Impl {
         fault = !left->fault().empty() ? left->fault() : right->fault();
         if (fault.empty() && has_left != has_right) {
             fault = (has_left ? right : left)->source() + ": it ends after " +
-                    std::to_string(position) + " frames, but the other view goes on.";
+                    std::to_string(position) +
+                    " frames, but the other view goes on. Leave out as many images at the end of "
+                    "the longer view as it has more, or at its beginning where it began earlier.";
         }
         return false;
     }

@@ -260,6 +260,7 @@ TEST_CASE("row 51: images that do not pair up are refused before anything is tra
         two(write_images(folder / "l", 6, 10), write_images(folder / "r", 6, 50));
     std::filesystem::remove(folder / "r/5.png");
     CHECK_SAYS(refusal(options), "6 images on the left");
+    CHECK_SAYS(refusal(options), "Leave out the last image of the left view, or its first where");
     std::filesystem::remove(folder / "l/3.png");
     CHECK_SAYS(refusal(options), "4.png would be paired with");
     CHECK_SAYS(refusal(two(folder / "l/%d.png", folder / "r/%d.png")), "number 3 is missing");
