@@ -108,6 +108,24 @@ async function lookAtResized(page, width) {
   }
 }
 
+/** The contrast of a text with what is behind it, by WCAG 2. */
+const contrastOf = (page, selector) => page.evaluate((wanted) => {
+  const node = document.querySelector(wanted);
+  const levels = (colour) => colour.match(/[\d.]+/g).map(Number);
+  const luminance = (rgb) => {
+    const [red, green, blue] = rgb.slice(0, 3).map(
+        (level) => (
+            level / 255 <= 0.04045 ? level / 255 / 12.92 : ((level / 255 + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+  };
+  let behind = node;
+  const back = () => levels(getComputedStyle(behind).backgroundColor);
+  while (back()[3] === 0) behind = behind.parentElement;
+  const [dark, bright] =
+      [levels(getComputedStyle(node).color), back()].map(luminance).sort((a, b) => a - b);
+  return (bright + 0.05) / (dark + 0.05);
+}, selector);
+
 /** A click that does nothing says why. */
 async function clickPicture(page, message) {
   const said = await page.$eval('#picture', (canvas) => {
@@ -286,6 +304,11 @@ async function lookAtStates(page, other, replay, isPlain) {
   assert.deepEqual(
       await page.$$eval('.too-large', (cells) => cells.map(({textContent}) => textContent)),
       ['3.1 mm'], 'the row is marked');
+  for (const value of ['light', 'dark']) {
+    await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value}]);
+    const contrast = await contrastOf(page, '.too-large');
+    assert.ok(contrast >= 4.5, `${value}: ${contrast}`);
+  }
   assert.equal(degraded.points, 'Points: 1 seen, 1 extrapolated, errors up to 3.1 mm');
   assert.equal(degraded.pointsWeight, '800', 'what is not seen counts');
   replay.found = 'relocalised';
