@@ -43,6 +43,7 @@ const look = async (page, state) =>
             element('state-points').textContent.replaceAll('\u00a0', ' '),
         paused: element('paused').hidden ? '' : element('paused').textContent,
         pausedInBanner: element('state-paused').textContent,
+        since: element('state-since').textContent,
         title: document.title,
         residual: element('residual').textContent,
         lastSeen: element('last-seen').hidden ? '' : element('last-seen').textContent,
@@ -174,11 +175,13 @@ async function lookAtPaused(page, replay) {
   assert.deepEqual(
       [again.pausedInBanner, again.title],
       ['Picture paused', 'Found again · picture paused – defrec']);
+  assert.match(again.since, /^Found again for \d/);
   assert.match(again.text, /Now \(the picture is paused\)/);
   await page.click('#pause');
   await page.waitForFunction(
       () => !document.querySelector('.picture-frame').classList.contains('held'));
   const goesOn = await lookAt(replay, [page], 'tracking');
+  assert.match(goesOn.since, /^for \d/);
   assert.deepEqual([goesOn.isPictureGray, goesOn.pausedInBanner, goesOn.paused], [false, '', '']);
   assert.doesNotMatch(goesOn.text, /\(the picture is paused\)/);
   await page.click('#pause');

@@ -250,10 +250,10 @@ export class State {
             (name === 'tracking' ? '' : because(name, moment)));
     this.drawStrip();
     this.tellPause(word);
-    if (name !== 'ended' && name !== 'refused')
-      setText('state-since', `for ${duration(performance.now() - this.since)}`);
-    else
-      setText('state-since', '');
+    const isOver = name === 'ended' || name === 'refused';
+    // Beside "Picture paused" it would be read as the time of that.
+    const head = this.isPaused ? `${word} for` : 'for';
+    setText('state-since', isOver ? '' : `${head} ${duration(performance.now() - this.since)}`);
   }
 
   tellPause(word) {
