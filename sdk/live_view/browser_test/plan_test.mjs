@@ -173,7 +173,14 @@ async function lookAtPlan(page, replay) {
     assert.deepEqual([lostStatus, lostError, lostDepth, place], ['not placed', '–', '–', '–']);
   assert.doesNotMatch(lost.say, /not placed/);
   assert.equal(lost.why, '');
-  if (lost.is3D) assert.ok(lost.isStale);
+  assert.equal(lost.badge, 'Plan not placed');
+  if (lost.is3D) {
+    assert.ok(lost.isStale);
+    await page.waitForFunction(() => {
+      const {textContent} = document.getElementById('legend');
+      return textContent === 'tumour: not placed' && document.querySelector('#legend .hollow');
+    });
+  }
 
   replay.state = 'found';
   await look(page, 'found');

@@ -276,6 +276,7 @@ async function lookAtStates(page, other, replay, isPlain) {
   assert.equal((await look(other, 'lost')).colour, kRed);
   await clickPicture(page, /^No point was added: the tissue is not followed/);
   assert.ok(lost.isFlashing);
+  assert.match(lost.points, /^Points: \d+ lost$/);
   assert.doesNotMatch(lost.text, /No surface yet/);
   assert.match(tracking.residual, /^\d\.\d+ mm$/);
   assert.equal(lost.residual, '–');
@@ -685,6 +686,8 @@ const program = track('left', 'right', 0.5, '--out', 'states');
 try {
   const answers = await inTime(answersOf(program));
   answers.tracking.header.points.push([900, 0, true, '', 160, 120, 0, 0, 80, 0.2]);
+  answers.lost.header.points.push([900, 2, true, '']);
+  answers.lost.header.moments.at(-1)[3] += ', frozen';  // as black pictures are alike
   const replay = new Replay(answers);
   await inTime(lookAtCut(browser, replay));
   await inTime(lookAtGarbled(browser, replay));

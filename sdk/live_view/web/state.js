@@ -179,7 +179,9 @@ export class State {
       this.movedAt = this.frameAt - this.stillMs;
     }
     setCount(
-        'state-points', pointsInWords(points, this.frozenFrom !== null),
+        'state-points',
+        // Pictures without tissue may be alike: what is lost is lost in all of them.
+        pointsInWords(points, this.frozenFrom !== null && !isLost(this.of)),
         [{...points, placed: points.seen}]);
     [this.beneath, this.isGivenUp] = [beneath, isGivenUp];
     setCount('state-beneath', beneathInWords(beneath), Object.values(beneath));
@@ -239,7 +241,7 @@ export class State {
     const moment = name === this.of && !isSilent ? this.moment : kNoMoment;
     const {word, say} = this.wordsOf(name, moment);
     for (const id of ['state-word', 'picture-state']) setText(id, word);
-    const {what, why} = name === this.of && isFollowed(name) && this.beneath ?
+    const {what, why} = name === this.of && (isFollowed(name) || isLost(name)) && this.beneath ?
         unplaced(this.beneath, this.moment.reasons, this.isGivenUp) :
         {what: '', why: ''};
     setText('unplaced', what);

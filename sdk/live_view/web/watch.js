@@ -187,11 +187,12 @@ export async function watch(surface, timeline) {
   async function drawSurface({header, sections}, left, targets, plan) {
     const at = state.movedAt;
     // 3D waits for the screen, which never comes where the page is hidden.
-    if (!surface || document.hidden || !sections.xyz.byteLength || !isOfNow(state.of)) return;
+    if (!surface || document.hidden || !isOfNow(state.of)) return;
     const withPlan = plan && byId('show-plan').checked, parts = withPlan ? plan.parts : [];
     const placed = placedTargets(
         [...(byId('show-targets').checked ? targets : []), ...(withPlan ? plan.targets : [])]);
     surface.showLegend(placed.length > 0, parts);
+    if (!sections.xyz.byteLength) return;
     // What is not measured is no surface of now: that which was seen last stays.
     if (surface.isDue() && isUsable(state.of) && state.isSeen()) {
       await painted();  // what the page says of the frame does not wait for 3D
