@@ -586,6 +586,24 @@ async function removeUnplaced(page, replay) {
   await page.waitForFunction(() => !document.body.classList.contains('full'));
 }
 
+/** What was not found yet was not lost. */
+async function lookAtUnfound(browser, replay) {
+  const errors = [], page = await openPage(browser, errors);
+  const isPlain = () => page.evaluate(() => document.documentElement.dataset.plain !== undefined);
+  for (const [state, words] of [['unfound', /^No surface yet$/], ['lost', /^Lost: there is no/]]) {
+    replay.state = state;
+    await page.goto(replay.url);
+    await look(page, state);
+    if (await isPlain()) break;
+    const said = await page.$eval('#no-surface', ({textContent}) => textContent);
+    // A browser without 3D says so there.
+    if (!/WebGL/.test(said)) assert.match(said, words);
+  }
+  replay.state = 'tracking';
+  assert.deepEqual(errors, []);
+  await page.close();
+}
+
 /** Points that never had a place say why. */
 async function lookAtNeverPlaced(browser, replay) {
   const errors = [], page = await openPage(browser, errors);
@@ -695,6 +713,7 @@ try {
   await inTime(lookAtChoices(browser, replay));
   await inTime(lookAtPlaces(browser, replay));
   await inTime(lookAtNeverPlaced(browser, replay));
+  await inTime(lookAtUnfound(browser, replay));
   await inTime(lookAtOutage(browser, replay));
   await inTime(watchStates(browser, replay));
 } finally {

@@ -100,9 +100,10 @@ class AgeNotes {
     if (!this.surface) return;
     const wasSeen = this.seenAt !== null;
     byId('no-surface').hidden = wasSeen;
-    byId('no-surface').textContent = isLost(this.state) ? 'Lost: there is no surface to show' :
-        this.state === 'ended'                          ? 'There was no surface' :
-                                                          'No surface yet';
+    const wasLost = isLost(this.state) && this.state !== 'unfound';
+    byId('no-surface').textContent = wasLost ? 'Lost: there is no surface to show' :
+        this.state === 'ended'               ? 'There was no surface' :
+                                               'No surface yet';
   }
 }
 
