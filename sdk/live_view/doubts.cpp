@@ -36,12 +36,12 @@ ViewDoubts doubts_of(const std::vector<ViewPoint>& points,
         std::string name = point.name.empty() ? concat("#", point.id) : point.name;
         if (point.status == VertexStatus::unknown)
             add_name(std::move(name), placed.count(point.id) > 0 ? doubts.lost : doubts.never);
-        else if (point.expected_error_mm > ShownState::kMostErrorMm)
+        else if (ShownState::is_too_large(point.expected_error_mm))
             errors.emplace_back(point.expected_error_mm, std::move(name));
     }
     for (const TargetEstimate& target : targets) {
         const auto error = static_cast<double>(expected_error(target));
-        if (target.status == VertexStatus::unknown || !(error > ShownState::kMostErrorMm)) continue;
+        if (target.status == VertexStatus::unknown || !ShownState::is_too_large(error)) continue;
         target_errors.emplace_back(
             error, target.name.empty() ? concat("target ", target.id) : target.name);
     }

@@ -324,6 +324,11 @@ TEST_CASE("targets with errors that are too large are less sure, and named, the 
     const Packet good = watched(view, browser, "/frame?after=-1", 0, {}, {}, targets);
     CHECK(good.header["moments"].back()[2] == "tracking");
     CHECK(good.header["moments"].back()[10].is_null());
+    targets[0].covariance[0] = 3.04f * 3.04f;  // 3.0 mm, as it is shown
+    LiveView rounded = made();
+    Browser third(rounded);
+    const Packet shown = watched(rounded, third, "/frame?after=-1", 0, {}, {}, targets);
+    CHECK(shown.header["moments"].back()[2] == "tracking");
     targets[0].covariance[0] = 16;
     targets[1].covariance[0] = 25;
     targets[1].name = "vessel";

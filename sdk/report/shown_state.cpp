@@ -1,6 +1,8 @@
 // See shown_state.hpp.
 #include "sdk/report/shown_state.hpp"
 
+#include <cmath>
+
 namespace defrec::cli {
 namespace {
 
@@ -31,7 +33,11 @@ std::string ShownState::take(const std::string& state, const std::string& reason
         return said;
     }
     if (is_unusable(reasons, timestamp_ms, support)) return "unusable";
-    return support.largest_error.value_or(0) > kMostErrorMm ? "degraded" : said;
+    return is_too_large(support.largest_error.value_or(0)) ? "degraded" : said;
+}
+
+bool ShownState::is_too_large(double error_mm) {
+    return std::round(error_mm * 10) / 10 > kMostErrorMm;
 }
 
 bool ShownState::is_unusable(const std::string& reasons, double timestamp_ms,
@@ -39,7 +45,7 @@ bool ShownState::is_unusable(const std::string& reasons, double timestamp_ms,
     // A repeated picture tells nothing new.
     if (is_named(reasons, "frozen") && !is_named(reasons, "one-view"))
         return unmeasured_from_ms_ && timestamp_ms - *unmeasured_from_ms_ >= kUnmeasuredMs;
-    if (!(support.seen_share < kLeastSeen) && !(support.least_error.value_or(0) > kMostErrorMm)) {
+    if (!(support.seen_share < kLeastSeen) && !is_too_large(support.least_error.value_or(0))) {
         unmeasured_from_ms_.reset();
         return false;
     }
@@ -80,7 +86,7 @@ bool ShownState::stands_still(const std::string& reasons, double timestamp_ms) {
 
 std::string reasons_of(const std::string& said, const std::string& reasons,
                        const Support& support) {
-    if (said != "degraded" || !(support.largest_error.value_or(0) > ShownState::kMostErrorMm))
+    if (said != "degraded" || !ShownState::is_too_large(support.largest_error.value_or(0)))
         return reasons;
     return reasons + (reasons.empty() ? "" : ", ") + kPointErrorReason;
 }

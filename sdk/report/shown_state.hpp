@@ -29,6 +29,8 @@ class ShownState {
     // A point with a larger expected error is "degraded" at best: one view alone leaves errors of
     // 3 mm and more along the line of sight, and margins in the operating room are as small.
     static constexpr double kMostErrorMm = 3;
+    // By the value as it is shown, rounded to 0.1 mm.
+    static bool is_too_large(double error_mm);
     // A smaller share of the tissue is 0 % in words.
     static constexpr double kLeastSeen = 0.005;
 

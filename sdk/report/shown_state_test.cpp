@@ -105,6 +105,7 @@ TEST_CASE("points with large errors are less sure, and not to be used where all 
     const double large = ShownState::kMostErrorMm + 0.1;
     ShownState state;
     CHECK(state.take("tracking", "", 0, Support{0.7, 0.2, 3.0}) == "tracking");
+    CHECK(state.take("tracking", "", 50, Support{0.7, 0.2, 3.04}) == "tracking");  // as shown
     CHECK(state.take("tracking", "", 100, Support{0.7, 0.2, large}) == "degraded");
     CHECK(state.take("tracking", "", 1000, Support{0.7, 0.2, large}) == "degraded");
     CHECK(state.take("tracking", "", 1100, Support{0.7, large, large}) == "degraded");

@@ -48,8 +48,9 @@ assert.deepEqual(
 assert.equal(plain(doubtsToDo(large)), 'Do not use points above ±3 mm.');
 
 // So are their labels marked.
-assert.equal(plain(plusMinus(3.04)), '\u26a0\ufe0e ±3.0 mm');
-assert.equal(plusMinus(3), '±3.0 mm');
+// By the digits that stand there.
+assert.equal(plain(plusMinus(3.06)), '\u26a0\ufe0e ±3.1 mm');
+assert.equal(plusMinus(3.04), '±3.0 mm');
 
 // As targets are.
 const targets = {

@@ -1,6 +1,6 @@
 // Labels on the left view, as many as have room beside each other.
 import {number} from '../../report/web/data.js';
-import {kMostErrorMm} from './words.js';
+import {isTooLarge} from './words.js';
 
 const kHeight = 14, kBelow = 4;  // of a line; of it beneath the base line
 const kMostKept = 0.1;           // of the picture, in a box that no label hides
@@ -52,7 +52,7 @@ const kTooLarge = '\u26a0\ufe0e\u00a0';  // a warning sign before an expected er
 
 /** The expected error, which could be taken for a size without the sign. */
 export const plusMinus = (error) =>
-    `${error > kMostErrorMm ? kTooLarge : ''}\u00b1${number(error, 1)} mm`;
+    `${isTooLarge(error) ? kTooLarge : ''}\u00b1${number(error, 1)} mm`;
 
 /** What a label says, from long to short. */
 export const textsOf = ([name, number], error) => {

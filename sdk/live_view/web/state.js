@@ -12,10 +12,10 @@ import {
   isFrozen,
   isLeftStill,
   isLost,
+  isTooLarge,
   isUnknown,
   isUnseen,
   isUsable,
-  kMostErrorMm,
   lessSureInWords,
   repeatedInWords,
   states,
@@ -88,8 +88,7 @@ function pointsInWords(points, isRepeated) {
 /** A line of the banner, bold where not all are placed, or an error is large. */
 function setCount(id, text, counts) {
   setText(id, text);
-  const isGood =
-      counts.every(({placed, all, largest}) => placed === all && largest <= kMostErrorMm);
+  const isGood = counts.every(({placed, all, largest}) => placed === all && !isTooLarge(largest));
   byId(id).style.fontWeight = isGood ? '400' : '800';
 }
 

@@ -3,7 +3,7 @@ import {extrapolatedStatus, observedStatus, unknownStatus} from '../../report/we
 import {byId, element, number, table} from '../../report/web/data.js';
 import {statusCell} from '../../report/web/summary.js';
 import {kRanks, textsOf} from './labels.js';
-import {kMostErrorMm} from './words.js';
+import {isTooLarge, kMostErrorMm} from './words.js';
 
 export const targetColour = '#c6ff1a';
 const kArm = 3.5;        // of a mark, pixels of the screen
@@ -123,7 +123,7 @@ export const lengthCell = (value) => (Number.isFinite(value) ? `${number(value, 
 
 /** An expected error, marked where it is too large for the place to be used. */
 export const errorCell = (error) => element(
-    'span', error > kMostErrorMm ? {class: 'too-large', title: `above ${kMostErrorMm} mm`} : {},
+    'span', isTooLarge(error) ? {class: 'too-large', title: `above ${kMostErrorMm} mm`} : {},
     lengthCell(error));
 
 /** Hidden until there is a target. count: of all that are followed. why: see showPlanList. */

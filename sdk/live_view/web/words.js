@@ -138,6 +138,9 @@ export function isLeftStill({reasons, faultyViews}) {
 /** The largest expected error of a usable point; shown_state.hpp has the same, and states why. */
 export const kMostErrorMm = 3;
 
+/** By the value as it is shown. */
+export const isTooLarge = (error) => Number(number(error, 1)) > kMostErrorMm;
+
 const kLeastSeen = 0.005;  // of the tissue: less is 0 % in words
 
 /** seen: share of the tissue. */
