@@ -177,7 +177,14 @@ async function lookAtPaused(page, replay) {
       ['Picture paused', 'Found again · picture paused – defrec']);
   assert.match(again.since, /^Found again for \d/);
   assert.match(again.text, /Now \(the picture is paused\)/);
-  await page.click('#pause');
+  // What was said of a click ends with what was why.
+  const said = await page.evaluate(() => {
+    document.getElementById('picture').click();
+    const {textContent} = document.getElementById('message');
+    document.getElementById('pause').click();
+    return [textContent, document.getElementById('message').textContent];
+  });
+  assert.deepEqual(said, ['No point was added: the picture is paused.', '']);
   await page.waitForFunction(
       () => !document.querySelector('.picture-frame').classList.contains('held'));
   const goesOn = await lookAt(replay, [page], 'tracking');

@@ -54,6 +54,11 @@ export function tell(message) {
   }, kMessageMs);
 }
 
+/** A message that holds no more. */
+export function untell(message) {
+  if (message && byId('message').textContent === message) byId('message').textContent = '';
+}
+
 let messagesSeen = null;
 
 /** The program's last, with its number; one that came before the page was opened is not told. */

@@ -9,7 +9,7 @@ import {
 } from '../../report/web/colours.js';
 import {byId, element} from '../../report/web/data.js';
 import {kRanks, Labels, plusMinus, textsOf} from './labels.js';
-import {request, tell} from './now.js';
+import {request, tell, untell} from './now.js';
 import {drawPlan} from './plan.js';
 import {labelOf, numberOf} from './points.js';
 import {drawTargets, labelTargets, targetColour} from './targets.js';
@@ -95,6 +95,7 @@ export class Picture {
    * nothing otherwise.
    */
   take(points, why) {
+    if (points || why !== this.why) untell(this.why);
     this.takesPoints = points;
     this.why = why;
     this.canvas.classList.toggle('takes-points', points);
