@@ -132,6 +132,8 @@ async function lookAtPlan(page, replay) {
   assert.equal(oneView.banner, `Plan: 0 of 1 part, 0 of ${kTargets} targets placed`);
   assert.match(oneView.say, /^Plan not placed: only one view shows the tissue/);
   assert.doesNotMatch(oneView.say, /Nothing of the tissue is seen/);
+  assert.equal(oneView.say.match(/not measure depth/g).length, 1, oneView.say);
+  assert.match(oneView.say, /depth\. Do not rely on any position\./);
   assert.match(oneView.say, /Why: the right picture is black/);
   assert.match(oneView.say, /What.to.do: check lens, cable and input of that view/);
   assert.equal(oneView.badge, 'Plan not placed');

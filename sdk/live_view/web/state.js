@@ -19,6 +19,7 @@ import {
   lessSureInWords,
   repeatedInWords,
   states,
+  tellsOneView,
   unseenInWords,
   unusableInWords,
   whatToDo,
@@ -238,15 +239,16 @@ export class State {
       this.changed(name);
     }
     const moment = name === this.of && !isSilent ? this.moment : kNoMoment;
-    const {word, say} = this.wordsOf(name, moment);
-    for (const id of ['state-word', 'picture-state']) setText(id, word);
     const {what, why} = name === this.of && (isFollowed(name) || isLost(name)) && this.beneath ?
         unplaced(this.beneath, this.moment.reasons, this.isGivenUp) :
         {what: '', why: ''};
+    const isToldWhy = what !== '' && isUsable(name);
+    const {word, say} = this.wordsOf(name, moment, isToldWhy && tellsOneView(why));
+    for (const id of ['state-word', 'picture-state']) setText(id, word);
     setText('unplaced', what);
     setText(
         'state-say',
-        (what && isUsable(name) ? `${what}: ${why}. ` : '') +
+        (isToldWhy ? `${what}: ${why}. ` : '') +
             (this.isPaused ? say.replace('Compare', 'Press Go on, then compare') : say) +
             (name === 'tracking' ? '' : because(name, moment)));
     this.drawStrip();
@@ -267,8 +269,11 @@ export class State {
     setText('of-lists', head && `All lists: ${head[0].toLowerCase()}${head.slice(1)}`);
   }
 
-  /** {word, say}; moment: of the frame that has the state. */
-  wordsOf(name, moment) {
+  /**
+   * {word, say}; moment: of the frame that has the state; isOneViewTold: that one view alone does
+   * not measure depth.
+   */
+  wordsOf(name, moment, isOneViewTold) {
     const {reasons, faultyViews, seen, found, doubts} = moment;
     if (name === 'ended' && this.isWritten) return states.written;
     if (name === 'stalled' && isFrozen(reasons)) return states.frozen;
@@ -278,7 +283,7 @@ export class State {
     const say = (text) => ({...words, say: text});
     if (isFrozen(reasons))
       return this.repeatsMs < kRepeatedMs ? words : say(repeatedInWords(this.repeatsMs));
-    if (isUnseen(seen)) return say(unseenInWords(faultyViews));
+    if (isUnseen(seen)) return say(unseenInWords(faultyViews, isOneViewTold));
     if (name === 'relocalised' && found === 'resumed') return say(states.resumed.say);
     if (name !== 'degraded') return words;
     return say([lessSureInWords(moment), doubtsToDo(doubts)].filter(Boolean).join(' '));

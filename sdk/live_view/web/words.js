@@ -169,10 +169,14 @@ export const wordOf = (state, reasons, seen, faultyViews) =>
     (state === 'unusable' ? unusableInWords(reasons, seen, faultyViews).word :
                             states[state]?.word ?? state);
 
-/** Text for a frame of which nothing is seen, for a moment. */
-export const unseenInWords = (faultyViews) =>
-    (faultyViews === 'right' ? 'One view does not measure depth. Do not rely on any position.' :
-                               'Nothing of the tissue is seen now. Do not rely on any position.');
+/**
+ * Text for a frame of which nothing is seen, for a moment. isTold: that one view alone does not.
+ */
+export const unseenInWords = (faultyViews, isTold) =>
+    (isTold ? 'Do not rely on any position.' :
+         faultyViews === 'right' ?
+              'One view does not measure depth. Do not rely on any position.' :
+              'Nothing of the tissue is seen now. Do not rely on any position.');
 
 /** The reasons in words: pictures that are repeated are no video that stands still. */
 export const whyInWords = (state, reasons, faultyViews) =>
@@ -274,6 +278,11 @@ export const whatToDo = (state, reasons, faultyViews) => remedyOf(
         reasons,
     faultyViews, {isFollowed: isFollowed(state), isUnfound: state === 'unfound'});
 
+const kNotOfOneView = 'only one view shows the tissue, which does not measure depth';
+
+/** Whether words of whyNotPlaced() tell that. */
+export const tellsOneView = (why) => why === kNotOfOneView;
+
 /**
  * Why parts and targets have no place in a followed frame (docs/api/beneath.md, expected error), or
  * not as a whole. counts: {placed, partly, all}; reasons: the frame's; isGivenUp: their template.
@@ -282,7 +291,7 @@ export function whyNotPlaced(counts, reasons, isGivenUp) {
   if (isGivenUp) return 'all places belong to a template that was given up';
   if (isFrozen(reasons)) return 'the same picture comes again, and nothing is measured in it';
   return counts.every(isUnknown) && namesOf(reasons).includes('one-view') ?
-      'only one view shows the tissue, which does not measure depth' :
+      kNotOfOneView :
       'too little is known here of the tissue above, or the expected error would be too large';
 }
 
