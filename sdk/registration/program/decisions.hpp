@@ -42,6 +42,23 @@ struct LikelyCauses {
     static constexpr long kMostPairs = 200;
 };
 
+// What is said of targets that do not belong to the model.
+struct DoubtfulTargets {
+    // mm | beside the box around the model: farther targets are not of it | set by hand: a surface
+    //   that is open has targets beneath it
+    static constexpr double kBesideModel = 60;
+    // mm | and beside that around the landmarks, where there is no model | these may be of a part
+    static constexpr double kBesidePairs = 100;
+    // of the longest side | beside the box: targets that a change puts there speak for it most |
+    // set
+    //   by hand
+    static constexpr double kNextTo = 0.1;
+    // of the longest side and what may be beside it | nearer to the origin are all targets in
+    // metres
+    //   | a thousandth, and as much again for the origin's place
+    static constexpr double kOnePoint = 0.002;
+};
+
 // Pairs as evidence beside a surface.
 struct PairsWithSurface {
     // pairs | of fewer none is left out | the other four still show whether they agree

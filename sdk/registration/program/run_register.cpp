@@ -12,6 +12,7 @@
 #include "sdk/io/output_folder.hpp"
 #include "sdk/io/terminal.hpp"
 #include "sdk/io/text.hpp"
+#include "sdk/registration/program/doubtful_targets.hpp"
 #include "sdk/registration/program/inputs.hpp"
 #include "sdk/registration/program/likely_causes.hpp"
 #include "sdk/registration/program/pairs_and_surface.hpp"
@@ -268,6 +269,21 @@ void add_causes(const RegisterOptions& options, const Compared& compared, const 
     add_notes(likely_causes(given), findings);
 }
 
+// Targets of the file: a registration holds, wherever they are.
+void add_doubts(const RegisterOptions& options, const Compared& compared, const PairsFile& pairs,
+                const std::vector<ModelTarget>& targets, RegisterFindings& findings) {
+    if (targets.empty() || findings.verdict == DEFREC_VERDICT_FAILED) return;
+    const auto add = [&](std::string note) {
+        if (!note.empty()) findings.notes.push_back(std::move(note));
+    };
+    add(doubtful_targets({targets, compared.model ? &*compared.model : nullptr,
+                          options.pairs.empty() ? nullptr : &pairs, findings.found.transform()}));
+    if (!options.is_tracked_camera) return;
+    std::vector<std::array<double, 3>> places;
+    for (const ModelTarget& target : targets) places.push_back(moved(findings, target).place);
+    add(targets_behind_camera(targets, places));
+}
+
 // Files that are wrong leave no folder behind.
 void write_outputs(const RegisterFindings& findings, const Compared& compared, bool is_deformed,
                    const OutputFolder& out, const std::string& json) {
@@ -322,6 +338,7 @@ int run_register(const RegisterOptions& options) {
     std::vector<ModelTarget> targets;
     if (!options.targets.empty()) targets = read_model_targets(options.targets);
     findings.targets.insert(findings.targets.end(), targets.begin(), targets.end());
+    add_doubts(options, compared, file, targets, findings);
     const OutputFolder out(options.out);
     for (const char* name : {kJson, kPicture, kModel, kTargets}) out.forget(name);
     if (!options.plan.empty()) make_plan(options, seen, compared, targets, findings);

@@ -274,6 +274,27 @@ TEST_CASE("pairs alone, and as the start of a surface") {
     CHECK_SAYS(result["reason"].get<std::string>(), "contradict each other");
 }
 
+TEST_CASE("targets in metres, or behind the camera, are registered with a note") {
+    RegisterOptions options;
+    options.pairs = scene().folder.write("pairs.csv", pairs_csv(scene().truth, 0));
+    options.out = scene().folder / "doubtful";
+    options.quiet = true;
+    const auto notes_of = [&](const std::string& rows) {
+        options.targets = scene().folder.write("doubtful.csv", "id,x,y,z\n" + rows);
+        CHECK(run_register(options) == 0);
+        return scene().result("doubtful")["notes"].dump();
+    };
+    CHECK(notes_of("1,20,5,-40\n2,-10,5,-20\n") == "[]");
+    CHECK_SAYS(notes_of("1,0.02,0.005,-0.04\n2,-0.01,0.005,-0.02\n"), "may be in metres");
+    const Eigen::Vector3d behind = scene().truth.rotation.transpose() *
+                                   (Eigen::Vector3d(0, 0, -90) - scene().truth.translation);
+    CHECK_SAYS(notes_of("1,20,5,-40\n2,10,5,-40\n3," + row({behind.x(), behind.y(), behind.z()})),
+               "1 of 3 targets lie behind the camera where the registration puts them (3)");
+    options.is_tracked_camera = false;
+    CHECK(notes_of("1,20,5,-40\n2,10,5,-40\n3," + row({behind.x(), behind.y(), behind.z()})) ==
+          "[]");
+}
+
 TEST_CASE("row 173: exit code 9 where there is no registration, with the reason") {
     RegisterOptions options;
     options.pairs = scene().folder.write("contradict.csv", pairs_csv(scene().truth, 0, 60));
