@@ -43,6 +43,9 @@ struct TargetPlaces {
     // mm | farther from the surface: of no tissue that is followed | set by hand: a liver is not as
     //   deep
     static constexpr double kFarAway = 150;
+    // mm | all targets that lie as near to each other are in metres | an organ's longest side in
+    //   metres
+    static constexpr double kOnePoint = 0.3;
     // vertices | of the surface, at most, that each target is compared with | set by hand
     static constexpr std::size_t kVertices = 1000;
 };

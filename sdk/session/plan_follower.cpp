@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "sdk/session/result_record.hpp"
+#include "sdk/session/target_follower.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -57,6 +58,15 @@ LinkPart link_part(const PlanModel& model, std::size_t place, const MovedPoints&
         }
     }
     return link;
+}
+
+TargetPlacesNote note_on_targets(const defrec_plan_info& info, const Template& surface) {
+    std::vector<Target> targets(info.target_count);
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+        targets[i].id = static_cast<std::int64_t>(i);
+        std::copy_n(info.template_xyz + 3 * (info.vertex_count + i), 3, targets[i].xyz.begin());
+    }
+    return note_on_places(targets, vertices_of(surface), TargetsOf::kPlan);
 }
 
 }  // namespace
@@ -119,6 +129,7 @@ void PlanFollower::prepare(const Template& surface) {
     vertex_count_ = info.vertex_count;
     target_count_ = info.target_count;
     target_names_.assign(info.target_names, info.target_names + info.target_count);
+    places_ = note_on_targets(info, surface);
     moved_.resize(info.point_count);
     for (const auto& [frame, timestamp_ms] : before_) rows_of(frame, timestamp_ms, false);
     before_.clear();

@@ -15,6 +15,7 @@
 #include "sdk/session/frame_projection.hpp"
 #include "sdk/session/moved_points.hpp"
 #include "sdk/session/plan_options.hpp"
+#include "sdk/session/targets.hpp"
 #include "sdk/session/track_outputs.hpp"
 
 namespace defrec::cli {
@@ -69,6 +70,8 @@ class PlanFollower {
     // Rows of the targets, and of the parts.
     const StatusCounts& target_rows() const { return target_rows_; }
     const StatusCounts& part_rows() const { return part_rows_; }
+    // Where the targets lie beside the template's surface; empty before prepare().
+    const TargetPlacesNote& places() const { return places_; }
     const PartlyKnown& partly_known() const { return partly_known_; }
 
   private:
@@ -91,6 +94,7 @@ class PlanFollower {
     std::size_t vertex_count_ = 0, target_count_ = 0, mesh_count_ = 0;
     StatusCounts target_rows_, part_rows_;
     PartlyKnown partly_known_;
+    TargetPlacesNote places_;
     bool is_forgotten_ = false;
 };
 

@@ -185,12 +185,13 @@ void SessionNotes::add_points(const PointFollower& points) {
             "are of frames that the run did not reach; they have one row each, and are lost.");
 }
 
-void SessionNotes::add_targets(const TargetFollower& targets, bool has_tracked) {
-    const TargetPlacesNote& places = targets.places();
+void SessionNotes::add_targets(const TargetPlacesNote& places, const char* name, bool is_any_placed,
+                               bool has_tracked) {
     add(places.text, places.is_most ? NoteSeverity::kError : NoteSeverity::kWarning);
-    if (has_tracked && !places.is_most && !targets.rows().any_position())
-        add("The targets are lost in every frame, though the surface is followed: they lie too far "
-            "from what is seen of it.",
+    if (has_tracked && !places.is_most && !is_any_placed)
+        add("The " + std::string(name) +
+                " are lost in every frame, though the surface is followed: they lie too far from "
+                "what is seen of it.",
             NoteSeverity::kError);
 }
 
@@ -220,10 +221,15 @@ void SessionNotes::add_rig() {
 }
 
 void SessionNotes::conclude(const PointFollower& points, const TargetFollower* targets,
-                            const Ending& ending) {
+                            const PlanFollower* plan, const Ending& ending) {
     add(compression_.conclude());
     add_points(points);
-    if (targets != nullptr) add_targets(*targets, ending.has_tracked);
+    if (targets != nullptr)
+        add_targets(targets->places(), "targets", targets->rows().any_position(),
+                    ending.has_tracked);
+    if (plan != nullptr && plan->target_count() > 0)
+        add_targets(plan->places(), "targets of the plan", plan->target_rows().any_position(),
+                    ending.has_tracked);
     add_untracked(ending);
     for (const auto& [reason, text, severity] : kReasonNotes)
         if ((reasons_ & reason) != 0) add(text, severity);

@@ -10,6 +10,7 @@
 #include "sdk/io/field_order.hpp"
 #include "sdk/session/calibration_drift.hpp"
 #include "sdk/session/compression_watch.hpp"
+#include "sdk/session/plan_follower.hpp"
 #include "sdk/session/point_follower.hpp"
 #include "sdk/session/start_errors.hpp"
 #include "sdk/session/target_follower.hpp"
@@ -55,8 +56,9 @@ class SessionNotes {
         bool has_template = false, has_tracked = false;  // any point or target has a position
         std::string unfound_template;  // file that was given, and is found in no frame; or empty
     };
-    // At the end of the run, once. targets: null without any.
-    void conclude(const PointFollower& points, const TargetFollower* targets, const Ending& ending);
+    // At the end of the run, once. targets, plan: null without any.
+    void conclude(const PointFollower& points, const TargetFollower* targets,
+                  const PlanFollower* plan, const Ending& ending);
 
     // Left and right show the same picture, as was said.
     bool is_one_view_twice() const { return is_one_view_twice_; }
@@ -71,7 +73,9 @@ class SessionNotes {
     // Whether the views fit each other and the calibration.
     void add_rig();
     void add_points(const PointFollower& points);
-    void add_targets(const TargetFollower& targets, bool has_tracked);
+    // places: of all; is_any_placed: in any frame.
+    void add_targets(const TargetPlacesNote& places, const char* name, bool is_any_placed,
+                     bool has_tracked);
     void add_untracked(const Ending& ending);
 
     std::vector<std::string> notes_;

@@ -7,6 +7,14 @@
 
 namespace defrec::cli {
 
+std::vector<std::array<float, 3>> vertices_of(const Template& surface) {
+    const defrec_template_info info = info_of(surface);
+    std::vector<std::array<float, 3>> vertices(info.vertex_count);
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+        std::copy_n(info.vertices[i].position, 3, vertices[i].begin());
+    return vertices;
+}
+
 TargetFollower::TargetFollower(const std::filesystem::path& path, std::vector<Target> targets,
                                RawProjection& projection)
     : targets_(std::move(targets)), projection_(projection), file_(path) {
@@ -16,11 +24,7 @@ TargetFollower::TargetFollower(const std::filesystem::path& path, std::vector<Ta
 }
 
 void TargetFollower::prepare(const Template& surface) {
-    const defrec_template_info info = info_of(surface);
-    std::vector<std::array<float, 3>> vertices(info.vertex_count);
-    for (std::size_t i = 0; i < vertices.size(); ++i)
-        std::copy_n(info.vertices[i].position, 3, vertices[i].begin());
-    places_ = note_on_places(targets_, vertices);
+    places_ = note_on_places(targets_, vertices_of(surface));
     defrec_targets made = nullptr;
     require(defrec_targets_create(surface.get(), template_xyz_.data(), targets_.size(), &made),
             ExitCode::kInternal, "preparing the targets");

@@ -1,6 +1,7 @@
 // Follows targets beneath the surface and writes targets.csv.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -13,6 +14,9 @@
 #include "sdk/session/track_outputs.hpp"
 
 namespace defrec::cli {
+
+// The template's vertices, mm.
+std::vector<std::array<float, 3>> vertices_of(const Template& surface);
 
 // One thread at a time.
 class TargetFollower {

@@ -30,8 +30,10 @@ struct TargetPlacesNote {
     std::string text;      // empty: all may
     bool is_most = false;  // of them; so that their unit or frame is doubtful
 };
+enum class TargetsOf { kFile, kPlan };
 // surface: the template's vertices, mm, in the frame of the targets.
 TargetPlacesNote note_on_places(const std::vector<Target>& targets,
-                                const std::vector<std::array<float, 3>>& surface);
+                                const std::vector<std::array<float, 3>>& surface,
+                                TargetsOf source = TargetsOf::kFile);
 
 }  // namespace defrec::cli

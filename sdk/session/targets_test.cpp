@@ -73,6 +73,19 @@ TEST_CASE("targets in metres or in another frame are told by where they lie besi
     for (Target& target : of_model) target.xyz[1] += 300;
     CHECK_SAYS(note_on_places(of_model, surface).text,
                "8 of 8 targets lie more than 150 mm away from the surface");
+    const TargetPlacesNote of_plan = note_on_places(in_metres, surface, TargetsOf::kPlan);
+    CHECK(of_plan.is_most);
+    CHECK_SAYS(of_plan.text, "8 of 8 targets of the plan lie more than 20 mm in front of");
+    CHECK_SAYS(of_plan.text, "see the notes of `defrec register`, and make the plan again");
+    // What a registration makes of metres where the model's origin is in the tissue.
+    std::vector<Target> one_point = in_metres;
+    for (Target& target : one_point) target.xyz[2] += 90;
+    const TargetPlacesNote point = note_on_places(one_point, surface, TargetsOf::kPlan);
+    CHECK(point.is_most);
+    CHECK(point.text ==
+          "All 8 targets of the plan lie within 0.04 mm of each other: they may be in metres where "
+          "mm were expected.");
+    CHECK(note_on_places({one_point[2]}, surface).text.empty());
     beneath[3].xyz[2] = 20;
     const TargetPlacesNote one = note_on_places(beneath, surface);
     CHECK_FALSE(one.is_most);

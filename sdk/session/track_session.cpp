@@ -636,6 +636,7 @@ class TrackSession {
         };
         attempt("", [&] { points_.finish(); });
         notes_.conclude(points_, beneath_.targets ? &*beneath_.targets : nullptr,
+                        beneath_.plan ? &*beneath_.plan : nullptr,
                         {template_.frame.has_value(), has_tracked(),
                          is_loaded() && !template_.has_grid ? options_.surface.load : ""});
         attempt(kPointsFile, [&] { points_.commit(); });

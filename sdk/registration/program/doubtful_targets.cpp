@@ -94,8 +94,8 @@ Change times(double factor) {
     };
 }
 
-// Of those changes that put most targets where they are expected, the one that puts most of them
-// next to the model itself.
+// The change that puts most targets next to the model itself, among those that put most of them
+// where they are expected.
 std::string likely_cause(std::span<const ModelTarget> targets, const Expected& expected) {
     struct Candidate {
         Change change;
