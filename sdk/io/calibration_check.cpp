@@ -53,6 +53,12 @@ void check_rotation(StereoCalibration& calibration) {
 }
 
 std::string unit_hint(LengthUnit unit, LengthUnit files_unit, double length) {
+    // A unit that was stated is doubted only where no rig has such a baseline.
+    if (unit == LengthUnit::kMetre)
+        return length > Limits::kMaxBaseline &&
+                       length / kMillimetresPerMetre <= Limits::kMaxBaseline
+                   ? " It looks like millimetres; if it is, pass --units mm."
+                   : "";
     if (unit != LengthUnit::kGuarded) return {};
     if (files_unit == LengthUnit::kMetre) {
         return length > Limits::kMaxBaseline ? " It looks like millimetres where ROS prescribes "
