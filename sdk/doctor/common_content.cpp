@@ -9,7 +9,8 @@ Finding look_at_common_content(const Evidence& evidence) {
     Look look("common_content", "common content", Severity::kError);
     const std::size_t count = evidence.matches.size();
     look.measured(static_cast<double>(count), "places");
-    const std::string seen = std::to_string(count) + " places were recognised in both views";
+    const std::string seen = std::to_string(count) + (count == 1 ? " place was" : " places were") +
+                             " recognised in both views";
     if (count >= decisions::DoctorMatches::kMinMatches) return look.fine(seen);
     return look.found(
         "the views hardly show the same: only " + seen + " of " +

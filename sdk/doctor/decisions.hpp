@@ -241,6 +241,12 @@ struct DoctorPairings {
     static constexpr double kLess = 0.1;
     // px | by which rows of a frame may agree worse | set by hand
     static constexpr double kWorse = 0.15;
+    // px | of rows that differ otherwise than in all frames: with more, views are not of one time |
+    //   a lag that changes leaves 2
+    static constexpr double kAgree = 0.5;
+    // share of what each other pairing has | by which rows differ where the tracker finds a lag, at
+    //   most: the pairing is the likely one | a lag of half a frame gives 1
+    static constexpr double kClearlyBest = 0.7;
     // frames | by which a lag is off a whole number, at most: whole frames can be left out | set by
     //   hand
     static constexpr double kWhole = 0.3;

@@ -310,6 +310,13 @@ TEST_CASE("frames that repeat the ones before: of one view, or of both for long"
     CHECK(finding_of(right, "repeated_frames").what ==
           "in 2 of 12 frames the right view repeats the one before, and depth is wrong: frames 5 "
           "to 6.");
+    CHECK_SAYS(finding_of(right, "repeated_frames").remedy, "leave these frames in");
+    const Finding all =
+        finding_of(diagnose_spoiled("heartbeat", [&](Recording& r) { frozen(r.right, 1, 11); }),
+                   "repeated_frames");
+    CHECK(all.what.find("frames the right view repeats the one before") != std::string::npos);
+    CHECK(all.what.find(": frames") == std::string::npos);
+    CHECK_SAYS(all.remedy, "Record anew");
     const auto of_both = [&](std::size_t first, std::size_t last) {
         return finding_of(diagnose_spoiled("heartbeat",
                                            [&](Recording& r) {
@@ -425,7 +432,22 @@ TEST_CASE("first images are left out of the late view where the lag is whole and
     evidence.pairings.clear();
     for (TrackedFrame& frame : evidence.probe.frames) frame.view_lag_frames = 0.5f;
     CHECK_SAYS(look_at_lag(evidence).what, "0.5 frames late");
-    CHECK_SAYS(look_at_lag(evidence).remedy, "does not mend it");
+    CHECK_SAYS(look_at_lag(evidence).remedy, "may be 1 frame, or part of one: try it");
+}
+
+TEST_CASE(
+    "where the tracker's lag is between two numbers, rows tell which, or both are to be tried") {
+    Evidence evidence;
+    evidence.probe.has_rig = true;
+    evidence.probe.frames.assign(12, {DEFREC_DEGRADED, DEFREC_REASON_VIEW_LATE, 1.5f, 1, true});
+    CHECK_SAYS(look_at_lag(evidence).remedy, "may be 1 or 2 frames: try both");
+    // Motion is steady, so that rows differ nearly alike in all frames.
+    evidence.pairings = {
+        {0, 0.12, true, 0.3}, {1, 0.1, true, 0.16}, {2, 0.07, true, 0.07}, {3, 0.11, true, 0.16}};
+    CHECK(look_at_lag(evidence).value == 2);
+    CHECK_SAYS(look_at_lag(evidence).remedy, "leave out the first 2 images of the right view");
+    evidence.pairings[1].row_error_px = 0.09;
+    CHECK_SAYS(look_at_lag(evidence).remedy, "may be 1 or 2 frames: try both");
 }
 
 TEST_CASE("other pairings are taken where rows agree in each frame, and clearly better") {

@@ -64,6 +64,7 @@ struct Pairing {
     int later = 0;             // the right view's frame less the left's
     double row_motion_px = 0;  // median by which rows differ beyond what all frames have in common
     bool is_never_worse = true;  // in no frame do rows agree worse than in the pairs as they are
+    double row_error_px = 0;     // median by which rows differ, with what all frames have in common
 };
 
 struct Evidence {

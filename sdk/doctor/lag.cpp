@@ -1,4 +1,5 @@
 // Whether the views are of one time.
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -56,19 +57,55 @@ Finding found_by_pairing(Look look, const Pairing& better, const Evidence& evide
                kTrigger + ("In a recording, " + leave_out(frames, is_late)));
 }
 
+bool is_whole(double lag) {
+    const double whole = std::round(std::abs(lag));
+    return whole > 0 && std::abs(std::abs(lag) - whole) <= decisions::DoctorPairings::kWhole;
+}
+
+// Where neither rows nor the tracker tell by how many frames.
+std::string try_frames(double lag) {
+    const int least = static_cast<int>(std::floor(std::abs(lag)));
+    const std::string either =
+        least == 0 ? "1 frame, or part of one"
+                   : std::to_string(least) + " or " + std::to_string(least + 1) + " frames";
+    return std::string(kTrigger) + "In a recording, the lag may be " + either + ": try " +
+           (least == 0 ? "it" : "both") + ", and look again. For " +
+           (least == 0 ? "1 frame" : "each number of frames") + ", l" +
+           leave_out(std::max(least, 1), lag > 0).substr(1) +
+           (least == 0 ? "" : " Then one more of both.") + " Where a lag is found all the same, w" +
+           (kOfTimes + 1);
+}
+
 // What the tracker measured as a lag. Rows may not tell by how many whole frames: pairings tell
 // nothing then, or that none of whole frames is right.
 std::string remedy_for(double lag, const Evidence& evidence) {
-    const double whole = std::round(std::abs(lag));
-    const bool is_whole =
-        whole > 0 && std::abs(std::abs(lag) - whole) <= decisions::DoctorPairings::kWhole;
-    if (!is_whole || is_of_no_pairing(evidence.pairings))
+    if (is_of_no_pairing(evidence.pairings))
         return std::string(kTrigger) +
-               "In a recording, leaving out first images of a view does not mend it: the lag is no "
-               "whole number of frames, or changes. " +
+               "In a recording, leaving out images does not mend it: shifted by up to " +
+               std::to_string(decisions::DoctorPairings::kMostFrames) +
+               " frames, rows do not agree in all frames: the lag is no whole number of frames, "
+               "changes, or is longer. " +
                kOfTimes;
-    return kTrigger + ("In a recording, " + leave_out(static_cast<int>(whole), lag > 0)) +
+    if (!is_whole(lag)) return try_frames(lag);
+    return kTrigger +
+           ("In a recording, " + leave_out(static_cast<int>(std::round(std::abs(lag))), lag > 0)) +
            " Where it is not: w" + (kOfTimes + 1);
+}
+
+Finding found_by_tracker(Look look, double lag, std::size_t late, const Evidence& evidence) {
+    const std::string in_frames = "in " + of_frames(late, evidence.probe.frames.size());
+    const Pairing* const likely = likely_pairing(lag, evidence.pairings);
+    if (likely == nullptr)
+        return look.found(in_frames + " " + lag_of(lag, 1) + ".", remedy_for(lag, evidence));
+    const int frames = std::abs(likely->later);
+    return look.measured(likely->later, "frames")
+        .found(lag_of(likely->later, 0) + ": the tracker finds a lag " + in_frames +
+                   ", and rows differ by " + format_fixed(likely->row_error_px, 2) +
+                   " px, the least, where each left image is paired with the right one that "
+                   "stands " +
+                   std::to_string(frames) + (frames == 1 ? " frame " : " frames ") +
+                   (lag > 0 ? "later." : "earlier."),
+               kTrigger + ("In a recording, " + leave_out(frames, lag > 0)));
 }
 
 }  // namespace
@@ -96,8 +133,7 @@ Finding look_at_lag(const Evidence& evidence) {
     if (static_cast<double>(lags.size()) < Decision::kLateShare * static_cast<double>(all) ||
         std::abs(lag) < Decision::kMinLag)
         return look.fine("no lag of a view shows");
-    return look.found("in " + of_frames(lags.size(), all) + " " + lag_of(lag, 1) + ".",
-                      remedy_for(lag, evidence));
+    return found_by_tracker(look, lag, lags.size(), evidence);
 }
 
 }  // namespace defrec::cli

@@ -40,8 +40,13 @@ const StereoFrame* partner_of(int frame, int later, const Frames& frames) {
     return look_of(found).is_blank() ? nullptr : &found;
 }
 
-std::map<int, double> row_misfits(const Frames& frames, const std::vector<int>& chosen, int later,
-                                  const StereoCalibration& calibration) {
+struct Rows {
+    std::map<int, double> misfits;  // by frame
+    double error_px = 0;
+};
+
+Rows rows_of(const Frames& frames, const std::vector<int>& chosen, int later,
+             const StereoCalibration& calibration) {
     std::vector<ViewMatch> matches;
     for (const int frame : chosen) {
         throw_if_interrupted();
@@ -54,21 +59,21 @@ std::map<int, double> row_misfits(const Frames& frames, const std::vector<int>& 
         }
     }
     const RigTrial trial = try_rig(calibration, matches, Mistake::kNone);
-    return misfits_of_pairs(trial.matches, fit_rows(trial.matches));
+    return {misfits_of_pairs(trial.matches, fit_rows(trial.matches)), trial.row_error_px};
 }
 
 // Views with too few matches in it are no better in it.
-Pairing pairing_of(int later, const Frames& frames, const std::map<int, double>& misfits,
-                   const std::map<int, double>& as_given) {
-    Pairing pairing{later, 0, !misfits.empty()};
-    for (const auto& [frame, given] : as_given) {
+Pairing pairing_of(int later, const Frames& frames, const Rows& rows, const Rows& as_given) {
+    Pairing pairing{later, 0, !rows.misfits.empty(), rows.error_px};
+    for (const auto& [frame, given] : as_given.misfits) {
         if (partner_of(frame, later, frames) == nullptr) continue;
-        const auto found = misfits.find(frame);
-        const bool is_worse = found == misfits.end() || found->second > given + Decision::kWorse;
+        const auto found = rows.misfits.find(frame);
+        const bool is_worse =
+            found == rows.misfits.end() || found->second > given + Decision::kWorse;
         pairing.is_never_worse = pairing.is_never_worse && !is_worse;
     }
-    for (const auto& [frame, misfit] : misfits)
-        pairing.row_motion_px += misfit / static_cast<double>(misfits.size());
+    for (const auto& [frame, misfit] : rows.misfits)
+        pairing.row_motion_px += misfit / static_cast<double>(rows.misfits.size());
     return pairing;
 }
 
@@ -84,11 +89,11 @@ void try_pairings(const std::vector<StereoFrame>& frames, Evidence& evidence) {
     if (!may_be_late(evidence)) return;
     const std::vector<int> chosen = frames_to_match(frames);
     const StereoCalibration calibration = fitting_calibration(evidence);
-    const auto as_given = row_misfits(frames, chosen, 0, calibration);
-    if (as_given.empty()) return;
+    const Rows as_given = rows_of(frames, chosen, 0, calibration);
+    if (as_given.misfits.empty()) return;
     for (int later = -Decision::kMostFrames; later <= Decision::kMostFrames; ++later)
         evidence.pairings.push_back(pairing_of(
-            later, frames, later == 0 ? as_given : row_misfits(frames, chosen, later, calibration),
+            later, frames, later == 0 ? as_given : rows_of(frames, chosen, later, calibration),
             as_given));
 }
 
@@ -100,9 +105,29 @@ const Pairing* better_pairing(const std::vector<Pairing>& pairings) {
             best = &pairing;
     if (best == nullptr || best->later == 0) return nullptr;
     const double given_px = as_they_are(pairings)->row_motion_px;
-    return best->row_motion_px <= Decision::kBetter * given_px &&
+    return best->row_motion_px <= Decision::kAgree &&
+                   best->row_motion_px <= Decision::kBetter * given_px &&
                    best->row_motion_px <= given_px - Decision::kLess
                ? best
+               : nullptr;
+}
+
+const Pairing* likely_pairing(double lag, const std::vector<Pairing>& pairings) {
+    const Pairing* const given = as_they_are(pairings);
+    if (given == nullptr) return nullptr;
+    const auto best = std::min_element(
+        pairings.begin(), pairings.end(),
+        [](const Pairing& a, const Pairing& b) { return a.row_error_px < b.row_error_px; });
+    const bool is_clear =
+        std::all_of(pairings.begin(), pairings.end(), [&](const Pairing& pairing) {
+            return pairing.later == best->later ||
+                   best->row_error_px < Decision::kClearlyBest * pairing.row_error_px;
+        });
+    // Beyond the last pairing rows may agree better still.
+    const bool is_inside = std::abs(best->later) < Decision::kMostFrames;
+    return is_clear && is_inside && best->later * lag > 0 && std::abs(best->later - lag) <= 1 &&
+                   best->is_never_worse && best->row_motion_px <= given->row_motion_px
+               ? &*best
                : nullptr;
 }
 

@@ -64,16 +64,24 @@ RepeatedFrame RepeatMeter::add(const StereoFrame& frame) {
 
 Finding look_at_repeated_frames(const Evidence& evidence) {
     const std::vector<RepeatedFrame> faults = faults_in(evidence.repeated_frames);
+    const bool are_most = evidence.are_most(faults.size());
     Look look("repeated_frames", "repeated frames",
-              evidence.are_most(faults.size()) ? Severity::kError : Severity::kWarning);
+              are_most ? Severity::kError : Severity::kWarning);
     look.measured(static_cast<double>(faults.size()), "frames");
     if (faults.empty()) return look.fine("no view stands still");
+    const std::string what =
+        "in " + of_frames(faults.size(), evidence.frame_count) + " " + what_repeats(faults);
+    const std::string check = "Check camera, cable and recorder of what stands still. ";
+    if (are_most)
+        return look.found(
+            what + ".",
+            check + "Record anew, unless other frames are better: --frames looks at them.");
     std::vector<std::int64_t> numbers;
     for (const RepeatedFrame& frame : faults) numbers.push_back(frame.number);
-    return look.found("in " + of_frames(faults.size(), evidence.frame_count) + " " +
-                          what_repeats(faults) + ": " + frame_ranges(numbers) + ".",
-                      "Check camera, cable and recorder of what stands still. In a recording, "
-                      "leave these frames in, and do not rely on what is said of them.");
+    return look.found(what + ": " + frame_ranges(numbers) + ".",
+                      check +
+                          "In a recording, leave these frames in, and do not rely on what is said "
+                          "of them.");
 }
 
 }  // namespace defrec::cli
