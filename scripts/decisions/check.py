@@ -89,6 +89,7 @@ ALLOWED = {
     ("api/tracking.cpp", "kMaxStride = 1 << 20"): "range of a parameter of the C API",
     ("tracking/monitors/disparity_check.cpp", "kOne = 256"): "a unit",
     ("registration/program/inputs.cpp", "at->size() >= 3"): "rows of a matrix",
+    ("registration/program/doubtful_targets.cpp", "kMostNamed = 5"): "what is printed",
     ("registration/program/likely_causes.cpp", "kLeastPairs = 3"): "fix a rigid motion",
     ("registration/program/register_json.cpp", "kMostShown = 10"): "what is printed",
     ("registration/program/register_picture.cpp", "0.92 * kPanel"): "a margin of a picture",
