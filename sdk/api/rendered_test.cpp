@@ -299,7 +299,7 @@ TEST_CASE(
     const TrackedFrame &first = frames.front(), &last = frames.back();
     CHECK(first.result.state == DEFREC_TRACKING);
     CHECK(last.result.state == DEFREC_DEGRADED);
-    CHECK((last.result.reasons & (DEFREC_REASON_NO_DEPTH | DEFREC_REASON_LARGE_RESIDUAL)) != 0);
+    CHECK((last.result.reasons & (DEFREC_REASON_OCCLUDED | DEFREC_REASON_LARGE_RESIDUAL)) != 0);
     CHECK(count_observed(last) < count_observed(first) / 2);
     CHECK(mean_expected_error(last) > 5 * mean_expected_error(first));
     CHECK(share_as_expected(frames) >= 0.97);
