@@ -1,11 +1,11 @@
 // See doubtful_targets.hpp.
 #include "sdk/registration/program/doubtful_targets.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <functional>
-#include <limits>
 
 #include "sdk/io/text.hpp"
 #include "sdk/registration/program/decisions.hpp"
@@ -16,31 +16,12 @@ namespace {
 using decisions::DoubtfulTargets;
 using Place = std::array<double, 3>;
 
-struct Box {
-    Place low, high;
+using Box = Eigen::AlignedBox3d;
 
-    Box() {
-        low.fill(std::numeric_limits<double>::infinity());
-        high.fill(-std::numeric_limits<double>::infinity());
-    }
-    bool is_empty() const { return low[0] > high[0]; }
-    void add(const Place& place) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            low[axis] = std::min(low[axis], place[axis]);
-            high[axis] = std::max(high[axis], place[axis]);
-        }
-    }
-    bool holds(const Place& place, double margin) const {
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            if (place[axis] < low[axis] - margin || place[axis] > high[axis] + margin) return false;
-        return true;
-    }
-    double longest_side() const {
-        double side = 0;
-        for (std::size_t axis = 0; axis < 3; ++axis) side = std::max(side, high[axis] - low[axis]);
-        return side;
-    }
-};
+bool holds(const Box& box, const Place& place, double margin) {
+    const Eigen::Vector3d by = Eigen::Vector3d::Constant(margin);
+    return Box(box.min() - by, box.max() + by).contains(Eigen::Vector3d(place.data()));
+}
 
 Place moved_by(const std::array<double, 12>& transform, const Place& place) {
     Place made;
@@ -59,8 +40,8 @@ struct Expected {
 
     explicit Expected(const GivenTargets& given) {
         const auto add = [&](const Place& place) {
-            of_model.add(place);
-            of_camera.add(moved_by(given.transform, place));
+            of_model.extend(Eigen::Vector3d(place.data()));
+            of_camera.extend(Eigen::Vector3d(moved_by(given.transform, place).data()));
         };
         const bool has_model = given.model != nullptr && !given.model->triangles.empty();
         if (has_model)
@@ -83,7 +64,7 @@ std::size_t count_in(std::span<const ModelTarget> targets, const Change& change,
                      double margin) {
     return static_cast<std::size_t>(std::count_if(
         targets.begin(), targets.end(),
-        [&](const ModelTarget& target) { return box.holds(change(target.place), margin); }));
+        [&](const ModelTarget& target) { return holds(box, change(target.place), margin); }));
 }
 
 bool is_most(std::size_t some, std::span<const ModelTarget> all) { return 2 * some > all.size(); }
@@ -124,7 +105,7 @@ std::string likely_cause(std::span<const ModelTarget> targets, const Expected& e
     for (const Candidate& candidate : candidates) {
         if (!is_most(count_in(targets, candidate.change, *candidate.box, expected.margin), targets))
             continue;
-        const double beside = DoubtfulTargets::kNextTo * candidate.box->longest_side();
+        const double beside = DoubtfulTargets::kNextTo * candidate.box->sizes().maxCoeff();
         const std::size_t near = 1 + count_in(targets, candidate.change, *candidate.box, beside);
         if (near <= best) continue;
         best = near;
@@ -144,7 +125,7 @@ double largest_coordinate(std::span<const ModelTarget> targets) {
 
 std::string doubtful_targets(const GivenTargets& given) {
     const Expected expected(given);
-    if (given.targets.empty() || expected.of_model.is_empty()) return {};
+    if (given.targets.empty() || expected.of_model.isEmpty()) return {};
     const std::string all = std::to_string(given.targets.size());
     const char* what = given.model != nullptr ? "the model" : "the pairs";
     const std::size_t outside = given.targets.size() - count_in(given.targets, times(1),
@@ -155,7 +136,7 @@ std::string doubtful_targets(const GivenTargets& given) {
                likely_cause(given.targets, expected);
     // Where the frame's origin lies in the model, metres do so as well.
     const double largest = largest_coordinate(given.targets),
-                 reach = expected.of_model.longest_side() + expected.margin;
+                 reach = expected.of_model.sizes().maxCoeff() + expected.margin;
     if (largest == 0 || largest > DoubtfulTargets::kOnePoint * reach ||
         !is_most(count_in(given.targets, times(1000), expected.of_model, expected.margin),
                  given.targets))
