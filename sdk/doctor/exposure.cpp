@@ -66,7 +66,7 @@ Look& measured(Look& look, Fault fault, const Light& light) {
                                 : look.measured(100 * light.saturated, "%");
 }
 
-// What is wrong with a view, or with the better one of two; it: "it", "each".
+// The fault of a view, or of the better one of two; it: "it", "each".
 std::string words_of(Fault fault, const Light& light, const std::string& it) {
     if (fault == kBlackView)
         return "black: " + percent(1 - light.lit) + " of " + it +

@@ -62,7 +62,7 @@ bool is_whole(double lag) {
     return whole > 0 && std::abs(std::abs(lag) - whole) <= decisions::DoctorPairings::kWhole;
 }
 
-// Where neither rows nor the tracker tell by how many frames.
+// The finding where neither rows nor the tracker tell by how many frames.
 std::string try_frames(double lag) {
     const int least = static_cast<int>(std::floor(std::abs(lag)));
     const std::string either =

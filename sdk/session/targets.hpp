@@ -25,7 +25,7 @@ inline constexpr std::size_t kMaxTargets = 100'000;
 // camera and for more than kMaxTargets.
 std::vector<Target> read_targets(const std::filesystem::path& path);
 
-// What is said of targets that cannot lie in the tissue that is followed.
+// A note on targets that cannot lie in the tissue that is followed.
 struct TargetPlacesNote {
     std::string text;      // empty: all may
     bool is_most = false;  // of them; so that their unit or frame is doubtful

@@ -134,7 +134,7 @@ std::string doubtful_targets(const GivenTargets& given) {
         return std::to_string(outside) + " of " + all + " targets lie more than " +
                format_fixed(expected.margin, 0) + " mm beside " + what + ". " +
                likely_cause(given.targets, expected);
-    // Where the frame's origin lies in the model, metres do so as well.
+    // Targets in metres lie in the model as well where the frame's origin does.
     const double largest = largest_coordinate(given.targets),
                  reach = expected.of_model.sizes().maxCoeff() + expected.margin;
     if (largest == 0 || largest > DoubtfulTargets::kOnePoint * reach ||

@@ -21,7 +21,7 @@ struct GivenTargets {
 // where nothing speaks against them.
 std::string doubtful_targets(const GivenTargets& given);
 
-// What is said of targets that are registered, and lie behind the camera; empty: none do.
+// A note on targets that are registered, and lie behind the camera; empty: none do.
 std::string targets_behind_camera(std::span<const ModelTarget> targets,
                                   std::span<const std::array<double, 3>> places);
 

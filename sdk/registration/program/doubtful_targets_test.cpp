@@ -1,4 +1,4 @@
-// What is said of targets that do not belong to the model.
+// Notes on targets that do not belong to the model.
 #include "sdk/registration/program/doubtful_targets.hpp"
 
 #include <doctest/doctest.h>

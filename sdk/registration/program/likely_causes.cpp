@@ -31,7 +31,7 @@ Places places_of(std::span<const float> xyz) {
         .cast<double>();
 }
 
-// Those that a triangle has.
+// Vertices that a triangle has.
 Places places_of(const MeshFile& model) {
     Places made(3, static_cast<Eigen::Index>(model.triangles.size()));
     for (std::size_t i = 0; i < model.triangles.size(); ++i)

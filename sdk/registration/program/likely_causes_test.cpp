@@ -1,4 +1,4 @@
-// What sizes and places tell of a registration that fails.
+// Sizes and places tell why a registration fails.
 #include "sdk/registration/program/likely_causes.hpp"
 
 #include <doctest/doctest.h>

@@ -213,7 +213,7 @@ FrameQuality classify(const TemplateData& data, const Evidence& evidence,
     const double inside = std::max(1u, evidence.vertices_inside),
                  occluded = evidence.vertices_occluded / inside,
                  without_depth = evidence.vertices_without_depth / inside;
-    // What is nearer than the search range, or has no texture, has no depth.
+    // Instruments nearer than the search range, and blood without texture, have no depth.
     const bool is_covered = is_rich && quality.found && uses_depth && evidence.confirms_few() &&
                             confirmed >= decisions::Reasons::kCoveredConfirmed * observed &&
                             occluded + without_depth > settings.occluded_share;
