@@ -293,7 +293,8 @@ enum {
                                  context */
 };
 
-/** Formats of pixels, 8 bits a channel. */
+/** Formats of pixels, 8 bits a channel. All stages compute gray values; the colours of host pixels
+ *  tell the tracker besides where something lies on the tissue. */
 enum {
     DEFREC_FORMAT_GRAY8 = 1, /**< 1 byte */
     DEFREC_FORMAT_BGR8  = 2, /**< 3 bytes, OpenCV's order */

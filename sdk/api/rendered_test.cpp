@@ -23,6 +23,7 @@ constexpr uint32_t kRigReasons = DEFREC_REASON_VIEW_LATE | DEFREC_REASON_CALIBRA
 
 struct TrackedPoint {
     uint8_t status;
+    bool is_visible;
     double error, expected_error;  // mm
 };
 
@@ -59,8 +60,9 @@ class FilmTracker {
                                           expected.data()));
         for (size_t p = 0; p < count; ++p) {
             const Eigen::Map<const Eigen::Vector3d> found(&xyz[3 * p]);
-            const double error = (found - film_.truth(lifted_.of_film[p]).position).norm();
-            now.points.push_back({status[p], error, expected[p]});
+            const cli::Film::Truth truth = film_.truth(lifted_.of_film[p]);
+            const double error = (found - truth.position).norm();
+            now.points.push_back({status[p], truth.visible, error, expected[p]});
         }
         defrec_job_release(job);
     }
@@ -312,4 +314,17 @@ TEST_CASE("row 66: beside a cut that opens, errors of observed points are as exp
     CHECK(count_observed(last) < count_observed(first));
     CHECK(mean_expected_error(last) > 1.3 * mean_expected_error(first));
     CHECK(share_as_expected(frames) >= 0.97);
+}
+
+TEST_CASE("tissue under gauze is placed by what is seen round it, not on the gauze") {
+    const std::vector<TrackedFrame> frames = track("gauze", 28);
+    std::vector<double> hidden;
+    for (const TrackedFrame& frame : frames)
+        for (const TrackedPoint& point : frame.points) {
+            if (point.is_visible) continue;
+            hidden.push_back(point.error);
+            CHECK(point.status != DEFREC_POINT_OBSERVED);
+        }
+    REQUIRE(hidden.size() > 200);
+    CHECK(defrec::median(hidden) < 0.5);
 }

@@ -192,6 +192,21 @@ void Rig::convert_pixels(const double* in, size_t count, double* out, Convert co
     }
 }
 
+std::optional<Eigen::Vector2d> Rig::pixel_of(int view, const float place[3],
+                                             bool is_rectified) const {
+    const double z = place[2], x = place[0] - (view == 1 ? camera_.baseline_mm : 0);
+    if (!(z > 0)) return std::nullopt;
+    const double u = std::round(camera_.fx * x / z + principal_x(view)),
+                 v = std::round(camera_.fy * place[1] / z + camera_.cy);
+    if (!(u >= 0 && v >= 0 && u < width() && v < height())) return std::nullopt;
+    if (is_rectified || map(view) == nullptr) return Eigen::Vector2d(u, v);
+    constexpr double kMapUnit = 128;  // per px
+    const int32_t* raw =
+        map(view) + 2 * (static_cast<size_t>(v) * width() + static_cast<size_t>(u));
+    if (raw[0] == INT32_MIN) return std::nullopt;
+    return Eigen::Vector2d(raw[0] / kMapUnit, raw[1] / kMapUnit);
+}
+
 void Rig::rectify_pixels(int view, const double* raw_uv, size_t count, double* rectified_uv) const {
     convert_pixels(raw_uv, count, rectified_uv,
                    [&](const auto& from, auto& to) { return to_rectified(view, from, to); });

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "include/defrec_c.h"
@@ -49,6 +50,11 @@ class Rig {
     // is no answer.
     void rectify_pixels(int view, const double* raw_uv, size_t count, double* rectified_uv) const;
     void distort_pixels(int view, const double* rectified_uv, size_t count, double* raw_uv) const;
+
+    // Where a place, mm, of the left rectified camera's frame lies in a view: the nearest rectified
+    // pixel, or where the raw image has that one. nullopt where it is not in the image.
+    std::optional<Eigen::Vector2d> pixel_of(int view, const float place[3],
+                                            bool is_rectified) const;
 
     defrec_rig_info info() const;
 

@@ -652,3 +652,38 @@ TEST_CASE("row 21: sizes outside the limits, and flags") {
     check_refused("8193", [](auto& d) { d.width = 8193; });
     check_refused("flags", [](auto& d) { d.flags = 1; });
 }
+
+TEST_CASE("a place is seen where the map has its rectified pixel") {
+    const Rig rig(services(), endoscope());
+    const defrec_camera& camera = rig.camera();
+    size_t seen = 0, beside = 0;
+    for (int view : {0, 1})
+        for (uint32_t y = 0; y < rig.height(); y += 7)
+            for (uint32_t x = 0; x < rig.width(); x += 7) {
+                constexpr double kDepth = 60;
+                const double shift = view == 1 ? camera.baseline_mm : 0;
+                const float place[3] = {
+                    static_cast<float>((x - rig.principal_x(view)) * kDepth / camera.fx + shift),
+                    static_cast<float>((y - camera.cy) * kDepth / camera.fy), kDepth};
+                const auto rectified = rig.pixel_of(view, place, true);
+                REQUIRE(rectified);
+                CHECK(*rectified == Eigen::Vector2d(x, y));
+                const double uv[] = {double(x), double(y)};
+                double raw[2];
+                rig.distort_pixels(view, uv, 1, raw);
+                const auto found = rig.pixel_of(view, place, false);
+                if (!found) {
+                    ++beside;
+                    continue;
+                }
+                ++seen;
+                CHECK(std::hypot(found->x() - raw[0], found->y() - raw[1]) < 0.01);
+            }
+    CHECK(seen > 10 * beside);
+    const float behind[] = {0, 0, -60}, far_aside[] = {600, 0, 60};
+    CHECK_FALSE(rig.pixel_of(0, behind, true));
+    CHECK_FALSE(rig.pixel_of(0, far_aside, true));
+    const Rig identity(services(), rectified());
+    const float middle[] = {0, 0, 60};
+    CHECK(identity.pixel_of(0, middle, false) == identity.pixel_of(0, middle, true));
+}

@@ -43,8 +43,11 @@ std::shared_ptr<TrackerJob> FrameQueue::submit(FrameInput input) {
                 width_,
                 job->views[i].as<uint8_t>(),
                 in_device ? &in_device : nullptr,
-                input.field};
+                input.field,
+                i == 0 ? &job->colours : nullptr};
     };
+    const bool has_pixels = input.views[0].pixels != nullptr;
+    job->colours.begin(format_, has_pixels ? width_ : 0, has_pixels ? height_ : 0);
     const KeptImage images[] = {
         view(0), view(1), {input.ignore, DEFREC_FORMAT_GRAY8, width_, job->ignore.as<uint8_t>()}};
     if (input.given_disparity.values != nullptr)

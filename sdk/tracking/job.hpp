@@ -75,7 +75,8 @@ class TrackerJob final : public Job {
     ContextVector<float> sigma;
     // Views' where the device is the processor, else empty.
     DeviceBuffer views_in_device[2];
-    FrameInput input;  // its host pixels are these copies
+    ColourCells colours;  // of the left view's host pixels
+    FrameInput input;     // its host pixels are these copies
     uint64_t frame = 0;
     std::shared_ptr<const Template> template_to_set;
 

@@ -41,6 +41,7 @@ SurfaceRegistration::SurfaceRegistration(const std::shared_ptr<const Rig>& rig,
       surface_(settings.body == DEFREC_BODY_ON),
       images_(rig),
       rig_monitor_(rig->width(), rig->height(), settings.self_calibration),
+      colours_(rig),
       attempts_{FrameAttempt(settings, rig_monitor_.state()),
                 FrameAttempt(settings, rig_monitor_.state())},
       second_memory_(device) {}
@@ -265,6 +266,7 @@ void SurfaceRegistration::adopt(std::shared_ptr<const Template> surface,
 
 // Growth, trial and cuts are begun with a template, and end with it.
 void SurfaceRegistration::forget_course() {
+    colours_.forget();
     growth_.reset();
     trial_.end();
     changes_.reset();

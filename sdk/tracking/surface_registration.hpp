@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sdk/tracking/device_wait.hpp"
+#include "sdk/tracking/evidence/tissue_colours.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/frame_attempt.hpp"
 #include "sdk/tracking/frame_queue.hpp"
@@ -126,7 +127,7 @@ class SurfaceRegistration {
     void place_unseen(const TrackerJob& job, FrameAttempt& attempt);
     void move_to_placed(std::span<defrec_surface_sample> samples) const;
     void keep_placed(const FrameResult& result);
-    void describe_surface(const TrackerJob& job, FrameAttempt& attempt);
+    void describe_surface(TrackerJob& job, FrameAttempt& attempt);
     // Nothing is known of tissue that left, nor of tissue that was lifted where it is not seen.
     void forget_departed(SurfaceSamples samples, const PhotometricEvidence& photometric,
                          VertexConfidence& confidence) const;
@@ -146,6 +147,7 @@ class SurfaceRegistration {
 
     ImageCheck images_;
     RigMonitor rig_monitor_;
+    TissueColours colours_;
     StaleVertices stale_;  // of this frame
     TemplateTrial trial_;
     TissueChanges changes_;

@@ -171,7 +171,7 @@ void SurfaceRegistration::move_to_placed(std::span<defrec_surface_sample> sample
     }
 }
 
-void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& attempt) {
+void SurfaceRegistration::describe_surface(TrackerJob& job, FrameAttempt& attempt) {
     FrameResult& result = attempt.result;
     const Template& surface = *surface_.surface();
     if (result.state == DEFREC_LOST) {
@@ -179,6 +179,7 @@ void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& 
         attempt.fit_rigid_motion(surface_.model());
         result.known = {job.input.held_motion, std::nullopt};
     } else {
+        colours_.take(job.colours);
         const SurfaceSamples before =
             result.state == DEFREC_RELOCALISED ? SurfaceSamples() : surface_.samples();
         estimate_confidence(
@@ -188,7 +189,7 @@ void SurfaceRegistration::describe_surface(const TrackerJob& job, FrameAttempt& 
              before, attempt.plan().uses_depth, result.is_interlaced(),
              rig_monitor_.state().disparities.baseline_drift_px(), stale_.views(),
              changes_.slip_doubts(), job.input.disparity, attempt.given_error_px,
-             &surface_.depth_speed()},
+             &surface_.depth_speed(), colours_.any() ? &colours_ : nullptr},
             job.services()->own_threads(), [&] { attempt.fit_rigid_motion(surface_.model()); },
             result.confidence);
         forget_lost_pieces(surface_.pieces().pieces(), surface.vertex_pieces(), result.confidence);
@@ -261,6 +262,7 @@ void SurfaceRegistration::look_at_ended() {
     const Ended ended = *std::exchange(ended_, std::nullopt);
     surface_.keep_samples(ended.output.samples);
     if (ended.photometric == nullptr) return changes_.skip_frame();
+    colours_.learn(ended.output.samples, ended.photometric->is_confirmed);
     changes_.add_frame(surface_.data(), ended.output, ended.photometric->is_located, ended.helpers);
     surface_.start_from(
         [&](std::span<defrec_motion> motions) { changes_.lifted().place(motions); });

@@ -261,7 +261,12 @@ class ConfidenceEstimate {
         const unsigned stale =
             evidence_.stale_views.empty() ? 0u : unsigned{evidence_.stale_views[i]};
         const bool is_stale = (stale & (evidence_.uses_depth ? kBothViews : kLeftView)) != 0,
-                   agrees = !is_stale &&
+                   is_covered = evidence_.colours != nullptr && photometric_.is_confirmed[i] == 0 &&
+                                (stale & kLeftView) == 0 &&
+                                evidence_.colours->is_covered(i, samples_[i]);
+        // Depth is of what covers it.
+        if (!confidence_.covered.empty()) confidence_.covered[i] = is_covered ? 1 : 0;
+        const bool agrees = !is_stale && !is_covered &&
                             (samples_[i].observation == DEFREC_OBSERVED ||
                              (!evidence_.uses_depth && samples_[i].observation != DEFREC_OUTSIDE)),
                    is_confirmed = photometric_.is_confirmed[i] != 0 && (stale & kLeftView) == 0 &&
@@ -437,6 +442,7 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
                          VertexConfidence& confidence) {
     const size_t count = evidence.output.samples.size();
     confidence.seen_error.clear();
+    confidence.covered.resize(evidence.colours != nullptr ? count : 0);
     model.cut_sides.expect(*model.data, evidence.output.samples, confidence.cut_side_mm);
     std::vector<float>* const distances[2] = {&confidence.to_photometric, &confidence.to_observed};
     const ConfidenceEstimate estimate(model, evidence, confidence);

@@ -12,6 +12,7 @@
 #include "sdk/tracking/evidence/map_distance.hpp"
 #include "sdk/tracking/evidence/photometric_evidence.hpp"
 #include "sdk/tracking/evidence/sliding_sides.hpp"
+#include "sdk/tracking/evidence/tissue_colours.hpp"
 #include "sdk/tracking/frame/given_disparity.hpp"
 #include "sdk/tracking/frame/rig_estimate.hpp"
 
@@ -46,6 +47,8 @@ struct VertexConfidence {
     std::vector<uint8_t> evidence;      // DEFREC_EVIDENCE_*
     std::vector<float> covariance;      // xx, xy, xz, yy, yz, zz each, mm^2, rectified camera
     std::vector<float> expected_error;  // mm, root of the covariance's trace
+    // Whether the image has another colour there than the tissue; of no vertex: it is not known.
+    std::vector<uint8_t> covered;
     // Working memory, per cell of the grids: steps to the nearest vertex with photometric evidence,
     // and to the nearest one with depth that agrees as well.
     std::vector<float> to_photometric, to_observed;
@@ -93,6 +96,8 @@ struct FrameEvidence {
     KeptDisparity given_disparity = {};
     float given_error_px = 0;
     const DepthSpeed* depth_speed = nullptr;  // of the frames before; nullptr: there are none
+    // nullptr: no vertex is covered.
+    const TissueColours* colours = nullptr;
 };
 // How far a vertex moved in the image, px^2.
 float squared_step(const defrec_camera& camera, const defrec_surface_sample& from,

@@ -993,6 +993,37 @@ struct Lifted {
 
 // ---- tissue that is not seen --------------------------------------------------------------------
 
+// Whether something of another colour lies on the tissue, or is in front of it.
+// Source: the rendered scenes of [another-colour]
+struct TissueColours {
+    // cells | of the width of the image, about | set by hand
+    static constexpr uint32_t kAcross = 80;
+    // pixels | of a cell's middle row that are read | set by hand
+    static constexpr int kSamples = 4;
+    // gray levels | of the brightest channel from which on a pixel is not read: a highlight has the
+    //   lamp's colour
+    static constexpr int kSaturated = 250;
+    // gray levels | mean of a cell below which its colour is not known | set by hand
+    static constexpr int kDarkest = 12;
+    // frames | in which each vertex is learnt from once | set by hand
+    static constexpr size_t kLearnEvery = 4;
+    // share | of the way to what it has now that a vertex' colour takes each time | set by hand
+    static constexpr float kForget = 0.25f;
+    // vertices | of those that are looked at, with a known colour, without which nothing is covered
+    //   | set by hand
+    static constexpr float kMinVertices = 20;
+    // 1 | change of chromaticity by which a vertex has another colour, at least | noise of
+    //   compressed video is less
+    static constexpr float kLeastChange = 0.05f;
+    // of its distance from gray | likewise | set by hand
+    static constexpr float kChangeShare = 0.4f;
+    // standard deviations | of the tissue's colours, by which the colour lies beyond them | in
+    //   `fold` all are nearer, metal and gauze are at 9 and 10, blood at 4 to 9
+    static constexpr float kFar = 3.5f;
+    // 1 | standard deviation of the tissue's chromaticity besides | set by hand
+    static constexpr float kLeastSpread = 0.01f;
+};
+
 // The cells of the surface whose means tell where tissue is that is not seen.
 // Source: the rendered scenes of [out-of-the-image]
 struct UnseenCells {
@@ -1018,6 +1049,21 @@ struct UnseenCells {
     // distances between cells | spread of the observed cells across their main direction; less is a
     //   row
     static constexpr double kMinSpread = 0.35;
+};
+
+// How what the modes leave at the border of a hole is continued into it.
+// Source: the rendered scenes of [another-colour]
+struct HoleFill {
+    // width of the first view | distance from which on one place tells nothing of another | half of
+    //   it takes slopes less far in, means of neighbours keep none
+    static constexpr double kReach = 0.5;
+    // of the variance | that of a control point's own displacement | less follows noise into the
+    //   hole
+    static constexpr float kNoise = 0.003f;
+    // connections | from the hole, of what it is continued from | one ring shows no slope
+    static constexpr int kRings = 2;
+    // control points | round a hole that are read, at most: each second one, and so on | time
+    static constexpr size_t kMost = 96;
 };
 
 // The place of tissue that is not seen: universal kriging whose covariance is learnt.
@@ -1059,12 +1105,10 @@ struct UnseenMotion {
     // control points | of a piece that must be hidden, where none is out of the image | set by
     //   hand: a single highlight is not worth the time
     static constexpr uint32_t kMinHidden = 4;
-    // rounds | of overrelaxation by which what the modes leave is continued into a hole | as 40 of
-    //   means, of which 30 do ([hidden-tissue])
-    static constexpr int kFillRounds = 12;
-    // 1 | factor on a step towards the mean: overrelaxation for holes about twelve control points
-    //   wide
-    static constexpr double kFillStep = 1.6;
+    // of the weights by which it moves vertices | a control point with as much of it covered at the
+    //   depth of the surface, or behind, is hidden | more lets lm draw it to the cover, less takes
+    //   seen tissue along ([another-colour])
+    static constexpr float kCoveredShare = 0.2f;
     // of lm's covariance | variance of hidden tissue, [hidden-tissue]
     static constexpr double kLmShare = 0.4;
     // of the squared distance from where lm has it | variance of hidden tissue, [hidden-tissue]

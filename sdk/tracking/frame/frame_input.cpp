@@ -43,12 +43,14 @@ void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop&
         if (kept.image.pixels == nullptr) return;
         const ArrayPart band{index % bands, bands};
         const size_t first = band.begin(height), last = band.end(height);
+        const RawImage image{kept.format, kept.image.pixels, kept.image.stride, kept.row_pixels,
+                             height};
         if (kept.field == DEFREC_FIELD_NONE)
             copy_whole(kept, first, last, helpers != nullptr);
         else
-            copy_field({kept.format, kept.image.pixels, kept.image.stride, kept.row_pixels, height},
-                       kept.field == DEFREC_FIELD_BOTTOM, {first, last},
+            copy_field(image, kept.field == DEFREC_FIELD_BOTTOM, {first, last},
                        &kept.copy[first * kept.row_pixels], helpers != nullptr);
+        if (kept.colours != nullptr) kept.colours->read_rows(image, kept.field, {first, last});
     };
     const size_t shares = helpers != nullptr && largest > kShare
                               ? images.size() * ((largest + kShare - 1) / kShare)

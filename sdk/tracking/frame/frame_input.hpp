@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 
+#include "sdk/tracking/frame/colour_cells.hpp"
 #include "sdk/tracking/frame/given_disparity.hpp"
 
 namespace defrec {
@@ -50,6 +51,7 @@ struct KeptImage {
     std::span<uint8_t> copy;
     const DeviceBuffer* copy_in_device = nullptr;  // the same as the device sees it, if it does
     uint32_t field = 0;  // DEFREC_FIELD_*: these rows are copied, the others made of them
+    ColourCells* colours = nullptr;  // read as well, unless null
 };
 // Copies pixels of the host; the images are these gray copies afterwards, of which stage rectify
 // makes the same as of the colours. loop: who helps it helps copying. helpers: whose threads copy

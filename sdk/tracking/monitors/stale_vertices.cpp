@@ -9,32 +9,6 @@
 #include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
-namespace {
-
-struct Pixel {
-    double x, y;
-};
-
-// Where a vertex lies in the image that the view's blocks are of; nullopt where it is not in it.
-std::optional<Pixel> pixel_in(const Rig& rig, int view, bool is_rectified,
-                              const defrec_surface_sample& vertex) {
-    const defrec_camera& camera = rig.camera();
-    const double z = vertex.position[2],
-                 x = vertex.position[0] - (view == 1 ? camera.baseline_mm : 0);
-    if (!(z > 0)) return std::nullopt;
-    const double u = std::round(camera.fx * x / z + rig.principal_x(view)),
-                 v = std::round(camera.fy * vertex.position[1] / z + camera.cy);
-    if (!(u >= 0 && v >= 0 && u < rig.width() && v < rig.height())) return std::nullopt;
-    if (is_rectified || rig.map(view) == nullptr) return Pixel{u, v};
-    constexpr double kMapUnit = 128;  // per px
-    const int32_t* raw =
-        rig.map(view) + 2 * (static_cast<size_t>(v) * rig.width() + static_cast<size_t>(u));
-    if (raw[0] == INT32_MIN) return std::nullopt;
-    return Pixel{raw[0] / kMapUnit, raw[1] / kMapUnit};
-}
-
-}  // namespace
-
 void StaleVertices::find(const Rig& rig, std::array<FrozenRegions, 2>& blocks,
                          const std::array<bool, 2>& is_rectified,
                          std::span<const defrec_surface_sample> before,
@@ -47,8 +21,8 @@ void StaleVertices::find(const Rig& rig, std::array<FrozenRegions, 2>& blocks,
     const auto in_blocks = [&](size_t vertex, auto&& is_so) {
         bool is_so_in[2] = {};
         for (int view = 0; view < (seen_left.empty() ? 2 : 1); ++view) {
-            const std::optional<Pixel> at =
-                pixel_in(rig, view, is_rectified[static_cast<size_t>(view)], now[vertex]);
+            const std::optional<Eigen::Vector2d> at =
+                rig.pixel_of(view, now[vertex].position, is_rectified[static_cast<size_t>(view)]);
             is_so_in[view] = at && is_so(blocks[static_cast<size_t>(view)], *at);
         }
         return static_cast<uint8_t>((is_so_in[0] ? kLeftView : 0) | (is_so_in[1] ? kRightView : 0));
@@ -58,8 +32,8 @@ void StaleVertices::find(const Rig& rig, std::array<FrozenRegions, 2>& blocks,
         ++inside;
         const bool is_seen =
             seen_left.empty() ? now[i].observation == DEFREC_OBSERVED : seen_left[i] != 0;
-        if (is_seen && in_blocks(i, [](const FrozenRegions& of_view, const Pixel& at) {
-                           return of_view.is_frozen(at.x, at.y);
+        if (is_seen && in_blocks(i, [](const FrozenRegions& of_view, const Eigen::Vector2d& at) {
+                           return of_view.is_frozen(at.x(), at.y());
                        }) == 0)
             steps_.push_back(squared_step(rig.camera(), before[i], now[i]));
     }
@@ -72,8 +46,8 @@ void StaleVertices::find(const Rig& rig, std::array<FrozenRegions, 2>& blocks,
     size_t stale = 0;
     views_.resize(now.size());
     for (size_t i = 0; i < now.size(); ++i) {
-        views_[i] = in_blocks(i, [](const FrozenRegions& of_view, const Pixel& at) {
-            return of_view.is_stale(at.x, at.y);
+        views_[i] = in_blocks(i, [](const FrozenRegions& of_view, const Eigen::Vector2d& at) {
+            return of_view.is_stale(at.x(), at.y());
         });
         stale += views_[i] != 0 && now[i].observation != DEFREC_OUTSIDE;
     }

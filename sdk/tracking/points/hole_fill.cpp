@@ -1,52 +1,118 @@
 // See hole_fill.hpp.
 #include "sdk/tracking/points/hole_fill.hpp"
 
+#include <algorithm>
+
 #include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
+namespace {
 
-void HoleFill::find(std::span<const defrec_edge> edges, std::span<const Kind> kinds) {
-    border_.clear();
-    holes_.clear();
-    is_on_border_.assign(kinds.size(), 0);
-    values_.setZero(3, static_cast<Eigen::Index>(kinds.size()));
-    const auto for_connections = [&](const auto& connect) {
-        for (const defrec_edge& edge : edges) {
-            const auto a = static_cast<uint32_t>(edge.a), b = static_cast<uint32_t>(edge.b);
-            if (kinds[a] == kHole && kinds[b] != kNeither) connect(a, b);
-            if (kinds[b] == kHole && kinds[a] != kNeither) connect(b, a);
-        }
-    };
-    next_.assign(kinds.size(), 0);
-    for_connections([&](uint32_t hole, uint32_t) { ++next_[hole]; });
-    uint32_t all = 0;
-    for (uint32_t node = 0; node < kinds.size(); ++node) {
-        const uint32_t count = next_[node];
-        if (count > 0) holes_.push_back({node, all, all + count});
-        next_[node] = all;
-        all += count;
-    }
-    others_.resize(all);
-    for_connections([&](uint32_t hole, uint32_t other) {
-        others_[next_[hole]++] = other;
-        if (kinds[other] != kKnown || is_on_border_[other] != 0) return;
-        is_on_border_[other] = 1;
-        border_.push_back(other);
-    });
+using Decision = decisions::HoleFill;
+
+// Wendland's function of order 4 in three dimensions (Piecewise polynomial, positive definite and
+// compactly supported radial functions of minimal degree, 1995). distance: in reaches.
+auto wendland(const Eigen::ArrayXXf& distance) {
+    const auto left = (1 - distance).max(0.0f);
+    return (left.square() * left.square() * left.square() *
+            (35 * distance.square() + 18 * distance + 3) / 3)
+        .eval();
 }
 
-// Successive overrelaxation (Young, Iterative methods for solving partial difference equations of
-// elliptic type, 1954).
-void HoleFill::fill() {
-    using Decision = decisions::UnseenMotion;
-    if (border_.empty()) return;
-    for (int round = 0; round < Decision::kFillRounds; ++round)
-        for (const Hole& hole : holes_) {
-            Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-            for (uint32_t k = hole.first; k < hole.end; ++k) sum += values_.col(others_[k]);
-            auto value = values_.col(hole.node);
-            value += Decision::kFillStep * (sum / (hole.end - hole.first) - value);
+}  // namespace
+
+HoleFill::HoleFill(std::span<const defrec_edge> edges, std::span<const float> nodes, float reach_mm)
+    : places_(Eigen::Map<const Eigen::Matrix3Xf>(nodes.data(), 3,
+                                                 static_cast<Eigen::Index>(nodes.size() / 3)) /
+              reach_mm) {
+    const size_t count = nodes.size() / 3;
+    first_.assign(count + 1, 0);
+    for (const defrec_edge& edge : edges) {
+        ++first_[static_cast<size_t>(edge.a) + 1];
+        ++first_[static_cast<size_t>(edge.b) + 1];
+    }
+    for (size_t node = 0; node < count; ++node) first_[node + 1] += first_[node];
+    connected_.resize(2 * edges.size());
+    std::vector<uint32_t> next(first_.begin(), first_.end() - 1);
+    for (const defrec_edge& edge : edges) {
+        const auto a = static_cast<uint32_t>(edge.a), b = static_cast<uint32_t>(edge.b);
+        connected_[next[a]++] = b;
+        connected_[next[b]++] = a;
+    }
+}
+
+void HoleFill::find(std::span<const Kind> kinds) {
+    known_.clear();
+    count_ = 0;
+    is_known_.assign(kinds.size(), 0);
+    hole_of_.assign(kinds.size(), 0);
+    values_.setZero(3, static_cast<Eigen::Index>(kinds.size()));
+    for (uint32_t node = 0; node < kinds.size(); ++node) {
+        if (kinds[node] != kHole || hole_of_[node] != 0) continue;
+        if (count_ == holes_.size()) holes_.emplace_back();
+        Hole& hole = holes_[count_++];
+        find_hole(kinds, node, hole);
+        find_covariances(hole);
+        for (const uint32_t round : hole.round) {
+            if (is_known_[round] != 0) continue;
+            is_known_[round] = 1;
+            known_.push_back(round);
         }
+    }
+}
+
+// The hole of a control point, and what is known at most `rings` connections from it.
+void HoleFill::find_hole(std::span<const Kind> kinds, uint32_t node, Hole& hole) {
+    const auto mark = static_cast<uint32_t>(count_);
+    const auto add_connected = [&](uint32_t to, Kind kind, std::vector<uint32_t>& found) {
+        for_connected(to, [&](uint32_t other) {
+            if (kinds[other] != kind || hole_of_[other] == mark) return;
+            hole_of_[other] = mark;
+            found.push_back(other);
+        });
+    };
+    hole.inside.assign(1, node);
+    hole_of_[node] = mark;
+    for (size_t i = 0; i < hole.inside.size(); ++i)
+        add_connected(hole.inside[i], kHole, hole.inside);
+    hole.round.clear();
+    for (const uint32_t inside : hole.inside) add_connected(inside, kKnown, hole.round);
+    size_t begin = 0;
+    for (int ring = 1; ring < Decision::kRings; ++ring) {
+        const size_t end = hole.round.size();
+        for (; begin < end; ++begin) add_connected(hole.round[begin], kKnown, hole.round);
+    }
+    const size_t step = (hole.round.size() + Decision::kMost - 1) / Decision::kMost;
+    if (step <= 1) return;
+    size_t kept = 0;
+    for (size_t i = 0; i < hole.round.size(); i += step) hole.round[kept++] = hole.round[i];
+    hole.round.resize(kept);
+}
+
+Eigen::MatrixXf HoleFill::covariances(std::span<const uint32_t> a,
+                                      std::span<const uint32_t> b) const {
+    Eigen::ArrayXXf distance(a.size(), b.size());
+    const Eigen::Matrix3Xf from = places_(Eigen::all, a);
+    for (size_t k = 0; k < b.size(); ++k)
+        distance.col(static_cast<Eigen::Index>(k)) =
+            (from.colwise() - places_.col(b[k])).colwise().norm().transpose();
+    return wendland(distance);
+}
+
+void HoleFill::find_covariances(Hole& hole) const {
+    Eigen::MatrixXf covariance = covariances(hole.round, hole.round);
+    covariance.diagonal().array() += Decision::kNoise;
+    hole.covariance.compute(covariance);
+    hole.to_inside = covariances(hole.inside, hole.round);
+}
+
+void HoleFill::fill() {
+    for (const Hole& hole : std::span(holes_).first(count_)) {
+        if (hole.round.empty()) continue;
+        const Eigen::MatrixX3f given = values_(Eigen::all, hole.round).transpose();
+        values_(Eigen::all, hole.inside) =
+            (hole.to_inside * hole.covariance.solve(given)).transpose();
+    }
 }
 
 }  // namespace defrec

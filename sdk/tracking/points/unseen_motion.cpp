@@ -47,6 +47,10 @@ defrec_motion as_motion_record(const Eigen::Matrix3d& turn, const Eigen::Vector3
 UnseenMotion::UnseenMotion(const Template& surface) {
     const TemplateData& data = surface.data();
     for (size_t piece = 0; piece < data.pieces(); ++piece) pieces_.emplace_back(surface, piece);
+    if (!pieces_.empty())
+        detail_ = {
+            data.edges, data.nodes,
+            static_cast<float>(decisions::HoleFill::kReach * pieces_.front().view_width_mm())};
     solved_.assign(pieces_.size(), Solved::kNotTried);
     vertex_of_.assign(data.nodes.size() / 3, 0);
     std::vector<float> most(vertex_of_.size(), 0);
@@ -58,11 +62,14 @@ UnseenMotion::UnseenMotion(const Template& surface) {
             vertex_of_[node] = static_cast<uint32_t>(i);
         }
     cells_moved_.resize(vertex_of_.size());
+    weights_.assign(vertex_of_.size(), 0);
     for (size_t i = 0; i < data.vertices.size(); ++i)
-        for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k)
-            if (data.vertices[i].weight[k] > 0)
-                cells_moved_[static_cast<size_t>(data.vertices[i].node[k])].set(
-                    pieces_[surface.vertex_pieces()[i]].cell_of(i));
+        for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k) {
+            if (data.vertices[i].weight[k] <= 0) continue;
+            const auto node = static_cast<size_t>(data.vertices[i].node[k]);
+            cells_moved_[node].set(pieces_[surface.vertex_pieces()[i]].cell_of(i));
+            weights_[node] += data.vertices[i].weight[k];
+        }
     shapes_.setZero(Decision::kModes, static_cast<Eigen::Index>(vertex_of_.size()));
     for (size_t node = 0; node < vertex_of_.size(); ++node) {
         const Eigen::MatrixXd shapes =
@@ -97,6 +104,20 @@ void UnseenMotion::find_moves(const TemplateData& data, SurfaceSamples samples,
     }
 }
 
+void UnseenMotion::hide_covered(const TemplateData& data, SurfaceSamples samples,
+                                std::span<const uint8_t> covered) {
+    covered_.assign(weights_.size(), 0);
+    for (size_t i = 0; i < covered.size(); ++i) {
+        // lm takes what is farther in front for no depth of the tissue.
+        if (covered[i] == 0 || samples[i].observation == DEFREC_OCCLUDED) continue;
+        for (size_t k = 0; k < DEFREC_BLEND_NODES; ++k)
+            covered_[static_cast<size_t>(data.vertices[i].node[k])] +=
+                std::max(0.0f, data.vertices[i].weight[k]);
+    }
+    for (size_t node = 0; node < weights_.size(); ++node)
+        if (covered_[node] > Decision::kCoveredShare * weights_[node]) moves_[node] = kHidden;
+}
+
 bool UnseenMotion::add_frame(const Template& surface, SurfaceSamples samples,
                              std::span<const defrec_piece> pieces, const Results& results,
                              const Services* helpers) {
@@ -110,6 +131,7 @@ bool UnseenMotion::add_frame(const Template& surface, SurfaceSamples samples,
         if (part == 0) return read_pieces(samples, pieces, results.confidence);
         find_moves(data, samples, results.confidence, {part - 1, parts});
         if (--parts_left != 0) return;
+        hide_covered(data, samples, results.confidence.covered);
         choose_pieces(data, pieces);
         find_holes(data, results.confidence);
     });
@@ -200,17 +222,18 @@ void UnseenMotion::find_holes(const TemplateData& data, const VertexConfidence& 
     for (size_t node = 0; node < moves_.size(); ++node)
         if (is_apart_[data.piece_of_node(node)] != 0 && !is_outside(node))
             kinds_[node] =
-                (confidence.evidence[vertex_of_[node]] & DEFREC_EVIDENCE_PHOTOMETRIC) != 0
+                (confidence.evidence[vertex_of_[node]] & DEFREC_EVIDENCE_PHOTOMETRIC) != 0 &&
+                        !is_hidden(node)
                     ? HoleFill::kKnown
                     : HoleFill::kHole;
-    detail_.find(data.edges, kinds_);
+    detail_.find(kinds_);
 }
 
 void UnseenMotion::find_detail(const TemplateData& data, std::span<const defrec_motion> motions) {
     if (!any_hidden()) return;
-    for (const uint32_t node : detail_.border()) {
+    for (const uint32_t node : detail_.known()) {
         const Eigen::Vector3d rest = as_vector(&data.nodes[size_t{3} * node]);
-        detail_.values().col(node) = moved(motions[node], rest) - place(data, node);
+        detail_.values().col(node) = (moved(motions[node], rest) - place(data, node)).cast<float>();
     }
     detail_.fill();
 }
@@ -257,9 +280,10 @@ defrec_motion UnseenMotion::move_hidden(const TemplateData& data, size_t node,
     const UnseenPiece& piece = pieces_[data.piece_of_node(node)];
     const size_t vertex = vertex_of_[node];
     const Eigen::Vector3d rest = as_vector(&data.nodes[3 * node]),
-                          step = place(data, node) +
-                                 detail_.values().col(static_cast<Eigen::Index>(node)) -
-                                 moved(results.motions[node], rest);
+                          step =
+                              place(data, node) +
+                              detail_.values().col(static_cast<Eigen::Index>(node)).cast<double>() -
+                              moved(results.motions[node], rest);
     const Eigen::Matrix3d of_lm = as_matrix(&results.confidence.covariance[6 * vertex]);
     Eigen::Matrix3d sum = of_lm;
     sum.diagonal().array() += piece.variance_mm2(vertex) / 3;

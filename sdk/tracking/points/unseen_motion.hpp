@@ -49,6 +49,9 @@ class UnseenMotion {
     enum Moves : uint8_t { kOutside = 1, kHidden = 2, kSeen = 4 };
     void find_moves(const TemplateData& data, SurfaceSamples samples,
                     const VertexConfidence& confidence, ArrayPart part);
+    // Hides control points most of whose vertices something lies on: lm drew them to its depth.
+    void hide_covered(const TemplateData& data, SurfaceSamples samples,
+                      std::span<const uint8_t> covered);
     // Nothing that it moves is in the image.
     bool is_outside(size_t node) const { return moves_[node] == kOutside; }
     bool any_hidden() const;
@@ -81,6 +84,8 @@ class UnseenMotion {
     enum class Solved : uint8_t { kNotTried, kNo, kYes };
     std::vector<Solved> solved_;
     std::vector<uint8_t> moves_;        // per control point
+    std::vector<float> weights_;        // per control point, of all vertices that it moves
+    std::vector<float> covered_;        // of those that are covered
     std::vector<CellSet> cells_moved_;  // per control point: those whose vertices it moves
     std::vector<HoleFill::Kind> kinds_;
     std::vector<CellSet> cells_asked_;  // per piece: of whose vertices variances are read

@@ -73,6 +73,8 @@ struct NotSeen {
     uint8_t evidence = 0;                     // of what is hidden
     Vector3d hidden_off = Vector3d(0, 3, 0);  // mm, by which lm errs there
     float common_mm2 = 0;                     // of all squared errors
+    // What is hidden is covered at the depth of the surface, and known to be.
+    bool is_covered = false;
 };
 
 // Frames of the plane as a tracker has them; what it says of vertices out of the image is 6 mm off.
@@ -108,6 +110,7 @@ class Frames {
         confidence_.expected_error.assign(count(), 0.05f);
         confidence_.covariance.assign(6 * count(), 0);
         confidence_.common_mm2.assign(count(), not_seen.common_mm2);
+        confidence_.covered.assign(not_seen.is_covered ? count() : 0, 0);
         vertices_.clear();
         normals_.assign(3 * count(), 0);
         const auto off = [&](const Vector3d& at) -> Vector3d {
@@ -119,7 +122,10 @@ class Frames {
             if (rest(i).x() > not_seen.right_mm)
                 give(i, DEFREC_OUTSIDE, DEFREC_POINT_UNKNOWN, 0, 7);
             else if (is_hidden(rest(i), not_seen.radius_mm))
-                give(i, DEFREC_OCCLUDED, DEFREC_POINT_EXTRAPOLATED, not_seen.evidence, 4);
+                give(i, not_seen.is_covered ? DEFREC_OBSERVED : DEFREC_OCCLUDED,
+                     DEFREC_POINT_EXTRAPOLATED, not_seen.evidence, 4);
+            if (not_seen.is_covered)
+                confidence_.covered[i] = is_hidden(rest(i), not_seen.radius_mm);
             for (int axis = 0; axis < 3; ++axis) {
                 samples_[i].position[axis] = static_cast<float>(now[axis]);
                 vertices_.push_back(samples_[i].position[axis]);
@@ -370,6 +376,30 @@ TEST_CASE("hidden tissue moves as it did with what is seen round it") {
     for (int i = 40; i < 60; ++i) {
         REQUIRE(frames.add(breathing(i), {.radius_mm = kRadius}));
         CHECK(frames.worst_hidden(breathing(i), kRadius) < 0.6);
+    }
+}
+
+TEST_CASE("what is drawn to a cover at the surface's depth is placed up to the cover's border") {
+    const NotSeen hidden{.radius_mm = 13, .hidden_off = Vector3d(0, 0, -1.5)};
+    NotSeen covered = hidden;
+    covered.is_covered = true;
+    const auto mean_error = [](const Frames& frames, const Place& place) {
+        double sum = 0, count = 0;
+        for (size_t i = 0; i < frames.count(); ++i) {
+            if (!Frames::is_hidden(frames.rest(i), 13)) continue;
+            sum += (frames.now(i) - place(frames.rest(i))).norm();
+            ++count;
+        }
+        return sum / count;
+    };
+    Frames with_colour, without;
+    for (int i = 0; i < 40; ++i)
+        for (Frames* frames : {&with_colour, &without}) CHECK_FALSE(frames->add(breathing(i)));
+    for (int i = 40; i < 50; ++i) {
+        REQUIRE(with_colour.add(breathing(i), covered));
+        without.add(breathing(i), hidden);
+        CHECK(mean_error(with_colour, breathing(i)) < 0.5);
+        CHECK(mean_error(without, breathing(i)) > 0.9);
     }
 }
 

@@ -49,6 +49,8 @@ class UnseenPiece {
                           const Eigen::Ref<const Eigen::VectorXd>& shapes) const;
     // A row for each place.
     Eigen::MatrixXd shapes(const Eigen::Matrix3Xd& places) const { return modes_.shapes(places); }
+    // Width of the first view at the piece's median depth, mm.
+    double view_width_mm() const { return cells_.view_width_mm(); }
     Eigen::Matrix3d rotation() const { return pose_.linear(); }
     // Variance of the error of such a place, mm^2, at a vertex of this piece.
     double variance_mm2(size_t vertex) const { return variance_[cells_.cell_of(vertex)]; }
