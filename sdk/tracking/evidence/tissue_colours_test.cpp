@@ -27,7 +27,7 @@ std::shared_ptr<const Rig> rectified_rig() {
     desc.struct_size = sizeof desc;
     desc.width = kWidth;
     desc.height = kHeight;
-    desc.left = desc.right = {kFocal, kFocal, kWidth / 2, kHeight / 2, {}, 0, 0};
+    desc.left = desc.right = {kFocal, kFocal, kWidth / 2.0, kHeight / 2.0, {}, 0, 0};
     for (int i = 0; i < 3; ++i) desc.rotation[4 * i] = 1;
     desc.translation[0] = -5;
     return std::make_shared<const Rig>(std::make_shared<const Services>(context), desc);
