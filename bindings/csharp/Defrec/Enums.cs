@@ -123,7 +123,10 @@ namespace Defrec
         Cuda = 2
     }
 
-    /// <summary>Formats of pixels, 8 bits a channel.</summary>
+    /// <summary>
+    /// Formats of pixels, 8 bits a channel. All stages compute gray values; the colours of host
+    /// pixels tell the tracker besides where something lies on the tissue.
+    /// </summary>
     public enum PixelFormat : uint
     {
         /// <summary>The default.</summary>

@@ -142,7 +142,8 @@ class MemoryKind(OpenEnum):
 
 
 class Format(OpenEnum):
-    """Formats of pixels, 8 bits a channel."""
+    """Formats of pixels, 8 bits a channel. All stages compute gray values; the colours of host
+    pixels tell the tracker besides where something lies on the tissue."""
 
     GRAY8 = 1
     """1 byte."""
