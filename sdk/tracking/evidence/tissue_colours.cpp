@@ -4,23 +4,15 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
+#include "sdk/base/util/median.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {
 
 using Decision = decisions::TissueColours;
-
-Chromaticity nothing() { return Chromaticity::Constant(std::numeric_limits<float>::quiet_NaN()); }
-
-float median(std::vector<float>& values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 }  // namespace
 
@@ -32,9 +24,9 @@ void TissueColours::forget() {
 }
 
 Chromaticity TissueColours::colour_at(const defrec_surface_sample& sample) const {
-    if (sample.observation == DEFREC_OUTSIDE) return nothing();
+    if (sample.observation == DEFREC_OUTSIDE) return no_colour();
     const std::optional<Eigen::Vector2d> pixel = rig_->pixel_of(0, sample.position, false);
-    return pixel ? cells_.at(pixel->x(), pixel->y()) : nothing();
+    return pixel ? cells_.at(pixel->x(), pixel->y()) : no_colour();
 }
 
 bool TissueColours::is_covered(size_t vertex, const defrec_surface_sample& sample) const {
@@ -52,7 +44,7 @@ bool TissueColours::is_covered(size_t vertex, const defrec_surface_sample& sampl
 void TissueColours::learn(std::span<const defrec_surface_sample> samples,
                           std::span<const uint8_t> shown) {
     if (!cells_.any()) return;
-    own_.resize(samples.size(), nothing());
+    own_.resize(samples.size(), no_colour());
     for (std::vector<float>& shifts : shifts_) shifts.clear();
     const size_t step = frames_ == 0 ? 1 : Decision::kLearnEvery;
     for (size_t i = frames_ % step; i < samples.size(); i += step) {
@@ -70,7 +62,7 @@ void TissueColours::learn(std::span<const defrec_surface_sample> samples,
     }
     ++frames_;
     for (Eigen::Index k = 0; k < 2; ++k)
-        if (!shifts_[k].empty()) shift_[k] = median(shifts_[k]);
+        if (!shifts_[k].empty()) shift_[k] = median_in_place(shifts_[k]);
     learn_spread();
 }
 

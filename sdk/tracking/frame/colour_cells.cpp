@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 
 #include "include/defrec_c.h"
 #include "sdk/contract/pixel_format.hpp"
@@ -13,8 +12,6 @@ namespace defrec {
 namespace {
 
 using Decision = decisions::TissueColours;
-
-Chromaticity nothing() { return Chromaticity::Constant(std::numeric_limits<float>::quiet_NaN()); }
 
 // Pixels that are saturated are not read: a highlight has the colour of the lamp.
 Chromaticity mean_colour(const uint8_t* pixel, size_t step, size_t red, size_t blue) {
@@ -30,7 +27,7 @@ Chromaticity mean_colour(const uint8_t* pixel, size_t step, size_t red, size_t b
     const int all = sum[0] + sum[1] + sum[2];
     if (2 * read < Decision::kSamples ||
         all < static_cast<int>(sum.size()) * read * Decision::kDarkest)
-        return nothing();
+        return no_colour();
     return Chromaticity(static_cast<float>(sum[0] - sum[1]), static_cast<float>(sum[2] - sum[1])) /
            static_cast<float>(all);
 }
@@ -41,7 +38,7 @@ void ColourCells::begin(uint32_t format, uint32_t width, uint32_t height) {
     cell_ = std::max<size_t>(Decision::kSamples, width / Decision::kAcross);
     columns_ = width / cell_;
     rows_ = height / cell_;
-    cells_.assign(format == DEFREC_FORMAT_GRAY8 ? 0 : columns_ * rows_, nothing());
+    cells_.assign(format == DEFREC_FORMAT_GRAY8 ? 0 : columns_ * rows_, no_colour());
 }
 
 void ColourCells::read_rows(const RawImage& image, uint32_t field, RowSpan rows) {

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "sdk/tracking/frame/field_copy.hpp"
@@ -12,6 +13,9 @@ namespace defrec {
 // (red - green, blue - green) / (red + green + blue), which brightness does not change; NaN where
 // no colour is known.
 using Chromaticity = Eigen::Array2f;
+inline Chromaticity no_colour() {
+    return Chromaticity::Constant(std::numeric_limits<float>::quiet_NaN());
+}
 
 class ColourCells {
   public:

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "sdk/base/util/median.hpp"
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 
@@ -40,9 +41,8 @@ void StaleVertices::find(const Rig& rig, std::array<FrozenRegions, 2>& blocks,
     if (static_cast<double>(steps_.size()) <=
         decisions::FrozenImages::kMinSeen * static_cast<double>(inside))
         return;
-    const auto middle = steps_.begin() + static_cast<std::ptrdiff_t>(steps_.size() / 2);
-    std::nth_element(steps_.begin(), middle, steps_.end());
-    for (FrozenRegions& of_view : blocks) of_view.others_moved(std::sqrt(*middle));
+    const float moved = std::sqrt(median_in_place(steps_));
+    for (FrozenRegions& of_view : blocks) of_view.others_moved(moved);
     size_t stale = 0;
     views_.resize(now.size());
     for (size_t i = 0; i < now.size(); ++i) {

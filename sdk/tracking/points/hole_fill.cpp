@@ -10,6 +10,11 @@ namespace {
 
 using Decision = decisions::HoleFill;
 
+bool is_known(HoleFill::Kind kind) { return kind == HoleFill::kKnown; }
+bool is_in_hole(HoleFill::Kind kind) {
+    return kind == HoleFill::kHole || kind == HoleFill::kUnread;
+}
+
 // Wendland's function of order 4 in three dimensions (Piecewise polynomial, positive definite and
 // compactly supported radial functions of minimal degree, 1995). distance: in reaches.
 auto wendland(const Eigen::ArrayXXf& distance) {
@@ -47,11 +52,16 @@ void HoleFill::find(std::span<const Kind> kinds) {
     is_known_.assign(kinds.size(), 0);
     hole_of_.assign(kinds.size(), 0);
     values_.setZero(3, static_cast<Eigen::Index>(kinds.size()));
+    uint32_t mark = 0;
     for (uint32_t node = 0; node < kinds.size(); ++node) {
-        if (kinds[node] != kHole || hole_of_[node] != 0) continue;
+        if (!is_in_hole(kinds[node]) || hole_of_[node] != 0) continue;
         if (count_ == holes_.size()) holes_.emplace_back();
-        Hole& hole = holes_[count_++];
-        find_hole(kinds, node, hole);
+        Hole& hole = holes_[count_];
+        find_hole(kinds, node, ++mark, hole);
+        if (std::none_of(hole.inside.begin(), hole.inside.end(),
+                         [&](uint32_t inside) { return kinds[inside] == kHole; }))
+            continue;
+        ++count_;
         find_covariances(hole);
         for (const uint32_t round : hole.round) {
             if (is_known_[round] != 0) continue;
@@ -62,11 +72,11 @@ void HoleFill::find(std::span<const Kind> kinds) {
 }
 
 // The hole of a control point, and what is known at most `rings` connections from it.
-void HoleFill::find_hole(std::span<const Kind> kinds, uint32_t node, Hole& hole) {
-    const auto mark = static_cast<uint32_t>(count_);
-    const auto add_connected = [&](uint32_t to, Kind kind, std::vector<uint32_t>& found) {
+void HoleFill::find_hole(std::span<const Kind> kinds, uint32_t node, uint32_t mark, Hole& hole) {
+    const auto add_connected = [&](uint32_t to, bool is_wanted(Kind),
+                                   std::vector<uint32_t>& found) {
         for_connected(to, [&](uint32_t other) {
-            if (kinds[other] != kind || hole_of_[other] == mark) return;
+            if (!is_wanted(kinds[other]) || hole_of_[other] == mark) return;
             hole_of_[other] = mark;
             found.push_back(other);
         });
@@ -74,13 +84,13 @@ void HoleFill::find_hole(std::span<const Kind> kinds, uint32_t node, Hole& hole)
     hole.inside.assign(1, node);
     hole_of_[node] = mark;
     for (size_t i = 0; i < hole.inside.size(); ++i)
-        add_connected(hole.inside[i], kHole, hole.inside);
+        add_connected(hole.inside[i], is_in_hole, hole.inside);
     hole.round.clear();
-    for (const uint32_t inside : hole.inside) add_connected(inside, kKnown, hole.round);
+    for (const uint32_t inside : hole.inside) add_connected(inside, is_known, hole.round);
     size_t begin = 0;
     for (int ring = 1; ring < Decision::kRings; ++ring) {
         const size_t end = hole.round.size();
-        for (; begin < end; ++begin) add_connected(hole.round[begin], kKnown, hole.round);
+        for (; begin < end; ++begin) add_connected(hole.round[begin], is_known, hole.round);
     }
     const size_t step = (hole.round.size() + Decision::kMost - 1) / Decision::kMost;
     if (step <= 1) return;

@@ -14,7 +14,8 @@ namespace defrec {
 
 class HoleFill {
   public:
-    enum Kind : uint8_t { kNeither, kKnown, kHole };
+    // kUnread: in a hole as well, but nobody reads its value. A hole of no others is left empty.
+    enum Kind : uint8_t { kNeither, kKnown, kHole, kUnread };
 
     HoleFill() = default;
     // For a template's control points; nodes: x, y, z of each, mm. reach_mm: from which distance on
@@ -42,7 +43,7 @@ class HoleFill {
     void for_connected(uint32_t node, const Function& function) const {
         for (uint32_t k = first_[node]; k < first_[node + 1]; ++k) function(connected_[k]);
     }
-    void find_hole(std::span<const Kind> kinds, uint32_t node, Hole& hole);
+    void find_hole(std::span<const Kind> kinds, uint32_t node, uint32_t mark, Hole& hole);
     void find_covariances(Hole& hole) const;
     Eigen::MatrixXf covariances(std::span<const uint32_t> a, std::span<const uint32_t> b) const;
 
@@ -53,7 +54,7 @@ class HoleFill {
     size_t count_ = 0;         // of holes_
     std::vector<uint32_t> known_;
     std::vector<uint8_t> is_known_;  // per control point: it is in known_
-    std::vector<uint32_t> hole_of_;  // per control point: 1 + the hole that it was last found for
+    std::vector<uint32_t> hole_of_;  // per control point: the hole it was last found for, from 1
 };
 
 }  // namespace defrec

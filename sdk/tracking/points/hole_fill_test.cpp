@@ -88,6 +88,18 @@ TEST_CASE("a hole without a border has none, and nothing passes what is neither"
     CHECK(row.values().isZero());
 }
 
+TEST_CASE("control points that nobody reads belong to a hole, and make none alone") {
+    std::vector<Kind> kinds = row_with_hole(20, 4, 7);
+    const HoleFill asked = filled_row(kinds, [](size_t node) { return double(node); });
+    kinds[4] = kinds[6] = HoleFill::kUnread;
+    kinds[14] = HoleFill::kUnread;
+    const HoleFill row = filled_row(kinds, [](size_t node) { return double(node); });
+    CHECK(std::equal(row.known().begin(), row.known().end(), asked.known().begin(),
+                     asked.known().end()));
+    CHECK(row.values().col(5) == asked.values().col(5));
+    CHECK(row.values().col(14).isZero());
+}
+
 TEST_CASE("sides that are not connected tell nothing of each other") {
     std::vector<defrec_edge> edges = row_of(12);
     edges.erase(edges.begin() + 5);  // between 5 and 6, in the middle of the hole

@@ -106,6 +106,7 @@ void UnseenMotion::find_moves(const TemplateData& data, SurfaceSamples samples,
 
 void UnseenMotion::hide_covered(const TemplateData& data, SurfaceSamples samples,
                                 std::span<const uint8_t> covered) {
+    if (covered.empty()) return;
     covered_.assign(weights_.size(), 0);
     for (size_t i = 0; i < covered.size(); ++i) {
         // lm takes what is farther in front for no depth of the tissue.
@@ -222,10 +223,10 @@ void UnseenMotion::find_holes(const TemplateData& data, const VertexConfidence& 
     for (size_t node = 0; node < moves_.size(); ++node)
         if (is_apart_[data.piece_of_node(node)] != 0 && !is_outside(node))
             kinds_[node] =
-                (confidence.evidence[vertex_of_[node]] & DEFREC_EVIDENCE_PHOTOMETRIC) != 0 &&
-                        !is_hidden(node)
+                is_hidden(node) ? HoleFill::kHole
+                : (confidence.evidence[vertex_of_[node]] & DEFREC_EVIDENCE_PHOTOMETRIC) != 0
                     ? HoleFill::kKnown
-                    : HoleFill::kHole;
+                    : HoleFill::kUnread;
     detail_.find(kinds_);
 }
 

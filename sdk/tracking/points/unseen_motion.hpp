@@ -49,7 +49,7 @@ class UnseenMotion {
     enum Moves : uint8_t { kOutside = 1, kHidden = 2, kSeen = 4 };
     void find_moves(const TemplateData& data, SurfaceSamples samples,
                     const VertexConfidence& confidence, ArrayPart part);
-    // Hides control points most of whose vertices something lies on: lm drew them to its depth.
+    // Hides control points on much of whose vertices something lies: lm drew them to its depth.
     void hide_covered(const TemplateData& data, SurfaceSamples samples,
                       std::span<const uint8_t> covered);
     // Nothing that it moves is in the image.
