@@ -433,11 +433,30 @@ TEST_CASE("row 50: memory runs out anywhere from context to template file, on ev
     }
 }
 
-TEST_CASE("once there is a template, frames allocate nothing") {
+namespace {
+
+// Gray values as pixels of three channels.
+std::vector<uint8_t> as_bgr(const std::vector<uint8_t>& gray) {
+    std::vector<uint8_t> pixels;
+    for (const uint8_t value : gray) pixels.insert(pixels.end(), 3, value);
+    return pixels;
+}
+
+void check_frames_allocate_nothing(uint32_t format) {
+    CAPTURE(format);
     std::vector<Pair> pairs;
-    for (int i = 0; i < 8; ++i) pairs.push_back(render(0.4 * i, -0.2 * i));
+    for (int i = 0; i < 8; ++i) {
+        pairs.push_back(render(0.4 * i, -0.2 * i));
+        if (format == DEFREC_FORMAT_GRAY8) continue;
+        pairs.back().left = as_bgr(pairs.back().left);
+        pairs.back().right = as_bgr(pairs.back().right);
+    }
     TrackingSession session(
-        "cpu", 2, [](defrec_rig_desc&, defrec_tracker_desc& desc) { desc.body = DEFREC_BODY_OFF; },
+        "cpu", 2,
+        [format](defrec_rig_desc&, defrec_tracker_desc& desc) {
+            desc.body = DEFREC_BODY_OFF;
+            desc.format = format;
+        },
         [](defrec_context_desc& desc) {
             desc.alloc = host_take;
             desc.free = host_give;
@@ -465,6 +484,13 @@ TEST_CASE("once there is a template, frames allocate nothing") {
     REQUIRE(worst == DEFREC_OK);
     CHECK(after == before);
     CHECK(before > 0);
+}
+
+}  // namespace
+
+TEST_CASE("once there is a template, frames allocate nothing") {
+    for (const uint32_t format : {DEFREC_FORMAT_GRAY8, DEFREC_FORMAT_BGR8})
+        check_frames_allocate_nothing(format);
 }
 
 TEST_CASE("row 50: memory runs out while points are predicted") {

@@ -119,9 +119,10 @@ void HoleFill::find_covariances(Hole& hole) const {
 void HoleFill::fill() {
     for (const Hole& hole : std::span(holes_).first(count_)) {
         if (hole.round.empty()) continue;
-        const Eigen::MatrixX3f given = values_(Eigen::all, hole.round).transpose();
-        values_(Eigen::all, hole.inside) =
-            (hole.to_inside * hole.covariance.solve(given)).transpose();
+        // As spans, of which expressions make no copies.
+        const std::span<const uint32_t> round(hole.round), inside(hole.inside);
+        const Eigen::MatrixX3f given = values_(Eigen::all, round).transpose();
+        values_(Eigen::all, inside) = (hole.to_inside * hole.covariance.solve(given)).transpose();
     }
 }
 
