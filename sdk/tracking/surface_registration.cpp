@@ -75,6 +75,9 @@ void SurfaceRegistration::process(Frame& frame) {
     // The device begins while the host looks; frames in which there is nothing to observe are few.
     begin_beside_ended(frame);
     const bool left_shows = look_at_images(frame);
+    look_at_ended();
+    if (!can_begin_speculatively(frame.job)) take_back(frame);
+    if ((frame.reasons & DEFREC_REASON_GAP) != 0) changes_.skip_frame();
     if (!left_shows || (frame.spoils_rows && !surface_.is_tracking()))
         return conclude_unusable(frame);
     if (frame.captures) return capture_and_register(frame);
@@ -86,7 +89,8 @@ void SurfaceRegistration::process(Frame& frame) {
     judge_template(frame);
 }
 
-// The frame before decides in few frames, by what its tissue did, how this one is registered.
+// The frame before decides in few frames, by what its tissue did, how this one is registered: what
+// was begun is taken back then.
 void SurfaceRegistration::begin_beside_ended(Frame& frame) {
     TrackerJob& job = frame.job;
     const bool changes_template = job.template_to_set != nullptr || to_adopt_ != nullptr;
@@ -95,9 +99,7 @@ void SurfaceRegistration::begin_beside_ended(Frame& frame) {
     if (ended_ && ended_->output.samples.data() == job.memory.output.samples.data())
         job.memory.exchange(second_memory_, surface_.data());
     begin(frame);
-    if (!ended_) return;
-    look_at_ended();
-    if (!can_begin_speculatively(job)) take_back(frame);
+    keep_ended();
 }
 
 // The device observes the frame, and registers it unless the host has to see it first.
@@ -151,8 +153,9 @@ bool SurfaceRegistration::prefetch(const RegisteredFrame& registered) {
 // Most frames are as expected: a device that works by itself goes on with theirs while the host
 // still looks at the images. Not where more than the images decides how they are registered.
 bool SurfaceRegistration::can_begin_speculatively(const TrackerJob& job) const {
-    return surface_.is_tracking() && !asks_for_template(job) && !changes_.found_line() &&
-           !changes_.wants_image() && growth_.rests() && pipeline_.can_follow_speculatively();
+    const bool waits = ended_ ? ended_->changes_wait : changes_.wait_for_frame();
+    return surface_.is_tracking() && !asks_for_template(job) && !waits && growth_.rests() &&
+           pipeline_.can_follow_speculatively();
 }
 
 // Where it fails the frame is observed after all: its images decide whether the failure matters.
@@ -197,10 +200,7 @@ bool SurfaceRegistration::look_at_images(Frame& frame) {
                         job.services()->own_threads());
     frame.reasons = finding.reasons;
     frame.faulty_views = finding.faulty_views;
-    if ((frame.reasons & DEFREC_REASON_GAP) != 0) {
-        rig_monitor_.begin_anew();
-        changes_.skip_frame();
-    }
+    if ((frame.reasons & DEFREC_REASON_GAP) != 0) rig_monitor_.begin_anew();
     frame.left_is_frozen = finding.left.is_frozen_alone;
     frame.has_one_view =
         !finding.right.shows || frame.left_is_frozen || finding.right.is_frozen_alone;

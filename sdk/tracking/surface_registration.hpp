@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "sdk/base/os/beside_thread.hpp"
 #include "sdk/tracking/device_wait.hpp"
 #include "sdk/tracking/evidence/tissue_colours.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
@@ -71,6 +72,9 @@ class SurfaceRegistration {
         FrameOutput output;
         const PhotometricEvidence* photometric;  // nullptr: it shows no cuts
         const Services* helpers;
+        bool changes_wait;          // TissueChanges::wait_for_frame(), at its end
+        bool is_kept = false;       // by keep_ended()
+        bool is_looked_at = false;  // by looking_
     };
     // A frame that was observed while the one before it was computed, or why it could not be.
     struct Prefetched {
@@ -133,6 +137,8 @@ class SurfaceRegistration {
                          VertexConfidence& confidence) const;
     void end(Frame& frame);
     void learn_from_ended(const Services* helpers);
+    void keep_ended();
+    void look_for_changes() noexcept;
     void look_at_ended();
     void plan_growth(const TrackerJob& job) noexcept;
 
@@ -166,6 +172,7 @@ class SurfaceRegistration {
         bool has_unseen = false;               // lm did not place all
         std::vector<float> vertices, normals;  // only then
     } placed_;
+    BesideThread looking_{[this] { look_for_changes(); }};  // ends before what it looks at
 };
 
 }  // namespace defrec

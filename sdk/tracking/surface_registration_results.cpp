@@ -1,6 +1,7 @@
 // What becomes of a frame in class SurfaceRegistration: its state, its results, and what the next
 // frames start from. How it is registered: surface_registration.cpp.
 #include <algorithm>
+#include <utility>
 
 #include "sdk/base/os/helped_loop.hpp"
 #include "sdk/base/os/services.hpp"
@@ -234,13 +235,18 @@ void SurfaceRegistration::end(Frame& frame) {
         keep_placed(job.result);
         ended_ =
             Ended{job.memory.output, frame.shows_cuts ? &frame.committed->photometric() : nullptr,
-                  job.services()->own_threads()};
+                  job.services()->own_threads(), changes_.wait_for_frame()};
     }
     // A device that works by itself leaves time for it while it computes the next frame, unless
     // that starts from where lifted tissue goes.
     if (pipeline_.can_follow_speculatively()) {
+        const bool starts_elsewhere = changes_.lifted().any();
+        if (ended_ && !starts_elsewhere) {
+            ended_->is_looked_at = true;
+            looking_.begin();
+        }
         surface_.begin_to_learn_unseen();
-        if (changes_.lifted().any()) look_at_ended();
+        if (starts_elsewhere) look_at_ended();
     } else {
         learn_from_ended(job.services()->own_threads());
     }
@@ -257,15 +263,31 @@ void SurfaceRegistration::learn_from_ended(const Services* helpers) {
     });
 }
 
+// What later frames read of it.
+void SurfaceRegistration::keep_ended() {
+    if (!ended_ || std::exchange(ended_->is_kept, true)) return;
+    surface_.keep_samples(ended_->output.samples);
+    if (ended_->photometric != nullptr)
+        colours_.learn(ended_->output.samples, ended_->photometric->is_confirmed);
+}
+
+void SurfaceRegistration::look_for_changes() noexcept {
+    if (ended_->photometric == nullptr) return changes_.skip_frame();
+    changes_.add_frame(surface_.data(), ended_->output, ended_->photometric->is_located,
+                       ended_->helpers);
+}
+
 void SurfaceRegistration::look_at_ended() {
     if (!ended_) return;
-    const Ended ended = *std::exchange(ended_, std::nullopt);
-    surface_.keep_samples(ended.output.samples);
-    if (ended.photometric == nullptr) return changes_.skip_frame();
-    colours_.learn(ended.output.samples, ended.photometric->is_confirmed);
-    changes_.add_frame(surface_.data(), ended.output, ended.photometric->is_located, ended.helpers);
-    surface_.start_from(
-        [&](std::span<defrec_motion> motions) { changes_.lifted().place(motions); });
+    keep_ended();
+    if (ended_->is_looked_at)
+        looking_.wait();
+    else
+        look_for_changes();
+    if (ended_->photometric != nullptr)
+        surface_.start_from(
+            [&](std::span<defrec_motion> motions) { changes_.lifted().place(motions); });
+    ended_.reset();
 }
 
 // After the job has ended, which must hear of no failure any more.

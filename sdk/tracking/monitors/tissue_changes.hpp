@@ -22,6 +22,8 @@ class TissueChanges {
     // Where the next frame's left image is to be read to; nullptr: nobody looks at it.
     std::vector<uint8_t>* image() { return slips_.wants_image() ? &image_ : nullptr; }
     bool wants_image() const { return slips_.wants_image(); }
+    // Whether they have something to do with the next frame before it is registered.
+    bool wait_for_frame() const { return found_line() || wants_image(); }
 
     // Once for each frame in which the surface was found with depth. is_confirmed: per
     // vertex, by checks that are located. helpers: whose threads take part, or nullptr.
