@@ -132,42 +132,43 @@ LmTerm evaluate_match(uint item, uint i) {
         1.0 / (push.match_tukey * push.match_tukey), 1.0);
 }
 
-// The information matrix (a b; b c), scaled down where it is more than 1 along some direction.
-// False where there is none.
-bool usable_information(float given[3], out vec3 abc) {
-    abc = vec3(0);
-    const vec3 information = load3(given);
-    const float size = max(max(information.x, abs(information.y)), information.z);
-    if (!finite(information) || !(size > 0.0) || !(information.x >= 0.0) || !(information.z >= 0.0))
-        return false;
-    // Vulkan divides by no more than 2^126, and squares are not to overflow.
-    const float scale = size > kLargestFloat * kReduce ? kReduce : 1.0;
-    precise const vec3 smaller = scale * information;
-    precise const vec3 unit = smaller / (scale * size);
-    const float half_difference = 0.5 * (unit.x - unit.z);
+// uu, uv and vv of a sighting: the Cholesky factor of the information matrix (a b; b c), which is
+// scaled down where it is more than 1 along some direction. False where there is none. As
+// patch_sighting of backends/shared/lm_terms.hpp.
+bool factor_information(float given[3], out vec3 factor) {
+    factor = vec3(0);
+    vec3 abc = load3(given);
+    float one = 1.0;
+    // Squares of numbers beyond may overflow.
+    if (!all(lessThanEqual(abs(abc), vec3(kEnlarge / 16.0)))) {
+        abc *= kReduce;
+        one = kReduce;
+    }
+    const float half_difference = 0.5 * (abc.x - abc.z);
     const float largest =
-        0.5 * (unit.x + unit.z) + sqrt(half_difference * half_difference + unit.y * unit.y);
-    abc = size * largest > 1.0 ? unit / largest : information;
+        0.5 * (abc.x + abc.z) + sqrt(half_difference * half_difference + abc.y * abc.y);
+    if (!finite(largest) || !(largest > 0.0) || !(abc.x >= 0.0) || !(abc.z >= 0.0)) return false;
+    abc *= 1.0 / max(largest, one);
+    const float uu = sqrt(abc.x), uv = uu > 0.0 ? abc.y / uu : 0.0;
+    factor = vec3(uu, uv, sqrt(max(abc.z - uv * uv, 0.0)));
     return true;
 }
 
 LmTerm evaluate_patch(uint item, uint i) {
-    vec3 abc;
+    vec3 factor;
     if ((run.given & kObservationsGiven) == 0 || observations[i].valid != 1 ||
-        !usable_information(observations[i].information, abc)) {
+        !factor_information(observations[i].information, factor)) {
         store(item, kNoRows, 0.0);
         return kNoTerm;
     }
     const PatchObservation observation = observations[i];
-    const float uu = sqrt(abc.x), uv = uu > 0.0 ? abc.y / uu : 0.0,
-                vv = sqrt(max(abc.z - uv * uv, 0.0));
     const vec2 ray = (vec2(observation.u, observation.v) / float(kPatchOne) -
                       vec2(push.camera.cx, push.camera.cy)) /
                      vec2(push.camera.fx, push.camera.fy);
     const vec3 position = apply(motion_of(item), items[kItemVectors * item].xyz);
     const float px = push.camera.fx / max(position.z, kMinDepthMm),
                 inverse_c = px / push.patch_tukey;
-    return evaluate_sighting(item, position, Sighting(ray.x, ray.y, uu, uv, vv, 0.0, 0.0),
+    return evaluate_sighting(item, position, Sighting(ray.x, ray.y, factor.x, factor.y, factor.z, 0.0, 0.0),
                              push.patch_weight, 0.0, inverse_c * inverse_c, px);
 }
 
