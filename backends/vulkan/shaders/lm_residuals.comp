@@ -168,7 +168,8 @@ LmTerm evaluate_patch(uint item, uint i) {
     const vec3 position = apply(motion_of(item), items[kItemVectors * item].xyz);
     const float px = push.camera.fx / max(position.z, kMinDepthMm),
                 inverse_c = px / push.patch_tukey;
-    return evaluate_sighting(item, position, Sighting(ray.x, ray.y, factor.x, factor.y, factor.z, 0.0, 0.0),
+    return evaluate_sighting(item, position,
+                             Sighting(ray.x, ray.y, factor.x, factor.y, factor.z, 0.0, 0.0),
                              push.patch_weight, 0.0, inverse_c * inverse_c, px);
 }
 

@@ -887,10 +887,14 @@ struct Slips {
     // by
     //   hand
     static constexpr double kBend = 0.3;
-    // spacings of control points | a line that ends so near the surface's border ends there | set
-    // by
-    //   hand
-    static constexpr double kToBorder = 3;
+    // spacings of control points | a line that ends so near the surface's border goes on to it |
+    //   with 3 tissue that leaves the image there is drawn between the sides, [line-ends]
+    static constexpr double kToBorder = 9;
+    // of the median | unless sides are seen ahead that slide less
+    static constexpr double kEnds = 0.2;
+    // spacings of control points | beyond the line's last slice, in which control points start from
+    //   the motion of their side | set by hand
+    static constexpr double kMovedBeyond = 3;
     // share of the image | a check so near the image's border says nothing | its window and search
     static constexpr double kMargin = 0.03;
     // samples | to each side of a window's middle, two pixels apart, four in large images | set by
@@ -1113,6 +1117,11 @@ struct UnseenMotion {
     static constexpr double kLmShare = 0.4;
     // of the squared distance from where lm has it | variance of hidden tissue, [hidden-tissue]
     static constexpr double kStepShare = 0.3;
+    // of the mean squared distance of what is seen from where modes have it | variance besides
+    // where
+    //   a cut parts the surface | at the sides it is as much: five times the root mean square;
+    //   [line-ends]
+    static constexpr double kMisfit = 25;
     // mm | largest error besides, of tissue that is far and long unseen | fitted to rendered scenes
     static constexpr double kMost = 0.8;
     // mm | distance from what is seen at which tissue is far | fitted to rendered scenes

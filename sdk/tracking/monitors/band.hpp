@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "sdk/template/template.hpp"
@@ -66,6 +67,9 @@ bool is_line(const Band& band, const BandAxis& axis, double node_spacing);
 
 // Through the middle of the band, a step of the grid apart along its axis.
 std::vector<Cell> middle_line(const Band& band, const BandAxis& axis);
+
+// In which directions a line goes on at its begin and at its end, of length 1.
+std::array<Cell, 2> directions_at_ends(std::span<const Cell> line, double node_spacing);
 
 // The line in the first view, longer at its begin and end by `beyond` cells. node_spacing: as
 // above.

@@ -109,7 +109,8 @@ class SlidingBand {
             static_cast<double>(alike) < Slips::kMinAlike * static_cast<double>(along.size()) ||
             median(std::move(aside)) > Slips::kMaxAside * std::abs(middle))
             return false;
-        extend(middle);
+        slip_along_ = middle;
+        extend();
         return true;
     }
 
@@ -120,8 +121,9 @@ class SlidingBand {
         std::vector<Cell> line;
         for (size_t i = 0; i < slices_.size(); ++i)
             line.push_back(axis_.at(slices_[i].along, offsets[i]));
-        std::array<double, 2> beyond{to_border(line.front(), -axis_.along),
-                                     to_border(line.back(), axis_.along)};
+        const std::array<Cell, 2> ahead = directions_at_ends(line, node_spacing(data_));
+        std::array<double, 2> beyond{to_border(line.front(), ahead[0]),
+                                     to_border(line.back(), ahead[1])};
         if (goes_on_from_) {
             const double at = released_at();
             if (at < slices_.front().along) {
@@ -150,8 +152,16 @@ class SlidingBand {
         }
     }
 
+    // How far the sides slide at a slice, which is told about them, of the median; nothing: not
+    // both are seen.
+    std::optional<double> share_at(Slice& slice) const {
+        if (!find_side(slice, 0) || !find_side(slice, 1)) return std::nullopt;
+        const std::optional<SlipAt> found = slip_at(slice);
+        return found ? std::optional(found->along / slip_along_) : std::nullopt;
+    }
+
     // As far as the sides slide beyond its ends, and no line was released.
-    void extend(double slip) {
+    void extend() {
         const double released = goes_on_from_ ? released_at() : 0;
         for (const int end : {0, 1}) {
             const auto at = [&]() -> const Slice& {
@@ -168,11 +178,7 @@ class SlidingBand {
                 Slice next{at().along + step, at().middle + slope * step, {}};
                 if (released * step > 0 && std::abs(next.along) > std::abs(released)) break;
                 if (vertex_at(data_.grid, axis_.at(next.along, next.middle), band_.piece) < 0 ||
-                    !find_side(next, 0) || !find_side(next, 1))
-                    break;
-                const std::optional<SlipAt> found = slip_at(next);
-                if (!found || found->along * slip <= 0 ||
-                    std::abs(found->along) < Slips::kAlike * std::abs(slip))
+                    share_at(next).value_or(0) < Slips::kAlike)
                     break;
                 slices_.insert(end == 0 ? slices_.begin() : slices_.end(), next);
             }
@@ -324,12 +330,17 @@ class SlidingBand {
         return gains;
     }
 
-    // How many cells a line goes on at its end: out of the surface, where that ends near.
-    double to_border(const Cell& end, const Cell& direction) const {
+    // How many cells a line goes on at its end: out of the surface, where that ends near and no
+    // sides are seen on the way that do not slide.
+    double to_border(const Cell& end, const Cell& ahead) const {
         const double spacing = node_spacing(data_), beyond = decisions::Cuts::kBeyond * spacing;
-        for (double steps = 1; steps <= Slips::kToBorder * spacing; ++steps)
-            if (vertex_at(data_.grid, end + steps * direction, band_.piece) < 0)
-                return steps + beyond;
+        for (double steps = 1; steps <= Slips::kToBorder * spacing; ++steps) {
+            const Cell at = end + steps * ahead;
+            if (vertex_at(data_.grid, at, band_.piece) < 0) return steps + beyond;
+            Slice slice{
+                axis_.along.dot(at - axis_.centre), axis_.across.dot(at - axis_.centre), {}};
+            if (share_at(slice).value_or(1) < Slips::kEnds) break;
+        }
         return beyond;
     }
 
@@ -350,7 +361,7 @@ class SlidingBand {
                 if (std::abs(slices_[i].along - along) < std::abs(slices_[nearest].along - along))
                     nearest = i;
             const Slice& slice = slices_[nearest];
-            if (std::abs(slice.along - along) > Slips::kToBorder * node_spacing(data_) ||
+            if (std::abs(slice.along - along) > Slips::kMovedBeyond * node_spacing(data_) ||
                 beside < slice.middle - slice.sides[0].nearest ||
                 beside > slice.middle + slice.sides[1].nearest)
                 continue;
@@ -366,7 +377,8 @@ class SlidingBand {
     const Band band_;
     BandAxis axis_;
     const std::optional<Cell> goes_on_from_;
-    double slip_ = 0;  // mm
+    double slip_ = 0;        // mm
+    double slip_along_ = 0;  // mm, along the axis, in the median; by slides()
     std::vector<Slice> slices_;
 };
 

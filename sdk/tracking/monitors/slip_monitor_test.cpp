@@ -26,6 +26,8 @@ struct Sliding {
     double unseen = 6;     // cells on either side of the line that do not show the template
     double curvature = 0;  // px of the line, per squared px to either side
     double all = 0;        // mm, of both sides
+    // Shares of the width, from the left: as far as the sides slide, and as far as either is seen.
+    double slides_to = 1, seen_to = 1;
     // Shares of the width of the surface in which the line shows, from their lower ends on.
     double shown = 1;
     std::array<double, 2> shown_from = {0, 0};
@@ -107,30 +109,35 @@ class Surface {
             std::any_of(given_.shown_from.begin(), given_.shown_from.end(), [&](double from) {
                 return u >= from * data_.width && u <= (from + given_.shown) * data_.width;
             });
-        const bool is_unseen = is_shown && std::abs(cells) < given_.unseen;
+        const double slip = slip_at(u);
+        const bool is_unseen =
+            is_shown && slip != 0 &&
+            std::abs(cells)<given_.unseen, is_hidden = u> given_.seen_to * data_.width;
         // The surface is drawn out between what is seen.
         const double share = is_unseen ? (cells / given_.unseen + 1) / 2 : (cells > 0 ? 1 : 0);
         defrec_surface_sample sample{};
-        sample.position[0] =
-            point.position[0] + static_cast<float>(given_.all + share * given_.slip);
+        sample.position[0] = point.position[0] + static_cast<float>(given_.all + share * slip);
         sample.position[1] = point.position[1];
         sample.position[2] = point.position[2];
-        sample.observation = is_unseen ? given_.observation : uint32_t{DEFREC_OBSERVED};
+        sample.observation = is_hidden   ? uint32_t{DEFREC_OCCLUDED}
+                             : is_unseen ? given_.observation
+                                         : uint32_t{DEFREC_OBSERVED};
         samples_.push_back(sample);
-        is_confirmed_.push_back(is_unseen ? 0 : 1);
+        is_confirmed_.push_back(is_unseen || is_hidden ? 0 : 1);
         defrec_patch_prediction expected{};
         expected.u = static_cast<int32_t>(256 * u);
         expected.v = static_cast<int32_t>(256 * v);
         expected.valid = 1;
         predictions_.push_back(expected);
     }
+    double slip_at(double u) const { return u <= given_.slides_to * data_.width ? given_.slip : 0; }
     void draw() {
         for (uint32_t v = 0; v < data_.height; ++v)
             for (uint32_t u = 0; u < data_.width; ++u) {
                 data_.image.push_back(gray_of(u, v, is_lower(u, v)));
                 // Along a curved line the sides overlap by less than a pixel, and the lower wins.
                 const double upper = u - given_.all / kMmPerPx,
-                             lower = upper - given_.slip / kMmPerPx;
+                             lower = upper - slip_at(upper) / kMmPerPx;
                 live_.push_back(is_lower(lower, v) ? gray_of(lower, v, true)
                                                    : gray_of(upper, v, false));
             }
@@ -224,6 +231,18 @@ TEST_CASE("a line that was released is not found again, and a new template begin
     monitor.reset();
     CHECK(!surface.watch(monitor, 1));
     CHECK(surface.watch(monitor, 10));
+}
+
+TEST_CASE("a line goes on to the border where nothing is seen, and not where sides rest") {
+    constexpr double kWidth = kColumns * kStep, kShare = 0.6, kSpacing = 4 * kStep;
+    const auto end_of = [](const Sliding& given) {
+        const std::optional<Slip> slip = slip_of(given);
+        REQUIRE(slip);
+        const auto& pixels = slip->line.pixels;
+        return double{std::max(pixels.front()[0], pixels.back()[0])};
+    };
+    CHECK(end_of({.seen_to = kShare}) > kWidth - kStep);
+    CHECK(end_of({.slides_to = kShare}) < kShare * kWidth + 2 * kSpacing);
 }
 
 TEST_CASE("parts of a line that show far from each other along it are one line") {

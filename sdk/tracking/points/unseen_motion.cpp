@@ -51,6 +51,10 @@ UnseenMotion::UnseenMotion(const Template& surface) {
         detail_ = {
             data.edges, data.nodes,
             static_cast<float>(decisions::HoleFill::kReach * pieces_.front().view_width_mm())};
+    is_parted_.assign(pieces_.size(), 0);
+    for (const CutLine& cut : data.node_grid.cuts)
+        if (cut.piece < pieces_.size()) is_parted_[cut.piece] = 1;
+    misfit_mm2_.assign(pieces_.size(), 0);
     solved_.assign(pieces_.size(), Solved::kNotTried);
     vertex_of_.assign(data.nodes.size() / 3, 0);
     std::vector<float> most(vertex_of_.size(), 0);
@@ -139,10 +143,9 @@ bool UnseenMotion::add_frame(const Template& surface, SurfaceSamples samples,
     if (!solve_pieces(data, results.confidence)) return false;
     if (helpers != nullptr) helpers->rouse(parts - 1);
     helped_loop(helpers, 2, [&](size_t part) {
-        if (part == 0)
-            find_detail(data, results.motions);
-        else
-            find_variances(data);
+        if (part == 0) return find_detail(data, results.motions);
+        find_variances(data);
+        find_misfits(data, results);
     });
     const size_t runs = vertex_runs(samples.size());
     for_phases<2>(helpers, {parts, parts}, [&](size_t phase, size_t index) {
@@ -217,16 +220,19 @@ void UnseenMotion::find_variances(const TemplateData& data) {
 }
 
 // Depth does not tell where along the surface a control point is.
+bool UnseenMotion::is_known(size_t node, const VertexConfidence& confidence) const {
+    return !is_outside(node) && !is_hidden(node) &&
+           (confidence.evidence[vertex_of_[node]] & DEFREC_EVIDENCE_PHOTOMETRIC) != 0;
+}
+
 void UnseenMotion::find_holes(const TemplateData& data, const VertexConfidence& confidence) {
     if (!any_hidden()) return;
     kinds_.assign(moves_.size(), HoleFill::kNeither);
     for (size_t node = 0; node < moves_.size(); ++node)
         if (is_apart_[data.piece_of_node(node)] != 0 && !is_outside(node))
-            kinds_[node] =
-                is_hidden(node) ? HoleFill::kHole
-                : (confidence.evidence[vertex_of_[node]] & DEFREC_EVIDENCE_PHOTOMETRIC) != 0
-                    ? HoleFill::kKnown
-                    : HoleFill::kUnread;
+            kinds_[node] = is_hidden(node)              ? HoleFill::kHole
+                           : is_known(node, confidence) ? HoleFill::kKnown
+                                                        : HoleFill::kUnread;
     detail_.find(kinds_);
 }
 
@@ -237,6 +243,22 @@ void UnseenMotion::find_detail(const TemplateData& data, std::span<const defrec_
         detail_.values().col(node) = (moved(motions[node], rest) - place(data, node)).cast<float>();
     }
     detail_.fill();
+}
+
+// Modes are smooth across a cut, and its sides are not: the mean at control points that are seen.
+void UnseenMotion::find_misfits(const TemplateData& data, const Results& results) {
+    for (size_t piece = 0; piece < pieces_.size(); ++piece) {
+        if (is_parted_[piece] == 0 || is_apart_[piece] == 0) continue;
+        double sum = 0, count = 0;
+        for (size_t node = 0; node < moves_.size(); ++node) {
+            if (data.piece_of_node(node) != piece || !is_known(node, results.confidence)) continue;
+            const Eigen::Vector3d by_lm =
+                moved(results.motions[node], as_vector(&data.nodes[3 * node]));
+            sum += (by_lm - place(data, node)).squaredNorm();
+            ++count;
+        }
+        misfit_mm2_[piece] = Decision::kMisfit * sum / std::max(1.0, count);
+    }
 }
 
 bool UnseenMotion::any_hidden() const {
@@ -256,6 +278,10 @@ void UnseenMotion::learn() noexcept {
         }
 }
 
+double UnseenMotion::variance_mm2(uint8_t piece, size_t vertex) const {
+    return pieces_[piece].variance_mm2(vertex) + misfit_mm2_[piece];
+}
+
 Eigen::Vector3d UnseenMotion::place(const TemplateData& data, size_t node) const {
     return pieces_[data.piece_of_node(node)].place(as_vector(&data.nodes[3 * node]),
                                                    shapes_.col(static_cast<Eigen::Index>(node)));
@@ -267,7 +293,10 @@ void UnseenMotion::move_nodes(const TemplateData& data, const Results& results,
     for (size_t node = part.begin(nodes); node < part.end(nodes); ++node) {
         const uint8_t piece = data.piece_of_node(node);
         if (is_apart_[piece] == 0) continue;
-        if (is_hidden(node)) results.motions[node] = move_hidden(data, node, results);
+        if (is_hidden(node) || (is_outside(node) && is_parted_[piece] != 0)) {
+            results.motions[node] = move_by_both(data, node, results);
+            continue;
+        }
         if (!is_outside(node)) continue;
         const Eigen::Vector3d rest = as_vector(&data.nodes[3 * node]);
         const Eigen::Matrix3d turn = pieces_[piece].rotation();
@@ -276,18 +305,18 @@ void UnseenMotion::move_nodes(const TemplateData& data, const Results& results,
 }
 
 // Two estimates, weighed by their covariances: that of lm, and this one.
-defrec_motion UnseenMotion::move_hidden(const TemplateData& data, size_t node,
-                                        const Results& results) const {
-    const UnseenPiece& piece = pieces_[data.piece_of_node(node)];
+defrec_motion UnseenMotion::move_by_both(const TemplateData& data, size_t node,
+                                         const Results& results) const {
+    const uint8_t piece = data.piece_of_node(node);
     const size_t vertex = vertex_of_[node];
-    const Eigen::Vector3d rest = as_vector(&data.nodes[3 * node]),
-                          step =
-                              place(data, node) +
-                              detail_.values().col(static_cast<Eigen::Index>(node)).cast<double>() -
-                              moved(results.motions[node], rest);
+    Eigen::Vector3d there = place(data, node);
+    if (is_hidden(node))
+        there += detail_.values().col(static_cast<Eigen::Index>(node)).cast<double>();
+    const Eigen::Vector3d step =
+        there - moved(results.motions[node], as_vector(&data.nodes[3 * node]));
     const Eigen::Matrix3d of_lm = as_matrix(&results.confidence.covariance[6 * vertex]);
     Eigen::Matrix3d sum = of_lm;
-    sum.diagonal().array() += piece.variance_mm2(vertex) / 3;
+    sum.diagonal().array() += variance_mm2(piece, vertex) / 3;
     const Eigen::Vector3d shift = of_lm * sum.ldlt().solve(step);
     if (!shift.allFinite()) return results.motions[node];
     const auto motion = DualQuaternion<double>::load(results.motions[node]);
@@ -306,13 +335,26 @@ UnseenMotion::Shares UnseenMotion::shares_of(const defrec_surface_point& vertex)
     return shares;
 }
 
+UnseenMotion::Left UnseenMotion::left_open(uint8_t piece, size_t vertex, const Shares& share,
+                                           double squared_step,
+                                           const VertexConfidence& confidence) const {
+    const double unseen = share.outside + share.hidden,
+                 of_modes = variance_mm2(piece, vertex) +
+                            static_cast<double>(confidence.common_at(vertex)),
+                 of_step = Decision::kStepShare * share.hidden * squared_step;
+    if (is_parted_[piece] == 0)
+        return {1 - share.outside - (1 - Decision::kLmShare) * share.hidden,
+                unseen * of_modes + of_step};
+    const double of_lm = std::pow(static_cast<double>(confidence.expected_error[vertex]), 2);
+    return {1 - unseen * of_lm / (of_lm + of_modes), of_step};
+}
+
 void UnseenMotion::move_vertices(const Template& surface, const Results& results,
                                  size_t run) const {
     const TemplateData& data = surface.data();
     const size_t end = std::min(data.vertices.size(), (run + 1) * kVertexRun);
     for (size_t i = run * kVertexRun; i < end; ++i) {
         const defrec_surface_point& vertex = data.vertices[i];
-        const UnseenPiece& piece = pieces_[surface.vertex_pieces()[i]];
         if (is_apart_[surface.vertex_pieces()[i]] == 0) continue;
         const Shares share = shares_of(vertex);
         if (share.outside + share.hidden <= 0) continue;
@@ -322,12 +364,9 @@ void UnseenMotion::move_vertices(const Template& surface, const Results& results
         store3(rotate(motion, load3<double>(vertex.normal)), &results.normals[3 * i]);
         // Tissue that departed stays unknown.
         if (results.confidence.status[i] == DEFREC_POINT_UNKNOWN && share.outside <= 0) continue;
-        const double squared_step = (as_vector(&results.vertices[3 * i]) - before).squaredNorm(),
-                     kept = 1 - share.outside - (1 - Decision::kLmShare) * share.hidden,
-                     own = (share.outside + share.hidden) *
-                               (piece.variance_mm2(i) +
-                                static_cast<double>(results.confidence.common_at(i))) +
-                           Decision::kStepShare * share.hidden * squared_step;
+        const auto [kept, own] = left_open(
+            surface.vertex_pieces()[i], i, share,
+            (as_vector(&results.vertices[3 * i]) - before).squaredNorm(), results.confidence);
         float* covariance = &results.confidence.covariance[6 * i];
         for (size_t k = 0; k < 6; ++k)
             covariance[k] = static_cast<float>(kept * static_cast<double>(covariance[k]) +

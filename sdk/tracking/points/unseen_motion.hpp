@@ -68,17 +68,31 @@ class UnseenMotion {
     void find_detail(const TemplateData& data, std::span<const defrec_motion> motions);
     Eigen::Vector3d place(const TemplateData& data, size_t node) const;
     void move_nodes(const TemplateData& data, const Results& results, ArrayPart part) const;
-    defrec_motion move_hidden(const TemplateData& data, size_t node, const Results& results) const;
+    // lm knows where it is.
+    bool is_known(size_t node, const VertexConfidence& confidence) const;
+    void find_misfits(const TemplateData& data, const Results& results);
+    // The variance of a vertex' place by the modes.
+    double variance_mm2(uint8_t piece, size_t vertex) const;
+    defrec_motion move_by_both(const TemplateData& data, size_t node, const Results& results) const;
     void move_vertices(const Template& surface, const Results& results, size_t run) const;
     struct Shares {
         double outside = 0, hidden = 0;  // of what moves a vertex
     };
     Shares shares_of(const defrec_surface_point& vertex) const;
+    // What is left open of a vertex that was placed: a share of lm's covariance, and mm^2 of its
+    // own. squared_step: from where lm had it, mm^2.
+    struct Left {
+        double kept, own;
+    };
+    Left left_open(uint8_t piece, size_t vertex, const Shares& share, double squared_step,
+                   const VertexConfidence& confidence) const;
 
     std::vector<UnseenPiece> pieces_;
     std::vector<uint32_t> vertex_of_;  // per control point: which it moves most
     Eigen::MatrixXd shapes_;           // a column for each control point, of its piece's modes
     std::vector<uint32_t> hidden_;     // per piece: how many control points are
+    std::vector<uint8_t> is_parted_;   // per piece: a cut parts it
+    std::vector<double> misfit_mm2_;   // per piece: of the modes where a cut parts it, else 0
     std::vector<uint8_t> is_apart_;    // per piece: enough control points move nothing that is seen
     // Per piece: solve_frame() was called, for the frame before had it apart, and what it returned.
     enum class Solved : uint8_t { kNotTried, kNo, kYes };

@@ -23,14 +23,18 @@ constexpr double kSpacing = 8, kFocal = 320, kDepth = 80;  // px, px, mm
 constexpr double kStepMm = kSpacing * kDepth / kFocal;     // between vertices
 
 // A plane that fills the view, with a control point at each fifth vertex along both axes.
-TemplateData plane(double aside_mm = 0) {
+// is_parted: by a cut along its middle.
+TemplateData plane(double aside_mm = 0, bool is_parted = false) {
     TemplateData data;
+    if (is_parted) data.node_grid.cuts.push_back({0, {{0, 120}, {320, 120}}});
     data.width = 320;
     data.height = 240;
     data.camera = {kFocal, kFocal, 160, 120, 5, 0};
     data.grid.columns = kColumns;
     data.grid.rows = kRows;
     data.grid.spacing = kSpacing;
+    data.grid.disparity.assign(size_t{kColumns} * kRows, static_cast<float>(kFocal * 5 / kDepth));
+    data.grid.support.assign(size_t{kColumns} * kRows, 0);
     constexpr int kNodeColumns = (kColumns - 1) / kNodeStep + 1,
                   kNodeRows = (kRows - 1) / kNodeStep + 1;
     const auto add_place = [aside_mm](int x, int y, auto&& add) {
@@ -68,16 +72,18 @@ using Place = std::function<Vector3d(const Vector3d&)>;
 
 // The parts of the plane that a frame does not show.
 struct NotSeen {
-    double right_mm = 1e9;                    // beyond is out of the image
-    double radius_mm = 0;                     // about the middle it is hidden
-    uint8_t evidence = 0;                     // of what is hidden
-    Vector3d hidden_off = Vector3d(0, 3, 0);  // mm, by which lm errs there
-    float common_mm2 = 0;                     // of all squared errors
+    double right_mm = 1e9;                     // beyond is out of the image
+    Vector3d outside_off = Vector3d(6, 0, 0);  // mm, by which lm errs there
+    float outside_mm = 7;                      // as it expects
+    double radius_mm = 0;                      // about the middle it is hidden
+    uint8_t evidence = 0;                      // of what is hidden
+    Vector3d hidden_off = Vector3d(0, 3, 0);   // mm, by which lm errs there
+    float common_mm2 = 0;                      // of all squared errors
     // What is hidden is covered at the depth of the surface, and known to be.
     bool is_covered = false;
 };
 
-// Frames of the plane as a tracker has them; what it says of vertices out of the image is 6 mm off.
+// Frames of the plane as a tracker has them.
 class Frames {
   public:
     Frames() : surface_(std::in_place, plane()), unseen_(*surface_) {
@@ -92,6 +98,10 @@ class Frames {
     }
     bool is_outside(size_t vertex) const { return samples_[vertex].observation == DEFREC_OUTSIDE; }
     void forget() { unseen_ = UnseenMotion(*surface_); }
+    void part() {
+        surface_.emplace(plane(0, true));
+        unseen_ = UnseenMotion(*surface_, unseen_);
+    }
     // To a plane that reaches farther on one side.
     void change_template(double aside_mm) {
         surface_.emplace(plane(aside_mm));
@@ -114,13 +124,13 @@ class Frames {
         vertices_.clear();
         normals_.assign(3 * count(), 0);
         const auto off = [&](const Vector3d& at) -> Vector3d {
-            if (at.x() > not_seen.right_mm) return Vector3d(6, 0, 0);
+            if (at.x() > not_seen.right_mm) return not_seen.outside_off;
             return is_hidden(at, not_seen.radius_mm) ? not_seen.hidden_off : Vector3d(0, 0, 0);
         };
         for (size_t i = 0; i < count(); ++i) {
             const Vector3d now = place(rest(i)) + off(rest(i));
             if (rest(i).x() > not_seen.right_mm)
-                give(i, DEFREC_OUTSIDE, DEFREC_POINT_UNKNOWN, 0, 7);
+                give(i, DEFREC_OUTSIDE, DEFREC_POINT_UNKNOWN, 0, not_seen.outside_mm);
             else if (is_hidden(rest(i), not_seen.radius_mm))
                 give(i, not_seen.is_covered ? DEFREC_OBSERVED : DEFREC_OCCLUDED,
                      DEFREC_POINT_EXTRAPOLATED, not_seen.evidence, 4);
@@ -362,6 +372,39 @@ TEST_CASE("vertices that are called observed and are not do not carry the rest a
     for (int i = 0; i < 10; ++i) frames.add(rigid(0));
     REQUIRE(frames.add(slipped, kRight));
     CHECK(frames.worst(rigid(4), kRight) < 3);
+}
+
+TEST_CASE("beside a cut whose sides slide tissue stays where lm continues its own side") {
+    const Place slid = [](const Vector3d& rest) -> Vector3d {
+        return rigid(4)(rest) + Vector3d(rest.y() > 0 ? 8 : 0, 0, 0);
+    };
+    const NotSeen outside{.right_mm = kRight, .outside_off = Vector3d(0, 0, 0), .outside_mm = 1};
+    const auto worst = [&](bool is_parted) {
+        Frames frames;
+        for (int i = 0; i < 10; ++i) frames.add(rigid(0));
+        if (is_parted) frames.part();
+        REQUIRE(frames.add(slid, outside));
+        double largest = 0;
+        frames.for_outside(kRight, [&](size_t i) {
+            if (is_parted) CHECK(frames.expected_mm(i) == doctest::Approx(1).epsilon(0.1));
+            // Vertices between control points of both sides move with neither.
+            if (std::abs(frames.rest(i).y()) > kNodeStep * kStepMm)
+                largest = std::max(largest, (frames.now(i) - slid(frames.rest(i))).norm());
+        });
+        return largest;
+    };
+    CHECK(worst(true) < 0.5);
+    CHECK(worst(false) > 3);
+}
+
+TEST_CASE("beside a cut whose sides move as one tissue is placed as without it") {
+    Frames whole, parted;
+    for (int i = 0; i < 40; ++i)
+        for (Frames* frames : {&whole, &parted}) frames->add(breathing(i));
+    parted.part();
+    REQUIRE(whole.add(breathing(41), kRight));
+    REQUIRE(parted.add(breathing(41), kRight));
+    CHECK(parted.worst(breathing(41), kRight) < whole.worst(breathing(41), kRight) + 0.3);
 }
 
 namespace {
