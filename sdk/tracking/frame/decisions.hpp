@@ -887,10 +887,8 @@ struct Slips {
     // by
     //   hand
     static constexpr double kBend = 0.3;
-    // spacings of control points | a line that ends so near the surface's border goes on to it |
-    //   with 3 tissue that leaves the image there is drawn between the sides, [line-ends]
-    static constexpr double kToBorder = 9;
-    // of the median | unless sides are seen ahead that slide less
+    // of the median | a line goes on to the surface's border, unless sides are seen on the way that
+    //   slide less; where it ended near tissue was drawn between the sides, [line-ends]
     static constexpr double kEnds = 0.2;
     // spacings of control points | beyond the line's last slice, in which control points start from
     //   the motion of their side | set by hand

@@ -330,18 +330,17 @@ class SlidingBand {
         return gains;
     }
 
-    // How many cells a line goes on at its end: out of the surface, where that ends near and no
-    // sides are seen on the way that do not slide.
+    // How many cells a line goes on at its end: out of the surface, unless sides are seen on the
+    // way that do not slide.
     double to_border(const Cell& end, const Cell& ahead) const {
-        const double spacing = node_spacing(data_), beyond = decisions::Cuts::kBeyond * spacing;
-        for (double steps = 1; steps <= Slips::kToBorder * spacing; ++steps) {
+        const double beyond = decisions::Cuts::kBeyond * node_spacing(data_);
+        for (double steps = 1;; ++steps) {
             const Cell at = end + steps * ahead;
             if (vertex_at(data_.grid, at, band_.piece) < 0) return steps + beyond;
             Slice slice{
                 axis_.along.dot(at - axis_.centre), axis_.across.dot(at - axis_.centre), {}};
-            if (share_at(slice).value_or(1) < Slips::kEnds) break;
+            if (share_at(slice).value_or(1) < Slips::kEnds) return beyond;
         }
-        return beyond;
     }
 
     void move_nodes(const std::vector<double>& offsets, Slip& slip) const {
