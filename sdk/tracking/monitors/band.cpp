@@ -4,6 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "sdk/template/cut.hpp"
 #include "sdk/template/grid_lookup.hpp"
@@ -12,6 +14,22 @@
 namespace defrec {
 
 using decisions::Cuts;
+
+std::vector<Band> in_squares(Band band, double side) {
+    std::vector<Band> squares;
+    if (static_cast<double>(band.cells.size()) <= side * side) {
+        squares.push_back(std::move(band));
+        return squares;
+    }
+    std::map<std::pair<int, int>, size_t> of_square;
+    for (const Cell& cell : band.cells) {
+        const auto [at, is_new] = of_square.try_emplace(
+            {static_cast<int>(cell.x() / side), static_cast<int>(cell.y() / side)}, squares.size());
+        if (is_new) squares.push_back({band.piece, {}});
+        squares[at->second].cells.push_back(cell);
+    }
+    return squares;
+}
 
 Cell centre_of(const Band& band) {
     Cell sum = Cell::Zero();

@@ -57,6 +57,9 @@ size_t count_frame(std::vector<uint8_t>& frames, uint8_t most, const IsSo& is_so
 // The cells that are marked, 1 in open, and connected with `from` in its piece; they are unmarked.
 Band take_band(const SurfaceGrid& grid, std::vector<uint8_t>& open, size_t from);
 
+// A band that has more cells than a square of so many a side in such squares.
+std::vector<Band> in_squares(Band band, double side);
+
 Cell centre_of(const Band& band);
 BandAxis axis_of(const Band& band);
 // The same, in a direction that is known; of length 1.

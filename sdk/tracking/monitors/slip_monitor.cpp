@@ -428,8 +428,10 @@ std::vector<SlidingPart> sliding_parts(const TemplateData& data, const FrameOutp
     std::vector<Band> bands;
     for (size_t i = 0; i < open.size(); ++i) {
         if (open[i] == 0) continue;
-        Band band = take_band(data.grid, open, i);
-        if (band.cells.size() >= Slips::kMinCells) bands.push_back(std::move(band));
+        // Tissue that is not seen on one side of a line makes a band too wide to see across.
+        for (Band& band :
+             in_squares(take_band(data.grid, open, i), Slips::kReach * node_spacing(data)))
+            if (band.cells.size() >= Slips::kMinCells) bands.push_back(std::move(band));
     }
     std::vector<std::optional<SlidingPart>> found(bands.size());
     helped_loop(helpers, bands.size(), [&](size_t i) {

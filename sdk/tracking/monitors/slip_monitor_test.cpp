@@ -28,6 +28,7 @@ struct Sliding {
     double all = 0;        // mm, of both sides
     // Shares of the width, from the left: as far as the sides slide, and as far as either is seen.
     double slides_to = 1, seen_to = 1;
+    double lost_to = 0;  // likewise: as far as nothing of the lower side shows the template
     // Shares of the width of the surface in which the line shows, from their lower ends on.
     double shown = 1;
     std::array<double, 2> shown_from = {0, 0};
@@ -110,11 +111,13 @@ class Surface {
                 return u >= from * data_.width && u <= (from + given_.shown) * data_.width;
             });
         const double slip = slip_at(u);
-        const bool is_unseen =
-            is_shown && slip != 0 &&
-            std::abs(cells)<given_.unseen, is_hidden = u> given_.seen_to * data_.width;
+        const bool is_hidden = u > given_.seen_to * data_.width;
+        const bool is_lost = cells > 0 && u < given_.lost_to * data_.width;
+        const bool is_between = is_shown && slip != 0 && std::abs(cells) < given_.unseen;
+        const bool is_unseen = is_lost || is_between;
         // The surface is drawn out between what is seen.
-        const double share = is_unseen ? (cells / given_.unseen + 1) / 2 : (cells > 0 ? 1 : 0);
+        const double share =
+            is_unseen && !is_lost ? (cells / given_.unseen + 1) / 2 : (cells > 0 ? 1 : 0);
         defrec_surface_sample sample{};
         sample.position[0] = point.position[0] + static_cast<float>(given_.all + share * slip);
         sample.position[1] = point.position[1];
@@ -243,6 +246,10 @@ TEST_CASE("a line goes on to the border where nothing is seen, and not where sid
     };
     CHECK(end_of({.seen_to = kShare}) > kWidth - kStep);
     CHECK(end_of({.slides_to = kShare}) < kShare * kWidth + 2 * kSpacing);
+}
+
+TEST_CASE("a line is found where most of one side does not show the template") {
+    CHECK(slip_of({.lost_to = 0.6}));
 }
 
 TEST_CASE("parts of a line that show far from each other along it are one line") {
