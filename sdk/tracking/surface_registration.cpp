@@ -153,8 +153,8 @@ bool SurfaceRegistration::prefetch(const RegisteredFrame& registered) {
 // Most frames are as expected: a device that works by itself goes on with theirs while the host
 // still looks at the images. Not where more than the images decides how they are registered.
 bool SurfaceRegistration::can_begin_speculatively(const TrackerJob& job) const {
-    const bool waits = ended_ ? ended_->changes_wait : changes_.wait_for_frame();
-    return surface_.is_tracking() && !asks_for_template(job) && !waits && growth_.rests() &&
+    const bool are_awaited = ended_ ? ended_->changes_wanted : changes_.want_next_frame();
+    return surface_.is_tracking() && !asks_for_template(job) && !are_awaited && growth_.rests() &&
            pipeline_.can_follow_speculatively();
 }
 

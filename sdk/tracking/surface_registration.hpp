@@ -72,9 +72,9 @@ class SurfaceRegistration {
         FrameOutput output;
         const PhotometricEvidence* photometric;  // nullptr: it shows no cuts
         const Services* helpers;
-        bool changes_wait;          // TissueChanges::wait_for_frame(), at its end
-        bool is_kept = false;       // by keep_ended()
-        bool is_looked_at = false;  // by looking_
+        bool changes_wanted;   // TissueChanges::want_next_frame(), at its end
+        bool is_kept = false;  // by keep_ended()
+        bool looking_has_it = false;
     };
     // A frame that was observed while the one before it was computed, or why it could not be.
     struct Prefetched {
@@ -156,7 +156,7 @@ class SurfaceRegistration {
     TissueColours colours_;
     StaleVertices stale_;  // of this frame
     TemplateTrial trial_;
-    TissueChanges changes_;
+    TissueChanges changes_;         // looking_'s alone from when it begins until look_at_ended()
     bool is_depth_spoilt_ = false;  // in the last frame, by the right view's lag
 
     std::array<FrameAttempt, 2> attempts_;  // a second one beside the best so far

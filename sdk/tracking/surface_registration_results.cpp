@@ -235,14 +235,14 @@ void SurfaceRegistration::end(Frame& frame) {
         keep_placed(job.result);
         ended_ =
             Ended{job.memory.output, frame.shows_cuts ? &frame.committed->photometric() : nullptr,
-                  job.services()->own_threads(), changes_.wait_for_frame()};
+                  job.services()->own_threads(), changes_.want_next_frame()};
     }
-    // A device that works by itself leaves time for it while it computes the next frame, unless
-    // that starts from where lifted tissue goes.
+    // Beside the next frame, which a device that works by itself computes, unless that starts from
+    // where lifted tissue goes.
     if (pipeline_.can_follow_speculatively()) {
         const bool starts_elsewhere = changes_.lifted().any();
         if (ended_ && !starts_elsewhere) {
-            ended_->is_looked_at = true;
+            ended_->looking_has_it = true;
             looking_.begin();
         }
         surface_.begin_to_learn_unseen();
@@ -280,7 +280,7 @@ void SurfaceRegistration::look_for_changes() noexcept {
 void SurfaceRegistration::look_at_ended() {
     if (!ended_) return;
     keep_ended();
-    if (ended_->is_looked_at)
+    if (ended_->looking_has_it)
         looking_.wait();
     else
         look_for_changes();

@@ -842,6 +842,9 @@ struct Slips {
     static constexpr uint8_t kFrames = 3;
     // spacings of control points | across the band, to where the template is seen again | as cuts
     static constexpr double kReach = 5;
+    // spacings of control points | side of the squares into which a band of more cells than one is
+    //   divided | 2 and 3 find wrong lines, [line-ends]
+    static constexpr double kSquare = 5;
     // spacings of control points | from a line that was released within which none is looked for |
     //   tissue there may count to the wrong side
     static constexpr double kBesideCut = 1.5;

@@ -117,17 +117,15 @@ std::vector<Cell> middle_line(const Band& band, const BandAxis& axis) {
     return line;
 }
 
-std::array<Cell, 2> directions_at_ends(std::span<const Cell> line, double node_spacing) {
-    const size_t beside = std::min(line.size() - 1, static_cast<size_t>(node_spacing) + 1);
+std::array<Cell, 2> directions_at_ends(std::span<const Cell> line, size_t points) {
+    const size_t beside = std::min(line.size() - 1, points);
     return {(line.front() - line[beside]).normalized(),
             (line.back() - line[line.size() - 1 - beside]).normalized()};
 }
 
 CutLine as_cut(std::vector<Cell> line, const Band& band, const SurfaceGrid& grid,
-               double node_spacing, const std::array<double, 2>& beyond) {
-    const std::array<Cell, 2> ahead = directions_at_ends(line, node_spacing);
-    const Cell first = line.front() + beyond[0] * ahead[0],
-               last = line.back() + beyond[1] * ahead[1];
+               const std::array<Cell, 2>& beyond) {
+    const Cell first = line.front() + beyond[0], last = line.back() + beyond[1];
     line.insert(line.begin(), first);
     line.push_back(last);
     CutLine cut{band.piece, {}};

@@ -57,7 +57,8 @@ size_t count_frame(std::vector<uint8_t>& frames, uint8_t most, const IsSo& is_so
 // The cells that are marked, 1 in open, and connected with `from` in its piece; they are unmarked.
 Band take_band(const SurfaceGrid& grid, std::vector<uint8_t>& open, size_t from);
 
-// A band that has more cells than a square of so many a side in such squares.
+// A band that has more cells than a square of so many a side by the squares of the grid in which
+// they lie. Those of one square need not be connected.
 std::vector<Band> in_squares(Band band, double side);
 
 Cell centre_of(const Band& band);
@@ -71,13 +72,13 @@ bool is_line(const Band& band, const BandAxis& axis, double node_spacing);
 // Through the middle of the band, a step of the grid apart along its axis.
 std::vector<Cell> middle_line(const Band& band, const BandAxis& axis);
 
-// In which directions a line goes on at its begin and at its end, of length 1.
-std::array<Cell, 2> directions_at_ends(std::span<const Cell> line, double node_spacing);
+// In which directions a line goes on at its begin and at its end, of length 1: those of its parts
+// of so many points, or of all if it has fewer; of at least two points.
+std::array<Cell, 2> directions_at_ends(std::span<const Cell> line, size_t points);
 
-// The line in the first view, longer at its begin and end by `beyond` cells. node_spacing: as
-// above.
+// The line in the first view, longer at its begin and end by `beyond`.
 CutLine as_cut(std::vector<Cell> line, const Band& band, const SurfaceGrid& grid,
-               double node_spacing, const std::array<double, 2>& beyond);
+               const std::array<Cell, 2>& beyond);
 
 // The vertex at a cell of the piece's surface; -1: there is none.
 int32_t vertex_at(const SurfaceGrid& grid, const Cell& cell, uint8_t piece);

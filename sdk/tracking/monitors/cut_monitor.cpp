@@ -36,7 +36,8 @@ class Watcher {
         std::vector<Cell> middle = middle_line(gap, axis);
         if (!comes_apart(middle, axis, gap.piece)) return std::nullopt;
         const double beyond = Cuts::kBeyond * spacing_;
-        return as_cut(std::move(middle), gap, data_.grid, spacing_, {beyond, beyond});
+        const auto ahead = directions_at_ends(middle, static_cast<size_t>(spacing_) + 1);
+        return as_cut(std::move(middle), gap, data_.grid, {beyond * ahead[0], beyond * ahead[1]});
     }
 
   private:

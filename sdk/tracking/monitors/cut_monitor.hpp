@@ -9,7 +9,7 @@
 
 namespace defrec {
 
-// One thread, the tracker's.
+// One thread at a time.
 class CutMonitor {
   public:
     // Begins with another template, or with the same one after a cut was released.

@@ -15,7 +15,7 @@ struct LiftedNodes {
     bool are_seen = false;               // in this frame
 };
 
-// One thread, the tracker's.
+// One thread at a time.
 class DepartedTissue {
   public:
     // Begins with another template. One that grows or is cut stays the same.

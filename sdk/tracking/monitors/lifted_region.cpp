@@ -374,7 +374,8 @@ class Search {
         Band band;
         band.piece = piece;
         const double beyond = Lifted::kBeyond * spacing_;
-        return as_cut(std::move(line), band, grid_, spacing_, {beyond, beyond});
+        const auto ahead = directions_at_ends(line, static_cast<size_t>(spacing_) + 1);
+        return as_cut(std::move(line), band, grid_, {beyond * ahead[0], beyond * ahead[1]});
     }
 
     const TemplateData& data_;

@@ -18,7 +18,7 @@ struct Tear {
     std::vector<std::pair<size_t, defrec_motion>> motions;
 };
 
-// One thread, the tracker's.
+// One thread at a time.
 class LiftedTissue {
   public:
     // Begins with another template. One that grows or is cut stays the same.

@@ -11,6 +11,7 @@
 #include "backends/shared/rigid_fit.hpp"
 #include "sdk/base/os/helped_loop.hpp"
 #include "sdk/base/util/median.hpp"
+#include "sdk/template/cut.hpp"
 #include "sdk/template/surface_point.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/monitors/band.hpp"
@@ -121,20 +122,24 @@ class SlidingBand {
         std::vector<Cell> line;
         for (size_t i = 0; i < slices_.size(); ++i)
             line.push_back(axis_.at(slices_[i].along, offsets[i]));
-        const std::array<Cell, 2> ahead = directions_at_ends(line, node_spacing(data_));
-        std::array<double, 2> beyond{to_border(line.front(), ahead[0]),
-                                     to_border(line.back(), ahead[1])};
+        std::array<bool, 2> ends_free = {true, true};
         if (goes_on_from_) {
             const double at = released_at();
             if (at < slices_.front().along) {
                 line.insert(line.begin(), *goes_on_from_);
-                beyond[0] = 0;
+                ends_free[0] = false;
             } else if (at > slices_.back().along) {
                 line.push_back(*goes_on_from_);
-                beyond[1] = 0;
+                ends_free[1] = false;
             }
         }
-        Slip slip{as_cut(std::move(line), band_, data_.grid, node_spacing(data_), beyond), {}};
+        const std::array<Cell, 2> ahead = directions(line);
+        std::array<Cell, 2> beyond = {Cell::Zero(), Cell::Zero()};
+        for (const size_t end : {0, 1})
+            if (ends_free[end])
+                beyond[end] =
+                    to_border(end == 0 ? line.front() : line.back(), ahead[end]) * ahead[end];
+        Slip slip{as_cut(std::move(line), band_, data_.grid, beyond), {}};
         move_nodes(offsets, slip);
         return slip;
     }
@@ -330,13 +335,25 @@ class SlidingBand {
         return gains;
     }
 
-    // How many cells a line goes on at its end: out of the surface, unless sides are seen on the
-    // way that do not slide.
+    // In which the line goes on at its ends. Few points of it tell less than the band.
+    std::array<Cell, 2> directions(std::span<const Cell> line) const {
+        const size_t points = static_cast<size_t>(node_spacing(data_)) + 1;
+        if (line.size() <= points) return {-axis_.along, axis_.along};
+        return directions_at_ends(line, points);
+    }
+
+    // How many cells a line goes on at its end: out of the surface, or to a line that was released,
+    // unless sides are seen on the way that do not slide.
     double to_border(const Cell& end, const Cell& ahead) const {
         const double beyond = decisions::Cuts::kBeyond * node_spacing(data_);
+        const auto pixel_of = [&](const Cell& cell) -> ViewPixel {
+            return {cell.x() * data_.grid.spacing, cell.y() * data_.grid.spacing};
+        };
         for (double steps = 1;; ++steps) {
             const Cell at = end + steps * ahead;
             if (vertex_at(data_.grid, at, band_.piece) < 0) return steps + beyond;
+            if (is_parted(data_.node_grid.cuts, band_.piece, pixel_of(end), pixel_of(at)))
+                return steps;
             Slice slice{
                 axis_.along.dot(at - axis_.centre), axis_.across.dot(at - axis_.centre), {}};
             if (share_at(slice).value_or(1) < Slips::kEnds) return beyond;

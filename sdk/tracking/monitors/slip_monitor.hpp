@@ -25,7 +25,7 @@ struct Slip {
     std::vector<std::pair<size_t, defrec_motion>> motions;
 };
 
-// One thread, the tracker's.
+// One thread at a time.
 class SlipMonitor {
   public:
     // Begins with another template, or with the same one after a line was released.

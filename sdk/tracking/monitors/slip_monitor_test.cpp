@@ -282,7 +282,12 @@ TEST_CASE("a line that was released goes on from its end, and nowhere else, over
     CHECK_FALSE(found_beside({1, {{-20, kMiddle}, {kEnd, kMiddle}}}));  // of another piece
     REQUIRE(found_beside({0, {{-20, kMiddle}, {kEnd, kMiddle}}}));
     const auto& pixels = monitor.found()->line.pixels;
-    const auto& first = pixels.front()[0] < pixels.back()[0] ? pixels.front() : pixels.back();
+    const bool is_forward = pixels.front()[0] < pixels.back()[0];
+    const auto &first = is_forward ? pixels.front() : pixels.back(),
+               &last = is_forward ? pixels.back() : pixels.front();
     CHECK(first[0] == doctest::Approx(kEnd));
     CHECK(first[1] == doctest::Approx(kMiddle));
+    // And straight on, out of the surface.
+    CHECK(last[0] > (kColumns - 2) * static_cast<float>(kStep));
+    CHECK(std::abs(last[1] - kMiddle) < 4 * static_cast<float>(kStep));
 }

@@ -13,7 +13,7 @@
 
 namespace defrec {
 
-// One thread, the tracker's.
+// One thread at a time.
 class TissueChanges {
   public:
     // Begins with another template.
@@ -23,7 +23,7 @@ class TissueChanges {
     std::vector<uint8_t>* image() { return slips_.wants_image() ? &image_ : nullptr; }
     bool wants_image() const { return slips_.wants_image(); }
     // Whether they have something to do with the next frame before it is registered.
-    bool wait_for_frame() const { return found_line() || wants_image(); }
+    bool want_next_frame() const { return found_line() || wants_image(); }
 
     // Once for each frame in which the surface was found with depth. is_confirmed: per
     // vertex, by checks that are located. helpers: whose threads take part, or nullptr.

@@ -221,7 +221,7 @@ void UnseenMotion::find_variances(const TemplateData& data) {
 
 // Depth does not tell where along the surface a control point is.
 bool UnseenMotion::is_known(size_t node, const VertexConfidence& confidence) const {
-    return !is_outside(node) && !is_hidden(node) &&
+    return (moves_[node] & kSeen) != 0 &&
            (confidence.evidence[vertex_of_[node]] & DEFREC_EVIDENCE_PHOTOMETRIC) != 0;
 }
 
@@ -257,7 +257,7 @@ void UnseenMotion::find_misfits(const TemplateData& data, const Results& results
             sum += (by_lm - place(data, node)).squaredNorm();
             ++count;
         }
-        misfit_mm2_[piece] = Decision::kMisfit * sum / std::max(1.0, count);
+        if (count > 0) misfit_mm2_[piece] = Decision::kMisfit * sum / count;
     }
 }
 
@@ -335,18 +335,21 @@ UnseenMotion::Shares UnseenMotion::shares_of(const defrec_surface_point& vertex)
     return shares;
 }
 
-UnseenMotion::Left UnseenMotion::left_open(uint8_t piece, size_t vertex, const Shares& share,
-                                           double squared_step,
-                                           const VertexConfidence& confidence) const {
+// Where a cut parts the piece, that of two independent estimates; what both share stays.
+UnseenMotion::Remaining UnseenMotion::remaining(uint8_t piece, size_t vertex, const Shares& share,
+                                                double squared_step,
+                                                const VertexConfidence& confidence) const {
     const double unseen = share.outside + share.hidden,
-                 of_modes = variance_mm2(piece, vertex) +
-                            static_cast<double>(confidence.common_at(vertex)),
+                 common = static_cast<double>(confidence.common_at(vertex)),
+                 of_modes = variance_mm2(piece, vertex),
                  of_step = Decision::kStepShare * share.hidden * squared_step;
     if (is_parted_[piece] == 0)
         return {1 - share.outside - (1 - Decision::kLmShare) * share.hidden,
-                unseen * of_modes + of_step};
-    const double of_lm = std::pow(static_cast<double>(confidence.expected_error[vertex]), 2);
-    return {1 - unseen * of_lm / (of_lm + of_modes), of_step};
+                unseen * (of_modes + common) + of_step};
+    const double all = std::pow(static_cast<double>(confidence.expected_error[vertex]), 2),
+                 of_lm = all - common;
+    if (of_lm <= 0) return {1, of_step};
+    return {1 - unseen * of_lm / (of_lm + of_modes) * of_lm / all, of_step};
 }
 
 void UnseenMotion::move_vertices(const Template& surface, const Results& results,
@@ -364,7 +367,7 @@ void UnseenMotion::move_vertices(const Template& surface, const Results& results
         store3(rotate(motion, load3<double>(vertex.normal)), &results.normals[3 * i]);
         // Tissue that departed stays unknown.
         if (results.confidence.status[i] == DEFREC_POINT_UNKNOWN && share.outside <= 0) continue;
-        const auto [kept, own] = left_open(
+        const auto [kept, own] = remaining(
             surface.vertex_pieces()[i], i, share,
             (as_vector(&results.vertices[3 * i]) - before).squaredNorm(), results.confidence);
         float* covariance = &results.confidence.covariance[6 * i];

@@ -81,19 +81,21 @@ class UnseenMotion {
     Shares shares_of(const defrec_surface_point& vertex) const;
     // What is left open of a vertex that was placed: a share of lm's covariance, and mm^2 of its
     // own. squared_step: from where lm had it, mm^2.
-    struct Left {
+    struct Remaining {
         double kept, own;
     };
-    Left left_open(uint8_t piece, size_t vertex, const Shares& share, double squared_step,
-                   const VertexConfidence& confidence) const;
+    Remaining remaining(uint8_t piece, size_t vertex, const Shares& share, double squared_step,
+                        const VertexConfidence& confidence) const;
 
     std::vector<UnseenPiece> pieces_;
     std::vector<uint32_t> vertex_of_;  // per control point: which it moves most
     Eigen::MatrixXd shapes_;           // a column for each control point, of its piece's modes
     std::vector<uint32_t> hidden_;     // per piece: how many control points are
     std::vector<uint8_t> is_parted_;   // per piece: a cut parts it
-    std::vector<double> misfit_mm2_;   // per piece: of the modes where a cut parts it, else 0
-    std::vector<uint8_t> is_apart_;    // per piece: enough control points move nothing that is seen
+    // Per piece: variance of the modes besides where a cut parts it, as it was last solved for;
+    // else 0.
+    std::vector<double> misfit_mm2_;
+    std::vector<uint8_t> is_apart_;  // per piece: enough control points move nothing that is seen
     // Per piece: solve_frame() was called, for the frame before had it apart, and what it returned.
     enum class Solved : uint8_t { kNotTried, kNo, kYes };
     std::vector<Solved> solved_;
