@@ -447,7 +447,7 @@ std::vector<SlidingPart> sliding_parts(const TemplateData& data, const FrameOutp
         if (open[i] == 0) continue;
         // Tissue that is not seen on one side of a line makes a band too wide to see across.
         for (Band& band :
-             in_squares(take_band(data.grid, open, i), Slips::kReach * node_spacing(data)))
+             in_squares(take_band(data.grid, open, i), Slips::kSquare * node_spacing(data)))
             if (band.cells.size() >= Slips::kMinCells) bands.push_back(std::move(band));
     }
     std::vector<std::optional<SlidingPart>> found(bands.size());
