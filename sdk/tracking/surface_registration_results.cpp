@@ -1,6 +1,7 @@
 // What becomes of a frame in class SurfaceRegistration: its state, its results, and what the next
 // frames start from. How it is registered: surface_registration.cpp.
 #include <algorithm>
+#include <new>
 #include <utility>
 
 #include "sdk/base/os/helped_loop.hpp"
@@ -267,8 +268,12 @@ void SurfaceRegistration::learn_from_ended(const Services* helpers) {
 void SurfaceRegistration::keep_ended() {
     if (!ended_ || std::exchange(ended_->is_kept, true)) return;
     surface_.keep_samples(ended_->output.samples);
-    if (ended_->photometric != nullptr)
+    if (ended_->photometric == nullptr) return;
+    try {
         colours_.learn(ended_->output.samples, ended_->photometric->is_confirmed);
+    } catch (const std::bad_alloc&) {
+        // The job has ended, and later frames show the same colours.
+    }
 }
 
 void SurfaceRegistration::look_for_changes() noexcept {
