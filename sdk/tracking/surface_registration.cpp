@@ -75,6 +75,7 @@ void SurfaceRegistration::process(Frame& frame) {
     // The device begins while the host looks; frames in which there is nothing to observe are few.
     begin_beside_ended(frame);
     const bool left_shows = look_at_images(frame);
+    // By what its tissue did, the frame before decides in few frames how this one is registered.
     look_at_ended();
     if (!can_begin_speculatively(frame.job)) take_back(frame);
     if ((frame.reasons & DEFREC_REASON_GAP) != 0) changes_.skip_frame();
@@ -89,8 +90,7 @@ void SurfaceRegistration::process(Frame& frame) {
     judge_template(frame);
 }
 
-// The frame before decides in few frames, by what its tissue did, how this one is registered: what
-// was begun is taken back then.
+// What is known to wait for the frame before is not begun beside it.
 void SurfaceRegistration::begin_beside_ended(Frame& frame) {
     TrackerJob& job = frame.job;
     const bool changes_template = job.template_to_set != nullptr || to_adopt_ != nullptr;

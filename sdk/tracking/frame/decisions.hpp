@@ -891,7 +891,7 @@ struct Slips {
     //   hand
     static constexpr double kBend = 0.3;
     // of the median | a line goes on to the surface's border, unless sides are seen on the way that
-    //   slide less; where it ended near tissue was drawn between the sides, [line-ends]
+    //   slide less | where lines ended before it tissue was drawn between the sides, [line-ends]
     static constexpr double kEnds = 0.2;
     // spacings of control points | beyond the line's last slice, in which control points start from
     //   the motion of their side | set by hand
@@ -1118,9 +1118,8 @@ struct UnseenMotion {
     static constexpr double kLmShare = 0.4;
     // of the squared distance from where lm has it | variance of hidden tissue, [hidden-tissue]
     static constexpr double kStepShare = 0.3;
-    // of the mean squared distance of what is seen from where modes have it | variance besides
-    // where
-    //   a cut parts the surface | at the sides it is as much: five times the root mean square;
+    // of the mean squared distance of what is seen from the modes | variance besides where a cut
+    //   parts the surface | at the sides it is as much: five times the root mean square;
     //   [line-ends]
     static constexpr double kMisfit = 25;
     // mm | largest error besides, of tissue that is far and long unseen | fitted to rendered scenes

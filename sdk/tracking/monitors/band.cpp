@@ -138,6 +138,12 @@ CutLine as_cut(std::vector<Cell> line, const Band& band, const SurfaceGrid& grid
     return cut;
 }
 
+CutLine as_cut(std::vector<Cell> line, const Band& band, const SurfaceGrid& grid,
+               double node_spacing, double beyond) {
+    const auto [begin, end] = directions_at_ends(line, end_points(node_spacing));
+    return as_cut(std::move(line), band, grid, {beyond * begin, beyond * end});
+}
+
 int32_t vertex_at(const SurfaceGrid& grid, const Cell& cell, uint8_t piece) {
     return vertex_at(grid, static_cast<int>(std::lround(cell.x())),
                      static_cast<int>(std::lround(cell.y())), piece);

@@ -72,13 +72,19 @@ bool is_line(const Band& band, const BandAxis& axis, double node_spacing);
 // Through the middle of the band, a step of the grid apart along its axis.
 std::vector<Cell> middle_line(const Band& band, const BandAxis& axis);
 
-// In which directions a line goes on at its begin and at its end, of length 1: those of its parts
-// of so many points, or of all if it has fewer; of at least two points.
+// Points from an end of a line to where its direction at the end is taken from. node_spacing: as
+// above.
+inline size_t end_points(double node_spacing) { return static_cast<size_t>(node_spacing) + 1; }
+// In which directions a line of at least two points goes on at its begin and at its end, of
+// length 1: those of so many points, or of all if it has fewer.
 std::array<Cell, 2> directions_at_ends(std::span<const Cell> line, size_t points);
 
 // The line in the first view, longer at its begin and end by `beyond`.
 CutLine as_cut(std::vector<Cell> line, const Band& band, const SurfaceGrid& grid,
                const std::array<Cell, 2>& beyond);
+// The same, longer by so many cells as it goes on at either end.
+CutLine as_cut(std::vector<Cell> line, const Band& band, const SurfaceGrid& grid,
+               double node_spacing, double beyond);
 
 // The vertex at a cell of the piece's surface; -1: there is none.
 int32_t vertex_at(const SurfaceGrid& grid, const Cell& cell, uint8_t piece);

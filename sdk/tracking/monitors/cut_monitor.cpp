@@ -35,9 +35,7 @@ class Watcher {
         if (!is_line(gap, axis, spacing_)) return std::nullopt;
         std::vector<Cell> middle = middle_line(gap, axis);
         if (!comes_apart(middle, axis, gap.piece)) return std::nullopt;
-        const double beyond = Cuts::kBeyond * spacing_;
-        const auto ahead = directions_at_ends(middle, static_cast<size_t>(spacing_) + 1);
-        return as_cut(std::move(middle), gap, data_.grid, {beyond * ahead[0], beyond * ahead[1]});
+        return as_cut(std::move(middle), gap, data_.grid, spacing_, Cuts::kBeyond * spacing_);
     }
 
   private:

@@ -373,9 +373,7 @@ class Search {
         }
         Band band;
         band.piece = piece;
-        const double beyond = Lifted::kBeyond * spacing_;
-        const auto ahead = directions_at_ends(line, static_cast<size_t>(spacing_) + 1);
-        return as_cut(std::move(line), band, grid_, {beyond * ahead[0], beyond * ahead[1]});
+        return as_cut(std::move(line), band, grid_, spacing_, Lifted::kBeyond * spacing_);
     }
 
     const TemplateData& data_;

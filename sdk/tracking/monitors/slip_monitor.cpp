@@ -337,7 +337,7 @@ class SlidingBand {
 
     // In which the line goes on at its ends. Few points of it tell less than the band.
     std::array<Cell, 2> directions(std::span<const Cell> line) const {
-        const size_t points = static_cast<size_t>(node_spacing(data_)) + 1;
+        const size_t points = end_points(node_spacing(data_));
         if (line.size() <= points) return {-axis_.along, axis_.along};
         return directions_at_ends(line, points);
     }

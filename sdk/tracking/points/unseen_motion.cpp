@@ -238,10 +238,8 @@ void UnseenMotion::find_holes(const TemplateData& data, const VertexConfidence& 
 
 void UnseenMotion::find_detail(const TemplateData& data, std::span<const defrec_motion> motions) {
     if (!any_hidden()) return;
-    for (const uint32_t node : detail_.known()) {
-        const Eigen::Vector3d rest = as_vector(&data.nodes[size_t{3} * node]);
-        detail_.values().col(node) = (moved(motions[node], rest) - place(data, node)).cast<float>();
-    }
+    for (const uint32_t node : detail_.known())
+        detail_.values().col(node) = beyond_modes(data, node, motions).cast<float>();
     detail_.fill();
 }
 
@@ -252,9 +250,7 @@ void UnseenMotion::find_misfits(const TemplateData& data, const Results& results
         double sum = 0, count = 0;
         for (size_t node = 0; node < moves_.size(); ++node) {
             if (data.piece_of_node(node) != piece || !is_known(node, results.confidence)) continue;
-            const Eigen::Vector3d by_lm =
-                moved(results.motions[node], as_vector(&data.nodes[3 * node]));
-            sum += (by_lm - place(data, node)).squaredNorm();
+            sum += beyond_modes(data, node, results.motions).squaredNorm();
             ++count;
         }
         if (count > 0) misfit_mm2_[piece] = Decision::kMisfit * sum / count;
@@ -285,6 +281,11 @@ double UnseenMotion::variance_mm2(uint8_t piece, size_t vertex) const {
 Eigen::Vector3d UnseenMotion::place(const TemplateData& data, size_t node) const {
     return pieces_[data.piece_of_node(node)].place(as_vector(&data.nodes[3 * node]),
                                                    shapes_.col(static_cast<Eigen::Index>(node)));
+}
+
+Eigen::Vector3d UnseenMotion::beyond_modes(const TemplateData& data, size_t node,
+                                           std::span<const defrec_motion> motions) const {
+    return moved(motions[node], as_vector(&data.nodes[3 * node])) - place(data, node);
 }
 
 void UnseenMotion::move_nodes(const TemplateData& data, const Results& results,

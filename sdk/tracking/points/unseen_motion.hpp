@@ -66,7 +66,10 @@ class UnseenMotion {
     void find_variances(const TemplateData& data);
     void find_holes(const TemplateData& data, const VertexConfidence& confidence);
     void find_detail(const TemplateData& data, std::span<const defrec_motion> motions);
+    // Where the modes have a control point, and what lm has beyond that.
     Eigen::Vector3d place(const TemplateData& data, size_t node) const;
+    Eigen::Vector3d beyond_modes(const TemplateData& data, size_t node,
+                                 std::span<const defrec_motion> motions) const;
     void move_nodes(const TemplateData& data, const Results& results, ArrayPart part) const;
     // lm knows where it is.
     bool is_known(size_t node, const VertexConfidence& confidence) const;
