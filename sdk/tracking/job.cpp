@@ -67,7 +67,7 @@ defrec_status TrackerJob::wait(uint64_t timeout_ns) {
     if (!has_ended()) {
         lock.unlock();
         constexpr std::chrono::nanoseconds kSpin =
-            std::chrono::milliseconds(1);  // longer than the host takes
+            std::chrono::milliseconds(1);  // longer than what is left takes
         spin_until(std::min(kSpin, std::chrono::nanoseconds(end - Clock::now())),
                    [this] { return phase == JobPhase::kDone; });
         lock.lock();
@@ -90,6 +90,7 @@ std::string TrackerJob::error_text() const {
 
 void TrackerJob::announce_end() {
     const std::lock_guard lock(monitor->mutex);
+    if (phase == JobPhase::kEnding) return;
     phase = JobPhase::kEnding;
     changed_.notify_all();
 }

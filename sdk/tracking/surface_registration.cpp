@@ -492,12 +492,10 @@ FrameAttempt& SurfaceRegistration::finish(Frame& frame, RegisteredFrame register
                 [&] { return prefetch(registered); },
                 [&] {
                     if (helpers != nullptr) helpers->rouse(kMaxVertexThreads - 1);
-                    job.announce_end();
                 }},
                pipeline_.deadline());
     frame.images.emplace(pipeline_.finish(std::move(registered)));
     wait_.end();
-    job.announce_end();
     attempt.measure(surface_, rig_monitor_, pipeline_, output, helpers);
     if (const FrontImages* images = growth_.images()) pipeline_.check(*images);
     return attempt;

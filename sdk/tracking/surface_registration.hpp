@@ -128,7 +128,7 @@ class SurfaceRegistration {
     void conclude_found(Frame& frame, FrameAttempt& attempt, const PieceEvidences& pieces);
     void conclude_lost(Frame& frame, FrameAttempt& attempt, const PieceEvidences& pieces);
     void place_changed();
-    void place_unseen(const TrackerJob& job, FrameAttempt& attempt);
+    void place_unseen(TrackerJob& job, FrameAttempt& attempt);
     void move_to_placed(std::span<defrec_surface_sample> samples) const;
     void keep_placed(const FrameResult& result);
     void describe_surface(TrackerJob& job, FrameAttempt& attempt);

@@ -72,6 +72,9 @@ void SurfaceRegistration::conclude(Frame& frame, FrameAttempt& attempt) {
     result.reasons = frame.reasons;
     result.faulty_views = frame.faulty_views;
     result.rig_estimate = frame.rig_estimate;
+    // Tissue that is not seen takes longer than to wake up; where the frame before had none, this
+    // one hardly has any.
+    if (!is_found || !placed_.has_unseen) frame.job.announce_end();
     describe_surface(frame.job, attempt);
     const std::span<const defrec_motion> motions = frame.job.memory.output.motions;
     result.motions.assign(motions.begin(), motions.end());
@@ -138,13 +141,14 @@ void SurfaceRegistration::place_changed() {
 }
 
 // Tissue that is not seen changes in the results alone: the next frame starts from what lm gave.
-void SurfaceRegistration::place_unseen(const TrackerJob& job, FrameAttempt& attempt) {
+void SurfaceRegistration::place_unseen(TrackerJob& job, FrameAttempt& attempt) {
     FrameResult& result = attempt.result;
     const SurfaceSamples samples = job.memory.output.samples;
     const Services* helpers = job.services()->own_threads();
     placed_.has_unseen =
         surface_.place_unseen(samples, result.pieces,
                               {result.motions, result.vertices, result.normals, result.confidence,
+                               [&] { job.announce_end(); },
                                [&](size_t run) { attempt.measure_again(surface_.model(), run); }},
                               helpers);
     placed_.motions.assign(result.motions.begin(), result.motions.end());

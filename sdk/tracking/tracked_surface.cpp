@@ -38,7 +38,7 @@ TrackedSurface::Next::Next(std::shared_ptr<const Template> surface)
 }
 
 TrackedSurface::Next::Next(TemplateData changed, std::vector<defrec_motion> motions,
-                           const TrackedSurface& before)
+                           TrackedSurface& before)
     : surface_(std::make_shared<const Template>(std::move(changed), *before.template_)),
       model_(data()),
       motions_(std::move(motions)),

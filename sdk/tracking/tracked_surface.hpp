@@ -31,8 +31,7 @@ class TrackedSurface {
         // Another template, at rest.
         explicit Next(std::shared_ptr<const Template> surface);
         // That of `before` with more or other parts, where it is; motions: of its control points.
-        Next(TemplateData changed, std::vector<defrec_motion> motions,
-             const TrackedSurface& before);
+        Next(TemplateData changed, std::vector<defrec_motion> motions, TrackedSurface& before);
         const TemplateData& data() const { return surface_->data(); }
 
       private:
@@ -113,7 +112,7 @@ class TrackedSurface {
 
   private:
     void take(Next next);
-    const UnseenMotion& learnt_unseen() const {
+    const UnseenMotion& learnt_unseen() {
         learning_.wait();
         return unseen_;
     }

@@ -28,15 +28,26 @@ void BesideThread::begin() noexcept {
         }
     {
         const std::lock_guard lock(mutex_);
-        is_busy_ = true;
+        state_ = Task::kBegun;
     }
     changed_.notify_all();
 }
 
-void BesideThread::wait() const noexcept {
+// true: the task is the caller's to do.
+bool BesideThread::take() noexcept {
+    Task begun = Task::kBegun;
+    return state_.compare_exchange_strong(begun, Task::kTaken);
+}
+
+void BesideThread::wait() noexcept {
+    if (take()) {
+        task_();
+        state_ = Task::kNone;
+        return;
+    }
     constexpr std::chrono::microseconds kSpin{200};  // an owner that waits is nearly always early
-    const auto has_ended = [this] { return !is_busy_; };
-    if (has_ended() || spin_until(kSpin, has_ended)) return;
+    const auto has_ended = [this] { return state_ == Task::kNone; };
+    if (spin_until(kSpin, has_ended)) return;
     std::unique_lock lock(mutex_);
     changed_.wait(lock, has_ended);
 }
@@ -44,12 +55,14 @@ void BesideThread::wait() const noexcept {
 void BesideThread::work() noexcept {
     std::unique_lock lock(mutex_);
     for (;;) {
-        changed_.wait(lock, [this] { return ends_ || is_busy_; });
+        changed_.wait(lock, [this] { return ends_ || state_ == Task::kBegun; });
         if (ends_) return;
         lock.unlock();
-        task_();
+        const bool is_taken = take();
+        if (is_taken) task_();
         lock.lock();
-        is_busy_ = false;
+        if (!is_taken) continue;
+        state_ = Task::kNone;
         changed_.notify_all();
     }
 }

@@ -2,6 +2,7 @@
 #pragma once
 #include <atomic>
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <mutex>
 #include <thread>
@@ -21,18 +22,21 @@ class BesideThread {
 
     // Waits for the task that was begun before. Where no thread can be started it is done at once.
     void begin() noexcept;
-    // Returns when the task that was begun has ended, or none was.
-    void wait() const noexcept;
+    // Returns when the task that was begun has ended, or none was. One that the thread has not come
+    // to is done here.
+    void wait() noexcept;
 
   private:
     void work() noexcept;
+    bool take() noexcept;
 
     const std::function<void()> task_;
-    mutable std::mutex mutex_;
-    mutable std::condition_variable changed_;
-    std::atomic<bool> is_busy_{false};  // set and read by the owner, cleared under the mutex
-    bool ends_ = false;                 // under the mutex
-    std::thread thread_;                // starts with the first task
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    enum class Task : uint8_t { kNone, kBegun, kTaken };
+    std::atomic<Task> state_{Task::kNone};  // begun by the owner, ended by the thread, under mutex_
+    bool ends_ = false;                     // under mutex_
+    std::thread thread_;                    // starts with the first task
 };
 
 }  // namespace defrec

@@ -141,6 +141,7 @@ bool UnseenMotion::add_frame(const Template& surface, SurfaceSamples samples,
         find_holes(data, results.confidence);
     });
     if (!solve_pieces(data, results.confidence)) return false;
+    results.solved();
     if (helpers != nullptr) helpers->rouse(parts - 1);
     helped_loop(helpers, 2, [&](size_t part) {
         if (part == 0) return find_detail(data, results.motions);

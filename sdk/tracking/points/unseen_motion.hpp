@@ -30,6 +30,8 @@ class UnseenMotion {
         std::span<defrec_motion> motions;
         std::span<float> vertices, normals;
         VertexConfidence& confidence;
+        // Called once before points are moved, which is soon done, where any are.
+        std::function<void()> solved;
         // Called for each run of vertices once they are where they stay, by any thread.
         std::function<void(size_t run)> placed;
     };

@@ -153,9 +153,12 @@ class Frames {
                     .store());
         }
         given_ = motions_;
-        const bool is_told =
-            unseen_.add_frame(*surface_, samples_, pieces_,
-                              {motions_, vertices_, normals_, confidence_, [](size_t) {}}, nullptr);
+        int solved = 0;
+        const bool is_told = unseen_.add_frame(
+            *surface_, samples_, pieces_,
+            {motions_, vertices_, normals_, confidence_, [&] { ++solved; }, [](size_t) {}},
+            nullptr);
+        CHECK(solved == (is_told ? 1 : 0));
         unseen_.learn();
         return is_told;
     }
